@@ -5,18 +5,19 @@
     board = Board(firmware="build/lab3.elf")
     board.run_for(0.1)                                     # start-up code has run
     board.call("getAltitude", 1013.25, 20.0)               # 0.0
-    with board.scratch() as copy:                          # what happens here, the board never sees
+    with board.scratch() as copy:                          # changes here do not reach the board
         copy.set_variable("acc", {"AXIS_X": 0, "AXIS_Y": 0, "AXIS_Z": 1000})
         copy.call("eCompass")
         copy.variable("pitch")
 
-Arguments are passed and results taken as the procedure call standard says (AAPCS, IHI 0042; with
-floating-point registers where the ELF says hard float), by the types in its debug information.
+Arguments and results follow the procedure call standard (AAPCS, IHI 0042; with floating-point registers if
+the ELF has the hard-float flag), with the types of the debug information.
 
-Decision: a function is executed by a copy of the core and its memories, so that registers, RAM and all peripherals
-are afterwards what they were, at no cost: five thousand calls a second. One that reaches a peripheral, sleeps, or
-waits for an interrupt is executed again by the chip itself, in virtual time, and the whole board is restored
-afterwards. The road not taken, a snapshot of the board around every call, is five times as slow.
+Decision: a copy of the core and its memories executes a function that Python calls, so that the board's
+registers, RAM and peripherals do not change. This allows five thousand calls a second. A function that
+accesses a peripheral, sleeps, or waits for an interrupt is executed again by the chip itself, in virtual
+time. The whole board is restored afterwards. A snapshot of the board around every call was rejected, because
+it is five times as slow.
 """
 
 from __future__ import annotations
@@ -41,10 +42,10 @@ if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.image.symbols import Symbols
 
 INSTRUCTIONS: Final = 10_000_000
-"""What a call may take: a tenth of a second of virtual time."""
+"""The limit of a call: a tenth of a second of virtual time."""
 TIMEOUT_S: Final = 1.0
 _RETURN: Final = 0x0FFF_FFFE
-"""Where a called function returns to in the copy: no memory is there, so the copy stops."""
+"""The return address of a called function in the copy: the copy stops there, because it has no memory."""
 _THUMB_BIT: Final = 1 << 24
 _EXCEPTION: Final = 0x1FF
 _SLICE_PS: Final = PS_PER_MS // 10
@@ -67,14 +68,14 @@ _WITH_ADDRESS: Final = (Stop.UNALIGNED, Stop.READ, Stop.WRITE)
 
 
 class _NeedsBoardError(Exception):
-    """The function has reached a peripheral: only the chip itself can go on."""
+    """The function has accessed a peripheral: only the chip itself can continue."""
 
 
 class Frame:
     """Registers and stack at the beginning of a call (IHI 0042, 6.5 and 7.1).
 
-    ``read(address, size)`` gives what memory has now: a structure of which only some members are given keeps
-    the others.
+    ``read(address, size)`` returns the present contents of memory: a structure of which only some members are
+    given keeps the rest.
     """
 
     def __init__(self, signature: Signature, arguments: Sequence[Any], sp: int, hard_float: bool) -> None:
@@ -97,7 +98,7 @@ class Frame:
         self.writes.append((self.sp, bytes(self._stack)))
 
     def result(self, core: Sequence[int], floats: Sequence[int], read: Callable[[int, int], bytes]) -> Any:
-        """What the function gives, from R0 to R3, S0 to S15 and memory; lists and objects are updated."""
+        """Return the function's result, from R0 to R3, S0 to S15 and memory; update lists and objects."""
         for passed, value, address in self._passed:
             load_into(passed, value, read(address, passed.size), 0)
         kind = self._result
@@ -109,7 +110,7 @@ class Frame:
         return kind.value(b"".join(word.to_bytes(4, "little") for word in words[:8]), 0)
 
     def _hidden_result(self) -> int | None:
-        """A result that registers cannot hold is written to where R0 points at the beginning."""
+        """Return the address for a result that does not fit into registers; R0 contains it at the beginning."""
         kind = self._result
         if not isinstance(kind, Structure | Array) or kind.size <= 4:
             return None
@@ -125,7 +126,7 @@ class Frame:
         return self.sp
 
     def _value(self, name: str, parameter: Any, argument: Any) -> tuple[CType, bytes]:
-        """The bytes to pass: of a pointer's target, where it is not an address, they lie on the stack."""
+        """Return the bytes to pass; if a pointer's argument is not an address, its target is put on the stack."""
         kind = parameter.type
         if parameter.points_to is not None and not isinstance(argument, int):
             return kind, self._pointed(name, parameter.points_to(), argument).to_bytes(4, "little")
@@ -190,9 +191,9 @@ class Frame:
 
 
 class Scratch:
-    """A copy of the chip's core and memories, for calls whose effects the board never sees.
+    """A copy of the chip's core and memories, for calls whose effects do not reach the board.
 
-    It is what the chip was at the last :meth:`refresh`, and keeps what calls and ``set_variable`` do to it.
+    It has the chip's state at the last :meth:`refresh`, and keeps the changes of calls and ``set_variable``.
     """
 
     def __init__(self, core: Core, image: FirmwareImage) -> None:
@@ -206,7 +207,7 @@ class Scratch:
         copy.read_python, copy.write_python = self._register_read, self._register_written
 
     def refresh(self) -> None:
-        """Be what the chip is now."""
+        """Copy the present state of the chip."""
         core, copy = self._core, self._copy
         if core.retired == 0:
             raise InputError(
@@ -221,15 +222,15 @@ class Scratch:
         self._everything.write(*self._of_core.read())
 
     def variable(self, name: str) -> CValue:
-        """A global variable by its C name. Raises KeyError."""
+        """Return a global variable by its C name. Raises KeyError."""
         return _symbols(self._image).read_variable(name, self._read)
 
     def set_variable(self, name: str, value: Any) -> None:
-        """Give a global variable a value. Raises KeyError, and InputError for a value that does not fit."""
+        """Set a global variable. Raises KeyError, and InputError for a value that does not fit."""
         set_variable(self._image, name, value, self._read, self._write)
 
     def call(self, name: str, *arguments: Any, max_instructions: int = INSTRUCTIONS) -> Any:
-        """Call a function; what it changes in RAM stays. Raises InputError, CallError."""
+        """Call a function; its changes of RAM remain. Raises InputError, CallError."""
         address, signature = find_function(self._image, name, arguments)
         try:
             return self.run(name, address, signature, arguments, max_instructions)
@@ -241,7 +242,7 @@ class Scratch:
     def run(
         self, name: str, address: int, signature: Signature, arguments: Sequence[Any], max_instructions: int
     ) -> Any:
-        """As :meth:`call`; raises _NeedsBoardError where only the board can go on."""
+        """Call as :meth:`call`; raises _NeedsBoardError if only the board can continue."""
         copy = self._copy
         sp = copy.register(13)
         frame = Frame(signature, arguments, sp, self._image.hard_float)
@@ -261,7 +262,7 @@ class Scratch:
         return result
 
     def keep(self) -> None:
-        """The chip's RAM becomes what the copy's is."""
+        """Copy the RAM of the copy to the chip."""
         self._core.ram[:] = self._copy.ram
 
     def _problem(self, name: str, stop: Stop, max_instructions: int) -> Exception:
@@ -313,14 +314,14 @@ class Caller:
 
     @contextmanager
     def scratch(self) -> Iterator[Scratch]:
-        """A copy of the chip as it is now; the same object each time, so one at a time."""
+        """A copy of the chip in its present state; always the same object, so use one at a time."""
         self._scratch.refresh()
         yield self._scratch
 
     def call(
         self, name: str, arguments: Sequence[Any], keep: bool, max_instructions: int, timeout_s: float
     ) -> Any:
-        """Call a function as :meth:`fcu_emulator.emulator.Board.call` does."""
+        """Call a function like :meth:`fcu_emulator.emulator.Board.call`."""
         address, signature = find_function(self._image, name, arguments)
         scratch = self._scratch
         scratch.refresh()
@@ -336,7 +337,7 @@ class Caller:
     def _on_board(
         self, name: str, address: int, signature: Signature, arguments: Sequence[Any], timeout_s: float
     ) -> Any:
-        """In virtual time, with everything that happens on the board; the registers are restored."""
+        """Call in virtual time, with all events on the board; the registers are restored."""
         core = self._core
         held = core.halted
         if held:
@@ -400,7 +401,7 @@ def set_variable(
     read: Callable[[int, int], bytes],
     write: Callable[[int, bytes], None],
 ) -> None:
-    """Give a variable a value. Raises KeyError, and InputError for a value that does not fit."""
+    """Set a variable. Raises KeyError, and InputError for a value that does not fit."""
     address, kind = _symbols(image).variable_type(name)
     if address < RAM:
         raise InputError(
@@ -412,7 +413,7 @@ def set_variable(
 
 
 def find_function(image: FirmwareImage, name: str, arguments: Sequence[Any]) -> tuple[int, Signature]:
-    """Address and signature. Raises InputError where the function cannot be called, with the reason."""
+    """Return address and signature. Raises InputError if the function cannot be called, with the reason."""
     symbols = _symbols(image)
     try:
         address, signature = symbols.function(name)
@@ -431,7 +432,7 @@ def find_function(image: FirmwareImage, name: str, arguments: Sequence[Any]) -> 
 
 
 def place(image: FirmwareImage, address: int) -> str:
-    """Function and source line of an address, as far as they are known."""
+    """Return function and source line of an address, as far as they are known."""
     symbols = image.symbols
     function = symbols.function_at(address) if symbols else None
     line = symbols.line_at(address) if symbols else None
@@ -448,7 +449,7 @@ def _symbols(image: FirmwareImage) -> Symbols:
 
 
 def _is_one(target: CType, argument: Sequence[Any]) -> bool:
-    """Whether a sequence is one structure or array, and not an array of what the pointer points to."""
+    """Return whether a sequence is one structure or array, and not an array of the pointer's target type."""
     if isinstance(target, Array):
         return True
     simple = not any(isinstance(item, list | tuple | dict | SimpleNamespace) for item in argument)

@@ -1,7 +1,7 @@
 """The STM32F401 on the board: all its peripherals, the core, and the firmware in flash.
 
-A list and no behaviour: the peripherals in Python with their addresses (RM0368 table 1) and interrupt inputs
-(table 38), and what is connected to what. What the pins lead to is the board's.
+This module contains a list and no behaviour: the peripherals in Python with their addresses (RM0368 table 1)
+and interrupt inputs (table 38), and the connections between them. The board connects the pins.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ def _place(name: str) -> tuple[str, int]:
 
 
 class SystemPeripherals:
-    """The peripherals that are written in Python; iterate over it for all. Sets ``soc.clocks``.
+    """The peripherals in Python; iterate over it for all. Sets ``soc.clocks``.
 
-    What talks to the outside world (USART, I2C, SPI, DMA) joins them in :class:`Chip`; RCC then gets all
-    peripherals by ``rcc.control(...)``.
+    :class:`Chip` adds the peripherals with connections to the outside (USART, I2C, SPI, DMA). RCC then gets
+    all peripherals by ``rcc.control(...)``.
     """
 
     def __init__(self, soc: Soc, inputs: AdcInputs | None = None, oscillators: Oscillators = NOMINAL) -> None:
@@ -61,7 +61,7 @@ class SystemPeripherals:
 
 
 class Chip:
-    """The chip with its firmware, at power-on: ``core``, which has the peripherals in C, and those in Python."""
+    """The chip with its firmware, at power-on: ``core``, with the peripherals in C, and the peripherals in Python."""
 
     def __init__(
         self,
@@ -88,7 +88,7 @@ class Chip:
             if name in signals.i2c:
                 pins = board.i2c[name]
                 ConnectedI2c(self.core, name, signals.i2c[name], (pins.scl, pins.sda))
-            else:  # nothing is connected to it
+            else:  # no device is connected to it
                 ConnectedI2c(self.core, name, I2CBus(name, signals.clock, signals.trace))
         self.core.power_on(soc, self.system, self.system.rcc.reset_because)
         self.system.rcc.control(self.core.all_peripherals, self.core)

@@ -1,4 +1,4 @@
-"""Firmware built for the chip, on the virtual board: the back end that executes ARM code, within limits.
+"""Firmware for the chip, on the virtual board: the back end that executes ARM code, within limits.
 
 ::
 
@@ -6,19 +6,18 @@
     board.run_for(3)
     board.variable("pitch")              # a C variable, by the ELF's symbols and debug information
 
-A run of built firmware has limits. Whoever runs a stranger's file, or an endless loop of their own, gets
-the machine back, with one line that says which limit was exceeded.
+A run of compiled firmware has limits. A user who runs an untrusted file, or an endless loop, gets the machine
+back, with one line that names the exceeded limit.
 
-Virtual time needs no limit of its own: a run ends at the time that it was asked for. The limit on work
-(:mod:`fcu_emulator.emulator.chip.cpu.work`) is checked in C, so firmware that makes the emulator far slower than real time
-(a storm of interrupts, a loop that changes clocks) is stopped at the instruction that exceeds it. The other
-limits are checked every 10 ms of virtual time, between two instructions.
+Virtual time needs no separate limit: a run ends at the requested time. The limit on work
+(:mod:`fcu_emulator.emulator.chip.cpu.work`) is checked in C. Firmware that makes the emulator far slower than
+real time (a storm of interrupts, a loop that changes clocks) is therefore stopped at the instruction that
+exceeds it. The other limits are checked every 10 ms of virtual time, between two instructions.
 
-Decision: limits on what the firmware does (work, instructions, bytes, resets) strike at the same instruction
-on every machine; wall time is the last resort, and generous, because a verdict must not depend on the
-machine. The road not taken, a process of its own that is killed
-after a while, would also stop an endless loop of ours, but no firmware can cause one: it reaches nothing
-but the model.
+Decision: limits on the firmware's actions (work, instructions, bytes, resets) take effect at the same
+instruction on every machine. The limit on wall time is large and the last resort, because a verdict must not
+depend on the machine. A separate process that is killed after a while was rejected: it would also stop an
+endless loop of the emulator, but firmware cannot cause one, because it has access only to the model.
 """
 
 from __future__ import annotations
@@ -44,14 +43,14 @@ from fcu_emulator.emulator.errors import InputError, LimitError
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, Clock
 from fcu_emulator.emulator.trace import LARGEST_FILE
 
-if TYPE_CHECKING:  # imported when a function is called, with what reads debug information: runs start sooner
+if TYPE_CHECKING:  # imported at a function call, with the reader of debug information: runs start sooner
     from fcu_emulator.emulator.chip.calls import Caller
 
 
 class ArmFirmware:
     """A firmware image in flash, and the chip that executes it from power-on.
 
-    ``chip`` and ``image`` are there for debuggers and diagnoses. One of the back ends of
+    ``chip`` and ``image`` are for debuggers and diagnoses. One of the back ends of
     :mod:`fcu_emulator.emulator.assembly.firmware`.
     """
 
@@ -64,7 +63,7 @@ class ArmFirmware:
         self.signals = signals
         self.faults = FaultLog(self.chip.core)
         self.limits = Limits()
-        """What a run may take; may be set at any time."""
+        """The limits of a run; may be set at any time."""
         self._run = LimitedRun(self.chip.core, signals.clock, signals.uart)
 
     @property
@@ -77,46 +76,47 @@ class ArmFirmware:
         return self.chip.timers[self.signals.board.timer.peripheral]
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps``. Raises LimitError when the firmware takes too much."""
+        """Run up to and including ``at_ps``. Raises LimitError if the firmware exceeds a limit."""
         self._run.run_until_ps(at_ps, self.limits)
 
     def diagnosis(self) -> Diagnosis | None:
-        """What keeps the firmware from working, as far as can be told now; None if it does work."""
+        """Return the worst problem of the firmware in its present state; None if it works."""
         return diagnose(self)
 
     def diagnosis_text(self) -> str:
-        """The same as text; "" if nothing is seen to be wrong."""
+        """Return the same as text; "" if no problem is found."""
         return str(self.diagnosis() or "")
 
     def findings(self) -> list[Diagnosis]:
-        """Everything that can be seen to be wrong with the firmware now, the worst first.
+        """Return all problems of the firmware in its present state, the worst first.
 
-        What the world and the sensors say besides: :func:`fcu_emulator.emulator.analysis.mistakes.explain`.
+        :func:`fcu_emulator.emulator.analysis.mistakes.explain` adds problems found in the world and the
+        sensors.
         """
         return list(findings(self))
 
     def handles(self, peripheral: str) -> bool:
-        """Whether an interrupt of a peripheral ("TIM9") is being handled now."""
+        """Return whether an interrupt of a peripheral ("TIM9") is being handled now."""
         return any(peripheral in name for name in self.handled())
 
     def handled(self) -> list[str]:
-        """The exceptions being handled now, preempted ones included: "HardFault", "TIM1_BRK_TIM9"."""
+        """Return the active exceptions, including preempted ones: "HardFault", "TIM1_BRK_TIM9"."""
         return [exception_name(number) for number in bits(self.chip.core.active)]
 
     def variable(self, name: str) -> Any:
-        """A global variable by its C name, as :meth:`Symbols.read_variable` gives it. Raises KeyError."""
+        """Return a global variable by its C name, as :meth:`Symbols.read_variable`. Raises KeyError."""
         if self.image.symbols is None:
             raise KeyError(f"{self.image.path} has no symbols, so no variable {name!r}")
         return self.image.symbols.read_variable(name, self._memory)
 
     def set_variable(self, name: str, value: Any) -> None:
-        """Give a global variable a value. Raises KeyError, and InputError for a value that does not fit."""
+        """Set a global variable. Raises KeyError, and InputError for a value that does not fit."""
         from fcu_emulator.emulator.chip.calls import set_variable
 
         set_variable(self.image, name, value, self._memory, self._store)
 
     def caller(self, restoring: Callable[[], AbstractContextManager[object]]) -> Caller:
-        """What calls single functions; see :class:`Caller`."""
+        """Return the object that calls single functions; see :class:`Caller`."""
         from fcu_emulator.emulator.chip.calls import Caller
 
         return Caller(self.chip.core, self.image, self.run_until_ps, restoring)
@@ -143,20 +143,20 @@ WORK_PER_S = 400_000_000
 
 @dataclass(frozen=True)
 class Limits:
-    """What is allowed since power-on. Raises InputError for a limit that is not above 0."""
+    """The limits since power-on. Raises InputError for a limit that is not above 0."""
 
     instructions: int = 10**13
-    """Retired, those of skipped waiting included: 43 hours of virtual time at 84 MHz."""
+    """Retired instructions, including skipped waiting: 43 hours of virtual time at 84 MHz."""
     terminal_bytes: int = 64 << 20
-    """At 115200 baud an hour and a half without a pause."""
+    """At 115200 baud the output of an hour and a half without a pause."""
     resets_per_s: int = 1_000
     """In one second of virtual time. The shortest watchdog period is 0.1 ms, a boot prints for 30 ms."""
     wall_s: float = 3600.0
-    """Time spent in running this board, waiting for the wall clock not included."""
+    """Time spent in running this board, without waiting for the wall clock."""
     trace_bytes: int = LARGEST_FILE
-    """Of a trace file."""
+    """Size of a trace file."""
     work_per_s: int = WORK_PER_S
-    """For each second of virtual time since power-on and one more, in units of an executed instruction."""
+    """For each second of virtual time since power-on plus one, in units of an executed instruction."""
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -176,18 +176,18 @@ class Limits:
         return min(self.work_per_s * (at_ps + PS_PER_S) // PS_PER_S, _MOST_WORK)
 
     def check_printed(self, count: int) -> None:
-        """Raises LimitError when ``count`` bytes of text are too many."""
+        """Raise LimitError if ``count`` bytes of text are too many."""
         if count > self.terminal_bytes:
             raise LimitError("terminal_bytes", f"it has printed more than {self.terminal_bytes} bytes")
 
     def check_wall(self, wall_s: float) -> None:
-        """Raises LimitError when a run of ``wall_s`` seconds is too long."""
+        """Raise LimitError if a run of ``wall_s`` seconds is too long."""
         if wall_s > self.wall_s:
             raise LimitError("wall_s", f"it has run for more than {self.wall_s:g} s of wall time")
 
 
 def parse_limits(settings: Iterable[str]) -> Limits:
-    """The usual limits with some replaced, each given as ``name=number``. Raises InputError."""
+    """Return the default limits with some replaced, each given as ``name=number``. Raises InputError."""
     types = {name: type(usual) for name, usual in asdict(Limits()).items()}
     chosen: dict[str, Any] = {}
     for setting in settings:

@@ -1,7 +1,7 @@
 """The chip in C (emulator/chip/native), called through ctypes: its handle, its callbacks, its peripherals.
 
-``fcu.h`` documents each function. The interpreter lock is held while C runs: runs are short, and callbacks
-into Python come by the ten thousand a second.
+``fcu.h`` documents each function. The interpreter lock is held while C runs, because runs are short and call
+back into Python tens of thousands of times a second.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ _i32, _u32, _i64, _pointer = ctypes.c_int32, ctypes.c_uint32, ctypes.c_int64, ct
 _u64 = ctypes.c_uint64
 
 WORK_OF_A_CALL: Final = 2_000
-"""Of Python by C, in units of work.h."""
+"""The work of a call from C into Python, in units of work.h."""
 NOTE_KINDS: Final = ("forbidden", "not modelled", "refused")
 """enum NoteKind of peripheral.h."""
 PERIPHERAL_CLASSES: Final[dict[str, type[NativePeripheral]]] = {}
-"""What stands for a peripheral where it is more than a :class:`NativePeripheral`, by its name without the number."""
+"""The classes of peripherals with more functions than :class:`NativePeripheral`, by name without number."""
 
 
 IRQ_CHANGED: Final = ctypes.CFUNCTYPE(None, _i64, _i32, _i32)
@@ -223,7 +223,7 @@ _REGISTER_NUMBERS: Final = {
 
 @cache
 def load() -> Any:
-    """The library, its functions declared. InputError if it is missing or stale."""
+    """Return the library with declared functions. Raises InputError if it is missing or outdated."""
     library = loader.load()
     for name, (gives, *takes) in _FUNCTIONS.items():
         function = getattr(library, name)
@@ -232,14 +232,14 @@ def load() -> Any:
 
 
 class _Owner:
-    """Whoever has one keeps the chip in C alive."""
+    """Keeps the chip in C alive while a reference exists."""
 
 
 class FcuChip:
-    """One chip in C, and its place in the board's time.
+    """One chip in C, with the board's time.
 
-    Python and C keep one time: whenever Python code runs, ``clock.now_ps`` and the chip's time are the same.
-    What a callback raises ends the run and is raised by :meth:`raise_error`.
+    Python and C share one time: whenever Python code runs, ``clock.now_ps`` and the chip's time are the same.
+    An exception in a callback ends the run and is raised by :meth:`raise_error`.
     """
 
     def __init__(self, clock: Clock, trace: Trace) -> None:
@@ -279,7 +279,7 @@ class FcuChip:
         self._core_registers = CoreRegisters(self, CORE)
         self._pc = CoreRegisters(self, ("pc",))
         self.targets = Targets(self)
-        """Sensors' bytes that C keeps."""
+        """The read cache of the sensors' bytes in C."""
         self._unreported = self.targets.unreported
         bases = [self.library.fcu_peripheral_base(self.handle, n) for n in range(self.peripheral_count)]
         names = {base: name for name, (base, _) in ADDRESSES.items()}
@@ -293,16 +293,16 @@ class FcuChip:
         self.on_touched: Callable[[NativePeripheral, int, int], None] = lambda _peripheral, _offset, _what: (
             None
         )
-        """An access that a peripheral cannot take (enum Touched of chip.h)."""
+        """Called at an access that a peripheral ignores (enum Touched of chip.h)."""
 
     @property
     def peripheral_count(self) -> int:
-        """How many peripherals are in C."""
+        """The number of peripherals in C."""
         count: int = self.library.fcu_peripheral_count(self.handle)
         return count
 
     def close(self) -> None:
-        """Give C's memory back now, and not when the garbage collector comes; then nothing may be asked."""
+        """Free C's memory now, without waiting for the garbage collector; the object must not be used afterwards."""
         nothing = memoryview(b"")
         self.flash = self.ram = self.system_memory = self.shared = nothing
         self._memories = ()
@@ -313,11 +313,11 @@ class FcuChip:
 
     def _memory(self, place: Callable[[Any], int], size: int) -> memoryview[int]:
         buffer = (ctypes.c_uint8 * size).from_address(place(self.handle))
-        vars(buffer)["owner"] = self._owner  # C's memory lives while somebody sees it
+        vars(buffer)["owner"] = self._owner  # C's memory lives as long as this view
         return memoryview(buffer).cast("B")
 
     def memory(self, address: int, size: int) -> memoryview[int] | None:
-        """``size`` bytes of RAM, flash (at 0 too) or system memory; None elsewhere."""
+        """Return ``size`` bytes of RAM, flash (at 0 too) or system memory; None elsewhere."""
         for base, content in self._memories:
             offset = address - base
             if 0 <= offset <= len(content) - size:
@@ -325,7 +325,7 @@ class FcuChip:
         return None
 
     def forget_code(self) -> None:
-        """Flash or RAM were changed from outside: decode again what is executed there."""
+        """Decode code again after a change of flash or RAM from outside."""
         self.library.fcu_forget_code(self.handle)
 
     def register_calls(self, names: tuple[str, ...]) -> RegisterCalls:
@@ -339,11 +339,11 @@ class FcuChip:
         return words, fetch, partial(self.library.fcu_write_registers, *call)
 
     def register(self, number: int) -> int:
-        """R0 to R15, then xPSR."""
+        """Return R0 to R15, or xPSR."""
         return self._core_registers.read()[number]
 
     def core_state(self) -> bytes:
-        """R0 to R12, SP, LR, PC and xPSR."""
+        """Return R0 to R12, SP, LR, PC and xPSR."""
         return self._core_registers.read().tobytes()
 
     @property
@@ -365,7 +365,7 @@ class FcuChip:
         self.library.fcu_set_thumb(self.handle, thumb)
 
     def peripheral_by_index(self, index: int) -> NativePeripheral:
-        """The peripheral with this number in C."""
+        """Return the peripheral with this number in C."""
         return self._by_index[index]
 
     # -- time -------------------------------------------------------------------------------------------
@@ -378,19 +378,19 @@ class FcuChip:
         self.clock.advance_to(at_ps)
 
     def enter(self) -> None:
-        """Before C carries out anything: what it has to know of Python."""
+        """Pass Python's state to C, before C carries out anything."""
         shared, trace = self.shared, self.trace
         shared[1], shared[4], shared[7] = self.clock.next_ps, trace.detailed, trace.observed
 
     def settle(self) -> None:
-        """Carry out what is due by now, in C and in Python."""
+        """Carry out all events that are due now, in C and in Python."""
         self.enter()
         self.library.fcu_settle(self.handle)
         self.raise_error()
         self.clock.settle()
 
     def set_clocks(self, tree: ClockTree) -> None:
-        """The frequencies of RCC are these from now on."""
+        """Set the frequencies of RCC from now on."""
         clocks = tree.sysclk_hz, tree.hclk_hz, tree.pclk1_hz, tree.pclk2_hz, tree.timer1_hz, tree.timer2_hz
         self.library.fcu_set_clocks(self.handle, ClocksTable(*clocks))
         self.raise_error()
@@ -400,37 +400,37 @@ class FcuChip:
         self.library.fcu_gate(self.handle, peripherals, clocked)
 
     def gate_python(self, peripheral: Peripheral, clocked: bool) -> None:
-        """Tell C that the clock of a peripheral in Python has been switched on or off."""
+        """Report to C that the clock of a peripheral in Python has been switched on or off."""
         self.library.fcu_gate_python(self.handle, peripheral.base, clocked)
 
     def reset_peripherals(self, peripherals: int) -> None:
-        """Put peripherals in C into their state after reset: bit = index."""
+        """Reset peripherals in C: bit = index."""
         self.library.fcu_reset_peripherals(self.handle, peripherals)
         self.raise_error()
 
     def set_irq(self, number: int, level: bool) -> None:
-        """Python's peripherals hold NVIC input ``number`` active or not."""
+        """Set or clear NVIC input ``number`` for the peripherals in Python."""
         self.library.fcu_set_irq(self.handle, number, level)
 
     def irq_level(self, number: int) -> bool:
-        """Whether any peripheral holds NVIC input ``number`` active."""
+        """Return whether any peripheral sets NVIC input ``number``."""
         return bool(self.library.fcu_irq_level(self.handle, number))
 
     def set_alternate(self, port: str, pin: int, function: int | None) -> None:
-        """A pin is switched to an alternate function, or to none."""
+        """Switch a pin to an alternate function, or to none."""
         number = -1 if function is None else function
         self.library.fcu_set_alternate(self.handle, "ABCDEH".index(port), pin, number)
 
     def set_exti_line(self, line: int, level: bool) -> None:
-        """An inner signal that EXTI detects edges of, line 16 or up (RM0368 section 10.2.5)."""
+        """Set an internal signal whose edges EXTI detects, line 16 or higher (RM0368 section 10.2.5)."""
         self.library.fcu_set_exti_line(self.handle, line, level)
 
     def watch_irqs(self, changed: Callable[[int, int], None]) -> None:
-        """Call ``changed(number, level)`` when an NVIC input becomes active (1) or not (0)."""
+        """Call ``changed(number, level)`` when an NVIC input becomes active (1) or inactive (0)."""
         self.library.fcu_watch_irqs(self.handle, self.callback(IRQ_CHANGED, changed))
 
     def raise_error(self) -> None:
-        """C has returned: report reads that parts have not heard of yet; raise what a callback has raised."""
+        """After C has returned: report reads to the sensors; raise the exception of a callback."""
         if self._unreported[0]:
             self.targets.settle()
         if self._error is not None:
@@ -439,14 +439,14 @@ class FcuChip:
             raise error
 
     def keep_error(self, error: BaseException) -> None:
-        """In a callback: end the run, and raise ``error`` there; C cannot pass it on."""
+        """In a callback: end the run, and raise ``error`` after it, because C cannot pass it on."""
         self._error = self._error or error
         self.shared[3] = 1
 
     def callback(self, kind: Any, function: Callable[..., Any]) -> Any:
-        """``function(...)`` for C to call with the time first, which becomes the clock's.
+        """Return ``function(...)`` for calls from C, with the time as first argument, which becomes the clock's.
 
-        Nothing is raised into C. C keeps no reference; this object does.
+        It never raises into C. C keeps no reference; this object does.
         """
         clock, enter = self.clock, self.enter
         nothing = 0 if kind._restype_ is not None else None
@@ -490,7 +490,7 @@ class FcuChip:
         self.on_touched(self._by_index[peripheral], offset, what)
 
     def _fault(self, exception: int, status: int, hard: int, address: int) -> None:
-        """For :class:`Core`, as those below."""
+        """Do nothing; :class:`Core` overrides this and the following methods."""
 
     def _locked_up(self, pc: int) -> None:
         pass
@@ -503,7 +503,7 @@ class FcuChip:
 
 
 class NativePeripheral(Peripheral):
-    """A peripheral in C as Python sees it: registers by offset, reset, clock gate."""
+    """A peripheral in C, used from Python: registers by offset, reset, clock gate."""
 
     index: int
 
@@ -521,28 +521,28 @@ class NativePeripheral(Peripheral):
         self._chip.gate(1 << self.index, clocked << self.index)
 
     def reset(self) -> None:
-        """Back to the state after reset."""
+        """Restore the state after reset."""
         self._chip.reset_peripherals(1 << self.index)
 
     def read(self, offset: int) -> int:
-        """The word at ``offset``, side effects included."""
+        """Return the word at ``offset``, with side effects."""
         self._chip.enter()
         value: int = self._chip.library.fcu_read_peripheral(self._chip.handle, self.index, offset)
         self._chip.raise_error()
         return value
 
     def read_with_validity(self, offset: int) -> tuple[int, int]:
-        """``read``, and until when the value stays so without any access."""
+        """Return ``read``, and the end of the value's validity without further accesses."""
         value = self.read(offset)
         return value, self._chip.shared[2]
 
     def peek(self, offset: int) -> int:
-        """The word at ``offset`` without any side effect."""
+        """Return the word at ``offset`` without side effects."""
         value: int = self._chip.library.fcu_peek_peripheral(self._chip.handle, self.index, offset)
         return value
 
     def pure_read(self, offset: int) -> bool:
-        """Whether reading ``offset`` has no side effect, and its value does not run with time."""
+        """Return whether a read of ``offset`` has no side effect and its value does not change continuously."""
         return bool(self._chip.library.fcu_is_pure(self._chip.handle, self.index, offset))
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:

@@ -1,8 +1,8 @@
-"""Where everything is in the STM32F401CC: memories and peripherals by address (RM0368 table 1, section 2.3; sizes
+"""The memory map of the STM32F401CC: memories and peripherals by address (RM0368 table 1, section 2.3; sizes
 of the memories: datasheet DS9716, section 5; ARMv7-M ARM table B3-3 for the core's peripherals).
 
-The table of peripherals is complete even where the model is not: firmware that touches something which is not
-built learns its name.
+The table of peripherals is complete although the model is not, so that firmware that accesses an unmodelled
+peripheral gets a note with its name.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Final, NamedTuple
 
 CHIP_NAME: Final = "STM32F401"
-"""What the trace calls it."""
+"""The chip's name in the trace."""
 
 FLASH: Final = 0x0800_0000
 FLASH_SIZE: Final = 0x4_0000
@@ -92,7 +92,7 @@ class Region(NamedTuple):
     end: int
 
     def holds(self, start: int, end: int) -> bool:
-        """Whether [start, end) lies inside."""
+        """Return whether [start, end) is inside."""
         return self.start <= start <= end <= self.end
 
     def __str__(self) -> str:
@@ -106,5 +106,5 @@ CHIP: Final = f"this board's STM32F401CC has {FLASH_MEMORY} and {RAM_MEMORY}"
 
 
 def fits(start: int, end: int) -> bool:
-    """Whether [start, end) lies inside flash or inside RAM."""
+    """Return whether [start, end) is inside flash or inside RAM."""
     return FLASH_MEMORY.holds(start, end) or RAM_MEMORY.holds(start, end)

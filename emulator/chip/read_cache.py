@@ -1,8 +1,8 @@
-"""Sensors' bytes that the chip in C keeps (emulator/chip/native/peripherals/read_cache.h), as Python sees them.
+"""The read cache of sensors' bytes in C (emulator/chip/native/peripherals/read_cache.h), and its interface in Python.
 
-C asks which bytes come from a sub-address on, and keeps them as long as they are sure. Reads that change
-something in the part (data-ready is cleared) are reported to it before any Python code runs that could see a
-difference: at the beginning of every callback, and when C returns (:meth:`Targets.settle`).
+C requests the bytes from a sub-address, and keeps them as long as they are valid. Reads with side effects in
+the sensor (data-ready is cleared) are reported to it before any Python code runs that could see a difference:
+at the beginning of every callback, and when C returns (:meth:`Targets.settle`).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _PUT: Final = struct.Struct(f"=qQq{_BYTES}s")  # struct Prefetched
 _LENGTHS: Final = (1 << _BYTES + 1) - 1
 _KNOWN: Final = -1  # POSITION_KNOWN
 _WORK: Final = 5_000
-"""Of asking a part for its bytes, in units of work.h."""
+"""Work of a request to a sensor for its bytes, in units of work.h."""
 
 
 class TargetTable(ctypes.Structure):
@@ -36,23 +36,23 @@ class TargetTable(ctypes.Structure):
 
 
 class KeepingTarget(Protocol):
-    """A part at a bus that says which bytes come next, as :meth:`RegisterFile.prefetch` does."""
+    """A sensor at a bus that gives bytes in advance, like :meth:`RegisterFile.prefetch`."""
 
     @property
     def version(self) -> array[int]:
-        """One number that changes with everything that makes prefetched bytes wrong."""
+        """Return a number that changes with every event that invalidates prefetched bytes."""
         ...
 
     def prefetch(self, address: int, count: int, now_ps: int, /) -> tuple[bytes, int, int]:
-        """The bytes, until when (ps) they are these, and how many of them can be read without any effect."""
+        """Return the bytes, the end of their validity (ps), and how many of them can be read without side effects."""
         ...
 
     def consumed(self, address: int, count: int, /) -> None:
-        """So many of these bytes have been read."""
+        """Report that so many of these bytes have been read."""
         ...
 
     def advance_past(self, address: int, count: int, /) -> None:
-        """They have been read without any effect but for the sub-address left behind."""
+        """Report that they have been read without side effects, except for the new sub-address."""
         ...
 
     @property
@@ -60,7 +60,7 @@ class KeepingTarget(Protocol):
 
 
 class CachingChip(Protocol):
-    """What is needed of the chip: :class:`fcu_emulator.emulator.chip.library.FcuChip`."""
+    """The functions of the chip that are used here: :class:`fcu_emulator.emulator.chip.library.FcuChip`."""
 
     clock: Clock
     library: Any
@@ -68,16 +68,16 @@ class CachingChip(Protocol):
     shared: Any
 
     def callback(self, kind: Any, function: Callable[..., Any], /) -> Any:
-        """A Python function as C calls it."""
+        """Return a Python function for calls from C."""
         ...
 
     def keep_error(self, error: BaseException, /) -> None:
-        """To be raised when C has returned."""
+        """Keep an error that is raised when C has returned."""
         ...
 
 
 class Targets:
-    """All of a chip's. ``unreported[0]`` is 0 unless a part has to hear of reads (:meth:`settle`)."""
+    """All targets of a chip. ``unreported[0]`` is 0 unless reads must be reported to a sensor (:meth:`settle`)."""
 
     def __init__(self, chip: CachingChip) -> None:
         self._chip = chip
@@ -92,7 +92,7 @@ class Targets:
         self.unreported = self._words[:1]
 
     def add(self, target: KeepingTarget) -> int:
-        """C keeps bytes of this one, too; its index, or -1 if there are too many."""
+        """Add a target to the read cache; return its index, or -1 if there are too many."""
         if target in self._targets:
             return self._targets.index(target)
         version, _ = target.version.buffer_info()
@@ -102,7 +102,7 @@ class Targets:
         return index
 
     def settle(self) -> None:
-        """Report to the parts the reads that they have not heard of yet."""
+        """Report to the sensors the reads that they have not received yet."""
         words = self._words
         unreported, words[_UNREPORTED] = words[_UNREPORTED], 0
         for index in range(unreported.bit_length()):
@@ -111,27 +111,27 @@ class Targets:
                 before = target.version[0]
                 target.consumed(read >> 8, read & 0xFF)
                 if words[_ANSWERED + index] == before:
-                    words[_ANSWERED + index] = target.version[0]  # reading does not switch a part off
+                    words[_ANSWERED + index] = target.version[0]  # reading does not switch a sensor off
 
     def tell_position(self, index: int) -> None:
-        """The part learns where reads in C have left its sub-address."""
+        """Set the sensor's sub-address to the one after the reads in C."""
         position = self._words[_POSITIONS + index]
         if position != _KNOWN:
             self._words[_POSITIONS + index] = _KNOWN
             self._targets[index].advance_past(position >> 8, position & 0xFF)
 
     def prefetch(self, index: int, address: int, count: int, now_ps: int) -> int:
-        """Put what comes from ``address`` on where C finds it; the number of bytes, 0 if none is sure."""
+        """Store the bytes from ``address`` for C; return their number, 0 if none is valid."""
         data, until_ps, quiet = self._targets[index].prefetch(address, count, now_ps)
         _PUT.pack_into(self._prefetched, 0, until_ps, quiet & _LENGTHS, address, data)
         return min(len(data), _BYTES)
 
     def prefetch_from_here(self, index: int) -> int:
-        """Likewise from the sub-address left behind."""
+        """Do the same from the present sub-address."""
         return self.prefetch(index, self._targets[index].position, 1, self._chip.clock.now_ps)
 
     def _prefetch_at(self, now_ps: int, index: int, address: int, skip: int, count: int) -> int:
-        """What C asks, thousands of times a second: what :meth:`FcuChip.callback` makes, in one piece."""
+        """Prefetch for C, thousands of times a second: :meth:`FcuChip.callback` merged into one function."""
         chip = self._chip
         clock = chip.clock
         try:

@@ -1,4 +1,4 @@
-"""Files that are whole or not there, and files that grow up to a bound."""
+"""Files that are written completely or not at all, and files with a size limit."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ _OF_A_NAME = frozenset(
 
 
 def is_about_the_name(error: OSError) -> bool:
-    """Return whether a file's name or kind causes ``error``; every other OSError is the machine's fault.
+    """Return whether a file's name or kind causes ``error``; all other OSErrors are the machine's fault.
 
-    A stranger chooses names, and the same name fails on every try. A full disk, too many open files or a
-    missing permission says nothing about the stranger's file.
+    The author of a submission chooses the names, and the same name fails on every try. A full disk, too many
+    open files or a missing permission does not depend on the submitted file.
     """
     return error.errno in _OF_A_NAME
 
 
 def write_atomically(path: Path, data: bytes | str, *, private: bool = False) -> None:
-    """Put ``data`` into the file ``path``: who reads it, or is interrupted, never sees half of it.
+    """Write ``data`` to the file ``path`` in one step: a reader, or an interruption, never sees half of it.
 
-    Folders are made as needed. ``private``: nobody but this user may read it. A character device, such as
+    Folders are created as needed. ``private``: only this user may read it. A character device, such as
     ``/dev/null``, is written to and stays a device. Raises OutputError, for a pipe and a folder as well.
     """
     contents = data.encode("utf-8") if isinstance(data, str) else data
@@ -45,7 +45,7 @@ def write_atomically(path: Path, data: bytes | str, *, private: bool = False) ->
         try:
             with os.fdopen(handle, "wb") as file:
                 file.write(contents)
-            if not private:  # mkstemp makes files for the owner alone
+            if not private:  # mkstemp creates files that only the owner can access
                 Path(name).chmod(0o644)
             Path(name).replace(path)
         except BaseException:
@@ -57,9 +57,9 @@ def write_atomically(path: Path, data: bytes | str, *, private: bool = False) ->
 
 
 def secret(path: Path) -> bytes:
-    """Return the contents of a file that holds a secret; a missing file is made, with 32 random bytes.
+    """Return the contents of a file with a secret; a missing file is created, with 32 random bytes.
 
-    Raises InputError for a file that cannot be a secret, OutputError if the file cannot be made.
+    Raises InputError for a file that cannot be a secret, OutputError if the file cannot be created.
     """
     try:
         if path.exists() and not path.is_file():
@@ -78,10 +78,10 @@ def secret(path: Path) -> bytes:
 
 
 def _is_device(path: Path) -> bool:
-    """Tell whether ``path`` is a character device. Raises OutputError if it is neither that nor a file."""
+    """Return whether ``path`` is a character device. Raises OutputError if it is neither that nor a file."""
     try:
         mode = path.stat().st_mode
-    except OSError:  # there is none yet, or it cannot be made: the writing says so
+    except OSError:  # the file is missing, or cannot be created: the write reports it
         return False
     if stat.S_ISCHR(mode):
         return True
@@ -91,10 +91,10 @@ def _is_device(path: Path) -> bool:
 
 
 class BoundedFile:
-    """An ASCII file that grows up to ``most_bytes``; what cannot be written ends the run.
+    """An ASCII file that grows up to ``most_bytes``; a failed write ends the run.
 
-    ``what``: as messages call it, such as ``trace file run.jsonl``. The file is made, or emptied; raises
-    LinkError when it cannot be.
+    ``what``: the name in messages, such as ``trace file run.jsonl``. The file is created, or emptied; raises
+    LinkError if that fails.
     """
 
     def __init__(self, path: str | Path, what: str, most_bytes: int) -> None:
@@ -121,20 +121,20 @@ class BoundedFile:
             raise self._failed(error) from error
 
     def flush(self) -> None:
-        """Hand the system what is buffered. Raises OutputError."""
+        """Flush the buffer to the system. Raises OutputError."""
         try:
             self._file.flush()
         except OSError as error:
             raise self._failed(error) from error
 
     def close(self) -> None:
-        """Write what is left. Raises OutputError; a second call does nothing."""
+        """Write the rest of the buffer. Raises OutputError; a second call does nothing."""
         try:
             self._file.close()
         except OSError as error:
             raise self._failed(error) from error
 
     def _failed(self, error: OSError) -> OutputError:
-        with suppress(OSError):  # which would be this one again
+        with suppress(OSError):  # closing would raise the same error again
             self._file.close()
         return OutputError(f"{self._what}: {error.strerror or error}; the run was stopped")

@@ -1,7 +1,7 @@
-"""Words that differ from system to system: a shell's quoting, and how a program is installed.
+"""Texts that differ between systems: a shell's quoting, and the installation of programs.
 
-Advice for macOS and Windows is from their package managers' and makers' own pages (docs/student.md says the
-same); what was tried is Debian's.
+Hints for macOS and Windows come from the pages of their package managers and of the programs (docs/student.md
+has the same); only Debian's were tested.
 """
 
 from __future__ import annotations
@@ -38,23 +38,23 @@ _INSTALL: Mapping[str, Mapping[str, str]] = {
 
 
 def how_to_install_all(programs: Iterable[str]) -> str:
-    """What installs these programs: one command where one does it, else what to do one after the other."""
+    """Return how to install these programs: one command if possible, else several steps."""
     ways = list(dict.fromkeys(map(how_to_install, programs)))
     packages = [way.removeprefix(_APT) for way in ways]
     return _APT + " ".join(packages) if all(map(str.__ne__, ways, packages)) else "; ".join(ways)
 
 
 def quoted(word: str) -> str:
-    """``word`` as one word of the shell: of cmd and PowerShell on Windows, elsewhere of sh."""
+    """Return ``word`` as one word of the shell: of cmd and PowerShell on Windows, of sh elsewhere."""
     return subprocess.list2cmdline([word]) if sys.platform == "win32" else shlex.quote(word)
 
 
 def command_line(words: Iterable[str]) -> str:
-    """A command as it is typed."""
+    """Return a command as the user types it."""
     return " ".join(map(quoted, words))
 
 
 def how_to_install(program: str) -> str:
-    """What installs ``program`` on this system; systems that are not named do as Debian's users do."""
+    """Return how to install ``program`` on this system; unknown systems get Debian's hint."""
     ways = _INSTALL[program]
     return ways.get(sys.platform, ways["linux"])

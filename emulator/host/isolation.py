@@ -1,21 +1,21 @@
-"""A process of its own for firmware of strangers: what it may take of the machine, and how it ended.
+"""A separate process for untrusted firmware: its limits, and the way it ended.
 
-``run_isolated("fcu_emulator", arguments)`` runs a module as a program in a worker process, under the limits of
-:class:`WorkerLimits`, with the streams of this process. It tells apart a worker that has ended by itself, with its
-exit code, and one that died: killed, crashed, out of memory or of processor time. That says nothing about the
-firmware.
+``run_isolated("fcu_emulator", arguments)`` runs a module as a program in a worker process, under the limits
+of :class:`WorkerLimits`, with the streams of this process. It distinguishes a worker that has ended normally,
+with its exit code, from one that died: killed, crashed, out of memory or of processor time. A death is not a
+verdict on the firmware.
 
-Decision: the worker adds a number of its own to its exit code. Without it, the 1 of a library that ends the
-process where memory is short would be the verdict "wrong"; the road not taken, a pipe for the verdict, needs
-a handle that is inherited, which is another thing on each system.
+Decision: the worker process adds a constant to its exit code. Without it, exit code 1 of a library that ends
+the process when memory is short would be the verdict "wrong". A pipe for the verdict was rejected, because it
+needs an inherited handle, which differs between systems.
 
-Decision: the worker stays in the process group of its parent, so that Ctrl-C reaches both and typing in the
-terminal reaches the board. A request to end that only the parent gets is passed on as SIGTERM, of which fcu
-in a worker heeds one: it may have had the same request itself, and is not to take it for a second.
-A parent that is killed cannot pass anything on, so the worker waits on a pipe whose other end it has.
+Decision: the worker process stays in the process group of its parent, so that Ctrl-C reaches both and typed
+text reaches the board. A request to end that only the parent gets is passed on as SIGTERM. The worker obeys
+only one request, because it may have received the same request itself. A killed parent cannot pass anything
+on, so the worker waits on a pipe whose other end the parent holds.
 
-Decision: the limits are the worker's own, set before it loads anything. The road not taken, a function called
-between fork and exec, is unsafe in programs with threads and unknown on Windows.
+Decision: the worker process sets its own limits, before it loads anything. A function called between fork and
+exec was rejected: it is unsafe in programs with threads and does not exist on Windows.
 """
 
 from __future__ import annotations
@@ -37,27 +37,27 @@ from types import FrameType
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.text import shown
 
-# -- What a process may take --------------------------------------------------------------------------------
+# -- The limits of a process --------------------------------------------------------------------------------
 
 _LEAST_MEMORY = 256 << 20
 _MOST = 1 << 60
-"""The system keeps a limit in 64 bits, with a sign; processor time is added to the time used before."""
+"""The system stores a limit as a signed 64-bit number; processor time is added to the time used before."""
 _ON_MACOS = ("memory_bytes",)
-"""There the address space has a limit that can be set and is not kept."""
+"""On macOS the limit of the address space can be set but has no effect."""
 
 
 @dataclass(frozen=True)
 class WorkerLimits:
-    """What a process may take of its machine. Raises InputError for a limit that nothing can run with."""
+    """The limits of a process. Raises InputError for a limit under which no program can run."""
 
     memory_bytes: int = 1 << 30
-    """Of address space; Python, numpy and a board take about a third of the usual one."""
+    """Size of the address space; Python, numpy and a board need about a third of the default."""
     cpu_s: int = 3600
     """Processor time from :meth:`apply` on."""
     file_bytes: int = 4 << 30
-    """Of each file that is written: as much as a trace may have."""
+    """Size of each written file: as much as a trace may have."""
     open_files: int = 128
-    """At a time, pipes and sockets included."""
+    """Open at the same time, including pipes and sockets."""
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -71,11 +71,11 @@ class WorkerLimits:
             raise InputError(f"limit memory_bytes {problem}")
 
     def apply(self) -> tuple[str, ...]:
-        """Put this process, and those it will start, under the limits; what it had less of stays so.
+        """Apply the limits to this process and its children; lower existing limits remain.
 
-        Returns the names of the limits that this system does not keep. Call it before what takes much is
-        loaded. A process that does one task after the other may call it before each: processor time is
-        counted from the latest call.
+        Returns the names of the limits that this system does not enforce. Call it before loading large
+        modules. A process that does several tasks may call it before each: processor time is counted from the
+        latest call.
         """
         if sys.platform != "win32":
             import resource
@@ -90,16 +90,16 @@ class WorkerLimits:
 
 
 def not_limited() -> tuple[str, ...]:
-    """The names of the limits that this system does not keep."""
+    """Return the names of the limits that this system does not enforce."""
     if platform.system() == "Windows":
         return tuple(field.name for field in fields(WorkerLimits))
     return _ON_MACOS if platform.system() == "Darwin" else ()
 
 
 def parse_limits(settings: Sequence[str]) -> tuple[WorkerLimits | None, tuple[str, ...]]:
-    """The usual limits with some replaced, and the settings that name none of these.
+    """Return the default limits with some replaced, and the settings that name none of these.
 
-    Each is ``name=number``. None if none of them was named. Raises InputError.
+    Each is ``name=number``. The limits are None if none of them was named. Raises InputError.
     """
     known = {field.name for field in fields(WorkerLimits)}
     chosen: dict[str, int] = {}
@@ -120,7 +120,7 @@ def parse_limits(settings: Sequence[str]) -> tuple[WorkerLimits | None, tuple[st
 if sys.platform != "win32":
 
     def _lower(kind: int, value: int, *, again: bool = False) -> None:
-        """``again``: leave the hard limit, so that the same can be done with a later value."""
+        """Lower a limit; ``again``: keep the hard limit, so that a later call can change the value."""
         import resource
 
         _, hard = resource.getrlimit(kind)
@@ -131,7 +131,7 @@ if sys.platform != "win32":
 # -- The parent ---------------------------------------------------------------------------------------------
 
 _ENDED = 100
-"""What a worker adds to its exit code when it has ended by itself."""
+"""The number that a worker adds to its exit code when it has ended normally."""
 _REQUESTS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 _CAUSES = {
     "SIGKILL": "it was killed, as the system does with one that takes too much memory",
@@ -141,19 +141,19 @@ _CAUSES = {
 
 @dataclass(frozen=True)
 class WorkerExit:
-    """How a worker ended. ``code``: its exit code, None if it died; ``cause``: of what it died, else ""."""
+    """The end of a worker. ``code``: its exit code, None if it died; ``cause``: the cause of death, else ""."""
 
     code: int | None
     cause: str
     interrupted: bool
-    """Whether somebody has asked for the end."""
+    """Whether the user or the system has requested the end."""
 
 
 def run_isolated(module: str, arguments: Sequence[str], limits: WorkerLimits) -> WorkerExit:
-    """Run ``module`` as ``python -m`` would, in a worker process under ``limits``; return when it has ended.
+    """Run ``module`` like ``python -m``, in a worker process under ``limits``; return after its end.
 
-    The worker has this process's streams. To be called in the main thread. Raises OSError if no process can
-    be started.
+    The worker has this process's streams. Call it in the main thread. Raises OSError if no process can be
+    started.
     """
     read, write = _lifeline()
     start = f"import sys; sys.path[:] = {sys.path!r}; from fcu_emulator.emulator.host.isolation import work; work()"
@@ -164,7 +164,7 @@ def run_isolated(module: str, arguments: Sequence[str], limits: WorkerLimits) ->
         with _passed_on(asked) as to:
             process = subprocess.Popen(command, pass_fds=() if read is None else (read,))
             to.append(process)
-            if asked and sys.platform != "win32":  # before there was anybody to pass it on to
+            if asked and sys.platform != "win32":  # the request came before the worker existed
                 process.terminate()
             process.wait()
     finally:
@@ -176,7 +176,7 @@ def run_isolated(module: str, arguments: Sequence[str], limits: WorkerLimits) ->
 
 def _ending(status: int, limits: WorkerLimits, interrupted: bool) -> WorkerExit:
     code = status - _ENDED
-    if 0 <= code <= 155 and status != 120:  # Python's own, when it cannot write its output at its end
+    if 0 <= code <= 155 and status != 120:  # Python's exit code when it cannot write its output at its end
         return WorkerExit(code, "", interrupted)
     return WorkerExit(None, _cause(status, limits), interrupted)
 
@@ -191,7 +191,7 @@ def _cause(status: int, limits: WorkerLimits) -> str:
 
 
 def _lifeline() -> tuple[int | None, int | None]:
-    """A pipe that the worker waits on; its ends are no standard streams, even where those are closed."""
+    """Create the pipe that the worker waits on; its ends are never standard streams, even if those are closed."""
     read: int | None = None
     write: int | None = None
     if sys.platform != "win32":
@@ -206,10 +206,10 @@ def _lifeline() -> tuple[int | None, int | None]:
 
 @contextmanager
 def _passed_on(asked: list[int]) -> Iterator[list[subprocess.Popen[bytes]]]:
-    """While this lasts, requests to end are noted and go to the process in the list; a second one kills it.
+    """Record requests to end in this context and pass them on to the process in the list; a second one kills it.
 
-    Windows sends Ctrl-C to the worker itself, and has no gentle way to pass on others. What is ignored stays
-    so, as it does in the worker.
+    Windows sends Ctrl-C to the worker itself, and cannot pass on other requests gently. Ignored signals stay
+    ignored, as in the worker.
     """
     to: list[subprocess.Popen[bytes]] = []
 
@@ -235,12 +235,12 @@ _working_under: list[WorkerLimits] = []
 
 
 def limits_of_worker() -> WorkerLimits | None:
-    """What this process is limited to if it is a worker of :func:`run_isolated`, else None."""
+    """Return the limits of this process if it is a worker of :func:`run_isolated`, else None."""
     return _working_under[0] if _working_under else None
 
 
 def work() -> None:
-    """What a worker does, from its start to its end; its arguments are those of :func:`run_isolated`."""
+    """Run the worker, from its start to its end; its arguments are those of :func:`run_isolated`."""
     own = json.loads(sys.argv[1])
     limits = WorkerLimits(**own["limits"])
     threading.Thread(target=_end_with_parent, args=(own["lifeline"], own["parent"]), daemon=True).start()
@@ -264,5 +264,5 @@ def _end_with_parent(lifeline: int | None, parent: int) -> None:
         _winapi.WaitForSingleObject(process, _winapi.INFINITE)
     else:
         assert lifeline is not None
-        os.read(lifeline, 1)  # nothing is ever written
-    os._exit(_ENDED - 1)  # nobody is left who would read a summary
+        os.read(lifeline, 1)  # no data is ever written
+    os._exit(_ENDED - 1)  # a summary would have no reader

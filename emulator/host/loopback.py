@@ -1,9 +1,9 @@
 """TCP ports of this machine that only programs on this machine can reach.
 
-Decision: serial ports, the debugger's port and the control port listen on 127.0.0.1 alone; the page, which
-has a token, can have another address (:mod:`fcu_emulator.emulator.live.listening`). A user of another machine connects
-through ``ssh -L``, which asks for a password; the road not taken, an option for the address of each port,
-would put a port without a password on a lecture hall's network.
+Decision: serial ports, the debugger's port and the control port listen on 127.0.0.1 only. The page, which has
+a token, can have another address (:mod:`fcu_emulator.emulator.live.listening`). A user of another machine
+connects through ``ssh -L``, which asks for a password. An option for the address of each port was rejected,
+because it would put a port without a password on a lecture hall's network.
 """
 
 from __future__ import annotations
@@ -18,15 +18,16 @@ LARGEST_PORT = 65_535
 
 
 def listen(port: int, option: str) -> socket.socket:
-    """A listening socket on ``port`` of this machine, 0 for any that is free.
+    """Return a listening socket on ``port`` of this machine, 0 for any free port.
 
-    ``option`` is what the user typed, for the error. Raises LinkError when the port cannot be had.
+    ``option`` is the option that the user typed, for the error. Raises LinkError if the port is not
+    available.
     """
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
-        if sys.platform == "win32":  # where SO_REUSEADDR would let a second program take a port in use
+        if sys.platform == "win32":  # on Windows SO_REUSEADDR would let a second program take a port in use
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
-        else:  # a port whose last connection ended a moment ago can be had again
+        else:  # a port can be reused right after its last connection has ended
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind((HOST, port))
         listener.listen()

@@ -1,6 +1,6 @@
-"""Byte links: how the virtual board's serial line reaches the outside.
+"""Byte links: the connection of the virtual board's serial line to the outside.
 
-``open_link`` turns the word after ``--serial`` into a link; the board knows only the ``ByteLink`` protocol.
+``open_link`` turns the word after ``--serial`` into a link; the board uses only the ``ByteLink`` protocol.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ def open_link(
     firmware_baud: Callable[[], float] = lambda: 115_200.0,
     say: Callable[[str], None] = lambda _line: None,
 ) -> ByteLink:
-    """Open the link that ``spec`` names: one of ``CHOICES``, ``port`` being pty, or tcp where there is none.
+    """Open the link that ``spec`` names: one of ``CHOICES``; ``port`` is pty, or tcp on systems without one.
 
-    ``firmware_baud()`` is the rate that the board's USART sends at, for links whose reader sets one;
-    ``say(line)`` hears at once what is worth knowing during the run. Raises LinkError if ``spec`` is none of
-    these or this machine cannot give it.
+    ``firmware_baud()`` returns the present rate of the board's USART, for links whose reader sets a rate.
+    ``say(line)`` is called at once with messages during the run. Raises LinkError if ``spec`` is unknown or
+    this machine does not support it.
     """
     kind, colon, name = spec.partition(":")
     if spec == "stdout":

@@ -1,17 +1,15 @@
-"""What every byte link offers, and what links share: the far end of the virtual UART, seen from the board.
+"""The interface of all byte links, and their common parts: the other end of the virtual UART, as the board sees it.
 
-Decision: the seam is a pair of calls that never block, polled by the runner every 10 to 20 ms of wall time.
-The road not taken is a callback per received byte from the link's own thread: the board would then need
-locks, and a run would depend on when a thread was scheduled. A link may use threads inside; nobody outside
-sees them.
+Decision: a link is a pair of calls that never block, which the runner polls every 10 to 20 ms of wall time. A
+callback per received byte from the link's thread was rejected: the board would need locks, and a run would
+depend on the scheduling of threads. A link may use threads internally; they are invisible outside.
 
-The law every link keeps: a reader that is absent, slow or goes away neither stops nor slows the board, and
-loses nothing that a real UART would not lose; all 256 byte values pass unchanged both ways; memory is
-bounded.
+All links guarantee this: a reader that is absent, slow or leaves neither stops nor slows the board, and loses
+no bytes that a real UART would not lose. All 256 byte values pass unchanged both ways. Memory is bounded.
 
-Decision: when a queue is full its oldest bytes go, not the newest. Somebody who looks again after a pause
-wants to see what the board says now; the road not taken (refuse the new) would show minutes-old text and then
-a gap of unknown length.
+Decision: the full queue of a link drops its oldest bytes, not the newest. A user who returns after a pause
+wants to see the board's current output. Refusing new bytes was rejected: it would show minutes-old text and
+then a gap of unknown length.
 """
 
 from __future__ import annotations
@@ -25,40 +23,39 @@ from typing import Protocol, runtime_checkable
 class ByteLink(Protocol):
     """The other end of the virtual UART: a terminal, a pipe, a pseudo-terminal, a test.
 
-    Used from one thread. After ``close`` a link takes nothing more and has nothing more to give, without an
-    error.
+    Used from one thread. After ``close`` a link accepts and returns no more bytes, without an error.
     """
 
     def send(self, data: bytes) -> None:
-        """Take all of ``data`` (board to reader) without blocking; what cannot be kept is counted."""
+        """Take all of ``data`` (board to reader) without blocking; bytes that do not fit are counted."""
 
     def receive(self, most: int) -> bytes:
         """Return up to ``most`` bytes that have arrived for the board, ``b""`` if none; never blocks.
 
-        The rest waits: in the link as far as its bound allows, then where it comes from, whose writer waits.
+        The rest waits: in the link up to its limit, then at its source, whose writer waits.
         """
         ...
 
     def flush(self, timeout_s: float) -> None:
-        """Give an attached reader up to ``timeout_s`` seconds of wall time to take what is queued.
+        """Give an attached reader up to ``timeout_s`` seconds of wall time to read the queued bytes.
 
-        Returns earlier when all is taken, when nobody reads, or when the reader takes nothing for two
+        Returns earlier when all bytes are read, without a reader, or when the reader reads nothing for two
         seconds.
         """
 
     def close(self) -> None:
-        """Give up the link and everything it made outside; a second call does nothing."""
+        """Close the link and remove everything it created outside; a second call does nothing."""
 
     def announce(self) -> list[str]:
         """Return the lines that tell the user, at the start, how to reach this link."""
         ...
 
     def report(self) -> list[str]:
-        """Return one line saying how many bytes were lost and why; no line if none was."""
+        """Return one line with the number of lost bytes and the reasons; no line if none was lost."""
         ...
 
     def undelivered(self) -> int:
-        """Return how many bytes an attached reader, or a file, should have had and did not get."""
+        """Return how many bytes an attached reader, or a file, should have received and did not."""
         ...
 
 
@@ -68,7 +65,7 @@ class Addressed(Protocol):
 
     @property
     def address(self) -> str:
-        """Where: a device's path, or such as ``tcp:4001``."""
+        """The address: a device's path, or for example ``tcp:4001``."""
         ...
 
 
@@ -76,9 +73,9 @@ class Addressed(Protocol):
 
 
 class MemoryLink:
-    """A link whose reader is a test: ``sent`` is what the board sent, ``feed`` is what it will receive.
+    """A link whose reader is a test: ``sent`` contains the board's bytes, ``feed`` adds bytes for the board.
 
-    It keeps everything, so its memory is bounded by the length of the test only.
+    It keeps everything, so its memory is bounded only by the length of the test.
     """
 
     def __init__(self) -> None:
@@ -96,7 +93,7 @@ class MemoryLink:
             self.sent += data
 
     def receive(self, most: int) -> bytes:
-        """Return and forget the oldest bytes that were fed."""
+        """Remove and return the oldest bytes that were fed."""
         if self.closed:
             return b""
         data = bytes(self._inbox[:most])
@@ -107,19 +104,19 @@ class MemoryLink:
         """Return at once: ``sent`` is always up to date."""
 
     def close(self) -> None:
-        """Take and give nothing more; ``sent`` stays readable."""
+        """Accept and return no more bytes; ``sent`` stays readable."""
         self.closed = True
 
     def announce(self) -> list[str]:
-        """Return no line: nobody outside can reach this link."""
+        """Return no line: this link cannot be reached from outside."""
         return []
 
     def report(self) -> list[str]:
-        """Return no line: nothing is ever lost."""
+        """Return no line: this link never loses bytes."""
         return []
 
     def undelivered(self) -> int:
-        """Return 0: nothing is ever lost."""
+        """Return 0: this link never loses bytes."""
         return 0
 
 
@@ -127,9 +124,9 @@ class MemoryLink:
 
 
 class Backlog:
-    """Bytes waiting for a reader, at most ``limit`` of them; a changed ``limit`` holds from the next put.
+    """Bytes waiting for a reader, at most ``limit`` of them; a changed ``limit`` applies from the next put.
 
-    Not thread-safe: who shares one holds a lock.
+    Not thread-safe: threads that share one must hold a lock.
     """
 
     def __init__(self, limit: int) -> None:
@@ -140,7 +137,7 @@ class Backlog:
         return len(self._bytes)
 
     def put(self, data: bytes) -> int:
-        """Append ``data`` and return how many of the oldest bytes had to go for it."""
+        """Append ``data`` and return how many of the oldest bytes were dropped for it."""
         self._bytes += data
         excess = max(0, len(self._bytes) - self.limit)
         self.drop(excess)
@@ -151,7 +148,7 @@ class Backlog:
         return bytes(self._bytes[:count])
 
     def drop(self, count: int) -> None:
-        """Forget the ``count`` oldest bytes; a bytearray does this without moving the rest."""
+        """Remove the ``count`` oldest bytes; a bytearray does this without moving the rest."""
         del self._bytes[:count]
 
     def take(self, count: int | None = None) -> bytes:
@@ -165,11 +162,11 @@ class Backlog:
 
 
 STALL_S = 2.0
-"""Seconds without progress after which a reader is taken to have stopped, such as a paused ``less``."""
+"""Seconds without progress after which a reader counts as stopped, such as a paused ``less``."""
 
 
 class Patience:
-    """Waiting for a reader is over after ``timeout_s`` seconds, or ``STALL_S`` after its last progress."""
+    """The time limit for a reader: ``timeout_s`` seconds, or ``STALL_S`` after its last progress."""
 
     def __init__(self, timeout_s: float) -> None:
         now_s = time.monotonic()
@@ -178,7 +175,7 @@ class Patience:
         self._left: int | None = None
 
     def wait_s(self, left: int) -> float:
-        """Return how many more seconds ``left`` untaken bytes may be waited for; 0.0 when it is over."""
+        """Return how many more seconds to wait for ``left`` unread bytes; 0.0 at the limit."""
         now_s = time.monotonic()
         if left != self._left:
             self._left = left
@@ -187,7 +184,7 @@ class Patience:
 
 
 def losses(name: object, *counts: tuple[int, str]) -> list[str]:
-    """The line of :meth:`ByteLink.report` about bytes lost on ``name``, each a number and why."""
+    """Return the line of :meth:`ByteLink.report` about bytes lost on ``name``; each count has a reason."""
     reasons = [f"{count} {why}" for count, why in counts if count]
     lost = sum(count for count, _ in counts)
     return [f"serial: {lost} bytes lost on {name}: {', '.join(reasons)}"] if lost else []

@@ -1,15 +1,15 @@
-"""The boards of this user that run now: how another ``fcu`` finds one and speaks to it.
+"""Control of running boards: how another ``fcu`` finds a board of this user and sends it messages.
 
-A run that somebody watches has a *door*: a TCP port of this machine whose number and token are in a file in
-the user's runtime folder, which only this user can read. Who knows the token may send messages, each a JSON
-object on a line of its own, and gets an answer to each.
+A run with a control server has a TCP port of this machine. Its number and token are in a file in the user's
+runtime folder, which only this user can read. A client with the token may send messages, each a JSON object
+on a separate line, and gets an answer to each.
 
-Decision: TCP and a token, the same on every system. The road not taken, a Unix socket where there is one,
-needs no token, but would be a second way beside what Windows needs anyway.
+Decision: the control server uses TCP and a token, the same on every system. A Unix socket needs no token, but
+was rejected: Windows needs TCP anyway, so it would be a second way.
 
-Decision: a board lives if its door answers with its token. The road not taken, asking whether the process
-lives, is wrong where numbers of processes are used again, and inside containers. A file whose board is gone
-is removed by who finds it.
+Decision: a board counts as running if its control server answers with its token. A check of the process id
+was rejected: ids are reused, and differ inside containers. A client removes the file of a board that does not
+answer.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from fcu_emulator.emulator.links.tcp import Coding, Reader
 LONGEST_MESSAGE = 64 * 1024
 MOST_CALLERS = 8
 PATIENCE_S = 10.0
-"""Wall time for an answer: firmware may be so slow that a slice takes a while."""
+"""Time limit for an answer: with slow firmware a slice takes long."""
 _LARGEST_FILE = 64 * 1024
 _PATTERN = "board-*.json"
 Message = Mapping[str, Any]
@@ -42,7 +42,7 @@ Message = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class RunningBoard:
-    """What is known of a board that runs: where its door is, what it is, and its ports."""
+    """The record of a running board: its control port, its firmware, and its serial ports."""
 
     port: int
     token: str
@@ -57,7 +57,7 @@ class RunningBoard:
 
 
 class ControlClient:
-    """A connection to a board's door. Raises LinkError when the board does not answer, then and later."""
+    """A connection to a control server. Raises LinkError if the board does not answer, at any time."""
 
     def __init__(self, board: RunningBoard) -> None:
         self._board = board
@@ -73,7 +73,7 @@ class ControlClient:
             raise
 
     def ask(self, message: Message) -> dict[str, Any]:
-        """The answer to a message."""
+        """Send a message and return the answer."""
         try:
             self._socket.sendall(json.dumps(message).encode() + b"\n")
             return _parsed(self._answers.readline(LONGEST_MESSAGE))
@@ -94,10 +94,10 @@ class ControlClient:
 
 
 class ControlServer:
-    """Lets other programs of this user speak to a board that runs; ``answer(message)`` answers each message.
+    """Lets other programs of this user send messages to a running board; ``answer(message)`` answers each.
 
-    What is an error in a message is its answer, never an exception here. ``serial``: the board's ports.
-    Raises LinkError if there is no port or no folder to be had.
+    An error in a message becomes its answer, never an exception here. ``serial``: the board's ports. Raises
+    LinkError if no port or folder is available.
     """
 
     def __init__(self, name: str, serial: Sequence[str], answer: Callable[[Message], dict[str, Any]]) -> None:
@@ -116,7 +116,7 @@ class ControlServer:
             raise LinkError(str(error)) from error
 
     def serve(self) -> None:
-        """Between two slices: hear what has arrived, and answer it. Never blocks."""
+        """Read and answer messages between two slices. Never blocks."""
         with suppress(OSError):
             while True:
                 connection, _ = self._listener.accept()
@@ -130,7 +130,7 @@ class ControlServer:
                 caller.reader.close()
 
     def _make_room(self) -> None:
-        """End the oldest connection without the token; a token that has arrived by now is read before."""
+        """End the oldest connection without the token, after reading a token that has arrived by now."""
         for caller in self._callers:
             if not caller.known:
                 caller.serve(self._board.token, self._answer)
@@ -140,7 +140,7 @@ class ControlServer:
         leaves.reader.close()
 
     def close(self) -> None:
-        """Nobody finds the board any more."""
+        """Remove the board from the list of running boards."""
         with suppress(OSError):
             self._file.unlink()
         for caller in self._callers:
@@ -150,7 +150,7 @@ class ControlServer:
 
 
 class _Client:
-    """A connection to a door; before the token nothing is answered."""
+    """A connection of a client; nothing is answered before the token."""
 
     def __init__(self, connection: socket.socket) -> None:
         self.reader = Reader(connection, Coding())
@@ -158,7 +158,7 @@ class _Client:
         self._heard = bytearray()
 
     def serve(self, token: str, answer: Callable[[Message], dict[str, Any]]) -> None:
-        """One piece of what has come."""
+        """Read and answer one piece of the client's data."""
         self._heard += self.reader.receive()
         if len(self._heard) > LONGEST_MESSAGE:
             self.reader.gone = True
@@ -174,7 +174,7 @@ class _Client:
     def _reply(
         self, line: bytes, token: str, answer: Callable[[Message], dict[str, Any]]
     ) -> dict[str, Any] | None:
-        """What is answered; None: this caller does not know the token."""
+        """Return the answer; None: the client does not have the token."""
         try:
             message = _parsed(line)
         except ValueError as error:
@@ -182,7 +182,7 @@ class _Client:
         if self.known:
             try:
                 return answer(message)
-            except Exception as error:  # the run that the caller looks at must not end by it
+            except Exception as error:  # an error must not end the observed run
                 return {"error": failure_text(error)}
         given = message.get("token")
         self.known = isinstance(given, str) and hmac.compare_digest(
@@ -191,18 +191,19 @@ class _Client:
         return {"ok": True} if self.known else None
 
 
-# -- The other side -----------------------------------------------------------------------------------------
+# -- The client's side --------------------------------------------------------------------------------------
 
 
 def running_boards() -> list[RunningBoard]:
-    """All boards of this user whose door answers, the oldest first. Raises LinkError without a folder."""
+    """Return all boards of this user whose control server answers, the oldest first. Raises LinkError without
+    a folder."""
     found = []
     for file in sorted(_folder().glob(_PATTERN), key=_age):
         try:
             board = _read(file)
             board.ask()
         except (OSError, ValueError, LinkError):
-            with suppress(OSError):  # of a board that was killed
+            with suppress(OSError):  # the file of a board that was killed
                 file.unlink()
             continue
         found.append(board)
@@ -210,7 +211,7 @@ def running_boards() -> list[RunningBoard]:
 
 
 def the_running_board(wanted: str | None = None) -> RunningBoard:
-    """The board that runs, or of several the one whose process is ``wanted``. Raises InputError otherwise."""
+    """Return the running board, or of several the one with the process id ``wanted``. Raises InputError otherwise."""
     boards = running_boards()
     if wanted is not None:
         boards = [one for one in boards if str(one.process) == wanted]
@@ -241,7 +242,7 @@ def _age(file: Path) -> float:
 
 
 def _read(file: Path) -> RunningBoard:
-    """Return the board of a file. Raises OSError, or ValueError for a file that no board has written."""
+    """Return the board of a file. Raises OSError, or ValueError for a file that was not written by a board."""
     known = _parsed(read_own_file(file, _LARGEST_FILE))
     port, token, process, name, serial = (known.get(one.name) for one in fields(RunningBoard))
     if not (
@@ -258,7 +259,7 @@ def _read(file: Path) -> RunningBoard:
 
 
 def _parsed(line: bytes) -> dict[str, Any]:
-    """A JSON object. Raises ValueError for anything else, RecursionError's depth included."""
+    """Return the JSON object of a line. Raises ValueError for anything else, including too deep nesting."""
     try:
         message = json.loads(line)
     except RecursionError as error:

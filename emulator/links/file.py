@@ -1,4 +1,4 @@
-"""What the board prints, in a file; nothing is typed to it."""
+"""Output of the board in a file; the board receives no input."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from fcu_emulator.emulator.links.writer import BackgroundWriter
 
 
 class FileLink:
-    """Writes to the file ``path``, which is made, or emptied first.
+    """A link that writes to the file ``path``, which is created or emptied first.
 
-    Raises LinkError if it cannot be opened, or would make us wait for a reader (a named pipe).
+    Raises LinkError if it cannot be opened, or if opening would block until a reader comes (a named pipe).
     """
 
     def __init__(self, path: Path) -> None:
@@ -36,16 +36,16 @@ class FileLink:
         self._writer.put(data)
 
     def receive(self, most: int) -> bytes:
-        """Return nothing: nobody types here."""
+        """Return no bytes: a file has no keyboard."""
         del most
         return b""
 
     def flush(self, timeout_s: float) -> None:
-        """Wait until all is written, within ``timeout_s`` seconds."""
+        """Wait until all is written, at most ``timeout_s`` seconds."""
         self._writer.flush(timeout_s)
 
     def close(self) -> None:
-        """Close the file; what has not been written is lost."""
+        """Close the file; bytes not yet written are lost."""
         if self._closed:
             return
         self._closed = True
@@ -53,7 +53,7 @@ class FileLink:
             self._file.close()
 
     def announce(self) -> list[str]:
-        """Return where the text goes."""
+        """Return a line with the destination of the text."""
         return [f"serial: to the file {self._path}"]
 
     def report(self) -> list[str]:
@@ -63,11 +63,11 @@ class FileLink:
         return [f"serial: {lost} bytes lost on the file {self._path}: {reason}"] if lost else []
 
     def undelivered(self) -> int:
-        """Return how many bytes were lost, for whatever reason."""
+        """Return how many bytes were lost, for any reason."""
         return self._writer.lost
 
 
 def _takes_bytes(path: Path) -> bool:
-    """Whether writing to it waits for nobody: a file, or a device such as /dev/null."""
+    """Return whether writing never blocks: a file, or a device such as /dev/null."""
     mode = path.stat().st_mode
     return stat.S_ISREG(mode) or stat.S_ISCHR(mode)

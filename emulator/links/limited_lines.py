@@ -1,7 +1,7 @@
-"""Lines on the terminal about connections: one line each, without control characters, and not many.
+"""Messages on the terminal about connections: one line each, without control characters, at a limited rate.
 
-Every program on this machine can connect to a server's port, as often as it likes and with any bytes. The
-user is to read about it, and neither the terminal nor a log may be filled or controlled by it.
+Every program on this machine can connect to a server's port, at any rate and with any bytes. The user must
+see this, but a client must not be able to fill or control the terminal or a log.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from collections.abc import Callable
 from fcu_emulator.emulator.text import one_line
 
 BURST = 5
-"""Lines that are passed on at once; afterwards one each :data:`EVERY_S`."""
+"""Lines that are passed on at once; afterwards one per :data:`EVERY_S`."""
 EVERY_S = 10.0
 """Wall time, s."""
 
 
 class LimitedLines:
-    """Passes lines on to ``say``, escaped and limited in rate; the next line tells how many were left out.
+    """Passes lines to ``say``, escaped and limited in rate; the next line contains the number of omitted lines.
 
     Not thread-safe: each server has one, and uses it in its thread.
     """

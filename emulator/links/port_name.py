@@ -1,11 +1,11 @@
 """The stable name of a pseudo-terminal: a symbolic link whose path is the same in every run.
 
-The terminal's own name, such as ``/dev/pts/7``, is not. Decision: the process of a running board holds an
-flock on a file beside its link, which the kernel drops however the process ends. Roads not taken: asking
-whether the link's target still exists (its number may be another terminal's by now), and a file with a
-process id (ids are used again, too, and are not the same inside a container).
+The terminal's real name, such as ``/dev/pts/7``, differs between runs. Decision: the process of a running
+board holds an flock on a file beside its link, which the kernel releases at any end of the process. Two
+alternatives were rejected. A check if the link's target exists may find another terminal with the same
+number. A file with a process id fails because ids are reused, and differ inside a container.
 
-POSIX only (``fcntl``); what asks for the platform below is for mypy, which checks for Windows, too.
+POSIX only (``fcntl``); the checks of the platform below are for mypy, which also checks for Windows.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ PORT_NAME = "ttyFCU"
 
 
 class PortName:
-    """A claimed name: ``path`` is this board's alone until ``release``."""
+    """A claimed name: ``path`` belongs to this board until ``release``."""
 
     def __init__(self, path: Path, lock_fd: int) -> None:
         self.path = path
         self._lock_fd = lock_fd
         self._device = ""
-        """What the link was made to point to; empty until then."""
+        """The target of the link; empty until it is created."""
 
     def point_to(self, device: str) -> None:
         """Make ``path`` a link to ``device``, atomically for programs that open it. Raises LinkError."""
@@ -46,7 +46,7 @@ class PortName:
         self._device = device
 
     def release(self) -> None:
-        """Remove the link, if it still points to the device given here, and let others have the name."""
+        """Remove the link, if it still points to this board's device, and release the name."""
         with contextlib.suppress(OSError):
             if str(self.path.readlink()) == self._device:
                 self.path.unlink()
@@ -58,7 +58,8 @@ class PortName:
 def claim_port(path: Path | None = None) -> PortName:
     """Claim ``path``, or else the first free one of ttyFCU0, ttyFCU1, ... in the user's runtime folder.
 
-    Raises LinkError if ``path`` is the name of a running board or a file of another kind, or cannot be made.
+    Raises LinkError if ``path`` is the name of a running board or a file of another kind, or cannot be
+    created.
     """
     if path is not None:
         if not path.name or "\0" in str(path):
@@ -76,7 +77,7 @@ def claim_port(path: Path | None = None) -> PortName:
 
 
 def _claim(path: Path) -> PortName | None:
-    """Return the claimed name, None if a running board has it; a link left behind is taken over."""
+    """Return the claimed name, None if a running board has it; replace a link left by an earlier run."""
     try:
         lock_fd = _lock(_lock_path(path))
     except OSError as error:
@@ -96,7 +97,7 @@ def _claim(path: Path) -> PortName | None:
 
 
 def _is_foreign(path: Path) -> bool:
-    """Whether something else than a link to a terminal, which is replaced, has the name."""
+    """Return whether the name is in use, but not by a link to a terminal, which may be replaced."""
     if path.is_symlink():
         return not str(path.readlink()).startswith("/dev/")
     return path.exists()
@@ -107,7 +108,7 @@ def _lock_path(path: Path) -> Path:
 
 
 def _lock(path: Path) -> int | None:
-    """Make the lock file ``path`` and return its descriptor, locked; None if another board holds the lock."""
+    """Create the lock file ``path`` and return its locked descriptor; None if another board holds the lock."""
     while True:
         flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
         lock_fd = os.open(path, flags, 0o600)
@@ -118,7 +119,7 @@ def _lock(path: Path) -> int | None:
                 fcntl.flock(lock_fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if _is_same_file(lock_fd, path):
                 return lock_fd
-            os.close(lock_fd)  # its last owner removed the file between our open and our lock: try again
+            os.close(lock_fd)  # its last owner removed the file between open and lock: try again
         except BlockingIOError:
             os.close(lock_fd)
             return None

@@ -1,4 +1,4 @@
-"""The literal commands that open a link: for the programs of this system, quoted for its shell."""
+"""The commands that open a link with this system's terminal programs, quoted for its shell."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fcu_emulator.emulator.host.loopback import HOST
 def miniterm() -> str:
     """Return the command that starts pyserial's terminal in this environment.
 
-    A path in quotes is text to PowerShell, not a program: there the launcher's plain name is given.
+    PowerShell treats a quoted path as text, not as a program; for it the launcher's plain name is given.
     """
     python = quoted(sys.executable)
     if sys.platform == "win32" and python != sys.executable:

@@ -1,24 +1,25 @@
-"""The board's serial port as a pseudo-terminal that any terminal program opens like a USB serial adapter.
+"""The board's serial port as a pseudo-terminal, which any terminal program opens like a USB serial adapter.
 
-Decisions about readers:
+Decision: the pseudo-terminal keeps text until the first reader comes, so that a user who opens the port late
+still sees the boot messages. A real board has a reset button for that. Without the kept text a student would
+have to restart the emulator and would miss the messages each time.
 
-* Until the first reader comes, text is kept, so that whoever opens the port late still sees the boot
-  messages. A real board has a reset button for that; a student who has to restart the emulator instead would
-  miss them each time.
-* A terminal program flushes its input right after opening (pyserial: open, tcsetattr, tcflush), which would
-  destroy what is already in the kernel. Data is therefore held until that flush was seen and nothing more
-  came for ``SETTLE_S``, or, for programs that do not flush (``cat``), for ``HOLD_S`` after the opening. An
-  opening shorter than that (``stty``, a modem prober) is no reader.
-* After a reader has gone, text is lost as on a real wire. The road not taken, keeping it, would show the next
-  reader minutes of the past.
+Decision: the pseudo-terminal holds data back until a new reader has flushed its input and no further flush
+came for ``SETTLE_S``. A terminal program flushes its input right after opening (pyserial: open, tcsetattr,
+tcflush), which would destroy data already in the kernel. For programs that do not flush (``cat``), data is
+held for ``HOLD_S`` after the opening. An opening shorter than that (``stty``, a modem prober) does not count
+as a reader.
 
-Decision about the device: the slave side is never held open here. It is opened once when the pair is made and
-closed again, whereupon ``poll`` on the master reports POLLHUP exactly while nobody else has it open (pty(7)).
-Holding it, as most programs do, would hide a reader's coming and going. A short opening to look at the
-reader's queue disturbs nobody. Packet mode (ioctl_tty(2), TIOCPKT) puts one control byte before everything
-read and tells of the reader's flushes.
+Decision: after a reader of the pseudo-terminal has left, text is lost as on a real wire. Keeping it was
+rejected, because the next reader would see text that is minutes old.
 
-Tried on Linux. macOS and the BSDs have the same calls; nothing was tried there.
+Decision: the emulator never keeps the slave side of the pseudo-terminal open. It opens the slave once after
+creating the pair and closes it again. From then on ``poll`` on the master reports POLLHUP exactly while no
+other process has it open (pty(7)). An open slave, as in most programs, would hide the arrival and departure
+of a reader. A short opening to check the reader's queue has no effect on the reader. Packet mode
+(ioctl_tty(2), TIOCPKT) puts one control byte before everything read and reports the reader's flushes.
+
+Tested on Linux. macOS and the BSDs have the same calls, but were not tested.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ from fcu_emulator.emulator.links import programs
 from fcu_emulator.emulator.links.byte_link import Backlog, Patience, losses
 from fcu_emulator.emulator.links.port_name import PortName, claim_port
 
-assert sys.platform != "win32"  # for mypy, which then knows what the system has
+assert sys.platform != "win32"  # for mypy, which thereby knows the system's functions
 
 # -- The link -----------------------------------------------------------------------------------------------
 
@@ -51,20 +52,20 @@ FIRST_LIMIT = 1024 * 1024
 BACKLOG_LIMIT = 16 * 1024 * 1024
 """Bytes kept for a reader that has the port open and does not read."""
 INBOX_LIMIT = 64 * 1024
-"""Bytes taken from a reader before the board asks; the rest waits in the kernel, which stops the writer."""
+"""Bytes taken from a reader in advance; the rest waits in the kernel, which blocks the writer."""
 WRITE_BUDGET = 256 * 1024
-"""Bytes handed to the kernel in one call, about: a fast reader must not keep the board in it."""
+"""Approximate bytes passed to the kernel per call: a fast reader must not keep the board in it."""
 HOLD_S = 0.4
 SETTLE_S = 0.05
 POLL_S = 0.005
 EXCLUSIVE_GRACE_S = 0.3
-"""Time at the end of a run for a reader whose queue cannot be looked at; it is about to read, not paused."""
+"""Time at the end of a run for a reader whose queue cannot be checked; it is about to read, not paused."""
 
 
 class PtyLink:
     """A pseudo-terminal named ``link_path``, or else the first free ttyFCU<n> in the user's directory.
 
-    Raises LinkError if the name is taken or the system gives no pseudo-terminal.
+    Raises LinkError if the name is taken or the system has no free pseudo-terminal.
     """
 
     def __init__(self, link_path: Path | None = None) -> None:
@@ -76,9 +77,9 @@ class PtyLink:
             raise
         self._backlog = Backlog(FIRST_LIMIT)
         self._inbox = Backlog(INBOX_LIMIT)
-        self._present = False  # somebody has the port open
-        self._hold_until_s = 0.0  # and gets nothing before this time
-        self._serving = False  # and is past it: a reader
+        self._present = False  # a process has the port open
+        self._hold_until_s = 0.0  # and gets no data before this time
+        self._serving = False  # and that time is over: a reader
         self._had_reader = False  # now or earlier
         self._lost_absent = 0
         self._lost_slow = 0
@@ -94,7 +95,7 @@ class PtyLink:
         return str(self.path)
 
     def send(self, data: bytes) -> None:
-        """Queue ``data`` for the reader and hand the kernel what it has room for."""
+        """Queue ``data`` for the reader and write to the kernel as much as it accepts."""
         if self._closed:
             return
         self._follow_reader()
@@ -107,7 +108,7 @@ class PtyLink:
         self._write()
 
     def receive(self, most: int) -> bytes:
-        """Return what the reader has written."""
+        """Return bytes that the reader has written."""
         if self._closed:
             return b""
         self._follow_reader()
@@ -115,7 +116,7 @@ class PtyLink:
         return self._inbox.take(most)
 
     def flush(self, timeout_s: float) -> None:
-        """Wait, while a reader is attached, until it has read all: ``close`` hangs it up."""
+        """Wait until an attached reader has read everything, because ``close`` disconnects it."""
         if self._closed:
             return
         patience = Patience(timeout_s)
@@ -125,7 +126,7 @@ class PtyLink:
             time.sleep(min(EXCLUSIVE_GRACE_S, patience.wait_s(0)))
 
     def close(self) -> None:
-        """Remove the name and close the port; what nobody has taken is lost."""
+        """Remove the name and close the port; unread bytes are lost."""
         if self._closed:
             return
         self._follow_reader()
@@ -153,11 +154,11 @@ class PtyLink:
         )
 
     def undelivered(self) -> int:
-        """Return how many bytes a reader was too slow for; what nobody was there to read is none of them."""
+        """Return how many bytes a slow reader lost; bytes without a reader do not count."""
         return self._lost_slow
 
     def _follow_reader(self) -> None:
-        """Notice a reader's coming, flushing and going, and take in what it wrote."""
+        """Detect a reader's arrival, flushes and departure, and read its bytes."""
         flushed = self._read()
         if not self._device.has_reader():
             if self._present:
@@ -176,7 +177,7 @@ class PtyLink:
             self._serving = self._had_reader = True
 
     def _read(self) -> bool:
-        """Fill the inbox as far as it goes; return whether the reader flushed its input."""
+        """Fill the inbox up to its limit; return whether the reader flushed its input."""
         flushed_any = False
         while len(self._inbox) <= INBOX_LIMIT - CHUNK:  # the inbox never overflows
             data, flushed = self._device.read()
@@ -199,9 +200,9 @@ class PtyLink:
             self._lost_absent += unread
 
     def _renew_device(self) -> None:
-        """Put a fresh device behind the name, since the old one is locked for good."""
-        self._read()  # its last words may have come after the look that found it gone
-        with contextlib.suppress(LinkError):  # then the port stays locked, but the board goes on
+        """Create a new device for the name, because the old one is permanently locked."""
+        self._read()  # its last bytes may have come after the check that found it gone
+        with contextlib.suppress(LinkError):  # then the port stays locked, but the board continues
             fresh = _open_device(self._name)
             self._device.close()
             self._device = fresh
@@ -216,7 +217,7 @@ class PtyLink:
             budget -= count
 
     def _untaken(self) -> int:
-        """Count what an attached reader has not taken; 0 if nobody reads."""
+        """Return how many bytes an attached reader has not read; 0 without a reader."""
         self._follow_reader()
         self._write()
         if not self._present:
@@ -238,7 +239,7 @@ def _open_device(name: PortName) -> PtyDevice:
     return device
 
 
-# -- The device, seen from its master side ------------------------------------------------------------------
+# -- The device, as its master uses it ----------------------------------------------------------------------
 
 
 CHUNK = 4096
@@ -246,7 +247,7 @@ CHUNK = 4096
 
 
 class PtyDevice:
-    """A raw pseudo-terminal; ``path`` is what a reader opens. Raises OSError if the system has none left."""
+    """A raw pseudo-terminal; readers open ``path``. Raises OSError if the system has none left."""
 
     def __init__(self) -> None:
         self._master, slave = os.openpty()
@@ -261,14 +262,14 @@ class PtyDevice:
         self._poll.register(self._master, select.POLLIN)
 
     def has_reader(self) -> bool:
-        """Tell whether anybody has the device open."""
+        """Return whether any process has the device open."""
         return not any(events & select.POLLHUP for _, events in self._poll.poll(0))
 
     def read(self) -> tuple[bytes, bool]:
-        """Return one piece of what the reader wrote, and whether it flushed its input since the last call."""
+        """Return one piece of the reader's bytes, and whether it flushed its input since the last call."""
         try:
             packet = os.read(self._master, CHUNK)
-        except OSError as error:  # EAGAIN: nothing there; EIO: nothing there, and nobody has it open
+        except OSError as error:  # EAGAIN: no data; EIO: no data, and no process has it open
             if error.errno not in (errno.EAGAIN, errno.EIO):
                 raise
             return b"", False
@@ -278,20 +279,20 @@ class PtyDevice:
         return b"", bool(control & termios.TIOCPKT_FLUSHREAD)
 
     def write(self, data: bytes) -> int:
-        """Hand ``data`` to the reader's queue and return how many bytes it had room for."""
+        """Write ``data`` to the reader's queue and return how many bytes it accepted."""
         try:
             return os.write(self._master, data)
         except BlockingIOError:
             return 0
 
     def unread(self) -> int | None:
-        """Return how many bytes the reader has not taken, None if it lets nobody look (TIOCEXCL).
+        """Return how many bytes the reader has not read, None if it forbids other openings (TIOCEXCL).
 
         At most a page is counted, so this is a lower bound; 0 is exact.
         """
         try:
             with self._slave() as slave:
-                # poll() first: it makes the kernel move what is under way into the queue FIONREAD counts.
+                # poll() first: it makes the kernel move pending bytes into the queue that FIONREAD counts
                 waiting = select.poll()
                 waiting.register(slave, select.POLLIN)
                 waiting.poll(0)
@@ -301,10 +302,10 @@ class PtyDevice:
         return int(struct.unpack("i", answer)[0])
 
     def recycle(self) -> int | None:
-        """After a reader has gone, make the device as new and return how many bytes it had left unread.
+        """Clear the device after a reader has left, and return how many unread bytes it had.
 
-        Without this the next reader would find the last one's leftovers and settings. None if the device
-        cannot be opened any more: ``screen`` sets TIOCEXCL, which on Linux outlives it.
+        Without this the next reader would get the last one's unread bytes and settings. Returns None if the
+        device cannot be opened any more: ``screen`` sets TIOCEXCL, which on Linux remains set after its end.
         """
         try:
             with self._slave() as slave:
@@ -314,7 +315,7 @@ class PtyDevice:
             return None
 
     def close(self) -> None:
-        """Close the master; a reader is hung up and loses what it has not taken."""
+        """Close the master; a reader is disconnected and loses its unread bytes."""
         os.close(self._master)
 
     @contextlib.contextmanager
@@ -327,7 +328,7 @@ class PtyDevice:
 
 
 def _make_raw(slave: int) -> None:
-    """No echo, no line editing, no translation, no flow control; 115200 baud for those who ask."""
+    """Switch off echo, line editing, translation and flow control; set 115200 baud for programs that ask."""
     tty.setraw(slave, termios.TCSANOW)
     settings = termios.tcgetattr(slave)
     settings[4] = settings[5] = termios.B115200

@@ -1,16 +1,16 @@
-"""The board's serial port as a TCP port that speaks Telnet with RFC 2217: a serial port at a distance.
+"""The board's serial port as a TCP port that uses Telnet with RFC 2217: a remote serial port.
 
-A client sets rate and format of the line as it would a real port's. pyserial's own ``PortManager`` speaks the
-protocol; here are the port that it manages, and what keeps a client from harming the board.
+A client sets rate and format of the line as with a real port. pyserial's ``PortManager`` implements the
+protocol; this module contains the port that it manages, and protects the board from clients.
 
-Decision: a rate other than the firmware's is accepted, as a real adapter accepts it, and said. A real
-terminal would show garbage then; here the text stays readable (as in :mod:`fcu_emulator.emulator.buses.uart`, and for the
-same reason), and whoever wonders is told both rates. The road not taken, refusing it, fails in pyserial as
-"remote rejected value for option 'baudrate'", without either.
+Decision: a client's rate other than the firmware's is accepted, as a real adapter accepts it, and reported. A
+real terminal would show garbage. Here the text stays readable (as in :mod:`fcu_emulator.emulator.buses.uart`,
+and for the same reason), and a message tells the user both rates. Refusing the rate was rejected: pyserial
+then fails with "remote rejected value for option 'baudrate'", without either rate.
 
-Decision about a client's first moments: it opens the port, negotiates, and then throws away what has come.
-Text is therefore held until it has done so and nothing more of that kind came for ``SETTLE_S``, or, for a
-client that negotiates nothing, for ``HOLD_S``.
+Decision: the RFC 2217 port holds text back while a new client negotiates. A client opens the port,
+negotiates, and then discards its input. Text is therefore held until no further discard came for
+``SETTLE_S``, or for ``HOLD_S`` if a client does not negotiate.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ FIRST_PORT = 2217
 HOLD_S = 0.4
 SETTLE_S = 0.05
 _MOST_MISMATCHES = 16
-"""Different rates that are told: a client may set any of four thousand million."""
+"""Reported mismatches of the rate: a client may set any of four thousand million."""
 LONGEST_OPTION = 64
 """Bytes of one Telnet subnegotiation; those of RFC 2217 have up to 6, a signature may be longer."""
 TOLERANCE = 0.0333
-"""How far the terminal's rate may be from the firmware's: what the chip's own receiver stands, 8 bits, with a
-fractional divider (RM0368 section 19.3.5)."""
+"""The largest difference between the terminal's rate and the firmware's: the tolerance of the chip's receiver
+for 8 bits, with a fractional divider (RM0368 section 19.3.5)."""
 
 
 class _Line:
-    """What ``PortManager`` takes for a serial port: settings that are kept, and lines that are ready."""
+    """The serial port that ``PortManager`` manages: settings that are kept, and lines that are ready."""
 
     cts = dsr = cd = True
     ri = False
@@ -56,17 +56,17 @@ class _Line:
         self._on_purge = on_purge
 
     def reset_input_buffer(self) -> None:
-        """The client forgets what the board has printed and it has not got."""
+        """Discard the board's output that the client has not received."""
         self._on_purge()
 
     def reset_output_buffer(self) -> None:
-        """What the client has typed is on the wire already."""
+        """Do nothing: the client's input is already on the wire."""
 
 
 class Negotiated(Coding):
-    """One client's Telnet.
+    """The Telnet protocol of one client.
 
-    ``firmware_baud()`` is the rate that the firmware sends at now; ``say`` is told of a mismatch, repeatedly.
+    ``firmware_baud()`` is the firmware's current rate; ``say`` is called with each mismatch.
     """
 
     def __init__(self, firmware_baud: Callable[[], float], say: Callable[[str], None]) -> None:
@@ -79,7 +79,7 @@ class Negotiated(Coding):
         self._manager = PortManager(self._line, self)
 
     def write(self, data: bytes) -> None:
-        """For ``PortManager``: an answer to the client."""
+        """Send an answer to the client; ``PortManager`` calls this."""
         self._answers += data
 
     def encode(self, data: bytes) -> bytes:
@@ -88,10 +88,10 @@ class Negotiated(Coding):
         return data.replace(b"\xff", b"\xff\xff")
 
     def decode(self, data: bytes) -> tuple[bytes, bytes]:
-        """Take the negotiation out of ``data``."""
+        """Remove the negotiation from ``data``."""
         try:
             typed = b"".join(self._manager.filter(data))
-        except (TypeError, KeyError, struct.error) as error:  # what it raises at an option cut short
+        except (TypeError, KeyError, struct.error) as error:  # raised for an incomplete option
             raise ValueError("not RFC 2217") from error
         if len(self._manager.suboption or b"") > LONGEST_OPTION:
             raise ValueError("an option without an end")
@@ -102,12 +102,12 @@ class Negotiated(Coding):
         return typed, answers
 
     def ready(self) -> bool:
-        """Return whether the client has set itself up."""
+        """Return whether the client has finished its negotiation."""
         self._ready = self._ready or time.monotonic() >= self._hold_until_s
         return self._ready
 
     def takes_back(self) -> bool:
-        """Return whether a client that had set itself up has asked to forget what it was not sent."""
+        """Return whether a client, after its negotiation, has asked to discard its queued bytes."""
         asked, self._takes_back = self._takes_back, False
         return asked
 
@@ -128,10 +128,10 @@ class Negotiated(Coding):
 
 
 class Rfc2217Link(TcpLink):
-    """Clients connect to ``port`` of 127.0.0.1; None for the usual one, 0 for any that is free.
+    """A link on ``port`` of 127.0.0.1; None for the default port, 0 for any free one.
 
-    ``firmware_baud()`` is the rate that the firmware's USART sends at; ``say(line)`` is told at once when a
-    client's differs. Raises LinkError if the port cannot be had.
+    ``firmware_baud()`` is the rate of the firmware's USART; ``say(line)`` is called at once when a client's
+    rate differs. Raises LinkError if the port is not available.
     """
 
     kind = "rfc2217"
@@ -146,7 +146,7 @@ class Rfc2217Link(TcpLink):
         self._mismatches: dict[str, None] = {}
 
     def coding(self) -> Coding:
-        """Return the Telnet of a client that has just come."""
+        """Return the Telnet protocol of a new client."""
         return Negotiated(self._firmware_baud, self._mismatch)
 
     def announce(self) -> list[str]:
@@ -157,7 +157,7 @@ class Rfc2217Link(TcpLink):
         ]
 
     def report(self) -> list[str]:
-        """Return what was lost, and the rates that did not fit."""
+        """Return lines about lost bytes and mismatched rates."""
         return [*super().report(), *(f"serial: {self.address}: {one}" for one in self._mismatches)]
 
     def _mismatch(self, text: str) -> None:

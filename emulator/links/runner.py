@@ -1,9 +1,8 @@
-"""A run as the command line does it: the board in slices, paced by the wall clock, links served in between.
+"""The run loop of the command line: the board in slices, paced by the wall clock, with its links served in between.
 
-Wall time exists only here and in the links. Input from a link reaches the board between two slices; apart
-from that, what is printed does not depend on how the run is sliced, so a paced run and one at full speed give
-the same bytes. A machine that cannot keep up, or was asleep, does not race to catch up: the pace goes on from
-where it is.
+Wall time exists only here and in the links. Input from a link reaches the board between two slices. Apart
+from input, the output does not depend on the slices, so a paced run and one at full speed give the same
+bytes. A machine that is too slow, or was asleep, does not catch up: the pace continues from the present time.
 """
 
 from __future__ import annotations
@@ -20,17 +19,17 @@ from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_S, Clock, to_ps
 
 
 _SLICE_WALL_S = 0.01  # how often links are served while pacing
-_SLICE_FREE_S = 0.25  # virtual time between two looks at the links when nothing is paced
+_SLICE_FREE_S = 0.25  # virtual time between two polls of the links in an unpaced run
 _SHORTEST_SLICE_S = 1e-5
-_PATIENCE_S = 0.1  # wall time a slice may take before the next one is made shorter
+_PATIENCE_S = 0.1  # wall time that a slice may take before the next one is shortened
 _LAG_FORGIVEN_S = 0.5
 
 
 class Pacer:
-    """Sleeps so that virtual time runs ``speed`` times as fast as the wall; None runs as fast as it can.
+    """Sleeps so that virtual time runs ``speed`` times as fast as the wall clock; None does not sleep.
 
-    ``slice_s`` is how much virtual time to run until the next ``wait``. It shrinks while slices take long, so
-    that a run stays responsive however slow its firmware makes it.
+    ``slice_s`` is the virtual time to run until the next ``wait``. It shrinks while slices take long, so that
+    a run with slow firmware stays responsive.
     """
 
     def __init__(self, speed: float | None) -> None:
@@ -41,7 +40,7 @@ class Pacer:
         self._origin_virtual = 0.0
 
     def wait(self, now_s: float) -> None:
-        """A slice has been run: sleep until the wall has reached virtual time ``now_s``."""
+        """Sleep after a slice, until the wall clock has reached virtual time ``now_s``."""
         took = time.monotonic() - self._slice_began
         factor = 0.25 if took > _PATIENCE_S else 2.0
         self.slice_s = max(min(self.slice_s * factor, self._longest_s), _SHORTEST_SLICE_S)
@@ -62,13 +61,13 @@ class Pacer:
 # -- The run ------------------------------------------------------------------------------------------------
 
 
-_TYPED_AHEAD = 4096  # bytes on their way to the board, a third of a second's; the rest waits in its link
-_FLUSH_S = 5.0  # how long a slow reader gets at the end to take what is queued
+_TYPED_AHEAD = 4096  # bytes in transit to the board, a third of a second; the rest waits in its link
+_FLUSH_S = 5.0  # time for a slow reader at the end to read the queued bytes
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run is: virtual seconds done and to do (None: no end), and wall seconds spent."""
+    """The progress of a run: virtual seconds done and to do (None: no end), and wall seconds spent."""
 
     virtual_s: float
     total_s: float | None
@@ -76,15 +75,15 @@ class Progress:
 
 
 class SerialEnd(Protocol):
-    """The end of the serial line that links are tied to."""
+    """The board's end of the serial line, which the runner connects to links."""
 
     def since(self, position: int) -> tuple[bytes, int]:
-        """The bytes printed after ``position`` (counted from power-on), and the position after them."""
+        """The output after ``position`` (counted from power-on), and the position after it."""
         ...
 
     @property
     def typing_left(self) -> int:
-        """How many typed bytes have not arrived yet."""
+        """The number of typed bytes that have not arrived yet."""
         ...
 
     def write(self, data: bytes | str) -> None:
@@ -93,13 +92,13 @@ class SerialEnd(Protocol):
 
 
 class RunnableBoard(Protocol):
-    """What is run: :class:`fcu_emulator.emulator.assembly.board.Board` is one."""
+    """A board for the runner, such as :class:`fcu_emulator.emulator.assembly.board.Board`."""
 
     clock: Clock
 
     @property
     def terminal(self) -> SerialEnd:
-        """What its firmware prints, and a keyboard."""
+        """The firmware's output, and a keyboard."""
         ...
 
     def run_until_ps(self, at_ps: int) -> None:
@@ -108,27 +107,27 @@ class RunnableBoard(Protocol):
 
 
 class Debugger(Protocol):
-    """Stands between runner and board: may hold it still, or end the run."""
+    """A debugger between runner and board: it may halt the board, or end the run."""
 
     @property
     def halted(self) -> bool: ...
 
     @property
     def killed(self) -> bool:
-        """Whether the run is to end."""
+        """Whether the run must end."""
         ...
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run the board up to and including ``at_ps``, or wait a little while it is held."""
+        """Run the board up to and including ``at_ps``, or wait a little while it is halted."""
         ...
 
 
 class Runner:
     """Runs a board until ``end_ps`` of virtual time (None: until stopped) and serves its links.
 
-    ``speed``: virtual over wall time, None for as fast as possible. ``exceeded(wall_s)`` is asked after each
-    slice; an answer that is not empty ends the run and is kept in ``limit``. ``stop()`` ends it after the
-    present slice, from a signal handler too. Time that ``debugger`` holds the board counts as no wall time.
+    ``speed``: virtual over wall time, None for as fast as possible. ``exceeded(wall_s)`` is called after each
+    slice; a non-empty result ends the run and is kept in ``limit``. ``stop()`` ends it after the current
+    slice, also from a signal handler. Time in which ``debugger`` halts the board does not count as wall time.
     """
 
     def __init__(
@@ -155,11 +154,11 @@ class Runner:
         self.wall_s = 0.0
 
     def stop(self) -> None:
-        """End the run soon."""
+        """End the run after the current slice."""
         self.stopped = True
 
     def run(self, on_progress: Callable[[Progress], None] = lambda _progress: None) -> None:
-        """Run to the end. Raises FirmwareError; the links have had their bytes then, too."""
+        """Run to the end. Raises FirmwareError, after the links have received their bytes."""
         started = self._wall_clock_s()
         end_ps = NEVER_PS if self._end_ps is None else self._end_ps
         total_s = None if self._end_ps is None else self._end_ps / PS_PER_S

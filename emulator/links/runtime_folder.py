@@ -1,7 +1,7 @@
-"""This user's own folder for what exists while a board runs: names of ports, and where to reach the board.
+"""The user's private folder for data of running boards: names of ports, and addresses of control servers.
 
 On Linux and macOS it has mode 0700 and is in ``XDG_RUNTIME_DIR``, or else in the system's folder for
-temporary files under the user's number; on Windows it is in ``LOCALAPPDATA``, which others cannot read.
+temporary files under the user's number. On Windows it is in ``LOCALAPPDATA``, which other users cannot read.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ _NEITHER_WAIT_NOR_FOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOC
 
 
 def runtime_folder(option: str, instead: str) -> Path:
-    """Return the folder, made if need be.
+    """Return the folder, created if needed.
 
-    ``option`` is what the user typed, and ``instead`` what to do without the folder, for the error. Raises
-    LinkError if it is somebody else's or cannot be made.
+    ``option`` is the option that the user typed, and ``instead`` the alternative without the folder, for the
+    error. Raises LinkError if it belongs to another user or cannot be created.
     """
     try:
         if sys.platform == "win32":
@@ -37,10 +37,10 @@ def runtime_folder(option: str, instead: str) -> Path:
 
 
 def read_own_file(path: Path, most_bytes: int) -> bytes:
-    """Return the contents of a regular file of this user, without waiting for anything.
+    """Return the contents of a regular file of this user, without blocking.
 
-    Raises OSError for everything else that may have the name: a pipe, a device, a folder, a link, a file of
-    another user, and a file of more than ``most_bytes``.
+    Raises OSError for other kinds of files: a pipe, a device, a folder, a link, a file of another user, and a
+    file of more than ``most_bytes``.
     """
     descriptor = os.open(path, os.O_RDONLY | _NEITHER_WAIT_NOR_FOLLOW)
     with os.fdopen(descriptor, "rb") as file:
@@ -75,7 +75,7 @@ def _posix_folder(user: int, option: str, instead: str) -> Path:
 
 
 def _belongs_to(user: int, folder: Path) -> bool:
-    """Tell whether ``folder`` is one, no link to one, and owned by ``user``."""
+    """Return whether ``folder`` is a folder, not a link, and owned by ``user``."""
     try:
         status = folder.lstat()
     except OSError:

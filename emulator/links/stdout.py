@@ -1,22 +1,22 @@
-"""The terminal the emulator was started from: text on standard output, typing from standard input.
+"""The terminal that started the emulator: output on standard output, input from standard input.
 
-Decisions about standard output, which may be a terminal, a pipe or a file:
+Decision: a daemon thread writes to standard output (:mod:`fcu_emulator.emulator.links.writer`), because it
+may be a terminal, a pipe or a file, and may block.
 
-* A daemon thread writes (:mod:`fcu_emulator.emulator.links.writer`).
-* The thread writes to the raw file beneath ``sys.stdout.buffer``. The buffered layer has a lock, and an
-  interpreter that exits while a blocked daemon thread holds it aborts; raw writes also need no flush.
-* Once a write failed (reader gone, disk full) nothing more is written and standard output is pointed at the
-  null device, so that the interpreter's own flush at exit cannot fail either (Python library reference,
-  module ``signal``, "Note on SIGPIPE").
+Decision: the thread writes to the raw file beneath ``sys.stdout.buffer``. The buffered layer has a lock, and
+an interpreter that exits while a blocked daemon thread holds it aborts. Raw writes also need no flush.
 
-Decisions about standard input:
+Decision: after a failed write (reader gone, disk full) writing stops, and standard output is redirected to
+the null device. The interpreter's flush at exit then cannot fail either (Python library reference, module
+``signal``, "Note on SIGPIPE").
 
-* It is read only if it is a terminal and this process is in its foreground process group. A pipe, a file or a
-  background job is left alone: taking its bytes would rob whoever else reads it, and a background read would
-  stop the whole process (SIGTTIN).
-* The terminal stays in line mode: a line arrives at Enter, Ctrl-C still ends the run. The road not taken, raw
-  mode, must be undone on every way out, a crash included, or the user's shell is left unusable; the pty link
-  serves who wants single keys.
+Decision: standard input is read only if it is a terminal and this process is in its foreground process group.
+A pipe, a file or a background job is left alone. Reading it would take bytes from another program, and a
+background read would stop the whole process (SIGTTIN).
+
+Decision: the terminal stays in line mode, so a line arrives at Enter, and Ctrl-C still ends the run. Raw mode
+was rejected: every exit, including a crash, would have to undo it, or the user's shell would be unusable. The
+pty link supports single keys.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ if sys.platform == "win32":
 
 
 class StdoutLink:
-    """Sends to standard output; receives what is typed, if standard input is a terminal in the foreground."""
+    """Sends to standard output; receives typed lines, if standard input is a terminal in the foreground."""
 
     def __init__(self) -> None:
         self._file = _raw_stdout()
@@ -52,15 +52,15 @@ class StdoutLink:
         self._writer.put(data)
 
     def receive(self, most: int) -> bytes:
-        """Return what was typed; always empty without a keyboard."""
+        """Return typed bytes; always empty without a keyboard."""
         return self._keyboard.read(most) if self._keyboard and not self._closed else b""
 
     def flush(self, timeout_s: float) -> None:
-        """Wait until all is written, within ``timeout_s`` seconds and the reader's patience."""
+        """Wait until all is written, at most ``timeout_s`` seconds, or until the reader makes no progress."""
         self._writer.flush(timeout_s)
 
     def close(self) -> None:
-        """End the writing thread; one blocked by its reader ends with the process, what it holds is lost."""
+        """End the writing thread; a blocked one ends with the process, and its bytes are lost."""
         if self._closed:
             return
         self._closed = True
@@ -69,7 +69,7 @@ class StdoutLink:
         self._writer.close()
 
     def announce(self) -> list[str]:
-        """Return one line, which also says whether typing reaches the board."""
+        """Return one line, which also says if typed text reaches the board."""
         typing = "; lines typed here go to the board" if self._keyboard else ""
         return [f"serial: on standard output{typing}"]
 
@@ -81,11 +81,11 @@ class StdoutLink:
 
     @property
     def reader_gone(self) -> bool:
-        """Whether standard output is a pipe whose reader has closed it."""
+        """Whether standard output is a pipe that its reader has closed."""
         return self._writer.reader_gone
 
     def undelivered(self) -> int:
-        """Return how many bytes were lost, for whatever reason."""
+        """Return how many bytes were lost, for any reason."""
         return self._writer.lost
 
     def _point_to_nowhere(self) -> None:
@@ -96,16 +96,16 @@ class StdoutLink:
 
 
 def _raw_stdout() -> RawFile:
-    """Return the unbuffered binary file of ``sys.stdout``, all earlier text written out."""
+    """Return the unbuffered binary file of ``sys.stdout``, after a flush of all earlier text."""
     buffer = getattr(sys.stdout, "buffer", None)
     if buffer is None:
         raise LinkError(
             "--serial stdout: this process has no standard output; use --serial port", kind="no_stdout"
         )
-    with contextlib.suppress(OSError):  # a reader already gone is found, and told, by the first write
+    with contextlib.suppress(OSError):  # the first write finds and reports a reader that is already gone
         sys.stdout.flush()
     if sys.platform == "win32":
-        with contextlib.suppress(OSError):  # a stream in memory has no descriptor
+        with contextlib.suppress(OSError):  # a stream in memory does not have a descriptor
             msvcrt.setmode(buffer.fileno(), os.O_BINARY)
     raw: RawFile = getattr(buffer, "raw", buffer)
     return raw
@@ -119,7 +119,7 @@ RETRY_S = 0.25
 
 
 def has_keyboard(fd: int = 0) -> bool:
-    """Tell whether ``fd`` is a terminal whose typing is meant for this process."""
+    """Return whether ``fd`` is a terminal whose input belongs to this process."""
     if not os.isatty(fd):
         return False
     if sys.platform != "win32":
@@ -142,13 +142,13 @@ class Keyboard:
         threading.Thread(target=self._run, name="serial-keyboard", daemon=True).start()
 
     def read(self, most: int) -> bytes:
-        """Return up to ``most`` bytes of what was typed."""
+        """Return up to ``most`` typed bytes."""
         with self._changed:
             self._changed.notify_all()
             return self._inbox.take(most)
 
     def close(self) -> None:
-        """Ask the thread to end; one that waits for a key ends with the process instead."""
+        """Ask the thread to end; a thread that waits for a key ends with the process instead."""
         self._closed.set()
         with self._changed:
             self._changed.notify_all()
@@ -160,7 +160,7 @@ class Keyboard:
         while not self._closed.is_set():
             try:
                 data = os.read(self._fd, CHUNK)
-            except OSError:  # in the background now, perhaps in front again later
+            except OSError:  # in the background now, perhaps in the foreground again later
                 self._closed.wait(RETRY_S)
                 continue
             if not data:
@@ -170,5 +170,5 @@ class Keyboard:
                 self._changed.wait_for(self._has_room)
 
     def _has_room(self) -> bool:
-        """Whether the next piece fits; until then what is typed waits in the kernel."""
+        """Return whether the next piece fits; until then typed text waits in the kernel."""
         return self._closed.is_set() or len(self._inbox) <= INBOX_LIMIT - CHUNK

@@ -1,25 +1,27 @@
 """The board's serial port as a TCP port of this machine: the link that is the same on every system.
 
-Bytes pass as they are, so it is *raw* TCP to terminal programs; the Telnet protocol with the settings of a
+Bytes pass unchanged, so it is *raw* TCP to terminal programs; the Telnet protocol with the settings of a
 serial line is :mod:`fcu_emulator.emulator.links.rfc2217`.
 
-Decisions about readers, of which there may be several:
+Decision: several readers may connect to the TCP port at a time. Each one gets all output while it is
+connected, and input from all of them goes to the board in the order of arrival. A lecturer's projector and a
+recording program thus see the same board. One reader at a time was rejected: a terminal program that was not
+closed properly would lock the user out.
 
-* Each one gets everything that is printed while it is connected, and what any of them sends goes to the
-  board in the order of arrival. So a lecturer's projector and a program that records see the same board. The
-  road not taken, one reader at a time, would lock a user out whose terminal program was not closed properly.
-* What is printed before the first one comes is kept for it, as with a pseudo-terminal.
-* Who closes the connection, or its sending half, has left: a connection that is half closed cannot be told
-  from one that is closed until bytes have been sent into it, and these would be lost without anybody's
-  knowing. What was sent before closing arrives.
-* A reader that has left leaves unread what was queued for it; while nobody is connected, text is lost as on a
-  real wire. All of that is counted.
+Decision: the TCP port keeps output for the first reader, like the pseudo-terminal.
 
-Decision: sockets that never block, looked at whenever the board has time, and no thread. The system's own
-buffer for each reader is made small, so that the bounds below say how much is kept.
+Decision: a TCP reader that closes the connection, or its sending half, counts as gone. A half-closed
+connection cannot be told from a closed one until bytes have been sent into it, and these would be lost
+without notice. Bytes sent before closing arrive.
 
-Whoever can run programs on this machine can connect (127.0.0.1); there is no password, as a terminal program
-could not give one.
+Decision: bytes queued for a TCP reader that has left are lost, and text without any reader is lost as on a
+real wire. All of these bytes are counted.
+
+Decision: the sockets of the TCP port never block and are polled whenever the board has time, without threads.
+The system's buffer for each reader is made small, so that the limits below are the real ones.
+
+Every program on this machine can connect (127.0.0.1). The port has no password, because a terminal program
+could not send one.
 """
 
 from __future__ import annotations
@@ -39,17 +41,17 @@ FIRST_LIMIT = 1024 * 1024
 BACKLOG_LIMIT = 16 * 1024 * 1024
 """Bytes kept for each reader that is connected and does not read."""
 INBOX_LIMIT = 64 * 1024
-"""Bytes taken from readers before the board asks; the rest waits in the system, which stops the writer."""
+"""Bytes taken from readers in advance; the rest waits in the system, which blocks the writer."""
 MOST_READERS = 8
 CHUNK = 4096
 WRITE_BUDGET = 256 * 1024
-"""Bytes handed to the system for one reader in one call, about: a fast one must not keep the board in it."""
+"""Approximate bytes passed to the system per reader and call: a fast one must not keep the board in it."""
 SYSTEM_BUFFER = 128 * 1024
-"""Bytes that the system is asked to keep on their way to one reader."""
+"""Requested size of the system's buffer for one reader."""
 POLL_S = 0.005
 FIRST_PORT = 4001
-"""Where no port is given: this one, or the next of ``PORTS_TRIED`` that is free. Serial device servers use it
-for their first port, and a terminal program's saved session finds the board again."""
+"""Default port: this one, or the next of ``PORTS_TRIED`` that is free. Serial device servers use it for their
+first port, and a terminal program's saved session finds the board again."""
 PORTS_TRIED = 16
 
 
@@ -57,30 +59,30 @@ PORTS_TRIED = 16
 
 
 class Coding:
-    """How bytes of the line look in the connection of one reader: as they are."""
+    """The encoding of the line's bytes in one reader's connection: unchanged."""
 
     def encode(self, data: bytes) -> bytes:
-        """Return what to send for ``data``."""
+        """Return the bytes to send for ``data``."""
         return data
 
     def decode(self, data: bytes) -> tuple[bytes, bytes]:
-        """Return what ``data`` types to the board, and what the other end is to be answered.
+        """Return the input for the board in ``data``, and the answer for the other end.
 
-        Raises ValueError when it breaks the protocol.
+        Raises ValueError if the data violates the protocol.
         """
         return data, b""
 
     def ready(self) -> bool:
-        """Return whether the reader has set itself up, and can be given the board's text."""
+        """Return whether the reader has finished its settings, and can receive the board's text."""
         return True
 
     def takes_back(self) -> bool:
-        """Return whether the reader has asked, since the last call, to forget what it has not been sent."""
+        """Return whether the reader has asked, since the last call, to discard its queued bytes."""
         return False
 
 
 class Reader:
-    """One connection, which never blocks; ``backlog`` holds what the board has printed for it."""
+    """One connection, which never blocks; ``backlog`` contains the board's output for it."""
 
     def __init__(self, connection: socket.socket, coding: Coding) -> None:
         connection.setblocking(False)
@@ -91,15 +93,15 @@ class Reader:
         self.coding = coding
         self.gone = False
         self._socket = connection
-        self._encoded = b""  # on its way into the socket
+        self._encoded = b""  # in transit to the socket
 
     def unread(self) -> int:
-        """Return how many bytes have not been handed to the system."""
+        """Return how many bytes have not been passed to the system."""
         return len(self.backlog) + len(self._encoded)
 
     def receive(self) -> bytes:
-        """Return one piece of what it has sent to the board, b"" if there is none or it has left."""
-        if self.gone or len(self._encoded) > CHUNK:  # it asks much and reads no answer: first that
+        """Return one piece of the reader's input, b"" if there is none or the reader has left."""
+        if self.gone or len(self._encoded) > CHUNK:  # it reads no answers: these first
             return b""
         try:
             data = self._socket.recv(CHUNK)
@@ -116,7 +118,7 @@ class Reader:
         return typed
 
     def write(self) -> None:
-        """Hand the system what it has room for."""
+        """Pass to the system as much as it accepts."""
         budget = WRITE_BUDGET
         while not self.gone and budget > 0:
             if not self._encoded:
@@ -134,9 +136,9 @@ class Reader:
             budget -= count
 
     def close(self) -> None:
-        """End the connection; what the system has taken still arrives.
+        """End the connection; bytes that the system has accepted still arrive.
 
-        Closed with input unread, a connection would be reset, and its other end lose what is under way.
+        A connection closed with unread input would be reset, and its other end would lose bytes in transit.
         """
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_WR)
@@ -150,9 +152,9 @@ class Reader:
 
 
 class TcpLink:
-    """Readers connect to ``port`` of 127.0.0.1; None for the usual one, 0 for any that is free.
+    """A link on ``port`` of 127.0.0.1; None for the default port, 0 for any free one.
 
-    Raises LinkError if the port cannot be had.
+    Raises LinkError if the port is not available.
     """
 
     kind = "tcp"
@@ -164,7 +166,7 @@ class TcpLink:
         self.port: int = self._listener.getsockname()[1]
         self._readers: list[Reader] = []
         self._had_reader = False
-        self._first = Backlog(FIRST_LIMIT)  # printed before the first reader came
+        self._first = Backlog(FIRST_LIMIT)  # output before the first reader
         self._inbox = Backlog(INBOX_LIMIT)
         self._lost_absent = 0
         self._lost_slow = 0
@@ -174,11 +176,11 @@ class TcpLink:
 
     @property
     def address(self) -> str:
-        """Return where it is, as ``fcu terminal`` takes it."""
+        """Return the address in the form that ``fcu terminal`` accepts."""
         return f"{self.kind}:{self.port}"
 
     def send(self, data: bytes) -> None:
-        """Queue ``data`` for every reader, and hand the system what it has room for."""
+        """Queue ``data`` for every reader, and pass to the system as much as it accepts."""
         if self._closed:
             return
         self._follow_readers()
@@ -192,7 +194,7 @@ class TcpLink:
             self._lost_absent += self._first.put(data)
 
     def receive(self, most: int) -> bytes:
-        """Return what the readers have sent."""
+        """Return bytes that the readers have sent."""
         if self._closed:
             return b""
         self._follow_readers()
@@ -201,7 +203,7 @@ class TcpLink:
         return self._inbox.take(most)
 
     def flush(self, timeout_s: float) -> None:
-        """Wait until the system has taken everything for the readers that are connected."""
+        """Wait until the system has accepted everything for the connected readers."""
         if self._closed:
             return
         patience = Patience(timeout_s)
@@ -209,7 +211,7 @@ class TcpLink:
             time.sleep(min(POLL_S, wait_s))
 
     def close(self) -> None:
-        """Close the port and all connections; what the system has not taken is lost."""
+        """Close the port and all connections; bytes that the system has not accepted are lost."""
         if self._closed:
             return
         self._follow_readers()
@@ -243,15 +245,15 @@ class TcpLink:
         return lines
 
     def undelivered(self) -> int:
-        """Return how many bytes a reader was too slow for; what nobody was there to read is none of them."""
+        """Return how many bytes slow readers lost; bytes without a reader do not count."""
         return self._lost_slow
 
     def coding(self) -> Coding:
-        """Return how the bytes look to a reader that has just come."""
+        """Return the encoding for a new reader."""
         return Coding()
 
     def _follow_readers(self) -> None:
-        """Notice readers' coming and going, and take in what they have sent."""
+        """Accept new readers, detect departures, and read input."""
         self._accept()
         for reader in self._readers:
             while len(self._inbox) <= INBOX_LIMIT - CHUNK:  # the inbox never overflows
@@ -269,7 +271,7 @@ class TcpLink:
             try:
                 connection, _ = self._listener.accept()
             except OSError as error:
-                if error.errno in (errno.ECONNABORTED, errno.EPROTO):  # it has given up already: the next
+                if error.errno in (errno.ECONNABORTED, errno.EPROTO):  # it has given up: try the next
                     continue
                 return
             if len(self._readers) >= MOST_READERS:
@@ -298,7 +300,7 @@ def _listen(kind: str, first_port: int, port: int | None) -> socket.socket:
 
 
 def parse_port(kind: str, text: str) -> int:
-    """The port in ``tcp:PORT``. Raises LinkError."""
+    """Return the port in ``tcp:PORT``. Raises LinkError."""
     if not text.isascii() or not text.isdigit() or len(text) > 5 or int(text) > LARGEST_PORT:
         problem = f"no port; give a number up to {LARGEST_PORT}, 0 for a free one"
         raise LinkError(f"--serial {kind}:{text}: {problem}", kind="no_port")

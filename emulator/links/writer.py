@@ -1,8 +1,8 @@
-"""A thread that writes to a file which may block: a pipe into a paused ``less``, a disk that is far away.
+"""A thread that writes to a file which may block: a pipe into a paused ``less``, a network disk.
 
-The board must not stop for that. A non-blocking descriptor is the road not taken, since that flag is shared
-with every process on the same terminal. Small pieces are written, so that a slow reader's progress can be
-seen. Once a write has failed (reader gone, disk full) nothing more is written, and everything is counted.
+The board must not stop for that. A non-blocking descriptor was rejected, because that flag is shared with
+every process on the same terminal. The thread writes small pieces, so that a slow reader's progress is
+visible. After a failed write (reader gone, disk full) writing stops, and all further bytes are counted.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ JOIN_S = 0.2
 
 
 def is_broken_pipe(error: BaseException) -> bool:
-    """Whether a write failed because the reader has closed the pipe; on Windows that is EINVAL."""
+    """Return whether a write failed because the reader has closed the pipe; on Windows that is EINVAL."""
     broken = {errno.EPIPE, errno.EINVAL} if sys.platform == "win32" else {errno.EPIPE}
     return isinstance(error, OSError) and error.errno in broken
 
@@ -32,7 +32,7 @@ class RawFile(Protocol):
     """The part of ``io.RawIOBase`` and ``io.BytesIO`` that is used here."""
 
     def write(self, data: bytes, /) -> int | None:
-        """Write a part of ``data`` and return how much; None if there is no room just now."""
+        """Write a part of ``data`` and return its length; None if the file accepts none now."""
         ...
 
     def fileno(self) -> int:
@@ -43,7 +43,7 @@ class RawFile(Protocol):
 class BackgroundWriter:
     """Writes to ``file`` in a daemon thread; ``name`` is the thread's.
 
-    ``on_failure()`` is called in that thread, once, when a write has failed; ``failure`` then says why.
+    ``on_failure()`` is called in that thread, once, after a failed write; ``failure`` then has the reason.
     """
 
     def __init__(self, file: RawFile, name: str, on_failure: Callable[[], None] = lambda: None) -> None:
@@ -61,19 +61,19 @@ class BackgroundWriter:
 
     @property
     def failure(self) -> str:
-        """Why nothing is written any more, "" while all is well."""
+        """The reason why writing has stopped, "" otherwise."""
         with self._changed:
             return self._failure
 
     @property
     def reader_gone(self) -> bool:
-        """Whether the reader of a pipe has closed it, as ``head`` does when it has enough."""
+        """Whether the reader of a pipe has closed it, as ``head`` does after its last line."""
         with self._changed:
             return self._reader_gone
 
     @property
     def lost(self) -> int:
-        """How many bytes were not written and never will be."""
+        """The number of bytes that will never be written."""
         with self._changed:
             return self._lost
 
@@ -89,7 +89,7 @@ class BackgroundWriter:
             self._changed.notify_all()
 
     def flush(self, timeout_s: float) -> None:
-        """Wait until all is written, within ``timeout_s`` seconds and the reader's patience."""
+        """Wait until all is written, at most ``timeout_s`` seconds, or until the reader makes no progress."""
         patience = Patience(timeout_s)
         with self._changed:
             while (left := self._untaken()) and (wait_s := patience.wait_s(left)):
@@ -98,7 +98,7 @@ class BackgroundWriter:
     def close(self) -> bool:
         """End the thread and return whether it has ended.
 
-        One that is blocked by its reader ends with the process, and what it holds is lost.
+        A blocked thread ends with the process, and its bytes are lost.
         """
         with self._changed:
             self._closed = True
@@ -117,11 +117,11 @@ class BackgroundWriter:
         try:
             while chunk := self._next_chunk():
                 self._write(chunk)
-        except (OSError, ValueError) as error:  # ValueError: somebody closed the file
+        except (OSError, ValueError) as error:  # ValueError: the file was closed elsewhere
             self._give_up(error)
 
     def _next_chunk(self) -> bytes:
-        """Wait for something to write; empty when closed."""
+        """Wait for the next bytes; empty when closed."""
         with self._changed:
             self._changed.wait_for(lambda: self._closed or len(self._backlog))
             chunk = self._backlog.take(CHUNK)
@@ -131,7 +131,7 @@ class BackgroundWriter:
     def _write(self, chunk: bytes) -> None:
         while chunk:
             count = self._file.write(chunk)
-            if count is None:  # somebody made the descriptor non-blocking, and it is full
+            if count is None:  # another process made the descriptor non-blocking, and it is full
                 time.sleep(0.01)
                 continue
             chunk = chunk[count:]

@@ -1,11 +1,12 @@
-"""What a test does to its board, as a scenario that ``fcu run`` plays.
+"""A recording of a test's actions on its board, as a scenario for ``fcu run``.
 
-Recorded are the world's setters and motions, the text typed on the terminal and the faults of the I2C bus,
-each with its virtual time. What a scenario has no entry for, such as a variable that is set, is listed, so
+It contains the world's setters and motions, the text typed on the terminal and the faults of the I2C bus,
+each with its virtual time. Actions without an entry in scenarios, such as setting a variable, are listed, so
 that the reader knows how the scenario differs from the test.
 
-Decision: the board's objects get subclasses that note a call and pass it on. The road not taken, hooks in
-world, terminal and buses, would be in the path of every board for the sake of tests that fail.
+Decision: a test's actions are recorded by subclasses of the board's objects, which record a call and pass it
+on. Hooks in world, terminal and buses were rejected, because every board would run them, although only
+failing tests need them.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ _NAMES = {
     "shut_door": "slam_door",
     "set_magnetic_field": "set_field",
 }
-"""Entries that have another name than the world's method."""
+"""Entries whose name differs from the world's method."""
 _KEYS = {"hpa": "pressure_hpa", "degc": "temperature_degc", "percent": "humidity_percent"}
 _DURATIONS = {"duration_s": "for", "catch_s": "catch", "time_constant_s": "time_constant"}
 _FIELD = ("north_ut", "east_ut", "down_ut")
@@ -53,11 +54,11 @@ _AT_POWER_ON: Mapping[str, Callable[[Mapping[str, Any]], dict[str, object]]] = {
     },
     "set_gravity": lambda given: {"gravity": float(given["m_s2"])},
 }
-"""What has no entry, but a key of [world] at power-on."""
+"""Methods without an entry, but with a key of [world] at power-on."""
 
 
 class BoardRecording:
-    """Records ``board`` from now on, its power-on; ``cold``: whether that was also its sensors'."""
+    """Records ``board`` from now on, its power-on; ``cold``: whether its sensors were also powered on then."""
 
     def __init__(self, board: Board, cold: bool = False) -> None:
         self._board = board
@@ -85,19 +86,19 @@ class BoardRecording:
 
     @property
     def missing(self) -> list[str]:
-        """What was done to the board and is not in the scenario."""
+        """The actions on the board that are not in the scenario."""
         return [f"{name}{f', {count} times' * (count > 1)}" for name, count in self._missing.items()]
 
     @property
     def needed(self) -> bool:
-        """Whether ``fcu run`` needs a scenario for this board: something was done to it, or it was cold."""
+        """Whether ``fcu run`` needs a scenario for this board: an action was recorded, or it was cold."""
         return self._done or self._cold
 
     def text(self) -> str:
-        """The scenario until now. Raises InputError if the test's scenario plays recordings."""
+        """Return the scenario until now. Raises InputError if the test's scenario plays recordings."""
         return self._recording.text()
 
-    # -- what is recorded ------------------------------------------------------------------------------
+    # -- recorded actions ------------------------------------------------------------------------------
 
     def _world(self, name: str, at_ps: int, given: dict[str, Any]) -> None:
         start_s = given.pop("start_s", None)
@@ -162,12 +163,12 @@ class BoardRecording:
     def _lose(self, what: str) -> None:
         self._missing[what] += 1
 
-    # -- how it is seen --------------------------------------------------------------------------------
+    # -- interception of calls -------------------------------------------------------------------------
 
     def _watch(
         self, owner: object, names: Iterable[str], note: Callable[[str, int, dict[str, Any]], None]
     ) -> None:
-        """Let ``note`` know of each call of these methods, with its time and its arguments by name."""
+        """Call ``note`` at each call of these methods, with its time and its arguments by name."""
         kind: Any = type(owner)
         methods = {name: self._noting(getattr(kind, name), name, note) for name in names}
         owner.__class__ = type(kind.__name__, (kind,), {"__module__": kind.__module__, **methods})
@@ -194,9 +195,9 @@ class BoardRecording:
         return called
 
     def _time_ps(self, name: str) -> int | None:
-        """When a call counts as happening; None for one that the test has not made.
+        """Return the time of a call; None for a call that the test has not made.
 
-        Between two runs everything that is due now has happened, so a call is an event after that.
+        Between two runs all due events have happened, so a call is an event after them.
         """
         now_ps = self._board.clock.now_ps
         if self._inside:
@@ -208,7 +209,7 @@ class BoardRecording:
 
 
 def by_hand(board: Board, recording: BoardRecording | None, save: Callable[[str], str]) -> Iterator[str]:
-    """The command that runs this board, and how it differs from the test, in lines.
+    """Return the command that runs this board, and the differences from the test, in lines.
 
     ``save``: writes a scenario and returns its path.
     """
@@ -238,7 +239,7 @@ def by_hand(board: Board, recording: BoardRecording | None, save: Callable[[str]
 
 
 def _plain(value: Any) -> Any:
-    """Numbers of numpy and tuples as TOML has them."""
+    """Convert numbers of numpy and tuples to TOML values."""
     if isinstance(value, str | bool) or value is None:
         return value
     if hasattr(value, "tolist"):

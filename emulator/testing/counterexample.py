@@ -1,9 +1,9 @@
 """One law of the lab's arithmetic, checked on a compiled firmware by a grader, outside pytest.
 
-Unlike in a test, the examples are the same for everybody and every time, and nothing is kept in a database.
+Unlike in a test, the examples are the same for all students and runs, and no database stores them.
 
-Decision: one counter-example is reported, the first that Hypothesis has made small. Several distinct ones
-would come as an exception group, in which no line is the answer.
+Decision: only one counter-example is reported, the first that Hypothesis has minimised. Several distinct ones
+would come as an exception group, from which no single line could be reported.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from fcu_emulator.emulator.testing.lab3 import Compiled, lab3_properties
 
 
 def counterexample(firmware: str, law: str, examples: int) -> str | None:
-    """Return what breaks the property ``test_<law>`` of ``lab3_properties``, in a line; None if nothing does.
+    """Return the violation of the property ``test_<law>`` of ``lab3_properties``, in one line; None if it holds.
 
     Raises NotJudgedError for a firmware without the function, CallError if the call fails.
     """
@@ -32,7 +32,7 @@ def counterexample(firmware: str, law: str, examples: int) -> str | None:
 def counterexample_scenario(firmware: str, law: str, examples: int) -> str:
     """Return the same counter-example as a scenario that fails on ``firmware``; "" if no board shows it.
 
-    Raises as :func:`counterexample` does.
+    Raises the same errors as :func:`counterexample`.
     """
     laws = _laws(firmware, examples)
     if _failure(laws, law) is None:
@@ -43,12 +43,12 @@ def counterexample_scenario(firmware: str, law: str, examples: int) -> str:
 
 def _laws(firmware: str, examples: int) -> Any:
     laws = lab3_properties(Compiled(firmware), max_examples=examples, derandomize=True, database=None)()
-    laws.on_board = False  # boards run only when their scenario is wanted
+    laws.on_board = False  # boards run only if their scenario is requested
     return laws
 
 
 def _failure(laws: Any, law: str) -> Exception | None:
-    """Return the assertion that fails, one of several; None if none does."""
+    """Return the failed assertion, one of several; None if the law holds."""
     try:
         with _nothing_stored():
             getattr(laws, f"test_{law}")()
@@ -66,7 +66,7 @@ def _failure(laws: Any, law: str) -> Exception | None:
 
 @contextmanager
 def _nothing_stored() -> Iterator[None]:
-    """Keep Hypothesis from leaving a folder in the student's project: it also stores tables without a database."""
+    """Prevent Hypothesis from creating a folder in the student's project: it stores tables even without a database."""
     before = vars(configuration).get("__hypothesis_home_directory")
     with TemporaryDirectory(prefix="fcu-hypothesis-") as folder:
         configuration.set_hypothesis_home_dir(folder)

@@ -1,22 +1,22 @@
-"""The laws of the lab's arithmetic, as properties that any implementation of it must have.
+"""The laws of the lab's arithmetic, as properties of every correct implementation.
 
-For a student's own firmware one line makes a test class of all of them::
+One line creates a test class with all of them for a student's firmware::
 
     from fcu_emulator.emulator.testing.lab3 import Compiled, lab3_properties
 
     TestMyLab = lab3_properties(Compiled("build/mylab.elf"))
 
-pytest then finds counter-examples with Hypothesis, and prints the scenario that shows the same on the board:
-it fails on this firmware and passes on a correct one. If no scenario can show it, the report says so. The
-expected angles are computed here from vectors, not by the formulas of the slides:
+pytest then finds counter-examples with Hypothesis, and prints a scenario that shows the same on the board.
+The scenario fails on this firmware and passes on a correct one. If no scenario can show it, the report says
+so. The expected angles are computed here from vectors, not by the formulas of the slides:
 
-* pitch and roll are the inclinations of the X and the Y axis against the horizontal plane, which is what the
-  slides' formulas with mu = 1 mean;
+* pitch and roll are the inclinations of the X and the Y axis against the horizontal plane, which is the
+  meaning of the slides' formulas with mu = 1;
 * yaw is the direction of the X axis' projection on the horizontal plane against the field's, where pitch or
-  roll is 0. With both away from 0 the slides' roll is an approximation, and nothing is demanded of the yaw
-  but its range.
+  roll is 0. With both away from 0 the slides' roll is an approximation, and only the range of the yaw is
+  checked.
 
-What a subject does not have (the template has no ``eCompass``) is skipped with a word.
+Functions that a subject does not have (the template has no ``eCompass``) are skipped with a message.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ from fcu_emulator.firmware_model.sensor_data import AxesRaw_TypeDef
 _Method = TypeVar("_Method", bound=Callable[..., None])
 
 ANGLE_TOLERANCE_DEG = 0.01
-"""Between an angle in single precision and ours in double, of the same integers."""
+"""Difference between an angle in single precision and the one computed here in double, from the same integers."""
 _LEAST_HORIZONTAL_MGAUSS = 50.0
 _STARTED_S = 0.1
 
@@ -86,15 +86,15 @@ class Subject(Protocol):
 
     @property
     def name(self) -> str:
-        """As the replay's command names it."""
+        """The name in the replay command."""
         ...
 
     def missing(self, what: str) -> str:
-        """Why ``what`` ("angles", "calibration", "altitude") cannot be asked for; "" if it can."""
+        """The reason why ``what`` ("angles", "calibration", "altitude") is not available; "" if it is."""
         ...
 
     def angles(self, acc: Vector, mag: Vector) -> Angles:
-        """Of an acceleration in mg and a calibrated field in mgauss."""
+        """The angles for an acceleration in mg and a calibrated field in mgauss."""
         ...
 
     def calibrated(self, field_mgauss: Sequence[Vector]) -> list[Vector]:
@@ -102,7 +102,7 @@ class Subject(Protocol):
         ...
 
     def altitude(self, press_hpa: float, temperature_degc: float, press_zero_level_hpa: float) -> float:
-        """Metres above where the pressure was ``press_zero_level_hpa``."""
+        """Metres above the place with the pressure ``press_zero_level_hpa``."""
         ...
 
 
@@ -117,7 +117,7 @@ class PythonModel:
         return ""
 
     def angles(self, acc: Vector, mag: Vector) -> Angles:
-        """eCompass with mu = 1."""
+        """Return the angles of eCompass() with mu = 1."""
         return Angles(*eCompass(AxesRaw_TypeDef(*acc), AxesRaw_TypeDef(*mag), 1.0))
 
     def calibrated(self, field_mgauss: Sequence[Vector]) -> list[Vector]:
@@ -138,10 +138,10 @@ class PythonModel:
 class Compiled:
     """Functions of a compiled firmware, called on the emulated processor.
 
-    ``firmware``: an ELF file, or the name of a shipped program. ``names``: what the firmware calls things
-    where it differs from the slides: ``{"yaw": "heading", "eCompass": "compute_angles"}``. Functions without
-    parameters take their arguments from the global variables ``acc``, ``mag``, ``press`` ..., and leave their
-    results in ``pitch``, ``roll``, ``azimuth``.
+    ``firmware``: an ELF file, or the name of an included program. ``names``: the firmware's names where they
+    differ from the slides: ``{"yaw": "heading", "eCompass": "compute_angles"}``. Functions without parameters
+    read their arguments from the global variables ``acc``, ``mag``, ``press`` ..., and write their results to
+    ``pitch``, ``roll``, ``azimuth``.
     """
 
     USUAL: Mapping[str, str] = {
@@ -162,14 +162,14 @@ class Compiled:
 
     @property
     def board(self) -> Board:
-        """The board on which functions are called, its start-up code run."""
+        """The board for function calls, after its start-up code."""
         if self._board is None:
             self._board = Board(firmware=self.name)
             self._board.run_for(_STARTED_S)
         return self._board
 
     def missing(self, what: str) -> str:
-        """Functions and variables that the firmware must have."""
+        """Return which functions and variables the firmware lacks."""
         functions = {"angles": "eCompass", "calibration": "MagCalibration", "altitude": "getAltitude"}
         variables = {"angles": ("acc", "mag", "pitch", "roll", "yaw"), "calibration": ("mag",)}
         arm = self.board.chip
@@ -197,7 +197,7 @@ class Compiled:
         return Angles(_number(pitch), _number(roll), _number(yaw))
 
     def calibrated(self, field_mgauss: Sequence[Vector]) -> list[Vector]:
-        """``MagCalibration()``, sample for sample."""
+        """Return the results of ``MagCalibration()``, sample by sample."""
         of, done = self._names, []
         with self.board.scratch() as copy:
             for sample in field_mgauss:
@@ -215,13 +215,13 @@ class Compiled:
 
 
 def lab3_properties(subject: Subject, **chosen: Any) -> type[Any]:
-    """A test class for pytest: the properties of ``subject``. Bind it to a name that begins with Test.
+    """Return a test class for pytest: the properties of ``subject``. Bind it to a name that begins with Test.
 
     ``chosen``: settings of Hypothesis, such as ``max_examples=1000``.
     """
     body: dict[str, Any] = {"subject": subject}
     for name, method in vars(_Properties).items():
-        if name.startswith("test_"):  # a function of its own for each class, as Hypothesis wants it
+        if name.startswith("test_"):  # a separate function for each class, as Hypothesis requires
             wanted: tuple[st.SearchStrategy[Any], ...] = method.strategies
             law = settings(**{"deadline": None, "report_multiple_bugs": False, **chosen})
             body[name] = _told(law(given(*wanted)(method)))
@@ -229,7 +229,7 @@ def lab3_properties(subject: Subject, **chosen: Any) -> type[Any]:
 
 
 def _of(*strategies: st.SearchStrategy[Any]) -> Callable[[_Method], _Method]:
-    """What a property is to be given."""
+    """Return a decorator with the arguments of a property."""
 
     def noted(method: _Method) -> _Method:
         method.strategies = strategies  # type: ignore[attr-defined]
@@ -239,7 +239,7 @@ def _of(*strategies: st.SearchStrategy[Any]) -> Callable[[_Method], _Method]:
 
 
 def _told(test: Callable[[_Properties], None]) -> Callable[[_Properties], None]:
-    """A test whose failure says how the board shows the counter-example."""
+    """Wrap a test so that its failure shows the counter-example on the board."""
 
     @functools.wraps(test)
     def told(self: _Properties) -> None:
@@ -254,7 +254,7 @@ def _told(test: Callable[[_Properties], None]) -> Callable[[_Properties], None]:
 
 
 def _by_hand(firmware: str, scenario: str) -> str:
-    """How a reader sees a failure on the board."""
+    """Return the instructions to reproduce a failure on the board."""
     if scenario:
         return f"On the board: save as {FILE}, then\n\n    {command(firmware)}\n\n{scenario}# end of {FILE}"
     return (
@@ -268,17 +268,17 @@ class _Properties:
 
     subject: Subject
     on_board = True
-    """Whether a failure says how the board shows it, for which boards have to run."""
+    """Whether a failure includes a scenario for the board, which requires runs of boards."""
     coarse = False
-    """Whether only errors count that the board's sensors resolve."""
+    """Whether only errors count that are larger than the resolution of the board's sensors."""
     counterexample = ""
-    """The latest example as a scenario; after a failure, that one."""
+    """The latest example as a scenario; after a failure, the failing one."""
 
     def board_scenario(self, test: Callable[[_Properties], None]) -> str:
-        """The scenario in which a board shows the failure of ``test``; "" if no scenario does.
+        """Return the scenario in which a board shows the failure of ``test``; "" if no scenario does.
 
-        Hypothesis makes an example small, and with it perhaps its error. If the board does not show that one,
-        a second search accepts only errors that its sensors resolve.
+        Hypothesis minimises an example, and with it perhaps its error. If the board does not show the
+        minimised example, a second search accepts only errors that its sensors resolve.
         """
         if not isinstance(self.subject, Compiled) or shows(self.subject.name, self.counterexample):
             return self.counterexample
@@ -291,25 +291,25 @@ class _Properties:
 
     @_of(samples())
     def test_pitch_is_the_inclination_of_the_x_axis(self, sample: MotionSample) -> None:
-        """Of the slides: pitch = atan2(-Gx, sqrt(Gy^2 + Gz^2))."""
+        """The slides' formula: pitch = atan2(-Gx, sqrt(Gy^2 + Gz^2))."""
         self._compare("pitch", sample, _inclination(sample.acc, 0))
 
     @_of(samples())
     def test_roll_is_the_inclination_of_the_y_axis(self, sample: MotionSample) -> None:
-        """Of the slides with mu = 1; a firmware with another mu is compared where pitch is 0."""
+        """The slides' formula with mu = 1; a firmware with another mu is compared at pitch 0."""
         level = sample.acc[0] == 0
         self._compare("roll", sample, _inclination(sample.acc, 1) if level else None)
 
     @_of(samples(attitudes(max_roll_deg=89.0, max_pitch_deg=89.0, one_axis=True)))
     def test_yaw_is_the_direction_of_the_x_axis_against_magnetic_north(self, sample: MotionSample) -> None:
-        """With pitch or roll 0; it grows counter-clockwise, seen from above."""
+        """With pitch or roll 0; yaw increases counter-clockwise, seen from above."""
         expected = _heading(sample)
         assume(expected is not None)
         self._compare("yaw", sample, expected)
 
     @_of(samples(noise_mg=30, noise_mgauss=30))
     def test_angles_stay_within_their_ranges(self, sample: MotionSample) -> None:
-        """Pitch and roll within 90 degrees either way, yaw within 180; never a NaN."""
+        """Pitch and roll are within +-90 degrees, yaw within +-180; never a NaN."""
         found = self._angles(sample)
         self.counterexample = pose_scenario(sample.pose, {})
         for name, limit_deg in (("pitch", 90.0), ("roll", 90.0), ("yaw", 180.0)):
@@ -321,7 +321,7 @@ class _Properties:
     def test_angles_do_not_depend_on_the_vectors_lengths(
         self, sample: MotionSample, acc: int, mag: int
     ) -> None:
-        """Neither a stronger field nor a scale factor of the accelerometer turns the board."""
+        """A stronger field or a scale factor of the accelerometer does not change the angles."""
         longer = MotionSample(sample.pose, _times(sample.acc, acc), _times(sample.mag, mag))
         found, scaled = self._angles(sample), self._angles(longer)
         apart = {
@@ -339,7 +339,7 @@ class _Properties:
         for name, error_deg in wrong.items():
             exact = law[name]
             value = getattr(found, name.lower()) if exact is None else exact
-            if math.isfinite(value):  # the scenario refuses a NaN anyway
+            if math.isfinite(value):  # the scenario rejects a NaN anyway
                 expected[name] = value, angle_tolerance_deg(name, error_deg)
         self.counterexample = pose_scenario(sample.pose, expected, gravity=acc, field=mag)
         for name in (name.lower() for name in wrong):
@@ -350,7 +350,7 @@ class _Properties:
 
     @_of(hard_irons(), st.integers(100, 600), st.permutations(range(6)))
     def test_calibration_finds_any_offset(self, offset: Vector, field: int, order: list[int]) -> None:
-        """Once each axis has pointed along the field both ways, offsets are gone but for C's rounding."""
+        """After each axis has pointed along the field both ways, offsets are removed except for C's rounding."""
         self._require("calibration")
         ends = [_axis(axis, sign * field) for axis in range(3) for sign in (1, -1)]
         turned = [_plus(ends[index], offset) for index in order]
@@ -366,7 +366,7 @@ class _Properties:
 
     @_of(st.floats(300.0, 1100.0, width=32), st.floats(-20.0, 40.0, width=32))
     def test_altitude_is_0_where_it_was_zeroed(self, press_hpa: float, temperature_degc: float) -> None:
-        """At the floor of the room."""
+        """The altitude is 0 at the pressure of the floor."""
         self._require("altitude")
         found = self.subject.altitude(press_hpa, temperature_degc, press_hpa)
         self.counterexample = altitude_scenario(press_hpa, press_hpa, temperature_degc, 0.0, abs(found))
@@ -381,7 +381,7 @@ class _Properties:
         st.floats(-20.0, 40.0, width=32),
     )
     def test_less_pressure_is_more_altitude(self, press_hpa: float, less: float, temperature: float) -> None:
-        """And by as much as the hypsometric formula says (ISO 2533, lapse rate 6.5 K/km)."""
+        """Less pressure is more altitude, by the hypsometric formula (ISO 2533, lapse rate 6.5 K/km)."""
         self._require("altitude")
         zero = np.float32(press_hpa + less)
         found = self.subject.altitude(press_hpa, temperature, float(zero))
@@ -401,7 +401,7 @@ class _Properties:
     def _require(self, what: str) -> None:
         missing = self.subject.missing(what)
         if missing:
-            raise SkipTest(missing)  # which pytest reports as skipped, and a grader can catch without pytest
+            raise SkipTest(missing)  # pytest reports it as skipped, and a grader can catch it without pytest
 
     def _angles(self, sample: MotionSample) -> Angles:
         self._require("angles")
@@ -429,7 +429,7 @@ class _Properties:
 
 
 def replay(pose: Pose) -> str:
-    """A scenario in which the board takes the pose, its compass calibrated, and is asked for its angles.
+    """Return a scenario in which the board takes the pose, its compass calibrated, and its angles are expected.
 
     Roll and yaw are compared with the truth only where the lab's formulas are exact.
     """
@@ -440,7 +440,7 @@ def replay(pose: Pose) -> str:
 
 
 def _inclination(acc: Vector, axis: int) -> float | None:
-    """Of an axis against the horizontal plane, positive for X down, and for Y up; None without gravity."""
+    """Return the angle of an axis to the horizontal plane, positive for X down, and for Y up; None without gravity."""
     length = math.sqrt(sum(component * component for component in acc))
     if length == 0:
         return None
@@ -449,7 +449,7 @@ def _inclination(acc: Vector, axis: int) -> float | None:
 
 
 def _heading(sample: MotionSample) -> float | None:
-    """Of the X axis, in degrees; None where the field or the axis has hardly a horizontal part."""
+    """Return the heading of the X axis, in degrees; None if field or axis are nearly vertical."""
     up = np.array(sample.acc, dtype=float)
     field = np.array(sample.mag, dtype=float)
     if not up.any():
@@ -464,7 +464,7 @@ def _heading(sample: MotionSample) -> float | None:
 
 
 def _apart(one_deg: float, other_deg: float) -> float:
-    """The angle between two directions, 0 to 180."""
+    """Return the angle between two directions, 0 to 180."""
     return abs((one_deg - other_deg + 180.0) % 360.0 - 180.0)
 
 

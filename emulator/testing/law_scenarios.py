@@ -1,12 +1,12 @@
-"""Counter-examples of the lab's laws as scenarios: what has to be done to a board so that it shows them.
+"""Counter-examples of the lab's laws as scenarios: the actions that make a board show them.
 
-Each scenario expects the value that the law demands, so it fails on the firmware that breaks the law and
-passes on a correct one. The expected values come from the law, not from what the firmware has computed.
+Each scenario expects the value that the law requires. It therefore fails on the firmware that violates the
+law and passes on a correct one. The expected values come from the law, not from the firmware's results.
 
-Decision: a scenario is shown only after it has been run, on the firmware and on the lab's. A counter-example
-gives a function its arguments directly; on the board they come from sensors with finite resolution, so a
-small error, or one for a single value, may not appear there. Then the report says that, instead of showing a
-scenario that passes on the firmware that it accuses.
+Decision: the scenario of a counter-example is shown only after a run of it, on the student's firmware and on
+the lab's. A counter-example gives a function its arguments directly, but on the board they come from sensors
+with finite resolution. A small error, or an error at a single value, may not appear there. The report then
+says so; it does not show a scenario that the firmware passes.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from fcu_emulator.emulator.world.truth import ZURICH_FIELD_UT
 
 FILE = "replay.toml"
 REFERENCE = "lab3"
-"""A correct firmware: what it does not pass is not expected of another one."""
+"""A correct firmware: a scenario that it fails is not used for another one."""
 
 Table: TypeAlias = dict[str, Any]
 
@@ -36,23 +36,23 @@ LEAST_DEG = {"Pitch": 0.2, "Roll": 0.2, "Yaw": 1.0}
 """Smallest errors of angles that a board with ideal sensors resolves: raw values are integers."""
 _MOST_DEG = 2.0
 LEAST_MGAUSS = 5.0
-_LEAST_AT_ZERO_M = 0.01  # the same reading twice
+_LEAST_AT_ZERO_M = 0.01  # the difference between two equal readings
 _LEAST_HPA = 0.02  # the firmware truncates pressures to 0.01 hPa, here and at the floor
 _LEAST_OF_HEIGHT = 5e-4  # and temperatures to 0.1 K
 _MOST_GRAVITY = 3.5  # of the accelerometer's full scale of 4 g
 
 
 def angle_tolerance_deg(name: str, error_deg: float) -> float:
-    """How near a printed angle has to be so that an error of this size is found."""
+    """Return how close a printed angle must be so that an error of this size is detected."""
     return min(max(error_deg / 2, LEAST_DEG[name]), _MOST_DEG) if math.isfinite(error_deg) else _MOST_DEG
 
 
 def pose_scenario(
     pose: Pose, expected_deg: Mapping[str, tuple[float, float]], *, gravity: float = 1, field: float = 1
 ) -> str:
-    """The board calibrates its compass and takes the pose; ``expected_deg``: value and tolerance by field.
+    """Return a scenario: calibrate the compass and take the pose; ``expected_deg``: value and tolerance by field.
 
-    ``gravity`` and ``field``: how many times the usual specific force and the usual magnetic field act.
+    ``gravity`` and ``field``: multiples of the usual specific force and the usual magnetic field.
     """
     expectations = [
         {"kind": "field", "name": name, "value": round(value, 3) + 0.0, "tolerance": tolerance, "from": "19s"}
@@ -62,7 +62,7 @@ def pose_scenario(
 
 
 def pose_against_truth(pose: Pose, names: Sequence[str]) -> str:
-    """Likewise; the fields are compared with the truth of the world."""
+    """Return a scenario like the previous one, whose fields are compared with the truth of the world."""
     expectations = [
         {"kind": "field", "name": name, "truth": True, "tolerance": _MOST_DEG, "from": "19s"}
         for name in names
@@ -98,9 +98,10 @@ def _pose_table(pose: Pose, expectations: list[Table], gravity: float, field: fl
 
 
 def calibration_scenario(offset: Vector, field_mgauss: int, order: Sequence[int], end: Vector) -> str:
-    """Each axis points along a horizontal field, both ways; then one of them again, and MAG is expected.
+    """Return a scenario: each axis points along a horizontal field, both ways; then one of them again, with
+    MAG expected.
 
-    ``order``: of the six, X, Y and Z, there and back for each. ``end``: the field without iron at the end.
+    ``order``: of the six, X, Y and Z, both ways for each. ``end``: the field without iron at the end.
     """
     turns = [*(_ALONG[index] for index in order), _ALONG[_direction(end)]]
     steps = [
@@ -132,7 +133,7 @@ def calibration_scenario(offset: Vector, field_mgauss: int, order: Sequence[int]
 def altitude_scenario(
     zero_hpa: float, press_hpa: float, temperature_degc: float, altitude_m: float, error_m: float
 ) -> str:
-    """The room's floor has one pressure, later the board another one; the altitude of the law is expected."""
+    """Return a scenario with one pressure at the floor and later another one; it expects the altitude of the law."""
     tolerance = least_m(zero_hpa, press_hpa, temperature_degc, altitude_m)
     if math.isfinite(error_m):
         tolerance = max(error_m / 2, tolerance)
@@ -151,7 +152,7 @@ def altitude_scenario(
 
 
 def least_m(zero_hpa: float, press_hpa: float, temperature_degc: float, altitude_m: float = 0.0) -> float:
-    """The smallest error of an altitude, in metres, that a board with ideal sensors resolves."""
+    """Return the smallest error of an altitude, in metres, that a board with ideal sensors resolves."""
     if zero_hpa == press_hpa:
         return _LEAST_AT_ZERO_M
     metres_per_hpa = 29.27 * (temperature_degc + 273.15) / press_hpa  # R / (M g), the isothermal atmosphere
@@ -159,12 +160,12 @@ def least_m(zero_hpa: float, press_hpa: float, temperature_degc: float, altitude
 
 
 def command(firmware: str) -> str:
-    """The command that runs a scenario saved as ``replay.toml``."""
+    """Return the command that runs a scenario saved as ``replay.toml``."""
     return command_line(["fcu", "run", firmware, "--scenario", FILE, "--speed", "max"])
 
 
 def shows(firmware: str, scenario: str) -> bool:
-    """Whether the scenario fails on ``firmware`` and passes on the lab's. Raises InputError."""
+    """Return whether the scenario fails on ``firmware`` and passes on the lab's. Raises InputError."""
     return _passes(REFERENCE, scenario) and not _passes(firmware, scenario)
 
 
@@ -185,6 +186,6 @@ _ALONG: tuple[Table, ...] = (
 
 
 def _direction(end: Vector) -> int:
-    """The index in ``_ALONG`` of the axis along which ``end`` points."""
+    """Return the index in ``_ALONG`` of the axis along which ``end`` points."""
     axis = next(index for index, component in enumerate(end) if component)
     return 2 * axis + (end[axis] < 0)

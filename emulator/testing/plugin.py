@@ -1,4 +1,4 @@
-"""The pytest plugin: a board for each test, expectations in virtual time, and what is needed to see why.
+"""The pytest plugin: a board for each test, expectations in virtual time, and evidence for failures.
 
 Installed with the package (entry point ``pytest11``)::
 
@@ -8,12 +8,12 @@ Installed with the package (entry point ``pytest11``)::
         dut.expect(r"Pitch: (29|30)[.]")
         dut.not_matching(r"nan", timeout=3)
 
-``firmware`` is what ``--firmware FILE`` says, else the marker's first argument, else ``lab3``; parametrise
-the fixture of that name to run one test over several. All times are virtual seconds: nothing waits, and a
-test does not depend on how fast the machine is. A failed test shows the end of the terminal, the last
-transfers before it ended, the diagnosis, and the command that runs the same board by hand: what the test did
-to the board is saved as a scenario, and what a scenario cannot have is named. All of it is in the JUnit file
-too where ``junit_logging = "system-out"``. Boards share nothing, so tests run in any number of processes.
+``firmware`` is the value of ``--firmware FILE``, else the marker's first argument, else ``lab3``. Parametrise
+this fixture to run one test with several programs. All times are virtual seconds: tests never wait, and do
+not depend on the speed of the machine. A failed test shows the end of the terminal, the last transfers before
+it, the diagnosis, and the command that runs the same board. The test's actions on the board are saved as a
+scenario, with a list of actions that a scenario cannot contain. With ``junit_logging = "system-out"`` all of
+it is also in the JUnit file. Boards share nothing, so tests run in any number of processes.
 """
 
 from __future__ import annotations
@@ -37,15 +37,15 @@ _STEP_S = 0.01
 _TERMINAL_LINES = 40
 _TRANSFERS = 12
 _MARKER = ("scenario", "wiring", "seed", "ideal", "cold_start")
-"""What the marker says by name."""
+"""The keyword arguments of the marker."""
 _RECORDING = pytest.StashKey[Any]()  # a BoardRecording, whose module is loaded with the first board
 _FOLDERS = pytest.StashKey[pytest.TempPathFactory]()
 
 
 class Dut:
-    """The device under test, as its serial line shows it.
+    """The device under test, seen through its serial line.
 
-    Each expectation looks at what is printed after the match before it; the first one at everything.
+    Each expectation searches the output after the previous match; the first one searches all of it.
     """
 
     def __init__(self, board: Board) -> None:
@@ -64,10 +64,10 @@ class Dut:
         expect_all: bool = False,
         not_matching: Pattern | None = None,
     ) -> Any:
-        """Run until the pattern, or one of several, is printed; its match.
+        """Run until the pattern, or one of several, is printed; return its match.
 
-        ``expect_all``: until each of them is, in any order; a list of matches. ``not_matching`` must not be
-        printed before. Fails after ``timeout`` virtual seconds.
+        ``expect_all``: until each of them is printed, in any order; return a list of matches.
+        ``not_matching`` must not be printed before. Fails after ``timeout`` virtual seconds.
         """
         __tracebackhide__ = True
         many = [pattern] if isinstance(pattern, str | re.Pattern) else list(pattern)
@@ -76,13 +76,13 @@ class Dut:
         return matches if expect_all else matches[0]
 
     def expect_exact(self, text: str | Sequence[str], timeout: float = TIMEOUT_S) -> Any:
-        """Likewise for a text, or one of several, that is no pattern."""
+        """The same for a literal text, or one of several."""
         __tracebackhide__ = True
         many = [text] if isinstance(text, str) else text
         return self.expect([re.escape(one) for one in many], timeout)
 
     def expect_all(self, patterns: Sequence[Pattern], timeout: float = TIMEOUT_S) -> list[re.Match[str]]:
-        """Run until each pattern has been printed, in any order; their matches."""
+        """Run until each pattern has been printed, in any order; return their matches."""
         __tracebackhide__ = True
         matches: list[re.Match[str]] = self.expect(patterns, timeout, expect_all=True)
         return matches
@@ -136,7 +136,7 @@ class Dut:
 
 @pytest.fixture
 def firmware(request: pytest.FixtureRequest) -> str | Path | None:
-    """What the board runs: ``--firmware``, the marker's, or ``lab3``."""
+    """The firmware of the board: ``--firmware``, the marker's, or ``lab3``."""
     given: str | None = request.config.getoption("--firmware")
     if given is not None:
         return given
@@ -147,7 +147,7 @@ def firmware(request: pytest.FixtureRequest) -> str | Path | None:
     if marker is not None and marker.kwargs.get("scenario"):
         return None
     from fcu_emulator.emulator.boards.fcu001v1 import (
-        FCU001V1,  # a run of pytest that needs no board does not load one
+        FCU001V1,  # a pytest run without boards does not import one
     )
 
     return FCU001V1.default_firmware
@@ -157,9 +157,9 @@ def firmware(request: pytest.FixtureRequest) -> str | Path | None:
 def board(
     request: pytest.FixtureRequest, firmware: str | Path | None, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Board]:
-    """A board with ``firmware``; the marker ``board`` may say scenario, wiring, seed, ideal, cold_start."""
+    """A board with ``firmware``; the marker ``board`` may set scenario, wiring, seed, ideal, cold_start."""
     from fcu_emulator.emulator.assembly.board import (
-        Board,  # a run of pytest that needs no board does not load one
+        Board,  # a pytest run without boards does not import one
     )
     from fcu_emulator.emulator.errors import InputError
 
@@ -173,7 +173,7 @@ def board(
     try:
         made = Board(firmware, **asked)
     except InputError as error:
-        pytest.fail(str(error), pytrace=False)  # the test is wrong, not this package: its frames say nothing
+        pytest.fail(str(error), pytrace=False)  # the test is wrong: frames of this package do not help
     from fcu_emulator.emulator.testing.board_recording import BoardRecording
 
     request.node.stash[_RECORDING] = BoardRecording(made, cold=bool(asked.get("cold_start")))
@@ -198,14 +198,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """The marker is known."""
+    """Register the marker ``board`` with pytest."""
     arguments = f"firmware=None, *, {', '.join(_MARKER)}"
     config.addinivalue_line("markers", f"board({arguments}): what the fixture 'board' is made of")
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> None:
-    """A failed test on a board says what the board did."""
+    """Add the evidence of the board to the report of a failed test."""
     if call.when != "call" or call.excinfo is None or call.excinfo.errisinstance(pytest.skip.Exception):
         return
     board: Any = getattr(item, "funcargs", {}).get("board")
@@ -226,7 +226,7 @@ def _by_hand(item: pytest.Item, board: Board) -> str:
 
 
 def evidence(board: Board, by_hand: str = "") -> Iterator[tuple[str, str]]:
-    """What a reader needs after a failure, by title; ``by_hand``: how to run the same board."""
+    """Return the evidence for a failure, by title; ``by_hand``: the command that runs the same board."""
     lines = board.terminal.text.replace("\r", "").splitlines() or ["(nothing was printed)"]
     dropped = [f"... {len(lines) - _TERMINAL_LINES} lines before"] if len(lines) > _TERMINAL_LINES else []
     shown = [*dropped, *(visible(line) for line in lines[-_TERMINAL_LINES:])]

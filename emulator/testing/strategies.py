@@ -1,4 +1,4 @@
-"""Hypothesis strategies for what happens to a board: attitudes, sensor samples, fields, iron, motions.
+"""Hypothesis strategies for a board's surroundings: attitudes, sensor samples, fields, iron, motions.
 
 ::
 
@@ -9,8 +9,8 @@
     def test_pitch_stays_within_90_degrees(sample):
         ...                                    # sample.acc in mg, sample.mag in mgauss, as the lab has them
 
-Motions are whole scenarios, for a board that runs its firmware; the scenario file that shows a failure again
-is printed with it::
+Motions are whole scenarios, for a board that runs its firmware. A failure prints the scenario file that
+reproduces it::
 
     from fcu_emulator.emulator.testing.strategies import motions
 
@@ -22,8 +22,8 @@ is printed with it::
 
 Frames: the board's axes are X right, Y forward, Z up; an accelerometer at rest shows +1000 mg on the axis
 that points up. Attitudes are yaw, then pitch, then roll about the board's own axes, in degrees, as
-``board.world.set_attitude`` has them. Edges (multiples of 90 degrees, and just beside them) come up often;
-every example shrinks towards a board that lies flat and points north.
+``board.world.set_attitude`` has them. Edge cases (multiples of 90 degrees, and values close to them) are
+frequent. Every example shrinks towards a board that lies flat and points north.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ Vector: TypeAlias = tuple[int, int, int]
 
 ONE_G_MG = 1000
 MGAUSS_PER_UT = 10
-_NEAR = 0.01  # degrees: on either side of an edge
+_NEAR = 0.01  # degrees: the distance from an edge case
 
 
 @dataclass(frozen=True)
@@ -63,13 +63,13 @@ class Pose:
 
     @property
     def is_about_one_axis(self) -> bool:
-        """Whether roll or pitch is 0, where the lab's roll is no approximation."""
+        """Whether roll or pitch is 0, so that the lab's roll is exact."""
         return self.roll_deg == 0 or self.pitch_deg == 0
 
 
 @dataclass(frozen=True)
 class MotionSample:
-    """What ideal sensors show at a pose: ``acc`` in mg, ``mag`` in mgauss, integers as the lab has them."""
+    """The values of ideal sensors at a pose: ``acc`` in mg, ``mag`` in mgauss, integers as in the lab."""
 
     pose: Pose
     acc: Vector
@@ -79,7 +79,7 @@ class MotionSample:
 def attitudes(
     max_roll_deg: float = 180.0, max_pitch_deg: float = 90.0, *, one_axis: bool = False
 ) -> st.SearchStrategy[Pose]:
-    """Poses; ``one_axis``: roll or pitch is 0. Yaw is anything from -180 to 180 degrees."""
+    """Return poses; ``one_axis``: roll or pitch is 0. Yaw is any angle from -180 to 180 degrees."""
     rolls, pitches, yaws = angles(max_roll_deg), angles(max_pitch_deg), angles(180.0)
     level = st.just(0.0)
     if one_axis:
@@ -88,7 +88,7 @@ def attitudes(
 
 
 def angles(limit_deg: float) -> st.SearchStrategy[float]:
-    """From -limit to limit, quarters of a turn and what lies right beside them often."""
+    """Return angles from -limit to limit, often quarters of a turn and values close to them."""
     quarters = [at * 90.0 + beside for at in range(-2, 3) for beside in (0.0, _NEAR, -_NEAR)]
     edges = sorted(
         {angle for angle in (*quarters, -limit_deg, limit_deg) if abs(angle) <= limit_deg}, key=abs
@@ -98,10 +98,10 @@ def angles(limit_deg: float) -> st.SearchStrategy[float]:
 
 
 def fields() -> st.SearchStrategy[tuple[float, float, float]]:
-    """The earth's field somewhere on earth: north, east (0) and down in microtesla.
+    """Return the earth's field at places on earth: north, east (0) and down in microtesla.
 
     A total of 22 to 67 uT (World Magnetic Model, the extremes at the surface), and at least 10 uT of it
-    horizontal: close to the magnetic poles no compass works.
+    horizontal. A compass does not work close to the magnetic poles.
     """
     return (
         st.tuples(st.floats(22.0, 67.0), st.floats(-80.0, 80.0))
@@ -123,9 +123,9 @@ def samples(
     noise_mg: int = 0,
     noise_mgauss: int = 0,
 ) -> st.SearchStrategy[MotionSample]:
-    """What the sensors show at these poses (any, if none are given) in this field (north, east, down).
+    """Return samples at these poses (default: any) in this field (north, east, down).
 
-    With noise each component is off by up to so much.
+    Noise changes each component by at most this value.
     """
     acc_noise, mag_noise = (st.tuples(*[st.integers(-most, most)] * 3) for most in (noise_mg, noise_mgauss))
     return st.builds(
@@ -137,32 +137,32 @@ def samples(
 
 
 def hard_irons(most_mgauss: int = 500) -> st.SearchStrategy[Vector]:
-    """The field of the board's own magnets, board axes."""
+    """Return fields of the board's own magnets, in board axes."""
     return st.tuples(*[st.integers(-most_mgauss, most_mgauss)] * 3)
 
 
 def soft_irons(most: float = 0.2) -> st.SearchStrategy[tuple[tuple[float, ...], ...]]:
-    """A symmetric matrix that distorts the field: the unit matrix, each element off by up to ``most``."""
+    """Return symmetric matrices that distort the field: the unit matrix, each element changed by up to ``most``."""
     six = st.tuples(*[st.floats(-most, most).map(lambda number: round(number, 3) + 0.0)] * 6)
     return six.map(lambda s: ((1 + s[0], s[1], s[2]), (s[1], 1 + s[3], s[4]), (s[2], s[4], 1 + s[5])))
 
 
 def zero_vectors() -> st.SearchStrategy[tuple[Vector, Vector]]:
-    """Accelerations and fields of which at least one has no direction: what a sensor that is off shows."""
+    """Return accelerations and fields, at least one of them zero, as from a sensor that is switched off."""
     anything = st.tuples(*[st.integers(-2000, 2000)] * 3)
     zero = st.just((0, 0, 0))
     return st.tuples(zero, zero) | st.tuples(zero, anything) | st.tuples(anything, zero)
 
 
 class GeneratedMotion:
-    """What happens to the board: ``scenario`` is for ``Board(firmware, scenario=...)``, ``text`` its file."""
+    """A generated motion of the board: ``scenario`` is for ``Board(firmware, scenario=...)``, ``text`` its file."""
 
     def __init__(self, scenario: Scenario, text: str) -> None:
         self.scenario = scenario
         self.text = text
 
     def __repr__(self) -> str:
-        """Short; the file is noted beside the failing example."""
+        """Return a short text; the file is noted beside the failing example."""
         return f"Motion of {self.scenario.duration_s:g} s"
 
 
@@ -176,15 +176,15 @@ def motions(
     most_moves: int = 4,
     expect: Sequence[Mapping[str, Any]] = (),
 ) -> GeneratedMotion:
-    """What may happen to a board in some seconds, which a hand can do.
+    """Return motions of a board in some seconds, as a hand can do them.
 
-    Without ``scenario``: up to ``most_moves`` turns to ``poses`` (any, if none are given) and lifts, each
-    with a rest of 1.5 s after it, on a board of ideal sensors; ``expect`` are expectations as a scenario has
-    them. With the name or the file of a scenario that has draws (``{ draw = [20, 70] }``): that scenario,
-    and instead of its seed Hypothesis chooses what is drawn, their lower ends first.
+    Without ``scenario``: up to ``most_moves`` turns to ``poses`` (default: any) and lifts, each followed by a
+    rest of 1.5 s, on a board with ideal sensors; ``expect`` are expectations as in a scenario. With the name
+    or the file of a scenario that has random values (``{ uniform = [20, 70] }``): that scenario, with values
+    chosen by Hypothesis instead of the seed, the lower ends first.
 
-    When the test fails, the scenario file and the command that runs ``firmware`` through it are printed.
-    Raises ScenarioError, InputError.
+    When the test fails, the scenario file and the command that runs ``firmware`` with it are printed. Raises
+    ScenarioError, InputError.
     """
     if scenario is None:
         path = Path("motion.toml")
@@ -202,7 +202,7 @@ def motions(
 
 
 def _moves(poses: st.SearchStrategy[Pose]) -> st.SearchStrategy[list[dict[str, Any]]]:
-    """A turn or a lift, and a rest, so that what is printed can follow."""
+    """Return a turn or a lift, and a rest, so that the output can follow."""
     lengths = st.integers(500, 2000).map(lambda ms: f"{ms}ms")
     turns = st.builds(lambda pose, length: {"do": "rotate_to", "for": length, **vars(pose)}, poses, lengths)
     metres = st.floats(-5.0, 5.0).map(lambda height: round(height, 2) + 0.0)
@@ -211,7 +211,7 @@ def _moves(poses: st.SearchStrategy[Pose]) -> st.SearchStrategy[list[dict[str, A
 
 
 def _table(timeline: list[dict[str, Any]], expect: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    start = {"do": "hold", "for": "2500ms"}  # the firmware's own, and the first second of printing
+    start = {"do": "hold", "for": "2500ms"}  # time for the firmware's start, and the first second of output
     length_ms = sum(int(entry["for"].removesuffix("ms")) for entry in (start, *timeline))
     table = {
         "schema": 1,

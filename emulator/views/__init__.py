@@ -1,4 +1,4 @@
-"""A run as files that other tools show: wires for a logic analyser, a time line, a picture.
+"""A run in files for other tools: wires for a logic analyser, a time line, a picture.
 
-They observe the board's trace and change nothing of what is printed.
+The views observe the board's trace and do not change the output.
 """

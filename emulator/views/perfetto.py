@@ -1,15 +1,16 @@
 """``--perfetto FILE``: a run on a time line, for https://ui.perfetto.dev and ``chrome://tracing``.
 
-Rows: what the firmware executes (functions, nested, with interrupts inside what they interrupt), each bus,
-the serial line, and what was noted; curves: how much of the time the timer's callback took, and the LEDs.
+Rows: the functions that the firmware executes (nested, with interrupts inside the interrupted function), each
+bus, the serial line, and the notes. Curves: the share of time in the timer's callback, and the LEDs.
 
-Functions are found by looking at the stack every ``LOOK_PS``, as a sampling profiler does: what is shorter
-may be missing, and beginning and end of everything else are true to one look. Firmware in Python has no stack
-of the chip's; of it, main and callback are shown.
+Functions are found by reading the stack every ``LOOK_PS``, as a sampling profiler does. Shorter functions may
+be missing, and begin and end of the rest are exact to one sample. Firmware in Python does not use the chip's
+stack; of it, main and callback are shown.
 
-Decision: the JSON of "Trace Event Format" (Google, 2016), which both viewers read and any program can. The
-road not taken, Perfetto's protocol buffers, is a third of the size and needs a generated module. Each event
-is written when it has ended, so memory does not grow, and the file's size is bounded.
+Decision: the Perfetto file is JSON in the "Trace Event Format" (Google, 2016), which both viewers and any
+program can read. Perfetto's protocol buffers were rejected: they are a third of the size, but need a
+generated module. Each event is written when it has ended, so memory does not grow, and the file's size is
+bounded.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ from fcu_emulator.emulator.trace import (
 )
 
 LOOK_PS = 100 * PS_PER_US
-_LOAD_EVERY = 200  # looks
+_LOAD_EVERY = 200  # samples
 _MOST_ARGUMENT_BYTES = 64
 _PROCESS = 1
 _FIRMWARE, _NOTES, _SERIAL, _FIRST_BUS = 1, 2, 3, 10
@@ -45,14 +46,14 @@ _SP, _LR, _PC = 13, 14, 15
 
 
 class PerfettoFile:
-    """Writes what happens on ``board`` from now on. Raises LinkError if the file cannot be opened."""
+    """Writes the events on ``board`` from now on. Raises LinkError if the file cannot be opened."""
 
     def __init__(self, board: Board, path: Path, most_bytes: int = LARGEST_FILE) -> None:
         self._board = board
         self._file = BoundedFile(path, f"--perfetto {path}", most_bytes)
         self._first = True
         self._stack_now = _stack_of(board)
-        self._open: list[tuple[str, int]] = []  # functions being executed, the outermost first, since when
+        self._open: list[tuple[str, int]] = []  # functions in execution, outermost first, with start times
         self._looks = self._in_callback = 0
         self._closed = False
         signals = board.signals
@@ -63,7 +64,7 @@ class PerfettoFile:
         self._looking = Periodic(board.clock, board.clock.now_ps, Fraction(LOOK_PS), self._look)
 
     def close(self) -> None:
-        """End what is going on, and the file. Raises OutputError; a second call does nothing."""
+        """End the open events, and the file. Raises OutputError; a second call does nothing."""
         if self._closed:
             return
         self._closed = True
@@ -76,7 +77,7 @@ class PerfettoFile:
             self._file.close()
 
     def report(self) -> list[str]:
-        """Return no line: nothing is left out."""
+        """Return no line: this file is always complete."""
         return []
 
     def _name_rows(self) -> None:
@@ -102,10 +103,10 @@ class PerfettoFile:
             self._looks = self._in_callback = 0
 
     def _show_stack(self, functions: list[str]) -> None:
-        """End what is no longer executed, the innermost first, and begin what is new."""
+        """End functions that are not executed any more, the innermost first, and begin new ones."""
         now_ps = self._board.clock.now_ps
         before = [name for name, _ in self._open]
-        if functions and functions[0] in before[1:]:  # its callers were not found this time
+        if functions and functions[0] in before[1:]:  # its callers were not found in this sample
             functions = before[: before.index(functions[0])] + functions
         same = 0
         for (was, _), now in zip_longest(self._open, functions, fillvalue=("", 0)):
@@ -117,7 +118,7 @@ class PerfettoFile:
             self._span(_FIRMWARE, name, began_ps, now_ps)
         self._open += [(name, now_ps) for name in functions[same:]]
 
-    # -- everything else ------------------------------------------------------------------------------------
+    # -- other rows -----------------------------------------------------------------------------------------
 
     def _hear(self, event: TraceEvent) -> None:
         board = self._board
@@ -170,7 +171,7 @@ def _us(ps: int) -> float:
 
 
 def _stack_of(board: Board) -> Callable[[], list[str]]:
-    """What gives the functions that are being executed, the outermost first."""
+    """Return a function that gives the functions being executed, the outermost first."""
     firmware = board.chip
     if firmware is None:
         timer = board.timer.name

@@ -1,9 +1,9 @@
-"""The record of a run as a picture: what was printed over the truth of the same moments.
+"""The record of a run as a picture: the printed values together with the true values at the same time.
 
-One panel for each kind of line, points for what was printed, a bar for what the world was in the moments
-before (a printed number is a little old), and the LEDs below. A colour says which number it is, its shape
-whether it was printed: a legend beside each panel for the one, a legend on top for the other. Colours are
-those of Okabe and Ito, which people with any colour vision tell apart.
+One panel for each kind of line; points for printed values, bars for the range of true values just before (a
+printed number is a little old), and the LEDs below. The colour identifies the number, the shape tells printed
+from true. Each panel has a legend of colours, the picture one of shapes. The colours are those of Okabe and
+Ito, which people with any colour vision can distinguish.
 
 Drawn with matplotlib, of the extra ``views``, without a window.
 """
@@ -20,7 +20,7 @@ from fcu_emulator.emulator.errors import InputError, LinkError
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 KINDS = (".png", ".svg", ".pdf")
-_AXES = {  # of the label up to its first bracket or colon
+_AXES = {  # by the label up to its first bracket or colon
     "ACC": "acceleration, mg",
     "GYR": "rate, mdps",
     "MAG": "field, mG",
@@ -31,9 +31,9 @@ _AXES = {  # of the label up to its first bracket or colon
 
 
 def draw(record: Mapping[str, Any], picture: Path) -> None:
-    """Draw ``record``, the JSON of ``fcu run --json``, into ``picture``, whose ending says which kind.
+    """Draw ``record``, the JSON of ``fcu run --json``, into ``picture``, whose suffix selects the format.
 
-    Raises InputError if nothing in it can be drawn or the package is missing, LinkError for the file.
+    Raises InputError if it contains nothing to draw or the package is missing, LinkError for the file.
     """
     if picture.suffix.lower() not in KINDS:
         raise InputError(f"{picture}: give a name that ends in {', '.join(KINDS)}", kind="picture_type")
@@ -141,7 +141,7 @@ _BAR: Any = {"alpha": 0.35, "linewidth": 6}
 
 
 def _signs() -> list[Any]:
-    """What a point and what a line with a bar stand for, in a colour that no field has."""
+    """Return the legend of points and bars, in a colour that no field has."""
     from matplotlib.lines import Line2D
 
     bar = {"marker": "|", "markersize": 10, "markeredgewidth": _BAR["linewidth"]}

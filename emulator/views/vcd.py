@@ -1,13 +1,13 @@
 """``--vcd FILE``: the board's wires as a value change dump (IEEE 1364), for GTKWave, PulseView and sigrok.
 
-On them are the sensors' bus, the serial line, the LEDs (1: lit), the sensors' interrupt pins, and whether the
-timer's callback is running, which is looked at every ``LOOK_PS``.
+The file contains the sensors' bus, the serial line, the LEDs (1: lit), the sensors' interrupt pins, and
+whether the timer's callback is running, which is sampled every ``LOOK_PS``.
 
-Decision: wires of one bit only. sigrok's reader of these files ends at a vector, and what a vector would show
-is what its decoders make of the wires.
+Decision: all wires in the VCD file have one bit. The reader of sigrok stops at a vector, and its decoders
+compute the contents of a vector from the wires.
 
-The writer is pyvcd, of the extra ``views``; it insists on times that never go back, and a transfer is known
-only when it has ended, so edges wait for ``HELD_PS``. One that takes longer is left out and counted.
+The writer is pyvcd, of the extra ``views``. It requires increasing times, but a transfer is known only when
+it has ended, so edges wait for ``HELD_PS``. A longer transfer is left out and counted.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from fcu_emulator.emulator.views import waves
 LOOK_PS = 20 * PS_PER_US
 HELD_PS = PS_PER_S
 _TICK_PS = 10_000
-_FLUSH_EVERY = 5_000  # looks
+_FLUSH_EVERY = 5_000  # samples
 
 
 class VcdFile:
-    """Writes what happens on ``board`` from now on. Raises InputError without pyvcd, or LinkError."""
+    """Writes the events on ``board`` from now on. Raises InputError without pyvcd, or LinkError."""
 
     def __init__(self, board: Board, path: Path, most_bytes: int = LARGEST_FILE) -> None:
         writer_class = _writer_class()
@@ -52,14 +52,14 @@ class VcdFile:
         self._written_ps = board.clock.now_ps
         self._callback = f"{board.timer.name}_callback"
         self.left_out = 0
-        """Messages that are not in the file: broken ones, and those that took too long."""
+        """Omitted messages: broken ones, and those that took too long."""
         self._declare()
         self._unsubscribe = board.trace.subscribe(self._hear)
         self._looking = Periodic(board.clock, board.clock.now_ps, Fraction(LOOK_PS), self._look)
         self._closed = False
 
     def close(self) -> None:
-        """Write what is left, up to now. Raises OutputError; a second call does nothing."""
+        """Write the remaining events, up to now. Raises OutputError; a second call does nothing."""
         if self._closed:
             return
         self._closed = True
@@ -74,7 +74,7 @@ class VcdFile:
             self._file.close()
 
     def report(self) -> list[str]:
-        """Return a line if something is not in the file."""
+        """Return a line if messages were left out."""
         if not self.left_out:
             return []
         most = f"{HELD_PS // PS_PER_S} s"
@@ -82,7 +82,7 @@ class VcdFile:
             f"--vcd: {self.left_out} messages are not drawn: they were broken, or took longer than {most}"
         ]
 
-    # -- what there is ----------------------------------------------------------------------------------
+    # -- the wires --------------------------------------------------------------------------------------
 
     def _declare(self) -> None:
         board, wiring = self._board, self._board.booted.wiring
@@ -113,7 +113,7 @@ class VcdFile:
         self._levels[wire] = level
         return wire
 
-    # -- what happens -----------------------------------------------------------------------------------
+    # -- the events -------------------------------------------------------------------------------------
 
     def _hear(self, event: TraceEvent) -> None:
         if isinstance(event, BusTransfer):
@@ -160,7 +160,7 @@ class VcdFile:
             self._put(*edge)
 
     def _put(self, at_ps: int, wire: str, level: int) -> None:
-        if wire == f"firmware.{self._callback}":  # looked at often, changed seldom
+        if wire == f"firmware.{self._callback}":  # sampled often, changes rarely
             if self._levels[wire] == level:
                 return
             self._levels[wire] = level

@@ -1,8 +1,8 @@
 """Bus transfers and serial frames as levels on wires, bit by bit.
 
-The board moves whole messages and keeps their beginning and end. Inside a message the bits are spread evenly
-here, so that an analyser decodes what was transferred, at the message's own times; the pauses that firmware
-makes between two bytes are not shown (they are in nobody's record).
+The board transfers whole messages and records their beginning and end. Inside a message the bits are spread
+evenly here, so that an analyser decodes the transferred bytes, at the message's recorded times. Pauses that
+firmware makes between two bytes are not shown, because they are not recorded.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import TypeAlias
 from fcu_emulator.emulator.trace import BusTransfer
 
 Edge: TypeAlias = tuple[int, str, int]
-"""Time in ps, the wire's name, its level from then on."""
+"""Time in ps, the wire's name, and its level from this time."""
 
 _READ = 1
 _NACK_OF_ADDRESS = "no acknowledge of its address"
@@ -22,7 +22,7 @@ _NACK_OF_BYTE = "no acknowledge of data byte "
 
 
 def i2c(transfer: BusTransfer, scl: str, sda: str) -> Iterator[Edge] | None:
-    """A message on I2C, from start to stop (UM10204 section 3.1); None if it was no proper one.
+    """A message on I2C, from start to stop (UM10204 section 3.1); None for an incomplete one.
 
     A byte that was not acknowledged ends it, and so does the last byte that a master reads.
     """
@@ -33,7 +33,7 @@ def i2c(transfer: BusTransfer, scl: str, sda: str) -> Iterator[Edge] | None:
 
 
 def _i2c_parts(transfer: BusTransfer) -> list[list[tuple[int, int]]] | None:
-    """Of each start condition what follows it: bytes, each with its acknowledge bit."""
+    """Return for each start condition the bytes that follow, each with its acknowledge bit."""
     address, written, result = transfer.address << 1, transfer.written, transfer.result
     if result == "ok":
         parts = []
@@ -83,7 +83,7 @@ def _i2c_edges(
 def spi(transfer: BusTransfer, mode: int, sck: str, data: str, select: str) -> Iterator[Edge]:
     """A message on SPI between two edges of its chip select, most significant bit first.
 
-    ``mode`` is CPOL and CPHA. ``data`` is the one wire that master and part share, as on this board.
+    ``mode`` is CPOL and CPHA. ``data`` is the one wire that master and sensor share, as on this board.
     """
     idle, late = mode >> 1, mode & 1
     message = transfer.written + transfer.read

@@ -1,1 +1,1 @@
-"""The Cortex-M4 core as Python sees it: running, registers, faults, peripherals by address."""
+"""The interface of the Cortex-M4 core in Python: running, registers, faults, peripherals by address."""

@@ -1,7 +1,7 @@
-"""The Cortex-M4 and the peripherals around it: firmware in flash, time, interrupts, what a debugger wants.
+"""The Cortex-M4 and the peripherals around it: firmware in flash, time, interrupts, the functions for debuggers.
 
-All that runs is in C (emulator/chip/native); this is its face in Python, and the place where peripherals that are
-written in Python are reached::
+The running parts are in C (emulator/chip/native). This is their interface in Python, and it connects the
+peripherals that are written in Python::
 
     core = Core(clock, trace, segments)
     core.power_on(soc, peripherals)              # soc.irq and soc.memory are set
@@ -40,7 +40,7 @@ _TOUCHED: Final = (("clock", "read"), ("clock", "written"), ("unknown", "read"),
 
 @dataclass(frozen=True)
 class CoreSettings:
-    """``skip``: whether waiting loops are skipped, which changes only the speed."""
+    """``skip``: whether waiting loops are skipped, which affects only the speed."""
 
     cycles_per_instruction: Fraction = CYCLES_PER_INSTRUCTION
     skip: bool = True
@@ -49,7 +49,7 @@ class CoreSettings:
 class Core(FcuChip):
     """``segments``: the firmware's bytes by address, in flash or RAM. Raises ValueError for bytes elsewhere.
 
-    Peripherals in C are there from now on; :meth:`power_on` adds those that are written in Python.
+    Peripherals in C exist from now on; :meth:`power_on` adds those that are written in Python.
     """
 
     def __init__(
@@ -66,13 +66,13 @@ class Core(FcuChip):
         self._status = ChipStatus()
         self._masks = CoreRegisters(self, MASKS)
         self.on_fault: Callable[[CoreFault], None] = lambda _fault: None
-        """Called at each fault, registers and stack still being those of the instruction."""
+        """Called at each fault, with registers and stack still those of the instruction."""
         self.on_access: Callable[[int, int, bool], None] = lambda _address, _size, _written: None
-        """Called at loads and stores that are watched: address, size, whether it is a store."""
+        """Called at watched loads and stores: address, size, whether it is a store."""
         self.resets: deque[tuple[int, str]] = deque(maxlen=RESETS_KEPT)
         """(time in ps, reason) of the latest resets, without power-on."""
         self.before_reset = b"", b""
-        """R0 to R12, SP, LR, PC, xPSR, and the RAM, where the latest reset has met the program."""
+        """R0 to R12, SP, LR, PC, xPSR, and the RAM, before the latest reset."""
         self.code_version = 0
         """Changes with the content of the flash."""
         self.stepping = False
@@ -84,10 +84,10 @@ class Core(FcuChip):
     def power_on(
         self, soc: Soc, peripherals: Iterable[Peripheral], on_reset: Callable[[str], None] | None = None
     ) -> None:
-        """Begin with the first instruction. ``peripherals``: those in Python; ``soc.clocks`` is one of them.
+        """Start with the first instruction. ``peripherals``: those in Python; ``soc.clocks`` is one of them.
 
-        ``soc.irq`` and ``soc.memory`` are set. ``on_reset(reason)`` is called at each reset but this one,
-        before the peripherals are reset.
+        ``soc.irq`` and ``soc.memory`` are set. ``on_reset(reason)`` is called at each later reset, before the
+        peripherals are reset.
         """
         self._on_reset = on_reset or self._on_reset
         self._python_peripherals = tuple(peripherals)
@@ -117,7 +117,7 @@ class Core(FcuChip):
     # -- running ----------------------------------------------------------------------------------------
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps``; less if a debugger halts the core, or beyond ``work_limit``."""
+        """Run up to and including ``at_ps``; less if a debugger halts the core, or after ``work_limit``."""
         clock, shared = self.clock, self.shared
         self.enter()
         ended = self.library.fcu_run_until(self.handle, at_ps)
@@ -127,30 +127,30 @@ class Core(FcuChip):
             clock.advance_to(at_ps)
 
     def request_reset(self, reason: str) -> None:
-        """Reset the chip after the instruction in flight; virtual time goes on."""
+        """Reset the chip after the current instruction; virtual time continues."""
         self.library.fcu_request_reset(self.handle, _REASONS.index(reason))
 
     def code_changed(self) -> None:
-        """The flash has another content: forget what is known of the code; between runs."""
+        """Discard all decoded code after a change of the flash; between runs."""
         self.code_version += 1
         self.forget_code()
 
     # -- snapshots --------------------------------------------------------------------------------------
 
     def snapshot(self) -> bytes:
-        """All that is in C, memories included; between runs. It means something to this core only."""
+        """Return all state in C, including memories; between runs. It is valid for this core only."""
         buffer = ctypes.create_string_buffer(self.library.fcu_snapshot_size())
         self.library.fcu_save(self.handle, buffer)
         return buffer.raw
 
     def restore(self, saved: bytes) -> None:
-        """Everything in C is as it was when :meth:`snapshot` gave ``saved``; breakpoints stay as they are."""
+        """Restore everything in C to the state of :meth:`snapshot`; breakpoints do not change."""
         self.library.fcu_restore(self.handle, saved)
 
-    # -- what it is doing -------------------------------------------------------------------------------
+    # -- the present state ------------------------------------------------------------------------------
 
     def status(self) -> ChipStatus:
-        """What the core is doing, as one picture; the same object each time."""
+        """The core's state as one record; always the same object."""
         self.library.fcu_status(self.handle, self._status)
         return self._status
 
@@ -165,17 +165,17 @@ class Core(FcuChip):
 
     @property
     def skipped(self) -> int:
-        """Of these, how many were counted instead of being executed, because they were repetitions."""
+        """The number of these that were counted instead of executed, because they were repetitions."""
         return self.status().skipped
 
     @property
     def work(self) -> int:
-        """Work done since power-on, in units of work.h: about that of an executed instruction."""
+        """Work done since power-on, in units of work.h: each is about that of one instruction."""
         return self.shared[5]
 
     @property
     def work_limit(self) -> int:
-        """Beyond so much work since power-on, :meth:`run_until_ps` ends early."""
+        """The work since power-on at which :meth:`run_until_ps` ends early."""
         return self.shared[6]
 
     @work_limit.setter
@@ -184,17 +184,17 @@ class Core(FcuChip):
 
     @property
     def thread_ps(self) -> int:
-        """When Thread mode was last returned to."""
+        """The time of the last return to Thread mode."""
         return self.status().thread_ps
 
     @property
     def lowest_stack(self) -> int:
-        """The lowest address that the main stack has had at an exception entry."""
+        """The lowest address of the main stack at an exception entry."""
         return self.status().lowest
 
     @property
     def locked_up(self) -> str:
-        """Why the core executes nothing any more; "" if it does."""
+        """The reason why the core is locked up; "" if it is not."""
         status = self.status()
         return _locked_up(status.locked_up_pc) if status.locked_up else ""
 
@@ -220,36 +220,36 @@ class Core(FcuChip):
 
     @property
     def active(self) -> int:
-        """Exceptions being handled, preempted ones included: bit = exception number."""
+        """Active exceptions, including preempted ones: bit = exception number."""
         return _mask(self.status().active)
 
     def priority(self, exception: int) -> int:
-        """An exception's priority; smaller is more urgent."""
+        """Return an exception's priority; smaller is more urgent."""
         priority: int = self.library.fcu_priority(self.handle, exception)
         return priority
 
     def preempts(self, exception: int) -> bool:
-        """Whether an exception is urgent enough to be taken now."""
+        """Return whether an exception is urgent enough to be taken now."""
         group: int = self.library.fcu_priority_group(self.handle, self.priority(exception))
         return group < self.status().level
 
     # -- for debuggers ----------------------------------------------------------------------------------
 
     def halt(self) -> None:
-        """Stand still before the next instruction; an exception being entered is entered first."""
+        """Halt before the next instruction; an exception entry in progress is completed first."""
         self.enter()
         self.library.fcu_halt(self.handle)
         self.raise_error()
         self.clock.now_ps = max(self.clock.now_ps, self.shared[0])
 
     def resume(self, step: bool) -> None:
-        """Go on; ``step``: for one instruction, or into the exception that comes instead of it."""
+        """Resume; ``step``: for one instruction, or for the exception entry that comes instead of it."""
         self.stepping = step
         self.library.fcu_resume(self.handle, step)
 
     @property
     def halted(self) -> bool:
-        """Whether the core stands still: ``run_until_ps`` returns at once and no time passes."""
+        """Whether the core is halted: ``run_until_ps`` returns at once and no time passes."""
         return bool(self.library.fcu_is_halted(self.handle))
 
     def wake(self) -> None:
@@ -262,36 +262,37 @@ class Core(FcuChip):
         self.raise_error()
 
     def debug(self, on: bool) -> None:
-        """Whether BKPT halts the core instead of being a fault."""
+        """Select if BKPT halts the core instead of causing a fault."""
         self.library.fcu_debug(self.handle, on)
 
     def met_breakpoint_instruction(self) -> bool:
-        """Whether BKPT has halted the core since this was last asked."""
+        """Return whether BKPT has halted the core since the last call."""
         return bool(self.library.fcu_met_breakpoint_instruction(self.handle))
 
     def set_breakpoint(self, address: int, on: bool) -> None:
-        """Halt before the instruction at ``address``, or no more."""
+        """Halt before the instruction at ``address``, or remove this breakpoint."""
         self.library.fcu_set_breakpoint(self.handle, address, on)
 
     def watch_memory(self, begin: int, end: int) -> None:
-        """Call ``on_access`` at loads and stores from ``begin`` to ``end``, the last one included."""
+        """Call ``on_access`` at loads and stores from ``begin`` to ``end``, both included."""
         self.library.fcu_watch_memory(self.handle, True, begin, end)
 
     def unwatch_memory(self) -> None:
-        """No more calls of ``on_access``."""
+        """End the calls of ``on_access``."""
         self.library.fcu_watch_memory(self.handle, False, 0, 0)
 
     # -- registers of peripherals, for debuggers, diagnoses and DMA -------------------------------------------
 
     def find(self, address: int) -> tuple[Peripheral, int] | None:
-        """The peripheral at an address, and the register's offset in it; None where no peripheral can be."""
+        """Return the peripheral at an address, and the register's offset in it; None outside of the
+        peripherals' ranges."""
         peripheral: Peripheral | None
         index = self.library.fcu_peripheral_at(self.handle, address)
         peripheral = self.peripheral_by_index(index) if index >= 0 else self.python.find(address)
         return None if peripheral is None else (peripheral, address - peripheral.base & 0xFFFF_FFFC)
 
     def peek(self, address: int) -> int | None:
-        """The word at an aligned address, without side effects; None where nothing answers."""
+        """Return the word at an aligned address, without side effects; None without memory or register."""
         data = self.memory(address, 4)
         if data is not None:
             return int.from_bytes(data, "little")
@@ -301,24 +302,24 @@ class Core(FcuChip):
         return self.python.peek(address)
 
     def poke(self, address: int, data: bytes) -> bool:
-        """Write 1, 2 or 4 aligned bytes to a register with all effects; False if there is none."""
+        """Write 1, 2 or 4 aligned bytes to a register with all effects; False without a register."""
         stored = self.library.fcu_store(self.handle, address, len(data), int.from_bytes(data, "little"))
         self.raise_error()
         return bool(stored)
 
     def read(self, address: int, size: int) -> bytes | None:
-        """As the bus matrix answers DMA: memory, or a register with side effects; None is a bus error."""
+        """Read as DMA does, through the bus matrix: memory, or a register with side effects; None is a bus error."""
         value = ctypes.c_uint32()
         loaded = self.library.fcu_load(self.handle, address, size, ctypes.byref(value))
         return value.value.to_bytes(size, "little") if loaded else None
 
     def write(self, address: int, data: bytes) -> bool:
-        """Likewise; False is a bus error. The flash cannot be written this way."""
+        """Write as DMA does; False is a bus error. The flash cannot be written this way."""
         value = int.from_bytes(data, "little")
         return bool(self.library.fcu_store(self.handle, address, len(data), value))
 
     def set_line(self, number: int, level: bool) -> None:
-        """Python's peripherals hold NVIC input ``number`` (0 to 84) active or not."""
+        """Set or clear NVIC input ``number`` (0 to 84) for the peripherals in Python."""
         self.set_irq(number, level)
 
     # -- callbacks --------------------------------------------------------------------------------------
@@ -352,7 +353,7 @@ class Core(FcuChip):
             native.reset()
         for peripheral in reversed(
             self._python_peripherals
-        ):  # RCC last: no peripheral sees new clocks with old settings
+        ):  # RCC last: no peripheral has new clocks with old settings
             peripheral.reset()
 
     def _accessed(self, address: int, size: int, written: int) -> None:

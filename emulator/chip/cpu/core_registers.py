@@ -1,4 +1,4 @@
-"""The core's registers by the names of the architecture, read and written some at a time."""
+"""The core's registers by the names of the architecture, with several read or written at a time."""
 
 from __future__ import annotations
 
@@ -17,30 +17,30 @@ EVERYTHING = ("xpsr", "control", *MASKS[:3], "msp", "psp", *CORE[:15], *FLOATING
 
 
 RegisterCalls = tuple["memoryview[int]", Callable[[], object], Callable[[], object]]
-"""Words for the values; a call that fetches them, and one that stores them."""
+"""Words for the values; a call that reads them, and one that writes them."""
 
 
 class Engine(Protocol):
-    """What is needed of the engine."""
+    """The functions of the engine that are used here."""
 
     def register_calls(self, names: tuple[str, ...]) -> RegisterCalls:
-        """For these names, in their order."""
+        """Return the calls for these names, in their order."""
 
 
 class CoreRegisters:
-    """Some registers, read and written in one call; ``words`` are their values, in the order of ``names``."""
+    """Some registers, read and written in one call; ``words`` contains their values, in the order of ``names``."""
 
     def __init__(self, engine: Engine, names: Sequence[str]) -> None:
         self.names = tuple(names)
         self.words, self.fetch, self._write = engine.register_calls(self.names)
 
     def read(self) -> memoryview[int]:
-        """The values now; the same memory each time."""
+        """Return the present values; always the same memory."""
         self.fetch()
         return self.words
 
     def write(self, *values: int) -> None:
-        """All of them, in order; without ``values`` what is in ``words``."""
+        """Write all of them, in order; without ``values`` the contents of ``words``."""
         if values:
             self.words[:] = memoryview((ctypes.c_uint32 * len(values))(*values)).cast("B").cast("I")
         self._write()

@@ -1,6 +1,6 @@
-"""The faults of a run: a picture of the core at the latest one, and how often it came.
+"""The faults of a run: the state of the core at the latest one, and the number of repetitions.
 
-The picture is taken when the instruction has just been refused: registers and stack are still its own. A
+The state is recorded when the instruction has just been refused: registers and stack are still its own. A
 fault while another one is being handled, or entered, is a consequence of that one.
 """
 
@@ -22,7 +22,7 @@ _SP, _LR, _XPSR = 13, 14, 16
 
 
 def word_of(ram: bytes, address: int) -> int | None:
-    """A word of a copy of the RAM; None elsewhere."""
+    """Return a word of a copy of the RAM; None elsewhere."""
     offset = address - RAM
     if 0 <= offset <= len(ram) - 4:
         return int.from_bytes(ram[offset : offset + 4], "little")
@@ -31,9 +31,9 @@ def word_of(ram: bytes, address: int) -> int | None:
 
 @dataclass(frozen=True)
 class FaultRecord:
-    """One fault. ``registers`` are R0 to R12, SP, LR, PC, xPSR; ``ram`` is all of it.
+    """One fault. ``registers`` contains R0 to R12, SP, LR, PC, xPSR; ``ram`` is all of it.
 
-    ``active``: the exceptions that were being handled, preempted ones included: bit = exception number.
+    ``active``: the active exceptions, including preempted ones: bit = exception number.
     """
 
     t_ps: int
@@ -51,7 +51,7 @@ class FaultRecord:
 
     @property
     def lr(self) -> int:
-        """The link register: where the function was called from, unless it has called others since."""
+        """The link register: the return address of the function, unless it has called another function since."""
         return self.registers[_LR]
 
     @property
@@ -60,21 +60,21 @@ class FaultRecord:
         return self.registers[_XPSR] & 0x1FF
 
     def follows(self, other: FaultRecord) -> bool:
-        """Whether it is a consequence of the fault before it."""
+        """Return whether it is a consequence of the previous fault."""
         if self.fault.status & STKERR:
             return self.t_ps - other.t_ps <= PS_PER_US
         return bool(self.active & FAULT_HANDLERS)
 
     def word(self, address: int) -> int | None:
-        """A word of RAM at that time; None elsewhere."""
+        """Return a word of RAM at that time; None elsewhere."""
         return word_of(self.ram, address)
 
 
 class FaultLog:
-    """Listens to the core's faults from now on.
+    """Records the core's faults from now on.
 
-    ``origin`` is the latest one that is no consequence. A handler that returns has the same instruction fault
-    again: ``times`` in quick succession, last at ``last_ps``. ``seen`` counts all faults.
+    ``origin`` is the latest one that is not a consequence. After a handler's return the same instruction
+    faults again: ``times`` in quick succession, last at ``last_ps``. ``seen`` counts all faults.
     """
 
     def __init__(self, core: Core) -> None:

@@ -1,4 +1,4 @@
-"""Just enough of the Thumb instruction set to follow a loop: lengths, branches, stores (ARMv7-M ARM A5)."""
+"""A small decoder of Thumb instructions that follows a loop: lengths, branches, stores (ARMv7-M ARM A5)."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from enum import Enum, auto
 
 
 class Flow(Enum):
-    """Where execution goes from an instruction."""
+    """The next instruction after an instruction."""
 
     NEXT = auto()
     JUMP = auto()  # to ``target``
-    BRANCH = auto()  # to ``target`` or on
+    BRANCH = auto()  # to ``target`` or to the next one
     CALL = auto()  # to ``target``, and back after it
     RETURN = auto()  # to the address in LR
     POP_RETURN = auto()  # to an address on the stack
@@ -21,7 +21,7 @@ class Flow(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Instruction:
-    """``stores``: it changes memory, or state that is not in R0 to R12, SP, LR, PC and xPSR."""
+    """``stores``: it changes memory, or state outside of R0 to R12, SP, LR, PC and xPSR."""
 
     size: int
     flow: Flow = Flow.NEXT
@@ -31,7 +31,7 @@ class Instruction:
 
 
 def decode(address: int, first: int, second: int) -> Instruction:
-    """The instruction at ``address``, from its half-words; ``second`` counts for those of 32 bits."""
+    """Return the instruction at ``address``, from its half-words; ``second`` matters only for those of 32 bits."""
     if first >> 11 in (0b11101, 0b11110, 0b11111):
         return _decode_32(address, first, second)
     return _decode_16(address, first)
@@ -60,7 +60,7 @@ def _decode_16(address: int, code: int) -> Instruction:
 
 
 def _special_data_16(code: int) -> Instruction:
-    """ADD, CMP, MOV of high registers; BX, BLX."""
+    """Decode ADD, CMP, MOV of high registers; BX, BLX."""
     if code >> 7 & 7 == 0b110:
         return Instruction(2, Flow.RETURN if code >> 3 & 0xF == 14 else Flow.UNKNOWN)
     to_pc = code & 0x87 == 0x87 and code >> 8 & 3 != 1

@@ -1,4 +1,4 @@
-"""The work of a run in words: what of a firmware has cost the emulator most.
+"""The work of a run as text: the part of a firmware that has cost the emulator most.
 
 Work is counted in C (``work.h``), in units of an executed instruction.
 """
@@ -43,7 +43,7 @@ _KINDS: Final[tuple[Callable[[FcuChip, int], str], ...]] = (
 
 
 def costliest(chip: FcuChip) -> str:
-    """Return what has cost most since power-on, with how often it was: "2,000,000 accesses to RCC"."""
+    """Return the most frequent kind of work since power-on, with its number: "2,000,000 accesses to RCC"."""
     found = Costliest()
     chip.library.fcu_costliest(chip.handle, ctypes.byref(found))
     return f"{found.times:,} {_KINDS[found.kind](chip, found.index)}"

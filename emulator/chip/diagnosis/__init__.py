@@ -1,4 +1,4 @@
-"""Why a firmware does nothing sensible any more, in a student's words.
+"""The reasons why firmware does not work, in a student's words.
 
 ::
 
@@ -6,15 +6,14 @@
     board.run_for(3)
     print(board.chip.diagnosis() or "all is well")
 
-Decision: everything is worked out once, at the end of a run, from what the chip then is. While it runs only
-four things are kept, each a few machine words: the latest transfers on the sensors' buses, the latest fault,
-when Thread mode was last returned to, and how deep the main stack went. The road not taken, to look at the
-program counter every few milliseconds, would cost every good run for the sake of the bad ones, and would
-prove nothing.
+Decision: a diagnosis is computed once, at the end of a run, from the state of the chip. During the run only
+four things are recorded, each a few machine words: the latest transfers on the sensors' buses, the latest
+fault, the time of the last return to Thread mode, and the depth of the main stack. Sampling the program
+counter every few milliseconds was rejected: it would slow down every correct run, and would prove nothing.
 
-That a loop is never left is proven, not guessed from silence: a copy of core and memory executes it until its
-state recurs (:mod:`probe`), and whatever the loop looks at is then held against whatever could still change
-it (:mod:`hang`).
+An endless loop is proven, not guessed from silence. A copy of core and memory executes the loop until its
+state recurs (:mod:`probe`). The addresses that the loop reads are then compared with everything that may
+still change them (:mod:`hang`).
 """
 
 from fcu_emulator.emulator.chip.diagnosis.diagnose import diagnose, findings

@@ -1,12 +1,12 @@
-"""Where a program is, in a student's words, and who has called whom.
+"""The place of a program in a student's words, and its chain of callers.
 
-Decision: callers are found by looking through the stack (ARMv7-M ARM B1.5.6, B1.5.8). Firmware is compiled
-without frame pointers, and the tables that would tell the frames are in few of the files that students run.
-So every word of the stack is looked at: one that points to just after a BL or BLX may be a return address. A
-word that is left over from an earlier call looks the same; it is recognised where the BL leads to another
-function than the one found before it (or to one that jumps there, as compilers do with the last call of a
-function), and kept in doubt. An EXC_RETURN value on the stack is followed by the registers that the hardware
-saved when it interrupted something.
+Decision: callers are found by a search of the stack (ARMv7-M ARM B1.5.6, B1.5.8). Firmware is compiled
+without frame pointers, and few student files contain the tables that describe the frames. The search
+therefore checks every word of the stack: one that points just behind a BL or BLX may be a return address. A
+word left over from an earlier call has the same form. It is recognised if the BL leads to another function
+than the one found before (or to one that jumps there, as compilers do with the last call of a function), and
+kept in case of doubt. After an EXC_RETURN value on the stack the search continues with the registers that the
+hardware saved at the interrupt.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ ReadCode = Callable[[int, int], "memoryview[int] | None"]
 
 _MOST_FUNCTIONS = 500
 
-# -- addresses as function and source line, as far as the file tells ----------------------------------------
+# -- addresses as function and source line ------------------------------------------------------------------
 
 
 class Places:
@@ -36,16 +36,16 @@ class Places:
         self.stack_top = image.stack_pointer
 
     def function(self, address: int) -> FunctionAt | None:
-        """The function that holds an address."""
+        """Return the function that contains an address."""
         return self._symbols.function_at(address) if self._symbols else None
 
     def function_name(self, address: int) -> str:
-        """Its name; empty where there is none."""
+        """Return its name; empty if it has none."""
         found = self.function(address)
         return found.name if found else ""
 
     def place(self, address: int) -> str:
-        """``main(), main.c:42``; without line numbers ``main() + 0x1C``; without symbols the address."""
+        """Return ``main(), main.c:42``; without line numbers ``main() + 0x1C``; without symbols the address."""
         function = self.function(address)
         line = self._symbols.line_at(address) if self._symbols else None
         if function is None:
@@ -55,12 +55,12 @@ class Places:
         return f"{function.name}(), {line}"
 
     def variable(self, address: int) -> str:
-        """The variable at an address, or the address."""
+        """Return the variable at an address, or the address."""
         symbol = self._symbols.object_at(address) if self._symbols else None
         return symbol.name if symbol else f"the variable at 0x{address:08X}"
 
     def address_of(self, *names: str) -> int | None:
-        """The address of the first symbol of these names that there is."""
+        """Return the address of the first existing symbol of these names."""
         for name in names:
             try:
                 return self._symbols.address_of(name) if self._symbols else None
@@ -69,13 +69,13 @@ class Places:
         return None
 
     def end_of_variables(self) -> int | None:
-        """Where ``.bss`` ends and heap and stack may begin, by the linker script's usual symbols."""
+        """Return the end of ``.bss``, where heap and stack may begin, by the linker script's usual symbols."""
         return self.address_of("_end", "end", "_ebss", "__bss_end__")
 
     def call_of(self, names: Container[str], start: int, code: ReadCode) -> tuple[int, str] | None:
-        """Whether the function at ``start`` calls one of ``names``, itself or through others.
+        """Return the call in ``start`` that leads to one of ``names``, directly or through other functions.
 
-        The address of the call in ``start`` that leads there, and the name. Calls by pointer are not seen.
+        The result is the call's address and the name. Calls by pointer are not found.
         """
         waiting, seen = deque([(start, 0)]), {start}
         while waiting and len(seen) < _MOST_FUNCTIONS:
@@ -94,25 +94,25 @@ class Places:
         return None
 
     def file(self, address: int) -> str:
-        """The source file of an instruction, without its folder; empty where it is unknown."""
+        """Return the source file of an instruction, without its folder; empty if it is unknown."""
         line = self._symbols.line_at(address) if self._symbols else None
         return line.file if line else ""
 
     def largest_variables(self, count: int) -> list[tuple[str, int]]:
-        """Names and sizes in bytes."""
+        """Return names and sizes in bytes."""
         objects = self._symbols.variables() if self._symbols else []
         largest = sorted(objects, key=lambda one: (-one.size, one.name))
         return [(one.name, one.size) for one in largest[:count]]
 
     def help(self) -> list[str]:
-        """What to do for better names."""
+        """Return hints for better names."""
         if self._symbols is None:
             return ["The file has no symbols, so these are addresses; run the ELF that was not stripped."]
         return []
 
 
 def _calls_of(function: FunctionAt, code: ReadCode) -> Iterator[tuple[int, int]]:
-    """(address, target) of the calls in a function, and of jumps out of it."""
+    """Return (address, target) of the calls in a function, and of jumps out of it."""
     address, end = function.start, function.start + function.size
     while address < end:
         content = code(address, 4)
@@ -135,15 +135,13 @@ _TO_THREAD = 1 << 3  # of EXC_RETURN (ARMv7-M ARM table B1-8)
 _BASIC_FRAME_BIT, _THUMB = 1 << 4, 1 << 24
 _BASIC_WORDS, _FLOATING_WORDS = 8, 26
 _FRAME_LR, _FRAME_PC, _FRAME_XPSR = 5, 6, 7
-_INTO_CALL = 3  # from a return address, bit 0 set, into the BL or BLX before it
+_INTO_CALL = 3  # distance from a return address, bit 0 set, into the BL or BLX before it
 _LONGEST_SEARCH = 64  # words below a saved frame that a function without calls may use
 _MOST_CALLS = 12
 
 
 class Call(NamedTuple):
-    """``address`` is the instruction in flight, of a call the BL. ``times``: so many calls like this, one in
-    the other.
-    """
+    """``address`` is the current instruction, for a caller the BL. ``times``: the number of nested calls like this."""
 
     address: int
     interrupted: bool = False
@@ -160,7 +158,7 @@ class Backtrace:
         self._jumps: dict[int, frozenset[int]] = {}
 
     def calls(self, pc: int, lr: int, sp: int) -> list[Call]:
-        """From the innermost outwards."""
+        """Return the calls, from the innermost outwards."""
         found: list[Call] = [Call(pc)]
         for call in self._outward(pc, lr, sp):
             last = found[-1]
@@ -171,23 +169,23 @@ class Backtrace:
         return found
 
     def lines(self, pc: int, lr: int, sp: int) -> list[str]:
-        """The same as text, the innermost left out."""
+        """Return the same as text, without the innermost."""
         return [self.line(call) for call in self.calls(pc, lr, sp)[1:]]
 
     def line(self, call: Call) -> str:
-        """One of the calls as text; the first one asked for costs the reading of all line numbers."""
+        """Return one of the calls as text; the first call of this reads all line numbers."""
         how = "interrupted" if call.interrupted else "called from"
         times = f", {call.times} times one in the other" if call.times > 1 else ""
         return f"{how} {self._places.place(call.address)}{times}"
 
     def _outward(self, pc: int, lr: int, sp: int) -> Iterator[Call]:
-        """Every caller, and after each saved frame what was interrupted and its callers.
+        """Return every caller, and after each saved frame the interrupted function and its callers.
 
-        What was interrupted in Thread mode has interrupted nothing itself: saved frames farther out are old.
+        Code in Thread mode has not interrupted anything: saved frames farther out are old.
         """
         current, address = pc, max(sp & ~3, RAM_MEMORY.start)
         frame, exc_return = 0, 0
-        if lr in _EXC_RETURNS:  # a handler that has not saved it: what it interrupted lies above
+        if lr in _EXC_RETURNS:  # a handler that has not saved it: the interrupted code is above
             frame, exc_return = self._find_frame(address), lr
         while True:
             if frame:
@@ -222,7 +220,7 @@ class Backtrace:
         return FLASH_MEMORY.holds(pc, pc + 2) and bool(xpsr & _THUMB)
 
     def _leads_to(self, word: int, current: int) -> bool:
-        """Whether ``word`` is the return address of a call that may have led to ``current``."""
+        """Return whether ``word`` is the return address of a call that may have led to ``current``."""
         if not word & 1 or not FLASH_MEMORY.holds(word - 5, word - 1):
             return False
         code = self._code(word - 5, 4)
@@ -238,7 +236,7 @@ class Backtrace:
         return second & _BLX_MASK == _BLX and elsewhere
 
     def _ends_in(self, function: int, target: int) -> bool:
-        """Whether a function jumps to another one."""
+        """Return whether a function jumps to another one."""
         found = self._places.function(function)
         if found is None or found.start != function:
             return False

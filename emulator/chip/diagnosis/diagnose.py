@@ -1,4 +1,4 @@
-"""From the chip at the end of a run to a diagnosis: what is certain and worst comes first."""
+"""From the chip at the end of a run to a diagnosis: certain and severe problems come first."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from fcu_emulator.emulator.trace import BusTransfer, GpioEdge
 
 
 class RunningFirmware(Protocol):
-    """A chip and what it executes: :class:`fcu_emulator.emulator.chip.firmware.ArmFirmware`."""
+    """A chip with its firmware: :class:`fcu_emulator.emulator.chip.firmware.ArmFirmware`."""
 
     image: FirmwareImage
     chip: Chip
@@ -52,17 +52,17 @@ _SET_UP_PS = PS_PER_S // 2
 
 
 def diagnose(arm: RunningFirmware) -> Diagnosis | None:
-    """What is wrong with the firmware as it is now, the worst first; None if nothing is seen to be wrong.
+    """Return the worst problem of the firmware in its present state; None if none is found.
 
-    Nothing of the board is changed by looking.
+    The board's state does not change.
     """
     return next(findings(arm), None)
 
 
 def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
-    """Everything that is wrong with the firmware as it is now, the worst first.
+    """Return all problems of the firmware in its present state, the worst first.
 
-    What makes the firmware fail hides the rest: a program that is stuck has not come to its other mistakes.
+    A failure hides other problems: a program that is stuck has not reached its other mistakes.
     """
     signals, chip = arm.signals, arm.chip
     places = Places(arm.image)
@@ -100,7 +100,7 @@ def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
 
 
 def _quiet_since_ps(arm: RunningFirmware, transfers: RecentTransfers) -> int:
-    """When something last happened on the buses, the terminal or the pins."""
+    """Return the time of the last event on the buses, the terminal or the pins."""
     signals = arm.signals
     edges = [edge.t_ps for edge in signals.trace.of(GpioEdge)[-1:]]
     signals.uart.catch_up()
@@ -109,7 +109,7 @@ def _quiet_since_ps(arm: RunningFirmware, transfers: RecentTransfers) -> int:
 
 
 def _stack(arm: RunningFirmware, places: Places) -> Diagnosis | None:
-    """The main stack has been in the variables, as seen at the entries of exceptions."""
+    """Report a main stack that has reached the variables, as seen at exception entries."""
     lowest, end = arm.chip.core.lowest_stack, places.end_of_variables()
     if end is None or not RAM_MEMORY.start <= lowest < end < places.stack_top:
         return None
@@ -135,7 +135,7 @@ def _without_clock(notes: PeripheralNotes) -> Diagnosis | None:
 
 
 def _unanswered(arm: RunningFirmware, transfers: RecentTransfers) -> Diagnosis | None:
-    """Transfers to addresses where no device is, in a program that goes on all the same."""
+    """Report transfers to addresses without a device, in a program that continues."""
     signals = arm.signals
     failed = [
         event
@@ -156,22 +156,22 @@ def _unanswered(arm: RunningFirmware, transfers: RecentTransfers) -> Diagnosis |
 
 
 def _bus(cause: Cause, now_ps: int) -> Diagnosis | None:
-    """A bus that is not as it should be, in a program that had the time to set it up."""
+    """Report a wrongly configured bus, in a program that had the time to configure it."""
     if now_ps < _SET_UP_PS:
         return None
     return Diagnosis("bus", cause.short, tuple(cause.sentences), fatal=False)
 
 
 def _unselected(transfers: RecentTransfers) -> Diagnosis | None:
-    """A program that talks to sensors that are not there or do not answer, and goes on all the same."""
+    """Report sensors that are absent or do not answer, in a program that continues."""
     cause = transfers.nobody_on_spi() or transfers.silent_sensors()
     return cause and Diagnosis("bus", cause.short, tuple(cause.sentences), fatal=False)
 
 
-# -- a timer's callback that takes longer than the timer's period -------------------------------------------
+# -- timer callbacks longer than the timer's period ---------------------------------------------------------
 
 _CALLBACK = "HAL_TIM_PeriodElapsedCallback"
-_FEWEST_TICKS = 20  # a shorter account says nothing
+_FEWEST_TICKS = 20  # fewer ticks prove nothing
 _STARVED_PS = 100 * PS_PER_MS
 _WAITING = {
     "HAL_Delay": "Do not wait in an interrupt: let the callback count its calls, or wait in main().",
@@ -181,13 +181,14 @@ _WAITING = {
 
 
 def slow_callback(chip: Chip, places: Places) -> Diagnosis | None:
-    """The first timer that loses more than a tenth of its ticks, or some of them by a call that waits.
+    """Report the first timer that loses more than a tenth of its ticks, or loses some because of a waiting call.
 
-    How long its callback takes is not measured but follows from the account of ticks: while the handler takes
-    longer than the period, it is entered again as soon as it has returned, so it takes the period times the
-    ticks due for each one handled.
+    The duration of its callback is not measured, but computed from the counts of ticks. While the handler
+    takes longer than the period, it is entered again as soon as it has returned. It therefore takes the
+    period times the number of due ticks per handled tick.
 
-    Decision: never called a failure. A scenario may slow the bus down to show just this.
+    Decision: a slow timer callback is never called a failure, because a scenario may slow the bus down on
+    purpose to show it.
     """
     for timer in chip.timers.values():
         if timer.ticks < _FEWEST_TICKS or not timer.rate_hz:
@@ -202,7 +203,7 @@ def slow_callback(chip: Chip, places: Places) -> Diagnosis | None:
 
 
 def _sometimes_slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis | None:
-    """Ticks that are late or lost, in a program whose callback calls what waits."""
+    """Report late or lost ticks, in a program whose callback calls a waiting function."""
     waits = _waiting_call(chip, places)
     if waits is None:
         return None
@@ -219,7 +220,7 @@ def _sometimes_slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis | Non
 
 
 def _waiting_call(chip: Chip, places: Places) -> tuple[int, str] | None:
-    """The call in the callback that leads to a function that waits, and the function."""
+    """Return the call in the callback that leads to a waiting function, and the function."""
     callback = places.address_of(_CALLBACK)
     return places.call_of(_WAITING, callback, chip.core.memory) if callback is not None else None
 
@@ -250,7 +251,7 @@ def _slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
     return Diagnosis("callback", summary, tuple(details), fatal=False)
 
 
-# -- a chip that was reset: by a watchdog, or again and again by its own firmware (RM0368 sections 15, 16) --
+# -- resets by a watchdog, or repeatedly by firmware (RM0368 sections 15, 16) -------------------------------
 
 _WATCHDOGS = {
     "IWDG": "the independent watchdog: HAL_IWDG_Refresh() was not called in time",
@@ -261,7 +262,7 @@ _SP, _LR, _PC = 13, 14, 15
 
 
 def reset_report(core: Core, places: Places, fault: FaultRecord | None) -> Diagnosis | None:
-    """Where the latest reset has met the firmware; None if there was none to speak of."""
+    """Report where the latest reset interrupted the firmware; None without a relevant reset."""
     resets = core.resets
     if not resets or (resets[-1][1] not in _WATCHDOGS and len(resets) < _MANY_RESETS):
         return None

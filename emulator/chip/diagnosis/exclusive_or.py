@@ -1,4 +1,4 @@
-"""Where the lab's arithmetic has an exclusive or, a ``^`` for a power (ARMv7-M ARM A7.7.35, A7.7.36)."""
+"""An exclusive or in the lab's arithmetic: a ``^`` instead of a power (ARMv7-M ARM A7.7.35, A7.7.36)."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from fcu_emulator.emulator.chip.image.symbols import FunctionAt
 _ARITHMETIC = ("eCompass", "getAltitude")
 _CALLERS = ("HAL_TIM_PeriodElapsedCallback", "main")
 _SIGN_BIT = 0x400
-"""0x80000000 as an immediate: how compilers negate a double without hardware for it."""
+"""0x80000000 as an immediate: compilers negate a double with it if the hardware cannot."""
 
 
 def exclusive_or(places: Places, code: ReadCode) -> str:
-    """The place of the first exclusive or in the slides' functions, or in their callers; "" if none."""
+    """Return the place of the first exclusive or in the slides' functions, or in their callers; "" if none."""
     for names in (_ARITHMETIC, _CALLERS):
         starts = [start for name in names if (start := places.address_of(name)) is not None]
         functions = (places.function(start) for start in starts)
@@ -29,7 +29,7 @@ def exclusive_or(places: Places, code: ReadCode) -> str:
 
 
 def _found_in(function: FunctionAt, code: ReadCode) -> Iterator[int]:
-    """Addresses of such instructions; constants that the function loads lie in it, and are left out."""
+    """Return the addresses of such instructions, without the constants that the function loads."""
     address, end = function.start, function.start + function.size
     constants: set[int] = set()
     while address < end:
@@ -47,13 +47,14 @@ def _found_in(function: FunctionAt, code: ReadCode) -> Iterator[int]:
 
 
 def _constants(address: int, first: int, second: int) -> Iterator[int]:
-    """Words that an instruction loads relative to the PC (A7.7.7, A7.7.44, A7.7.51, A7.7.236)."""
+    """Return the addresses of words that an instruction loads relative to the PC (A7.7.7, A7.7.44, A7.7.51,
+    A7.7.236)."""
     base = address + 4 & ~3
     if first >> 11 == 0b01001:
         yield base + 4 * (first & 0xFF)
     elif first == 0xF8DF:
         yield base + (second & 0xFFC)
-    elif first >> 11 == 0b10100 or first == 0xF20F:  # ADR: the address of a double, which is loaded then
+    elif first >> 11 == 0b10100 or first == 0xF20F:  # ADR: the address of a double that is loaded afterwards
         offset = 4 * (first & 0xFF) if first >> 11 == 0b10100 else second & 0xFF
         yield from (base + offset, base + offset + 4)
     elif first == 0xE9DF or (first & 0xFFBF == 0xED9F and second & 0xE00 == 0xA00):

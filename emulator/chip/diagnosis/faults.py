@@ -1,4 +1,4 @@
-"""A fault of the core as a text: where, why, status registers, registers, callers, what became of it."""
+"""A fault of the core as a text: place, cause, status registers, registers, callers, consequences."""
 
 from __future__ import annotations
 
@@ -56,22 +56,22 @@ HFSR: Final[Mapping[str, str]] = {
 
 
 def decoded(register: type[Word], value: int, meanings: Mapping[str, str]) -> Iterator[str]:
-    """``CFSR 0x00008200`` and a line for each bit that is set, the lowest first."""
+    """Return ``CFSR 0x00008200`` and a line for each bit that is set, the lowest first."""
     yield f"{register.__name__} 0x{value:08X}"
     for bits in reversed(register.fields):
         if value & bits.mask:
             yield f"  {bits.name}: {meanings[bits.name]}"
 
 
-# -- what a fault means for whoever wrote the program -------------------------------------------------------
+# -- causes of a fault in the program -----------------------------------------------------------------------
 
-_NULL_OBJECT = 0x1000  # bytes; what lies below is a member of something at address 0
-_NEAR = 0x1000  # bytes from the stack pointer that a store to the stack may be away
+_NULL_OBJECT = 0x1000  # bytes; lower addresses belong to members of an object at address 0
+_NEAR = 0x1000  # maximum distance in bytes between the stack pointer and a store to the stack
 _ERASED_FLASH = 0xFFFF
 
 
 def cause_of(record: FaultRecord, places: Places, code: ReadCode) -> Cause:
-    """The likely cause of a fault."""
+    """Return the likely cause of a fault."""
     status = record.fault.status
     if status & exceptions.PRECISERR and record.fault.address is not None:
         return _of_access(record, record.fault.address, places, code)
@@ -146,7 +146,7 @@ def _of_null(address: int) -> Cause:
 
 
 def stack_overflows(record: FaultRecord, places: Places) -> bool:
-    """Whether the stack pointer has left the room for the stack."""
+    """Return whether the stack pointer is outside of the memory for the stack."""
     end = places.end_of_variables()
     return record.sp < (RAM_MEMORY.start if end is None else end)
 
@@ -168,7 +168,7 @@ def _of_stack(record: FaultRecord, places: Places) -> Cause:
     )
 
 
-# -- where execution went -------------------------------------------------------------------------------
+# -- the destination of a jump --------------------------------------------------------------------------
 
 
 def _of_even_address(record: FaultRecord) -> Cause:
@@ -245,7 +245,7 @@ _REGISTERS = (*(f"R{number}" for number in range(13)), "SP", "LR", "PC", "xPSR")
 
 
 def fault_report(core: Core, log: FaultLog, places: Places, transfers: list[str]) -> Diagnosis | None:
-    """The fault that the firmware has ended in; None if there was none, or it has recovered."""
+    """Return the fault in which the firmware has ended; None without one, or after a recovery."""
     record, latest = log.origin, log.latest
     if record is None or latest is None:
         return None
@@ -289,7 +289,7 @@ def _report(
 
 
 def _from_program(calls: Sequence[Call], callers: Sequence[str], places: Places) -> str:
-    """The first caller in the file of main(), of a fault in another file or in a library without lines."""
+    """Return the first caller in the file of main(), for a fault in another file or in a library without lines."""
     start = places.address_of("main")
     own = places.file(start) if start is not None else ""
     if not own or places.file(calls[0].address) == own:

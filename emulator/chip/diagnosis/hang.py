@@ -1,9 +1,9 @@
-"""Firmware that goes round in a loop which nothing will end: what the loop waits for, and why in vain.
+"""Firmware in an endless loop: the condition of the loop, and the reason why it never becomes true.
 
-Decision: a loop that looks at nothing, in ``main()`` itself, while interrupts of peripherals are on, is how many
-good programs end: all work is done by the handlers. The same without such interrupts may be meant as the end
-of the program, and is reported without being called a failure. Tasks of an operating system (on the process
-stack) are not judged: its idle task is a loop without end.
+Decision: a loop in ``main()`` that reads nothing, while interrupts of peripherals are enabled, counts as
+correct. In many programs the handlers do all the work. The same loop without such interrupts may be the
+intended end of the program, and is reported without being called a failure. Tasks of an operating system (on
+the process stack) are not checked, because its idle task is an endless loop.
 """
 
 from __future__ import annotations
@@ -62,24 +62,24 @@ _INTERRUPT_NAMES: Final = {
 
 
 def exception_name(number: int) -> str:
-    """``SysTick``, ``TIM3``; by its number where the manual has no name."""
+    """Return ``SysTick``, ``TIM3``; the number if the manual has no name."""
     interrupt = number - FIRST_INTERRUPT
     return _EXCEPTION_NAMES.get(number) or _INTERRUPT_NAMES.get(interrupt) or f"interrupt {interrupt}"
 
 
 def handler_name(number: int) -> str:
-    """What ST's start-up files call its handler."""
+    """Return the name of its handler in ST's start-up files."""
     return f"{exception_name(number)}_{'Handler' if number < FIRST_INTERRUPT else 'IRQHandler'}"
 
 
-# -- which interrupts may still come, and why the tick may not (ARMv7-M ARM B1.5.4, B3.3) -------------------
+# -- interrupts that may still come, and reasons for a missing tick (ARMv7-M ARM B1.5.4, B3.3) --------------
 
 _SYST_CSR = address_of("SysTick", systick.SYST_CSR)
 _TICKING = systick.SYST_CSR.ENABLE.mask | systick.SYST_CSR.TICKINT.mask
 
 
 class Interrupts:
-    """As the core is now."""
+    """The interrupts in the core's present state."""
 
     def __init__(self, core: Core) -> None:
         self._core = core
@@ -91,21 +91,21 @@ class Interrupts:
         return self._core.handled
 
     def preempts(self, number: int) -> bool:
-        """Whether an exception is urgent enough to be taken now."""
+        """Return whether an exception is urgent enough to be taken now."""
         return self._core.preempts(number)
 
     def from_peripherals(self, *, now: bool = True) -> list[int]:
-        """Interrupts of the chip's peripherals that are enabled; ``now``: and can be taken."""
+        """Return the enabled interrupts of the chip's peripherals; ``now``: only those that can be taken."""
         enabled = self._core.enabled >> FIRST_INTERRUPT << FIRST_INTERRUPT
         return [number for number in bits(enabled) if not now or self.preempts(number)]
 
     @property
     def tick_on(self) -> bool:
-        """Whether SysTick counts and asks for its handler."""
+        """Return whether SysTick counts and its interrupt is enabled."""
         return (self._core.peek(_SYST_CSR) or 0) & _TICKING == _TICKING
 
     def why_no_tick(self) -> str:
-        """Why SysTick's handler cannot run; empty if it can."""
+        """Return the reason why SysTick's handler cannot run; empty if it can."""
         if not self.tick_on:
             return "SysTick is off: HAL_Init() was not called, or HAL_SuspendTick() was."
         if self.preempts(SYS_TICK):
@@ -123,13 +123,13 @@ class Interrupts:
         )
 
 
-# -- what a loop waits for ----------------------------------------------------------------------------------
+# -- the condition of a loop --------------------------------------------------------------------------------
 
-_PATIENCE_PS = 3 * PS_PER_S  # hardware does nothing slower by itself than start the 32 kHz crystal, 2 s
+_PATIENCE_PS = 3 * PS_PER_S  # longest wait for hardware: the start of the 32 kHz crystal, 2 s
 
 
 class Waits:
-    """``quiet_ps``: for how long nothing has happened outside of the chip."""
+    """``quiet_ps``: the time since the last event outside of the chip."""
 
     def __init__(self, chip: Chip, interrupts: Interrupts, places: Places, quiet_ps: int) -> None:
         self._chip = chip
@@ -138,7 +138,7 @@ class Waits:
         self._quiet_ps = quiet_ps
 
     def in_vain(self, loop: Loop) -> Cause | None:
-        """Why nothing will end the loop; None if something may."""
+        """Return the reason why the loop never ends; None if it may end."""
         if any(
             self._may_change(peripheral.clocked, peripheral.next_change_ps())
             for peripheral, _, _ in loop.registers
@@ -181,9 +181,9 @@ class Waits:
         )
 
 
-# -- the loop that the firmware is caught in ----------------------------------------------------------------
+# -- the loop in which firmware is stuck --------------------------------------------------------------------
 
-_HANDLER_AT_WORK_PS = 200 * PS_PER_MS  # no handler that works takes so long
+_HANDLER_AT_WORK_PS = 200 * PS_PER_MS  # longer than any correct handler
 _WRONG_ENDS = {"Error_Handler", "_Error_Handler", "__assert_func", "assert_failed", "abort", "_exit"}
 _SP, _LR = 13, 14
 _FRAME_BYTES, _FRAME_PC = 0x20, 0x18
@@ -191,8 +191,8 @@ _SPSEL = 1 << 1  # CONTROL: Thread mode uses the process stack
 
 
 class Hang:
-    """The chip as it is now; ``quiet_since_ps``: when something last happened outside of it; ``bus``: what
-    is wrong with the sensors' bus.
+    """The chip in its present state; ``quiet_since_ps``: the time of the last event outside of it; ``bus``:
+    the problem of the sensors' bus.
     """
 
     def __init__(
@@ -219,7 +219,7 @@ class Hang:
         self._callers = self._calls[1:]
 
     def diagnosis(self) -> Diagnosis | None:
-        """The loop that the firmware is caught in; None if it is in none."""
+        """Return the loop in which the firmware is stuck; None if it is not in a loop."""
         if self._core.asleep:
             return self._sleeping()
         if not self._core.active:
@@ -228,7 +228,7 @@ class Hang:
             return self._in_handler()
         return self._interrupted_thread()
 
-    # -- where it may be --------------------------------------------------------------------------------
+    # -- the place of the loop --------------------------------------------------------------------------
 
     def _sleeping(self) -> Diagnosis | None:
         if self._interrupts.tick_on or self._interrupts.from_peripherals(now=False):
@@ -264,7 +264,7 @@ class Hang:
         return self._read_once(loop) or self._endless(self._outermost(loop), cause)
 
     def _interrupted_thread(self) -> Diagnosis | None:
-        """An interrupt is being handled as it should; what did it interrupt?"""
+        """Return a diagnosis of the code that a correct handler has interrupted."""
         below = [call.address for call in self._calls if call.interrupted]
         code = self._core.memory(below[-1], 4) if below else None
         if code is None:
@@ -283,7 +283,7 @@ class Hang:
         return once and self._report(self._outermost(loop), once)
 
     def _read_once_below(self, address: int) -> Diagnosis | None:
-        """Likewise of the loop at ``address`` that was interrupted in Thread mode."""
+        """Return the same for the loop at ``address`` that was interrupted in Thread mode."""
         core = self._core
         words = range(core.register(_SP) & ~3, self._places.stack_top - _FRAME_BYTES + 1, 4)
         frames = [at for at in words if core.peek(at + _FRAME_PC) == address]
@@ -297,7 +297,7 @@ class Hang:
         once = read_once(core, self._places, loop.code)
         return once and self._report(address, once)
 
-    # -- loops that look at nothing ---------------------------------------------------------------------
+    # -- loops that read nothing ------------------------------------------------------------------------
 
     def _endless(self, place: int, cause: Cause) -> Diagnosis | None:
         name = self._places.function_name(place)
@@ -319,18 +319,18 @@ class Hang:
         return self._report(place, why, fatal=not working or name in _WRONG_ENDS)
 
     def _tick_works(self) -> bool:
-        """Whether SysTick's handler does more than count one variable."""
+        """Return whether SysTick's handler does more than count one variable."""
         if not self._interrupts.tick_on:
             return False
         changed = Probe(self._core).handle(SYS_TICK)
         return changed is None or len({address & ~3 for address in changed}) > 1
 
     def _from_outside(self) -> Cause | None:
-        """Why a program may have gone into its own ``while (1)``."""
+        """Return why a program may have entered its ``while (1)``."""
         return self._notes.cause() or self._bus or self._transfers.cause()
 
     def _unhandled(self, number: int) -> Cause | None:
-        """Whether an interrupt has only the start-up file's common handler."""
+        """Return whether an interrupt has only the start-up file's common handler."""
         if self._places.function_name(self._pc) not in ("Default_Handler", "Infinite_Loop"):
             return None
         name = exception_name(number)
@@ -348,10 +348,10 @@ class Hang:
         )
 
     def _outermost(self, loop: Loop) -> int:
-        """Of the functions that the loop goes through the one that the others are called from.
+        """Return the function of the loop that calls its other functions.
 
-        Where it calls none, its last instruction: where it is just now says as much, but with an inlined
-        function it would be another line each time.
+        Without calls it is the loop's last instruction: the present instruction says the same, but with an
+        inlined function its line would differ each time.
         """
         calls = [call.address for call in self._calls if call.address != self._pc]
         inside = [address for address in calls if {address, address - 2} & loop.code]

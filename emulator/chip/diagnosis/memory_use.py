@@ -9,11 +9,11 @@ from fcu_emulator.emulator.chip.image import FirmwareImage
 from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, FLASH_SIZE, RAM_MEMORY, RAM_SIZE
 
 _FULL = 0.9  # of the flash
-_LEFT = 10 * 1024  # bytes for heap and stack: printf of floats needs some of each
+_LEFT = 10 * 1024  # bytes for heap and stack: printf of floats needs both
 
 
 def flash_nearly_full(image: FirmwareImage) -> Diagnosis | None:
-    """More than nine tenths of the flash are in use."""
+    """Report that more than nine tenths of the flash are in use."""
     used = sum(len(one.data) for one in image.segments if FLASH_MEMORY.holds(one.address, one.address))
     if used < _FULL * FLASH_SIZE:
         return None
@@ -29,7 +29,7 @@ def flash_nearly_full(image: FirmwareImage) -> Diagnosis | None:
 
 
 def ram_nearly_full(core: Core, places: Places) -> Diagnosis | None:
-    """Variables that leave little for heap and stack."""
+    """Report variables that leave little space for heap and stack."""
     end = places.end_of_variables()
     if end is None or not RAM_MEMORY.start < end < places.stack_top or places.stack_top - end >= _LEFT:
         return None

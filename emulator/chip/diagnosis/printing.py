@@ -1,8 +1,8 @@
-"""What the terminal shows against the format strings in the flash: numbers that printf could not print.
+"""The terminal's output compared with the format strings in flash: numbers that printf could not print.
 
-A line of the terminal is matched with the format that made it, and the format with the instruction that loads
-its address: so a hint names the line of the source. Matching looks for the texts between the conversions, one
-after the other, and never goes back: a hostile format cannot make it slow.
+A line of the terminal is matched with its format, and the format with the instruction that loads its address.
+A hint can therefore name the source line. Matching searches for the texts between the conversions, one after
+the other, without backtracking: a hostile format cannot make it slow.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY
 _STRING = re.compile(rb"[\t\n\r\x20-\x7e]{3,255}\x00")
 _CONVERSION = re.compile(r"%[-+ #0]*\d*(?:\.\d+)?(?:hh|h|ll|l)?([diuxXfFeEgGcsp%])")
 LATEST_TEXT = 1 << 16
-"""Bytes of the terminal that are looked at."""
+"""The number of the terminal's latest bytes that are checked."""
 _MOST_FORMATS, _MOST_LINES = 500, 400
 _FLOATS, _INTEGERS = "fFeEgG", "diu"
 _SHOWN = 60
@@ -39,7 +39,7 @@ class Format(NamedTuple):
 
 
 class FormattedLine(NamedTuple):
-    """A line of the terminal, the format that made it, and what stands for each conversion."""
+    """A line of the terminal, its format, and the text of each conversion."""
 
     line: str
     made_by: Format
@@ -57,7 +57,7 @@ class PrintedLines:
         self.lines = [printed for line in distinct if (printed := self._made_by(line)) is not None]
 
     def place(self, made_by: Format) -> str:
-        """Where in the program a format is used; empty where that cannot be seen."""
+        """Return where the program uses a format; empty if that is unknown."""
         for literal in self._words(made_by.address):
             function = self._places.function(literal)
             if function is not None:
@@ -74,7 +74,7 @@ class PrintedLines:
         return max(found, key=lambda printed: len(printed.made_by.text), default=None)
 
     def _words(self, value: int) -> Iterator[int]:
-        """Aligned addresses in flash that hold a word."""
+        """Return the aligned addresses in flash that contain a word."""
         wanted = value.to_bytes(4, "little")
         for segment in self._image.segments:
             at = segment.data.find(wanted)
@@ -84,7 +84,7 @@ class PrintedLines:
                 at = segment.data.find(wanted, at + 1)
 
     def _loads(self, start: int, literal: int) -> Iterator[int]:
-        """Instructions from ``start`` on that load the word at ``literal`` relative to the PC (A7.7.44)."""
+        """Return the instructions after ``start`` that load the word at ``literal`` relative to the PC (A7.7.44)."""
         address = start
         while address < literal:
             code = self._code(address)
@@ -104,7 +104,7 @@ class PrintedLines:
 
 
 def _formats(image: FirmwareImage) -> Iterator[Format]:
-    """The format strings with numbers in flash."""
+    """Return the format strings with numbers in flash."""
     count = 0
     for segment in image.segments:
         if not FLASH_MEMORY.holds(segment.address, segment.end):
@@ -119,7 +119,7 @@ def _formats(image: FirmwareImage) -> Iterator[Format]:
 
 
 def _match(one: Format, line: str) -> tuple[str, ...] | None:
-    """What stands in ``line`` for each conversion; None if the format has not made it."""
+    """Return the text of each conversion in ``line``; None if the format does not match."""
     first, *rest = one.between
     first = first.lstrip()
     if not line.startswith(first) or not "".join(one.between).strip():
@@ -137,7 +137,7 @@ def _match(one: Format, line: str) -> tuple[str, ...] | None:
 
 
 def misprinted(lines: PrintedLines, places: Places) -> Diagnosis | None:
-    """The first line in which a number is missing, or stands for another one."""
+    """Report the first line in which a number is missing, or replaced by a wrong one."""
     for look in (_empty_float, _float_as_int):
         for printed in lines.lines:
             found = look(printed, places)

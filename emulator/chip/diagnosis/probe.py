@@ -1,10 +1,9 @@
-"""Is this a loop without end? A copy of the core finds out, and the board stays as it is.
+"""A test for endless loops: a copy of the core executes the loop, and the board does not change.
 
-The copy has the registers, the RAM and the flash of the chip; registers of peripherals read as they are now, and
-nothing can be written to them. It executes one instruction after the other until the state of core and RAM
-recurs. Then the loop goes on for ever unless something that it has read becomes another value: those
-addresses are what it waits for. A loop that writes to a peripheral, or reads a register with a side effect, does
-something: it is not called idle.
+The copy has the registers, the RAM and the flash of the chip. Registers of peripherals have their present
+values and cannot be written. The copy executes single instructions until the state of core and RAM recurs.
+The loop is then endless unless a value that it has read changes: it waits for those addresses. A loop that
+writes to a peripheral, or reads a register with a side effect, does work and is not called idle.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from fcu_emulator.emulator.chip.memory_map import RAM, RAM_SIZE
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral
 from fcu_emulator.emulator.chip.registers import address_of, scb
 
-_LONGEST = 20_000  # instructions until the state must have recurred: a tenth of a second to find out
+_LONGEST = 20_000  # instructions until the state must have recurred: a tenth of a second of wall time
 _LONGEST_HANDLER = 5_000
 _BELOW = 0x200  # bytes below SP that a called function and its frame may use
 _SP = 13
@@ -30,8 +29,8 @@ _VTOR = address_of("SCB", scb.VTOR)
 class Loop:
     """A loop that only repeats itself.
 
-    ``code``: addresses of its instructions; ``variables``: addresses in RAM that it reads, without its
-    stack; ``registers``: (peripheral, offset, value) of those that it reads.
+    ``code``: addresses of its instructions; ``variables``: addresses in RAM that it reads, without its stack;
+    ``registers``: (peripheral, offset, value) of those that it reads.
     """
 
     code: frozenset[int]
@@ -40,7 +39,7 @@ class Loop:
 
 
 class Probe:
-    """A copy of ``core`` as it is now, for one question: a live board asks for hours, and a copy is large."""
+    """A copy of ``core`` in its present state, for one question: a live board asks for hours, and a copy is large."""
 
     def __init__(self, core: Core) -> None:
         self._core = core
@@ -57,7 +56,7 @@ class Probe:
         copy.watch_memory(RAM, RAM + RAM_SIZE - 1)
 
     def resume(self, frame: int) -> None:
-        """Go on with what was interrupted: its registers as saved at ``frame`` (ARMv7-M ARM B1.5.6).
+        """Continue the interrupted code: its registers as saved at ``frame`` (ARMv7-M ARM B1.5.6).
 
         R4 to R11 are those of the handler, which may have changed them.
         """
@@ -65,10 +64,10 @@ class Probe:
         names = ("r0", "r1", "r2", "r3", "r12", "lr", "pc", "xpsr")
         CoreRegisters(self._copy, names).write(*saved)
 
-    # -- what the copy does -----------------------------------------------------------------------------
+    # -- execution in the copy --------------------------------------------------------------------------
 
     def loop(self) -> Loop | None:
-        """The loop that the core is in; None if it is in none, or in one that does something."""
+        """Return the loop that the core is in; None without a loop, or if the loop does work."""
         with closing(self._copy) as copy:
             return self._loop(copy)
 
@@ -84,7 +83,7 @@ class Probe:
             now = copy.core_state()
             if now == state and bytes(copy.ram) == ram:
                 return self._described(code)
-            if length == compared:  # Brent: a later state to compare with, twice as long
+            if length == compared:  # Brent: a later state to compare with, after twice as many steps
                 state, ram = now, bytes(copy.ram)
                 length, compared = 0, 2 * compared
                 code.clear()
@@ -93,7 +92,7 @@ class Probe:
         return None
 
     def handle(self, exception: int) -> frozenset[int] | None:
-        """Let the copy handle an exception: the addresses in RAM that have changed; None if it does more."""
+        """Handle an exception in the copy: return the changed addresses in RAM; None if it does more."""
         with closing(self._copy) as copy:
             return self._handle(copy, exception)
 
@@ -120,11 +119,11 @@ class Probe:
         return Loop(frozenset(code), frozenset(variables), frozenset(self._registers))
 
     def _on_stack(self, address: int, sp: int) -> bool:
-        """Whether an address belongs to the stack in use: from a little below SP up to its top."""
+        """Return whether an address belongs to the stack in use: from a little below SP up to its top."""
         top = int.from_bytes(self._copy.flash[:4], "little")
         return sp <= top and sp - _BELOW <= address < top
 
-    # -- what it sees -----------------------------------------------------------------------------------
+    # -- accesses of the copy ---------------------------------------------------------------------------
 
     def _memory(self, address: int, _size: int, is_write: bool) -> None:
         if not is_write:
@@ -151,6 +150,6 @@ class Probe:
         return value
 
     def _register_written(self, address: int, _size: int, _value: int) -> None:
-        """A store to a peripheral; one without clock forgets it."""
+        """Handle a store to a peripheral; one without clock ignores it."""
         found = self._core.find(address & ~3)
         self._acts |= found is None or found[0].clocked

@@ -1,8 +1,8 @@
-"""A variable that is read once before a loop that never looks at it again: ``volatile`` is missing.
+"""A variable that is read once before a loop that never reads it again: ``volatile`` is missing.
 
-``while (!ready) {}`` with a plain ``ready`` becomes, once the compiler optimises, a load and a loop that
-looks at nothing. The instructions prove it: a copy of the core executes those before the loop with the RAM
-as it is now, and leaves the loop; with another value of the one variable that they read it stays.
+An optimising compiler turns ``while (!ready) {}`` with a plain ``ready`` into one load and a loop that reads
+nothing. The instructions prove it. A copy of the core executes the instructions before the loop with the
+present RAM, and leaves the loop. With another value of the one variable that they read it stays.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ _OTHER_VALUES = (0, 1, 0xFFFF_FFFF, 0x7FFF_FFFF, 0x8000_0000)
 
 
 def read_once(core: Core, places: Places, loop: frozenset[int]) -> Cause | None:
-    """Why the loop at these addresses was entered, if a variable that has changed since is why."""
+    """Return why the loop at these addresses was entered, if a variable that has changed since is the reason."""
     condition = _Condition(core, max(loop))
     starts = _instructions(core, places, min(loop))
     seen = (condition.decided_by(start) for start in starts)
-    variable = next(filter(None, seen), None)  # from the farthest one: all of the address is loaded then
+    variable = next(filter(None, seen), None)  # from the farthest one, so that the whole address is loaded
     if variable is None:
         return None
     name = places.variable(variable.address)
@@ -45,7 +45,7 @@ def read_once(core: Core, places: Places, loop: frozenset[int]) -> Cause | None:
 
 
 def _instructions(core: Core, places: Places, begin: int) -> Iterator[int]:
-    """Addresses of the instructions of the same function shortly before ``begin``, the farthest first."""
+    """Return the addresses of instructions of the same function shortly before ``begin``, the farthest first."""
     function = places.function(begin)
     address = function.start if function is not None else begin - _FARTHEST
     while address < begin:
@@ -88,7 +88,7 @@ class _Condition:
         self._at = 0
 
     def decided_by(self, start: int) -> _Variable | None:
-        """The variable that decides, from ``start`` on, whether the loop is left; now it is."""
+        """Return the variable that decides, from ``start``, if the loop is left; with its present value it is."""
         if self._stays(start) is not False:
             return None
         address, size, load = self._loads[0]
@@ -99,7 +99,7 @@ class _Condition:
         return None
 
     def _stays(self, start: int, other: tuple[int, bytes] | None = None) -> bool | None:
-        """Whether execution from ``start`` stays in the loop; None if it does more than to decide that."""
+        """Return whether execution from ``start`` stays in the loop; None if it does more than decide that."""
         copy = self._copy
         copy.ram[:] = self._ram
         if other is not None:

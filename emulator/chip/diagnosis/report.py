@@ -1,4 +1,4 @@
-"""What a diagnosis is, and how it reads."""
+"""The result of a diagnosis, and its text."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Kind: TypeAlias = Literal[
 ]
 
 KEEPS_SAMPLES_AWAY: frozenset[Kind] = frozenset({"callback", "timer", "bus", "clock"})
-"""Kinds of what lets no samples come, or not in time: numbers are wrong then whatever the arithmetic is."""
+"""Kinds of problems that stop or delay samples: numbers are then wrong regardless of the arithmetic."""
 
 _INDENT = "  "
 
@@ -34,11 +34,11 @@ _INDENT = "  "
 class Diagnosis:
     """``str()`` is the whole text: the summary, and the details indented below it.
 
-    ``kind``: a fault of the core, a loop without end, a stack that has grown into the variables, resets, a
-    callback that takes too long, a peripheral without clock, transfers that nobody answers, a terminal that gets
-    nothing, a timer that does not tick as it should, full memories, numbers that printf could not print; and,
-    held against the world and the sensors by :mod:`fcu_emulator.emulator.analysis.mistakes`, numbers that are not the
-    truth, sensors that are not set up, LEDs that do not follow the board.
+    ``kind``: a fault of the core, an endless loop, a stack that has grown into the variables, resets, a
+    callback that takes too long, a peripheral without clock, unacknowledged transfers, a terminal without
+    output, a timer with a wrong rate, full memories, numbers that printf could not print.
+    :mod:`fcu_emulator.emulator.analysis.mistakes` compares with the world and the sensors. It adds numbers
+    that differ from the truth, unconfigured sensors, and LEDs that do not follow the board.
     """
 
     kind: Kind
@@ -46,31 +46,31 @@ class Diagnosis:
     """One line."""
     details: tuple[str, ...]
     fatal: bool = True
-    """The firmware has failed. False: it runs on, but hardly as it was meant to."""
+    """Whether the firmware has failed. False: it continues, but probably not as intended."""
     at_ps: int | None = None
-    """When it has failed, as far as that is known."""
+    """The time of the failure, as far as known."""
 
     def __str__(self) -> str:
         return "\n".join((self.summary, *(f"{_INDENT}{line}" for line in self.details)))
 
 
 class Cause(NamedTuple):
-    """Why: a few words for the summary, and sentences that say more."""
+    """The reason: a few words for the summary, and sentences with details."""
 
     short: str
     sentences: list[str]
 
 
 def section(title: str, lines: list[str]) -> list[str]:
-    """A title with its lines indented below; nothing if there are none."""
+    """Return a title with its lines indented below; an empty list without lines."""
     return [f"{title}:", *(f"{_INDENT}{line}" for line in lines)] if lines else []
 
 
 def at(t_ps: int) -> str:
-    """A moment: seconds of virtual time, to the microsecond."""
+    """Return a time: seconds of virtual time, to the microsecond."""
     return f"{t_ps / PS_PER_S:.6f} s"
 
 
 def milliseconds(duration_ps: int) -> str:
-    """A duration: ``2.1 ms``."""
+    """Return a duration: ``2.1 ms``."""
     return f"{duration_ps / PS_PER_MS:.3g} ms"

@@ -23,7 +23,7 @@ from fcu_emulator.emulator.world import World
 
 
 class DebuggedBoard(Protocol):
-    """A board with its firmware: :class:`fcu_emulator.emulator.assembly.board.Board` is one."""
+    """A board with its firmware, such as :class:`fcu_emulator.emulator.assembly.board.Board`."""
 
     chip: ArmFirmware | None
     clock: Clock
@@ -35,10 +35,10 @@ class DebuggedBoard(Protocol):
 
 
 def serve(board: DebuggedBoard, port: int, halted: bool = False) -> GdbServer:
-    """Listen for a debugger on ``port`` of 127.0.0.1, 0 for one that is free (``server.port``).
+    """Listen for a debugger on ``port`` of 127.0.0.1, 0 for any free one (``server.port``).
 
-    ``halted``: the firmware waits for the debugger before its first instruction. Raises InputError when the
-    board's firmware is not for the chip, LinkError when the port cannot be had.
+    ``halted``: the firmware waits for the debugger before its first instruction. Raises InputError if the
+    board's firmware is not for the chip, LinkError if the port is not available.
     """
     firmware = board.chip
     if firmware is None:
@@ -53,7 +53,7 @@ def serve(board: DebuggedBoard, port: int, halted: bool = False) -> GdbServer:
 
 
 def where(firmware: ArmFirmware) -> str:
-    """The next instruction as address, function and source line, as far as the firmware's file tells."""
+    """Return the next instruction as address, function and source line, as far as the firmware's file has them."""
     core = firmware.chip.core
     address = core.pc
     known = firmware.image.symbols
@@ -69,13 +69,13 @@ def where(firmware: ArmFirmware) -> str:
 
 
 def _replaced(firmware: ArmFirmware) -> bool:
-    """Whether a debugger has loaded another program into the flash."""
+    """Return whether a debugger has loaded another program into the flash."""
     engine = firmware.chip.core
     flashed = (segment for segment in firmware.image.segments if segment.address < RAM)
     return any(bytes(engine.memory(one.address, len(one.data)) or b"") != one.data for one in flashed)
 
 
-# -- the ``monitor`` commands: the board around the core, while everything stands still ---------------------
+# -- the ``monitor`` commands: the board around the halted core ---------------------------------------------
 
 _HELP = """\
 attitude ROLL PITCH YAW  turn the board (degrees); attitude alone shows how it lies
@@ -87,9 +87,9 @@ reset                    reset the chip and halt it; then: maintenance flush reg
 
 
 class Monitor:
-    """Carries out one command at a time; what is wrong with it is its answer, never an exception.
+    """Executes one command at a time; an error in it is its answer, never an exception.
 
-    ``where()`` says in words where the core is; ``reset()`` resets the chip.
+    ``where()`` returns the core's place as text; ``reset()`` resets the chip.
     """
 
     def __init__(
@@ -117,7 +117,7 @@ class Monitor:
         }
 
     def __call__(self, command: str) -> str:
-        """What the command answers, for the debugger's console."""
+        """Return the command's answer, for the debugger's console."""
         name, *arguments = command.split() or ["help"]
         carry_out = self._commands.get(name)
         if carry_out is None:
@@ -154,7 +154,7 @@ class Monitor:
         return "".join(f"{line}\n" for line in lines or [f"{peripheral.name} is not modelled"])
 
     def _reset_chip(self, arguments: list[str]) -> str:
-        """``reset halt`` and ``reset init`` are what other servers call it; here a reset always halts."""
+        """Reset the chip; ``reset halt`` and ``reset init`` are other servers' names: here a reset always halts."""
         del arguments
         self._reset()
         return "the chip has been reset and is halted\n"

@@ -1,16 +1,16 @@
 """The chip as a debugger's target.
 
-Decision: going on from a breakpoint makes a single step first, in a run of its own. So a breakpoint stops
-each time its instruction is reached, and a waiting loop with one inside is never skipped: nothing that was
-seen in one run counts in the next.
+Decision: resuming from a breakpoint makes a single step first, in a separate run. A breakpoint therefore
+stops each time its instruction is reached, and a waiting loop that contains one is never skipped: the state
+of one run does not count in the next.
 
-Decision: with a debugger, BKPT halts (ARMv7-M ARM C1.4.1), and going on from it goes on after it. On the
-chip it would be met again for ever.
+Decision: with a debugger, BKPT halts the core (ARMv7-M ARM C1.4.1), and execution resumes after it. On the
+chip it would halt at the same BKPT forever.
 
-Decision: watchpoints listen to every load and store in one range that covers all of them, registers included:
-one way for memory and peripherals, and nothing in the path of an access while there is none. The bit-band
-alias of the range is listened to as well. What does not pass through the core's instructions is not seen:
-DMA, and frames saved at exceptions.
+Decision: watchpoints monitor every load and store in one range that covers all of them, including registers.
+Memory and peripherals thus use the same mechanism, and accesses without watchpoints have no cost. The
+bit-band alias of the range is monitored as well. Accesses outside of the core's instructions are not
+detected: DMA, and frames saved at exceptions.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ _WATCHED = {
     PointKind.ACCESS: (False, True),
 }
 _Range = tuple[Point, int, int, int]
-"""A watchpoint, its first address, the address after its last one, bytes there for each of the point's."""
+"""A watchpoint, its first address, the address after its last one, and the bytes there per byte of the point."""
 
 
 class Points:
-    """The points that are wanted, set in the core when it goes on, and only if they have changed: a debugger
-    takes all of its points away at each stop and brings them back before it goes on.
+    """The requested points. They are set in the core when it resumes, and only after a change. A debugger
+    removes all its points at each stop and inserts them again before it resumes.
 
-    ``accessed(point, address)`` is called while an access is made that ``point`` watches.
+    ``accessed(point, address)`` is called during an access that ``point`` watches.
     """
 
     def __init__(self, core: Core, accessed: Callable[[Point, int], None]) -> None:
@@ -56,7 +56,7 @@ class Points:
         core.on_access = self._on_access
 
     def add(self, point: Point) -> None:
-        """Stop there from the next ``set()`` on."""
+        """Add a point, effective from the next ``set()``."""
         self._wanted.add(point)
 
     def remove(self, point: Point) -> None:
@@ -64,12 +64,12 @@ class Points:
         self._wanted.discard(point)
 
     def clear(self) -> None:
-        """Take all of them away at once."""
+        """Remove all of them at once."""
         self._wanted.clear()
         self.set()
 
     def set(self) -> None:
-        """Bring the core up to date; it must not be running."""
+        """Write the points to the core, which must not be running."""
         if self._set == self._wanted:
             return
         breaks = {point.address for point in self._wanted if point.kind.is_break}
@@ -88,7 +88,7 @@ class Points:
             self._core.unwatch_memory()
 
     def breakpoint_at(self, address: int) -> Point | None:
-        """The breakpoint on an instruction, if there is one."""
+        """Return the breakpoint on an instruction, if there is one."""
         found = (Point(kind, address, 2) for kind in (PointKind.SOFTWARE_BREAK, PointKind.HARDWARE_BREAK))
         return next((point for point in found if point in self._wanted), None)
 
@@ -109,7 +109,7 @@ def _watched_ranges(point: Point) -> Iterator[_Range]:
 # -- the target ---------------------------------------------------------------------------------------------
 
 _THUMB = 1 << 24
-_EXCEPTION = 0x1FF  # of xPSR; what is being handled cannot be changed
+_EXCEPTION = 0x1FF  # of xPSR; the active exception cannot be changed
 _ALIGNMENTS = (4, 2, 1)
 
 
@@ -122,27 +122,27 @@ class CoreTarget:
         self._run = run
         self._points = Points(core, self._accessed)
         self._everything = CoreRegisters(core, EVERYTHING)
-        self._single_step = False  # the debugger wants one instruction
+        self._single_step = False  # the debugger requests one instruction
         self._hit: HaltReason | None = None
         self._on_bkpt = False
         self._lock_up_reported = False
         self._new_code = False
 
-    # -- a debugger comes and goes ----------------------------------------------------------------------
+    # -- attaching and releasing ------------------------------------------------------------------------
 
     def attach(self) -> None:
-        """Halt for a debugger that has come."""
+        """Halt for a newly connected debugger."""
         self._core.debug(True)
         self.halt()
 
     def release(self) -> None:
-        """The debugger is gone: take its points away and go on."""
+        """Remove the debugger's points and resume, after it has left."""
         self._core.debug(False)
         self._points.clear()
         self.resume()
 
     def halt(self) -> None:
-        """Stand still before the next instruction."""
+        """Halt before the next instruction."""
         self._core.halt()
         self._single_step = False
 
@@ -160,7 +160,7 @@ class CoreTarget:
         return values | {"xpsr": xpsr, "pc": self._core.pc}
 
     def write_register(self, name: str, value: int) -> None:
-        """Change one. A new PC wakes a sleeping core, as entering the debug state does (B1.5.19)."""
+        """Change one register. A new PC wakes a sleeping core, as entering the debug state does (B1.5.19)."""
         if name == "pc":
             self._core.pc = value & ~1
             self._on_bkpt = False
@@ -175,7 +175,7 @@ class CoreTarget:
     # -- memory -----------------------------------------------------------------------------------------
 
     def read_memory(self, address: int, size: int) -> bytes:
-        """What is there, without side effects, up to where nothing answers any more."""
+        """Return memory without side effects, up to the first address without memory or register."""
         memory = self._core.memory(address, size)
         if memory is not None:
             return bytes(memory)
@@ -190,7 +190,7 @@ class CoreTarget:
         return bytes(data[:size])
 
     def write_memory(self, address: int, data: bytes) -> bool:
-        """Memory, the flash too, or registers with all that writing them does."""
+        """Write memory, including flash, or registers with all side effects."""
         memory = self._core.memory(address, len(data))
         if memory is not None:
             if not _changeable(address):
@@ -215,23 +215,23 @@ class CoreTarget:
     # -- running ----------------------------------------------------------------------------------------
 
     def add(self, point: Point) -> None:
-        """Stop there from now on."""
+        """Stop at a point from now on."""
         self._points.add(point)
 
     def remove(self, point: Point) -> None:
-        """Stop there no more."""
+        """Do not stop at a point any more."""
         self._points.remove(point)
 
     def resume(self) -> None:
-        """The next ``run_until_ps`` goes on, past a breakpoint on the very next instruction."""
+        """Resume in the next ``run_until_ps``, past a breakpoint on the very next instruction."""
         self._go(one=False)
 
     def step(self) -> None:
-        """The next ``run_until_ps`` executes one instruction and stops."""
+        """Execute one instruction in the next ``run_until_ps``, then stop."""
         self._go(one=True)
 
     def run_until_ps(self, at_ps: int) -> HaltReason | None:
-        """Run up to ``at_ps`` of virtual time: why it stopped before, or None."""
+        """Run up to ``at_ps`` of virtual time; return the reason of an earlier stop, or None."""
         while True:
             self._run(at_ps)
             if self._core.locked_up and not self._lock_up_reported:
@@ -263,7 +263,7 @@ class CoreTarget:
         self._core.resume(self._single_step or on_point)
 
     def _reason(self) -> HaltReason | None:
-        """Why the core has halted; None if only to be stepped past something."""
+        """Return why the core has halted; None if only for a step past a breakpoint."""
         hit, self._hit = self._hit, None
         self._on_bkpt |= self._core.met_breakpoint_instruction()
         if hit is not None:

@@ -1,11 +1,10 @@
-"""What the board says of itself to the debugger: registers and memory ("Target Descriptions", "Memory Map
-Format").
+"""The description of the board for the debugger: registers and memory ("Target Descriptions", "Memory Map Format").
 
 The registers are those of an ARMv7-M core with single-precision floating point (GDB manual, "ARM Features":
 m-profile, vfp, m-system). Their order here is their number in packets.
 
-Decision: floating point as d0 to d15. GDB makes s0 to s31 of them, and knows no description with s0 to s31
-alone.
+Decision: floating-point registers are described as d0 to d15, because GDB derives s0 to s31 from them, and
+does not support a description with s0 to s31 only.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ _SECTOR = 0x4000  # the smallest of the STM32F401's sectors (RM0368 table 5)
 
 
 class GdbRegister(NamedTuple):
-    """A register as packets carry it; ``parts`` are the core's own words, the low one first."""
+    """A register in packets; ``parts`` are the core's words, the low one first."""
 
     name: str
     parts: tuple[str, ...]
@@ -58,7 +57,7 @@ FEATURES: Final[dict[str, Sequence[GdbRegister]]] = {
 REGISTERS: Final = tuple(register for registers in FEATURES.values() for register in registers)
 
 ADDRESSES: Final = (
-    ("rom", 0, FLASH_SIZE),  # the flash again, where the core boots from (RM0368 section 2.4)
+    ("rom", 0, FLASH_SIZE),  # the flash again: the core boots from here (RM0368 section 2.4)
     ("flash", FLASH, FLASH_SIZE),
     ("rom", SYSTEM_MEMORY, SYSTEM_MEMORY_SIZE),
     ("ram", RAM, RAM_SIZE),
@@ -68,11 +67,11 @@ ADDRESSES: Final = (
     ("ram", memory_map.OTG, memory_map.OTG_SIZE),
     ("ram", memory_map.PRIVATE, memory_map.PRIVATE_SIZE),
 )
-"""Kind, first address and size; to a debugger, registers are RAM."""
+"""Kind, first address and size; registers count as RAM for a debugger."""
 
 
 def target_xml() -> bytes:
-    """The description of the registers."""
+    """Return the description of the registers."""
     lines = [
         '<?xml version="1.0"?>',
         '<!DOCTYPE target SYSTEM "gdb-target.dtd">',
@@ -90,7 +89,7 @@ def target_xml() -> bytes:
 
 
 def memory_map_xml() -> bytes:
-    """Which addresses there are, and that the flash is one: GDB then uses hardware breakpoints there."""
+    """Return the memory map, with the kind of flash: GDB then uses hardware breakpoints there."""
     lines = [
         '<?xml version="1.0"?>',
         f"<!DOCTYPE memory-map PUBLIC {_MEMORY_MAP_DTD}>",
@@ -109,7 +108,7 @@ DOCUMENTS: Final[dict[bytes, Callable[[], bytes]]] = {
     b"features:read:target.xml": target_xml,
     b"memory-map:read:": memory_map_xml,
 }
-"""By what ``qXfer`` packets call them."""
+"""Documents by their names in ``qXfer`` packets."""
 
 
 def _type(register: GdbRegister) -> str:

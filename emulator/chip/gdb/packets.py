@@ -1,9 +1,9 @@
 """Packets on the wire: ``$payload#checksum``, acknowledgements, escapes, Ctrl-C ("Overview", "Packet
-Acknowledgment", "Interrupts"), and the parts that a payload is made of.
+Acknowledgment", "Interrupts"), and the parts of a payload.
 
-The sender is not trusted: a packet that is longer than announced is thrown away while it arrives, every
-sequence of bytes is some sequence of arrivals, and numbers are checked and bounded. Replies are never
-compressed by run lengths, which is optional.
+The sender is not trusted. A packet that is longer than announced is dropped while it arrives. Every sequence
+of bytes is a valid sequence of arrivals. Numbers are checked and limited. Replies are never compressed by run
+lengths, which is optional.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Final, TypeAlias
 from fcu_emulator.emulator.chip.gdb.target import Point, PointKind
 
 LONGEST: Final = 0x4000
-"""Bytes of a payload as it is sent, announced as PacketSize."""
+"""The maximum size of a payload as sent, announced as PacketSize."""
 
 ACK, NACK = b"+", b"-"
 
@@ -27,31 +27,31 @@ _ESCAPED = re.compile(rb"\}(.?)", re.DOTALL)
 
 
 class Arrival(Enum):
-    """What can arrive besides packets."""
+    """Arrivals other than packets."""
 
     INTERRUPT = auto()  # Ctrl-C at the debugger
     RESEND = auto()  # the debugger did not understand the last packet
     CORRUPT = auto()  # a packet with a wrong checksum
-    OVERLONG = auto()  # a packet longer than announced, thrown away
+    OVERLONG = auto()  # a packet longer than announced, dropped
 
 
 Received: TypeAlias = bytes | Arrival
-"""A packet's payload with escapes undone, or one of the others."""
+"""A packet's payload without escapes, or another arrival."""
 
 
 def frame(payload: bytes) -> bytes:
-    """A payload as it is sent."""
+    """Return a payload framed as a packet."""
     escaped = _TO_ESCAPE.sub(lambda found: bytes((_ESCAPE, found[0][0] ^ _FLIPPED)), payload)
     return b"$%s#%02x" % (escaped, sum(escaped) & 0xFF)
 
 
 def unescape(data: bytes) -> bytes:
-    """A payload as it was meant; an escape at the very end stands for nothing."""
+    """Return a payload without escapes; an escape at the very end is dropped."""
     return _ESCAPED.sub(lambda found: bytes(byte ^ _FLIPPED for byte in found[1]), data)
 
 
 class Framer:
-    """Takes bytes as they come and gives what they amount to."""
+    """Splits the received bytes into packets and other arrivals."""
 
     def __init__(self) -> None:
         self._packet: bytearray | None = None
@@ -60,7 +60,7 @@ class Framer:
         self._in_checksum = False
 
     def feed(self, data: bytes) -> list[Received]:
-        """What is complete with ``data``, in order."""
+        """Return the arrivals that ``data`` completes, in order."""
         found: list[Received] = []
         for byte in data:
             arrived = self._outside(byte) if self._packet is None else self._inside(byte, self._packet)
@@ -81,7 +81,7 @@ class Framer:
         if self._in_checksum:
             self._checksum += bytes((byte,))
             return self._complete(packet) if len(self._checksum) == 2 else None
-        if byte == _BEGIN:  # the sender has given up the packet before
+        if byte == _BEGIN:  # the sender has aborted the previous packet
             self._begin()
         elif byte == _END:
             self._in_checksum = True
@@ -108,7 +108,7 @@ class Framer:
 # -- parts of a payload: hexadecimal numbers and bytes, points, threads -------------------------------------
 
 MOST_BYTES: Final = 0x1000
-"""Of memory in one packet; GDB asks again for the rest."""
+"""Size of memory in one packet; GDB asks again for the rest."""
 
 _NUMBER = re.compile(rb"[0-9a-fA-F]{1,8}")
 _LARGEST_NUMBER = 0xFFFF_FFFF
@@ -116,18 +116,18 @@ _WIDEST_WATCHPOINT = 0x100
 
 
 class MalformedError(Exception):
-    """The packet is not what the protocol says; the answer is E01."""
+    """The packet violates the protocol; the answer is E01."""
 
 
 def number(text: bytes) -> int:
-    """A hexadecimal number of 32 bits."""
+    """Parse a hexadecimal number of 32 bits."""
     if not _NUMBER.fullmatch(text):
         raise MalformedError
     return int(text, 16)
 
 
 def pair(text: bytes, separator: bytes = b",") -> tuple[int, int]:
-    """``address,length``: a range of the address space."""
+    """Parse ``address,length``: a range of the address space."""
     first, found, second = text.partition(separator)
     if not found:
         raise MalformedError
@@ -138,7 +138,7 @@ def pair(text: bytes, separator: bytes = b",") -> tuple[int, int]:
 
 
 def from_hex(text: bytes) -> bytes:
-    """Bytes, two digits each."""
+    """Parse bytes, two digits each."""
     try:
         return bytes.fromhex(text.decode("ascii"))
     except ValueError:
@@ -146,7 +146,7 @@ def from_hex(text: bytes) -> bytes:
 
 
 def data_at(text: bytes, binary: bool = False) -> tuple[int, bytes]:
-    """``address,length:data`` with as much data as it says."""
+    """Parse ``address,length:data``, whose data must have this length."""
     place, found, content = text.partition(b":")
     address, length = pair(place)
     data = content if binary else from_hex(content)
@@ -156,7 +156,7 @@ def data_at(text: bytes, binary: bool = False) -> tuple[int, bytes]:
 
 
 def word(text: bytes, size: int) -> int:
-    """A register's value in the target's byte order."""
+    """Parse a register's value in the target's byte order."""
     data = from_hex(text)
     if len(data) != size:
         raise MalformedError
@@ -164,7 +164,7 @@ def word(text: bytes, size: int) -> int:
 
 
 def point(text: bytes) -> Point | None:
-    """``type,address,kind``; None for a type that is not known. Conditions and commands are refused."""
+    """Parse ``type,address,kind``; None for an unknown type. Conditions and commands are refused."""
     kind, _, place = text.partition(b",")
     if kind not in (b"0", b"1", b"2", b"3", b"4"):
         return None
@@ -178,7 +178,7 @@ def point(text: bytes) -> Point | None:
 
 
 def continues(text: bytes) -> bytes:
-    """What ``vCont`` asks of the only thread: b"c" or b"s". Signals are not delivered to a chip."""
+    """Return the action that ``vCont`` requests of the only thread: b"c" or b"s". A chip has no signals."""
     for action in text.split(b";"):
         verb, _, thread = action.partition(b":")
         if thread in (b"", b"1", b"0", b"-1", b"01") and verb[:1] in (b"c", b"C", b"s", b"S"):
@@ -186,7 +186,7 @@ def continues(text: bytes) -> bytes:
     raise MalformedError
 
 
-# -- the short answers ("Packets"): done, not understood, cannot be done ------------------------------------
+# -- short answers ("Packets"): done, not understood, not possible ------------------------------------------
 
 OK: Final = b"OK"
 MALFORMED, REFUSED = b"E01", b"E02"

@@ -1,16 +1,16 @@
 """The debugger's socket: TCP on 127.0.0.1, one debugger at a time, served between slices of virtual time.
 
-While the target is halted the board stands still: no instruction is executed, no event happens, virtual time
-does not pass. Whoever runs it then only waits for the debugger, a short piece of wall time at a time, so that
-whoever drives the board can serve its other links and stop.
+While the target is halted, the board is stopped: no instruction is executed, no event happens, virtual time
+does not pass. A run then only waits for the debugger, in short pieces of wall time, so that the runner can
+serve the other links and stop.
 
-Decision: a debugger that goes away without a word is taken as detached: its breakpoints go with it and the
-firmware runs on. A board that stood still for no visible reason would be worse.
+Decision: a debugger whose connection breaks counts as detached, so its breakpoints are removed and the
+firmware continues. A board that is halted without a visible reason would be worse.
 
-Decision: who connects is a caller, and becomes the debugger with its first valid packet. Until then it
-changes nothing: the board neither stands still for it nor is released from ``halted``. What does not begin
-like the protocol (a browser's request, a port scanner's greeting) is hung up on at once, before anything of
-it is taken for a packet: any page that a user looks at can send to a port of this machine.
+Decision: a new connection becomes the debugger only with its first valid packet. Until then it changes
+nothing: the board neither halts for it nor leaves ``halted``. A connection that does not begin like the
+protocol (a browser's request, a port scanner's greeting) is closed at once, before any of its bytes is taken
+for a packet. Any web page can send to a port of this machine.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from fcu_emulator.emulator.errors import FirmwareError
 from fcu_emulator.emulator.host.loopback import listen
 from fcu_emulator.emulator.time.clock import to_ps
 
-_PATIENCE_S = 0.05  # of wall time for which a halted target waits before others get a turn
+_PATIENCE_S = 0.05  # of wall time that a halted target waits before other links are served
 _CHUNK = 0x10000
 _SEND_TIMEOUT_S = 5.0  # of wall time for a debugger that does not read
-_MOST_CALLERS = 8  # connections without a packet so far; of more, the oldest is hung up on
+_MOST_CALLERS = 8  # connections without a packet so far; above this, the oldest is closed
 _BEFORE_A_PACKET = b"+-\x03"  # acknowledgements, and Ctrl-C
 
 
 class _Caller:
-    """A connection from which no packet has come yet."""
+    """A connection that has not sent a packet yet."""
 
     def __init__(self, connection: socket.socket) -> None:
         self.socket = connection
@@ -43,7 +43,7 @@ class _Caller:
         self._in_packet = False
 
     def accepts(self, data: bytes) -> bool:
-        """Whether what has come so far, with ``data``, begins like GDB's protocol."""
+        """Return whether the bytes so far, with ``data``, begin like GDB's protocol."""
         if not self._in_packet:
             rest = data.lstrip(_BEFORE_A_PACKET)
             self._in_packet = rest.startswith(b"$")
@@ -56,7 +56,7 @@ class _Caller:
 
 
 class GdbServer:
-    """Serves ``target`` on ``port`` (0: any that is free). Raises LinkError when the port cannot be had.
+    """Serves ``target`` on ``port`` (0: any free one). Raises LinkError if the port is not available.
 
     ``halted``: the target waits for a debugger before its first instruction. ``killed`` is set when the
     debugger has ended the run.
@@ -82,7 +82,7 @@ class GdbServer:
         return self._waits if self._session is None else self._session.halted
 
     def run_until(self, seconds: float) -> None:
-        """Instead of the board's own ``run_until``, likewise in seconds since power-on."""
+        """Run as the board's ``run_until``, in seconds since power-on."""
         self.run_until_ps(to_ps(seconds))
 
     def run_until_ps(self, at_ps: int) -> None:
@@ -101,7 +101,7 @@ class GdbServer:
             self._session.stopped(stop)
 
     def close(self) -> None:
-        """The run is over: tell a debugger that waits for it, and let go of the port."""
+        """End the session after the run: report the end to a waiting debugger, and close the port."""
         if self._session is not None and not self._session.halted:
             self._send_packet(EXITED)
         self._leave()
@@ -113,12 +113,12 @@ class GdbServer:
     # -- the connection ---------------------------------------------------------------------------------
 
     def _serve(self, patience_s: float) -> None:
-        """What has arrived, after waiting for it for so long at most."""
+        """Wait at most this long, and process the received data."""
         waiting: list[socket.socket | _Caller] = [self._listener, *self._callers]
         if self._client is not None:
             waiting.append(self._client)
         found = select.select(waiting, [], [], patience_s)[0]
-        if self._client in found:  # perhaps it leaves: who wants its place is asked in after that
+        if self._client in found:  # it may leave now: accept a new connection after that
             found = [ready for ready in found if ready is not self._listener]
         for ready in found:
             if ready is self._listener:
@@ -141,8 +141,8 @@ class GdbServer:
                 self._hang_up(self._callers[0])
 
     def _hear(self, caller: _Caller) -> None:
-        """What a caller says; with its first packet it is the debugger."""
-        if caller not in self._callers:  # another one has become the debugger just now
+        """Read from a new connection; its first packet makes it the debugger."""
+        if caller not in self._callers:  # another one has just become the debugger
             return
         try:
             data = caller.socket.recv(_CHUNK)

@@ -1,12 +1,12 @@
-"""One debugger's session: every packet gets its answer ("Packets", "General Query Packets", "Stop Reply
-Packets").
+"""One debugger's session: every packet gets its answer ("Packets", "General Query Packets", "Stop Reply Packets").
 
-What cannot be understood is answered with E01, what cannot be done with E02, what is not supported with the
-empty packet; nothing a debugger sends raises an exception here. There is one thread, number 1: the core. All
-of the chip stops with it, time included ("all-stop mode").
+The answer is E01 for a malformed packet, E02 for an impossible request, and the empty packet for an
+unsupported one. No packet raises an exception here. There is one thread, number 1: the core. The whole chip
+stops with it, including time ("all-stop mode").
 
-Decision: the Z packets of software and hardware breakpoints do the same and change no memory, so firmware
-reads its own code unchanged, and there are as many breakpoints as one likes, where the chip has six.
+Decision: the Z packets of software and hardware breakpoints have the same effect and do not change memory.
+Firmware therefore reads its code unchanged, and the number of breakpoints is unlimited, while the chip has
+six.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from fcu_emulator.emulator.chip.gdb.packets import LONGEST, MALFORMED, MOST_BYTE
 from fcu_emulator.emulator.chip.gdb.target import HaltReason, Point, PointKind, Target
 from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE
 
-# -- packets that look at and change registers and memory ("Packets") ---------------------------------------
+# -- packets that read and change registers and memory ("Packets") ------------------------------------------
 
 
 class StatePackets:
@@ -78,9 +78,9 @@ class StatePackets:
         return OK if not data or self._target.write_memory(address, data) else REFUSED
 
     def flash(self, text: bytes) -> bytes:
-        """The packets that GDB's ``load`` writes the flash with, without the "v"; b"" for all others.
+        """Answer the packets with which GDB's ``load`` writes the flash, without the "v"; b"" for all other packets.
 
-        The sectors that it erases are those of the memory map.
+        It erases the sectors of the memory map.
         """
         name, _, rest = text.partition(b":")
         if name == b"FlashErase":
@@ -118,17 +118,17 @@ _WATCH = {PointKind.WRITE: b"watch", PointKind.READ: b"rwatch", PointKind.ACCESS
 
 
 class DebuggerExit(Enum):
-    """How a debugger leaves."""
+    """The way in which a debugger leaves."""
 
     DETACHED = "detached"
     KILLED = "killed"
 
 
 class GdbSession:
-    """Answers packets about one target. ``monitor(command)`` carries out a ``monitor`` command.
+    """Answers packets about one target. ``monitor(command)`` executes a ``monitor`` command.
 
     ``send(payload)`` sends a packet. ``halted`` says whether the target waits for the debugger; ``ended`` is
-    set when the debugger has left, ``acknowledged`` until it asks for no acknowledgements.
+    set when the debugger has left, ``acknowledged`` until it requests the mode without acknowledgements.
     """
 
     def __init__(self, target: Target, monitor: Callable[[str], str], send: Callable[[bytes], None]) -> None:
@@ -161,10 +161,10 @@ class GdbSession:
             b"v": self._long,
         }
 
-    # -- what the server calls --------------------------------------------------------------------------
+    # -- the interface for the server -------------------------------------------------------------------
 
     def handle(self, packet: bytes) -> None:
-        """Answer one packet; while the target runs only a stop is an answer."""
+        """Answer one packet; while the target runs, only a stop is an answer."""
         if not self.halted:
             return
         command = self._commands.get(packet[:1])
@@ -176,13 +176,13 @@ class GdbSession:
             self._send(reply)
 
     def interrupt(self) -> None:
-        """Ctrl-C at the debugger."""
+        """Handle Ctrl-C at the debugger."""
         if not self.halted:
             self._target.halt()
             self._stopped(_signal(_SIGINT))
 
     def stopped(self, stop: HaltReason) -> None:
-        """The target has stopped by itself."""
+        """Report that the target has stopped by itself."""
         if stop.failure:
             self._print(f"{stop.failure}\n")
             self._stopped(_signal(_SIGSEGV))
@@ -195,7 +195,7 @@ class GdbSession:
             self._stopped(_signal(_SIGTRAP, b"%s:%x;" % (_WATCH[stop.point.kind], stop.address)))
 
     def close(self) -> None:
-        """The debugger is gone: nothing of it stays behind, and the target goes on."""
+        """Remove the debugger's settings after it has left, and resume the target."""
         self.halted = False
         self._points.clear()
         self._target.release()
@@ -212,7 +212,7 @@ class GdbSession:
     # -- running ----------------------------------------------------------------------------------------
 
     def _go_on(self, how: bytes, address: bytes) -> None:
-        """No reply until the target stops."""
+        """Resume without a reply until the target stops."""
         if address:
             self._target.write_register("pc", packets.number(address))
         self.halted = False
@@ -260,7 +260,7 @@ class GdbSession:
 
     @staticmethod
     def _transfer(text: bytes) -> bytes:
-        """``object:read:annex:offset,length``: a piece of a document, the last one begins with "l"."""
+        """Answer ``object:read:annex:offset,length``: a piece of a document; the last one begins with "l"."""
         name, _, place = text.rpartition(b":")
         document = DOCUMENTS.get(name)
         if document is None:

@@ -1,4 +1,4 @@
-"""What the debugger needs of the machine it debugs: the seam between the protocol and the core."""
+"""The debugger's interface to its target, between the protocol and the core."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Protocol
 
 
 class PointKind(Enum):
-    """What makes the core stop at a place; the values are the numbers in Z packets."""
+    """The kind of a point that stops the core; the values are the numbers in Z packets."""
 
     SOFTWARE_BREAK = 0
     HARDWARE_BREAK = 1
@@ -18,7 +18,7 @@ class PointKind(Enum):
 
     @property
     def is_break(self) -> bool:
-        """Both kinds of breakpoints are one here: neither changes memory, and there is no limit to either."""
+        """Whether it is a breakpoint; both kinds are the same here: neither changes memory, and neither is limited."""
         return self in {PointKind.SOFTWARE_BREAK, PointKind.HARDWARE_BREAK}
 
 
@@ -37,28 +37,28 @@ class HaltReason:
 
     point: Point | None = None
     address: int = 0
-    """Of the access that a watchpoint saw."""
+    """The address of the access that a watchpoint detected."""
     failure: str = ""
-    """What happened, for a person; empty if nothing went wrong."""
+    """A description for the user; empty without an error."""
 
 
 class Target(Protocol):
     """A stopped core. Time passes only in ``run_until_ps``, and only after ``resume`` or ``step``.
 
-    Registers go by the core's names, ``"r0"`` to ``"control"``, ``"s0"`` to ``"s31"`` and ``"fpscr"``; values
+    Registers have the core's names, ``"r0"`` to ``"control"``, ``"s0"`` to ``"s31"`` and ``"fpscr"``; values
     are words.
     """
 
     def attach(self) -> None:
-        """A debugger has come: halt."""
+        """Halt for a newly connected debugger."""
         ...
 
     def release(self) -> None:
-        """The debugger is gone: forget its points and go on."""
+        """Remove the debugger's points and resume, after it has left."""
         ...
 
     def halt(self) -> None:
-        """Stop before the next instruction; an exception being entered may be entered first."""
+        """Halt before the next instruction; an exception entry may be completed first."""
         ...
 
     def read_registers(self) -> dict[str, int]:
@@ -66,33 +66,33 @@ class Target(Protocol):
         ...
 
     def write_register(self, name: str, value: int) -> None:
-        """Change one; what the core ignores it ignores."""
+        """Change one register; bits that the core ignores do not change."""
         ...
 
     def read_memory(self, address: int, size: int) -> bytes:
-        """What is there, without side effects, up to where nothing answers any more."""
+        """Return memory without side effects, up to the first address without memory or register."""
         ...
 
     def write_memory(self, address: int, data: bytes) -> bool:
-        """Write, the flash too; False if something there cannot be written, and then nothing was."""
+        """Write memory, including flash; False, without any change, if a part cannot be written."""
         ...
 
     def add(self, point: Point) -> None:
-        """Stop there from now on."""
+        """Stop at a point from now on."""
         ...
 
     def remove(self, point: Point) -> None:
-        """Stop there no more; harmless if it is not known."""
+        """Do not stop at a point any more; an unknown point is ignored."""
         ...
 
     def resume(self) -> None:
-        """The next ``run_until_ps`` goes on, past a breakpoint on the very next instruction."""
+        """Resume in the next ``run_until_ps``, past a breakpoint on the very next instruction."""
         ...
 
     def step(self) -> None:
-        """The next ``run_until_ps`` executes one instruction and stops."""
+        """Execute one instruction in the next ``run_until_ps``, then stop."""
         ...
 
     def run_until_ps(self, at_ps: int) -> HaltReason | None:
-        """Run up to ``at_ps`` of virtual time: why it stopped before, or None."""
+        """Run up to ``at_ps`` of virtual time; return the reason of an earlier stop, or None."""
         ...

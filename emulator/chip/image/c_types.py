@@ -1,8 +1,8 @@
-"""C types as the compiler laid them out: the values that bytes of memory have under them, and how types are
-read from their debugging entries (DWARF 5 chapter 5).
+"""C types in the compiler's layout: the values of bytes in memory, and the reader of types from debugging
+entries (DWARF 5 chapter 5).
 
-Every type has ``size`` in bytes, ``leaves``, the number of plain values in it, and
-``value(raw, offset)``, the value of the bytes at ``offset``. Little-endian, as the chip.
+Every type has ``size`` in bytes, ``leaves``, the number of plain values in it, and ``value(raw, offset)``,
+the value of the bytes at ``offset``. Little-endian, like the chip.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ _FLOATS = {2: "<e", 4: "<f", 8: "<d"}
 
 
 class CType(Protocol):
-    """What a variable's type can do."""
+    """The interface of a variable's type."""
 
     @property
     def size(self) -> int: ...
 
     @property
     def leaves(self) -> int:
-        """Plain values in it: what reading it costs."""
+        """The number of plain values in it, which is the cost of reading it."""
         ...
 
     def value(self, raw: bytes, offset: int) -> CValue:
-        """The value of ``size`` bytes from ``offset`` on."""
+        """Return the value of ``size`` bytes at ``offset``."""
         ...
 
 
@@ -62,7 +62,7 @@ class Boolean:
     leaves: int = 1
 
     def value(self, raw: bytes, offset: int) -> bool:
-        """True for anything but zero."""
+        """Return True for all values but zero."""
         return any(raw[offset : offset + self.size])
 
 
@@ -92,7 +92,7 @@ class Array:
 
     @cached_property
     def leaves(self) -> int:
-        """At least one for each element: empty structures take work, too."""
+        """At least one per element, because empty structures take work, too."""
         return max(self.element.leaves, 1) * self.count
 
     def value(self, raw: bytes, offset: int) -> tuple[CValue, ...]:
@@ -103,7 +103,7 @@ class Array:
 
 @dataclass(frozen=True)
 class BitField:
-    """``bits`` bits from bit ``low`` on, counted from the least significant one of the structure's byte."""
+    """``bits`` bits from bit ``low``, counted from the least significant one of the structure's byte."""
 
     low: int
     bits: int
@@ -112,7 +112,7 @@ class BitField:
 
     @property
     def size(self) -> int:
-        """Bytes from the first bit's byte to the last one's."""
+        """The number of bytes from the first bit's byte to the last one's."""
         return (self.low + self.bits + 7) // 8
 
     def value(self, raw: bytes, offset: int) -> int:
@@ -125,7 +125,7 @@ class BitField:
 
 @dataclass(frozen=True)
 class Member:
-    """A member at ``offset``; an anonymous structure's or union's members count as its parent's."""
+    """A member at ``offset``; members of an anonymous structure or union count as its parent's."""
 
     name: str
     offset: int
@@ -134,14 +134,14 @@ class Member:
 
 @dataclass(frozen=True)
 class Structure:
-    """Structures and unions: in the latter all members are at offset 0."""
+    """Structures and unions: in a union all members are at offset 0."""
 
     size: int
     members: tuple[Member, ...]
     leaves: int
 
     def value(self, raw: bytes, offset: int) -> SimpleNamespace:
-        """An object with the members' values under their names."""
+        """Return an object with the members' values under their names."""
         values: dict[str, CValue] = {}
         for member in self.members:
             value = member.type.value(raw, offset + member.offset)
@@ -167,7 +167,7 @@ _SUBRANGE, _BASE, _MEMBER, _REFERENCE, _RVALUE_REFERENCE, _CLASS = 0x21, 0x24, 0
 _TRANSPARENT = frozenset({0x16, 0x26, 0x35, 0x37, 0x47})  # typedef, const, volatile, restrict, _Atomic
 _POINTERS = frozenset({_POINTER, _REFERENCE, _RVALUE_REFERENCE})
 
-_DEEPEST = 32  # types within types
+_DEEPEST = 32  # maximum nesting of types
 _MOST_DIMENSIONS = 8  # together they keep the recursion of a value far below Python's limit
 
 _FLOAT, _BOOLEAN = 0x04, 0x02
@@ -175,7 +175,7 @@ _SIGNED, _UNSIGNED = frozenset({0x05, 0x06, 0x0D}), frozenset({0x01, 0x07, 0x08,
 
 
 class TypeReader:
-    """Makes C types of entries, each once. Raises DebugInfoError for what C cannot mean or we do not read."""
+    """Creates C types from entries, each once. Raises DebugInfoError for invalid or unsupported types."""
 
     def __init__(self, info: DebugInfo) -> None:
         self._info = info
@@ -183,7 +183,7 @@ class TypeReader:
         self._making: set[int] = set()
 
     def type_of(self, entry: DebugEntry) -> CType:
-        """The type that the entry's DW_AT_type refers to."""
+        """Return the type that the entry's DW_AT_type refers to."""
         target = self._info.referred(entry, AT_TYPE)
         if target is None:
             raise DebugInfoError("a type is missing (void has no value)")
@@ -216,7 +216,7 @@ class TypeReader:
         raise DebugInfoError(f"a type is of kind 0x{entry.tag:02X}, which has no value here")
 
     def _enumeration(self, entry: DebugEntry) -> CType:
-        """As the integer type under it where the compiler states one, otherwise signed if a constant is."""
+        """Return the compiler's underlying integer type; without one, signed if a constant is negative."""
         if AT_TYPE in entry.values:
             return self.type_of(entry)
         constants = [child.number(_AT_CONST_VALUE) or 0 for child in self._info.children(entry)]
@@ -272,7 +272,7 @@ def _base(entry: DebugEntry) -> CType:
 
 
 def _count(subrange: DebugEntry) -> int:
-    """Elements; 0 for a flexible array member. GCC gives the highest index, -1 where there is none."""
+    """Return the number of elements; 0 for a flexible array member. GCC gives the highest index, or -1."""
     count = subrange.number(_AT_COUNT)
     if count is None:
         highest = subrange.number(_AT_UPPER_BOUND)
@@ -283,7 +283,7 @@ def _count(subrange: DebugEntry) -> int:
 
 
 def _location(member: DebugEntry) -> int:
-    """Offset in bytes: a number, or in DWARF 2 an expression that adds one."""
+    """Return the offset in bytes: a number, or in DWARF 2 an expression that adds one."""
     expression = member.block(_AT_MEMBER_LOCATION)
     if expression is None:
         return member.number(_AT_MEMBER_LOCATION) or 0
@@ -293,9 +293,9 @@ def _location(member: DebugEntry) -> int:
 
 
 def _first_bit(member: DebugEntry, bits: int, unit_size: int) -> int:
-    """Least significant bit, counted from the structure's start (DWARF 5 section 5.7.6).
+    """Return the least significant bit, counted from the structure's start (DWARF 5 section 5.7.6).
 
-    Before DWARF 4 the distance from the most significant bit of the storage unit was given instead.
+    Before DWARF 4 the entry has the distance from the most significant bit of the storage unit instead.
     """
     first = member.number(_AT_DATA_BIT_OFFSET)
     if first is None:
@@ -307,7 +307,7 @@ def _first_bit(member: DebugEntry, bits: int, unit_size: int) -> int:
 
 
 def _bounded(made: CType) -> CType:
-    """Overlapping members and nested arrays can make a few bytes of description stand for any size."""
+    """Limit a type: overlapping members and nested arrays can describe any size in a few bytes."""
     if made.size > CAPACITY or made.leaves > CAPACITY:
         raise DebugInfoError(f"a type has {made.size} bytes, more than the chip's memories")
     return made
@@ -323,9 +323,10 @@ _LONGEST_CHAIN = 8  # a definition refers to its declaration, an inlined static 
 
 
 class Variables:
-    """Types of the variables that have a fixed address. Raises DebugInfoError where the file is damaged.
+    """Types of the variables that have a fixed address. Raises DebugInfoError if the file is damaged.
 
-    Entries are matched by address, not by name: a name may be declared anywhere, an address belongs to one.
+    Entries are matched by address, not by name: several declarations may share a name, but an address has one
+    variable.
     """
 
     def __init__(self, info: DebugInfo) -> None:
@@ -341,7 +342,7 @@ class Variables:
                 raise DebugInfoError(f"it describes more than {_MOST_VARIABLES} variables")
 
     def type_at(self, address: int) -> CType:
-        """The type of the variable at ``address``."""
+        """Return the type of the variable at ``address``."""
         if address not in self._known:
             self._known[address] = self._type_at(address)
         return self._known[address]

@@ -1,7 +1,7 @@
-"""Python's values as bytes of a C type: the other direction of :mod:`fcu_emulator.emulator.chip.image.c_types`.
+"""Conversion of Python's values to bytes of a C type: the reverse of :mod:`fcu_emulator.emulator.chip.image.c_types`.
 
-What cannot be stored is an InputError that names the member: ``acc.AXIS_X: 3.5 is no integer``. Integers are
-never cut and never wrap: a value that does not fit is a mistake in a test, not arithmetic of C.
+A value that cannot be stored causes an InputError that names the member, for example ``acc.AXIS_X``. Integers
+are never cut and never wrap: a value that does not fit is a mistake in a test, not arithmetic of C.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ _FLOATS = {2: "<e", 4: "<f", 8: "<d"}
 
 
 def store(kind: CType, value: Any, raw: bytearray, offset: int, name: str) -> None:
-    """Put ``value`` as a ``kind`` into ``raw`` from ``offset`` on. Raises InputError.
+    """Store ``value`` as a ``kind`` in ``raw`` at ``offset``. Raises InputError.
 
-    Arrays take a sequence of as many elements; structures an object or a mapping with their members' names,
-    of which those that are missing keep their values, or a sequence of all members in their order.
+    Arrays take a sequence with the same number of elements. Structures take a sequence of all members in
+    their order, or an object or a mapping with their members' names; missing members keep their values.
     """
     if isinstance(kind, Float):
         raw[offset : offset + kind.size] = _float(kind, value, name)
@@ -51,7 +51,7 @@ def store(kind: CType, value: Any, raw: bytearray, offset: int, name: str) -> No
 
 
 def load_into(kind: CType, value: Any, raw: bytes, offset: int) -> None:
-    """Bring a list, dictionary, object or byte array up to what the bytes at ``offset`` have become."""
+    """Update a list, dictionary, object or byte array from the bytes at ``offset``."""
     now: Any = kind.value(raw, offset)
     if isinstance(value, bytearray):
         value[:] = raw[offset : offset + len(value)]
@@ -65,7 +65,7 @@ def load_into(kind: CType, value: Any, raw: bytes, offset: int) -> None:
 
 
 def alignment(kind: CType) -> int:
-    """In bytes, as the procedure call standard has it (IHI 0042, 5.3)."""
+    """Return the alignment in bytes, by the procedure call standard (IHI 0042, 5.3)."""
     if isinstance(kind, Array):
         return alignment(kind.element)
     if isinstance(kind, Structure):
@@ -76,9 +76,9 @@ def alignment(kind: CType) -> int:
 
 
 def floats_of(kind: CType) -> tuple[int, int]:
-    """(size, count) of the numbers in a homogeneous floating-point aggregate, or of one; else (0, 0).
+    """Return (size, count) of the numbers in a homogeneous floating-point aggregate, or of one number; else (0, 0).
 
-    IHI 0042, 4.3.5: at most four of the same type, and nothing else.
+    IHI 0042, 4.3.5: at most four of the same type, without other members.
     """
     if isinstance(kind, Float):
         return (kind.size, 1) if kind.size in {4, 8} else (0, 0)
@@ -105,7 +105,7 @@ def _float(kind: Float, value: Any, name: str) -> bytes:
 
 
 def _integer(value: Any, bits: int, signed: bool, name: str) -> int:
-    """The value as an unsigned number of so many bits."""
+    """Return the value as an unsigned number of so many bits."""
     if not isinstance(value, Integral):
         raise InputError(f"{name}: {value!r} is no integer", kind="not_an_integer")
     number = int(value)
@@ -162,7 +162,7 @@ def _store_structure(kind: Structure, value: Any, raw: bytearray, offset: int, n
 
 
 def _names(kind: CType) -> list[str]:
-    """Of a structure's members, those of anonymous ones in it too."""
+    """Return the names of a structure's members, including those of anonymous ones."""
     if not isinstance(kind, Structure):
         return []
     return [

@@ -1,11 +1,13 @@
-"""The tree of debugging entries in ``.debug_info`` (DWARF 5 sections 2, 7.5; versions 2 to 5 of it), and the
-numbers and strings that it and the line numbers are made of.
+"""The tree of debugging entries in ``.debug_info`` (DWARF 5 sections 2, 7.5; versions 2 to 5), and the
+numbers and strings that it shares with the line numbers.
 
-Decision: entries are read flat, in the order of the file, never by their sibling references. Following those
-would skip what lies between, but a forged one can point backwards and make a circle.
+Decision: debugging entries are read in the order of the file, never by their sibling references. Following a
+reference would skip the entries between, but a forged reference can point backwards and form an endless
+circle.
 
-Not read: forms that refer to tables of strings and addresses by index, which GCC writes for split debug
-information only (``-gsplit-dwarf``); they are skipped at their right length, their values mean nothing here.
+Not read: forms that refer to tables of strings and addresses by index, which GCC writes only for split debug
+information (``-gsplit-dwarf``). They are skipped with their correct length, and their values are meaningless
+here.
 """
 
 from __future__ import annotations
@@ -17,18 +19,18 @@ from functools import cached_property
 
 from fcu_emulator.emulator.chip.image.elf import DebugInfoError, Sections, printable
 
-# -- numbers and strings, never beyond the end, never more than a budget allows -----------------------------
+# -- numbers and strings, within the file and within a budget -----------------------------------------------
 
 _LONGEST_LEB128 = 10  # bytes of a 64-bit number; more would only be padding
 _LONGEST_STRING = 4096
-_DWARF64 = 0xFFFF_FFF0  # lengths from here on announce the 64-bit format
+_DWARF64 = 0xFFFF_FFF0  # lengths from this value announce the 64-bit format
 
 
 class Budget:
-    """Work that reading debug information may take; ``spent`` counts table entries and instructions.
+    """The work limit for reading debug information; ``spent`` counts table entries and instructions.
 
-    A file can make a short table stand for endless work (sharing, zero-sized entries); counted, it cannot.
-    Memory is bounded by it, too: what is kept as an object costs ``OBJECT``.
+    A forged file can turn a short table into endless work (sharing, zero-sized entries); the budget prevents
+    this. It also limits memory: an object that is kept costs ``OBJECT``.
     """
 
     LIMIT = 10_000_000  # some seconds; the lab's solution takes 160,000
@@ -45,7 +47,7 @@ class Budget:
 
 
 class Cursor:
-    """A place in ``data``; little-endian reads move it on. Each raises DebugInfoError at ``end``."""
+    """A position in ``data``; little-endian reads advance it. Each raises DebugInfoError at ``end``."""
 
     __slots__ = ("data", "end", "offset")
 
@@ -55,7 +57,7 @@ class Cursor:
         self.end = len(data) if end is None else min(end, len(data))
 
     def skip(self, size: int) -> int:
-        """Move on by ``size`` bytes; returns the offset before."""
+        """Advance by ``size`` bytes; return the previous offset."""
         start = self.offset
         if start + size > self.end:
             raise DebugInfoError("debug information is cut short")
@@ -63,7 +65,7 @@ class Cursor:
         return start
 
     def take(self, size: int) -> bytes:
-        """The next ``size`` bytes."""
+        """Return the next ``size`` bytes."""
         start = self.skip(size)
         return self.data[start : start + size]
 
@@ -72,18 +74,18 @@ class Cursor:
         return self.data[self.skip(1)]
 
     def unsigned(self, size: int) -> int:
-        """An unsigned number of ``size`` bytes."""
+        """Return an unsigned number of ``size`` bytes."""
         start = self.skip(size)
         return int.from_bytes(self.data[start : start + size], "little")
 
     def uleb128(self) -> int:
-        """An unsigned number of variable length (DWARF 5 section 7.6)."""
-        if self.offset < self.end and self.data[self.offset] < 0x80:  # one byte: nearly every one
+        """Return an unsigned number of variable length (DWARF 5 section 7.6)."""
+        if self.offset < self.end and self.data[self.offset] < 0x80:  # one byte: nearly all numbers
             return self.byte()
         return self._leb128()[0]
 
     def sleb128(self) -> int:
-        """A signed number of variable length (DWARF 5 section 7.6)."""
+        """Return a signed number of variable length (DWARF 5 section 7.6)."""
         value, bits = self._leb128()
         return value - (1 << bits) if value >> (bits - 1) else value
 
@@ -97,7 +99,7 @@ class Cursor:
         return text
 
     def unit(self) -> Cursor:
-        """A cursor over the unit that begins here, after its length; this one moves past the unit."""
+        """Return a cursor over the unit that begins here, after its length; this one moves past the unit."""
         size = self.unsigned(4)
         if size >= _DWARF64:
             raise DebugInfoError("debug information is in the 64-bit format, which no 32-bit chip needs")
@@ -160,11 +162,11 @@ FIXED_SIZES = {
 }
 
 Value = int | bytes
-"""Numbers, offsets and references as they stand; bytes for blocks, expressions and inline strings."""
+"""Numbers, offsets and references unchanged; bytes for blocks, expressions and inline strings."""
 
 
 def read_value(cursor: Cursor, form: int) -> Value:
-    """The value at the cursor; 0 where the abbreviation itself holds it. Raises DebugInfoError."""
+    """Return the value at the cursor; 0 if the abbreviation contains it. Raises DebugInfoError."""
     size = FIXED_SIZES.get(form)
     if size is not None:
         return cursor.unsigned(size)
@@ -190,18 +192,18 @@ _UNIT_TYPE, _UNIT_SPLIT_TYPE = 2, 6
 
 @dataclass(frozen=True)
 class Abbreviation:
-    """What entries of one code have in common: tag, and (attribute, form, implicit value) of each value."""
+    """The common parts of entries with one code: tag, and (attribute, form, implicit value) of each value."""
 
     tag: int
     has_children: bool
     attributes: tuple[tuple[int, int, int], ...]
     fixed_size: int | None
-    """Bytes of the values, if they are the same for every entry."""
+    """The size of the values in bytes, if it is the same for every entry."""
 
 
 @dataclass(frozen=True)
 class Unit:
-    """One compilation: entries from ``first`` up to ``end``; references count from ``start``."""
+    """One compilation unit: entries from ``first`` up to ``end``; references count from ``start``."""
 
     start: int
     first: int
@@ -211,7 +213,7 @@ class Unit:
 
 @dataclass(frozen=True)
 class DebugEntry:
-    """A debugging entry: ``values`` maps an attribute to its form and value, ``after`` is where they end."""
+    """A debugging entry: ``values`` maps an attribute to its form and value, ``after`` is their end."""
 
     unit: Unit
     offset: int
@@ -221,18 +223,18 @@ class DebugEntry:
     values: dict[int, tuple[int, Value]]
 
     def number(self, attribute: int) -> int | None:
-        """The value of an attribute that is a number; None if it is absent or something else."""
+        """Return the value of an attribute that is a number; None if it is absent or of another kind."""
         value = self.values.get(attribute, (0, None))[1]
         return value if isinstance(value, int) else None
 
     def block(self, attribute: int) -> bytes | None:
-        """The value of an attribute that is a block or an expression; None if it is absent or another."""
+        """Return the value of an attribute that is a block or an expression; None if it is absent or of another kind."""
         value = self.values.get(attribute, (0, None))[1]
         return value if isinstance(value, bytes) else None
 
 
 class DebugInfo:
-    """The entries of a file. Everything raises DebugInfoError where the file is damaged."""
+    """The entries of a file. All methods raise DebugInfoError if the file is damaged."""
 
     def __init__(self, sections: Sections, budget: Budget) -> None:
         self._info = sections.get(".debug_info")
@@ -251,7 +253,7 @@ class DebugInfo:
         return units
 
     def find(self, tag: int) -> Iterator[DebugEntry]:
-        """Every entry of this tag, at any depth, in the file's order."""
+        """Return every entry of this tag, at any depth, in the file's order."""
         for unit in self._units:
             offset = unit.first
             while offset < unit.end:
@@ -268,7 +270,7 @@ class DebugInfo:
                         yield entry
 
     def children(self, parent: DebugEntry) -> Iterator[DebugEntry]:
-        """The entries one level below."""
+        """Return the entries one level below."""
         offset, depth = parent.after, 1 if parent.has_children else 0
         while depth and offset < parent.unit.end:
             cursor = Cursor(self._info, offset, parent.unit.end)
@@ -284,7 +286,7 @@ class DebugInfo:
             depth += entry.has_children
 
     def referred(self, entry: DebugEntry, attribute: int) -> DebugEntry | None:
-        """The entry that an attribute refers to; None if it has no such attribute."""
+        """Return the entry that an attribute refers to; None without the attribute."""
         form, value = entry.values.get(attribute, (0, 0))
         if form in REF_UNIT and isinstance(value, int):
             return self._at(entry.unit, entry.unit.start + value)
@@ -297,7 +299,7 @@ class DebugInfo:
         return None
 
     def name(self, entry: DebugEntry) -> str:
-        """The entry's name; empty for an anonymous one."""
+        """Return the entry's name; empty for an anonymous one."""
         form, value = entry.values.get(AT_NAME, (0, b""))
         if isinstance(value, int):
             if form not in self._strings:
@@ -339,7 +341,7 @@ class DebugInfo:
         return Unit(start, cursor.offset, cursor.end, self._table(abbreviations))
 
     def _table(self, offset: int) -> dict[int, Abbreviation]:
-        """The abbreviations from ``offset`` on (section 7.5.3); units may share them."""
+        """Return the abbreviations from ``offset`` (section 7.5.3); units may share them."""
         if offset not in self._tables:
             table = self._tables[offset] = {}
             cursor = Cursor(self._abbreviations, offset)
@@ -363,7 +365,7 @@ class DebugInfo:
         return Abbreviation(tag, has_children, tuple(attributes), size)
 
     def _abbreviation(self, unit: Unit, cursor: Cursor) -> Abbreviation | None:
-        """What the entry at the cursor looks like; None at the end of a list of children."""
+        """Return the abbreviation of the entry at the cursor; None at the end of a list of children."""
         self._budget.spend(1)
         code = cursor.uleb128()
         if code == 0:

@@ -1,9 +1,9 @@
 """ELF executables (Tool Interface Standard, ELF specification 1.2; ELF for the Arm Architecture, IHI 0044).
 
-What is flashed is taken from the program headers, at their physical addresses: that is where a programmer
-puts the initial values of ``.data``, for the start-up code to copy. Sections are wanted for symbols only: a
-damaged one costs the symbols, never the run, so problems there are ``DebugInfoError``, an internal error that
-``Symbols`` turns into a note.
+The flash contents come from the program headers, at their physical addresses. A programmer puts the initial
+values of ``.data`` there, and the start-up code copies them. Sections are used for symbols only. A damaged
+section makes symbols unavailable but never stops the run, so such problems raise ``DebugInfoError``, an
+internal error that ``Symbols`` turns into a note.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _EXECUTABLE, _ARM = 2, 40
 _LOAD, _DYNAMIC, _INTERPRETER = 1, 2, 3
 _LINUX_ABI = 3
 _HARD_FLOAT = 0x400  # EF_ARM_ABI_FLOAT_HARD
-_LARGEST_UNPACKED = 64 << 20  # bytes of all sections unpacked, together
+_LARGEST_UNPACKED = 64 << 20  # bytes of all decompressed sections together
 _LONGEST_NAME = 64
 _NOBITS = 8
 _COMPRESSED = 0x800  # SHF_COMPRESSED
@@ -51,11 +51,11 @@ _MACHINES = {
 
 
 class Elf(NamedTuple):
-    """What a firmware needs of an ELF file."""
+    """The parts of an ELF file that a firmware needs."""
 
     segments: tuple[Segment, ...]
     sections: Sections | None
-    """None if there is no symbol table among them; ``note`` says why."""
+    """None without a symbol table; ``note`` has the reason."""
     note: str = ""
     hard_float: bool = False
     """Whether functions take floating-point numbers in S0 to S15."""
@@ -90,7 +90,7 @@ class _ProgramHeader(NamedTuple):
 
 
 def open_elf(file: str, data: bytes) -> Elf:
-    """Contents and sections of an executable for this chip. Raises FirmwareFileError."""
+    """Return contents and sections of an executable for this chip. Raises FirmwareFileError."""
     header = _header(file, data)
     programs = _program_headers(file, data, header)
     loads = [
@@ -122,7 +122,7 @@ def _header(file: str, data: bytes) -> _ElfHeader:
     header = _ElfHeader(*_HEADER.unpack_from(data))
     bits, order, abi = header.ident[4], header.ident[5], header.ident[7]
     machine = header.machine if order == 1 else int.from_bytes(data[18:20], "big")
-    if machine != _ARM:  # the field lies at the same place in 64-bit files
+    if machine != _ARM:  # the field has the same offset in 64-bit files
         name = _MACHINES.get(machine, f"machine {machine}")
         raise FirmwareFileError(
             file, f"is an ELF for {name}, not for a Cortex-M4; {_RIGHT}", kind="wrong_machine"
@@ -189,11 +189,11 @@ def _check_inside(file: str, data: bytes, what: str, start: int, size: int) -> N
         )
 
 
-# -- sections by name, unpacked where compressed, with bounds on everything ---------------------------------
+# -- sections by name, decompressed, with limits on everything ----------------------------------------------
 
 
 class DebugInfoError(Exception):
-    """Symbols or debug information are damaged, or of a kind that is not read."""
+    """Symbols or debug information are damaged, or of an unsupported kind."""
 
 
 class _SectionHeader(NamedTuple):
@@ -210,9 +210,9 @@ class _SectionHeader(NamedTuple):
 
 
 class Sections:
-    """Sections of the ELF file ``data``, whose header table has ``count`` entries from ``offset`` on.
+    """Sections of the ELF file ``data``, whose header table has ``count`` entries from ``offset``.
 
-    The first section of a name counts. ``problem`` says why there is none at all, or is None.
+    The first section of a name counts. ``problem`` says why there are none at all, or is None.
     """
 
     def __init__(self, data: bytes, offset: int, count: int, names: int) -> None:
@@ -233,17 +233,17 @@ class Sections:
         return name.encode() in self._by_name
 
     def get(self, name: str) -> bytes:
-        """Contents of a section, unpacked; empty if there is none. Raises DebugInfoError."""
+        """Return the decompressed contents of a section; empty if it is missing. Raises DebugInfoError."""
         header = self._by_name.get(name.encode())
         if header is not None:
             raw = self._contents(header, name)
             return self._unpack(raw, name) if header.flags & _COMPRESSED else raw
-        old_style = ".z" + name.removeprefix(".")  # GNU's own packing, before there was a flag for it
+        old_style = ".z" + name.removeprefix(".")  # GNU's compression format from before the flag existed
         header = self._by_name.get(old_style.encode())
         return b"" if header is None else self._unpack_old(self._contents(header, old_style), old_style)
 
     def linked(self, name: str) -> bytes:
-        """Contents of the section that section ``name`` links to: the strings of a symbol table."""
+        """Return the contents of the section that section ``name`` links to: the strings of a symbol table."""
         header = self._by_name[name.encode()]
         if header.link >= len(self._headers):
             raise DebugInfoError(f"{name} links to section {header.link}, which does not exist")
@@ -266,7 +266,7 @@ class Sections:
         return self._data[header.offset : header.offset + header.size]
 
     def _unpack(self, raw: bytes, name: str) -> bytes:
-        """A section with a compression header (ELF generic ABI, "Section Compression")."""
+        """Decompress a section with a compression header (ELF generic ABI, "Section Compression")."""
         if len(raw) < _COMPRESSION_HEADER.size:
             raise DebugInfoError(f"{name} is cut short")
         method, size, _ = _COMPRESSION_HEADER.unpack_from(raw)
@@ -295,12 +295,12 @@ class Sections:
 
 
 def string_at(strings: bytes, offset: int, longest: int) -> bytes:
-    """The zero-terminated string at ``offset``, cut after ``longest`` bytes; empty outside the table."""
+    """Return the zero-terminated string at ``offset``, cut after ``longest`` bytes; empty outside the table."""
     end = strings.find(b"\0", offset, offset + longest)
     return strings[offset : end if end >= 0 else offset + longest]
 
 
 def printable(raw: bytes) -> str:
-    """A name as text that can be shown on one line: a forged file shall not steer the terminal."""
+    """Return a name as text for one line: a forged file must not control the terminal."""
     text = raw.decode("utf-8", "replace")
     return text if text.isprintable() else "".join(sign if sign.isprintable() else "?" for sign in text)

@@ -1,6 +1,6 @@
-"""What a function takes and gives, from its debugging entry (DWARF 5 section 3.3).
+"""Parameters and result of a function, from its debugging entry (DWARF 5 section 3.3).
 
-Like variables, functions are matched by address, not by name: a name may be declared anywhere.
+Like variables, functions are matched by address, not by name, because several declarations may share a name.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _MOST_PARAMETERS = 64
 
 
 class Parameter(NamedTuple):
-    """A parameter; ``points_to`` gives the type that a pointer points to, None where that has no size."""
+    """A parameter; ``points_to`` returns the target type of a pointer, None if that has no size."""
 
     name: str
     type: CType
@@ -39,7 +39,7 @@ class Signature(NamedTuple):
 
 
 class Functions:
-    """Signatures of functions that have an address. Raises DebugInfoError where the file is damaged."""
+    """Signatures of functions that have an address. Raises DebugInfoError if the file is damaged."""
 
     def __init__(self, info: DebugInfo) -> None:
         self._info = info
@@ -48,7 +48,7 @@ class Functions:
 
     @cached_property
     def _entries(self) -> tuple[dict[int, DebugEntry], set[str]]:
-        """By address; and the names of those that the compiler has put into their callers."""
+        """Return the entries by address, and the names of functions that the compiler has inlined."""
         entries: dict[int, DebugEntry] = {}
         inlined: set[str] = set()
         for entry in self._info.find(_SUBPROGRAM):
@@ -62,11 +62,11 @@ class Functions:
         return entries, inlined
 
     def is_inlined(self, name: str) -> bool:
-        """Whether a function of this name was put into its callers."""
+        """Return whether a function of this name was inlined."""
         return name in self._entries[1]
 
     def signature_at(self, address: int) -> Signature:
-        """What the function that begins at ``address`` takes and gives."""
+        """Return the parameters and the result of the function that begins at ``address``."""
         if address not in self._known:
             entry = self._entries[0].get(address)
             if entry is None:
@@ -96,7 +96,7 @@ class Functions:
         return Parameter(self._info.name(described), self._types.type_of(described), points_to)
 
     def _described(self, entry: DebugEntry) -> DebugEntry:
-        """The entry that has the name and the type: of an out-of-line copy, that of the original."""
+        """Return the entry with the name and the type: for an out-of-line copy, the original's."""
         for _ in range(_LONGEST_CHAIN):
             origin = next((at for at in (_AT_ABSTRACT_ORIGIN, _AT_SPECIFICATION) if at in entry.values), None)
             referred = self._info.referred(entry, origin) if origin else None
@@ -106,7 +106,7 @@ class Functions:
         raise DebugInfoError("its entry refers to itself")
 
     def _pointer(self, entry: DebugEntry) -> DebugEntry | None:
-        """The pointer type of an entry, its typedefs and qualifiers taken off; None if it is no pointer."""
+        """Return the pointer type of an entry, without typedefs and qualifiers; None if it is not a pointer."""
         for _ in range(_LONGEST_CHAIN):
             target = self._info.referred(entry, AT_TYPE)
             if target is None or target.tag == _POINTER:

@@ -1,11 +1,11 @@
 """A firmware as it would be flashed: from a path to contents of memory, and the checks of the vector table.
 
-The vector table at the start of flash says where execution begins, as in the chip: after reset the core takes
-its stack pointer from the first word and its program counter from the second (PM0214 2.3.4, ARMv7-M ARM
-B1.5.5). The entry address that an ELF or HEX file states is meant for debuggers and is not used.
+The vector table at the start of flash determines where execution begins, as in the chip. After reset the core
+takes its stack pointer from the first word and its program counter from the second (PM0214 2.3.4, ARMv7-M ARM
+B1.5.5). The entry address in an ELF or HEX file is for debuggers and is not used.
 
-Decision: what kind of file it is, is taken from the contents. A suffix is only what somebody called the file;
-a ``.bin`` that is an ELF is a frequent slip, and harmless when the magic number decides.
+Decision: the kind of a file is determined from its contents, because the suffix is only a name. A ``.bin``
+that is an ELF is a frequent mistake, and it is harmless if the magic number decides.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ Kind = Literal["elf", "hex", "bin"]
 
 @dataclass(frozen=True)
 class FirmwareImage:
-    """What a firmware file holds. ``path`` is the file as the user named it."""
+    """The contents of a firmware file. ``path`` is the path that the user gave."""
 
     path: Path
     kind: Kind
     segments: tuple[Segment, ...] = field(repr=False)
-    """Contents of flash (and RAM, if the file has any) by rising physical address; they do not overlap."""
+    """Contents of flash (and RAM, if the file has any) by rising physical address, without overlaps."""
     stack_pointer: int
     """Word 0 of the vector table."""
     reset_vector: int
@@ -43,7 +43,7 @@ class FirmwareImage:
     hard_float: bool = False
     """Whether functions take floating-point numbers in S0 to S15 (EF_ARM_ABI_FLOAT_HARD, IHI 0044)."""
     notes: tuple[str, ...] = ()
-    """What a user should know though it is no error, one line each."""
+    """Notes for the user that are not errors, one line each."""
 
 
 def checked(
@@ -54,7 +54,7 @@ def checked(
     notes: tuple[str, ...] = (),
     hard_float: bool = False,
 ) -> FirmwareImage:
-    """The image, if it can start. Raises FirmwareFileError when its vector table cannot be right."""
+    """Return the image, if it can start. Raises FirmwareFileError if its vector table is invalid."""
     file = str(path)
     table = next((one for one in segments if one.address <= FLASH_MEMORY.start < one.end), None)
     if table is None or len(table.data) < 8:
@@ -79,7 +79,7 @@ def checked(
 
 
 def _check_reset(file: str, vector: int, segments: tuple[Segment, ...]) -> None:
-    """A Cortex-M executes Thumb only: an even address in the table faults at once (ARMv7-M ARM B1.5.3)."""
+    """Check that the vector is odd: a Cortex-M executes only Thumb, and an even one faults (ARMv7-M ARM B1.5.3)."""
     start = vector & ~1
     if not FLASH_MEMORY.holds(start, start + 2):
         raise FirmwareFileError(
@@ -108,16 +108,16 @@ LONGEST_FILE = 64 << 20  # bytes; ST's stock firmware with all its debug informa
 
 
 def load_firmware(path: str | Path) -> FirmwareImage:
-    """The firmware in an ELF, Intel HEX or raw binary file.
+    """Return the firmware in an ELF, Intel HEX or raw binary file.
 
-    Raises FirmwareFileError, and nothing else, when it is no firmware for this board: one line that says what
-    is wrong with which file and what would be right.
+    Raises only FirmwareFileError, for a file that is not firmware for this board: one line with the file, the
+    problem and the correction.
     """
     return parse_firmware(_contents(Path(path)), path)
 
 
 def parse_firmware(data: bytes, path: str | Path) -> FirmwareImage:
-    """As ``load_firmware``, from the contents; ``path`` is only named in messages and in the result."""
+    """Load firmware from its contents; ``path`` only appears in messages and in the result."""
     path = Path(path)
     file = str(path)
     if not data:
@@ -138,7 +138,7 @@ def parse_firmware(data: bytes, path: str | Path) -> FirmwareImage:
 
 
 def _contents(path: Path) -> bytes:
-    """The whole file, once its kind and size are known to be harmless."""
+    """Return the whole file, after a check of its kind and size."""
     try:
         status = path.stat()
         if stat.S_ISDIR(status.st_mode):
@@ -163,7 +163,7 @@ def _contents(path: Path) -> bytes:
         raise FirmwareFileError(str(path), f"cannot be read: {reason}", kind="unreadable") from None
 
 
-# -- raw binary: the bytes of flash from its first address on, nothing else ---------------------------------
+# -- raw binary: only the bytes of flash from its first address ---------------------------------------------
 
 _FOREIGN = {
     b"MZ": "a Windows program",
@@ -175,11 +175,11 @@ _FOREIGN = {
 }
 _S_RECORDS = (b"S0", b"S1", b"S2", b"S3")
 _TEXT_BYTES = frozenset(range(0x20, 0x7F)) | frozenset(b"\t\n\r\f")
-_TEXT_SAMPLE = 256  # bytes; a vector table with its zero and 0x08 bytes is never all text
+_TEXT_SAMPLE = 256  # bytes; a vector table contains zero and 0x08 bytes, so it is never all text
 
 
 def read_binary(file: str, data: bytes) -> tuple[Segment, ...]:
-    """The file as contents of flash. Raises FirmwareFileError if it is something else or too long."""
+    """Return the file as contents of flash. Raises FirmwareFileError if it is of another kind or too long."""
     problem = _foreign(data)
     if problem:
         raise FirmwareFileError(file, problem, kind="other_file")

@@ -1,5 +1,5 @@
 """The source line of an address, from the line number programs: the bytecode in ``.debug_line`` (DWARF 5
-section 6.2, versions 2 to 5 of it).
+section 6.2, versions 2 to 5).
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ from typing import NamedTuple
 from fcu_emulator.emulator.chip.image.dwarf import LINE_STRP, STRP, Budget, Cursor, Value, read_value
 from fcu_emulator.emulator.chip.image.elf import DebugInfoError, Sections, printable
 
-_LAST_LINE = 0x7FFF_FFFF  # beyond is a negative number: a damaged table
+_LAST_LINE = 0x7FFF_FFFF  # a larger one is a negative number: a damaged table
 
 
 class SourceLine(NamedTuple):
-    """A line of a source file, ``path`` as the compiler saw it; printed as ``main.c:12``."""
+    """A line of a source file, with the compiler's ``path``; printed as ``main.c:12``."""
 
     path: str
     line: int
 
     @property
     def file(self) -> str:
-        """The path's last part; firmware built on Windows has backslashes."""
+        """The last part of the path; firmware built on Windows has backslashes."""
         return self.path.replace("\\", "/").rpartition("/")[2]
 
     def __str__(self) -> str:
@@ -35,7 +35,7 @@ class LineTable:
     """Finds the line of an address among ``sequences``.
 
     Sequences that begin at address 0 are left out: they belong to functions that the linker has removed
-    (``--gc-sections``), and flash is never run at its alias there.
+    (``--gc-sections``), and flash is never executed at its alias there.
     """
 
     def __init__(self, sequences: Iterable[Sequence]) -> None:
@@ -44,7 +44,7 @@ class LineTable:
         self._starts = [one.addresses[0] for one in self._sequences]
 
     def line_at(self, address: int) -> SourceLine | None:
-        """The line that the instruction at ``address`` (bit 0 is ignored) was made of; None if unknown."""
+        """Return the source line of the instruction at ``address`` (bit 0 is ignored); None if unknown."""
         address &= ~1
         index = bisect_right(self._starts, address) - 1
         if index < 0 or address >= self._sequences[index].end:
@@ -92,7 +92,7 @@ class _LineProgramHeader(NamedTuple):
 
 
 def read_sequences(sections: Sections, budget: Budget) -> Iterator[Sequence]:
-    """Every sequence of every program in the file, in the file's order. Raises DebugInfoError."""
+    """Return every sequence of every program in the file, in the file's order. Raises DebugInfoError."""
     programs = Cursor(sections.get(".debug_line"))
     strings = {LINE_STRP: sections.get(".debug_line_str"), STRP: sections.get(".debug_str")}
     while programs.offset < programs.end:
@@ -124,7 +124,7 @@ def _header(program: Cursor, strings: dict[int, bytes], budget: Budget) -> _Line
 
 
 def _paths_2(program: Cursor, budget: Budget) -> list[str]:
-    """Versions 2 to 4: strings up to an empty one; directory 0 is the compiler's, and is not stated here."""
+    """Read versions 2 to 4: strings up to an empty one; directory 0 is the compiler's and not listed."""
     folders = [b""]
     while folder := program.string():
         budget.spend(budget.OBJECT)
@@ -140,16 +140,16 @@ def _paths_2(program: Cursor, budget: Budget) -> list[str]:
 
 
 def _paths_5(program: Cursor, strings: dict[int, bytes], budget: Budget) -> list[str]:
-    """Version 5: tables whose columns are declared before them; directory 0 is the compiler's."""
+    """Read version 5: tables whose columns are declared before them; directory 0 is the compiler's."""
     folders = [name for name, _ in _entries(program, strings, budget)]
     return [_joined(folders, index, name) for name, index in _entries(program, strings, budget)]
 
 
 def _entries(program: Cursor, strings: dict[int, bytes], budget: Budget) -> list[tuple[bytes, int]]:
-    """(name, directory's number) of each entry."""
+    """Return (name, directory's number) of each entry."""
     columns = [(program.uleb128(), program.uleb128()) for _ in range(program.byte())]
     count, room = program.uleb128(), program.end - program.offset
-    if count > room:  # entries whose columns take no bytes could be any number
+    if count > room:  # entries whose columns take no bytes could have any number
         raise DebugInfoError(f"a table of files announces {count} entries in {room} bytes")
     entries = []
     for _ in range(count):
@@ -170,7 +170,7 @@ def _text(value: Value, strings: bytes) -> bytes:
 
 
 def _joined(folders: list[bytes], index: int, name: bytes) -> str:
-    """The file's path; a relative folder is relative to the compiler's, number 0."""
+    """Return the file's path; a relative folder is relative to the compiler's, number 0."""
     if index >= len(folders):
         return printable(name)
     folder = folders[index]
@@ -188,7 +188,7 @@ def _absolute(path: bytes) -> bool:
 
 
 class _Machine:
-    """The state machine of section 6.2.2, as far as address, file and line are concerned."""
+    """The state machine of section 6.2.2, reduced to address, file and line."""
 
     def __init__(self, program: Cursor, header: _LineProgramHeader) -> None:
         self._program = program

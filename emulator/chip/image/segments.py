@@ -1,4 +1,4 @@
-"""Pieces of memory contents with their addresses, put in order."""
+"""Pieces of memory contents with their addresses, in order."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class Segment(NamedTuple):
 
 
 def join(file: str, pieces: Iterable[Segment]) -> tuple[Segment, ...]:
-    """The pieces by rising address, neighbours joined.
+    """Return the pieces by rising address, neighbours joined.
 
-    Raises FirmwareFileError if one lies outside flash and RAM, or if two overlap.
+    Raises FirmwareFileError if one is outside flash and RAM, or if two overlap.
     """
     runs: list[tuple[int, list[bytes]]] = []
     end = -1
@@ -44,7 +44,7 @@ def join(file: str, pieces: Iterable[Segment]) -> tuple[Segment, ...]:
 
 
 def check_place(file: str, start: int, end: int) -> None:
-    """Raise FirmwareFileError unless [start, end) lies inside flash or inside RAM."""
+    """Raise FirmwareFileError unless [start, end) is inside flash or inside RAM."""
     if not fits(start, end):
         raise FirmwareFileError(
             file, f"has contents for 0x{start:08X}..0x{end - 1:08X}; {CHIP}", kind="other_chip"

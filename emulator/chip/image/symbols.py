@@ -1,11 +1,10 @@
-"""What a program's names and lines are: the one face of symbol table and debug information.
+"""The names and lines of a program: the common interface of symbol table and debug information.
 
-Everything is read on first use and kept. What is damaged or missing answers "unknown" and leaves a note; it
-never stops a run. The readers of debug information are imported when they are first needed: a run starts
-sooner without them.
+Everything is read on first use and kept. Damaged or missing parts give "unknown" and leave a note; they never
+stop a run. The readers of debug information are imported at their first use, so that a run starts sooner.
 
-Decision: the symbol table is indexed on its first use, in one pass. A run that nobody asks about its symbols
-pays nothing; ST's stock firmware with its 3000 symbols pays a few milliseconds, once.
+Decision: the symbol table is indexed on its first use, in one pass. A run without requests for symbols has no
+cost. ST's stock firmware with its 3000 symbols costs a few milliseconds, once.
 """
 
 from __future__ import annotations
@@ -28,10 +27,10 @@ if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.image.lines import LineTable, SourceLine
 
 
-# -- the symbol table: which function holds an address, where is a variable ---------------------------------
+# -- the symbol table: functions and variables by address and name ------------------------------------------
 
 _SYMBOL = struct.Struct("<3I2BH")
-_MOST_SYMBOLS = 1 << 18  # more than this chip's flash has room for
+_MOST_SYMBOLS = 1 << 18  # more than fit into this chip's flash
 _LONGEST_NAME = 256
 _NOTYPE, _OBJECT, _FUNC, _FILE = 0, 1, 2, 4
 _LOCAL, _GLOBAL, _WEAK = 0, 1, 2
@@ -39,9 +38,9 @@ _UNDEFINED = 0
 
 
 class FunctionAt(NamedTuple):
-    """The function that holds an address, ``offset`` bytes after its ``start`` (an even address).
+    """The function that contains an address, ``offset`` bytes after its ``start`` (an even address).
 
-    ``name`` is the one in the source: of ``main.constprop.0``, a clone that GCC has made, it is ``main``.
+    ``name`` is the one in the source: ``main`` for ``main.constprop.0``, a clone that GCC has created.
     """
 
     name: str
@@ -63,7 +62,7 @@ class Symbol(NamedTuple):
 
 class _Function(NamedTuple):
     start: int
-    rank: int  # of several names of one address the lowest counts
+    rank: int  # of several names of one address the lowest rank counts
     name: str
     size: int
 
@@ -84,7 +83,7 @@ class SymbolTable:
         self._starts = list(best)
 
     def function_at(self, address: int) -> FunctionAt | None:
-        """The function that ``address`` lies in; bit 0, the Thumb bit of a code address, is ignored."""
+        """Return the function that contains ``address``; bit 0, the Thumb bit of a code address, is ignored."""
         address &= ~1
         index = bisect_right(self._starts, address) - 1
         if index < 0:
@@ -96,7 +95,7 @@ class SymbolTable:
         return FunctionAt(name, function.start, size, offset) if offset < size else None
 
     def named(self, name: str) -> list[Symbol]:
-        """Symbols of this C name: the global one alone if there is one, otherwise every static one.
+        """Return the symbols of this C name: only the global one if there is one, otherwise every static one.
 
         Compilers number statics of functions: ``count.0`` is found as ``count``, too.
         """
@@ -104,11 +103,11 @@ class SymbolTable:
         return [symbol for symbol in symbols if not symbol.is_local][:1] or symbols
 
     def names(self) -> list[str]:
-        """C names of all variables and functions."""
+        """Return the C names of all variables and functions."""
         return list(self._by_name)
 
     def object_at(self, address: int) -> Symbol | None:
-        """The variable that ``address`` lies in."""
+        """Return the variable that contains ``address``."""
         for symbols in self._by_name.values():
             for symbol in symbols:
                 if not symbol.is_function and symbol.address <= address < symbol.address + symbol.size:
@@ -116,7 +115,7 @@ class SymbolTable:
         return None
 
     def variables(self) -> list[Symbol]:
-        """All variables in RAM."""
+        """Return all variables in RAM."""
         every = (symbol for symbols in self._by_name.values() for symbol in symbols)
         return [
             one
@@ -147,7 +146,7 @@ class SymbolTable:
         return functions
 
     def _gap(self, index: int) -> int:
-        """Up to the next function: hand-written assembly often gives no size."""
+        """Return the size up to the next function: hand-written assembly often gives no size."""
         start = self._functions[index].start
         if index + 1 < len(self._functions):
             return self._starts[index + 1] - start
@@ -158,15 +157,15 @@ class SymbolTable:
 
 
 def _source_name(name: str) -> str:
-    """GCC names clones, parts and statics of functions with what C does not allow in a name."""
+    """Return the name in the source: GCC adds characters that C forbids to clones, parts and statics of functions."""
     return name.partition(".")[0] or name
 
 
 def _function(name: str, value: int, size: int, kind: int, binding: int) -> _Function | None:
-    """A symbol that names code, and how well it names it.
+    """Return a symbol that names code, and the rank of its name.
 
-    ST's start-up files make every handler a weak alias of ``Default_Handler``, which is itself a plain label
-    with a size: that label is the name to show, not the first handler of the alphabet.
+    ST's start-up files make every handler a weak alias of ``Default_Handler``, which itself is a plain label
+    with a size. The user should see that label, not the first handler of the alphabet.
     """
     if kind == _FUNC:
         rank = {_GLOBAL: 0, _LOCAL: 1}.get(binding, 3)
@@ -180,7 +179,7 @@ def _function(name: str, value: int, size: int, kind: int, binding: int) -> _Fun
 # -- names, lines and variables -----------------------------------------------------------------------------
 
 ReadMemory = Callable[[int, int], bytes]
-"""``read_memory(address, size)`` gives that many bytes of flash or RAM."""
+"""``read_memory(address, size)`` returns that many bytes of flash or RAM."""
 
 
 class Symbols:
@@ -189,19 +188,19 @@ class Symbols:
     def __init__(self, sections: Sections) -> None:
         self._sections = sections
         self.notes: list[str] = []
-        """What could not be read, one line each."""
+        """The parts that could not be read, one line each."""
 
     @property
     def work(self) -> int:
-        """Steps taken so far to read debug information; tests hold it against the file's size."""
+        """Steps taken so far to read debug information; tests compare it with the file's size."""
         return self._budget.spent
 
     def function_at(self, address: int) -> FunctionAt | None:
-        """The function that ``address`` lies in; bit 0 (Thumb) is ignored."""
+        """Return the function that contains ``address``; bit 0 (Thumb) is ignored."""
         return self._table.function_at(address) if self._table else None
 
     def line_at(self, address: int) -> SourceLine | None:
-        """The source line of the instruction at ``address``; bit 0 (Thumb) is ignored."""
+        """Return the source line of the instruction at ``address``; bit 0 (Thumb) is ignored."""
         return self._lines.line_at(address)
 
     def __contains__(self, name: str) -> bool:
@@ -212,29 +211,29 @@ class Symbols:
         return True
 
     def address_of(self, name: str) -> int:
-        """Address of a function (even) or variable by its C name. Raises KeyError."""
+        """Return the address of a function (even) or variable by its C name. Raises KeyError."""
         return self._symbol(name).address
 
     def object_at(self, address: int) -> Symbol | None:
-        """The variable that ``address`` lies in."""
+        """Return the variable that contains ``address``."""
         return self._table.object_at(address) if self._table else None
 
     def variables(self) -> list[Symbol]:
-        """All variables in RAM."""
+        """Return all variables in RAM."""
         return self._table.variables() if self._table else []
 
     def read_variable(self, name: str, read_memory: ReadMemory) -> CValue:
-        """The value of a global or static variable by its C name, by the type it was compiled with.
+        """Return the value of a global or static variable by its C name, with its compiled type.
 
-        int for integers, enumerations and pointers, bool, float, a tuple for an array, and for a structure
-        or union an object with the members' names: ``read_variable("acc", read).AXIS_X``. Raises KeyError
-        if there is no such variable, if several statics have the name, or if its type is unknown.
+        int for integers, enumerations and pointers, bool, float, a tuple for an array, and for a structure or
+        union an object with the members' names: ``read_variable("acc", read).AXIS_X``. Raises KeyError if the
+        variable does not exist, if several statics have the name, or if its type is unknown.
         """
         address, kind = self.variable_type(name)
         return kind.value(read_memory(address, kind.size) if kind.size else b"", 0)
 
     def variable_type(self, name: str) -> tuple[int, CType]:
-        """Address and type of a global or static variable. Raises KeyError as ``read_variable`` does."""
+        """Return address and type of a global or static variable. Raises KeyError like ``read_variable``."""
         symbol = self._symbol(name)
         if symbol.is_function:
             raise KeyError(f"{name!r} is a function, not a variable")
@@ -247,7 +246,7 @@ class Symbols:
         return symbol.address, kind
 
     def function(self, name: str) -> tuple[int, Signature]:
-        """Address and signature of a function by its C name. Raises KeyError, with the reason."""
+        """Return address and signature of a function by its C name. Raises KeyError, with the reason."""
         try:
             return self._function(name)
         except DebugInfoError as problem:

@@ -19,12 +19,12 @@ _MARK: Final = re.compile(rb"fcu library \[([^\]]*)\] built with \[([^\]]*)\] \[
 
 
 def library_name(platform: str = sys.platform) -> str:
-    """What the file is called on that system; it lies in :data:`FOLDER`."""
+    """Return the library's file name on that system; it is in :data:`FOLDER`."""
     return {"win32": "fcu.dll", "darwin": "libfcu.dylib"}.get(platform, "libfcu.so")
 
 
 def sources(folder: Path = FOLDER) -> list[Path]:
-    """Return all C files and headers but the generated ones; none in an installed wheel."""
+    """Return all C files and headers except the generated ones; none in an installed wheel."""
     return sorted(path for path in folder.rglob("*.[ch]") if path.parent.name != "generated")
 
 
@@ -40,9 +40,9 @@ def declarations(folder: Path = FOLDER) -> list[Path]:
 
 
 def digest(folder: Path = FOLDER) -> str:
-    """What the C files are; "" where there are none.
+    """Return the digest of the C files; "" without them.
 
-    The library keeps what it was built from: one that is older than its sources would be read wrongly.
+    The library contains the digest of its sources, because an outdated library would be misread.
     """
     files = sources(folder)
     if not files:
@@ -51,9 +51,9 @@ def digest(folder: Path = FOLDER) -> str:
 
 
 def built_from(file: Path) -> tuple[str, str, str]:
-    """The digest of a library's sources, its compiler, and what that calls its version.
+    """Return the digest of a library's sources, its compiler, and the compiler's version.
 
-    All are "" where it is missing or not one of ours.
+    All are "" if the file is missing or is not a library of this project.
     """
     found = _MARK.search(file.read_bytes()) if file.is_file() else None
     digest, compiler, version = (part.decode() for part in found.groups()) if found else ("", "", "")

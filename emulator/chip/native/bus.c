@@ -1,4 +1,4 @@
-/* The bus matrix: accesses to registers, at their exact time, and those to memory for which access.h is not enough.
+/* The bus matrix: accesses to registers, at their exact time, and accesses to memory that access.h cannot handle.
  * bus.h and core.h declare them.
  */
 #include "bus.h"
@@ -7,9 +7,9 @@
 
 #include "fcu.h"
 
-#define STEADY_AFTER 1000 /* reads of a steady peripheral without a write after which it is read like memory */
+#define STEADY_AFTER 1000 /* reads of a steady peripheral without a write, after which it is read like memory */
 
-/* -- what is where ------------------------------------------------------------------------------------ */
+/* -- the address map ---------------------------------------------------------------------------------- */
 
 static bool in_ram(uint32_t address, unsigned size) { return address - RAM_BASE <= RAM_SIZE - size; }
 
@@ -28,7 +28,7 @@ static bool is_registers(uint32_t address) {
       address - OTG_BASE < OTG_SIZE;
 }
 
-/* The place of a bit of the peripherals' alias: a word for every bit (PM0214 2.2.5). */
+/* Find the bit for an address of the peripherals' bit-band alias: a word for every bit (PM0214 2.2.5). */
 static bool is_peripheral_bit(uint32_t address, uint32_t *word, unsigned *bit) {
   uint32_t offset = address - PERIPHERAL_BITS_BASE, byte = offset >> 5;
   *word = PERIPHERALS_BASE + (byte & ~3u);
@@ -43,10 +43,10 @@ static bool is_ram_bit(uint32_t address, uint32_t *byte, unsigned *bit) {
   return offset < 32 * RAM_SIZE;
 }
 
-/* size is a power of 2; a remainder would take a division. */
+/* size is a power of 2; a remainder would need a division. */
 static bool is_unaligned(uint32_t address, unsigned size) { return address & (size - 1); }
 
-/* A call for each of three sizes would take longer than all else about an access. */
+/* Copy 1, 2 or 4 bytes; a call of memcpy() would take longer than the rest of the access. */
 static void copy(void *to, const void *from, unsigned size) {
   switch (size) {
   case 1: memcpy(to, from, 1); break;
@@ -55,7 +55,7 @@ static void copy(void *to, const void *from, unsigned size) {
   }
 }
 
-/* -- one access, now: DMA, debuggers, and the core's to registers ------------------------------------- */
+/* -- single accesses at the current time: DMA, debuggers, and the core's to registers ----------------- */
 
 void core_note_stores(Core *core, uint32_t address, uint32_t size) {
   if (core->slow_stores & STORES_CHANGE_CODE) {
@@ -65,7 +65,7 @@ void core_note_stores(Core *core, uint32_t address, uint32_t size) {
   }
 }
 
-/* An access has been made, when so much work had been done before. */
+/* Charge the work since `before` to the access. */
 static inline void charge(Chip *chip, uint32_t address, int64_t before) {
   Cost *cost = &chip->costs.accesses[page_of(address)];
   chip->work += WORK_ACCESS;
@@ -144,7 +144,7 @@ int32_t fcu_store(Chip *chip, uint32_t address, uint32_t size, uint32_t value) {
 
 /* -- registers and bit-band aliases: the core's accesses ---------------------------------------------- */
 
-/* It is the time of the access in flight, and everything due by now has happened. */
+/* Set the time to that of the current access, after all events that are due. */
 static inline void arrive(Chip *chip) {
   chip->now_ps = cycle_clock_ps(&chip->cycle_clock, (int64_t)chip->core.counter - 1);
   if (chip->due_ps <= chip->now_ps || chip->host_next_ps <= chip->now_ps) {
@@ -199,7 +199,7 @@ static bool write_bit(Chip *chip, uint32_t address, uint32_t value) {
   return true;
 }
 
-/* Keep what a register reads for read_again(). Not those that steady reads are for, nor the core's own ones, which
+/* Keep the value of a register for read_again(). Not for steady peripherals and not for the core's registers, which
  * change with its state and report some reads. */
 static void keep_polled(Chip *chip, const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value,
                         int64_t until_ps) {
@@ -213,8 +213,8 @@ static void keep_polled(Chip *chip, const Peripheral *peripheral, uint32_t addre
   }
 }
 
-/* The same read as before of a register that cannot have changed, in a loop that is not to be compared now: all that
- * read_register() would do. False: it has to do it. */
+/* Repeat a read of a register that cannot have changed, in a loop that is not being compared: the same effect as
+ * read_register(). False: call read_register(). */
 static inline bool read_again(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
   PollSkip *poll_skip = &chip->poll_skip;
   Polled *polled = poll_skip_slot(poll_skip, address);
@@ -253,13 +253,13 @@ static bool read_register(Chip *chip, Peripheral *peripheral, uint32_t address, 
   return true;
 }
 
-/* The core reads an aligned address outside of its memories; false where nothing answers. */
+/* Read an aligned address outside of the core's memories; false if no register is there. */
 static bool read_outside(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
   return is_registers(address) ? read_register(chip, chip_peripheral_at(chip, address), address, size, value)
                                : read_bit(chip, address, value);
 }
 
-/* Loops that show a state write the same to a register all the time. */
+/* True for a write that repeats the last value: loops that show a state do this continuously. */
 static bool changes_nothing(const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value) {
   uint32_t shift = 8 * (address & 3), mask = mask_of(size) << shift;
   return peripheral && peripheral->clocked && peripheral_knows(peripheral, address) &&
@@ -280,7 +280,7 @@ static void write_register(Chip *chip, uint32_t address, unsigned size, uint32_t
   depart(chip);
 }
 
-/* The core writes to an aligned address outside of its memories; false where nothing answers. */
+/* Write to an aligned address outside of the core's memories; false if no register is there. */
 static bool write_outside(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
   if (!is_registers(address)) {
     return write_bit(chip, address, value);
@@ -289,7 +289,7 @@ static bool write_outside(Chip *chip, uint32_t address, unsigned size, uint32_t 
   return true;
 }
 
-/* -- whatever is there: the core's accesses ----------------------------------------------------------- */
+/* -- any address: the core's accesses ----------------------------------------------------------------- */
 
 static bool fault(Core *core, uint32_t address, enum Stop why) {
   core->fault_address = address;
@@ -307,7 +307,7 @@ static void report(Chip *chip, uint32_t address, unsigned size, bool written) {
   chip->host.accessed(chip->now_ps, address, size, written);
 }
 
-/* Somebody watches the data, or unaligned accesses trap; false: the access has been refused. */
+/* Handle watched data and the trap of unaligned accesses; false: the access was refused. */
 static bool look_at_access(Core *core, uint32_t address, unsigned size, bool written) {
   if (core->unalign_trp && is_unaligned(address, size)) {
     return fault(core, address, STOP_UNALIGNED);
@@ -331,7 +331,7 @@ static bool read_unaligned(Core *core, uint32_t address, unsigned size, uint32_t
   return true;
 }
 
-/* A register of a peripheral that firmware polls all the time; false: it has to be asked for. */
+/* Read a register of a peripheral that firmware polls continuously; false: it must be read normally. */
 static bool read_steady(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
   Peripheral *peripheral = chip_peripheral_at(chip, address);
   if (!peripheral || !peripheral->steady || ++peripheral->looks <= STEADY_AFTER || !peripheral->clocked ||
@@ -343,7 +343,7 @@ static bool read_steady(Chip *chip, uint32_t address, unsigned size, uint32_t *v
   return true;
 }
 
-/* Whatever is there. */
+/* Read any address. */
 static __attribute__((noinline)) bool read_any(Core *core, uint32_t address, unsigned size, uint32_t *value) {
   if (UNLIKELY((core->watches || core->unalign_trp) && !look_at_access(core, address, size, false))) {
     return false;
@@ -360,7 +360,7 @@ static __attribute__((noinline)) bool read_any(Core *core, uint32_t address, uns
   return read_outside(core->chip, address, size, value) || fault(core, address, STOP_READ);
 }
 
-/* All but steady reads. Apart from them and from read_any(), so that each saves the registers it needs only. */
+/* All but steady reads. Separate from them and from read_any(), so that each saves only the registers it needs. */
 static __attribute__((noinline)) bool read_polled(Core *core, uint32_t address, unsigned size, uint32_t *value) {
   return (!core->watches && read_again(core->chip, address, size, value)) ||
          read_any(core, address, size, value);
@@ -371,7 +371,7 @@ bool core_read(Core *core, uint32_t address, unsigned size, uint32_t *value) {
          read_polled(core, address, size, value);
 }
 
-/* Words that a store of size bytes changes, before it does. */
+/* Log the words that a store of size bytes is about to change. */
 static void log_words(Core *core, uint32_t address, unsigned size, uint32_t value) {
   uint32_t first = address & ~3u, last = (address + size - 1) & ~3u;
   uint64_t old = 0, now;
@@ -417,7 +417,7 @@ bool core_write(Core *core, uint32_t address, unsigned size, uint32_t value) {
   return true;
 }
 
-/* -- what makes loads and stores slow ----------------------------------------------------------------- */
+/* -- conditions that make loads and stores slow ------------------------------------------------------- */
 
 static void look_at_accesses(Core *core) {
   bool looks = core->watches || core->unalign_trp;
@@ -432,7 +432,7 @@ void fcu_watch_memory(Chip *chip, int32_t on, uint32_t begin, uint32_t end) {
   core->data_begin = begin;
   core->data_end = end;
   if (otherwise) {
-    fcu_forget_code(chip); /* loads of literals are decoded otherwise */
+    fcu_forget_code(chip); /* loads of literals are decoded differently */
   }
   look_at_accesses(core);
 }

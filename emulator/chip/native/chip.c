@@ -1,4 +1,4 @@
-/* The chip as a whole: its life, snapshots of it, and what its peripherals share: accesses, events, clocks, lines,
+/* The chip as a whole: creation, snapshots, and the services for its peripherals: accesses, events, clocks, lines,
  * pins. */
 #include "fcu.h"
 
@@ -7,9 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define PYTHON 63 /* among the peripherals that may hold an NVIC input active: those in Python */
+#define PYTHON 63 /* the bit of Python's peripherals among those that may set an NVIC input */
 
-/* -- its life -------------------------------------------------------------------------------------------- */
+/* -- creation -------------------------------------------------------------------------------------------- */
 
 Chip *fcu_create(const Host *host) {
   Chip *chip = calloc(1, sizeof(Chip));
@@ -110,8 +110,7 @@ int64_t fcu_snapshot_size(void) { return sizeof(Chip); }
 
 void fcu_save(const Chip *chip, void *snapshot) { memcpy(snapshot, chip, sizeof *chip); }
 
-/* What was decoded is not part of it: where code may be another one it is decoded anew. What a debugger has asked for
- * stays as it is. */
+/* A snapshot does not contain decoded code: changed code is decoded again. A debugger's settings do not change. */
 void fcu_restore(Chip *chip, const void *snapshot) {
   const Chip *saved = snapshot;
   Core *core = &chip->core;
@@ -125,7 +124,7 @@ void fcu_restore(Chip *chip, const void *snapshot) {
   core->unlinked = NULL;
   core->slow_stores |= code_in_ram;
   chip->run_loop.debugged = debugged;
-  chip->gpio.edge_count = chip->gpio.edges_taken = edges; /* those since are forgotten */
+  chip->gpio.edge_count = chip->gpio.edges_taken = edges; /* later edges are discarded */
   python_registers_outdate(chip);
   if (other_code) {
     fcu_forget_code(chip);
@@ -150,7 +149,7 @@ void peripheral_create(Chip *chip, Peripheral *peripheral, const PeripheralType 
 
 void peripheral_knows_all(Peripheral *peripheral) { memset(peripheral->known, 0xFF, sizeof peripheral->known); }
 
-/* Reported once: the next time of the same kind nothing is called. */
+/* Report an access once: further accesses of the same kind cause no call. */
 static void touched(Peripheral *peripheral, uint32_t offset, enum Touched what) {
   uint32_t address = peripheral->base + offset;
   enum Forgotten kind = what <= WRITE_UNCLOCKED ? WITHOUT_CLOCK : WITHOUT_REGISTER;
@@ -272,7 +271,7 @@ int event_create(Peripheral *peripheral, Fire fire) {
   return chip->event_count++;
 }
 
-/* next_ps and due_ps anew. */
+/* Recompute next_ps and due_ps. */
 static void look_at_events(Chip *chip) {
   int64_t next_ps = NEVER_PS, due_ps = NEVER_PS;
   for (int event = 0; event < chip->event_count; event++) {
@@ -335,7 +334,7 @@ static void fire_earliest(Chip *chip) {
   cost->work += chip->work - before;
 }
 
-/* Python's clock has something due. */
+/* Run the events of Python's clock that are due. */
 static void advance_python(Chip *chip) {
   int64_t before = chip->work;
   chip->now_ps = chip->host_next_ps;

@@ -1,7 +1,7 @@
-/* The chip: all of its peripherals in one struct, and the wiring between them.
+/* The chip: all of its peripherals in one struct, and the connections between them.
  *
- * What Python keeps: rare peripherals (RCC, PWR, FLASH, ADC, RTC, CRC, watchdogs, DBGMCU), everything outside of the
- * chip, and its own clock with its own events. C calls it through struct Host.
+ * Python contains the rare peripherals (RCC, PWR, FLASH, ADC, RTC, CRC, watchdogs, DBGMCU), the world outside of the
+ * chip, and a separate clock with its events. C calls Python through struct Host.
  */
 #ifndef FCU_CHIP_H
 #define FCU_CHIP_H
@@ -21,39 +21,39 @@
 #define MAX_PERIPHERALS COST_PERIPHERALS
 #define INTERRUPTS 85 /* RM0368 table 38 */
 
-/* What firmware did to a register that cannot take it. */
+/* An access of firmware to a register that ignores it. */
 enum Touched { READ_UNCLOCKED, WRITE_UNCLOCKED, READ_UNKNOWN, WRITE_UNKNOWN };
 
-/* Callbacks into Python; nothing may be raised into C. Python sets chip->host_next_ps before it returns. */
+/* Callbacks into Python, which must not raise into C. Python sets chip->host_next_ps before it returns. */
 typedef struct {
-  void (*advance)(int64_t now_ps); /* its clock has something due by now */
+  void (*advance)(int64_t now_ps); /* an event of Python's clock is due */
   uint32_t (*read)(int64_t now_ps, uint32_t address, uint32_t size);
   void (*write)(int64_t now_ps, uint32_t address, uint32_t size, uint32_t value);
   void (*note)(int64_t now_ps, int32_t peripheral, int32_t kind, const char *text);
   void (*touched)(int64_t now_ps, int32_t peripheral, uint32_t offset, int32_t what);
-  /* A fault; registers and stack are still those of the instruction. */
+  /* A fault; registers and stack are still those of the faulting instruction. */
   void (*fault)(int64_t now_ps, int32_t exception, uint32_t status, uint32_t hard, uint32_t address);
   void (*locked_up)(int64_t now_ps, uint32_t pc);
-  /* The chip is being reset: put all peripherals, those in C too, into their state after reset, RCC last. */
+  /* A reset of the chip: restore the state after reset of all peripherals, including those in C, RCC last. */
   void (*reset)(int64_t now_ps, int32_t reason);
-  void (*accessed)(int64_t now_ps, uint32_t address, uint32_t size, int32_t written); /* what is watched */
+  void (*accessed)(int64_t now_ps, uint32_t address, uint32_t size, int32_t written); /* a watched access */
 } Host;
 
-/* Frequencies in Hz as the firmware has set RCC up; Python tells them (RM0368 section 6.2). */
+/* Frequencies in Hz as firmware has configured RCC; set by Python (RM0368 section 6.2). */
 typedef struct {
   int64_t sysclk_hz, hclk_hz, pclk1_hz, pclk2_hz, timer1_hz, timer2_hz;
 } Clocks;
 
 struct Chip {
-  /* What Python sees, in this order (library.py). */
-  int64_t now_ps;       /* of the access or event that is being carried out */
+  /* Members that Python reads, in this order (library.py). */
+  int64_t now_ps;       /* of the current access or event */
   int64_t host_next_ps; /* the earliest event of Python's clock */
-  int64_t until_ps;     /* what a read of a register in Python, or by it, is valid until */
-  int64_t must_stop;    /* a callback has failed, or wants the run to end after this instruction */
-  int64_t detailed;     /* the trace records everything: each bus transfer, each edge of a chip select */
-  int64_t work;         /* that was done since power-on, in units of work.h */
-  int64_t work_limit;   /* beyond it the run ends */
-  int64_t observed;     /* events of the trace are wanted at once, and not when it is read */
+  int64_t until_ps;     /* end of the validity of the last value read in or by Python */
+  int64_t must_stop;    /* a callback has failed, or requests the end of the run after this instruction */
+  int64_t detailed;     /* the trace records each bus transfer and each edge of a chip select */
+  int64_t work;         /* work done since power-on, in units of work.h */
+  int64_t work_limit;   /* the run ends at this amount of work */
+  int64_t observed;     /* events of the trace are needed at once, not only when the trace is read */
 
   int32_t bare;         /* every register is Python's: fcu_execute() */
   Host host;
@@ -69,7 +69,7 @@ struct Chip {
 
   Peripheral *peripherals[MAX_PERIPHERALS];
   int32_t peripheral_count;
-  Peripheral *pages[PERIPHERALS_SIZE >> 10]; /* the peripheral at each kilobyte; NULL: Python's */
+  Peripheral *pages[PERIPHERALS_SIZE >> 10]; /* the peripheral at each kilobyte; NULL: in Python */
   PythonRegisters python_registers;
   Costs costs;
 
@@ -81,8 +81,8 @@ struct Chip {
   Peripheral *event_peripheral[EVENTS];
   int32_t event_count;
 
-  uint64_t irq_sources[INTERRUPTS]; /* which peripherals hold it active: bit = index; bit 63 is Python's */
-  void (*irq_changed)(int64_t now_ps, int32_t number, int32_t level); /* NULL: nobody watches */
+  uint64_t irq_sources[INTERRUPTS]; /* peripherals that set the input: bit = index; bit 63 is Python's */
+  void (*irq_changed)(int64_t now_ps, int32_t number, int32_t level); /* NULL: not watched */
   int8_t alternate[PORTS][16];      /* the alternate function each pin is switched to; -1: none */
 
 #define MEMBER(type, member, create) type member;
@@ -94,14 +94,14 @@ struct Chip {
   uint8_t ram[RAM_SIZE], flash[FLASH_SIZE], system_memory[SYSTEM_MEMORY_SIZE];
 };
 
-/* Carry out everything due up to to_ps in order of time, Python's events included; then it is to_ps. At the same
- * picosecond the chip's events come before Python's, and the chip's among themselves as they were planned. */
+/* Carry out all events up to to_ps in order of time, including Python's; afterwards the time is to_ps. At the same
+ * picosecond the chip's events come before Python's, in the order in which they were scheduled. */
 void chip_advance(Chip *chip, int64_t to_ps);
-/* The same up to now. */
+/* Carry out all events that are due now. */
 void chip_settle(Chip *chip);
-/* The index of a port's letter. */
+/* Return the index of a port's letter. */
 int port_index(char port);
-/* The peripheral at an address; NULL if it is Python's or there is none. */
+/* Return the peripheral at an address; NULL if it is in Python or does not exist. */
 static inline Peripheral *chip_peripheral_at(const Chip *chip, uint32_t address) {
   uint32_t offset = address - PERIPHERALS_BASE;
   if (UNLIKELY(chip->bare)) {
@@ -117,8 +117,8 @@ static inline Peripheral *chip_peripheral_at(const Chip *chip, uint32_t address)
   }
 }
 
-/* The peripheral holds NVIC input `number` (RM0368 table 38) active or not; shared inputs are ORed.
- * peripheral_change_irq() is for another level than before; most calls have the same one. */
+/* Set or clear NVIC input `number` (RM0368 table 38) for the peripheral; shared inputs are ORed. Most calls do not
+ * change the level; peripheral_change_irq() handles a change. */
 void peripheral_change_irq(Peripheral *peripheral, int number, bool level);
 static inline void peripheral_set_irq(Peripheral *peripheral, int number, bool level) {
   if ((peripheral->chip->irq_sources[number] >> peripheral->index & 1) != level) {
@@ -126,7 +126,7 @@ static inline void peripheral_set_irq(Peripheral *peripheral, int number, bool l
   }
 }
 
-/* An access to a register at chip->now_ps by whoever it is; the peripheral is there. *until_ps as in PeripheralType. */
+/* Access a register at chip->now_ps, from any caller; the peripheral must exist. *until_ps as in PeripheralType. */
 uint32_t peripheral_read(Peripheral *peripheral, uint32_t offset, unsigned size, int64_t *until_ps);
 void peripheral_write(Peripheral *peripheral, uint32_t offset, unsigned size, uint32_t value);
 

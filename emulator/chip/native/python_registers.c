@@ -1,9 +1,10 @@
-/* What Python has said of its registers and would only say again: polled registers, and places where nothing is.
+/* The cache of Python's registers: polled values, and addresses without a register.
  *
  * A call of Python takes as long as hundreds of instructions. A read without side effects is valid until the time
- * that came with it, or until a call that may change one of Python's peripherals: a write, an event, a reset. A place
- * without a register, and a peripheral without clock, are reported once; then they read as 0 and take no writes here.
- * Tables by a hash of the address: two that share a place forget each other's, which costs speed alone.
+ * returned with it, or until a call that may change one of Python's peripherals: a write, an event, a reset. An
+ * address without a register, and a peripheral without clock, are reported once; afterwards they read as 0 and
+ * ignore writes without a call. Tables use a hash of the address: two entries with the same hash replace each other,
+ * which affects only the speed.
  */
 #include "bus.h"
 #include "fcu.h"
@@ -21,7 +22,7 @@ bool python_registers_forgotten(const Chip *chip, uint32_t address, enum Forgott
 }
 
 void python_registers_forget(Chip *chip, uint32_t address, enum Forgotten kind) {
-  poll_skip_outdate(&chip->poll_skip); /* another place may be reported again */
+  poll_skip_outdate(&chip->poll_skip); /* another address may be reported again */
   chip->python_registers.forgotten[hash(address, FORGOTTEN)] = address | kind;
 }
 
@@ -29,14 +30,14 @@ static enum Forgotten kind_of(const Chip *chip, uint32_t address) {
   return chip->python_registers.unclocked[page_of(address)] ? WITHOUT_CLOCK : WITHOUT_REGISTER;
 }
 
-/* Whether Python has said that nothing is there. */
+/* Return true if Python has reported that no register is there. */
 static bool is_nothing(const Chip *chip, uint32_t address, enum Access access) {
   enum Forgotten kind = kind_of(chip, address);
   bool is_silent = kind == WITHOUT_REGISTER && chip->python_registers.silent[page_of(address)] & access;
   return is_silent || python_registers_forgotten(chip, address & ~3u, kind);
 }
 
-/* Python has answered: keep what holds. */
+/* Keep the valid parts of Python's answer. */
 static void heed(Chip *chip, uint32_t address, enum Access access) {
   if (chip->until_ps == NOTHING_PS) {
     python_registers_forget(chip, address & ~3u, kind_of(chip, address));

@@ -1,10 +1,10 @@
-"""ADC1: regular conversions, single, scanning and continuous, with their time (RM0368 section 11), and what
-it measures on this board.
+"""ADC1: regular conversions, single, scanning and continuous, with their time (RM0368 section 11), and its
+inputs on this board.
 
 A conversion takes its sampling time and 12 (at 12 bit) cycles of ADCCLK = PCLK2 / ADCPRE. Its result is the
-input's voltage when it ends. Continuous conversion with nobody interested in each result (no DMA, no
-interrupt) pauses in the model once EOC is set, and DR then holds the result of the moment it is read:
-nothing else could be seen. An input that nothing is connected to reads 0 V, on the board it floats.
+input's voltage at its end. Continuous conversion without DMA or interrupt pauses in the model once EOC is
+set. DR then contains the result at the time of the read, which is the only visible one. An unconnected input
+reads 0 V; on the board it floats.
 
 Not modelled, and noted: injected channels, external triggers, the analog watchdog, discontinuous mode.
 """
@@ -19,7 +19,7 @@ from fcu_emulator.emulator.chip.registers import DECLARED, adc
 from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
 from fcu_emulator.emulator.time.clock import PS_PER_S, Event
 
-# -- battery, inner temperature sensor, reference (RM0368 11.9, 11.10) --------------------------------------
+# -- battery, internal temperature sensor, reference (RM0368 11.9, 11.10) -----------------------------------
 
 Volts: TypeAlias = Callable[[], float]
 
@@ -33,7 +33,7 @@ _DIVIDER = 20 / 30  # 10k over 20k (steval_fcu001_v1.h of STSW-FCU001, ST's firm
 
 
 class AdcInputs:
-    """Voltages by channel. ``battery_v`` is the battery's own voltage, one lithium cell by default."""
+    """Voltages by channel. ``battery_v`` is the battery's voltage, by default of one lithium cell."""
 
     def __init__(self, battery_v: float = 3.7, die_degc: float = 30.0) -> None:
         self.battery_v = battery_v
@@ -41,13 +41,13 @@ class AdcInputs:
         self._pins: dict[int, Volts] = {_BATTERY_CHANNEL: lambda: self.battery_v * _DIVIDER}
 
     def connect(self, channel: int, volts: Volts) -> None:
-        """Connect input 0 to 15 to something outside the chip."""
+        """Connect input 0 to 15 to a voltage outside the chip."""
         self._pins[channel] = volts
 
     def sample(self, channel: int, *, sensors: bool, vbat: bool) -> int:
-        """The 12-bit result of a channel now.
+        """Return the present 12-bit result of a channel.
 
-        ``sensors``: CCR.TSVREFE switches temperature sensor and reference on; ``vbat``: CCR.VBATE gives
+        ``sensors``: CCR.TSVREFE switches temperature sensor and reference on; ``vbat``: CCR.VBATE connects
         channel 18 to a quarter of the backup supply instead.
         """
         code = round(self._volts(channel, sensors, vbat) / VDDA_V * FULL_SCALE)
@@ -88,12 +88,12 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         self.inputs = inputs
         self._irq = irq
         self._event: Event | None = None
-        self._rank = 0  # of the sequence, the conversion that runs
+        self._rank = 0  # of the sequence, the current conversion
         self._paused = False
         self._wants_dma = True
 
     def reset(self) -> None:
-        """Off; a conversion that runs is dropped."""
+        """Switch off; a conversion in progress is dropped."""
         super().reset()
         self._stop()
         self._wants_dma = True
@@ -102,7 +102,7 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
     # -- registers --------------------------------------------------------------------------------------
 
     def read(self, offset: int) -> int:
-        """A register; reading DR clears EOC (11.12.14)."""
+        """Return a register; reading DR clears EOC (11.12.14)."""
         if offset != DR:
             return super().read(offset)
         if self._paused:
@@ -117,7 +117,7 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         return offset != DR
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """Write a register; SR clears where 0 is written, CR2 starts conversions."""
+        """Write a register; SR is cleared by writing 0, CR2 starts conversions."""
         super().write(offset, value, mask)
         value &= mask
         if offset == SR:
@@ -136,7 +136,7 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         if cr2 & _TRIGGERS or value & adc.CR2.JSWSTART.mask:
             self.note("not modelled", "CR2: external triggers and injected conversions")
         if not cr2 & _DMA:
-            self._wants_dma = True  # writing 0 and 1 again starts requests anew (11.8.1)
+            self._wants_dma = True  # writing 0 and 1 again restarts requests (11.8.1)
         if not cr2 & _ADON:
             self._stop()
         elif value & _SWSTART and self._event is None:
@@ -185,7 +185,7 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         last = self._rank + 1 == self._length()
         watched = cr2 & (_DMA | _EOCS)
         if watched and self.registers[SR] & _EOC:
-            self.registers[SR] |= _OVR  # the result before was not read: this one is lost (11.8.1)
+            self.registers[SR] |= _OVR  # the previous result was not read: this one is lost (11.8.1)
             self._signal()
             return
         self._convert()
@@ -209,7 +209,7 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         self._begin()
 
     def _transfer(self, last: bool) -> None:
-        """DMA reads DR, which clears EOC; after the last of a series it asks no more unless DDS is set."""
+        """Let DMA read DR, which clears EOC; after the last of a series requests end unless DDS is set."""
         served = self.soc.dma.request(self.name)
         if last and served and not self.registers[CR2] & _DDS and not self.soc.dma.remaining(self.name):
             self._wants_dma = False

@@ -13,10 +13,10 @@ _TOP = 1 << 31
 
 
 class Crc(Peripheral, declared=DECLARED["CRC"]):
-    """CRC-32 without reflection or final inversion, one word (most significant bit first) a write."""
+    """CRC-32 without reflection or final inversion, one word (most significant bit first) per write."""
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """DR takes a word into the sum; CR.RESET starts again; IDR is a byte of storage."""
+        """Write a register: DR adds a word to the sum; CR.RESET starts again; IDR is a byte of storage."""
         if offset == DR:
             self.registers[DR] = _next(self.registers[DR] ^ value & mask)
         elif offset == CR:

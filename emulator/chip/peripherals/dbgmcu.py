@@ -1,7 +1,6 @@
 """DBGMCU and the identity in system memory (RM0368 sections 23.6 and 24).
 
-Freezing timers while the core is halted by a debugger needs no bit here: virtual time stops for all of
-them.
+The freeze bits have no effect, because virtual time stops for all timers while a debugger halts the core.
 
 Calibration values are those of a typical part by the STM32F401xB/C datasheet (V25 = 0.76 V, 2.5 mV/degC,
 reference 1.21 V, measured at 3.3 V); a real chip's differ by a few per cent.
@@ -15,21 +14,21 @@ from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral
 from fcu_emulator.emulator.chip.registers import DECLARED
 
 SYSTEM_MEMORY = 0x1FFF_7A00
-"""Where :func:`system_memory` belongs in the address space."""
+"""The address of :func:`system_memory`."""
 
 FLASH_KIB = 256
 
 _UID, _FLASH_SIZE, _VREFINT_CAL = 0x10, 0x22, 0x2A
-_FIRST_COORDINATES = 0x0025_0031  # of board 0; as on a wafer, no firmware may build on them
+_FIRST_COORDINATES = 0x0025_0031  # of board 0; as on a wafer, firmware must not depend on them
 _FULL_SCALE, _VDDA = 4095, 3.3
 
 
 class Dbgmcu(Peripheral, declared=DECLARED["DBGMCU"]):
-    """Identity code and freeze bits; only the code matters."""
+    """Identity code and freeze bits; only the code has an effect."""
 
 
 def system_memory(board: int = 0) -> bytes:
-    """The 48 bytes from ``SYSTEM_MEMORY``: unique id of board ``board``, flash size, ADC calibration."""
+    """Return the 48 bytes from ``SYSTEM_MEMORY``: unique id of board ``board``, flash size, ADC calibration."""
     memory = bytearray(b"\xff" * 0x30)
     # the id of a real chip: wafer coordinates, never 0; wafer number; lot number in ASCII (24.1)
     coordinates = _FIRST_COORDINATES + board & 0xFFFF_FFFF

@@ -26,7 +26,7 @@ class DmaLines:
         self._chip = chip
 
     def request(self, line: str) -> bool:
-        """One transfer for ``line``, at once; False: no stream serves it now."""
+        """Make one transfer for ``line`` at once; False: no stream serves it now."""
         chip = self._chip
         chip.enter()
         served = bool(chip.library.fcu_dma_request(chip.handle, _number(line)))
@@ -34,13 +34,13 @@ class DmaLines:
         return served
 
     def remaining(self, line: str) -> int:
-        """Transfers left of the stream that serves ``line``; 0 if none does."""
+        """Return the transfers left of the stream that serves ``line``; 0 if none does."""
         count: int = self._chip.library.fcu_dma_remaining(self._chip.handle, _number(line))
         return count
 
 
 def is_any_stream_on(chip: FcuChip) -> bool:
-    """Whether a transfer by DMA is under way or waits for its requests."""
+    """Return whether a DMA transfer is in progress or waits for its requests."""
     controllers = (chip.peripherals["DMA1"], chip.peripherals["DMA2"])
     return any(
         dma.clocked and dma.peek(_stream_base(stream)) & _EN

@@ -1,10 +1,10 @@
 """FLASH interface: wait states, caches, the unlock sequences (RM0368 section 3.8).
 
-The virtual board's flash is the student's file and cannot be programmed by the firmware: an attempt to
-erase or program is noted by name and ends with the write protection error WRPERR, so that a HAL call fails
-instead of believing that it has worked.
+The virtual board's flash contains the student's file and firmware cannot program it. An attempt to erase or
+program is noted by name and ends with the write protection error WRPERR. A HAL call therefore reports the
+failure.
 
-Wait states cost no time in this model, but too few of them for the clock would crash a real board: that is
+Wait states cost no time in this model, but too few of them for the clock would crash a real board, which is
 noted (RM0368 table 5, 2.7 to 3.6 V).
 """
 
@@ -25,7 +25,7 @@ _ERRIE, _LOCK = masks(flash.CR.ERRIE, flash.CR.LOCK)
 _OPERR, _WRPERR = masks(flash.SR.OPERR, flash.SR.WRPERR)
 _HZ_PER_WAIT_STATE = 30_000_000
 _CHECK_AFTER_PS = PS_PER_MS
-"""A setting is judged when it has lasted, whichever of latency and clock came first."""
+"""A setting is checked only after this time, because latency and clock may be set in any order."""
 
 
 class Flash(Peripheral, declared=DECLARED["FLASH"]):
@@ -45,7 +45,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
         self._signal()
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """Write a register; the latency reads back at once, as ST's HAL checks."""
+        """Write a register; the latency can be read back at once, as ST's HAL checks."""
         if offset == KEYR:
             self._unlock(value & mask)
         elif offset == SR:
@@ -60,7 +60,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
             self._check_later()
 
     def _unlock(self, key: int) -> None:
-        """Two keys in a row open CR; a wrong one closes it until reset (3.6.1)."""
+        """Unlock CR after two keys in a row; a wrong key locks it until reset (3.6.1)."""
         if self._key_refused:
             return
         if key != _UNLOCK[self._key_step]:
@@ -86,7 +86,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
             self.note("not modelled", f"CR.STRT: {what} erase; the memory keeps its contents")
             self.registers[SR] |= _WRPERR
             if self.registers[CR] & _ERRIE:
-                self.registers[SR] |= _OPERR  # only shown with the error interrupt enabled (3.8.4)
+                self.registers[SR] |= _OPERR  # visible only with the error interrupt enabled (3.8.4)
         self._signal()
 
     def _signal(self) -> None:
@@ -105,6 +105,6 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
             self.note("forbidden", f"{setting}; the flash needs {needed} wait states")
 
     def _missing_wait_states(self) -> int:
-        """The number needed when there are too few; 0 when all is well."""
+        """Return the required number if there are too few; otherwise 0."""
         needed = max(-(-self.soc.clocks.nominal_hclk_hz // _HZ_PER_WAIT_STATE) - 1, 0)
         return needed if needed > self.registers[ACR] & 0xF else 0

@@ -1,4 +1,4 @@
-"""The pins of a chip in C, connected to the board's: :class:`fcu_emulator.emulator.buses.gpio.Gpio` asks here."""
+"""The pins of a chip in C, connected to the board's pins in :class:`fcu_emulator.emulator.buses.gpio.Gpio`."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class ConnectedPins:
         chip.trace.draw_from(self._add_edges)
 
     def _add_edges(self) -> None:
-        """Add the edges that C has kept while nothing has observed the trace."""
+        """Add the edges that C has recorded while the trace was not observed."""
         if self._chip.closed:
             return
         waiting = self._library.fcu_edges_waiting(self._handle)
@@ -58,7 +58,7 @@ class ConnectedPins:
         trace.add_kept(kept, lost.value)
 
     def side(self, port: str, pin: int) -> tuple[int | None, int | None, int | None]:
-        """Level of the output stage, of the pull resistor, and alternate function; None for none."""
+        """Return the level of the output stage, of the pull resistor, and the alternate function; None for none."""
         where = self._handle, PORTS.index(port), pin
         library = self._library
         return (
@@ -68,17 +68,17 @@ class ConnectedPins:
         )
 
     def drive(self, port: str, pin: int, level: int | None) -> None:
-        """All parties outside together drive the pin to a level, or let go of it."""
+        """Drive the pin to a level for all devices outside together, or release it."""
         number = -1 if level is None else level
         self._library.fcu_drive_pin(self._handle, PORTS.index(port), pin, number)
         self._chip.raise_error()
 
     def watch(self, port: str, pin: int) -> None:
-        """Call :meth:`Gpio.tell` after every change of what this pin reads."""
+        """Call :meth:`Gpio.tell` after every change of this pin's input level."""
         self._library.fcu_watch_pin(self._handle, PORTS.index(port), pin)
 
     def frequent(self, port: str, pin: int) -> None:
-        """Edges of this pin are of interest while the trace is detailed only."""
+        """Record edges of this pin only while the trace is detailed."""
         self._library.fcu_frequent_pin(self._handle, PORTS.index(port), pin)
 
 

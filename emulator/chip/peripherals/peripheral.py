@@ -1,13 +1,13 @@
-"""What every peripheral of the chip has in common: its place in the memory map, registers, clock and reset, and
-the inner wiring that the peripherals share: time, trace, interrupt lines, clock tree, pins.
+"""The interface of a peripheral: its place in the memory map, registers, clock and reset, and the connections
+that peripherals share: time, trace, interrupt lines, clock tree, pins.
 
-The core sets ``soc.clock.now_ps`` to the exact time of an access before it calls ``read`` or ``write``, and
-fires every event that is due by then. So a peripheral either computes its state from the time when it is looked
-at, or schedules an event; an event costs the end of a run of instructions and is for what may raise an
-interrupt, move a pin or start a transfer by DMA.
+The core sets ``soc.clock.now_ps`` to the exact time of an access before it calls ``read`` or ``write``. It
+also fires every event that is due by then. A peripheral therefore computes its state from the time when it is
+read, or schedules an event. An event ends a run of instructions, so use it for actions that may raise an
+interrupt, move a pin or start a DMA transfer.
 
-Registers are words. Byte and half-word accesses reach ``write`` with a mask that says which bits are meant;
-a peripheral with a side effect for each byte (a data register) looks at the mask, all others merge.
+Registers are words. Byte and half-word accesses reach ``write`` with a mask of the accessed bits. A
+peripheral with a side effect for each byte (a data register) checks the mask; other peripherals merge.
 """
 
 from __future__ import annotations
@@ -22,25 +22,25 @@ from fcu_emulator.emulator.chip.registers.declaration import DeclaredPeripheral
 from fcu_emulator.emulator.time.clock import NEVER_PS, Clock
 from fcu_emulator.emulator.trace import DeviceNote, Trace
 
-# -- the inner wiring of the chip ---------------------------------------------------------------------------
+# -- the internal connections of the chip -------------------------------------------------------------------
 
 
 class ClockTree(Protocol):
-    """Frequencies as the firmware has set RCC up (RM0368 section 6.2); implemented by the RCC peripheral."""
+    """Frequencies as firmware has configured RCC (RM0368 section 6.2); implemented by the RCC peripheral."""
 
     sysclk_hz: int
     hclk_hz: int
     nominal_hclk_hz: int
-    """HCLK of a chip whose oscillators are exact, as the manual's limits are meant."""
+    """HCLK of a chip with exact oscillators, to which the manual's limits apply."""
     pclk1_hz: int
     pclk2_hz: int
     timer1_hz: int
     """Clock of the timers on APB1: twice PCLK1 unless its prescaler is 1."""
     timer2_hz: int
-    """Likewise on APB2."""
+    """Clock of the timers on APB2, by the same rule."""
 
     def on_change(self, changed: Callable[[], None]) -> None:
-        """Call ``changed()`` after any frequency has become another one."""
+        """Call ``changed()`` after a change of any frequency."""
         ...
 
 
@@ -48,7 +48,7 @@ class InterruptLines(Protocol):
     """The NVIC's inputs; implemented by the core."""
 
     def set_line(self, number: int, level: bool) -> None:
-        """Input ``number`` (0 is the first one after the system exceptions) is active or not.
+        """Set or clear input ``number`` (0 is the first one after the system exceptions).
 
         A level that stays active makes the interrupt pending again when its handler returns, as in hardware.
         """
@@ -59,35 +59,35 @@ class DmaRequests(Protocol):
     """The request lines of DMA1 and DMA2; implemented by the DMA peripherals."""
 
     def request(self, line: str) -> bool:
-        """``line`` ("I2C2_RX", "USART1_TX" as in RM0368 tables 28, 29) asks for one transfer.
+        """Request one transfer for ``line`` ("I2C2_RX", "USART1_TX" as in RM0368 tables 28, 29).
 
         It is done at once. False: no stream serves the line now.
         """
         ...
 
     def remaining(self, line: str) -> int:
-        """Transfers left (SxNDTR) of the stream that serves ``line``; 0 if none does."""
+        """Return the transfers left (SxNDTR) of the stream that serves ``line``; 0 if none does."""
         ...
 
 
 class Memory(Protocol):
-    """The bus matrix as DMA sees it (RM0368 section 2.1); implemented by the core.
+    """The bus matrix for DMA (RM0368 section 2.1); implemented by the core.
 
-    Accesses to a peripheral reach its peripheral, with side effects. ``size`` and ``len(data)`` are 1, 2 or 4.
+    Accesses to a peripheral have side effects. ``size`` and ``len(data)`` are 1, 2 or 4.
     """
 
     def read(self, address: int, size: int) -> bytes | None:
-        """The bytes at ``address``; None where a bus error answers."""
+        """Return the bytes at ``address``; None for a bus error."""
         ...
 
     def write(self, address: int, data: bytes) -> bool:
-        """Write ``data``; False where a bus error answers."""
+        """Write ``data``; False for a bus error."""
         ...
 
 
 @dataclass
 class Soc:
-    """The chip's inner wiring. The fields that are peripherals themselves are set while it is put together."""
+    """The chip's internal connections. The fields that are peripherals themselves are set during assembly."""
 
     clock: Clock
     trace: Trace
@@ -106,7 +106,7 @@ class Soc:
 class InterruptInput:
     """One NVIC input, active while any of its sources is: the OR gate before the NVIC.
 
-    Peripherals that share a number share the object; each gives itself a ``source`` name.
+    Peripherals that share a number share the object; each has a ``source`` name.
     """
 
     def __init__(self, soc: Soc, number: int) -> None:
@@ -115,7 +115,7 @@ class InterruptInput:
         self._active: set[str] = set()
 
     def set(self, source: str, level: bool) -> None:
-        """``source`` is active or not; the NVIC hears of changes only."""
+        """Set or clear ``source``; the NVIC is called only at changes."""
         if level == (source in self._active):
             return
         before = bool(self._active)
@@ -133,19 +133,19 @@ WORD = 0xFFFF_FFFF
 ALREADY_PS = -1
 
 RegisterWritten = Callable[[int, int], None]
-"""Called with (old value, new value) after a register has changed its stored value or was written again."""
+"""Called with (old value, new value) after a register has changed or the same value was written again."""
 
 
 class Peripheral:
     """One peripheral at ``base``; ``size`` bytes of the address space belong to it.
 
-    ``declared``: its registers (:mod:`fcu_emulator.emulator.chip.registers`). Of them are made ``REGISTERS``, the reset
-    value by offset, and ``WRITABLE``, the bits that keep what is written. What is not listed reads as 0 and
-    refuses writes, and the core notes the access by name.
+    ``declared``: its registers (:mod:`fcu_emulator.emulator.chip.registers`). They define ``REGISTERS``, the
+    reset value by offset, and ``WRITABLE``, the bits that store written values. Unlisted offsets read as 0
+    and ignore writes, and the core notes the access by name.
     """
 
     index: int | None = None
-    """Among the peripherals in C; None for one in Python."""
+    """The index among the peripherals in C; None for one in Python."""
     REGISTERS: ClassVar[dict[int, int]] = {}
     NAMES: Mapping[int, str] = MappingProxyType({})
     """The reference manual's name of each register, by offset: for the trace and for diagnoses."""
@@ -161,33 +161,33 @@ class Peripheral:
         self.base = base
         self.size = size
         self.clocked = True
-        """Set by RCC: a peripheral without clock reads as 0 and forgets writes; the core names such accesses."""
+        """Set by RCC: a peripheral without clock reads as 0 and ignores writes; the core reports such accesses."""
         self.registers = dict(self.REGISTERS)
         self._noted: set[tuple[str, str]] = set()
 
     def note(self, what: str, text: str) -> None:
-        """Tell the trace that firmware touched something "forbidden", "refused" or "not modelled".
+        """Add a trace note about a "forbidden", "refused" or "not modelled" access of firmware.
 
-        The same is reported once only: firmware repeats itself thousands of times a second.
+        The same note is added once only: firmware repeats itself thousands of times a second.
         """
         if (what, text) not in self._noted:
             self._noted.add((what, text))
             self.soc.trace.add(DeviceNote(self.soc.clock.now_ps, self.name, what, text))
 
     def gate(self, *, clocked: bool) -> None:
-        """RCC switches the clock of the peripheral on or off."""
+        """Switch the clock of the peripheral on or off, for RCC."""
         self.clocked = clocked
 
     def reset(self) -> None:
-        """Back to the state after reset (system reset, or the peripheral's bit in RCC_xxxRSTR)."""
+        """Restore the state after reset (system reset, or the peripheral's bit in RCC_xxxRSTR)."""
         self.registers = dict(self.REGISTERS)
 
     def read(self, offset: int) -> int:
-        """The word at a word-aligned ``offset``, side effects included."""
+        """Return the word at a word-aligned ``offset``, with side effects."""
         return self.registers.get(offset, 0)
 
     def peek(self, offset: int) -> int:
-        """The word at ``offset`` without any side effect: for debuggers and diagnoses."""
+        """Return the word at ``offset`` without side effects: for debuggers and diagnoses."""
         return self.registers.get(offset, 0)
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
@@ -197,12 +197,12 @@ class Peripheral:
             self.registers[offset] = self.registers[offset] & ~mask | value & mask
 
     def changes_nothing(self, offset: int, value: int, mask: int) -> bool:
-        """Whether such a ``write`` would leave everything as it is: a loop that repeats it can be skipped."""
+        """Return whether such a ``write`` would change nothing: a loop that repeats it can be skipped."""
         del offset, value, mask
         return False
 
     def pure_read(self, offset: int) -> bool:
-        """Whether reading ``offset`` has no side effect and will give the same until ``next_change_ps()``.
+        """Return whether a read of ``offset`` has no side effect and is constant until ``next_change_ps()``.
 
         Only then may a loop that polls it be skipped. False for counters that run with time, and for data
         registers.
@@ -211,14 +211,15 @@ class Peripheral:
         return True
 
     def read_with_validity(self, offset: int) -> tuple[int, int]:
-        """``read``, and until when the value stays so without any access and any event of the clock.
+        """Return ``read``, and the end of the value's validity without further accesses and events of the clock.
 
-        That is ``ALREADY_PS`` where the read has a side effect. Peripherals that are polled much do it in one go.
+        That is ``ALREADY_PS`` if the read has a side effect. Frequently polled peripherals override this with
+        one step.
         """
         pure = self.pure_read(offset)
         value = self.read(offset)
         return value, self.next_change_ps() if pure else ALREADY_PS
 
     def next_change_ps(self) -> int:
-        """When a register may next read differently without any access and without an event of the clock."""
+        """Return when a register may next change without an access and without an event of the clock."""
         return NEVER_PS

@@ -1,6 +1,6 @@
 """PWR: voltage scaling, access to the backup domain, low-power mode selection (RM0368 section 5).
 
-The supply never moves: the voltage detector reports "above threshold", scaling is ready at once. Stop and
+The supply is constant: the voltage detector reports "above threshold", scaling is ready at once. Stop and
 standby are selected here (PDDS, LPDS) and entered by the core; they are noted as not modelled.
 """
 

@@ -1,14 +1,12 @@
-"""RCC: oscillators, PLL, clock selection, gates and resets of the other peripherals, reset flags (RM0368 section
-6).
+"""RCC: oscillators, PLL, clock selection, gates and resets of the other peripherals, reset flags (RM0368 section 6).
 
-An oscillator is ready its typical start-up time after it was switched on (STM32F401xB/C datasheet, tables
-of the oscillators' characteristics): firmware that forgets to wait for a ready flag fails here as on the
-board. The PLL is latched when it starts; SYSCLK follows RCC_CFGR.SW as soon as the selected source is
-ready.
+An oscillator is ready its typical start-up time after it was switched on (STM32F401xB/C datasheet, tables of
+the oscillators' characteristics). Firmware that does not wait for a ready flag therefore fails here as on the
+board. The PLL is latched when it starts; SYSCLK follows RCC_CFGR.SW as soon as the selected source is ready.
 
 Not modelled, but stored: clock outputs MCO1 and MCO2, the clock security system (the crystal never fails),
-spread spectrum, clocks in sleep mode (xxxLPENR). Whether the board has a 32 kHz crystal is not established;
-here it has.
+spread spectrum, clocks in sleep mode (xxxLPENR). It is unknown whether the board has a 32 kHz crystal; the
+model has one.
 """
 
 from __future__ import annotations
@@ -32,34 +30,34 @@ HSE_HZ = 16_000_000  # the board's crystal (HSE_VALUE of STSW-FCU001, ST's firmw
 LSI_HZ = 32_000  # STM32F401xB/C datasheet, LSI oscillator: 17 to 47 kHz
 LSE_HZ = 32_768
 
-_SETTINGS = 64  # of a register that are remembered, each with what it leads to
+_SETTINGS = 64  # maximum number of settings of a register that are cached with their results
 
 HSI, HSE, PLL = range(3)  # RCC_CFGR.SW and SWS
 
-_AHB_SHIFT = (0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3, 4, 6, 7, 8, 9)  # there is no division by 32 (6.3.3)
+_AHB_SHIFT = (0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3, 4, 6, 7, 8, 9)  # the divider 32 does not exist (6.3.3)
 _APB_SHIFT = (0, 0, 0, 0, 1, 2, 3, 4)
 
 
 @dataclass(frozen=True)
 class Oscillators:
-    """How fast the two that can drive SYSCLK really run, in Hz."""
+    """The real frequencies of the two oscillators that can drive SYSCLK, in Hz."""
 
     hsi_hz: int = HSI_HZ
     hse_hz: int = HSE_HZ
 
     @classmethod
     def of(cls, errors: BoardErrors) -> Oscillators:
-        """Those of a board that deviates."""
+        """Return the oscillators of a board with clock errors."""
         return cls(round(HSI_HZ * (1 + errors.hsi_percent / 100)), round(HSE_HZ * (1 + errors.hse_ppm / 1e6)))
 
 
 NOMINAL = Oscillators()
-"""What the manual's limits are about: no part breaks them because its oscillator is within its tolerance."""
+"""The frequencies for the manual's limits: an oscillator within its tolerance never violates them."""
 
 
 @dataclass(frozen=True)
 class PllOutput:
-    """What RCC_PLLCFGR makes of its source: ``p_hz`` can be SYSCLK, ``q_hz`` is for USB and SDIO."""
+    """The outputs of the PLL: ``p_hz`` can be SYSCLK, ``q_hz`` is for USB and SDIO."""
 
     input_hz: int
     vco_hz: int
@@ -67,7 +65,7 @@ class PllOutput:
     q_hz: int
 
     def problem(self) -> str:
-        """Why the manual forbids this setting, or "" (RM0368 6.3.2)."""
+        """Return why the manual forbids this setting, or "" (RM0368 6.3.2)."""
         if not 950_000 <= self.input_hz <= 2_100_000:  # the datasheet's limits; the manual says 1 to 2 MHz
             return f"PLL input is {self.input_hz / 1e6:g} MHz, M must make it 1 to 2 MHz"
         if not 192_000_000 <= self.vco_hz <= 432_000_000:
@@ -79,7 +77,7 @@ class PllOutput:
 
 @lru_cache(maxsize=_SETTINGS)
 def pll(pllcfgr: int, oscillators: Oscillators = NOMINAL) -> PllOutput:
-    """The PLL's frequencies; M = 0 and 1 are not allowed and count as 1."""
+    """Return the PLL's frequencies; M = 0 and 1 are not allowed and count as 1."""
     fields = rcc.PLLCFGR
     source_hz = oscillators.hse_hz if fields.PLLSRC.get(pllcfgr) else oscillators.hsi_hz
     m, n = max(fields.PLLM.get(pllcfgr), 1), fields.PLLN.get(pllcfgr)
@@ -90,7 +88,7 @@ def pll(pllcfgr: int, oscillators: Oscillators = NOMINAL) -> PllOutput:
 
 @dataclass(frozen=True)
 class Frequencies:
-    """All clocks made of SYSCLK, in Hz."""
+    """All clocks derived from SYSCLK, in Hz."""
 
     sysclk_hz: int
     hclk_hz: int
@@ -100,7 +98,7 @@ class Frequencies:
     timer2_hz: int
 
     def problem(self) -> str:
-        """Which limit of the chip is exceeded, or "" (RM0368 6.2: 84, 42 and 84 MHz)."""
+        """Return which limit of the chip is exceeded, or "" (RM0368 6.2: 84, 42 and 84 MHz)."""
         if self.pclk1_hz > 42_000_000:
             return f"APB1 runs at {self.pclk1_hz / 1e6:g} MHz, PPRE1 must make it 42 MHz or less"
         return ""
@@ -108,7 +106,7 @@ class Frequencies:
 
 @lru_cache(maxsize=_SETTINGS)
 def frequencies(sysclk_hz: int, cfgr: int, *, timpre: bool = False) -> Frequencies:
-    """The clocks that RCC_CFGR's prescalers make of SYSCLK; ``timpre`` is RCC_DCKCFGR.TIMPRE (6.3.23)."""
+    """Return the clocks that RCC_CFGR's prescalers derive from SYSCLK; ``timpre`` is RCC_DCKCFGR.TIMPRE (6.3.23)."""
     hclk_hz = sysclk_hz >> _AHB_SHIFT[rcc.CFGR.HPRE.get(cfgr)]
     shift1, shift2 = _APB_SHIFT[rcc.CFGR.PPRE1.get(cfgr)], _APB_SHIFT[rcc.CFGR.PPRE2.get(cfgr)]
     return Frequencies(
@@ -122,19 +120,19 @@ def frequencies(sysclk_hz: int, cfgr: int, *, timpre: bool = False) -> Frequenci
 
 
 def _timer_hz(hclk_hz: int, shift: int, timpre: bool) -> int:
-    """Twice the bus clock unless that is undivided; with TIMPRE four times, but never above HCLK."""
+    """Return twice the bus clock unless that is undivided; with TIMPRE four times, but never above HCLK."""
     multiple = 2 if timpre else 1
     return hclk_hz >> max(shift - multiple, 0)
 
 
-# -- which bit gates and resets which peripheral (sections 6.3.5 to 6.3.12) --------------------------------------
+# -- the gate and reset bits of the peripherals (sections 6.3.5 to 6.3.12) ---------------------------------------
 
 _PERIPHERALS_BY_FIELD = {"OTGFS": "OTG_FS", "ADC": "ADC1"}
-"""Where a field does not begin with its peripheral's name; the ADCs have one reset for all."""
+"""Fields that do not begin with their peripheral's name; the ADCs have one reset for all."""
 
 
 def _gates(suffix: str, *registers: type[Word]) -> dict[int, dict[int, str]]:
-    """By offset: the peripheral's name by bit number."""
+    """Return the peripheral's name by bit number, for each offset."""
     names = {
         register.addr: {bits.lsb: bits.name.removesuffix(suffix) for bits in register.fields}
         for register in registers
@@ -162,24 +160,24 @@ _RESET_FLAG = {
 _FLAGS = sum(bits.mask for bits in rcc.CSR.fields if bits.name.endswith("RSTF"))
 _RMVF, _BDRST, _RTCEN = masks(rcc.CSR.RMVF, rcc.BDCR.BDRST, rcc.BDCR.RTCEN)
 _CHECK_AFTER_PS = PS_PER_MS
-"""Limits are judged when a setting has lasted: ST's HAL 1.6 divides APB1 after switching to the PLL."""
+"""Limits are checked only after this time, because ST's HAL 1.6 divides APB1 after switching to the PLL."""
 
 
 @dataclass(frozen=True)
 class _Source:
-    """An oscillator or PLL: where its bits are, how long it takes to start."""
+    """An oscillator or PLL: its bits, and its start-up time."""
 
     register: int
     on: int
     ready: int
     flag: int
-    """Of CIR, with its enable bit next."""
+    """The bit in CIR, with its enable bit next."""
     enable: int
     start_ps: int
 
 
 def _source(register: type[Word], name: str, start_ps: int) -> _Source:
-    """By the manual's names: HSION, HSIRDY, HSIRDYF and HSIRDYIE."""
+    """Create a source by the manual's names: HSION, HSIRDY, HSIRDYF and HSIRDYIE."""
     own = {bits.name: bits.mask for bits in register.fields}
     cir = {bits.name: bits.mask for bits in rcc.CIR.fields}
     ready = f"{name}RDY"
@@ -199,18 +197,19 @@ _SYSCLK_SOURCES = ("HSI", "HSE", "PLL")  # in the order of SW
 
 
 _OSCILLATORS = frozenset((CR, PLLCFGR, BDCR, CSR))
-"""Registers that start and stop oscillators; of the others some divide what these give."""
+"""Registers that start and stop oscillators; some of the remaining ones divide their clocks."""
 
 
 class GatedChip(Protocol):
-    """What is needed of the chip in C: :class:`fcu_emulator.emulator.chip.library.FcuChip`. Peripherals: bit = index."""
+    """The functions of the chip in C that are used here: :class:`fcu_emulator.emulator.chip.library.FcuChip`.
+    Peripherals: bit = index."""
 
     def gate(self, peripherals: int, clocked: int) -> None:
         """Switch the clocks of peripherals in C."""
         ...
 
     def gate_python(self, peripheral: Peripheral, clocked: bool) -> None:
-        """Tell C of the clock of a peripheral in Python."""
+        """Report the clock of a peripheral in Python to C."""
         ...
 
     def reset_peripherals(self, peripherals: int) -> None:
@@ -219,7 +218,7 @@ class GatedChip(Protocol):
 
 
 class _Controlled:
-    """What the bits of one register gate or reset: peripherals in C by their index, and peripherals in Python."""
+    """The peripherals that the bits of one register gate or reset: those in C by their index, and those in Python."""
 
     def __init__(self, names: Mapping[int, str], peripherals: Mapping[str, Peripheral]) -> None:
         known = [(bit, peripherals[name]) for bit, name in names.items() if name in peripherals]
@@ -230,7 +229,7 @@ class _Controlled:
         self._latest: dict[int, tuple[int, tuple[tuple[int, Peripheral], ...]]] = {}
 
     def of(self, bits: int) -> tuple[int, tuple[tuple[int, Peripheral], ...]]:
-        """Peripherals of these bits: those in C (bit = index), and those in Python with their bits."""
+        """Return the peripherals of these bits: those in C (bit = index), and those in Python with their bits."""
         found = self._latest.get(bits)
         if found is None:
             if len(self._latest) >= _SETTINGS:
@@ -242,7 +241,7 @@ class _Controlled:
 
 
 class Rcc(Peripheral, declared=DECLARED["RCC"]):
-    """Implements :class:`ClockTree`; :meth:`control` gives it the peripherals that it feeds."""
+    """Implements :class:`ClockTree`; :meth:`control` adds the peripherals whose clocks it supplies."""
 
     def __init__(
         self,
@@ -271,9 +270,9 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
     # -- for the other peripherals ---------------------------------------------------------------------------
 
     def control(self, peripherals: Iterable[Peripheral], chip: GatedChip | None = None) -> None:
-        """The peripherals whose clock gates and resets are here, found by their names; all start without clock.
+        """Set the peripherals whose clock gates and resets are here, found by name; all start without clock.
 
-        ``chip`` has those of them that are in C: their gates and resets are one call.
+        ``chip`` contains those in C: their gates and resets are one call.
         """
         by_name = {peripheral.name: peripheral for peripheral in peripherals}
         self._chip = chip
@@ -282,7 +281,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._apply_all_gates()
 
     def on_change(self, changed: Callable[[], None]) -> None:
-        """Call ``changed()`` after any frequency has become another one, the RTC's included."""
+        """Call ``changed()`` after a change of any frequency, including the RTC's."""
         self._listeners.append(changed)
 
     def on_backup_reset(self, reset: Callable[[], None]) -> None:
@@ -290,7 +289,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._backup_listeners.append(reset)
 
     def rtc_hz(self) -> int:
-        """The RTC's input clock; 0 while it is off or its source is not ready (6.2.8)."""
+        """Return the RTC's input clock; 0 while it is off or its source is not ready (6.2.8)."""
         bdcr = self.registers[BDCR]
         if not bdcr & _RTCEN:
             return 0
@@ -303,11 +302,11 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         return LSE_HZ if name == "LSE" else LSI_HZ
 
     def reset_because(self, reason: str) -> None:
-        """Show the cause in CSR: "PIN", "SYSRESETREQ", "IWDG" or "WWDG"; each pulls NRST too (6.1.1)."""
+        """Set the cause in CSR: "PIN", "SYSRESETREQ", "IWDG" or "WWDG"; each one also pulls NRST (6.1.1)."""
         self.registers[CSR] |= _RESET_FLAG["PIN"] | _RESET_FLAG[reason]
 
     def reset(self) -> None:
-        """System reset: the backup domain and the reset flags stay (6.3.20, 6.3.21)."""
+        """Reset the system, except the backup domain and the reset flags (6.3.20, 6.3.21)."""
         kept = {BDCR: self.registers[BDCR], CSR: self.registers[CSR] & _FLAGS}
         for name in [name for name in self._starting if _SOURCES[name].register != BDCR]:
             self._starting.pop(name).cancel()
@@ -319,7 +318,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
     # -- registers --------------------------------------------------------------------------------------
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """Write a register and let the clocks follow."""
+        """Write a register and update the clocks."""
         if offset == BDCR and not self._pwr.backup_writable:
             self.note("refused", "BDCR written while PWR_CR.DBP is 0")
             return
@@ -353,7 +352,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._update()
 
     def _keep_used_sources(self) -> None:
-        """What drives SYSCLK cannot be switched off: the hardware keeps the bit set (6.3.1)."""
+        """Keep the source of SYSCLK on: the hardware keeps its bit set (6.3.1)."""
         used = {_SYSCLK_SOURCES[rcc.CFGR.SWS.get(self.registers[CFGR])]}
         if "PLL" in used:
             used.add(self._pll_source())
@@ -398,7 +397,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         return "HSE" if rcc.PLLCFGR.PLLSRC.get(self.registers[PLLCFGR]) else "HSI"
 
     def _update(self) -> None:
-        """Start and stop sources as their bits say, then let SYSCLK follow."""
+        """Start and stop sources according to their bits, then update SYSCLK."""
         for name, source in _SOURCES.items():
             on = self.registers[source.register] & source.on
             if not on:
@@ -419,7 +418,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
             self._pll_hz, self._pll_nominal_hz = pll(pllcfgr, self._oscillators).p_hz, nominal.p_hz
             if nominal.problem():
                 self.note("forbidden", nominal.problem())
-            if not self._pll_hz:  # N is 0, a "wrong configuration" (6.3.2): nothing oscillates
+            if not self._pll_hz:  # N is 0, a "wrong configuration" (6.3.2): the PLL stays off
                 return
         at_ps = self.soc.clock.now_ps + source.start_ps
         self._starting[name] = self.soc.clock.schedule(at_ps, partial(self._started, name))

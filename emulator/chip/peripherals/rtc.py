@@ -1,7 +1,7 @@
 """RTC: calendar, backup registers, write protection (RM0368 section 17).
 
 The calendar is a function of time and costs nothing. Switching to initialisation mode and synchronisation
-(INITF, RSF) take no time here; on the chip two RTC clocks each. Values that are no date (month 13, 99
+(INITF, RSF) take no time here; on the chip two RTC clocks each. Values that are not a date (month 13, 99
 seconds) carry over into the next larger unit here; on the chip they are undefined.
 
 Not modelled, and noted: alarms, wake-up timer, tamper, time stamp, calibration, the 12 hour format.
@@ -21,21 +21,21 @@ from fcu_emulator.emulator.time.clock import PS_PER_S
 # -- the calendar: BCD registers to a point in time and back (17.6.1, 17.6.2) -------------------------------
 
 _CENTURY = datetime(2000, 1, 1, tzinfo=UTC)
-_DAYS_IN_CENTURY = 36525  # every fourth year of this one is a leap year, as the RTC has it
+_DAYS_IN_CENTURY = 36525  # every fourth year of this one is a leap year, as in the RTC
 
 
 def bcd(value: int) -> int:
-    """Two decimal digits as BCD."""
+    """Return two decimal digits as BCD."""
     return value // 10 << 4 | value % 10
 
 
 def from_bcd(value: int) -> int:
-    """BCD as a number."""
+    """Return the number of a BCD value."""
     return (value >> 4) * 10 + (value & 0xF)
 
 
 def seconds_of(time_register: int, date_register: int) -> int:
-    """Seconds since the century began, from TR and DR in 24 hour format."""
+    """Return the seconds since the century began, from TR and DR in 24 hour format."""
     months = max(from_bcd(date_register >> 8 & 0x1F), 1) - 1
     year = 2000 + from_bcd(date_register >> 16 & 0xFF) + months // 12
     day = datetime(year, months % 12 + 1, 1, tzinfo=UTC)
@@ -49,14 +49,14 @@ def seconds_of(time_register: int, date_register: int) -> int:
 
 
 def time_register(seconds: int) -> int:
-    """TR in 24 hour format."""
+    """Return TR in 24 hour format."""
     minutes, second = divmod(seconds, 60)
     hours, minute = divmod(minutes, 60)
     return bcd(hours % 24) << 16 | bcd(minute) << 8 | bcd(second)
 
 
 def date_register(seconds: int, weekday: int) -> int:
-    """DR; ``weekday`` is 1 (Monday) to 7."""
+    """Return DR; ``weekday`` is 1 (Monday) to 7."""
     day = _CENTURY + timedelta(days=seconds // 86400 % _DAYS_IN_CENTURY)
     return bcd(day.year % 100) << 16 | weekday << 13 | bcd(day.month) << 8 | bcd(day.day)
 
@@ -66,13 +66,13 @@ def date_register(seconds: int, weekday: int) -> int:
 TR, DR, CR, ISR, PRER, WPR, SSR = offsets(rtc.TR, rtc.DR, rtc.CR, rtc.ISR, rtc.PRER, rtc.WPR, rtc.SSR)
 
 _INITS, _RSF, _INITF, _INIT = masks(rtc.ISR.INITS, rtc.ISR.RSF, rtc.ISR.INITF, rtc.ISR.INIT)
-_CR_MODELLED = rtc.CR.BYPSHAD.mask | rtc.CR.BKP.mask  # BYPSHAD and BKP do nothing that could be missed
+_CR_MODELLED = rtc.CR.BYPSHAD.mask | rtc.CR.BKP.mask  # BYPSHAD and BKP have no visible effect
 _KEYS = (0xCA, 0x53)
 _BACKUP = range(rtc.BKPxR.addr, rtc.BKPxR.addr + rtc.BKPxR.count * rtc.BKPxR.step, rtc.BKPxR.step)
 
 
 class Rtc(Peripheral, declared=DECLARED["RTC"]):
-    """Real-time clock; a system reset does not touch it, a reset of the backup domain does."""
+    """Real-time clock; a system reset does not change it, a reset of the backup domain does."""
 
     def __init__(self, soc: Soc, name: str, base: int, pwr: Pwr, rcc: Rcc) -> None:
         super().__init__(soc, name, base)
@@ -88,10 +88,10 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         self._keys = 0  # of the unlock sequence
         self._cycles = 0  # of the RTC clock since the century began, at ``_since_ps``
         self._since_ps = self.soc.clock.now_ps
-        self._first_weekday = 1  # of the century's first day, such that the day that was set has its own
+        self._first_weekday = 1  # weekday of the century's first day, computed from the date that was set
 
     def reset(self) -> None:
-        """A system reset leaves the backup domain alone, but locks it (17.3.5)."""
+        """Lock the backup domain, which a system reset otherwise leaves unchanged (17.3.5)."""
         self._keys = 0
 
     # -- registers --------------------------------------------------------------------------------------
@@ -148,7 +148,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
     # -- calendar ---------------------------------------------------------------------------------------
 
     def _initialise(self, wanted: bool) -> None:
-        """INIT stops the calendar for TR, DR and PRER to be written; leaving it starts at the new time."""
+        """Set INIT, which stops the calendar for writes of TR, DR and PRER, or clear it and start at the new time."""
         running = not self.registers[ISR] & _INITF
         if wanted and running:
             shown = {offset: self.peek(offset) for offset in (TR, DR)}
@@ -163,13 +163,13 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             initialised = _INITS if self.registers[DR] >> 16 & 0xFF else 0  # the year is not 0 (17.6.4)
             self.registers[ISR] = self.registers[ISR] & ~(_INIT | _INITF | _INITS) | _RSF | initialised
         elif running:
-            self.registers[ISR] |= _RSF  # cleared by software, it is soon set again
+            self.registers[ISR] |= _RSF  # software clears it, and it is soon set again
 
     def _asynchronous(self) -> int:
         return rtc.PRER.PREDIV_A.get(self.registers[PRER]) + 1
 
     def _cycles_per_s(self) -> int:
-        """RTC clocks in what the calendar calls a second (17.3.1)."""
+        """Return the RTC clocks in one second of the calendar (17.3.1)."""
         return self._asynchronous() * (rtc.PRER.PREDIV_S.get(self.registers[PRER]) + 1)
 
     def _now_cycles(self) -> int:

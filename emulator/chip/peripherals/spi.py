@@ -1,14 +1,14 @@
-"""What the chip's SPI peripherals lead to: buses with parts, each at a chip select; and parts that are absent.
+"""The devices at the chip's SPI peripherals: buses with sensors, each at a chip select; and absent modules.
 
-The chip knows its chip selects and answers a message that reads from what it keeps of a part's bytes
-(:mod:`fcu_emulator.emulator.chip.read_cache`). It hands a message over, with what has passed so far, where these are not
-known, where registers are written, and where firmware does what no driver does; from there on it calls at
-the end of each byte.
+The chip knows its chip selects and answers a message that reads from the read cache
+(:mod:`fcu_emulator.emulator.chip.read_cache`). It passes a message to Python, with the bytes so far, if the
+bytes are not cached, if registers are written, or for sequences that no driver uses. From there on it calls
+Python at the end of each byte.
 
-The board's Bluetooth module is absent: SPI1 (PA5 to PA7), chip select PB0, reset PB2, interrupt PA4. Nobody
-drives MISO, so ST's stock firmware reads a header that is not 0x02, gives up each of its requests after its
-own time-outs (0.2 s a request) and reaches its main loop. The interrupt line is low,
-as of a module that has nothing to say: high would keep HCI_Isr in its loop for ever.
+The board's Bluetooth module is absent: SPI1 (PA5 to PA7), chip select PB0, reset PB2, interrupt PA4. MISO has
+no driver, so ST's stock firmware reads a header that is not 0x02. It ends each request by time-out (0.2 s)
+and reaches its main loop. The interrupt line is low, as of a module without data: high would keep HCI_Isr in
+its loop forever.
 """
 
 from __future__ import annotations
@@ -54,11 +54,11 @@ class _KeptMessage(ctypes.Structure):
     received: ctypes.Array[ctypes.c_uint8]
 
     def bytes_written(self) -> bytearray:
-        """The first byte, if it has been sent."""
+        """Return the first byte, if it has been sent."""
         return bytearray([self.command]) if self.command >= 0 else bytearray()
 
     def bytes_read(self) -> bytearray:
-        """The bytes that the device has sent."""
+        """Return the bytes that the device has sent."""
         return bytearray(self.received[: self.count])
 
 
@@ -84,29 +84,29 @@ class _Calls(ctypes.Structure):
 
 
 class _SpiDevice:
-    """A part at its chip select, as the chip keeps its bytes; and the message that Python has taken over."""
+    """A sensor at its chip select, for the chip's read cache; and the message that Python has taken over."""
 
     def __init__(self, wire: SpiWire, chip_select: str, target: SpiTarget) -> None:
         self.chip_select = chip_select
         self.target = target
         self.version: array[int] = target.version
         self.position = 0
-        """The sub-address that reads in the chip have left behind."""
+        """The sub-address after the latest reads in the chip."""
         self.start_ps = 0
         self.written = bytearray()
         self.received = bytearray()
         self._wire = wire
 
     def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
-        """What is read from ``address`` on as the chip's SPI is set up."""
+        """Return the bytes from ``address`` for the present settings of the chip's SPI."""
         return self.target.prefetch(address, count, self._wire.mode, self._wire.wires, now_ps)
 
     def consumed(self, address: int, count: int) -> None:
-        """So many of these bytes have been read."""
+        """Report that so many of these bytes have been read."""
         self.target.consumed(address, count)
 
     def advance_past(self, address: int, count: int) -> None:
-        """Likewise, which was quiet."""
+        """Report the same for a quiet read."""
         self.target.advance_past(address, count)
         self.position = self.target.part.advance(address, count)
 
@@ -120,7 +120,7 @@ class SpiWire:
         self._clock, self._trace = chip.clock, chip.trace
         self.mode: Mode = 3
         self.wires: Wires = 3
-        """How the host clocks, and what it listens on."""
+        """The host's clock settings, and the wires that it reads."""
         self._speed_hz = 0
         self._parts = [_SpiDevice(self, name, bus.target(name)) for name in bus.chip_selects]
         called: tuple[Callable[..., Any], ...]
@@ -137,7 +137,7 @@ class SpiWire:
         bus.is_enabled = False
 
     def take_kept(self) -> None:
-        """The messages that the chip has answered by itself, and bytes nobody heard, go to the bus."""
+        """Pass the messages that the chip has answered alone, and bytes that no sensor received, to the bus."""
         library, handle, bus = self._chip.library, self._chip.handle, self._bus
         message, unheard = _KeptMessage(), _Unheard()
         while library.fcu_take_spi_message(handle, self._number, ctypes.byref(message)):
@@ -202,7 +202,7 @@ class SpiWire:
 
 
 def connect_absent_part(chip: FcuChip, part: AbsentPart, gpio: Gpio) -> None:
-    """Nobody answers there; the first attempt to talk to the part is noted in the trace."""
+    """Connect an absent module: the first attempt to send to it is noted in the trace."""
 
     def tried() -> None:
         chip.trace.add(DeviceNote(chip.clock.now_ps, part.name, "not modelled", part.note))
@@ -216,5 +216,5 @@ def connect_absent_part(chip: FcuChip, part: AbsentPart, gpio: Gpio) -> None:
 
 
 def _number(name: str) -> int:
-    """The peripheral's number as C counts."""
+    """Return the peripheral's number in C."""
     return int(name[-1]) - 1

@@ -1,4 +1,4 @@
-"""TIM1 to TIM5 and TIM9 to TIM11 as Python sees them; the timers themselves are native/peripherals/tim.c."""
+"""TIM1 to TIM5 and TIM9 to TIM11 in Python; the timers themselves are in native/peripherals/tim.c."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fcu_emulator.emulator.trace import TickLate, TickLost
 
 @dataclass(frozen=True)
 class Pwm:
-    """What a channel's output pin carries: share of time it is high, cycles a second."""
+    """The signal at a channel's output pin: share of time it is high, cycles a second."""
 
     frequency_hz: float
     duty: float
@@ -55,26 +55,26 @@ class Timer(NativePeripheral):
 
     @property
     def lost(self) -> int:
-        """Ticks that found the flag of the one before still set."""
+        """Ticks at which the flag of the previous one was still set."""
         count: int = self._counts.lost
         return count
 
     @property
     def longest_wait_s(self) -> float:
-        """The longest time a tick waited for its handler, of those that were late."""
+        """The longest time between a late tick and its handler."""
         wait_ps: int = self._counts.longest_wait_ps
         return wait_ps / PS_PER_S
 
     @property
     def rate_hz(self) -> float:
-        """Update rate as configured; 0 while ARR is 0."""
+        """The configured update rate; 0 while ARR is 0."""
         rate: float = self._chip.library.fcu_timer_rate(self._chip.handle, self.index)
         return rate
 
     def pwm(self, channel: int) -> Pwm | None:
-        """What channel 1 to 4 puts out; None while it puts out no PWM or the timer stands (RM0368 12.3.9).
+        """Return the output of channel 1 to 4; None while it outputs no PWM or the timer is stopped (RM0368 12.3.9).
 
-        TIM1 needs BDTR.MOE too. Raises IndexError for a channel the timer does not have.
+        TIM1 also needs BDTR.MOE. Raises IndexError for a channel that the timer does not have.
         """
         frequency, duty = ctypes.c_double(), ctypes.c_double()
         result = self._chip.library.fcu_timer_pwm(
@@ -85,13 +85,13 @@ class Timer(NativePeripheral):
         return Pwm(frequency.value, duty.value) if result else None
 
     def next_change_ps(self) -> int:
-        """When a flag of SR may next rise."""
+        """Return the next time when a flag of SR may be set."""
         at_ps: int = self._chip.library.fcu_timer_next_change(self._chip.handle, self.index)
         return at_ps
 
 
 def connect_timers(chip: FcuChip) -> dict[str, Timer]:
-    """The chip's timers by name; their late and lost ticks go into its trace."""
+    """Return the chip's timers by name; their late and lost ticks are added to its trace."""
     clock, trace = chip.clock, chip.trace
 
     def late(peripheral: int, wait_ps: int) -> None:

@@ -33,7 +33,7 @@ class Usart(NativePeripheral):
     """One USART."""
 
     def next_change_ps(self) -> int:
-        """When TXE or TC comes next; the receiver's flags come with events."""
+        """Return the next time of TXE or TC; the receiver's flags come with events."""
         at_ps: int = self._chip.library.fcu_usart_next_change(self._chip.handle, self.index)
         return at_ps
 
@@ -42,7 +42,7 @@ PERIPHERAL_CLASSES["USART"] = Usart
 
 
 class ConnectedUsarts:
-    """``lines`` by the name of their USART; what the others send is heard by nobody."""
+    """Connects ``lines`` by the name of their USART; the output of the remaining USARTs is dropped."""
 
     def __init__(self, chip: FcuChip, lines: Mapping[str, Uart]) -> None:
         self._lines = {chip.peripherals[name].index: line for name, line in lines.items()}
@@ -68,10 +68,9 @@ class ConnectedUsarts:
 
 
 def wire_terminal(chip: FcuChip, name: str, pin: PinFunction, baud: int = BAUD) -> None:
-    """A terminal at ``baud`` is connected to a USART's transmitter at ``pin``.
+    """Connect a terminal at ``baud`` to a USART's transmitter at ``pin``.
 
-    Bytes sent while the pin is not switched to the USART are heard by nobody; another rate is noted in the
-    trace.
+    Bytes sent while the pin is not switched to the USART are lost; another rate is noted in the trace.
     """
     port, number, function = pin
     index = chip.peripherals[name].index
@@ -79,7 +78,7 @@ def wire_terminal(chip: FcuChip, name: str, pin: PinFunction, baud: int = BAUD) 
 
 
 class _Transceiver:
-    """A USART as its line sees it; implements :class:`fcu_emulator.emulator.buses.uart.Transceiver`."""
+    """The line's side of a USART; implements :class:`fcu_emulator.emulator.buses.uart.Transceiver`."""
 
     def __init__(self, chip: FcuChip, peripheral: NativePeripheral) -> None:
         self._chip = chip

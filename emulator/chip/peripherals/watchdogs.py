@@ -1,12 +1,12 @@
 """The watchdogs: IWDG, the independent one, which counts LSI (RM0368 section 15), and WWDG, the window
 watchdog, a seven-bit counter on PCLK1 / 4096 (section 16).
 
-LSI is exactly 32 kHz here, on the board 17 to 47 kHz: firmware that only just makes it needs a margin
-there. New prescaler and reload values of IWDG are taken over at the next reload; the manual's few LSI cycles
-for that (PVU, RVU) are not modelled.
+LSI is exactly 32 kHz here, on the board 17 to 47 kHz: firmware that reloads just in time needs a margin
+there. New prescaler and reload values of IWDG take effect at the next reload; the manual's few LSI cycles for
+that (PVU, RVU) are not modelled.
 
-WWDG's counter moves with time from the moment it was written; on the chip its prescaler runs freely, so the
-first count may come up to one period earlier there. Before WDGA is set the counter stands still here.
+WWDG's counter runs from the time of its write. On the chip its prescaler runs freely, so the first count may
+come up to one period earlier. Before WDGA is set the counter is stopped here.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _UNLOCK, _RELOAD, _START = 0x5555, 0xAAAA, 0xCCCC
 
 
 class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
-    """Once started, resets the chip unless it is reloaded in time; only that reset stops it."""
+    """Resets the chip unless it is reloaded in time; only that reset stops it."""
 
     def __init__(self, soc: Soc, name: str, base: int) -> None:
         super().__init__(soc, name, base)
@@ -43,7 +43,7 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
             self._event = None
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """KR takes keys; PR and RLR are open after the key 0x5555 only (15.3.2)."""
+        """Write a register: KR takes keys; PR and RLR are writable only after the key 0x5555 (15.3.2)."""
         if offset == IWDG_KR:
             self._take_key(value & mask & 0xFFFF)
         elif not self._unlocked:
@@ -58,7 +58,7 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
             self._reload()
 
     def _reload(self) -> None:
-        """The event moves on when it fires: a reload in every millisecond would fill the clock's queue."""
+        """Reload; the event is moved only when it fires, because frequent reloads would fill the clock's queue."""
         cycles = (4 << min(self.registers[IWDG_PR], 6)) * (self.registers[IWDG_RLR] + 1)
         self._deadline_ps = self.soc.clock.now_ps + cycles * PS_PER_S // LSI_HZ
         if self._event is None:
@@ -86,7 +86,7 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
 WWDG_CR, WWDG_CFR, WWDG_SR = offsets(wwdg.CR, wwdg.CFR, wwdg.SR)
 
 _WDGA, _EWI, _EWIF = masks(wwdg.CR.WDGA, wwdg.CFR.EWI, wwdg.SR.EWIF)
-_T6 = 1 << 6  # of CR.T: below, the chip is reset
+_T6 = 1 << 6  # of CR.T: if it is clear, the chip is reset
 
 
 class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
@@ -107,7 +107,7 @@ class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
         self._irq.set(self.name, False)
 
     def read(self, offset: int) -> int:
-        """A register; CR shows the counter as of now."""
+        """Return a register; CR contains the present counter."""
         return self.peek(offset)
 
     def peek(self, offset: int) -> int:
@@ -169,7 +169,7 @@ class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
             self._plan()
 
     def _plan(self) -> None:
-        """The next thing to happen: the early wake-up at 0x40, or the reset one count later."""
+        """Schedule the next event: the early wake-up at 0x40, or the reset one count later."""
         if self._event is not None:
             self._event.cancel()
             self._event = None

@@ -1,7 +1,8 @@
-"""The registers of the chip's peripherals, declared once, one chapter of a manual a module.
+"""The registers of the chip's peripherals, declared once; each module contains one chapter of a manual.
 
-They give the names in traces, diagnoses and debuggers, ``fcu registers TIM9``, the reset values and masks of the
-peripherals in Python, the C headers of the peripherals in C (``c_headers``) and the chip's rows of the fidelity table.
+They define the names in traces, diagnoses and debuggers, the output of ``fcu registers TIM9``, and the reset
+values and masks of the peripherals in Python. The C headers (``c_headers``) and the chip's rows of the
+fidelity table are generated from them.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ IN_C: Final[tuple[ModuleType, ...]] = (
     *(syscfg, gpio, dma, exti, tim, i2c, usart, spi),
     *(systick, nvic, scb, dwt),
 )
-"""Of these the peripherals in C have headers."""
+"""C headers are generated for these peripherals."""
 
 DECLARED: Final[dict[str, DeclaredPeripheral]] = {
     name: peripheral(module, name) for module in KINDS for name in module.INSTANCES
@@ -53,17 +54,17 @@ DECLARED: Final[dict[str, DeclaredPeripheral]] = {
 """Every declared peripheral by the manual's name."""
 
 SYSTEM_CONTROL_SPACE: Final = ("SysTick", "NVIC", "SCB")
-"""Peripherals that share one place in the memory map; their offsets are those in it."""
+"""Peripherals that share one place in the memory map; their offsets are relative to it."""
 
 
 def address_of(peripheral_name: str, register: type[Word]) -> int:
-    """Where a register of a peripheral is, the first one of several."""
+    """Return the address of a peripheral's register; of several, the first."""
     place = "SCS" if peripheral_name in SYSTEM_CONTROL_SPACE else peripheral_name
     return memory_map.ADDRESSES[place][0] + register.addr
 
 
 def names_of(peripheral_name: str) -> dict[int, str]:
-    """The registers' names by offset of a peripheral in the memory map; none if it is not declared."""
+    """Return the registers' names by offset of a peripheral; empty if it is not declared."""
     parts = SYSTEM_CONTROL_SPACE if peripheral_name == "SCS" else (peripheral_name,)
     return {
         offset: name for part in parts if part in DECLARED for offset, name in DECLARED[part].names.items()

@@ -1,11 +1,12 @@
 """C headers generated from the declarations in Python: registers, memory map, DMA request lines.
 
-``building/library.py`` writes them to ``emulator/chip/native/generated`` before it compiles; they are not committed.
+``building/library.py`` writes them to ``emulator/chip/native/generated`` before it compiles; they are not
+committed.
 
-Register names are the manual's without the peripheral's, as its chapter has them: ``CR1`` is an offset, ``CR1_UE`` the bits
-of a field, ``CR2_STOP_SHIFT`` where one of several bits begins, ``CR1_RESET`` and ``CR1_STORED`` the value
-after reset and the bits that keep what is written. So a C file includes the header of its own chapter only.
-``C_PREFIX`` of a module goes before all of them, where C has a name already.
+Register names are those of the manual's chapter, without the peripheral's name: ``CR1`` is an offset,
+``CR1_UE`` the bits of a field, ``CR2_STOP_SHIFT`` the lowest bit of a wider field, ``CR1_RESET`` and
+``CR1_STORED`` the value after reset and the bits that store written values. A C file therefore includes only
+the header of its chapter. ``C_PREFIX`` of a module precedes all of them if C already uses a name.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ _PER_LINE = 8
 
 
 def write_headers(folder: Path) -> None:
-    """Write all headers to ``folder``, which is created; a header that is unchanged keeps its time."""
+    """Write all headers to ``folder``, which is created; an unchanged header keeps its time."""
     folder.mkdir(exist_ok=True)
     texts = headers()
     for path in folder.glob("*.h"):
@@ -47,7 +48,7 @@ def headers() -> dict[str, str]:
 
 _MEMORY = ("FLASH", "RAM", "SYSTEM_MEMORY", "PERIPHERALS", "OTG", "PRIVATE")
 _C_NAMES = {"FLASH": "FLASH_R", "ROM table": "ROM_TABLE"}
-"""The flash interface has the name of ST's headers, since FLASH is the memory."""
+"""The flash interface has the name of ST's headers, because FLASH is the memory."""
 
 
 def _memory_map() -> str:
@@ -137,7 +138,7 @@ def _number(first: int) -> str:
 
 
 def _tables(module: ModuleType, kind: str) -> Iterator[str]:
-    """The offsets of all registers; where peripherals of a kind differ, what each has, by offset / 4."""
+    """Return the offsets of all registers; if peripherals of a kind differ, also the bits of each, by offset / 4."""
     peripherals = [peripheral(module, name) for name in module.INSTANCES]
     offsets = sorted({register.offset for one in peripherals for register in one.registers})
     texts = [f"0x{offset:02X}" for offset in offsets]

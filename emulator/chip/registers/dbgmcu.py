@@ -27,7 +27,7 @@ class CR(Word, addr=0x04):
 
 
 class APB1_FZ(Word, addr=0x08, modelled=False):
-    """What stands still on APB1 while the core is halted."""
+    """Timers on APB1 that stop while the core is halted."""
 
     DBG_I2C3_SMBUS_TIMEOUT = Bits(23, doc="I2C3's time-out")
     DBG_I2C2_SMBUS_TIMEOUT = Bits(22, doc="I2C2's time-out")
@@ -42,7 +42,7 @@ class APB1_FZ(Word, addr=0x08, modelled=False):
 
 
 class APB2_FZ(Word, addr=0x0C, modelled=False):
-    """What stands still on APB2 while the core is halted."""
+    """Timers on APB2 that stop while the core is halted."""
 
     DBG_TIM11_STOP = Bits(18, doc="TIM11")
     DBG_TIM10_STOP = Bits(17, doc="TIM10")

@@ -1,5 +1,5 @@
-"""What is declared of a peripheral of the chip: its registers, words of 32 bits, and which of them one peripheral of a
-kind has where others have more.
+"""The declaration of a peripheral of the chip: its registers, words of 32 bits, and the differences between
+peripherals of a kind.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class Word(Register, size=4):
 
 @dataclass(frozen=True)
 class Variant:
-    """A register of one peripheral, where it is not as in the others of its kind.
+    """A register of one peripheral that differs from those of its kind.
 
     ``bits``: those that exist, none if the register does not.
     """
@@ -33,7 +33,7 @@ class Variant:
 
 @dataclass(frozen=True)
 class Field:
-    """A field that a peripheral has; ``msb`` down to ``lsb``."""
+    """A field of a peripheral's register; ``msb`` down to ``lsb``."""
 
     name: str
     msb: int
@@ -43,18 +43,18 @@ class Field:
 
 @dataclass(frozen=True)
 class PeripheralRegister:
-    """A register that a peripheral has, one of several (``S3CR``) by its own name."""
+    """A register of one peripheral; one of several (``S3CR``) has its full name."""
 
     name: str
     offset: int
     reset: int
     exists: int
-    """The bits that the peripheral has of it."""
+    """The bits that exist in this peripheral."""
     declared: type[Word]
 
     @property
     def bits(self) -> int:
-        """Those of them that are not reserved."""
+        """The bits that are not reserved."""
         used = 0
         for field in self.declared.fields:
             used |= field.mask
@@ -62,11 +62,11 @@ class PeripheralRegister:
 
     @property
     def stored(self) -> int:
-        """Bits that keep what is written."""
+        """The bits that store written values."""
         return self.declared.stored_mask & self.exists
 
     def fields(self) -> Iterator[Field]:
-        """As in the manual, the upper ones first."""
+        """Return the fields as in the manual, the upper ones first."""
         for bits in self.declared.fields:
             if bits.mask & self.exists:
                 yield from (
@@ -93,7 +93,7 @@ class DeclaredPeripheral:
         declared: Iterable[type[Word]],
         variants: Mapping[str, Variant] = MappingProxyType({}),
     ) -> DeclaredPeripheral:
-        """The peripheral with these registers, but for those that are different in it."""
+        """Return the peripheral with these registers, except for those that differ in it."""
         registers = []
         for kind in declared:
             for number in range(kind.count):
@@ -108,21 +108,21 @@ class DeclaredPeripheral:
 
     @cached_property
     def names(self) -> dict[int, str]:
-        """The manual's name of each register, by offset."""
+        """Return the manual's name of each register, by offset."""
         return {register.offset: register.name for register in self.registers}
 
     @cached_property
     def resets(self) -> dict[int, int]:
-        """The value after reset, by offset."""
+        """Return the value after reset, by offset."""
         return {register.offset: register.reset for register in self.registers}
 
     @cached_property
     def stored(self) -> dict[int, int]:
-        """Bits that keep what is written, by offset."""
+        """Return the bits that store written values, by offset."""
         return {register.offset: register.stored for register in self.registers}
 
     def without_behaviour(self) -> list[str]:
-        """What is known but not modelled: whole registers, and fields as ``REGISTER.FIELD``."""
+        """Return known but unmodelled parts: whole registers, and fields as ``REGISTER.FIELD``."""
         names: dict[str, None] = {}
         for register in self.registers:
             kind = register.declared
@@ -135,17 +135,17 @@ class DeclaredPeripheral:
 
 
 def offsets(*registers: type[Word]) -> tuple[int, ...]:
-    """Their offsets, to be named."""
+    """Return their offsets, to be named by the caller."""
     return tuple(register.addr for register in registers)
 
 
 def masks(*fields: Bits) -> tuple[int, ...]:
-    """Their bits, to be named."""
+    """Return their bits, to be named by the caller."""
     return tuple(bits.mask for bits in fields)
 
 
 def words(module: ModuleType) -> list[type[Word]]:
-    """The registers that a module declares, in its order."""
+    """Return the registers that a module declares, in its order."""
     return [
         value
         for value in vars(module).values()
@@ -154,7 +154,7 @@ def words(module: ModuleType) -> list[type[Word]]:
 
 
 def peripheral(module: ModuleType, name: str) -> DeclaredPeripheral:
-    """One of the peripherals of the kind that ``module`` declares."""
+    """Return one of the peripherals of the kind that ``module`` declares."""
     variants = getattr(module, "VARIANTS", {}).get(name, {})
     title = (module.__doc__ or "").partition("\n")[0]
     return DeclaredPeripheral.of(name, title, module.SOURCE, words(module), variants)

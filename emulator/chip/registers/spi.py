@@ -67,13 +67,13 @@ class CRCPR(Word, addr=0x10, reset=0x7):
 
 
 class RXCRCR(Word, addr=0x14, access="r"):
-    """CRC of what was received."""
+    """CRC of received data."""
 
     RXCRC = Bits(15, 0, modelled=False, doc="sum")
 
 
 class TXCRCR(Word, addr=0x18, access="r"):
-    """CRC of what was sent."""
+    """CRC of sent data."""
 
     TXCRC = Bits(15, 0, modelled=False, doc="sum")
 

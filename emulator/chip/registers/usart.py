@@ -25,7 +25,7 @@ class SR(Word, addr=0x00, access="r", reset=0xC0):
 
 
 class DR(Word, addr=0x04):
-    """Data: what was received, and what is to be sent."""
+    """Data: the received byte, and the byte to be sent."""
 
     DR = Bits(8, 0, doc="eight or nine bits")
 

@@ -1,14 +1,14 @@
-/* Loads and stores on the usual way: RAM and constants in flash, without anybody to be asked or told.
+/* Plain loads and stores: RAM and constants in flash, without checks and reports.
  *
- * An operation tries that first. Where it fails, the operation's other half takes its place: it looks outside
- * (dispatch.h) and uses core_read() and core_write(), which can do everything.
+ * An operation tries these first. If they fail, the operation's second half runs: it calls look_outside()
+ * (dispatch.h) and uses core_read() and core_write(), which handle all cases.
  */
 #ifndef FCU_ACCESS_H
 #define FCU_ACCESS_H
 
 #include "cpu/dispatch.h"
 
-/* False: nothing has happened. The last three bytes of a memory are left to the other half, whatever the size. */
+/* False: nothing has happened. The second half handles the last three bytes of a memory, for all sizes. */
 #define DEFINE_PLAIN(bits, type)                                                                         \
   INLINE bool load##bits(const Core *core, uint32_t address, uint32_t *value) {                          \
     type data;                                                                                           \
@@ -41,16 +41,16 @@ DEFINE_PLAIN(8, uint8_t)
 DEFINE_PLAIN(16, uint16_t)
 DEFINE_PLAIN(32, uint32_t)
 
-/* Several words at once: where they are aligned, as they have to be. */
+/* Several words at once: only for aligned addresses. */
 INLINE bool is_aligned(const Core *core, uint32_t address) {
   (void)core;
   return LIKELY(!(address & 3));
 }
 static inline bool is_aligned_outside(Core *core, uint32_t address) { return core_is_aligned(core, address); }
 
-/* Both halves of an operation that accesses memory: access(core, insn, address) and access_outside() likewise,
- * at an address and with something to be done only after an access that was made: a fault leaves the base
- * register as it was. */
+/* Define both halves of an operation that accesses memory: access(core, insn, address) and access_outside() with the
+ * same arguments. `to` is the address; `afterwards` runs only after a successful access: a fault leaves the base
+ * register unchanged. */
 #define DEFINE_ACCESS(name, access, to, afterwards)                                                      \
   RARE_OPERATION(name##_outside) {                                                                       \
     uint32_t address = to;                                                                               \

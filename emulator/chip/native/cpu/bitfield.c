@@ -105,7 +105,7 @@ void choose_movt(Insn *insn) {
   writes_d(insn);
 }
 
-/* A5.3.3, but for what data32.c has of it. */
+/* A5.3.3, except for the part in data32.c. */
 bool decode_bit_field(uint16_t first, uint16_t second, Insn *insn) {
   unsigned low5 = bits(second, 4, 0);
   insn->by = (uint8_t)(bits(second, 14, 12) << 2 | bits(second, 7, 6));

@@ -5,13 +5,13 @@
 
 /* -- branches ------------------------------------------------------------------------------------------- */
 
-/* A link stands after each branch for what follows it, and after that one for its target (decode_cache.h). */
+/* After each branch there are a link to the following address and a link to its target (decode_cache.h). */
 #define FOLLOWING insn[1].next
 #define TARGET insn[2].next
 
 OPERATION(b) { TAIL enter(core, TARGET, budget); }
 
-/* Every other condition (A7.3.1); the ones between are their opposites. */
+/* Every second condition (A7.3.1); the conditions between them are their opposites. */
 INLINE bool is_eq(const Core *core) { return core->z == 0; }
 INLINE bool is_cs(const Core *core) { return core->c; }
 INLINE bool is_mi(const Core *core) { return core->n >> 31; }
@@ -48,13 +48,13 @@ OPERATION(bx) {
   TAIL enter(core, next, budget);
 }
 
-/* PC has bit 0 clear: there is no ARM state to go to. */
+/* PC has bit 0 clear: the chip has no ARM state. */
 OPERATION(bx_pc) {
   const Insn *next = exchange(core, insn->imm);
   TAIL enter(core, next, budget);
 }
 
-/* BLXWritePC (A2.3.1) knows no exception return. */
+/* BLXWritePC (A2.3.1) does not handle exception returns. */
 OPERATION(blx) {
   const Insn *next = interworking(core, core->r[insn->m]);
   core->r[14] = insn[1].address | 1;
@@ -91,8 +91,8 @@ static bool decode_exchange(uint32_t address, uint16_t first, Insn *insn) {
   return bits(first, 2, 0) == 0;
 }
 
-/* -- IT: whoever puts blocks together makes an instruction of its block conditional. One whose condition fails
- * takes a cycle, as most others do (Cortex-M4 TRM, ARM DDI 0439, 3.3.1): it is counted as they are -------- */
+/* -- IT: decode_cache.c makes the instructions of an IT block conditional. One whose condition fails takes a
+ * cycle, like most instructions (Cortex-M4 TRM, ARM DDI 0439, 3.3.1), and is counted in the same way ------- */
 
 #define DEFINE_UNLESS(name, condition)                                                                   \
   OPERATION(unless_##name) {                                                                             \
@@ -134,13 +134,13 @@ static bool decode_it(uint32_t itstate, Insn *insn) {
   return !insn->it;
 }
 
-/* -- others --------------------------------------------------------------------------------------------- */
+/* -- other instructions --------------------------------------------------------------------------------- */
 
 OPERATION(svc) { stop_after(core, insn, budget, STOP_SVC); }
 
 OPERATION(bkpt) { stop_on(core, insn, budget, STOP_BKPT); }
 
-/* 1011: what is neither data processing nor PUSH and POP. */
+/* 1011: instructions that are neither data processing nor PUSH and POP. */
 static bool decode_miscellaneous(uint32_t address, uint16_t first, Insn *insn) {
   if ((first & 0xF500) == 0xB100) {
     insn->n = bits(first, 2, 0);

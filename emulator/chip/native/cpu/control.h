@@ -1,12 +1,13 @@
-/* What decode_cache.c needs of conditions. */
+/* The condition operations that decode_cache.c uses. */
 #ifndef FCU_CONTROL_H
 #define FCU_CONTROL_H
 
 #include "cpu/dispatch.h"
 
-/* What goes to the instruction after the next one unless the condition holds (A7.3.1); insn->by is how far. */
+/* Return the operation that skips the next instruction unless the condition holds (A7.3.1); insn->by is the
+ * distance. */
 Operation unless(unsigned condition);
-/* What sets core->mask to whether the condition holds, or its opposite if it is an odd one. */
+/* Return the operation that sets core->mask to the condition; an odd condition sets the opposite. */
 Operation set_mask(unsigned condition);
 
 #endif

@@ -1,9 +1,9 @@
 /* 16-bit data processing (ARMv7-M ARM A5.2.1 to A5.2.3, and parts of A5.2 and A5.2.5). */
 #include "cpu/operations.h"
 
-/* -- what alu.c has not --------------------------------------------------------------------------------- */
+/* -- operations that are not in alu.c ------------------------------------------------------------------- */
 
-/* Shifts of n by the lowest byte of m. By 0 leaves C alone; more than 33 is like 33 (A7.4.2). */
+/* Shifts of n by the lowest byte of m. A shift by 0 leaves C unchanged; more than 33 has the effect of 33 (A7.4.2). */
 #define DEFINE_SHIFT(name, not_zero)                                    \
   static uint32_t name(Core *core, const Insn *insn, uint32_t *carry) { \
     uint32_t n = core->r[insn->n], by = core->r[insn->m] & 0xFF;        \
@@ -172,7 +172,7 @@ static void decode_address(uint32_t address, uint16_t first, Insn *insn) {
   }
 }
 
-/* 1011xx: what does not jump or access memory (A5.2.5). */
+/* 1011xx: instructions without jump or memory access (A5.2.5). */
 static bool decode_miscellaneous(uint16_t first, Insn *insn) {
   static const Operation extensions[] = {sxth, sxtb, uxth, uxtb}, reversals[] = {rev, rev16, NULL, revsh};
   uint32_t imm = bits(first, 6, 0) << 2;

@@ -1,4 +1,4 @@
-/* Which group an instruction belongs to (ARMv7-M ARM A5.2, A5.3). */
+/* Select the decoder by the instruction's group (ARMv7-M ARM A5.2, A5.3). */
 #include "cpu/core.h"
 
 bool decode16(uint32_t address, uint16_t first, Insn *insn) {

@@ -1,4 +1,4 @@
-/* DecodeCache are made and forgotten; decode_cache.h says what they are. */
+/* Create and discard basic blocks; decode_cache.h explains them. */
 #include "cpu/decode_cache.h"
 
 #include <stdlib.h>
@@ -9,16 +9,16 @@
 #include "cpu/transfers.h"
 
 #define CAPACITY 65536 /* Insns; half of it is enough for a firmware of 100 KB */
-#define LONGEST 64     /* instructions; an IT block is not divided, so there may be four more */
+#define LONGEST 64     /* instructions; an IT block is not divided, so a block may have four more */
 #define WIDEST 5       /* Insns of one instruction and the end of the block: five, with two links */
 #define ROOM (WIDEST * (LONGEST + 4) + 2)
 
 struct DecodeCache {
-  uint32_t used; /* the first Insn is never: 0 is no block */
+  uint32_t used; /* the first Insn is unused: offset 0 means no block */
   Insn insns[CAPACITY], part[ROOM], single[WIDEST + 2];
 };
 
-/* -- steps that are no instructions ---------------------------------------------------------------------- */
+/* -- steps that are not instructions --------------------------------------------------------------------- */
 
 OPERATION(to_loop) {
   leave_chain(core, insn->address, budget);
@@ -32,8 +32,8 @@ OPERATION(link_up) {
   core->unlinked = insn;
 }
 
-/* Before an instruction that reads PC where the manual says UNPREDICTABLE: it gets its own address, for that is
- * also what r[15] is while anybody looks. */
+/* Before an instruction that reads PC although the manual says UNPREDICTABLE: it reads its own address, which is
+ * also the value of r[15] in accesses. */
 COMPUTATION(set_pc, core->r[15] = insn->address)
 
 /* After an instruction that has written SP or PC. */
@@ -48,7 +48,7 @@ OPERATION(undefined) { stop_on(core, insn, budget, STOP_UNDEFINED); }
 
 /* -- writing --------------------------------------------------------------------------------------------- */
 
-/* Where and how the next instruction is written. */
+/* The output position and state of the block builder. */
 typedef struct {
   Core *core;
   const Memory *memory;
@@ -89,7 +89,7 @@ static Insn decoded(const Core *core, const Memory *memory, uint32_t address, ui
   return insn;
 }
 
-/* The instruction, its condition apart. */
+/* Add the instruction without its condition. */
 static void put_insn(Writer *writer, Insn insn) {
   const Memory *memory = writer->memory;
   uint32_t offset = insn.imm - memory->base;
@@ -105,7 +105,7 @@ static void put_insn(Writer *writer, Insn insn) {
   }
 }
 
-/* Where the block goes on after its last instruction. */
+/* Add the links after the last instruction of the block. */
 static void put_links(Writer *writer, const Insn *last) {
   put_link(writer, writer->address);
   if (last->kind & LINKS) {
@@ -113,7 +113,7 @@ static void put_links(Writer *writer, const Insn *last) {
   }
 }
 
-/* The condition of the next instruction of an IT block; at the first one IT itself can be that. */
+/* Add the condition of the next instruction of an IT block; at the first one IT itself can be the condition. */
 static Insn *put_condition(Writer *writer) {
   Insn *before = writer->at - 1;
   Insn *condition = before->kind & IS_IT ? before : put(writer, NULL);
@@ -121,7 +121,8 @@ static Insn *put_condition(Writer *writer) {
   return condition;
 }
 
-/* One that looks at core->mask, which is still there or is set before it: at the first one by IT itself. */
+/* Add an instruction that checks core->mask, which is already set, or is set before it (at the first one by IT
+ * itself). */
 static void put_masked(Writer *writer, Insn insn) {
   Insn *before = writer->at - 1;
   if (before->kind & IS_IT) {
@@ -144,7 +145,7 @@ static void mark(Writer *writer) {
   }
 }
 
-/* The next instruction of a block; false if it was the last one. */
+/* Add the next instruction of a block; false if it was the last one. */
 static bool put_next(Writer *writer, bool is_first, bool may_go_on) {
   const Memory *memory = writer->memory;
   if (writer->address - memory->base >= memory->size || (!is_first && is_breakpoint(memory, writer->address))) {
@@ -153,7 +154,7 @@ static bool put_next(Writer *writer, bool is_first, bool may_go_on) {
   }
   Insn insn = decoded(writer->core, memory, writer->address, writer->it), *condition = NULL;
   bool rest_of_it = it_advance(writer->it);
-  if (rest_of_it && insn.kind & ENDS) { /* UNPREDICTABLE of branches; of others rare */
+  if (rest_of_it && insn.kind & ENDS) { /* UNPREDICTABLE for branches; rare for other instructions */
     put(writer, to_loop);
     return false;
   }
@@ -188,7 +189,7 @@ static Insn *written(Core *core, const Memory *memory, uint32_t address, Insn *f
   return writer.at;
 }
 
-/* -- forgetting ------------------------------------------------------------------------------------------ */
+/* -- discarding ------------------------------------------------------------------------------------------ */
 
 static Memory *memory_at(Core *core, uint32_t address) {
   for (Memory *memory = core->memory; memory < core->memory + MEMORIES; memory++) {
@@ -199,7 +200,7 @@ static Memory *memory_at(Core *core, uint32_t address) {
   return NULL;
 }
 
-/* The chain under way, if there is one, ends after the instruction in flight. */
+/* End the current chain, if there is one, after the current instruction. */
 static void forget_all(Core *core) {
   DecodeCache *blocks = core->blocks;
   int64_t work = WORK_DECODE * (int64_t)blocks->used;
@@ -246,7 +247,7 @@ void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on) {
   }
 }
 
-/* -- what the loop takes --------------------------------------------------------------------------------- */
+/* -- the interface for the loop -------------------------------------------------------------------------- */
 
 const Insn *decode_cache_at(Core *core, const Memory *memory, uint32_t address) {
   DecodeCache *blocks = core->blocks;
@@ -271,7 +272,7 @@ const Insn *decode_cache_at(Core *core, const Memory *memory, uint32_t address) 
 
 const Insn *decode_cache_part(Core *core, const Insn *block, unsigned count) {
   Insn *part = core->blocks->part;
-  unsigned most = block->left - count; /* instructions that are left out, at least */
+  unsigned most = block->left - count; /* the minimum number of instructions left out */
   const Insn *rest = block;
   for (const Insn *insn = block + 1; insn->left >= most; insn++) {
     bool begins = insn->address != insn[-1].address && !insn->it;
@@ -299,7 +300,7 @@ const Insn *decode_cache_single(Core *core, const Memory *memory, uint32_t addre
   return single;
 }
 
-/* -- a core's blocks ------------------------------------------------------------------------------------- */
+/* -- creation -------------------------------------------------------------------------------------------- */
 
 bool decode_cache_create(Core *core) {
   core->blocks = calloc(1, sizeof(DecodeCache));

@@ -1,14 +1,14 @@
-/* DecodeCache: decoded instructions one behind the other as they are executed, up to one that may change PC.
+/* DecodeCache: decoded instructions in their order of execution, up to one that may change PC.
  *
- * Between them stand steps that are no instructions: conditions, before each instruction of an IT block; links,
- * at the end, from which the next block is entered; what else there is to be done about an instruction. A block
- * begins wherever execution has come to; so instructions may be in several.
+ * Between the instructions there are extra steps: a condition before each instruction of an IT block, links at the
+ * end from which the next block is entered, and other work that an instruction needs. A block begins at any address
+ * that execution has reached, so an instruction may be in several blocks.
  *
- * A block ends with a link to what follows it in memory, and if it ends with a branch, one to the branch's target
- * stands after that. Links lead nowhere until they are first gone through. Where there is nothing to be executed,
- * or something that needs care, a block ends with a step that goes back to the loop.
+ * A block ends with a link to the following address in memory. If it ends with a branch, a link to the branch's
+ * target follows. A link has no destination until it is first used. Without executable code, or if the code needs
+ * care, the block ends with a step that returns to the loop.
  *
- * There is no way to remove a block: if code changes or there is no more room, all go.
+ * A single block cannot be removed: if code changes or the storage is full, all blocks are discarded.
  */
 #ifndef FCU_DECODE_CACHE_H
 #define FCU_DECODE_CACHE_H
@@ -17,20 +17,20 @@
 
 enum Mark { DECODED = 1, BREAKPOINT = 2 };
 
-/* false: there is no memory for it. */
+/* Return false if the host has no memory for it. */
 bool decode_cache_create(Core *core);
 void decode_cache_destroy(Core *core);
 
-/* The block at the address, in that memory; the link through which execution has come leads to it from now on. */
+/* Return the block at the address in that memory. The link that execution came from now leads to it. */
 const Insn *decode_cache_at(Core *core, const Memory *memory, uint32_t address);
-/* At most so many instructions of a block that has more, and then back to the loop; NULL: there is nothing before
- * an IT block, which is not divided. */
+/* Return a block of at most `count` instructions of a longer block, then a return to the loop. NULL: the first
+ * instructions are an IT block, which is not divided. */
 const Insn *decode_cache_part(Core *core, const Insn *block, unsigned count);
-/* One instruction, and then back to the loop; core->itstate is what it is executed with, but the condition of an IT
- * block is the caller's to look at. */
+/* Return a block of one instruction, then a return to the loop. core->itstate is its ITSTATE; the caller checks the
+ * condition of the IT block. */
 const Insn *decode_cache_single(Core *core, const Memory *memory, uint32_t address);
 
-/* The address after the instruction. */
+/* Return the address after the instruction. */
 static inline uint32_t address_after(const Memory *memory, uint32_t address) {
   uint16_t first;
   __builtin_memcpy(&first, memory->bytes + (address - memory->base), 2);

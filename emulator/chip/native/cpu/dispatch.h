@@ -1,17 +1,17 @@
-/* How operations follow each other.
+/* How one operation calls the next (threaded code).
  *
- * An operation ends by calling that of the next instruction: in optimised code a jump, and a processor predicts
- * where a jump goes by the place it is made from, badly if all are made from one loop. What the next one needs
- * is in the arguments, which stay in the host's registers: core, insn, and budget.
+ * An operation ends with a call of the next instruction's operation, which the compiler turns into a jump. A
+ * processor predicts the target of a jump by the jump's address, so one common jump in a loop would be predicted
+ * badly. The next operation needs only its arguments, which stay in registers of the host: core, insn, and budget.
  *
- * Instructions are counted once a block, when it is entered: budget is how many may still be begun after the
- * whole block. So core->counter and r[15] are not up to date while operations follow each other: core->end is
- * counter and budget together, and insn->left how many instructions of the block were counted in advance. Where
- * anybody may look, in accesses outside of plain memory and where the chain ends, look_outside() puts them right.
- * core->itstate is 0 meanwhile; insn->it is what it would be.
+ * Instructions are counted once per block, at its entry: budget is how many may still begin after the whole block.
+ * core->counter and r[15] are therefore outdated inside a chain. core->end is counter plus budget; insn->left is how
+ * many instructions of the block were counted in advance. look_outside() updates them before accesses outside of
+ * plain memory and at the end of the chain. core->itstate is 0 in a chain; insn->it has its value.
  *
- * A block that needs more than the budget is not entered: the loop in run_loop.c executes what the limit allows of
- * it. The budget of a chain is at most some hundred instructions, because a compiler may make calls of the jumps.
+ * A block that needs more than the budget is not entered: the loop in run_loop.c executes as many of its
+ * instructions as the limit allows. The budget of a chain is at most some hundred instructions, because a compiler
+ * may turn the jumps into calls.
  */
 #ifndef FCU_DISPATCH_H
 #define FCU_DISPATCH_H
@@ -30,33 +30,33 @@
 #define OPERATION(name)                                                                                  \
   static void name(Core *core __attribute__((unused)), const Insn *insn __attribute__((unused)),         \
                    int32_t budget __attribute__((unused)))
-/* One that does no more than that. */
+/* An operation that only computes and continues. */
 #define COMPUTATION(name, ...)  \
   OPERATION(name) {             \
     __VA_ARGS__;                \
     NEXT;                       \
   }
-/* Not on the usual way: it must not cost the operations that lead to it any registers. */
+/* A rare case: it must not use registers of the operations that lead to it. */
 #define RARE_OPERATION(name) __attribute__((noinline, cold)) OPERATION(name)
 #define INLINE static inline __attribute__((always_inline))
 
-/* The last thing of an operation: the next instruction of the block. */
+/* The end of an operation: continue with the next instruction of the block. */
 #define NEXT TAIL insn[1].run(core, insn + 1, budget)
 
-/* Everybody may look from here on. */
+/* Update counter and r[15]: from here on other code may read the core's state. */
 INLINE void look_outside(Core *core, const Insn *insn, int32_t budget) {
   core->counter = core->end - (uint64_t)(int64_t)budget - insn->left + 1;
   core->r[15] = insn->address;
   core->itstate = insn->it;
 }
 
-/* Back to the loop, which goes on at the address. */
+/* Return to the loop, which continues at the address. */
 INLINE void leave_chain(Core *core, uint32_t address, int32_t budget) {
   core->counter = core->end - (uint64_t)(int64_t)budget;
   core->r[15] = address;
 }
 
-/* Go on with a block, or rather what is at its beginning; a link that leads nowhere yet takes nothing. */
+/* Continue with the step at the beginning of a block; an unresolved link uses no budget. */
 INLINE void enter(Core *core, const Insn *insn, int32_t budget) {
   if (LIKELY(insn->left <= budget)) {
     TAIL insn->run(core, insn, budget - insn->left);
@@ -64,7 +64,7 @@ INLINE void enter(Core *core, const Insn *insn, int32_t budget) {
   leave_chain(core, insn->address, budget);
 }
 
-/* After look_outside(), when the instruction has been executed. */
+/* After look_outside(): continue with the instruction after the executed one. */
 static inline void go_on(Core *core, const Insn *insn) {
   const Insn *next = insn + 1;
   uint64_t end = core->limit < core->bound ? core->limit : core->bound;
@@ -78,7 +78,7 @@ static inline void go_on(Core *core, const Insn *insn) {
   }
 }
 
-/* The same of a branch, with what says where it goes. */
+/* The same for a branch, to its target. */
 static inline void go_on_at(Core *core, const Insn *next) {
   uint64_t end = core->limit < core->bound ? core->limit : core->bound;
   core->end = end > core->counter ? end : core->counter;
@@ -86,26 +86,26 @@ static inline void go_on_at(Core *core, const Insn *next) {
   enter(core, next, (int32_t)(core->end - core->counter));
 }
 
-/* The run ends on this instruction, for a reason. */
+/* End the run on this instruction, with a reason. */
 static inline void stop_on(Core *core, const Insn *insn, int32_t budget, enum Stop why) {
   look_outside(core, insn, budget);
   core->stop = why;
   core->limit = core->counter;
 }
 
-/* The run ends after this instruction. */
+/* End the run after this instruction, with a reason. */
 static inline void stop_after(Core *core, const Insn *insn, int32_t budget, enum Stop why) {
   stop_on(core, insn, budget, why);
   core->r[15] = insn[1].address;
   core->itstate = it_advance(insn->it);
 }
 
-/* -- where a branch goes: what enter() takes ------------------------------------------------------------- */
+/* -- the target of a branch, for enter() ----------------------------------------------------------------- */
 
-/* Instructions of no address: run_loop.c. The loop goes on at r[15], or the run ends with EXCEPTION_RETURN. */
+/* Instructions without an address: run_loop.c. The loop continues at r[15], or the run ends with EXCEPTION_RETURN. */
 extern const Insn elsewhere, exception_return;
 
-/* To an address that was computed. It is even. */
+/* Continue at a computed, even address. */
 INLINE const Insn *at_address(Core *core, uint32_t target) {
   uint32_t offset = target - core->code.base;
   if (LIKELY(offset < core->code.size)) {

@@ -1,7 +1,7 @@
-/* Data processing of registers: shifts, extension, parallel and saturating arithmetic, bits and bytes
- * (ARMv7-M ARM A5.3.12 to A5.3.15).
+/* Data processing of registers: shifts, extension, parallel and saturating arithmetic, bits and bytes (ARMv7-M ARM
+ * A5.3.12 to A5.3.15).
  *
- * Fields: d, n, m as in the encoding; by: the rotation in front of an extension.
+ * Fields: d, n, m as in the encoding; by: the rotation before an extension.
  */
 #include "cpu/dsp.h"
 
@@ -9,10 +9,10 @@
 #define M core->r[insn->m]
 #define D core->r[insn->d]
 
-/* -- shifts by a register (A7.4.2): by the lowest byte of m, and by 0 the carry stays ------------------- */
+/* -- shifts by a register (A7.4.2): by the lowest byte of m; a shift by 0 keeps the carry --------------- */
 
 INLINE uint32_t shifted(Core *core, enum Shift type, uint32_t value, unsigned by, bool set_carry) {
-  uint64_t wide; /* bit 32 (of LSL) or bit 31 (of the others) is the last one shifted out */
+  uint64_t wide; /* the last bit shifted out: bit 32 (LSL) or bit 31 */
   unsigned distance = type == ROR ? by & 31 : by < 63 ? by : 63;
   switch (type) {
   case LSL: wide = distance < 63 ? (uint64_t)value << distance : 0; break;
@@ -37,7 +37,7 @@ DEFINE_SHIFT(lsr, LSR)
 DEFINE_SHIFT(asr, ASR)
 DEFINE_SHIFT(ror, ROR)
 
-/* -- extension, with n added to it unless n is 15 ------------------------------------------------------- */
+/* -- extension, with n added unless n is 15 ------------------------------------------------------------- */
 
 static uint32_t rotated(const Core *core, const Insn *insn) { return rotate_right(M, insn->by); }
 
@@ -74,7 +74,7 @@ enum Result { MODULO, SATURATED, HALVED };
 typedef struct {
   unsigned width;                     /* of a lane: 8 or 16 */
   bool low_subtracts, high_subtracts; /* the half-words may differ */
-  bool exchanged;                     /* those of m; ASX, SAX */
+  bool exchanged;                     /* the half-words of m; ASX, SAX */
 } Lanes;
 
 INLINE int32_t lane(uint32_t word, unsigned at, unsigned width, bool is_signed) {

@@ -1,9 +1,9 @@
-/* What multiply.c and dsp.c need of each other. */
+/* Declarations shared by multiply.c and dsp.c. */
 #ifndef FCU_DSP_H
 #define FCU_DSP_H
 #include "cpu/dispatch.h"
 
-/* The fields n, m, d, a are set already. */
+/* The caller sets the fields n, m, d, a. */
 bool decode_multiply(uint16_t first, uint16_t second, Insn *insn);
 
 /* SP and PC are UNPREDICTABLE as results of all these; here such an encoding is undefined. */

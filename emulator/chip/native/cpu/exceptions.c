@@ -1,21 +1,21 @@
-/* Exceptions entered and left (ARMv7-M ARM B1.5).
+/* Exception entry and return (ARMv7-M ARM B1.5).
  *
- * An entry has two steps. The frame is saved; then, the cycles of that later, the most urgent pending exception is
- * taken, which may be one that has arrived meanwhile (late arrival, B1.5.11). A return looks for a pending
- * exception first and goes straight into it, the frame still on the stack (tail-chaining, B1.5.12).
+ * An entry has two steps. First the frame is saved. After its cycles the most urgent pending exception is taken,
+ * which may be one that has arrived meanwhile (late arrival, B1.5.11). A return checks for a pending exception first
+ * and enters it directly, with the frame still on the stack (tail-chaining, B1.5.12).
  *
- * Faults and SVC are pending from the instruction that caused them. One that may not preempt what is running, or
- * has no handler enabled, becomes a HardFault (B1.5.14); a HardFault inside a HardFault or NMI locks the core up
- * (B1.5.15): it executes nothing any more until something resets the chip.
+ * Faults and SVC are pending from the instruction that caused them. A fault that may not preempt the current code,
+ * or has no handler enabled, becomes a HardFault (B1.5.14). A HardFault inside a HardFault or NMI locks the core up
+ * (B1.5.15): it executes nothing until a reset of the chip.
  *
  * Frames: eight words are saved, or 26 when floating point is in use (CONTROL.FPCA). The frame is aligned to eight
- * bytes if CCR.STKALIGN says so, and always with floating point; bit 9 of the saved xPSR tells the return that a
- * word was left out for it (B1.5.6 to B1.5.8). Decision: S0 to S15 and FPSCR are saved at once. With
- * FPCCR.LSPEN the hardware only leaves room for them until the handler uses floating point; a handler that
- * restores what it has changed cannot tell the difference.
+ * bytes if CCR.STKALIGN is set, and always with floating point. Bit 9 of the saved xPSR tells the return that a word
+ * of padding was added (B1.5.6 to B1.5.8). Decision: exception entry saves S0 to S15 and FPSCR at once. With
+ * FPCCR.LSPEN the hardware only reserves their space until the handler uses floating point. A handler that restores
+ * the registers that it changes cannot detect the difference.
  *
  * NOT MODELLED: an entry does not clear the exclusive monitor (A3.4), so that STREX may succeed after an interrupt
- * that has left the value alone; stores are never buffered, so no bus fault is imprecise.
+ * that did not change the value; stores are never buffered, so all bus faults are precise.
  */
 #include "cpu/exceptions.h"
 
@@ -68,7 +68,7 @@ bool exceptions_wake(const Chip *chip) {
 
 /* -- frames ---------------------------------------------------------------------------------------------- */
 
-/* Save the context; whether the stack could be written. exc_return becomes its EXC_RETURN value. */
+/* Save the context; false if the stack could not be written. exc_return becomes its EXC_RETURN value. */
 static bool push(Chip *chip) {
   Core *core = &chip->core;
   Exceptions *exceptions = &chip->exceptions;
@@ -99,7 +99,7 @@ static bool push(Chip *chip) {
   return true;
 }
 
-/* Handler mode, main stack, no floating-point context (ExceptionTaken). */
+/* Enter Handler mode, with the main stack and no floating-point context (ExceptionTaken). */
 static void enter_handler(Chip *chip, int number, uint32_t vector) {
   Core *core = &chip->core;
   core->thumb = vector & 1;
@@ -109,7 +109,7 @@ static void enter_handler(Chip *chip, int number, uint32_t vector) {
   core->r[15] = vector & ~1u;
 }
 
-/* Take a context back: the return address and xPSR; false if the stack could not be read. */
+/* Restore a context: the return address and xPSR; false if the stack could not be read. */
 static bool pop(Chip *chip, uint32_t exc_return, uint32_t *address, uint32_t *xpsr) {
   Core *core = &chip->core;
   bool process = (exc_return & 0xF) == TO_PROCESS, floating = !(exc_return & BASIC_FRAME);
@@ -242,7 +242,7 @@ void exceptions_fault(Chip *chip, Fault fault) {
   }
 }
 
-/* By 512 MB: what ARMv7-M ARM table B3-1 marks execute-never. */
+/* By 512 MB: the regions that ARMv7-M ARM table B3-1 marks execute-never. */
 static bool is_execute_never(uint32_t address) { return 0xE4u >> (address >> 29) & 1; }
 
 Fault exceptions_fault_of(const Chip *chip, enum Stop stop) {
@@ -313,7 +313,7 @@ bool exceptions_leave(Chip *chip) {
   uint32_t exc_return = core->r[15] | 1;
   int number = (int)core->ipsr;
   if (!number) {
-    exceptions_fault(chip, (Fault){MEM_MANAGE, CFSR_IACCVIOL, 0, 0}); /* nothing special about it in Thread mode */
+    exceptions_fault(chip, (Fault){MEM_MANAGE, CFSR_IACCVIOL, 0, 0}); /* Thread mode has no special case */
     return false;
   }
   bool valid = is_valid(chip, exc_return, number);

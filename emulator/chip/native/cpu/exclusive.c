@@ -1,7 +1,7 @@
 /* LDREX, STREX and those of bytes and half-words, TBB and TBH (ARMv7-M ARM A5.3.6).
  *
- * Decision: STREX fails, too, where the word is no longer what LDREX has read. The monitor may (A3.4.1), and
- * the reference engine does, which has it notice what an exception handler has stored in between.
+ * Decision: STREX also fails if the word has changed since LDREX read it. The architecture allows this (A3.4.1), and
+ * the reference engine does it. STREX thereby detects stores of an exception handler in between.
  */
 #include "cpu/transfers.h"
 
@@ -41,7 +41,7 @@ DEFINE_EXCLUSIVE(, 4)
 DEFINE_EXCLUSIVE(h, 2)
 DEFINE_EXCLUSIVE(b, 1)
 
-/* d, which PC and SP may not be, gets what was read or whether it failed; a is stored. */
+/* d, which must not be PC or SP, receives the value read or the failure; a is stored. */
 static bool decode_exclusive(Operation run, unsigned n, unsigned d, unsigned a, Insn *insn) {
   insn->run = run;
   insn->n = (uint8_t)n;
@@ -56,7 +56,7 @@ bool decode_exclusive_word(bool load, unsigned n, uint16_t second, Insn *insn) {
   return load ? d == 15 && decode_exclusive(ldrex, n, t, 0, insn) : decode_exclusive(strex, n, d, t, insn);
 }
 
-/* -- TBB, TBH: n is the table, or it begins at imm; m is the index --------------------------------------- */
+/* -- TBB, TBH: the table is at n or at imm; m is the index ----------------------------------------------- */
 
 #define DEFINE_TABLE_BRANCH(name, bits, base)                                                            \
   RARE_OPERATION(name##_outside) {                                                                       \

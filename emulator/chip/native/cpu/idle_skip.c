@@ -1,26 +1,27 @@
-/* Loops that wait for a variable: HAL_Delay on its tick, while (!flag), while (1).
+/* Skipping of loops that wait for a variable: HAL_Delay on its tick, while (!flag), while (1).
  *
- * They touch no register, so nothing comes by that could be looked at. Instead a run of instructions without any
- * access is ended after a while, and looked at: is the core in a loop whose iteration is known? Then one
- * iteration is executed. If it leaves all registers and RAM as they were, it will be repeated until the next event,
- * and whole iterations are counted instead of being executed. What is known is found by single steps: from where
- * such a run has ended until the core's state recurs.
+ * Such a loop accesses no register, so no access can trigger a check. Instead, after a while a run of instructions
+ * without any access is ended and checked: is the core in a loop whose iteration is known? If so, one iteration is
+ * executed. If it leaves all registers and RAM unchanged, it will be repeated until the next event. Whole iterations
+ * are then counted instead of executed. New loops are found by single steps, from the end of such a run until the
+ * core's state recurs.
  *
- * Decision: ends of runs. The road not taken, a look at every backward branch, costs every loop of the program.
+ * Decision: idle loops are detected at the end of a run. A check at every backward branch was rejected, because it
+ * slows down every loop of the program.
  */
 #include <string.h>
 
 #include "bus.h"
 #include "chip.h"
 
-#define LOOK 20000        /* instructions after which a run is ended to look */
+#define LOOK 20000        /* instructions after which a run is ended for a check */
 #define FARTHEST 100000000
 #define LONG 2000         /* instructions without an access after which a loop is suspected */
 #define LONGEST_LOOP 256  /* instructions of one iteration */
-#define PAUSE 1000000     /* instructions between a search in vain and the next; doubled with each */
+#define PAUSE 1000000     /* instructions between an unsuccessful search and the next; doubled each time */
 #define MOST_DOUBLINGS 5
 #define MOST_VAIN 100
-#define NOWHERE 1u        /* no address of an instruction */
+#define NOWHERE 1u        /* not an address of an instruction */
 
 static unsigned place_of(uint32_t address) { return (address >> 1) % IDLE_SKIP_SLOTS; }
 
@@ -39,13 +40,13 @@ static void know_loop(IdleSkip *idle_skip, const uint32_t *addresses, int count,
   }
 }
 
-/* Whether the core is as it was, and nothing was accessed since. */
+/* Return true if the core has its earlier state again, and nothing was accessed since. */
 static bool recurs(const Chip *chip, const uint8_t *state, int64_t accesses) {
   return chip->poll_skip.accesses == accesses && !chip->must_stop && poll_skip_nothing_changed(chip) &&
          !memcmp(state, chip->core.r, CORE_STATE_SIZE);
 }
 
-/* Execute an iteration of a loop that is known, and skip its repetitions. */
+/* Execute an iteration of a known loop, and skip its repetitions. */
 static void iterate(Chip *chip, unsigned place) {
   IdleSkip *idle_skip = &chip->idle_skip;
   uint8_t state[CORE_STATE_SIZE];
@@ -63,7 +64,7 @@ static void iterate(Chip *chip, unsigned place) {
   }
 }
 
-/* Make steps until the state recurs: then the loop is known. */
+/* Step until the state recurs: then the loop is known. */
 static void search(Chip *chip) {
   IdleSkip *idle_skip = &chip->idle_skip;
   uint8_t state[CORE_STATE_SIZE];

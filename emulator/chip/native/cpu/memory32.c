@@ -2,7 +2,7 @@
 #include "cpu/system.h"
 #include "cpu/transfers.h"
 
-/* Fills n, m, by and imm; false if there is no such form. */
+/* Set n, m, by and imm; false if the form does not exist. */
 static bool decode_form(uint32_t address, uint16_t first, uint16_t second, Insn *insn, enum Form *form) {
   bool pre = bits(second, 10, 10), add = bits(second, 9, 9), write_back = bits(second, 8, 8);
   insn->n = bits(first, 3, 0);
@@ -18,7 +18,7 @@ static bool decode_form(uint32_t address, uint16_t first, uint16_t second, Insn 
     *form = REGISTER;
     insn->m = bits(second, 3, 0);
     insn->by = bits(second, 5, 4);
-  } else { /* LDRT and its like differ from an offset only where a region is protected */
+  } else { /* LDRT and similar instructions differ from an offset only in protected regions */
     *form = !write_back ? OFFSET : pre ? PRE_INDEXED : POST_INDEXED;
     insn->imm = add ? bits(second, 7, 0) : -bits(second, 7, 0);
     return bits(second, 11, 11) && (pre || write_back);

@@ -5,18 +5,18 @@
 
 #include "cpu/transfers.h"
 
-/* -- LDM, STM: imm is the list, by its size in bytes; of loads, PC is not in the list but in the operation -- */
+/* -- LDM, STM: imm is the list, `by` its size in bytes; a load of PC is in the operation, not in the list ---- */
 
 #define FIRST_IN(list) __builtin_ctz(list)
 #define FOR_EACH_IN(list, rest) for (uint32_t rest = (list); rest; rest &= rest - 1)
 
-/* Where in RAM all of the words are; NULL if they are elsewhere, or accesses are to be looked at. */
+/* The address of all words in RAM; NULL if they are elsewhere, or accesses must be checked. */
 INLINE uint8_t *words_in_ram(const Core *core, const Insn *insn, uint32_t address, uint32_t plain) {
   uint32_t offset = address - RAM_BASE;
   return LIKELY(offset < plain && offset <= RAM_SIZE - insn->by && !(offset & 3)) ? core->ram + offset : NULL;
 }
 
-/* What has been read goes to the registers but PC. The base may be in the list; then it is loaded. */
+/* Write the words read to the registers, except PC. If the base is in the list, it is loaded. */
 INLINE void take_words(Core *core, const Insn *insn, const uint8_t *words, uint32_t base) {
   core->r[insn->n] = base;
   FOR_EACH_IN(insn->imm, rest) {
@@ -25,7 +25,7 @@ INLINE void take_words(Core *core, const Insn *insn, const uint8_t *words, uint3
   }
 }
 
-/* Nothing is changed before all has been read. */
+/* Read all words before any change of a register. */
 static bool read_words(Core *core, const Insn *insn, uint32_t address, uint8_t *words) {
   if (!core_is_aligned(core, address)) {
     return false;

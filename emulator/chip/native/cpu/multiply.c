@@ -1,7 +1,7 @@
 /* Multiplication and division (ARMv7-M ARM A5.3.16, A5.3.17).
  *
- * Fields: d, n, m, a as in the encoding; of 64-bit results d is RdHi and a is RdLo. by tells which half-words are
- * taken: bit 1 the high one of n, bit 0 the high one of m; of the dual ones bit 0 tells whether m is swapped.
+ * Fields: d, n, m, a as in the encoding; for 64-bit results d is RdHi and a is RdLo. by selects the half-words: bit
+ * 1 the high one of n, bit 0 the high one of m. For the dual instructions bit 0 selects if m is swapped.
  */
 #include "cpu/dsp.h"
 
@@ -14,7 +14,7 @@ static int32_t half(uint32_t word, bool high) { return (int16_t)(high ? word >> 
 static int32_t half_of_n(const Core *core, const Insn *insn) { return half(N, insn->by & 2); }
 static int32_t half_of_m(const Core *core, const Insn *insn) { return half(M, insn->by & 1); }
 
-/* The low word of a sum; Q remembers that it was not all of it. */
+/* The low word of a sum; Q is set if the sum does not fit. */
 static void set_sum(Core *core, const Insn *insn, int64_t sum) {
   D = (uint32_t)sum;
   core->q |= sum != (int32_t)sum;
@@ -90,8 +90,7 @@ OPERATION(smlal_halves) {
 COMPUTATION(smlald, set_long(core, insn, long_accumulator(core, insn) + (uint64_t)dual(core, insn, false)))
 COMPUTATION(smlsld, set_long(core, insn, long_accumulator(core, insn) + (uint64_t)dual(core, insn, true)))
 
-/* Division by zero gives 0; CCR.DIV_0_TRP is looked after by whoever calls core_run(). */
-/* By 0 the quotient is 0, unless CCR.DIV_0_TRP makes it a fault. */
+/* Division by 0 gives 0, or a fault if CCR.DIV_0_TRP is set. */
 #define DEFINE_DIVISION(name, quotient)                                                                  \
   OPERATION(name) {                                                                                      \
     if (UNLIKELY(M == 0 && core->div_0_trp)) {                                                           \
@@ -106,7 +105,7 @@ DEFINE_DIVISION(sdiv, (uint32_t)((int64_t)(int32_t)N / (int32_t)M))
 
 /* -- decoding ------------------------------------------------------------------------------------------- */
 
-/* A5.3.16. With a = 15 there is no accumulator. */
+/* A5.3.16. a = 15 means no accumulator. */
 static Operation multiply(unsigned op1, unsigned op2, unsigned a) {
   bool alone = a == 15;
   switch (op1) {

@@ -1,14 +1,15 @@
-/* PollSkip loops are skipped: a loop that polls registers and changes nothing repeats itself until one of them does.
+/* Skipping of poll loops: a loop that polls registers and changes nothing repeats itself until one of them changes.
  *
- * When a register is read again with the core's registers and RAM as they were at an earlier read of the same run
- * (a passage), and nothing in between had an effect, everything that follows is a repetition, for as long as
- * none of the registers read in it changes: until the earliest of their times, or the end of the run, whole
- * iterations are counted instead of being executed. This is exact; only the speed depends on it. Instead of a copy of
- * all of RAM for each passage there is a log of the words that have changed since the first one.
+ * A passage is a read of a register, with the core's state at that read. The following instructions repeat under two
+ * conditions: core registers and RAM have the same contents as at an earlier passage of the same run, and nothing in
+ * between had an effect. The repetition lasts until one of the registers read in the loop may change, or until the
+ * end of the run. Up to the earliest of these times whole iterations are counted instead of executed. The result is
+ * exact; only the speed depends on it. Instead of a copy of RAM for each passage, a log lists the words that have
+ * changed since the first one.
  *
- * Reads that lead nowhere cost comparisons. A register whose reads were compared in vain for a while is left alone
- * for a while. What is known of a register is kept in a table by a hash of its address; two registers that
- * share a place forget each other's, which costs speed alone.
+ * Comparing states costs time. If reads of a register were compared without success for a while, comparing pauses
+ * for this register. Registers are kept in a table by a hash of their address. Two registers with the same hash
+ * replace each other, which affects only the speed.
  */
 #include <string.h>
 
@@ -37,10 +38,10 @@ void poll_skip_log(Chip *chip, uint32_t address, uint32_t old) {
     poll_skip->log[poll_skip->logged].address = address;
     poll_skip->log[poll_skip->logged].old = old;
   }
-  poll_skip->logged++; /* beyond the log: nothing is known any more */
+  poll_skip->logged++; /* beyond the log: all earlier states are unknown */
 }
 
-/* Whether RAM is what it was when so much had been logged: the first change of each word tells. */
+/* Return true if RAM has the contents that it had at log position `since`: the first change of each word decides. */
 static bool same_ram(const Chip *chip, uint32_t since) {
   const PollSkip *poll_skip = &chip->poll_skip;
   if (poll_skip->logged > POLL_SKIP_LOGGED) {
@@ -84,8 +85,8 @@ static Passage *find_passage(Chip *chip) {
   return NULL;
 }
 
-/* Go to the last passage before anything happens; where the read is alone in its loop, to the first one at which
- * the register has changed. Gives the instructions skipped, and whether it has. */
+/* Skip to the last passage before any change. If the loop contains only this read, skip to the first passage after
+ * the register's change. Return the skipped instructions; *changed is set if the register has changed. */
 static int64_t skip(Chip *chip, int64_t position, int64_t period, bool alone, bool *changed) {
   CycleClock *cycle_clock = &chip->cycle_clock;
   int64_t limit = (int64_t)chip->core.limit, valid_ps = chip->poll_skip.valid_ps, end = chip->run_loop.end;

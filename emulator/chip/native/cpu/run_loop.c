@@ -6,9 +6,9 @@
 #include "cpu/decode_cache.h"
 #include "fcu.h"
 
-#define LONGEST 2000000 /* instructions of a run: some 10 ms of the host's time, and numbers stay small */
-#define CHAIN 1000 /* instructions that are executed without returning to the loop; more than a block has */
-#define RESET_PULSE_PS INT64_C(20000000) /* how long a reset from inside the chip lasts at least (RM0368 6.1.1) */
+#define LONGEST 2000000 /* instructions of a run: some 10 ms of the host's time, and the numbers stay small */
+#define CHAIN 1000 /* instructions that are executed without a return to the loop; more than a block has */
+#define RESET_PULSE_PS INT64_C(20000000) /* minimum duration of a reset from inside the chip (RM0368 6.1.1) */
 #define THUMB (1u << 24)
 
 void run_loop_create(Chip *chip) {
@@ -16,7 +16,7 @@ void run_loop_create(Chip *chip) {
   chip->run_loop = (RunLoop){0};
 }
 
-/* -- where branches go that the loop deals with ---------------------------------------------------------- */
+/* -- branch targets that the loop handles ---------------------------------------------------------------- */
 
 OPERATION(to_loop) {
   leave_chain(core, core->r[15], budget);
@@ -30,14 +30,14 @@ OPERATION(return_from_exception) {
 
 const Insn elsewhere = {.run = to_loop}, exception_return = {.run = return_from_exception};
 
-/* -- what is to be executed ------------------------------------------------------------------------------ */
+/* -- the next instruction -------------------------------------------------------------------------------- */
 
 static void end_run(Core *core, enum Stop why) {
   core->stop = why;
   core->limit = core->counter;
 }
 
-/* Where PC is; NULL, and the run has ended, if nothing can be executed there. */
+/* Return the memory at PC; NULL if no code can be executed there: the run has then ended. */
 static const Memory *code_at_pc(Core *core) {
   if (!core->thumb) {
     end_run(core, STOP_INVALID_STATE);
@@ -53,14 +53,14 @@ static const Memory *code_at_pc(Core *core) {
   return NULL;
 }
 
-/* -- single instructions, where more care is needed ------------------------------------------------------ */
+/* -- single instructions, if more care is needed --------------------------------------------------------- */
 
 static bool was_not_executed(enum Stop stop) {
   return stop > STOP_EXCEPTION_RETURN || stop == STOP_BREAKPOINT || stop == STOP_BKPT;
 }
 
-/* ConditionPassed (A7.3.1); condition is 0..14, 15 counts as always. A mask for each condition has the bits
- * NZCV (as a number) with which it holds. */
+/* ConditionPassed() (A7.3.1); condition is 0..14, 15 counts as always. The mask of a condition contains the values
+ * of NZCV (as bit numbers) for which it holds. */
 static bool holds(const Core *core, unsigned condition) {
   static const uint16_t masks[16] = {0xF0F0, 0x0F0F, 0xCCCC, 0x3333, 0xFF00, 0x00FF, 0xAAAA, 0x5555,
                                      0x0C0C, 0xF3F3, 0xAA55, 0x55AA, 0x0A05, 0xF5FA, 0xFFFF, 0xFFFF};
@@ -68,7 +68,7 @@ static bool holds(const Core *core, unsigned condition) {
   return masks[condition] >> nzcv & 1;
 }
 
-/* The instruction at PC, with everything that can be about it; false if the run is to end before it. */
+/* Execute the instruction at PC, with all checks; false if the run must end before it. */
 static bool step(Core *core) {
   const Memory *memory = code_at_pc(core);
   if (!memory) {
@@ -106,7 +106,7 @@ static bool step(Core *core) {
   return true;
 }
 
-/* The rest of an IT block, as far as the limit allows. */
+/* Execute the rest of an IT block, as far as the limit allows. */
 static void finish_it_block(Core *core) {
   while (core->itstate && core->stop == STOP_SLICE && step(core)) {
   }
@@ -114,7 +114,7 @@ static void finish_it_block(Core *core) {
 
 /* -- chains of blocks ------------------------------------------------------------------------------------ */
 
-/* False: the next thing is an IT block that the limit does not allow as a whole. */
+/* Execute a chain of blocks. False: the next step is an IT block that does not fit into the limit. */
 static bool chain(Core *core, const Memory *memory) {
   const Insn *block = decode_cache_at(core, memory, core->r[15]);
   uint64_t allowed = core->limit - core->counter;
@@ -131,7 +131,7 @@ static bool chain(Core *core, const Memory *memory) {
   return true;
 }
 
-/* Execute from r[15] on until counter reaches limit; core->stop says why it ended. */
+/* Execute from r[15] until counter reaches limit; core->stop has the reason of the end. */
 static void execute(Core *core) {
   finish_it_block(core);
   while (core->stop == STOP_SLICE && core->counter < core->limit) {
@@ -195,7 +195,7 @@ void core_masks_changed(Core *core) {
 
 void core_send_event(Core *core) { core->chip->nvic.event = 1; }
 
-/* Deal with what has ended the run. */
+/* Handle the end of the run. */
 static void stopped(Chip *chip, enum Stop stop) {
   RunLoop *run_loop = &chip->run_loop;
   switch (stop) {
@@ -244,7 +244,7 @@ bool run_loop_step(Chip *chip) {
          !chip->run_loop.halting && !chip->must_stop;
 }
 
-/* Execute or skip up to so many instructions. */
+/* Execute or skip at most `instructions`. */
 static void execute_or_skip(Chip *chip, int64_t instructions) {
   poll_skip_forget(chip);
   if (!chip->poll_skip.enabled) {
@@ -322,7 +322,7 @@ static void reset(Chip *chip) {
   run_loop->reported_lock_up = 0;
   int64_t before = chip->work;
   python_registers_outdate(chip);
-  chip->host.reset(chip->now_ps, reason); /* resets all blocks, RCC last: none sees new clocks with old settings */
+  chip->host.reset(chip->now_ps, reason); /* resets all peripherals, RCC last: none has new clocks with old settings */
   fcu_start(chip);
   cycle_clock_sleep_until(&chip->cycle_clock, chip->now_ps + RESET_PULSE_PS);
   chip->work += WORK_RESET;
@@ -375,7 +375,7 @@ int32_t fcu_met_breakpoint_instruction(Chip *chip) {
 
 /* -- the loop -------------------------------------------------------------------------------------------- */
 
-/* Do the next thing that is no instruction; false if there is none. */
+/* Do the next work between instructions; false if there is none. */
 static bool between_instructions(Chip *chip) {
   RunLoop *run_loop = &chip->run_loop;
   if (run_loop->reset_reason) {
@@ -426,7 +426,7 @@ int32_t fcu_run_until(Chip *chip, int64_t at_ps) {
   }
 }
 
-/* -- instructions alone ---------------------------------------------------------------------------------- */
+/* -- instructions without peripherals -------------------------------------------------------------------- */
 
 int32_t fcu_execute(Chip *chip, int64_t instructions, int32_t past) {
   Core *core = &chip->core;

@@ -1,9 +1,9 @@
-/* The main loop: runs of instructions between events, interrupts, sleep, faults, reset. A run is made of chains of
- * basic blocks (dispatch.h), and of single instructions where more care is needed.
+/* The main loop: runs of instructions between events, interrupts, sleep, faults and reset. A run consists of chains
+ * of basic blocks (dispatch.h), and of single instructions if more care is needed.
  *
- * Order of things at one point in time: events, then a debugger's halt, then the reset that an event may have
- * asked for, then the entry into an exception, then the next instruction. All of it depends on virtual time
- * alone, so the chip may be run up to any sequence of times: it does the same.
+ * Order at one point in time: events, then a debugger's halt, then a reset that an event requested, then exception
+ * entry, then the next instruction. The order depends on virtual time only. The chip therefore behaves the same for
+ * any sequence of end times.
  */
 #ifndef FCU_RUN_LOOP_H
 #define FCU_RUN_LOOP_H
@@ -11,35 +11,35 @@
 #include "peripherals/peripheral.h"
 #include "cpu/core.h"
 
-/* Why fcu_run_until() has returned. */
+/* The reason why fcu_run_until() returned. */
 enum Ended { ENDED_AT_TIME, ENDED_HALTED, ENDED_BY_HOST, ENDED_BY_WORK };
 enum Sleep { AWAKE, SLEEPS_WFI, SLEEPS_WFE };
-/* Reasons for a reset; the rest are Python's, by number (cpu/core.py). */
+/* Reasons for a reset; the other numbers are Python's (cpu/core.py). */
 enum ResetReason { RESET_NONE, RESET_SYSRESETREQ };
 
 typedef struct {
-  int64_t at_ps;   /* until when the chip is to run */
-  int64_t end_ps;  /* when the run of instructions under way has to end */
-  int64_t end;     /* cycle_clock.count from which on it is end_ps or later */
+  int64_t at_ps;   /* the time at which the chip's run ends */
+  int64_t end_ps;  /* the time at which the current run of instructions must end */
+  int64_t end;     /* the first value of cycle_clock.count at end_ps or later */
   int64_t executed; /* instructions of the latest run */
   int32_t reset_reason;
   uint8_t running; /* instructions are being executed */
   uint8_t asleep;  /* enum Sleep */
   uint8_t halting, stepping;
-  uint8_t debugged; /* BKPT halts instead of being a fault */
-  uint8_t on_bkpt;  /* it has */
+  uint8_t debugged; /* BKPT halts instead of causing a fault */
+  uint8_t on_bkpt;  /* BKPT has halted the core */
   uint8_t reported_lock_up;
 } RunLoop;
 
 void run_loop_create(Chip *chip);
-/* After something has been scheduled or made pending: end the run of instructions when it matters. */
+/* Call this after an event was scheduled or an exception made pending: end the run of instructions in time. */
 void run_loop_end_in_time(Chip *chip);
-/* HCLK has become another one, now. */
+/* Apply a change of HCLK at the current time. */
 void run_loop_set_rate(Chip *chip);
 
-/* Execute up to so many instructions, and deal with what ended the run: why it ended. For idle_skip.c. */
+/* Execute at most `instructions`, handle the end of the run and return its reason. For idle_skip.c. */
 enum Stop run_loop_run(Chip *chip, int64_t instructions);
-/* One instruction; false if something is to be done before the next. */
+/* Execute one instruction; false if other work is due before the next. */
 bool run_loop_step(Chip *chip);
 
 #endif

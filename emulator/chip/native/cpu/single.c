@@ -59,7 +59,7 @@ DEFINE_LOAD_FORMS(ldrsh)
 DEFINE_LOAD_FORMS(ldrsb)
 DEFINE_LOAD_FORMS(ldr_sp)
 
-/* -- a literal whose place is known: d is in by ---------------------------------------------------------- */
+/* -- a literal at a known address: d is in by ------------------------------------------------------------ */
 
 OPERATION(ldr_bytes) {
   __builtin_memcpy(&core->r[insn->by], insn->bytes, 4);
@@ -72,7 +72,7 @@ void make_literal(Insn *insn, const uint8_t *bytes) {
   insn->run = ldr_bytes;
 }
 
-/* -- LDR to PC: the base is written before ---------------------------------------------------------------- */
+/* -- LDR to PC: the base is written first ----------------------------------------------------------------- */
 
 #define DEFINE_LOAD_OF_PC(form, to, afterwards)                                                          \
   RARE_OPERATION(ldr_pc_##form##_outside) {                                                              \
@@ -98,7 +98,7 @@ DEFINE_LOAD_OF_PC(literal, insn->imm, )
 DEFINE_LOAD_OF_PC(pre_indexed, core->r[insn->n] + insn->imm, write_base(core, insn, address))
 DEFINE_LOAD_OF_PC(post_indexed, core->r[insn->n], write_base(core, insn, address + insn->imm))
 
-/* -- the choice ------------------------------------------------------------------------------------------- */
+/* -- selection -------------------------------------------------------------------------------------------- */
 
 #define STORE_FORMS(access) \
   { access##_offset, access##_register, NULL, access##_pre_indexed, access##_post_indexed }

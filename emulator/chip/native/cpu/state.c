@@ -1,4 +1,4 @@
-/* Program status, CONTROL, the two stack pointers, and registers by number for whoever looks from outside. */
+/* Program status, CONTROL, the two stack pointers, and registers by number for debuggers. */
 #include <string.h>
 
 #include "fcu.h"
@@ -51,7 +51,7 @@ void write_stack_pointer(Core *core, bool process, uint32_t value) {
   *(bank(core) == process ? &core->r[13] : &core->sp[process]) = value & ~3u;
 }
 
-/* Numbers of registers.py: R0 to R15, then these. */
+/* Register numbers of library.py: R0 to R15, then these. */
 enum Register { XPSR = 16, MSP, PSP, PRIMASK, BASEPRI, FAULTMASK, CONTROL, FPSCR, S0 };
 
 static uint32_t read_register(const Core *core, int number) {

@@ -20,13 +20,13 @@ enum SpecialRegister {
 
 static bool privileged(const Core *core) { return in_handler(core) || !(core->control & NPRIV); }
 
-/* r[13], or where the one that is not in use is kept (B1.4.7). */
+/* r[13], or the storage of the stack pointer that is not in use (B1.4.7). */
 static uint32_t *stack_pointer(Core *core, bool process) {
   bool process_in_use = !in_handler(core) && core->control & SPSEL;
   return process == process_in_use ? &core->r[13] : &core->sp[process];
 }
 
-/* Not where the execution priority is that of HardFault already (B5.2.1, B5.2.3). */
+/* No effect if the execution priority is already that of HardFault (B5.2.1, B5.2.3). */
 static void set_faultmask(Core *core, uint32_t value) {
   core->faultmask = value && core->ipsr != NMI && core->ipsr != HARD_FAULT;
 }
@@ -90,7 +90,7 @@ static void write_special_register(Core *core, unsigned number, uint32_t value) 
   }
 }
 
-/* The last thing of an operation that has written a mask: an exception that has waited may be to be taken. */
+/* The end of an operation that has written a mask: a waiting exception may now be allowed. */
 INLINE void go_on_unmasked(Core *core, const Insn *insn, int32_t budget) {
   if (LIKELY(!core_exception_waits(core))) {
     NEXT;
@@ -109,7 +109,7 @@ OPERATION(msr) {
 /* by: the mask, bit 1 for N, Z, C, V and Q, bit 0 for GE. */
 COMPUTATION(msr_apsr, write_apsr(core, core->r[insn->n], insn->by & 2, insn->by & 1))
 
-/* by: bit 1 for PRIMASK, bit 0 for FAULTMASK; imm: what they become. */
+/* by: bit 1 for PRIMASK, bit 0 for FAULTMASK; imm: their new value. */
 OPERATION(cps) {
   if (privileged(core)) {
     if (insn->by & 2) {
@@ -131,7 +131,7 @@ bool decode_cps(uint16_t first, Insn *insn) {
 
 /* -- hints, barriers ------------------------------------------------------------------------------------ */
 
-/* Barriers, too: each access is complete before the next instruction. */
+/* Also for barriers: each access is complete before the next instruction. */
 void no_operation(Core *core, const Insn *insn, int32_t budget) { NEXT; }
 
 OPERATION(wfe) { stop_after(core, insn, budget, STOP_WFE); }

@@ -1,4 +1,4 @@
-/* Instructions that concern the core itself; control.c decides which they are. */
+/* Instructions that control the core itself; control.c recognises them. */
 #ifndef FCU_SYSTEM_H
 #define FCU_SYSTEM_H
 
@@ -6,7 +6,7 @@
 
 void no_operation(Core *core, const Insn *insn, int32_t budget);
 
-/* number: of NOP, YIELD, WFE, WFI, SEV and those not allocated (A5.2.5, A5.3.4). */
+/* number: that of NOP, YIELD, WFE, WFI, SEV or an unallocated hint (A5.2.5, A5.3.4). */
 bool decode_hint(unsigned number, Insn *insn);
 bool decode_cps(uint16_t first, Insn *insn);
 /* MRS, MSR, hints, barriers, CLREX. */

@@ -1,4 +1,4 @@
-/* Loads and stores: what the decoders of 16 and of 32 bits share. */
+/* Loads and stores: declarations shared by the decoders of 16 and 32 bits. */
 #ifndef FCU_TRANSFERS_H
 #define FCU_TRANSFERS_H
 
@@ -6,20 +6,20 @@
 
 /* -- single.c: one register ----------------------------------------------------------------------------- */
 
-/* The first eight as 16-bit instructions number them (A5.2.4). */
+/* The first eight have the numbers of the 16-bit encoding (A5.2.4). */
 enum Transfer { STR, STRH, STRB, LDRSB, LDR, LDRH, LDRB, LDRSH, LDR_SP, LDR_PC, TRANSFERS };
-/* Where the address comes from, with Insn's n, m, by and imm:
- * [n, #imm]   [n, m, LSL #by]   [#imm]   [n, #imm]!   [n], #imm; imm is negative for those that subtract. */
+/* The source of the address, with Insn's n, m, by and imm:
+ *   [n, #imm]   [n, m, LSL #by]   [#imm]   [n, #imm]!   [n], #imm; imm is negative for those that subtract. */
 enum Form { OFFSET, REGISTER, LITERAL_FORM, PRE_INDEXED, POST_INDEXED, FORMS };
 
-/* d is the register that is transferred; n, m, by and imm are the caller's. False: stores have no literal. */
+/* d is the transferred register; the caller sets n, m, by and imm. False: stores have no literal form. */
 bool decode_transfer(enum Transfer transfer, enum Form form, unsigned d, Insn *insn);
-/* LDR of a register from there, and that is where the word is. */
+/* Make insn an LDR of a literal, whose word is at `bytes`. */
 void make_literal(Insn *insn, const uint8_t *bytes);
 
 /* -- multiple.c: several of them ------------------------------------------------------------------------ */
 
-/* before: DB rather than IA. */
+/* before: DB instead of IA. */
 bool decode_multiple(bool load, bool before, bool write_back, unsigned n, uint32_t list, Insn *insn);
 /* LDRD and STRD: form is OFFSET, LITERAL_FORM (imm: the address), PRE_INDEXED or POST_INDEXED. */
 bool decode_dual(bool load, enum Form form, unsigned n, uint16_t second, uint32_t imm, Insn *insn);

@@ -1,4 +1,4 @@
-/* Which group a coprocessor instruction belongs to (ARMv7-M ARM A5.3.18, A6.3 to A6.7). */
+/* Select the decoder of a coprocessor instruction (ARMv7-M ARM A5.3.18, A6.3 to A6.7). */
 #include "cpu/vfp.h"
 
 void no_coprocessor(Core *core, const Insn *insn, int32_t budget) { stop_on(core, insn, budget, STOP_NO_COPROCESSOR); }

@@ -1,9 +1,9 @@
-/* What the vfp files need of each other. FPv4-SP: single precision only (ARMv7-M ARM A2.5).
+/* Declarations shared by the vfp files. FPv4-SP: single precision only (ARMv7-M ARM A2.5).
  *
- * Floating-point values are the bits of core->s[]. The host's arithmetic is used where its result is bound to
- * be the right one (vfp_data.c); everything else, NaNs, flags and rounding modes included, is done on
- * integers (vfp_exact.c), so that nothing depends on the host's floating-point environment but that it rounds
- * to nearest. The compiler must not fuse operations: -ffp-contract=off.
+ * Floating-point values are the bits of core->s[]. The host's arithmetic is used if its result is certainly right
+ * (vfp_data.c). All else, including NaNs, flags and rounding modes, uses integers (vfp_exact.c). The result depends
+ * on the host's floating-point environment only in one point: it must round to nearest. The compiler must not fuse
+ * operations: -ffp-contract=off.
  */
 #ifndef FCU_VFP_H
 #define FCU_VFP_H
@@ -62,7 +62,7 @@ static inline void use_floating_point(Core *core) {
   }
 }
 
-/* -- vfp_exact.c: the operations of A2.5.4 as the pseudocode has them, for all operands and modes ------- */
+/* -- vfp_exact.c: the operations of A2.5.4 as in the pseudocode, for all operands and modes ------------- */
 
 uint32_t exact_add(Core *core, uint32_t left, uint32_t right);
 uint32_t exact_multiply(Core *core, uint32_t left, uint32_t right);
@@ -71,8 +71,8 @@ uint32_t exact_square_root(Core *core, uint32_t value);
 /* addend + left * right, rounded once. */
 uint32_t exact_multiply_add(Core *core, uint32_t addend, uint32_t left, uint32_t right);
 
-/* (-1)^sign * significand * 2^exponent. In a significand of more than 32 bits the lowest bit also stands for
- * all that is below it. */
+/* (-1)^sign * significand * 2^exponent. In a significand of more than 32 bits the lowest bit is sticky: it is set if
+ * any lower bit was set. */
 typedef struct {
   bool sign;
   int exponent;
@@ -84,7 +84,7 @@ typedef struct {
 } Format;
 extern const Format SINGLE, HALF, ALTERNATIVE_HALF;
 
-/* A finite value; FPSCR.FZ flushes what is denormal. */
+/* Unpack a finite value; FPSCR.FZ flushes denormal values. */
 Number unpacked(Core *core, uint32_t value);
 /* FPRound, with the exception flags. */
 uint32_t rounded(Core *core, Number number, Format format, enum Rounding mode);

@@ -16,7 +16,7 @@ static uint32_t saturated(Core *core, bool negative, bool is_signed, unsigned wi
   return negative ? (is_signed ? ~highest : 0) : highest;
 }
 
-/* FPToFixed; a result of 16 bits is extended to 32 as its sign says. */
+/* FPToFixed; a 16-bit result is extended to 32 bits according to its sign. */
 static uint32_t to_fixed(Core *core, uint32_t value, unsigned by, bool is_signed, unsigned width,
                          enum Rounding mode) {
   Number number = unpacked(core, value);
@@ -25,7 +25,7 @@ static uint32_t to_fixed(Core *core, uint32_t value, unsigned by, bool is_signed
     return 0;
   }
   int exponent = number.exponent + (int)by;
-  if (number.significand && exponent > 16) { /* infinite, too; 24 bits and so many are more than 32 */
+  if (number.significand && exponent > 16) { /* also if infinite; a shifted significand of 24 bits exceeds 32 bits */
     return saturated(core, number.sign, is_signed, width);
   }
   uint64_t wide = number.significand << 24; /* with 24 binary places, of which the lowest is sticky */
@@ -50,7 +50,7 @@ static uint32_t to_fixed(Core *core, uint32_t value, unsigned by, bool is_signed
   return (uint32_t)result;
 }
 
-/* A number that is neither denormal nor, when rounded toward zero, out of range of a signed word. */
+/* True if a number is not denormal and, rounded toward zero, fits into a signed word. */
 static inline bool is_easy(uint32_t value) { return LIKELY((value >> 23 & 0xFF) - 1 < 126 + 31); }
 
 static uint32_t to_signed(Core *core, uint32_t value) {
@@ -94,7 +94,7 @@ static uint32_t from_integer(Core *core, int64_t value) {
 
 RESULT(vcvt_f32_s32, from_integer(core, (int32_t)M))
 RESULT(vcvt_f32_u32, from_integer(core, M))
-/* These round to nearest, whatever FPSCR says (VCVT between floating point and fixed point, A7.7). */
+/* These always round to nearest, regardless of FPSCR (VCVT between floating point and fixed point, A7.7). */
 RESULT(fixed_f32_s32, from_fixed(core, (int32_t)D, insn->by, TO_NEAREST))
 RESULT(fixed_f32_u32, from_fixed(core, D, insn->by, TO_NEAREST))
 RESULT(fixed_f32_s16, from_fixed(core, (int16_t)D, insn->by, TO_NEAREST))
@@ -117,7 +117,7 @@ static uint32_t to_half(Core *core, uint32_t value) {
   bool alternative = core->fpscr & FPSCR_AHP;
   uint32_t sign = value >> 16 & 0x8000;
   Number number = unpacked(core, value);
-  if (alternative && (is_nan(value) || is_infinite(value))) { /* it has neither */
+  if (alternative && (is_nan(value) || is_infinite(value))) { /* the alternative format has neither */
     core->fpscr |= FPSCR_IOC;
     return is_nan(value) ? sign : sign | 0x7FFF;
   }
@@ -144,7 +144,7 @@ RESULT(vcvtt_f16_f32, with_half(D, to_half(core, M), true))
 /* -- decoding ------------------------------------------------------------------------------------------- */
 
 static bool decode_fixed(uint16_t first, uint16_t second, Insn *insn) {
-  static const Operation FIXED[] = { /* by whether to fixed point, unsigned, of 32 bits */
+  static const Operation FIXED[] = { /* index bits: to fixed point, unsigned, 32 bits */
       fixed_f32_s16, fixed_f32_s32, fixed_f32_u16, fixed_f32_u32,
       fixed_s16_f32, fixed_s32_f32, fixed_u16_f32, fixed_u32_f32};
   bool is_word = second & 0x80;

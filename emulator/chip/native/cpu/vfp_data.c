@@ -32,7 +32,7 @@ DEFINE_ARITHMETIC(add, +, exact_add)
 DEFINE_ARITHMETIC(multiply, *, exact_multiply)
 DEFINE_ARITHMETIC(divide, /, exact_divide)
 
-/* A NaN is propagated with the sign that it has. */
+/* A NaN is propagated with its sign unchanged. */
 static inline uint32_t subtract(Core *core, uint32_t left, uint32_t right) {
   return add(core, left, is_nan(right) ? right : negated(right));
 }
@@ -42,8 +42,8 @@ static inline uint32_t square_root(Core *core, uint32_t value) {
   return host_will_do(core) && is_ordinary(result) ? result : exact_square_root(core, value);
 }
 
-/* The product is exact as a double, the sum is rounded to 53 bits and then to 24, which is once too often
- * only if the first result lies half-way between two floats. */
+/* The product is exact as a double. The sum is rounded to 53 bits and then to 24; the double rounding matters only
+ * if the first result lies half-way between two floats. */
 static inline uint32_t multiply_add(Core *core, uint32_t addend, uint32_t left, uint32_t right) {
   double product = (double)to_float(left) * to_float(right), sum = product + to_float(addend);
   uint64_t sum_bits;
@@ -63,7 +63,7 @@ RESULT(vnmul, negated(multiply(core, N, M)))
 RESULT(vdiv, divide(core, N, M))
 RESULT(vsqrt, square_root(core, M))
 
-/* Rounded twice: the product, too. */
+/* Rounded twice, because the product is rounded, too. */
 RESULT(vmla, add(core, D, multiply(core, N, M)))
 RESULT(vmls, add(core, D, negated(multiply(core, N, M))))
 RESULT(vnmla, add(core, negated(D), negated(multiply(core, N, M))))
@@ -81,7 +81,7 @@ RESULT(vneg, negated(M))
 
 /* -- comparison ----------------------------------------------------------------------------------------- */
 
-/* Ordered as the values are; both zeros are 0. */
+/* Integers in the order of the values; both zeros are 0. */
 static int32_t ordinal(uint32_t value) {
   int32_t magnitude = (int32_t)(value & ~SIGN);
   return value & SIGN ? -magnitude : magnitude;

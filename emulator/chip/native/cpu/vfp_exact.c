@@ -53,7 +53,7 @@ Number unpacked(Core *core, uint32_t value) {
   };
 }
 
-/* To the right; what is lost is remembered in the lowest bit. */
+/* Shift to the right; the lowest bit is sticky. */
 static uint64_t shifted_right(uint64_t significand, int by) {
   if (by <= 0) {
     return significand;
@@ -61,7 +61,7 @@ static uint64_t shifted_right(uint64_t significand, int by) {
   return by > 63 ? significand != 0 : significand >> by | ((significand << (64 - by)) != 0);
 }
 
-/* To the left, until bit 63 is set. */
+/* Shift to the left until bit 63 is set. */
 static Number normalised(Number number) {
   int by = __builtin_clzll(number.significand);
   number.significand <<= by;
@@ -71,7 +71,7 @@ static Number normalised(Number number) {
 
 static uint32_t overflow(Core *core, bool sign, Format format, enum Rounding mode) {
   uint32_t beyond = (uint32_t)(format.highest_exponent + 1) << format.fraction_bits;
-  if (format.highest_exponent == ALTERNATIVE_HALF.highest_exponent) { /* it has no infinity */
+  if (format.highest_exponent == ALTERNATIVE_HALF.highest_exponent) { /* the format has no infinity */
     raise_flag(core, FPSCR_IOC);
     return beyond - 1;
   }
@@ -89,7 +89,7 @@ static bool rounds_away(uint64_t lost, uint64_t half, bool is_odd, bool sign, en
   }
 }
 
-/* The sign is put at bit 31, for half precision, too. */
+/* The sign is at bit 31, also for half precision. */
 uint32_t rounded(Core *core, Number number, Format format, enum Rounding mode) {
   uint32_t sign = zero(number.sign);
   if (!number.significand) {
@@ -142,7 +142,7 @@ static uint32_t sum(Core *core, Number left, Number right) {
     right = left;
     left = larger;
   }
-  /* Two bits for carry and sign; those that are lost here are 0, for a product has 48 bits at most. */
+  /* Two bits for carry and sign; the bits lost here are 0, because a product has 48 bits at most. */
   int64_t a = (int64_t)(left.significand >> 2);
   int64_t b = (int64_t)shifted_right(right.significand >> 2, left.exponent - right.exponent);
   int64_t total = left.sign == right.sign ? a + b : a - b;

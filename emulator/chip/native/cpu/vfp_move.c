@@ -1,7 +1,7 @@
-/* Floating-point registers from and to memory and the core (ARMv7-M ARM A6.5 to A6.7).
+/* Transfers of floating-point registers to and from memory and the core (ARMv7-M ARM A6.5 to A6.7).
  *
- * Fields: n is the base register; d is the first S register, a double register being two of them; a is how
- * many; imm is an offset. Of moves, n and m are core registers.
+ * Fields: n is the base register; d is the first S register, and a double register is two of them; a is the number
+ * of registers; imm is an offset. In moves, n and m are core registers.
  */
 #include "cpu/vfp.h"
 
@@ -63,7 +63,7 @@ static bool decode_one(uint32_t address, uint16_t first, Insn *insn) {
 
 /* -- VLDM, VSTM, VPOP, VPUSH ---------------------------------------------------------------------------- */
 
-/* imm is what the base changes by if it is written back; it can be one word more than is moved (FLDMX). */
+/* imm is the change of the base with write-back; it can be one word more than the transfer (FLDMX). */
 #define DEFINE_MULTIPLE_ACCESSES(suffix)                                                                 \
   INLINE bool vldm##suffix(Core *core, const Insn *insn, uint32_t address) {                             \
     uint32_t words[32];                                                                                  \
@@ -107,7 +107,7 @@ DEFINE_MULTIPLE(vstm)
 
 static bool decode_multiple(uint16_t first, Insn *insn) {
   bool load = first & 0x10, back = first & 0x20, before = first & 0x100;
-  insn->a = (uint8_t)(insn->imm / 4); /* before it is made even, for D registers */
+  insn->a = (uint8_t)(insn->imm / 4); /* before rounding to an even number, for D registers */
   if (before) {
     insn->run = load ? vldmdb_back : vstmdb_back;
   } else {
@@ -124,7 +124,7 @@ static bool decode_registers(uint16_t second, unsigned d_bit, Insn *insn) {
 
 static bool decode_two_cores(uint16_t first, uint16_t second, Insn *insn);
 
-/* A6.5, and the 64-bit transfers of A6.7, which look alike. */
+/* A6.5, and the 64-bit transfers of A6.7, whose encoding is similar. */
 bool decode_vfp_memory(uint32_t address, uint16_t first, uint16_t second, Insn *insn) {
   bool before = first & 0x100, up = first & 0x80, back = first & 0x20, is_double = second & 0x100;
   insn->n = first & 15;
@@ -192,7 +192,7 @@ OPERATION(vmrs_apsr) {
   NEXT;
 }
 
-/* SP and PC are UNPREDICTABLE in all of these. As results they are undefined here; PC is not, of VMRS. */
+/* SP and PC are UNPREDICTABLE in all of these. As results they are undefined here, except PC for VMRS. */
 static bool can_be_moved(bool to_core, unsigned number) { return !to_core || (number != 13 && number != 15); }
 static void may_read_pc(Insn *insn) { insn->kind |= insn->n == 15 || insn->m == 15 ? READS_PC : 0; }
 
@@ -210,7 +210,7 @@ static bool decode_two_cores(uint16_t first, uint16_t second, Insn *insn) {
 bool decode_vfp_move(uint16_t first, uint16_t second, Insn *insn) {
   bool to_core = first & 0x10, of_double = second & 0x100;
   insn->n = second >> 12;
-  if ((first & 0xFEF) == 0xEE1 && !of_double) { /* FPSCR, the only system register that firmware sees */
+  if ((first & 0xFEF) == 0xEE1 && !of_double) { /* FPSCR, the only system register available to firmware */
     insn->run = !to_core ? vmsr : insn->n == 15 ? vmrs_apsr : vmrs;
     return (second & 0xEF) == 0 && (to_core ? insn->n != 13 : insn->n != 15);
   }

@@ -1,11 +1,11 @@
-/* Work: what a run costs, in a measure that depends on the firmware alone and not on the machine.
+/* Work: the cost of a run, in a measure that depends only on the firmware and not on the machine.
  *
  * One unit is an executed instruction, some 2 to 3 ns on a computer of 2020; skipped waiting costs nothing. The
- * other weights are what things take beside that, measured by tests/campaigns/heavy_bench.py: its last column shows
- * that none takes much longer than its units say. Calls of Python add their own (library.py).
+ * other weights are the additional times of other kinds of work, measured by tests/campaigns/heavy_bench.py: its
+ * last column shows that none takes much longer than its units say. Calls of Python are added by library.py.
  *
- * Decision: counters where it is slow already. Nothing is counted per instruction: a run knows how many it has
- * executed. The road not taken, a limit on processor time, is another one on every machine, and then a verdict is.
+ * Decision: only slow operations are counted. No counter runs per instruction, because a run knows how many it has
+ * executed. A limit on processor time was rejected: it differs between machines, so that verdicts would differ, too.
  */
 #ifndef FCU_WORK_H
 #define FCU_WORK_H
@@ -17,13 +17,13 @@
 enum {
   WORK_RUN = 20,       /* a run of instructions between events */
   WORK_ACCESS = 8,     /* an access to a register */
-  WORK_EVENT = 60,     /* something that a peripheral has planned */
-  WORK_EXCEPTION = 30, /* an exception entered, and left again */
-  WORK_DECODE = 15,    /* an instruction decoded, and forgotten again */
-  WORK_TIMER = 8,      /* a register of a timer that is written: its next event changes */
-  WORK_PIN = 8,        /* a pin that a register sets up again */
+  WORK_EVENT = 60,     /* an event scheduled by a peripheral */
+  WORK_EXCEPTION = 30, /* an exception entry and its return */
+  WORK_DECODE = 15,    /* an instruction decoded, and later discarded */
+  WORK_TIMER = 8,      /* a write to a register of a timer, which changes its next event */
+  WORK_PIN = 8,        /* a pin configured by a write to a register */
   WORK_EDGE = 10,      /* an edge of an output */
-  WORK_EDGE_KEPT = 500, /* one that Python builds when the trace is read: of many, only the latest */
+  WORK_EDGE_KEPT = 500, /* an edge that Python builds when the trace is read: of many, only the latest */
   WORK_RESET = 20000,
 };
 
@@ -38,7 +38,7 @@ static inline int page_of(uint32_t address) {
   return address < PRIVATE_BASE ? PAGE_OTG : PAGE_PRIVATE;
 }
 
-/* What a kind of thing has cost: how often it was, and its work, that of what it has caused included. */
+/* The cost of one kind of work: its number of occurrences, and its work, including the work that it caused. */
 typedef struct {
   int64_t times, work;
 } Cost;

@@ -1,20 +1,20 @@
-/* DMA1 and DMA2: eight streams each (RM0368 section 9; interrupt numbers of table 38), and which request line
- * reaches which stream on which channel (section 9.3.3, tables 28 and 29).
+/* DMA1 and DMA2: eight streams each (RM0368 section 9; interrupt numbers of table 38), and the mapping of request
+ * lines to streams and channels (section 9.3.3, tables 28 and 29).
  *
- * A transfer happens at once when its request is made, which a peripheral does in an access or an event, so no flag
- * here changes by itself. In FIFO mode data would wait in the FIFO until its threshold is reached; here it goes
- * through, which a program can see only by reading memory before the end. Packing (PSIZE and MSIZE different,
- * section 9.3.10) then is what little-endian byte order makes of it: items follow one another in memory in the size
- * they have at the peripheral.
+ * A transfer happens at once when its request is made. A peripheral requests it in an access or an event, so no flag
+ * changes by itself. In FIFO mode the chip keeps data in the FIFO until its threshold is reached. Here data passes
+ * directly; a program can detect this only if it reads memory before the end. Packing (PSIZE and MSIZE different,
+ * section 9.3.10) follows from little-endian byte order: items are consecutive in memory, in the size that they have
+ * at the peripheral.
  *
- * Memory to memory is done at its end, when 4 cycles of HCLK an item have passed (an estimate, the manual gives no
+ * A memory-to-memory transfer is done at its end, after 4 cycles of HCLK per item (an estimate, the manual gives no
  * figure); NDTR shows the whole length until then.
  *
- * The tables were compared with those of RM0090 (STM32F405), of which they are a part but for I2C3_RX on stream 1
- * and I2C3_TX on stream 5: these two are not certain.
+ * The tables were compared with those of RM0090 (STM32F405), of which they are a subset except for I2C3_RX on stream
+ * 1 and I2C3_TX on stream 5: these two are not certain.
  *
- * NOT MODELLED, with a note where firmware asks for it: the peripheral as flow controller (PFCTRL, for SDIO only).
- * NOT MODELLED, silent: priorities, bursts, PINCOS and FIFO errors; requests of I2S, SPI4, SDIO, and of timers but
+ * NOT MODELLED, with a note if firmware uses it: the peripheral as flow controller (PFCTRL, for SDIO only). NOT
+ * MODELLED, silent: priorities, bursts, PINCOS and FIFO errors; requests of I2S, SPI4, SDIO, and of timers except
  * for updates.
  */
 #include "fcu.h"
@@ -28,7 +28,7 @@ _Static_assert(SxFCR(0) == FIRST_STREAM + 4 * FCR, "the words of a stream");
 
 enum { PERIPHERAL_TO_MEMORY, MEMORY_TO_PERIPHERAL, MEMORY_TO_MEMORY };
 #define CHANGEABLE_WHILE_ON (SxCR_EN | SxCR_DMEIE | SxCR_TEIE | SxCR_HTIE | SxCR_TCIE)
-/* A stream's flags, in the places of stream 0. */
+/* A stream's flags, at the bit positions of stream 0. */
 #define FLAGS (LISR_FEIF0 | LISR_DMEIF0 | LISR_TEIF0 | LISR_HTIF0 | LISR_TCIF0)
 static const uint8_t FLAG_SHIFT[4] = {0, 6, 16, 22}; /* of streams 0 to 3 in LISR, 4 to 7 in HISR */
 
@@ -43,10 +43,10 @@ static const uint8_t INTERRUPTS_OF[DMA_CONTROLLERS][DMA_STREAMS] = {
 /* -- request lines --------------------------------------------------------------------------------------- */
 
 #define R(name) REQUEST_##name
-#define OTHER REQUESTS /* a line on which nobody here asks */
+#define OTHER REQUESTS /* a line without a modelled peripheral */
 #define NONE REQUEST_NONE
 
-/* One row a channel, one column a stream. */
+/* One row per channel, one column per stream. */
 static const uint8_t LINES[DMA_CONTROLLERS][8][DMA_STREAMS] = {
   {
     {R(SPI3_RX), NONE, R(SPI3_RX), R(SPI2_RX), R(SPI2_TX), R(SPI3_TX), NONE, R(SPI3_TX)},
@@ -77,7 +77,7 @@ static uint8_t number_of(const DmaController *dma, int stream) {
   return (uint8_t)(DMA_STREAMS * controller_of(dma) + stream + 1);
 }
 
-/* The stream has been enabled: it does the transfers of its line from now on. */
+/* The stream has been enabled: it serves the requests of its line now. */
 static void serve(DmaController *dma, int stream, enum Request line) {
   Dma *both = &dma->peripheral.chip->dma;
   dma->streams[stream].line = line;
@@ -102,7 +102,7 @@ void dma_connect(Peripheral *peripheral, enum Request line) { peripheral->chip->
 
 /* -- the bus --------------------------------------------------------------------------------------------- */
 
-/* Both controllers reach memory and the peripherals, not what is private to the core (RM0368 section 2.1). */
+/* Both controllers access memory and the peripherals, except the core's private ones (RM0368 section 2.1). */
 static bool is_reached(uint32_t address) { return address < PERIPHERALS_BASE + PERIPHERALS_SIZE; }
 
 static bool load_item(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
@@ -127,7 +127,7 @@ static void raise_flags(DmaController *dma, int stream, uint32_t flags) {
   update_interrupt(dma, stream);
 }
 
-/* When the next transfer from memory to memory is done. */
+/* Schedule the end of the next memory-to-memory transfer. */
 static void plan(DmaController *dma) {
   int64_t at_ps = NEVER_PS;
   for (int n = 0; n < DMA_STREAMS; n++) {
@@ -175,7 +175,7 @@ static void start(DmaController *dma, int stream, enum Request line) {
   }
 }
 
-/* One item; false is a bus error. */
+/* Move one item; false is a bus error. */
 static bool move(Chip *chip, DmaStream *one) {
   uint32_t outside = one->peripheral + one->moved * one->peripheral_step, value;
   uint32_t inside = one->memory[one->control & SxCR_CT ? 1 : 0] + one->moved * one->memory_step;
@@ -198,7 +198,7 @@ static void complete(DmaController *dma, int stream) {
   raise_flags(dma, stream, LISR_TCIF0);
 }
 
-/* One item between peripheral and memory. */
+/* Move one item between peripheral and memory. */
 static void transfer(DmaController *dma, int stream) {
   DmaStream *one = &dma->streams[stream];
   if (!move(dma->peripheral.chip, one)) {
@@ -214,7 +214,7 @@ static void transfer(DmaController *dma, int stream) {
   }
 }
 
-/* All of a transfer from memory to memory. */
+/* Move all items of a memory-to-memory transfer. */
 static void copy(DmaController *dma, int stream) {
   DmaStream *one = &dma->streams[stream];
   bool good = true;
@@ -265,7 +265,7 @@ static uint32_t dma_peek(const Peripheral *peripheral, uint32_t offset) {
   return value;
 }
 
-/* No read has a side effect, and what changes a flag is an event or an access. */
+/* Reads have no side effect, and only events and accesses change flags. */
 static uint32_t dma_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
   (void)until_ps;
   return dma_peek(peripheral, offset);
@@ -278,7 +278,7 @@ static void clear_flags(DmaController *dma, int first, uint32_t bits) {
   }
 }
 
-/* What firmware gets wrong when it enables a stream. */
+/* Report wrong settings when firmware enables a stream. */
 static void check(DmaController *dma, int stream, uint32_t value, enum Request line) {
   bool to_memory = FIELD(value, SxCR_DIR) == MEMORY_TO_MEMORY;
   if (to_memory && controller_of(dma) == 0) {
@@ -342,7 +342,7 @@ static void dma_write(Peripheral *peripheral, uint32_t offset, uint32_t value, u
   }
 }
 
-/* All streams off, all flags clear. */
+/* Switch all streams off and clear all flags. */
 static void dma_reset(Peripheral *peripheral) {
   DmaController *dma = (DmaController *)peripheral;
   for (int n = 0; n < DMA_STREAMS; n++) {

@@ -10,10 +10,10 @@
 typedef struct {
   uint32_t control, items, peripheral, memory[2], fifo_control; /* CR, NDTR, PAR, M0AR, M1AR, FCR */
   uint32_t flags; /* its bits of LISR or HISR */
-  /* What a run started from, and a circular one starts from again. */
+  /* The initial values of a transfer; a circular one reloads them. */
   uint32_t length, moved, size, peripheral_step, memory_step;
-  int64_t copy_ps;     /* when a transfer from memory to memory is done; NEVER_PS: none is under way */
-  enum Request line;   /* that it serves */
+  int64_t copy_ps;     /* the end of a transfer from memory to memory; NEVER_PS: none is in progress */
+  enum Request line;   /* the line that it serves */
 } DmaStream;
 
 typedef struct {
@@ -25,7 +25,7 @@ typedef struct {
 typedef struct {
   DmaController controllers[DMA_CONTROLLERS];
   Peripheral *asker[REQUESTS];
-  uint8_t server[REQUESTS]; /* which stream serves a line: 1 to 8 of DMA1, 9 to 16 of DMA2; 0: none */
+  uint8_t server[REQUESTS]; /* the stream that serves a line: 1 to 8 of DMA1, 9 to 16 of DMA2; 0: none */
 } Dma;
 
 void dma_create(Chip *chip);

@@ -1,5 +1,5 @@
-/* DWT (ARMv7-M ARM C1.8). CYCCNT counts while DEMCR.TRCENA and DWT_CTRL.CYCCNTENA are set. It goes on in sleep
- * here, where HCLK runs on; the manual leaves that to the implementation.
+/* DWT (ARMv7-M ARM C1.8). CYCCNT counts while DEMCR.TRCENA and DWT_CTRL.CYCCNTENA are set. It also counts during
+ * sleep here, because HCLK keeps running; the manual leaves this to the implementation.
  *
  * NOT MODELLED: comparators and profiling counters are stored only.
  */
@@ -15,11 +15,11 @@ static uint32_t counted(const Dwt *dwt) {
   if (!dwt->trace_enabled || !(dwt->registers[0] & DWT_CTRL_CYCCNTENA)) {
     return 0;
   }
-  /* Times are rounded down by less than 1 ps, which is given back here. */
+  /* Times are rounded down by less than 1 ps; the 1 ps here compensates for it. */
   return (uint32_t)((Wide)(dwt->peripheral.chip->now_ps - dwt->since_ps + 1) * dwt->hz / PS_PER_S);
 }
 
-/* The count so far becomes the value counted on from. */
+/* Make the current count the start value. */
 static void settle(Dwt *dwt) {
   dwt->registers[DWT_CYCCNT / 4] += counted(dwt);
   dwt->since_ps = dwt->peripheral.chip->now_ps;

@@ -1,16 +1,16 @@
-/* EXTI: 23 edge detectors on pins and inner signals (RM0368 section 10.2; interrupt numbers of table 38); and
+/* EXTI: 23 edge detectors on pins and internal signals (RM0368 section 10.2; interrupt numbers of table 38); and
  * SYSCFG, which selects the pins (section 7).
  *
- * Lines 0 to 15 are pins; 16 the voltage detector, 17 the RTC's alarm, 18 USB wake-up, 21 the RTC's tamper and
- * time stamp, 22 its wake-up timer; 19 and 20 do not exist on this chip.
+ * Lines 0 to 15 are pins; 16 the voltage detector, 17 the RTC's alarm, 18 USB wake-up, 21 the RTC's tamper and time
+ * stamp, 22 its wake-up timer; 19 and 20 do not exist on this chip.
  *
- * The pending bit is set by an edge whether or not IMR lets it through, as figure 29 draws it; the text about
- * SWIER asks for IMR, and is followed for SWIER.
+ * An edge sets the pending bit regardless of IMR, as in figure 29. The text about SWIER requires IMR, so SWIER
+ * follows the text.
  *
  * NOT MODELLED
  * - Event mode (EMR, a wake-up for WFE without an interrupt): stored, and a note.
- * - Memory remapping (SYSCFG_MEMRMP): stored, and a note; address 0 is always the flash, as the board's boot
- *   pins select.
+ * - Memory remapping (SYSCFG_MEMRMP): stored, and a note; address 0 is always the flash, as the board's boot pins
+ *   select.
  * - SYSCFG_PMC: stored, without effect.
  */
 #include "peripherals/exti.h"
@@ -24,7 +24,7 @@
 
 #define LINES IMR_STORED
 
-/* Interrupt numbers and the lines that raise them (table 38). */
+/* Interrupt numbers and the lines that activate them (table 38). */
 static const struct {
   int number;
   uint32_t lines;
@@ -42,7 +42,7 @@ static void signal(Exti *exti) {
   }
 }
 
-/* A line's input: a pin, or an inner signal for lines 16 and up. */
+/* Set a line's input: a pin, or an internal signal for lines 16 and higher. */
 static void set_line(Exti *exti, int line, bool level) {
   uint32_t bit = 1u << line;
   if (!(exti->levels & bit) == !level) {
@@ -75,7 +75,7 @@ static uint32_t exti_peek(const Peripheral *peripheral, uint32_t offset) {
 }
 
 static uint32_t exti_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
-  (void)until_ps; /* nothing changes but by events and writes */
+  (void)until_ps; /* only events and writes change registers */
   return exti_peek(peripheral, offset);
 }
 
@@ -83,7 +83,7 @@ static void merge(uint32_t *word, uint32_t value, uint32_t mask) {
   *word = (*word & ~mask) | (value & mask & LINES);
 }
 
-/* PR clears where 1 is written, and SWIER with it (10.3.5, 10.3.6). */
+/* PR is cleared by writing 1, and SWIER with it (10.3.5, 10.3.6). */
 static void exti_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   Exti *exti = (Exti *)peripheral;
   uint32_t rising;
@@ -111,7 +111,7 @@ static void exti_write(Peripheral *peripheral, uint32_t offset, uint32_t value, 
   signal(exti);
 }
 
-/* No line enabled, nothing pending. */
+/* Disable all lines and clear the pending bits. */
 static void exti_reset(Peripheral *peripheral) {
   Exti *exti = (Exti *)peripheral;
   exti->imr = exti->emr = exti->rtsr = exti->ftsr = exti->swier = exti->pr = 0;
@@ -124,15 +124,15 @@ static const PeripheralType EXTI_TYPE = {
 
 /* -- SYSCFG --------------------------------------------------------------------------------------------- */
 
-/* The index of the port that EXTI line 0 to 15 listens to (7.2.3 to 7.2.6); -1 for a code without a port. */
+/* Return the index of the port of EXTI line 0 to 15 (7.2.3 to 7.2.6); -1 for a code without a port. */
 static int selected_port(const Syscfg *syscfg, int line) {
   static const int8_t PORT_OF[16] = {0, 1, 2, 3, 4, -1, -1, 5, -1, -1, -1, -1, -1, -1, -1, -1};
   return PORT_OF[syscfg->registers[(EXTICR1 >> 2) + line / 4] >> line % 4 * 4 & 15];
 }
 
-/* Another pin on a line is an edge if it has another level. */
+/* A newly selected pin causes an edge if its level differs. */
 static void select_pins(Chip *chip) {
-  chip->work += WORK_PIN * (PIN_LINES / 4); /* four lines have changed at most */
+  chip->work += WORK_PIN * (PIN_LINES / 4); /* at most four lines have changed */
   for (int line = 0; line < PIN_LINES; line++) {
     chip->exti.port[line] = selected_port(&chip->syscfg, line);
   }
@@ -173,7 +173,7 @@ static void syscfg_write(Peripheral *peripheral, uint32_t offset, uint32_t value
   }
 }
 
-/* All lines back to port A. */
+/* Connect all lines to port A. */
 static void syscfg_reset(Peripheral *peripheral) {
   memset(((Syscfg *)peripheral)->registers, 0, sizeof((Syscfg *)peripheral)->registers);
   select_pins(peripheral->chip);

@@ -14,13 +14,13 @@ typedef struct {
 typedef struct {
   Peripheral peripheral;
   uint32_t imr, emr, rtsr, ftsr, swier, pr;
-  uint32_t levels;         /* what each line saw last */
-  int32_t port[PIN_LINES]; /* the port that a line listens to; -1: a code without a port */
+  uint32_t levels;         /* the last level of each line */
+  int32_t port[PIN_LINES]; /* the port of a line's pin; -1: a code without a port */
 } Exti;
 
 void syscfg_create(Chip *chip);
 void exti_create(Chip *chip);
-/* What a pin reads has become another level. port: its index. */
+/* The input level of a pin has changed. port: its index. */
 void exti_pin_changed(Exti *exti, int port, int pin, bool level);
 
 #endif

@@ -1,20 +1,20 @@
-/* GPIO ports A to E and H (RM0368 section 8): modes, latches, inputs, the lock; and what level each pin has.
+/* GPIO ports A to E and H (RM0368 section 8): modes, latches, inputs, the lock; and the level of each pin.
  *
- * A pin has three kinds of drivers: the chip's output stage, parties outside (a sensor's interrupt pin, a
- * button), and the chip's weak pull resistor. The lowest strong driver wins, as on an open-drain wire; the pull
- * decides when nobody drives; a pin that floats reads as 0 here, on the board as noise. Who drives from outside
- * is emulator/buses/gpio.py's to know; here is what results of them.
+ * A pin has three kinds of drivers: the chip's output stage, devices outside (a sensor's interrupt pin, a button),
+ * and the chip's weak pull resistor. The lowest strong driver wins, as on an open-drain wire. Without a driver the
+ * pull resistor decides. A floating pin reads as 0 here, on the board as noise. emulator/buses/gpio.py combines the
+ * drivers outside; this file computes the resulting level.
  *
- * Reset values: PA13 to PA15, PB3 and PB4 are the debug port's (AF0), so MODER is 0xA800 0000 for port A.
- * RM0368 prints 0x0C00 0000 there in some revisions, which would make PA13 analog and contradicts its section
- * 8.3.1. An analog pin's input stage is off: IDR reads 0 (8.3.12).
+ * Reset values: PA13 to PA15, PB3 and PB4 are the debug port's (AF0), so MODER is 0xA800 0000 for port A. RM0368
+ * prints 0x0C00 0000 there in some revisions, which would make PA13 analog and contradicts its section 8.3.1. An
+ * analog pin's input stage is off: IDR reads 0 (8.3.12).
  *
- * The trace shows what the chip does: an edge when its output stage changes, also to open drain high (1); a pin
- * that stops being an output shows 1, because it does not pull low any more.
+ * The trace shows the chip's outputs: an edge when the output stage changes, also to open drain high (1). A pin that
+ * is switched from output to another mode shows 1, because the chip does not pull it low any more.
  *
  * NOT MODELLED
- * - Levels of a pin in alternate-function mode: it is let go of. What USART, SPI, I2C and the timers do is
- *   modelled as whole bytes, transfers and duty cycles.
+ * - Levels of a pin in alternate-function mode: the pin is released. USART, SPI, I2C and the timers are modelled as
+ *   whole bytes, transfers and duty cycles.
  * - Output speed (OSPEEDR): stored, without effect.
  * - EXTI is not cut off from an analog pin.
  */
@@ -42,14 +42,14 @@ static void put(uint16_t *set, uint32_t bit, bool in) { *set = (uint16_t)(in ? *
 
 /* -- levels --------------------------------------------------------------------------------------------- */
 
-/* What all pins of the port read. */
+/* Return the input levels of all pins of the port. */
 static uint32_t levels(const GpioPort *port) {
   uint32_t strong = port->drives | port->outside;
   uint32_t low = (port->drives & ~port->drives_high) | (port->outside & ~port->outside_high);
   return (strong & ~low) | (port->pulled_up & ~strong);
 }
 
-/* Call whoever listens to the pin when its level has become another one. */
+/* Call the listeners of the pin if its level has changed. */
 static void settle(GpioPort *port, int pin) {
   Chip *chip = port->peripheral.chip;
   uint32_t bit = 1u << pin, now = levels(port);
@@ -72,7 +72,7 @@ static void settle(GpioPort *port, int pin) {
   }
 }
 
-/* An edge for the trace, if it is one. */
+/* Add an edge to the trace if the level differs from the last one. */
 static void show(GpioPort *port, int pin, int level) {
   Chip *chip = port->peripheral.chip;
   uint32_t bit = 1u << pin;
@@ -111,7 +111,7 @@ int64_t fcu_take_edges(Chip *chip, Edge *edges, int64_t size, int64_t *lost) {
 
 /* -- outputs -------------------------------------------------------------------------------------------- */
 
-/* The output stage as ODR and OTYPER say; an open drain at 1 lets go of the pin. */
+/* Set the output stage from ODR and OTYPER; an open drain at 1 releases the pin. */
 static void output(GpioPort *port, int pin) {
   uint32_t bit = 1u << pin;
   bool level = *at(port, ODR) & bit;
@@ -129,7 +129,7 @@ static void let_go(GpioPort *port, int pin) {
   settle(port, pin);
 }
 
-/* ODR after a write to ODR or BSRR; set wins when both bits of a pin are written (8.4.7). */
+/* Return ODR after a write to ODR or BSRR; set wins when both bits of a pin are written (8.4.7). */
 static uint32_t latched(const GpioPort *port, uint32_t offset, uint32_t value, uint32_t mask) {
   uint32_t odr = port->registers[ODR >> 2];
   if (offset == BSRR) {
@@ -148,7 +148,7 @@ static void latch(GpioPort *port, uint32_t odr) {
   }
 }
 
-/* -- set-up --------------------------------------------------------------------------------------------- */
+/* -- configuration -------------------------------------------------------------------------------------- */
 
 static void set_up(GpioPort *port, int pin) {
   port->peripheral.chip->work += WORK_PIN;
@@ -167,7 +167,7 @@ static void set_up(GpioPort *port, int pin) {
   put(&port->analog, bit, mode == ANALOG);
 }
 
-/* Bits a pin has in the register; 0: it sets up nothing. */
+/* Return the bits per pin in the register; 0: not a configuration register. */
 static unsigned bits_per_pin(uint32_t offset) {
   switch (offset) {
     case MODER: case OSPEEDR: case PUPDR: return 2;
@@ -227,7 +227,7 @@ static uint32_t gpio_peek(const Peripheral *peripheral, uint32_t offset) {
 }
 
 static uint32_t gpio_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
-  (void)until_ps; /* nothing changes but by events and writes */
+  (void)until_ps; /* only events and writes change registers */
   return gpio_peek(peripheral, offset);
 }
 
@@ -242,13 +242,13 @@ static void gpio_write(Peripheral *peripheral, uint32_t offset, uint32_t value, 
   }
 }
 
-/* Loops that show a state write the same to BSRR all the time. */
+/* True for a write that repeats the state: loops that show a state write the same to BSRR continuously. */
 static bool gpio_changes_nothing(const Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   const GpioPort *port = (const GpioPort *)peripheral;
   return (offset == BSRR || offset == ODR) && latched(port, offset, value, mask) == port->registers[ODR >> 2];
 }
 
-/* All pins inputs, but for the debug port's. */
+/* Make all pins inputs, except those of the debug port. */
 static void gpio_reset(Peripheral *peripheral) {
   GpioPort *port = (GpioPort *)peripheral;
   for (uint32_t offset = MODER; offset <= AFRH; offset += 4) {

@@ -13,24 +13,24 @@ typedef struct {
   uint32_t registers[10]; /* by offset / 4; IDR and BSRR are not stored */
   uint32_t locked, lock_step, lock_pins;
   uint16_t drives, drives_high;   /* the chip's output stage: pins it drives at all, and at 1 */
-  uint16_t outside, outside_high; /* likewise everybody outside of the chip together */
+  uint16_t outside, outside_high; /* likewise for all drivers outside of the chip together */
   uint16_t pulled_up, pulled_down;
   uint16_t analog;
-  uint16_t reads;             /* what results; a floating pin reads as 0 */
-  uint16_t shown, shown_high; /* pins that were an output once, and what the trace says of them */
+  uint16_t reads;             /* the resulting level; a floating pin reads as 0 */
+  uint16_t shown, shown_high; /* pins that were once an output, and their levels in the trace */
   uint16_t frequent;          /* pins whose edges are of interest in a detailed trace only */
-  uint16_t heard;             /* pins that peripherals of the chip listen to */
-  uint16_t watched;           /* pins that Python listens to */
+  uint16_t heard;             /* pins that peripherals of the chip monitor */
+  uint16_t watched;           /* pins that Python monitors */
 } GpioPort;
 
 /* Callbacks into Python. */
 typedef struct {
   void (*edge)(int64_t now_ps, int32_t port, int32_t pin, int32_t level);    /* the chip's output changed; while
                                                                                  the trace is observed */
-  void (*changed)(int64_t now_ps, int32_t port, int32_t pin, int32_t level); /* what a watched pin reads */
+  void (*changed)(int64_t now_ps, int32_t port, int32_t pin, int32_t level); /* the input level of a watched pin */
 } PinCalls;
 
-#define EDGES_KEPT 262144 /* that are kept; a power of 2, and more than a trace keeps (emulator/trace.py) */
+#define EDGES_KEPT 262144 /* edges in the ring; a power of 2, and more than a trace keeps (emulator/trace.py) */
 
 /* An edge for the trace that Python has not taken yet. */
 typedef struct {
@@ -40,9 +40,9 @@ typedef struct {
 
 typedef struct {
   GpioPort ports[PORTS];
-  Edge *edges;         /* a ring; not part of a snapshot: Python takes them before */
+  Edge *edges;         /* a ring; not part of a snapshot: Python takes the edges before */
   int64_t edge_count;  /* edges so far */
-  int64_t edges_taken; /* of these; what is more than EDGES_KEPT behind is lost */
+  int64_t edges_taken; /* of these; the ring holds EDGES_KEPT, older ones are lost */
   PinCalls calls;
   struct {
     Peripheral *peripheral;
@@ -52,7 +52,7 @@ typedef struct {
   int32_t listener_count;
 } Gpio;
 
-bool gpio_allocate(Chip *chip); /* false: there is no memory */
+bool gpio_allocate(Chip *chip); /* false: the host has no memory */
 void gpio_create(Chip *chip);
 void gpio_destroy(Chip *chip);
 

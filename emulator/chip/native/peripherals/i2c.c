@@ -1,22 +1,21 @@
 /* I2C1 to I2C3 as bus master (RM0368 section 18): registers, the sequence on the wire, interrupts, DMA.
  *
- * A sequence of operations: start, address, data bytes, stop (18.3.3, figures 163, 164). Between two of them the
- * peripheral looks at what software asks for (STOP, START, DR) and either goes on or holds SCL low. Each operation
- * ends at a known time, in an event that is deferred, so that polled flags need no end of a run; while an
- * interrupt or DMA waits for it, it is scheduled.
+ * A sequence of operations: start, address, data bytes, stop (18.3.3, figures 163, 164). Between two operations the
+ * peripheral checks the requests of software (STOP, START, DR); it continues, or holds SCL low. Each operation ends
+ * at a known time. The end is a deferred event, so that polling of flags does not end a run. While an interrupt or
+ * DMA waits for it, it is a scheduled event.
  *
- * The receiver has two stages, DR and shift register: with both full (BTF) SCL is held until DR is read. ACK
- * decides at the end of a byte; with POS it decides one byte ahead, and the first byte's answer is what ACK was
- * when the address had been sent, which is how HAL reads two bytes. After a byte that was not acknowledged SCL
- * is held until STOP or START, so a late STOP costs no byte. On the chip that is sure only while DR is still
- * full.
+ * The receiver has two stages, DR and shift register: if both are full (BTF), SCL is held until DR is read. ACK
+ * takes effect at the end of a byte. With POS it takes effect one byte ahead: the first byte's answer is the value
+ * of ACK when the address had been sent. HAL reads two bytes this way. After a byte that was not acknowledged SCL is
+ * held until STOP or START, so a late STOP costs no byte. On the chip that is certain only while DR is still full.
  *
- * A START clears what is left of TXE and BTF. STOP and START wait for the end of the byte in the shift register;
- * a byte still in DR then is lost, which is reported: the manual wants STOP written while TXE or BTF is set.
+ * A START clears TXE and BTF. STOP and START wait for the end of the byte in the shift register. A byte still in DR
+ * is then lost, which is reported: the manual requires that STOP is written while TXE or BTF is set.
  *
- * The bus itself is Python's (emulator/buses/i2c_wire.py), which is called at the end of each byte. But "write a
- * sub-address, repeated start, read" of bytes that C keeps (read_cache.h) needs no call at all: Python hears of such
- * a message when it asks, when it records messages, or when the message goes on otherwise.
+ * The bus itself is in Python (emulator/buses/i2c_wire.py), which is called at the end of each byte. A message
+ * "write a sub-address, repeated start, read" of cached bytes (read_cache.h) needs no call. Python receives such a
+ * message when it asks for it, when it records messages, or when the message continues in another way.
  *
  * NOT MODELLED, and reported when used:
  *   CR1: SMBUS, ENARP, ENPEC, PEC   SMBus and packet error checking
@@ -36,10 +35,10 @@
 enum { FAST_MODE_HZ = 400000 }; /* the sensors' limit */
 enum { NO_FUNCTION = 255 };
 
-/* What an address is answered with, in the order of peripherals/i2c.py. */
+/* The answers to an address, in the order of peripherals/i2c.py. */
 enum Answer { ANSWER_ACK, ANSWER_NACK, ANSWER_BUS_ERROR, ANSWER_ARBITRATION };
 
-/* What happens when the operation under way ends. */
+/* The action at the end of the current operation. */
 enum Then {
   THEN_GO_ON,
   THEN_STARTED,
@@ -50,10 +49,10 @@ enum Then {
   THEN_RECEIVED,
 };
 
-/* What happens on the wire, or what the peripheral waits for while it holds SCL low. */
+/* The operation on the wire, or the event that the peripheral waits for while it holds SCL low. */
 enum Phase {
   PHASE_IDLE,
-  PHASE_BUSY,      /* an operation is under way */
+  PHASE_BUSY,      /* an operation is in progress */
   PHASE_ADDRESS,   /* after a start: for the address in DR */
   PHASE_ADDRESSED, /* for ADDR to be cleared */
   PHASE_SEND,      /* for a byte in DR, STOP or START */
@@ -90,7 +89,7 @@ static Target *target_of(I2c *i2c) {
 
 static bool keeps(I2c *i2c) { return !i2c->wire.injected && i2c->wire.message.target >= 0; }
 
-/* The bytes from where the sub-address is come from what C keeps, if it does. */
+/* Begin to read bytes at the sub-address from the read cache, if it has them. */
 static bool begin_reading(I2c *i2c, int64_t position) {
   Chip *chip = i2c->peripheral.chip;
   i2c->kept = keeps(i2c) && target_begin(chip, target_of(i2c), (uint8_t)(position >> 8), (uint8_t)position);
@@ -132,7 +131,7 @@ static void let_go(I2c *i2c) {
   }
 }
 
-/* A start and an address byte that are no repeated start of the message under way. */
+/* A start and an address byte, except for a repeated start of the current message. */
 static enum Answer address_anew(I2c *i2c) {
   I2cMessage *message = &i2c->wire.message;
   Chip *chip = i2c->peripheral.chip;
@@ -180,7 +179,7 @@ static enum Answer address(I2c *i2c) {
   return (enum Answer)answer;
 }
 
-/* The byte in the shift register has been sent; whether it was acknowledged. */
+/* The byte in the shift register has been sent; true if it was acknowledged. */
 static bool write_byte(I2c *i2c) {
   I2cMessage *message = &i2c->wire.message;
   bool is_first = message->written == 0;
@@ -216,12 +215,12 @@ static uint8_t read_byte(I2c *i2c) {
   return (uint8_t)answer;
 }
 
-/* When a line that is held low is let go; 0 if none is. */
+/* Return the time when a line held low is released; 0 if none is. */
 static int64_t released_ps(const I2c *i2c) {
   return i2c->wire.injected ? i2c->calls.released_ps(now_ps(i2c)) : 0;
 }
 
-/* Whether the pins lead to the bus: before they are switched nobody answers. */
+/* Return true if the pins are switched to the bus; without that no device answers. */
 static bool is_connected(I2c *i2c) {
   char missing[64];
   bool connected = pins_connected(i2c->peripheral.chip, i2c->pins, missing, sizeof missing);
@@ -255,7 +254,7 @@ static void serve_dma(I2c *i2c) {
   }
 }
 
-/* Make the DMA requests that stand and set the interrupt lines. */
+/* Make the active DMA requests and set the interrupt lines. */
 static void update(I2c *i2c) {
   if (i2c->serving || !i2c->watched) {
     return;
@@ -302,7 +301,7 @@ static void start_when_free(I2c *i2c) {
   }
 }
 
-/* Obey STOP or START between two bytes; false if neither is asked for. */
+/* Execute STOP or START between two bytes; false if neither is requested. */
 static bool stop_or_start(I2c *i2c) {
   if (!(i2c->cr1 & (CR1_START | CR1_STOP))) {
     return false;
@@ -330,7 +329,7 @@ static void go_on(I2c *i2c) {
   }
 }
 
-/* A start or stop condition leaves nothing of a transmission; received bytes stay. */
+/* A start or stop condition ends a transmission completely; received bytes stay. */
 static void end_of_sending(I2c *i2c) {
   if (i2c->sr2 & SR2_TRA) {
     i2c->sr1 &= ~(uint32_t)(SR1_TXE | SR1_BTF);
@@ -405,7 +404,7 @@ static void sent(I2c *i2c) {
   }
 }
 
-/* Whether the byte just received is acknowledged (ACK, POS, and LAST with DMA). */
+/* Return true if the byte just received is acknowledged (ACK, POS, and LAST with DMA). */
 static bool answer(I2c *i2c) {
   bool now = i2c->cr1 & CR1_ACK;
   bool acknowledged = i2c->cr1 & CR1_POS ? i2c->acknowledge : now;
@@ -445,7 +444,7 @@ static void released(I2c *i2c) {
   go_on(i2c);
 }
 
-/* The operation under way ends. */
+/* Handle the end of the current operation. */
 static void i2c_fire(Peripheral *peripheral) {
   static void (*const ends[])(I2c *) = {
       [THEN_GO_ON] = go_on,       [THEN_STARTED] = started,           [THEN_STOPPED] = stopped,
@@ -459,7 +458,7 @@ static void i2c_fire(Peripheral *peripheral) {
   }
 }
 
-/* No operation, no flag, the bus let go in the middle of whatever was under way. */
+/* Clear operation and flags, and release the bus at any point of a message. */
 static void clear(I2c *i2c) {
   event_cancel(i2c->peripheral.chip, i2c->event);
   let_go(i2c);
@@ -470,7 +469,7 @@ static void clear(I2c *i2c) {
 
 /* -- settings (18.6.2, 18.6.8, 18.6.9) -------------------------------------------------------------------- */
 
-/* The period of SCL is counts / PCLK1 s; 0: CCR counts nothing. */
+/* The period of SCL is counts / PCLK1 s; 0: CCR is 0. */
 static int64_t counts_of(uint32_t ccr) {
   int64_t per_period = ccr & CCR_FS ? (ccr & CCR_DUTY ? 25 : 3) : 2; /* 9+16, 1+2, 1+1 */
   return per_period * (ccr & CCR_CCR);
@@ -485,7 +484,7 @@ static void set_rate(I2c *i2c) {
   i2c->checked = 0;
   int64_t dividend = counts_of(i2c->ccr) * PS_PER_S, divisor = i2c->peripheral.chip->clocks.pclk1_hz;
   if (dividend == 0 || divisor <= 0) {
-    i2c->bit_ps = i2c->byte_ps = NEVER_PS; /* no operation ever ends */
+    i2c->bit_ps = i2c->byte_ps = NEVER_PS; /* operations never end */
     return;
   }
   if (dividend < (__int128)i2c->shortest_ps * divisor) {
@@ -503,7 +502,7 @@ static void set_rate(I2c *i2c) {
   }
 }
 
-/* What the manual forbids of the settings; the peripheral clocks all the same. */
+/* Report settings that the manual forbids; the peripheral still generates a clock. */
 static void check_settings(I2c *i2c) {
   Peripheral *peripheral = &i2c->peripheral;
   int64_t pclk_hz = peripheral->chip->clocks.pclk1_hz, counts = counts_of(i2c->ccr);
@@ -568,7 +567,7 @@ static void clear_addr(I2c *i2c) {
   }
 }
 
-/* DR is read: the shift register moves up, and SCL goes on if it was held. */
+/* DR is read: the shift register moves up, and SCL is released if it was held. */
 static uint32_t read_data(I2c *i2c) {
   uint32_t value = i2c->dr;
   if (i2c->shift_full) {
@@ -679,7 +678,7 @@ static void write_cr1(I2c *i2c, uint32_t cr1) {
     if (cr1 & CR1_START && !i2c->checked) {
       check_settings(i2c);
     }
-    i2c->cr1 = cr1; /* START and STOP are obeyed when no byte is under way */
+    i2c->cr1 = cr1; /* START and STOP take effect when no byte is in progress */
     go_on(i2c);
   }
 }
@@ -687,7 +686,7 @@ static void write_cr1(I2c *i2c, uint32_t cr1) {
 static void write_cr2(I2c *i2c) {
   i2c->watched = (i2c->cr2 & (CR2_ITERREN | CR2_ITEVTEN | CR2_DMAEN)) != 0;
   if (due_ps(i2c) < NEVER_PS) {
-    plan(i2c, due_ps(i2c), (enum Then)i2c->then); /* the operation under way ends in the other way */
+    plan(i2c, due_ps(i2c), (enum Then)i2c->then); /* the current operation now ends with the other action */
   }
   set_lines(i2c);
 }

@@ -1,7 +1,7 @@
 /* The peripherals in C, in the order of their creation: X(type, member of struct Chip, function that creates it).
  *
- * The order decides indices, and which of two events at the same time comes first. A new peripheral is added at the
- * end, with an include here.
+ * The order determines the indices, and the order of two events at the same time. Add a new peripheral at the end,
+ * with an include here.
  */
 #ifndef FCU_LIST_H
 #define FCU_LIST_H

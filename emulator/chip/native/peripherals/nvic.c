@@ -16,7 +16,7 @@ void nvic_reset(Nvic *nvic) {
   for (int number = 0; number < 4; number++) {
     nvic->priority[number] = (int16_t)(number - 4);
   }
-  nvic->subpriority_bits = 1; /* AIRCR.PRIGROUP 0: seven bits of group; never fewer than one below */
+  nvic->subpriority_bits = 1; /* AIRCR.PRIGROUP 0: seven bits of group; at least one bit of subpriority */
 }
 
 /* -- priorities ------------------------------------------------------------------------------------------ */
@@ -105,7 +105,7 @@ void nvic_deactivate(Nvic *nvic, int number) {
 
 /* -- registers ------------------------------------------------------------------------------------------- */
 
-/* The 32 interrupts of one register word lie across the two words of a set. */
+/* The 32 interrupts of one register word are in both words of a set. */
 static uint32_t interrupts(const uint64_t *set, unsigned word) {
   unsigned first = FIRST_INTERRUPT + 32 * word;
   uint64_t low = set[first >> 6] >> (first & 63);
@@ -113,7 +113,7 @@ static uint32_t interrupts(const uint64_t *set, unsigned word) {
   return (uint32_t)(low | high);
 }
 
-/* The bits of a register word that are interrupts, as a set. */
+/* Convert the interrupts of a register word to a set. */
 static void as_set(uint32_t value, unsigned word, uint64_t set[2]) {
   unsigned first = FIRST_INTERRUPT + 32 * word;
   uint64_t bits = word == WORDS - 1 ? value & 0x1FFFFF : value; /* 85 = 2 x 32 + 21 */

@@ -1,8 +1,8 @@
-/* Which exceptions are enabled, pending and active, with which priority (ARMv7-M ARM B1.5 and B3.4).
+/* The NVIC: enabled, pending and active exceptions, with their priorities (ARMv7-M ARM B1.5 and B3.4).
  *
- * System exceptions and interrupts share one numbering, as in the vector table: 2 is NMI, 15 SysTick, interrupt
- * n is exception 16 + n. An interrupt line is level sensitive (PM0214 4.3.9): a rising line makes the interrupt
- * pending; one that is still active when the handler returns, or when software clears the pending bit, is
+ * System exceptions and interrupts share one numbering, as in the vector table: 2 is NMI, 15 SysTick, interrupt n is
+ * exception 16 + n. An interrupt line is level sensitive (PM0214 4.3.9): a rising line makes the interrupt pending.
+ * If the line is still active when the handler returns, or when software clears the pending bit, the interrupt is
  * pending again. A short pulse stays pending.
  */
 #ifndef FCU_NVIC_H
@@ -13,7 +13,7 @@
 
 #define EXCEPTIONS 101 /* 16 of the system, 85 interrupts (RM0368 table 38) */
 #define FIRST_INTERRUPT 16
-#define LOWEST 256     /* the priority of code that handles nothing; smaller is more urgent */
+#define LOWEST 256     /* the priority of code outside of handlers; smaller is more urgent */
 
 enum Exception {
   RESET = 1,
@@ -31,21 +31,21 @@ enum Exception {
 typedef struct {
   uint64_t pending[2], enabled[2], active[2], lines[2]; /* bit = exception number */
   int32_t subpriority_bits;
-  uint8_t changed;          /* something may be to be taken that was not before */
+  uint8_t changed;          /* an exception may have become ready for entry */
   uint8_t event;            /* the event register, which WFE waits for (B1.5.18) */
-  uint8_t event_on_pending; /* SCR.SEVONPEND: whatever becomes pending is an event (B3.2.7) */
+  uint8_t event_on_pending; /* SCR.SEVONPEND: each exception that becomes pending is an event (B3.2.7) */
   int16_t priority[EXCEPTIONS];
 } Nvic;
 
-/* Nothing enabled, pending or active; lines that are active are seen anew when they rise. */
+/* Disable all exceptions and clear their states; an active line counts as rising again. */
 void nvic_reset(Nvic *nvic);
-/* The pending and enabled exception to be taken first; 0 if there is none. */
+/* Return the pending and enabled exception to be taken first; 0 if there is none. */
 int nvic_most_urgent(const Nvic *nvic);
-/* The part of a priority that decides on preemption (B1.5.4). */
+/* Return the part of a priority that decides on preemption (B1.5.4). */
 int nvic_group(const Nvic *nvic, int priority);
-/* How urgent the present code is (B1.5.4, ExecutionPriority). */
+/* Return the priority of the current code (B1.5.4, ExecutionPriority). */
 int nvic_level(const Nvic *nvic, bool primask, uint32_t basepri, bool faultmask);
-/* All by the exception's number. */
+/* All of these take the exception's number. */
 void nvic_pend(Nvic *nvic, int number);
 void nvic_unpend(Nvic *nvic, int number);
 void nvic_set_line(Nvic *nvic, int number, bool level);
@@ -66,7 +66,7 @@ static inline bool nvic_is_pending(const Nvic *nvic, int number) {
 static inline bool nvic_any_ready(const Nvic *nvic) {
   return (nvic->pending[0] & nvic->enabled[0]) | (nvic->pending[1] & nvic->enabled[1]);
 }
-/* How many exceptions are active. */
+/* Return the number of active exceptions. */
 static inline int nvic_depth(const Nvic *nvic) {
   return __builtin_popcountll(nvic->active[0]) + __builtin_popcountll(nvic->active[1]);
 }

@@ -1,9 +1,9 @@
-/* Kept bytes of sensors; read_cache.h explains it. */
+/* The read cache of sensors' bytes; read_cache.h explains it. */
 #include "fcu.h"
 
 #include <string.h>
 
-#define LIVE_PS (PS_PER_S / 100) /* how long Python is not asked again about bytes that have to be read live */
+#define LIVE_PS (PS_PER_S / 100) /* the pause before Python is asked again for bytes that must be read live */
 
 static uint64_t bit_of(const Chip *chip, const Target *target) {
   return UINT64_C(1) << (target - chip->read_cache.target);
@@ -17,7 +17,7 @@ static bool is_valid(const Chip *chip, const Target *target, const CacheLine *ru
   return run->version == *target->version && chip->now_ps < run->valid_until_ps;
 }
 
-/* The run was not quiet, and Python has heard of it already. */
+/* Return true if the run was not quiet and Python has already received it. */
 static bool is_reported(const Chip *chip, const Target *target) {
   return target->loud && !(chip->read_cache.unreported & bit_of(chip, target));
 }
@@ -26,7 +26,7 @@ static bool goes_on(const Chip *chip, const Target *target) {
   return target->consumed < target->run.count && is_valid(chip, target, &target->run);
 }
 
-/* What is kept of the run that has been read is not right any more if that was not quiet. */
+/* Discard the cached bytes of a finished run if the run was not quiet. */
 static void leave_run(Target *target) {
   CacheLine *kept = kept_at(target, target->run.address);
   if (target->loud && kept->address == target->run.address) {
@@ -35,10 +35,10 @@ static void leave_run(Target *target) {
   target->loud = 0;
 }
 
-/* Whether the next byte is of the same register as the last one. */
+/* Return true if the next byte is from the same register as the last one. */
 static bool stays(const Target *target) { return target->run.quiet & EACH_ALONE && target->total; }
 
-/* Where the sub-address is: so many bytes after an address. */
+/* Return the sub-address: a number of bytes after an address. */
 static int64_t position_of(const Target *target) {
   uint8_t next = target->run.address + target->consumed;
   if (target->run.quiet & EACH_ALONE) {
@@ -51,7 +51,7 @@ static void leave_position(Chip *chip, const Target *target) {
   chip->read_cache.positions[index_of(chip, target)] = position_of(target);
 }
 
-/* How many bytes are read from a sub-address on, as far as is known. */
+/* Return the number of bytes usually read from a sub-address, as far as known. */
 static uint8_t wanted_from(Target *target, uint8_t address) {
   const CacheLine *kept = kept_at(target, address);
   return kept->address == address && kept->wanted ? kept->wanted : 1;
@@ -69,7 +69,7 @@ static void enter_run(Target *target, const CacheLine *run) {
   target->consumed = 0;
 }
 
-/* Python has put its answer into chip->read_cache.prefetched: keep it. */
+/* Cache Python's answer in chip->read_cache.prefetched. */
 static CacheLine *keep(Chip *chip, Target *target, uint32_t count) {
   const Prefetched *prefetched = &chip->read_cache.prefetched;
   uint8_t address = (uint8_t)prefetched->address;
@@ -114,7 +114,7 @@ static bool begin(Chip *chip, Target *target, uint8_t address, uint8_t skip) {
   if (is_valid(chip, target, run) && chip->read_cache.unreported & bit_of(chip, target)) {
     chip->read_cache.calls.settle(chip->now_ps);
   }
-  enter_run(target, run); /* if it is not valid, the first byte asks: which may be another one then */
+  enter_run(target, run); /* if it is not valid, the first byte asks Python: the line may then be another one */
   return true;
 }
 
@@ -131,7 +131,7 @@ void target_prefetched(Chip *chip, Target *target, uint32_t count) {
   target->total = 0;
 }
 
-/* Python has heard of what was read: the run is what is left of it. Which reads of that are quiet is not known. */
+/* Python has received the bytes read: the run is the rest. Which reads of the rest are quiet is unknown. */
 static void leave_reported(Target *target) {
   CacheLine *run = &target->run;
   leave_run(target);

@@ -1,10 +1,10 @@
 /* The system control block: interrupt state, vector table, reset, fault status, FPU context (ARMv7-M ARM B3.2).
- * Accesses to SysTick and NVIC, which share its four kilobytes of system control space, are handed on to them.
+ * Accesses to SysTick and NVIC, which share its four kilobytes of system control space, are forwarded to them.
  *
- * NOT MODELLED: FPCCR.LSPACT never becomes 1, because floating-point registers are stacked at exception entry,
- * not at the handler's first floating-point instruction; a program sees the difference only by looking at a
- * frame that it has not made use of. FPDSCR is stored; a new context begins with FPSCR 0, which is FPDSCR's reset
- * value. MPU: none of its regions protects anything.
+ * NOT MODELLED: FPCCR.LSPACT never becomes 1, because floating-point registers are stacked at exception entry, not
+ * at the handler's first floating-point instruction. A program can detect the difference only if it reads an unused
+ * frame. FPDSCR is stored; a new context begins with FPSCR 0, which is FPDSCR's reset value. MPU: its regions do not
+ * protect anything.
  */
 #include "peripherals/scb.h"
 
@@ -171,14 +171,14 @@ static void set_priorities(Scb *scb, unsigned word) {
   nvic->changed = 1;
 }
 
-/* Let core, NVIC and DWT work as the registers say. */
+/* Apply the registers to core, NVIC and DWT. */
 static void apply(Scb *scb) {
   Chip *chip = scb->peripheral.chip;
   bool floating = (scb->cpacr & CPACR_FULL) == CPACR_FULL;
   chip->nvic.event_on_pending = (scb->scr & SCR_SEVONPEND) != 0;
   chip->core.div_0_trp = (scb->ccr & CCR_DIV_0_TRP) != 0;
   core_trap_unaligned(&chip->core, (scb->ccr & CCR_UNALIGN_TRP) != 0);
-  if (chip->core.fpu_on != floating) { /* decoded instructions hold for one of both only */
+  if (chip->core.fpu_on != floating) { /* decoded instructions are valid for one of the two settings only */
     chip->core.fpu_on = floating;
     fcu_forget_code(chip);
   }
@@ -191,7 +191,7 @@ static void store(uint32_t *word, uint32_t value, uint32_t mask, uint32_t writab
   *word = (*word & ~mask) | (value & mask);
 }
 
-/* value has the bits of mask only (see PeripheralType.write). */
+/* value contains the bits of mask only (see PeripheralType.write). */
 static void write_register(Scb *scb, uint32_t offset, uint32_t value, uint32_t mask) {
   static const uint32_t writable_shpr[3] = {
     SHPR1_STORED & PRIORITY_BITS, SHPR2_STORED & PRIORITY_BITS, SHPR3_STORED & PRIORITY_BITS};
@@ -236,7 +236,7 @@ static bool is_known(uint32_t offset) {
          (offset >= DHCSR && offset <= DEMCR) || (offset >= FPCCR && offset <= MVFR1);
 }
 
-/* What is not known is a register of the MPU, or none at all. */
+/* Report an unknown register: one of the MPU, or an offset without a register. */
 static void note_unknown(Scb *scb, uint32_t offset, const char *what, bool written) {
   if (offset < MPU_TYPE || offset >= MPU_END) {
     peripheral_note(&scb->peripheral, -1, NOTE_NOT_MODELLED, "0x%08X %s; there is no such register",
@@ -281,7 +281,7 @@ static void write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint3
   }
 }
 
-/* SYST_CVR runs with time, and reading SYST_CSR clears COUNTFLAG. */
+/* SYST_CVR changes with time, and reading SYST_CSR clears COUNTFLAG. */
 static bool is_pure(const Peripheral *peripheral, uint32_t offset) {
   return offset != SYST_CVR &&
          !(offset == SYST_CSR && systick_peek(&peripheral->chip->systick, SYST_CSR) & SYST_CSR_COUNTFLAG);
@@ -300,7 +300,7 @@ static void clocks_changed(Peripheral *peripheral) { systick_retime(&peripheral-
 void scb_create(Chip *chip) {
   static const PeripheralType type = {.read = read, .peek = peek, .write = write, .reset = reset, .is_pure = is_pure,
                                  .clocks_changed = clocks_changed};
-  static const int16_t none[] = {-1}; /* no list: note_unknown() reports offsets that are no register */
+  static const int16_t none[] = {-1}; /* no list: note_unknown() reports offsets without a register */
   peripheral_create(chip, &chip->scb.peripheral, &type, SCS_BASE, SCS_SIZE, none);
   peripheral_knows_all(&chip->scb.peripheral);
   scb_reset(&chip->scb);

@@ -12,7 +12,7 @@ typedef struct {
 
 void scb_create(Chip *chip);
 void scb_reset(Scb *scb);
-/* Whether a configurable fault has its own handler; else it becomes a HardFault (B1.5.14). */
+/* Return true if a configurable fault has an enabled handler; else it becomes a HardFault (B1.5.14). */
 bool scb_fault_enabled(const Scb *scb, int exception);
 
 #endif

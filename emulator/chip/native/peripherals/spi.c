@@ -1,16 +1,16 @@
-/* SPI1 to SPI3 as master (RM0368 sections 20.3, 20.5). What the pins lead to is spi_line.c.
+/* SPI1 to SPI3 as master (RM0368 sections 20.3, 20.5). The devices at the pins are in spi_line.c.
  *
  * A byte takes eight periods of SCK from its start; its end is a deferred event, at which the line exchanges it.
  * With an interrupt or DMA enabled the end is a scheduled event.
  *
- * Directions: full duplex; one line out (BIDIMODE, BIDIOE); one line in (BIDIMODE), and receive-only (RXONLY).
- * In the last two the clock is started by SPE, not by DR, and BSY stays low in the third (20.3.7).
+ * Directions: full duplex; one line out (BIDIMODE, BIDIOE); one line in (BIDIMODE), and receive-only (RXONLY). In
+ * the last two the clock is started by SPE, not by DR, and BSY stays low in the third (20.3.7).
  *
- * Decision: in the receive directions a byte starts when SPE is set, and each further one when DR is read while
- * SPE is still set. A byte in flight when SPE is cleared is completed. So a pulse of SPE gives exactly one byte,
- * as ST's sensor driver wants it (67 DSB instructions between bit 1 and bit 8), however many cycles an
- * instruction is charged. The chip clocks on without waiting for DR, and a pulse that is too long overruns: that
- * trap is not shown here, where instruction timing is an estimate.
+ * Decision: in the receive directions of SPI a byte starts when SPE is set, and each further byte when DR is read
+ * while SPE is still set. A byte in progress when SPE is cleared is completed. A pulse of SPE therefore gives
+ * exactly one byte, as ST's sensor driver expects (67 DSB instructions between bit 1 and bit 8), for any number of
+ * cycles per instruction. The chip's clock does not wait for DR, and a pulse that is too long causes an overrun.
+ * This overrun is not modelled, because instruction timing is an estimate.
  *
  * A master whose internal NSS is low (SSM = 1, SSI = 0) gets MODF.
  *
@@ -19,7 +19,7 @@
  * - CRC calculation (CRCEN): a note; RXCRCR and TXCRCR read 0.
  * - TI mode (FRF): a note.
  * - I2S (I2SMOD): a note.
- * - The NSS pin as input or output; as input it is taken as high, and a note tells.
+ * - The NSS pin as input or output; as input it is assumed high, with a note.
  */
 #include "peripherals/spi.h"
 
@@ -32,8 +32,8 @@
 
 enum Note { NOTE_CRC, NOTE_TI, NOTE_I2S, NOTE_MODF, NOTE_SLAVE, NOTE_NSS, NOTE_LOST, NOTE_PINS };
 
-/* Base address, interrupt (table 38), request lines; the pins without which nobody hears it: SPI2's are the
- * board's (its SCK and data line), alternate functions the STM32F401xB/C datasheet's (table 9). */
+/* Base address, interrupt (table 38), request lines, and the pins that must be switched to the SPI. SPI2's pins are
+ * the board's (its SCK and data line), alternate functions the STM32F401xB/C datasheet's (table 9). */
 static const struct {
   uint32_t base;
   int number;
@@ -59,7 +59,7 @@ static void serve_dma(Spi *spi) {
   }
 }
 
-/* Make the DMA requests that stand and set the interrupt line. */
+/* Make the active DMA requests and set the interrupt line. */
 static void update(Spi *spi) {
   if (spi->is_serving) {
     return;
@@ -80,7 +80,7 @@ static void update_if_watched(Spi *spi) {
 
 /* -- frames --------------------------------------------------------------------------------------------- */
 
-/* Whether the clock is started by SPE instead of DR. */
+/* Return true if SPE starts the clock instead of DR. */
 static bool is_receiving(uint32_t cr1) { return cr1 & CR1_BIDIMODE ? !(cr1 & CR1_BIDIOE) : cr1 & CR1_RXONLY; }
 
 static void plan_end(Spi *spi, int64_t at_ps) {
@@ -98,7 +98,7 @@ static void start(Spi *spi, int32_t value) {
   }
 }
 
-/* Between two frames: start another one if there is a reason to. */
+/* Between two frames: start another one if needed. */
 static void start_next(Spi *spi, bool began) {
   if ((spi->cr1 & ON) != ON) {
     return;
@@ -121,7 +121,7 @@ static uint8_t reversed(uint8_t byte) {
   return result;
 }
 
-/* One byte on the line; out may be SPI_NOTHING. */
+/* Exchange one byte on the line; out may be SPI_NOTHING. */
 static uint8_t transfer_byte(Spi *spi, int32_t out) {
   if (!spi->is_connected) {
     return SPI_UNDRIVEN;
@@ -141,7 +141,7 @@ static uint8_t transfer_byte(Spi *spi, int32_t out) {
   return spi->cr1 & CR1_LSBFIRST ? reversed(answer) : answer;
 }
 
-/* The frame on the line, most significant byte first. */
+/* Exchange the frame on the line, most significant byte first. */
 static uint32_t transfer_frame(Spi *spi) {
   uint32_t frame = 0;
   for (int shift = spi->cr1 & CR1_DFF ? 8 : 0; shift >= 0; shift -= 8) {
@@ -187,7 +187,7 @@ static void write_data(Spi *spi, uint32_t value) {
 }
 
 static uint32_t read_data(Spi *spi) {
-  uint32_t frame = spi->received; /* what comes next arrives later */
+  uint32_t frame = spi->received; /* the next frame arrives later */
   spi->sr &= ~(uint32_t)SR_RXNE;
   spi->data_read = true;
   if (!spi->is_busy && is_receiving(spi->cr1)) {
@@ -199,7 +199,7 @@ static uint32_t read_data(Spi *spi) {
 
 /* -- settings ------------------------------------------------------------------------------------------- */
 
-/* SCK from BR, mode from CPOL and CPHA (20.5.1). */
+/* Set SCK from BR, and the mode from CPOL and CPHA (20.5.1). */
 static void set_clock(Spi *spi) {
   const Clocks *clocks = &spi->peripheral.chip->clocks;
   int64_t kernel_hz = spi->number == 0 ? clocks->pclk2_hz : clocks->pclk1_hz;
@@ -344,7 +344,7 @@ static void spi_write(Peripheral *peripheral, uint32_t offset, uint32_t value, u
   update_if_watched(spi);
 }
 
-/* Back to the state after reset; a frame under way is lost. */
+/* Restore the state after reset; a frame in progress is lost. */
 static void spi_reset(Peripheral *peripheral) {
   Spi *spi = (Spi *)peripheral;
   event_cancel(peripheral->chip, spi->event);

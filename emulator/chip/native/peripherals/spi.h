@@ -1,4 +1,4 @@
-/* SPI1 to SPI3 (spi.c) and what their pins lead to (spi_line.c). */
+/* SPI1 to SPI3 (spi.c) and the devices at their pins (spi_line.c). */
 #ifndef FCU_SPI_H
 #define FCU_SPI_H
 
@@ -6,14 +6,14 @@
 
 #define SPIS 3
 #define SPI_PARTS 4
-#define SPI_RECEIVED 256 /* bytes of an answer that C keeps; Python takes over what is longer */
-#define SPI_RECENT 8     /* messages, and unheard bytes, that are kept for diagnosis */
+#define SPI_RECEIVED 256 /* the size of an answer in C; Python handles longer ones */
+#define SPI_RECENT 8     /* messages, and unheard bytes, kept for diagnosis */
 
-#define SPI_READ 0x80u     /* of a message's first byte: the part answers */
-#define SPI_UNDRIVEN 0xFFu /* what a host reads of a line that nobody drives */
+#define SPI_READ 0x80u     /* in a message's first byte: the sensor answers */
+#define SPI_UNDRIVEN 0xFFu /* the value read from a line without a driver */
 #define SPI_NOTHING (-1)   /* in place of a byte: none */
 
-/* What has passed between two edges of a chip select. */
+/* The bytes between two edges of a chip select. */
 typedef struct {
   int64_t start_ps, end_ps;
   int32_t part;
@@ -27,46 +27,45 @@ typedef struct {
   int32_t byte; /* sent; SPI_NOTHING: one was read */
 } SpiUnheard;
 
-/* Callbacks into Python: what C does not know of a message. Parts are numbered in the order of connection. */
+/* Callbacks into Python for messages that C cannot answer. Sensors are numbered in the order of connection. */
 typedef struct {
-  /* The host's clock and mode, and the wires it listens on, are these from the next byte on. */
+  /* From the next byte on, the host's clock and mode, and the wires that it reads, are these. */
   void (*configure)(int64_t now_ps, int32_t speed_hz, int32_t mode, int32_t wires);
-  /* The rest of this message goes to Python, which gets what has passed so far; whether the part answers at all
-   * since it has been powered. */
+  /* The rest of this message goes to Python, together with the bytes so far. Returns 1 if the sensor has power. */
   int32_t (*open)(int64_t now_ps, const SpiMessage *message);
   void (*send)(int64_t now_ps, int32_t part, int32_t byte);
   int32_t (*receive)(int64_t now_ps, int32_t part, int32_t wires);
-  /* Such a message is over. */
+  /* A message in Python has ended. */
   void (*close)(int64_t now_ps, int32_t part);
-  /* While the trace is detailed: a message that C has answered is over, and can be taken. */
+  /* While the trace is detailed: a message that C has answered has ended, and can be taken. */
   void (*ended)(int64_t now_ps);
 } SpiCalls;
 
-/* A part at a chip select. */
+/* A sensor at a chip select. */
 typedef struct {
   int32_t port, pin;
-  int32_t target;     /* what C keeps of its bytes (read_cache.h); negative: nothing */
-  uint8_t is_powered; /* it answers since it has been powered */
+  int32_t target;     /* index of its read cache (read_cache.h); negative: none */
+  uint8_t is_powered; /* the sensor has power and answers */
   uint8_t is_selected, is_live, is_reading;
   SpiMessage message;
 } SpiPart;
 
-/* What the pins of an SPI lead to. */
+/* The devices at the pins of an SPI. */
 typedef struct {
   SpiCalls calls;
-  uint8_t is_wired; /* parts are connected, or could be */
-  uint8_t wires;    /* the host listens on three or four */
+  uint8_t is_wired; /* sensors are connected, or can be */
+  uint8_t wires;    /* the host reads on three or four wires */
   int32_t mode, speed_hz;
   int32_t part_count;
   SpiPart parts[SPI_PARTS];
   uint8_t selected[SPI_PARTS]; /* in the order of selection */
   int32_t selected_count;
-  SpiMessage recent[SPI_RECENT]; /* those that C has answered, the latest at recent_count - 1, modulo */
+  SpiMessage recent[SPI_RECENT]; /* those that C has answered, the latest at recent_count - 1, modulo SPI_RECENT */
   uint32_t recent_count, recent_taken;
   SpiUnheard unheard[SPI_RECENT];
   uint32_t unheard_count, unheard_taken;
-  int32_t absent_port, absent_pin;     /* chip select of a module that is absent; SPI_NOTHING: none */
-  void (*try_absent)(int64_t now_ps); /* firmware talks to it; NULL once that has been told */
+  int32_t absent_port, absent_pin;     /* chip select of an absent module; SPI_NOTHING: none */
+  void (*try_absent)(int64_t now_ps); /* firmware sends to the module; NULL after the first report */
 } SpiLine;
 
 typedef struct {
@@ -74,16 +73,16 @@ typedef struct {
   uint32_t number; /* 0: SPI1 */
   uint32_t cr1, cr2, sr, crcpr, i2scfgr, i2spr;
   uint32_t to_send, received; /* DR's two buffers */
-  int32_t shift;              /* the frame under way; SPI_NOTHING in a receive direction */
+  int32_t shift;              /* the current frame; SPI_NOTHING in a receive direction */
   uint8_t is_busy;
   uint8_t data_read; /* DR was read since OVR: a read of SR clears it */
   uint8_t modf_seen;
   uint8_t is_serving; /* DMA requests are being made */
   uint8_t is_watched; /* an interrupt or DMA is enabled: the end of a frame is an event */
   uint8_t is_connected;
-  int32_t clocked_as; /* bits of CR1 that the line was last set up for */
+  int32_t clocked_as; /* bits of CR1 for which the line was last configured */
   int64_t byte_ps;
-  int32_t event; /* the end of the frame under way */
+  int32_t event; /* the end of the current frame */
   SpiLine line;
 } Spi;
 
@@ -93,7 +92,7 @@ void spi_create(Chip *chip);
 
 void spi_line_create(SpiLine *line);
 void spi_line_configure(Spi *spi, int32_t speed_hz, int32_t mode);
-/* A byte each way; three wires: one out, one in. Each at the end of the byte. */
+/* Exchange a byte each way; with three wires: one out, or one in. Called at the end of the byte. */
 uint8_t spi_line_exchange(Spi *spi, uint8_t out);
 void spi_line_send(Spi *spi, uint8_t out);
 uint8_t spi_line_receive(Spi *spi);

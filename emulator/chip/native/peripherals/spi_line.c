@@ -1,14 +1,13 @@
-/* What the pins of an SPI lead to: parts at chip selects, which are GPIO pins; an absent module; nobody.
+/* The devices at the pins of an SPI: sensors at chip selects, which are GPIO pins; an absent module; none.
  *
- * A message is what lies between two edges of a chip select. A byte belongs to whoever is selected when it ends;
- * a chip select that rises earlier cuts the byte off, and the part never sees it. The parts pull their chip
- * selects up (LSM6DSL datasheet 2, LIS2MDL 2, LPS22HB 2), so a pin that firmware has not set up selects nobody.
- * With two chip selects low both parts hear every byte and drive the line against each other; the host reads the
- * AND of both here, and a note tells.
+ * A message contains the bytes between two edges of a chip select. A byte goes to the sensors that are selected when
+ * it ends. A chip select that rises earlier cuts the byte off, and the sensor never receives it. The sensors pull
+ * their chip selects up (LSM6DSL datasheet 2, LIS2MDL 2, LPS22HB 2), so an unconfigured pin selects no sensor. With
+ * two chip selects low, both sensors receive every byte and drive the line against each other. The host then reads
+ * the AND of both, and a note reports it.
  *
- * Parts are Python's. A message that reads is answered from what C keeps of the part's bytes (read_cache.h); Python
- * takes over, byte by byte, where these are not known, where the host writes registers, and where it does what
- * no driver does.
+ * The sensors are in Python. A message that reads is answered from the read cache (read_cache.h). Python takes over,
+ * byte by byte, if the bytes are not cached, if the host writes registers, or for sequences that no driver uses.
  */
 #include "peripherals/spi.h"
 
@@ -31,7 +30,7 @@ static void end_reading(Spi *spi, SpiPart *part) {
   }
 }
 
-/* The rest of the message goes to Python. */
+/* Pass the rest of the message to Python. */
 static void go_live(Spi *spi, SpiPart *part) {
   if (!part->is_live) {
     part->is_live = true;
@@ -49,7 +48,7 @@ static void write_part(Spi *spi, SpiPart *part, uint8_t byte) {
   spi->line.calls.send(spi->peripheral.chip->now_ps, part->message.part, byte);
 }
 
-/* The next byte from what C keeps; false: Python has to be asked. */
+/* Read the next byte from the read cache; false: Python must be asked. */
 static bool read_kept(Spi *spi, SpiPart *part, uint8_t *byte) {
   Chip *chip = spi->peripheral.chip;
   SpiMessage *message = &part->message;
@@ -152,7 +151,7 @@ static void chip_select_changed(Peripheral *peripheral, int pin, bool level) {
 
 /* -- bytes ---------------------------------------------------------------------------------------------- */
 
-/* What kept bytes depend on changes: none are kept, and a part that is being read goes on live. */
+/* The conditions of cached bytes change: discard them all. A message in progress continues live. */
 static void forget(Spi *spi) {
   for (int n = 0; n < spi->line.part_count; n++) {
     SpiPart *part = &spi->line.parts[n];

@@ -1,9 +1,9 @@
 /* SysTick (ARMv7-M ARM B3.3).
  *
- * From a counter of 0 the first clock reloads it; each step from 1 to 0 sets COUNTFLAG and, with TICKINT, makes
- * the exception pending. So the period is RVR + 1. Steps from 1 to 0 are events at exact multiples of the
- * period; the counter's value in between is worked out when it is read. A new RVR counts from the next reload
- * on; 0 stops it there (B3.3.1).
+ * From a counter of 0 the first clock reloads it. Each step from 1 to 0 sets COUNTFLAG and, with TICKINT, makes the
+ * exception pending. The period is therefore RVR + 1. Steps from 1 to 0 are events at exact multiples of the period;
+ * the counter's value in between is computed when it is read. A new RVR takes effect at the next reload; 0 stops the
+ * counter there (B3.3.1).
  */
 #include "peripherals/systick.h"
 
@@ -13,7 +13,7 @@ typedef __int128 Wide;
 
 static bool is_counting(const SysTick *tick) { return event_at(tick->chip, tick->event) < NEVER_PS; }
 
-/* Clocks since the start. Times are rounded down by less than 1 ps, which is given back here. */
+/* Return the clocks since the start. Times are rounded down by less than 1 ps; the 1 ps here compensates for it. */
 static int64_t elapsed(const SysTick *tick) {
   return (int64_t)((Wide)(tick->chip->now_ps - tick->origin_ps + 1) * tick->hz / PS_PER_S);
 }
@@ -93,7 +93,7 @@ uint32_t systick_read(SysTick *tick, uint32_t offset, int64_t *until_ps) {
 }
 
 static void switch_to(SysTick *tick, uint32_t control) {
-  /* All else leaves the count alone. */
+  /* Other bits do not change the count. */
   bool changed = (tick->control ^ control) & (SYST_CSR_ENABLE | SYST_CSR_CLKSOURCE);
   int64_t value = changed ? counter(tick) : 0;
   tick->control = (tick->control & SYST_CSR_COUNTFLAG) | (control & SYST_CSR_STORED);
@@ -108,7 +108,7 @@ void systick_write(SysTick *tick, uint32_t offset, uint32_t value, uint32_t mask
   } else if (offset == SYST_RVR) {
     tick->reload = ((tick->reload & ~mask) | value) & SYST_RVR_RELOAD;
     if (tick->control & SYST_CSR_ENABLE && !is_counting(tick)) {
-      start(tick, tick->value); /* it stood still at 0 with nothing to reload */
+      start(tick, tick->value); /* it was stopped at 0 with a reload value of 0 */
     }
   } else if (offset == SYST_CVR) {
     tick->control &= ~SYST_CSR_COUNTFLAG;

@@ -1,23 +1,21 @@
-/* The timers TIM1 to TIM5 and TIM9 to TIM11 (RM0368 sections 12 to 14, tables 1 and 38; pins from the
- * STM32F401xB/C datasheet's table of alternate functions).
+/* The timers TIM1 to TIM5 and TIM9 to TIM11 (RM0368 sections 12 to 14, tables 1 and 38; pins from the STM32F401xB/C
+ * datasheet's table of alternate functions).
  *
- * Everything is computed from the time when it is looked at. An event exists only while an enabled interrupt or
- * DMA request waits for its flag: a timer that merely runs (PWM, time base of a capture) costs nothing, and one
- * whose handler is too slow costs no more than its handler, because the updates it misses are counted when the
- * flag is cleared.
+ * All state is computed from the time when it is read. An event exists only while an enabled interrupt or DMA
+ * request waits for its flag. A timer that only runs (PWM, time base of a capture) costs nothing. A timer with a
+ * slow handler costs no more than its handler, because missed updates are counted when the flag is cleared.
  *
- * Time is counted in whole ticks of the timer's clock since origin_ps, never added up, so nothing drifts: 800 Hz
- * is 800 updates a second after an hour too. The origin follows the counter, fractions included, so that 64 bits
- * suffice. Bringing the counter up to date needs a few steps however long
- * nobody looked: up to the first update, which loads the preloaded registers, and from there, as nothing changes
- * any more, whole cycles at once.
+ * Time is counted in whole ticks of the timer's clock since origin_ps, never accumulated, so that it does not drift:
+ * 800 Hz is 800 updates a second, even after an hour. The origin follows the counter, fractions included, so that 64
+ * bits suffice. An update of the counter needs a few steps after any time without reads: first up to the next
+ * update, which loads the preloaded registers, then whole cycles at once, because nothing changes any more.
  *
- * NOT MODELLED, with a note where firmware asks for it: slave modes, external clocks and encoders (SMCR), DMA
- * requests on capture and compare, DMA bursts. NOT MODELLED, silent: break input and dead time; outputs as levels
- * on pins (their duty is what fcu_timer_pwm() gives); input filters (ICxF: the pins here have no glitches);
- * channels fed by the trigger (CCxS = 3); the one or two ticks of synchronisation between CEN and the first
- * count. A compare flag is raised when the counter arrives at the value, not when CNT or CCR is written to be
- * equal. A timer whose clock is gated off while it counts goes on counting.
+ * NOT MODELLED, with a note if firmware uses it: slave modes, external clocks and encoders (SMCR), DMA requests on
+ * capture and compare, DMA bursts. NOT MODELLED, silent: break input and dead time; outputs as levels on pins
+ * (fcu_timer_pwm() gives their duty); input filters (ICxF: the pins here have no glitches); channels fed by the
+ * trigger (CCxS = 3); the one or two ticks of synchronisation between CEN and the first count. A compare flag is
+ * raised when the counter arrives at the value, not when CNT or CCR is written to be equal. A timer continues to
+ * count when its clock is gated off.
  */
 #include "fcu.h"
 
@@ -29,24 +27,24 @@
 
 _Static_assert(sizeof TIM_RESETS[0] == sizeof((Tim *)0)->registers, "the registers of a timer");
 
-/* Flags of SR; the enable bits of DIER and the events of EGR have the same places. */
+/* Flags of SR; the enable bits of DIER and the events of EGR have the same positions. */
 #define CC_FLAGS (SR_CC1IF | SR_CC2IF | SR_CC3IF | SR_CC4IF)
 #define COM_TRIGGER (SR_COMIF | SR_TIF)
 #define ALL_FLAGS 0xFFu
 #define CC_DMA (DIER_CC1DE | DIER_CC2DE | DIER_CC3DE | DIER_CC4DE)
 #define ECE_SMS (SMCR_ECE | SMCR_SMS)
-/* CCMRx: of one channel, in the place of channel 1. */
+/* Fields of one channel in CCMRx, at the position of channel 1. */
 #define OCM(settings) FIELD(settings, CCMR1_OC1M)
 #define ICPSC(settings) FIELD(settings, CCMR1_IC1PSC)
 #define CCS(settings) FIELD(settings, CCMR1_CC1S)
 enum { FORCED_LOW = 4, FORCED_HIGH = 5, PWM1 = 6, PWM2 = 7 };
-/* A handler that clears its flag later than this after the tick is late. On ARM it never comes at once: entering
- * it and finding out which flag it was takes ST's HAL about a hundred instructions. */
+/* A handler that clears its flag later than this after the tick is late. On ARM it is never immediate: exception
+ * entry and the check of the flags take ST's HAL about a hundred instructions. */
 #define PROMPT_PS INT64_C(10000000)
 
 enum { NOTE_SMCR, NOTE_DIER, NOTE_DCR, NOTE_DMAR };
 
-/* -- which timer can do what ----------------------------------------------------------------------------- */
+/* -- the variants of the timers -------------------------------------------------------------------------- */
 
 typedef struct {
   uint8_t flags, number; /* bits of SR, and the NVIC input they activate */
@@ -57,7 +55,7 @@ typedef struct TimVariant {
   uint8_t apb, bits, channels, alternate;
   bool advanced;
   enum Request request; /* of an update */
-  TimIrq irqs[4];       /* flags 0 end them */
+  TimIrq irqs[4];       /* an entry with flags 0 ends them */
   const char *pins[TIM_CHANNELS]; /* "A8 E9" */
 } TimVariant;
 
@@ -81,12 +79,12 @@ static uint32_t ones(unsigned count) { return count >= 32 ? WORD : (1u << count)
 /* CC1IF to CC4IF, as far as the timer has channels. */
 static uint32_t compare_flags(const TimVariant *variant) { return ones(variant->channels) << 1; }
 
-/* The bits of a register that exist; one that a timer does not have is written in vain and reads 0. */
+/* The existing bits of a register; a register that a timer does not have ignores writes and reads 0. */
 static uint32_t bits_of(const TimVariant *variant, uint32_t offset) {
   return TIM_EXISTING[variant - VARIANTS][offset >> 2];
 }
 
-/* Which channel of a timer a pin leads to: 0 to 3; -1 if to none. */
+/* Return the channel of a pin: 0 to 3; -1 if none. */
 static int channel_of_pin(const TimVariant *variant, char port, int pin) {
   for (int channel = 0; channel < variant->channels; channel++) {
     for (const char *name = variant->pins[channel]; *name;) {
@@ -106,13 +104,13 @@ static int channel_of_pin(const TimVariant *variant, char port, int pin) {
 
 /* -- the counter ----------------------------------------------------------------------------------------- */
 
-/* The counter walks round a cycle of positions; index is the position (sections 12.3.2, 13.3.2). Counting up, it
+/* The counter moves around a cycle of positions; index is the position (sections 12.3.2, 13.3.2). Counting up, index
  * is the value; counting down, the distance from ARR; centre-aligned, it runs from 0 up to ARR and back in 2 * ARR
  * counts. An overflow or underflow is the arrival at index 0, centre-aligned also the one at ARR.
  *
- * A negative index is a counter outside of its cycle, because ARR was set below it: counting up (or
- * centre-aligned) it goes on to its largest value and wraps to 0 without an event, counting down it walks back
- * into the cycle. What the centre-aligned counter does there is not documented; this is the plausible reading. */
+ * A negative index is a counter outside of its cycle, because ARR was set below it. Counting up (or centre-aligned),
+ * the counter continues to its largest value and wraps to 0 without an event. Counting down, it moves back into the
+ * cycle. The behaviour of the centre-aligned counter there is not documented; this is the plausible reading. */
 
 static int64_t top_of(const Tim *tim) { return INT64_C(1) << tim->variant->bits; }
 
@@ -135,12 +133,12 @@ static int64_t cnt_of(const Tim *tim) {
   return tim->index > tim->arr ? 2 * tim->arr - tim->index : tim->index;
 }
 
-/* Whether the next count goes down. */
+/* Return true if the next count goes down. */
 static bool is_falling(const Tim *tim) {
   return tim->mode == TIM_DOWN || (tim->mode == TIM_CENTRE && tim->index >= tim->arr);
 }
 
-/* Set CNT; falling matters to the centre-aligned mode only. */
+/* Set CNT; falling affects the centre-aligned mode only. */
 static void place(Tim *tim, int64_t value, bool falling) {
   if (tim->mode == TIM_DOWN) {
     tim->index = tim->arr - value;
@@ -155,11 +153,11 @@ static void place(Tim *tim, int64_t value, bool falling) {
 
 /* Counts until the next overflow or underflow; the counter must not be blocked. */
 static int64_t steps_to_overflow(const Tim *tim) {
-  bool within = tim->index < tim->spacing; /* usual; a remainder takes a division */
+  bool within = tim->index < tim->spacing; /* the usual case; a remainder needs a division */
   return tim->spacing - (within ? tim->index : tim->index % tim->spacing);
 }
 
-/* How many overflows and underflows happen in the next counts. */
+/* Return the number of overflows and underflows in the next counts. */
 static int64_t overflows_in(const Tim *tim, int64_t steps) {
   int64_t first = steps_to_overflow(tim);
   return steps < first ? 0 : 1 + (steps - first) / tim->spacing;
@@ -177,8 +175,9 @@ static uint32_t flag_of(int channel) { return 2u << channel; } /* CCxIF in SR, C
 
 static bool is_input(const TimChannel *channel) { return CCS(channel->settings) != 0; }
 
-/* Where in the counter's cycle the channel's flag is raised: a value beyond ARR matches at the overflow (section
- * 12.4.5); CMS = 1 raises flags while counting down, 2 while counting up, 3 in both halves (section 12.4.1). */
+/* Find the positions of the counter's cycle at which the channel's flag is raised. A value above ARR matches at the
+ * overflow (section 12.4.5). CMS = 1 raises flags while counting down, 2 while counting up, 3 in both halves
+ * (section 12.4.1). */
 static void find_matches(const Tim *tim, TimChannel *channel) {
   int64_t compare = channel->compare, arr = tim->arr, *matches = channel->matches;
   uint32_t cms = FIELD(REGISTER(tim, CR1), CR1_CMS);
@@ -205,7 +204,7 @@ static void find_all_matches(Tim *tim) {
   }
 }
 
-/* Counts until the next compare flag of a set rises; INT64_MAX if none does. */
+/* Counts until the next compare flag of a set is raised; INT64_MAX if none is. */
 static int64_t steps_to_flags(const Tim *tim, uint32_t flags) {
   int64_t least = INT64_MAX;
   for (int n = 0; n < tim->variant->channels; n++) {
@@ -218,7 +217,7 @@ static int64_t steps_to_flags(const Tim *tim, uint32_t flags) {
   return least;
 }
 
-/* Flags of the values that the counter passes in its next counts. */
+/* Raise the flags of the values that the counter passes in its next counts. */
 static void raise_compare_flags(Tim *tim, int64_t steps) {
   uint32_t missing = ~REGISTER(tim, SR) & compare_flags(tim->variant);
   for (int n = 0; missing; n++, missing &= ~(flag_of(n) - 1)) {
@@ -228,7 +227,7 @@ static void raise_compare_flags(Tim *tim, int64_t steps) {
   }
 }
 
-/* Section 12.3.6. */
+/* Capture the counter (section 12.3.6). */
 static void capture(Tim *tim, int channel) {
   if (REGISTER(tim, SR) & flag_of(channel)) {
     REGISTER(tim, SR) |= flag_of(channel) << 8; /* CCxOF */
@@ -237,13 +236,13 @@ static void capture(Tim *tim, int channel) {
   REGISTER(tim, CCRx(channel + 1)) = (uint32_t)cnt_of(tim);
 }
 
-/* Whether a channel captures from the pin of channel `source`: its own (CCxS = 1) or its neighbour's (2). */
+/* Return true if a channel captures from the pin of channel `source`: its own (CCxS = 1) or its neighbour's (2). */
 static bool listens_to(const TimChannel *channel, int number, int source) {
   uint32_t selected = CCS(channel->settings);
   return (selected == 1 && source == number) || (selected == 2 && source == (number ^ 1));
 }
 
-/* Whether to capture at an edge to a level: polarity (CCxP, CCxNP) and prescaler (ICxPSC). */
+/* Return true to capture at an edge to a level: polarity (CCxP, CCxNP) and prescaler (ICxPSC). */
 static bool captures(TimChannel *channel, bool level) {
   const uint32_t both_edges = CCER_CC1P | CCER_CC1NP;
   bool both = (channel->enable & both_edges) == both_edges, rising = !(channel->enable & CCER_CC1P);
@@ -257,10 +256,10 @@ static bool captures(TimChannel *channel, bool level) {
   return true;
 }
 
-/* -- the account of ticks -------------------------------------------------------------------------------- */
+/* -- the counts of ticks --------------------------------------------------------------------------------- */
 
-/* A tick is an update while its interrupt is enabled. It is lost when the flag of the one before had not been
- * cleared yet, and late when its handler cleared the flag more than PROMPT_PS after it. */
+/* A tick is an update while its interrupt is enabled. It is lost if the flag of the previous tick was still set. It
+ * is late if its handler cleared the flag more than PROMPT_PS after it. */
 
 static void tick_due(Tim *tim) {
   tim->counts.ticks++;
@@ -290,7 +289,7 @@ static void tick_handled(Tim *tim) {
   }
 }
 
-/* The interrupt was switched off, or the peripheral reset: what waited is no tick any more. */
+/* The interrupt was switched off, or the peripheral reset: a waiting update is not counted as a tick any more. */
 static void forget_tick(Tim *tim) {
   tim->waiting = false;
   tim->missed = 0;
@@ -331,7 +330,7 @@ static void raise_update_flag(Tim *tim, int64_t count) {
   }
 }
 
-/* So many updates have happened, the first of them with what was preloaded. */
+/* Apply `count` updates, the first of which uses the preloaded values. */
 static void update(Tim *tim, int64_t count) {
   load(tim);
   tim->left = tim->repetition;
@@ -364,7 +363,7 @@ static void set_origin(Tim *tim, int64_t at_ps) {
   tim->extra = 0;
 }
 
-/* Move the origin to where the counter arrived, before times since it exceed 64 bits; no time changes. */
+/* Move the origin to the counter's last change, before times since it exceed 64 bits; times do not change. */
 static void move_origin(Tim *tim, int64_t now_ps) {
   if (tim->base > 0 && tim->hz && now_ps - tim->origin_ps > tim->most_ps / 2) {
     __int128 passed = (__int128)tim->base * tim->num + tim->extra;
@@ -374,7 +373,7 @@ static void move_origin(Tim *tim, int64_t now_ps) {
   }
 }
 
-/* The largest k whose time is not after now. */
+/* Return the largest k whose time is not after now. */
 static int64_t ticks_at(const Tim *tim, int64_t now_ps) {
   int64_t after_ps = now_ps - tim->origin_ps + 1;
   if (after_ps > 0 && after_ps <= tim->most_ps) {
@@ -383,12 +382,12 @@ static int64_t ticks_at(const Tim *tim, int64_t now_ps) {
   return tim->hz ? (int64_t)(((__int128)after_ps * tim->den - 1 - tim->extra) / tim->num) : 0;
 }
 
-/* Whole counts in so many ticks; the usual numbers of them take no division. */
+/* Return the whole counts in a number of ticks; the usual numbers need no division. */
 static int64_t counts_in(const Tim *tim, int64_t ticks) {
   return tim->prescale == 1 ? ticks : ticks < tim->prescale ? 0 : ticks / tim->prescale;
 }
 
-/* When the counter will have counted so much more, while it runs. */
+/* Return the time after so many more counts, while the counter runs. */
 static int64_t time_after(const Tim *tim, int64_t steps) {
   int64_t ticks = tim->base + steps * tim->prescale;
   if (!tim->hz) {
@@ -401,7 +400,7 @@ static int64_t time_after(const Tim *tim, int64_t steps) {
   return at_ps < NEVER_PS ? (int64_t)at_ps : NEVER_PS;
 }
 
-/* Another clock from now on; the counter is up to date. */
+/* Change the clock now; the counter must be up to date. */
 static void change_clock(Tim *tim, int64_t now_ps, int64_t hz) {
   if (tim->running) {
     tim->base -= ticks_at(tim, now_ps);
@@ -410,7 +409,7 @@ static void change_clock(Tim *tim, int64_t now_ps, int64_t hz) {
   set_tick(tim, hz);
 }
 
-/* CEN = 1: go on from where it stopped. */
+/* CEN = 1: continue from the stopped value. */
 static void start(Tim *tim, int64_t now_ps) {
   if (!tim->running) {
     tim->running = true;
@@ -418,7 +417,7 @@ static void start(Tim *tim, int64_t now_ps) {
   }
 }
 
-/* CEN = 0: the prescaler keeps its phase; the counter is up to date. */
+/* CEN = 0: the prescaler keeps its phase; the counter must be up to date. */
 static void stop(Tim *tim, int64_t now_ps) {
   if (tim->running) {
     tim->running = false;
@@ -434,7 +433,7 @@ static int64_t steps_to_update(const Tim *tim) {
   return steps_to_overflow(tim) + tim->left * tim->spacing;
 }
 
-/* Up to the next update at most. */
+/* Count up to the next update at most. */
 static inline void count(Tim *tim, int64_t steps) {
   if (steps <= 0) {
     return;
@@ -450,7 +449,7 @@ static inline void count(Tim *tim, int64_t steps) {
   }
 }
 
-/* Right after an update: whole cycles up to a tick repeat it, as nothing is left to be loaded. */
+/* Right after an update: whole cycles up to a tick repeat it, because no loads remain. */
 static void skip_cycles(Tim *tim, int64_t ticks) {
   if (!tim->running || !tim->loaded || is_blocked(tim)) {
     return;
@@ -463,7 +462,7 @@ static void skip_cycles(Tim *tim, int64_t ticks) {
   }
 }
 
-/* Bring the counter to now. */
+/* Update the counter to the current time. */
 static inline void catch_up(Tim *tim) {
   int64_t now_ps = tim->peripheral.chip->now_ps;
   move_origin(tim, now_ps);
@@ -484,10 +483,10 @@ static inline void catch_up(Tim *tim) {
   }
 }
 
-/* -- flags to come, and interrupts ----------------------------------------------------------------------- */
+/* -- future flags, and interrupts ------------------------------------------------------------------------ */
 
-/* When the next flag rises that is not set yet. Compare values may change at an update, so none is predicted
- * beyond it. */
+/* Return the time of the next flag that is not set yet. Compare values may change at an update, so the prediction
+ * ends there. */
 static int64_t find_next_ps(const Tim *tim) {
   if (!tim->running || is_blocked(tim)) {
     return NEVER_PS;
@@ -509,7 +508,7 @@ static int64_t next_ps(Tim *tim) {
   return tim->next_ps;
 }
 
-/* After any change: whether the next flag needs an event, and who interrupts now. */
+/* After any change: schedule an event for the next flag if needed, and set the interrupt lines. */
 static inline void settle(Tim *tim) {
   Chip *chip = tim->peripheral.chip;
   uint32_t status = REGISTER(tim, SR), enabled = REGISTER(tim, DIER), active = status & enabled;
@@ -537,7 +536,7 @@ static void on_event(Peripheral *peripheral) { sync((Tim *)peripheral); }
 
 static bool is_ccr(uint32_t offset) { return offset >= CCRx(1) && offset <= CCRx(4); }
 
-/* A register of a timer that is up to date. */
+/* Return a register of a timer that is up to date. */
 static uint32_t value_of(const Tim *tim, uint32_t offset) {
   if (offset == CNT) {
     return (uint32_t)cnt_of(tim);
@@ -548,10 +547,10 @@ static uint32_t value_of(const Tim *tim, uint32_t offset) {
   return REGISTER(tim, offset);
 }
 
-/* The timer as it is now, without any effect on the chip. */
+/* Return a copy of the timer at the current time, without any effect on the chip. */
 static Tim look_at(const Tim *tim) {
   Tim now = *tim;
-  REGISTER(&now, DIER) = 0; /* what interrupts or asks for DMA has an event, so that nothing of it is due */
+  REGISTER(&now, DIER) = 0; /* interrupts and DMA requests have events, so none of them is due */
   catch_up(&now);
   REGISTER(&now, DIER) = REGISTER(tim, DIER);
   return now;
@@ -570,13 +569,13 @@ static void take_capture(Tim *tim, int channel) {
   }
 }
 
-/* Not the running counter, its direction, and captures, which reading takes. */
+/* False for the running counter, its direction, and captures, which a read clears. */
 static bool tim_is_pure(const Peripheral *peripheral, uint32_t offset) {
   const Tim *tim = (const Tim *)peripheral;
   return offset != CNT && !is_ccr(offset) && !(offset == CR1 && tim->mode == TIM_CENTRE);
 }
 
-/* Polling SR or CR1 can be skipped up to the next flag (CEN falls with one), the running counter cannot. */
+/* Polling of SR or CR1 can be skipped up to the next flag (which may clear CEN); the running counter cannot. */
 static uint32_t tim_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
   Tim *tim = (Tim *)peripheral;
   bool runs = !tim_is_pure(peripheral, offset);
@@ -592,7 +591,7 @@ static uint32_t tim_read(Peripheral *peripheral, uint32_t offset, int64_t *until
   return value;
 }
 
-/* CR1 or ARR: another direction or ARR; CNT keeps its value. */
+/* CR1 or ARR was written: direction or ARR change; CNT keeps its value. */
 static void cr1_changed(Tim *tim) {
   uint32_t cr1 = REGISTER(tim, CR1);
   int64_t now_ps = tim->peripheral.chip->now_ps, value = cnt_of(tim);
@@ -622,7 +621,7 @@ static void dier_changed(Tim *tim) {
   }
 }
 
-/* CCRx of a channel without preload is the active value at once (OCxPE, section 12.4.7). */
+/* CCRx of a channel without preload becomes active at once (OCxPE, section 12.4.7). */
 static void compare_changed(Tim *tim, int number) {
   TimChannel *channel = &tim->channels[number];
   if (is_input(channel) || !(channel->settings & CCMR1_OC1PE)) {
@@ -730,7 +729,7 @@ static void tim_clocks_changed(Peripheral *peripheral) {
   }
 }
 
-/* Stopped, nothing enabled. The account of ticks goes on. */
+/* Stop the timer and disable all. The counts of ticks are kept. */
 static void tim_reset(Peripheral *peripheral) {
   Tim *tim = (Tim *)peripheral;
   memcpy(tim->registers, TIM_RESETS[tim->variant - VARIANTS], sizeof tim->registers);
@@ -759,7 +758,7 @@ static const PeripheralType TIM = {
   .is_pure = tim_is_pure,
 };
 
-/* All timers have all addresses: ST's HAL writes to registers that the smaller ones do not have. */
+/* All timers accept all offsets: ST's HAL writes to registers that the smaller ones do not have. */
 void timers_create(Chip *chip) {
   for (int n = 0; n < TIMERS; n++) {
     Tim *tim = &chip->timers.timers[n];
@@ -814,7 +813,7 @@ static double share_below(const Tim *tim, uint32_t compare) {
   return share < 1 ? share : 1;
 }
 
-/* Share of time that the output is high; negative where the channel puts out neither PWM nor a constant level. */
+/* Share of time that the output is high; negative if the channel outputs neither PWM nor a constant level. */
 static double duty_of(const Tim *tim, const TimChannel *channel) {
   uint32_t mode = OCM(channel->settings);
   double active;

@@ -8,12 +8,12 @@
 #define TIMERS 8
 #define TIM_CHANNELS 4
 
-/* How the update interrupts did: what the run's summary shows. */
+/* Counts of update interrupts, for the run's summary. */
 typedef struct {
   int64_t ticks;           /* updates while the update interrupt was enabled */
   int64_t late;            /* ticks whose handler came late */
-  int64_t lost;            /* ticks that found the flag of the one before still set */
-  int64_t longest_wait_ps; /* the longest time a tick waited for its handler, of those that were late */
+  int64_t lost;            /* ticks at which the flag of the previous one was still set */
+  int64_t longest_wait_ps; /* the longest time between a late tick and its handler */
 } TickCounts;
 
 typedef struct {
@@ -31,7 +31,7 @@ typedef struct {
   Peripheral peripheral;
   const struct TimVariant *variant;
   int32_t event;
-  uint32_t registers[21]; /* by offset / 4, CNT not among them */
+  uint32_t registers[21]; /* by offset / 4, without CNT */
 
   /* The counter: see "the counter" in tim.c. */
   enum TimMode mode;
@@ -42,22 +42,22 @@ typedef struct {
   /* The time base: tick k of the timer's clock is at origin_ps + (k * num + extra) / den, rounded down once. */
   int64_t hz, num, den, extra; /* extra is smaller than den */
   Divisor by_num;
-  int64_t most_ps, most_ticks; /* up to which 64 bits suffice for products */
+  int64_t most_ps, most_ticks; /* the limit below which 64 bits suffice for products */
   int64_t origin_ps;
-  int64_t base; /* the tick at which the counter arrived where it is; while stopped, minus the phase */
-  uint32_t prescale, repetition, left; /* active PSC + 1, active RCR; overflows to come before an update */
+  int64_t base; /* the tick of the counter's last change; while stopped, minus the phase */
+  uint32_t prescale, repetition, left; /* active PSC + 1, active RCR; overflows left before an update */
   uint8_t running, updates, one_pulse;
-  uint8_t loaded; /* whether the active registers are what is preloaded */
+  uint8_t loaded; /* the active registers equal the preloaded ones */
 
   TimChannel channels[TIM_CHANNELS];
-  int64_t next_ps;  /* when a flag may next rise, if next_known */
+  int64_t next_ps;  /* the next time when a flag may be set, if next_known */
   uint8_t next_known;
-  uint8_t waiting;  /* a tick's handler has not come yet */
+  uint8_t waiting;  /* a tick waits for its handler */
   int64_t due_ps, missed;
   TickCounts counts;
 } Tim;
 
-/* Callbacks into Python: a handler came wait_ps after its tick; count ticks were lost. */
+/* Callbacks into Python: a handler started wait_ps after its tick; count ticks were lost. */
 typedef struct {
   void (*late)(int64_t now_ps, int32_t peripheral, int64_t wait_ps);
   void (*lost)(int64_t now_ps, int32_t peripheral, int64_t count);
@@ -70,7 +70,7 @@ typedef struct {
 } Timers;
 
 void timers_create(Chip *chip);
-/* A pin has another level: a channel may capture. */
+/* The level of a pin has changed: a channel may capture. */
 void timers_pin_changed(Chip *chip, int port, int pin, bool level);
 
 #endif

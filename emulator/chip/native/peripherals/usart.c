@@ -1,18 +1,19 @@
 /* USART1, USART2 and USART6 in asynchronous mode (RM0368 section 19; interrupt numbers of table 38).
  *
- * Sending has two stages, the data register and the shift register: a byte may be written as soon as the one
- * before has moved on (TXE), so a sender that is not interrupted keeps the line busy without gaps. TXE and TC are
- * computed from the time when SR is read; an event is scheduled only while an interrupt or a DMA request waits for
- * one of them. What is sent goes to Python in pieces.
+ * Sending has two stages, the data register and the shift register. A byte may be written as soon as the previous
+ * one is in the shift register (TXE). An uninterrupted sender therefore keeps the line busy without gaps. TXE and TC
+ * are computed from the time when SR is read. An event is scheduled only while an interrupt or a DMA request waits
+ * for one of them. Sent bytes go to Python in pieces.
  *
- * As on the chip (sections 19.3, 19.6.1): TC is cleared by a read of SR followed by a write of DR, or by writing 0 to
- * it; ORE and IDLE by a read of SR that shows them followed by a read of DR. A byte written before the transmitter is
- * enabled waits in DR.
+ * As on the chip (sections 19.3, 19.6.1): TC is cleared by a read of SR followed by a write of DR, or by writing 0
+ * to it; ORE and IDLE by a read of SR that shows them followed by a read of DR. A byte written before the
+ * transmitter is enabled waits in DR.
  *
  * NOT MODELLED, with a note when switched on: synchronous, smartcard, IrDA, LIN and half-duplex mode, hardware flow
- * control, mute mode and break. NOT MODELLED, silent: parity and 9-bit frames have their length on the wire, but bits
- * 0 to 7 are what is carried; the idle frame that setting TE sends first: it would delay the first byte only if that
- * is written within one frame after TE. What RM0368 leaves open: clearing TE lets the frames in flight finish.
+ * control, mute mode and break. NOT MODELLED, silent: parity and 9-bit frames have their length on the wire, but
+ * carry only bits 0 to 7. The idle frame that setting TE sends first is omitted: it would delay the first byte only
+ * if that is written within one frame after TE. RM0368 does not define this: when TE is cleared, the frames in
+ * flight finish.
  */
 #include "fcu.h"
 
@@ -27,7 +28,7 @@ static const uint32_t STORED[] = {[BRR >> 2] = BRR_STORED, [CR1 >> 2] = CR1_STOR
 
 #define SENDING (CR1_UE | CR1_TE)
 #define RECEIVING (CR1_UE | CR1_RE)
-#define FURTHEST_OFF 0.03 /* a receiver that samples the middle of ten bits bears this much (section 19.3.5) */
+#define FURTHEST_OFF 0.03 /* tolerance of a receiver that samples the middle of ten bits (section 19.3.5) */
 
 static const struct {
   uint32_t base;
@@ -62,13 +63,13 @@ static bool is_sending(const Usart *usart) { return (REGISTER(usart, CR1) & SEND
 
 /* -- the line --------------------------------------------------------------------------------------------- */
 
-/* The end of so many frames of the run; NEVER_PS if they never end. */
+/* Return the end of so many frames of the run; NEVER_PS if they never end. */
 static int64_t end_of(const UsartRun *run, int64_t frames) {
   __int128 at_ps = run->start_ps + (__int128)frames * run->frame.num / run->frame.den;
   return at_ps < NEVER_PS ? (int64_t)at_ps : NEVER_PS;
 }
 
-/* Python gets what was sent since it last did. */
+/* Pass the bytes to Python that it has not received yet. */
 static void hand_over(Usart *usart, bool detailed) {
   const UsartCalls *calls = &usart->peripheral.chip->usarts.calls;
   const UsartRun *run = &usart->run;
@@ -80,7 +81,7 @@ static void hand_over(Usart *usart, bool detailed) {
   }
 }
 
-/* The run that the next frame belongs to: another one after a gap or when frames become others. */
+/* Open the run of the next frame: a new one after a gap or a change of the frame. */
 static void open_run(Usart *usart, bool connected) {
   UsartRun *run = &usart->run;
   int64_t now_ps = now_of(usart);
@@ -94,7 +95,7 @@ static void open_run(Usart *usart, bool connected) {
   }
 }
 
-/* A byte for the data register, which is empty. */
+/* Send a byte through the data register, which is empty. */
 static void put_on_wire(Usart *usart, uint8_t value, bool connected) {
   bool detailed = usart->peripheral.chip->detailed;
   UsartRun *run = &usart->run;
@@ -111,7 +112,7 @@ static void put_on_wire(Usart *usart, uint8_t value, bool connected) {
   }
 }
 
-/* A byte takes the place of the one that still waits in the data register. */
+/* Replace the byte that still waits in the data register. */
 static void replace(Usart *usart, uint8_t value) {
   const UsartCalls *calls = &usart->peripheral.chip->usarts.calls;
   if (usart->piece_length) {
@@ -132,7 +133,7 @@ static uint32_t status_of(const Usart *usart) {
   return status | (usart->idle ? SR_IDLE : 0);
 }
 
-/* When TXE or TC comes next; the receiver's flags come with events. */
+/* Return the next time of TXE or TC; the receiver's flags come with events. */
 static int64_t next_flag_ps(const Usart *usart) {
   int64_t now_ps = now_of(usart), at_ps = NEVER_PS;
   if (usart->txe_ps > now_ps) {
@@ -206,7 +207,7 @@ static void clear_flags(Usart *usart, uint32_t kept) {
 
 /* -- settings --------------------------------------------------------------------------------------------- */
 
-/* A terminal at another rate or with another frame shows garbage. */
+/* Report a terminal at another rate or with another frame, which shows garbage. */
 static void check_against_terminal(Usart *usart, double baud, bool plain) {
   int expected = usart->terminal_baud;
   if (!expected) {
@@ -237,7 +238,7 @@ static void set_frame(Usart *usart) {
   int64_t kernel_hz = VARIANTS[usart->number].apb == 1 ? clocks->pclk1_hz : clocks->pclk2_hz;
   int half_bits = 2 * (cr1 & CR1_M ? 10 : 9) + STOP_HALF_BITS[FIELD(REGISTER(usart, CR2), CR2_STOP)];
   if (ticks == 0 || kernel_hz == 0) {
-    usart->frame = (UsartFrame){NEVER_PS, 1}; /* no bit clock: nothing ever leaves */
+    usart->frame = (UsartFrame){NEVER_PS, 1}; /* no bit clock: bytes are never sent */
     return;
   }
   int64_t num = half_bits * ticks * PS_PER_S, den = 2 * kernel_hz, divisor = common_divisor(num, den);
@@ -289,7 +290,7 @@ static bool interrupts(const Usart *usart) {
   return status & cr1 & (SR_TXE | SR_TC | SR_RXNE | SR_IDLE) || (status & SR_ORE && errors);
 }
 
-/* When to look again: when a flag rises that somebody waits for. */
+/* Schedule the next event: the time of a flag that an interrupt or DMA waits for. */
 static void plan(Usart *usart) {
   Chip *chip = usart->peripheral.chip;
   int64_t at_ps = NEVER_PS;
@@ -306,7 +307,7 @@ static void plan(Usart *usart) {
   }
 }
 
-/* Make the requests that stand, set the interrupt line, and plan when to look again. */
+/* Make the active requests, set the interrupt line, and schedule the next event. */
 static void update(Usart *usart) {
   if (usart->serving) {
     return;
@@ -339,7 +340,7 @@ static uint32_t usart_read(Peripheral *peripheral, uint32_t offset, int64_t *unt
     *until_ps = ALREADY_PS;
     return read_data(usart);
   }
-  if (offset == SR) { /* it begins the sequences that clear flags; reading it again changes nothing more */
+  if (offset == SR) { /* it begins the sequences that clear flags; a second read has no further effect */
     *until_ps = next_flag_ps(usart);
     usart->armed = true;
     usart->seen = status_of(usart);
@@ -373,7 +374,7 @@ static void usart_write(Peripheral *peripheral, uint32_t offset, uint32_t value,
 
 static void usart_clocks_changed(Peripheral *peripheral) { set_frame((Usart *)peripheral); }
 
-/* Registers, flags and a byte received; frames on the wire are finished. */
+/* Reset registers, flags and the received byte; frames on the wire are finished. */
 static void usart_reset(Peripheral *peripheral) {
   Usart *usart = (Usart *)peripheral;
   memset(usart->registers, 0, sizeof usart->registers);
@@ -439,7 +440,7 @@ int32_t fcu_usart_receive(Chip *chip, int32_t index, int32_t value) {
   if ((REGISTER(usart, CR1) & RECEIVING) != RECEIVING) {
     return 1;
   }
-  if (lost) { /* section 19.3.3: DR keeps the byte before */
+  if (lost) { /* section 19.3.3: DR keeps the previous byte */
     usart->overrun = true;
   } else {
     usart->arrived = (int16_t)(value & 0xFF);

@@ -12,16 +12,16 @@ typedef struct {
   int64_t num, den;
 } UsartFrame;
 
-/* Frames on the wire without a gap: each one's time is computed from the first one's, so none drifts. */
+/* Frames on the wire without a gap: each time is computed from the first one, so that they do not drift. */
 typedef struct {
   int64_t start_ps, count;
   UsartFrame frame;
-  uint8_t connected; /* the pin is switched to the transmitter: somebody hears it */
+  uint8_t connected; /* the pin is switched to the transmitter: a terminal receives it */
 } UsartRun;
 
 typedef struct {
   Peripheral peripheral;
-  int32_t number; /* among the three */
+  int32_t number; /* the number among the three */
   int32_t event;
   uint32_t registers[7]; /* by offset / 4; SR and DR are not stored */
   UsartFrame frame; /* of the next byte */
@@ -32,31 +32,31 @@ typedef struct {
   int64_t tc_ps;           /* when TC is next set */
   int16_t waiting;         /* a byte in DR while the transmitter is off; -1: none */
   uint8_t armed;           /* SR was read since DR was last written: writing DR clears TC */
-  /* The latest bytes of the run, which Python has not got yet. */
+  /* The latest bytes of the run, which Python has not yet received. */
   uint8_t piece[USART_PIECE];
   int32_t piece_length;
 
   /* The receiver. */
   int16_t arrived;  /* a byte that has not been read; -1: none (RXNE) */
-  uint8_t received; /* the last one that was read */
+  uint8_t received; /* the last byte that was read */
   uint8_t overrun, idle;
-  uint32_t seen; /* SR as last read: what a following read of DR clears */
+  uint32_t seen; /* SR as last read: the flags that a following read of DR clears */
 
   uint8_t watched; /* an interrupt or a DMA request may be due */
   uint8_t serving;
 
   /* The wiring, set once. */
-  PinFunction pins[2]; /* where the terminal is connected; function 255 ends them */
+  PinFunction pins[2]; /* pins of the terminal; function 255 ends them */
   int32_t terminal_baud; /* 0: no terminal */
 } Usart;
 
 /* Callbacks into Python; either may be NULL. */
 typedef struct {
-  /* Bytes were sent: frames number first and following of a run that began at start_ps. detailed: the trace wants
-   * to have them. */
+  /* Bytes were sent: frames number first and following of a run that began at start_ps. detailed: the trace needs
+   * them. */
   void (*sent)(int64_t now_ps, int32_t peripheral, int64_t start_ps, int64_t num, int64_t den, int32_t connected,
                int64_t first, const uint8_t *bytes, int32_t length, int32_t detailed);
-  /* The last one of them was overwritten in DR. */
+  /* The last of these bytes was overwritten in DR. */
   void (*replaced)(int64_t now_ps, int32_t peripheral, int32_t value);
 } UsartCalls;
 
