@@ -21,9 +21,8 @@
         └── I2CStuckError          a line is held low, the bus stays busy
 
 An error of the guest (a NACK that firmware provokes, an overrun, a write to a read-only register) does not
-raise an exception inside a run: it is recorded in the trace, where a grader sees it. The I2C errors reach
-Python only when Python itself is the bus master, through ``board.i2c2``. An error outside this tree is a bug
-of this package.
+raise an exception inside a run: the trace records it for graders. The I2C errors reach Python only when
+Python itself is the bus master, through ``board.i2c2``. An error outside this tree is a bug of this package.
 """
 
 from __future__ import annotations
@@ -46,8 +45,8 @@ def _kind_of(error: type[FcuError]) -> str:
 class FcuError(Exception):
     """Base of everything this package raises on purpose.
 
-    Its text is one line without control characters, whatever names and values it contains. With ``has_lines``
-    it may have several lines, of a terminal, a compiler or a diagnosis.
+    Its text is one line without control characters, for all names and values that it contains. With
+    ``has_lines`` it may have several lines, of a terminal, a compiler or a diagnosis.
 
     ``kind`` names the problem in one word ("unknown_key"). It stays when the text is improved. An error
     without a specific kind has that of its class ("scenario").

@@ -10,7 +10,7 @@ A register is a class::
 
 Everything else is derived: write mask, reset image, names for the trace and for debuggers, C headers, the
 printed register map, and the contract tests. Decision: registers are classes rather than tables of tuples.
-``CTRL1_XL.ODR_XL`` is the datasheet's name, an editor completes it, and a misspelt field fails when the
+The name ``CTRL1_XL.ODR_XL`` is the datasheet's, an editor completes it, and a misspelt field fails when the
 module is imported.
 
 A bit is in one of three states: modelled; known but not modelled (``modelled=False``: it can be written and

@@ -1,9 +1,9 @@
 """A board's whole state: taken once, restored any number of times, thousands of times per second.
 
-Decision: a snapshot walks the objects. It starts at the board, follows the references of this package's own
-objects, and records the contents of each list, dictionary and object. Restoring these contents restores
-everything, including attributes added to a class later. A pair of methods in each of a hundred classes was
-rejected, because it misses the newest attribute. Rules of the walk:
+Decision: a snapshot walks the board's objects and records their contents. It starts at the board, follows the
+references of this package's own objects, and records the contents of each list, dictionary and object.
+Restoring these contents restores everything, including attributes added to a class later. A pair of methods
+in each of a hundred classes was rejected, because it misses the newest attribute. Rules of the walk:
 
 * objects of this package and of ``sensors``, and of subclasses: their attributes;
 * lists, dictionaries, sets, deques and byte arrays: their contents, restored in place, because several
@@ -55,7 +55,8 @@ class Snapshot:
         self._attributes: list[tuple[dict[str, Any], dict[str, Any]]] = []
         self._slots: list[tuple[Callable[[Any, Any], None], object, Any]] = []
         self._lists: list[tuple[list[Any] | bytearray, list[Any] | bytes]] = []
-        self._others: list[tuple[Any, Any, Any]] = []  # method that empties it, method that fills it, contents
+        # method to empty it, method to fill it, contents
+        self._others: list[tuple[Any, Any, Any]] = []
         self._asked: list[tuple[Snapshotted, Any]] = []
         self._seen: dict[int, object] = {}  # also keeps everything alive
         self._walk(root)

@@ -1,9 +1,8 @@
 """The world as used by scenarios, the web page and tests: truth, motions, and live setters.
 
-Rules of all motions, of the board and of magnets near it: ``start_s`` is virtual time (None: now) and must
-not be in the past. The motion starts from the state at that time and discards later plans for the same
-quantity, so plan in order of time. Each motion returns its end time. Shakes and magnetic disturbances are the
-exception: they add up and discard nothing.
+``start_s`` of a motion, of the board or of a magnet, is virtual time (None: now), not in the past. The motion
+starts from the state at that time, discards later plans for the same quantity, and returns its end time. Plan
+in order of time. Shakes and magnetic disturbances add up and discard nothing.
 """
 
 from __future__ import annotations
@@ -62,8 +61,7 @@ class World(Truth):
     """One truth for all sensors; the present is the time of ``clock``, or power-on without a clock.
 
     It begins flat and still on the room's floor, board X to the north, in the air and the field of Zurich. A
-    setter takes effect now, as a jump, and discards plans for the same quantity. Values that are not numbers,
-    or absurd, raise `InputError`.
+    setter acts now, as a jump, and discards plans for the same quantity. Invalid values raise `InputError`.
     """
 
     def __init__(self, clock: Clock | None = None, floor_altitude_m: float = ZURICH_ALTITUDE_M) -> None:
@@ -152,9 +150,8 @@ class World(Truth):
     ) -> float:
         """Turn towards an attitude that may be replaced at any time, as by a hand or a mouse.
 
-        Rate and angular acceleration are continuous from one command to the next. The rate is also continuous
-        from any other motion, which is cut off. At a steady speed the board lags the hand by at most
-        ``time_constant_s`` if commands are frequent (:mod:`fcu_emulator.emulator.world.follow`).
+        Rate and angular acceleration are continuous over all commands, the rate also from any other motion.
+        With frequent commands a steady hand is followed within ``time_constant_s`` (module ``world.follow``).
         """
         target_deg = limits.attitude(roll_deg, pitch_deg, yaw_deg)
         time_constant = limits.TIME_CONSTANT.check("time_constant_s", time_constant_s)
@@ -193,8 +190,8 @@ class World(Truth):
     ) -> float:
         """Move a hand-held magnet to a position relative to the board, as `follow_attitude`.
 
-        Its moment points west, as that of :meth:`pass_magnet`. It appears at its first position and moves
-        from there; another ``moment_am2`` is another magnet. Lifting the board lifts the magnet with it.
+        Its moment points west, as that of :meth:`pass_magnet`; another ``moment_am2`` is another magnet. It
+        starts at its first position. Lifting the board lifts the magnet with it.
         """
         named = (("north_m", north_m), ("west_m", west_m), ("up_m", up_m))
         place = np.array([limits.PLACE.check(name, value) for name, value in named])
@@ -235,11 +232,10 @@ class World(Truth):
     ) -> float:
         """Hold the board in a hand from now on: all turning is about its wrist, with a tremor.
 
-        ``wrist_m`` (3,): position of the wrist, board axes; also an elbow, for larger movements.
-        ``tremor_mg``: peak tremor at the back of the hand, 0 for none
-        (:mod:`fcu_emulator.emulator.world.hand`). Lifting the board moves the hand; height changes by turning
-        are added. A recording of the attitude has arcs at constant rate, of which only the centripetal
-        acceleration is felt.
+        ``wrist_m`` (3,): position of the wrist or elbow, board axes. ``tremor_mg``: peak tremor at the back
+        of the hand, 0 for none (:mod:`fcu_emulator.emulator.world.hand`). Lifting the board moves the hand;
+        turning adds to the height. The arcs of a recorded attitude have constant rates, so only their
+        centripetal acceleration is felt.
         """
         arm = np.asarray(wrist_m, dtype=object)
         if arm.shape != (3,):
@@ -357,9 +353,8 @@ class World(Truth):
     ) -> float:
         """Draw the calibration's figure-of-eight ``turns`` times, back to the start.
 
-        A calibration finds the hard iron exactly if the motion is planned from the field, for any field and
-        attitude. A hand does not know the field; its calibration is nearly exact after two turns
-        (:mod:`fcu_emulator.emulator.world.attitude`).
+        Along the field, a calibration finds the hard iron exactly. A hand does not know the field; its
+        calibration is nearly exact after two turns (:mod:`fcu_emulator.emulator.world.attitude`).
         """
         if limits.TURNS.check("turns", turns) % 1.0:
             raise InputError(f"turns is {turns!r}: give a whole number", kind="not_whole")
@@ -414,7 +409,7 @@ class World(Truth):
     ) -> float:
         """Accelerate by ``amplitude_g`` cos(2 pi f t) along a world axis; "up" moves the altitude too.
 
-        The shake stops after the last whole period within ``duration_s``, at rest at its start.
+        It stops after the last whole period within ``duration_s``, at rest at its start.
         """
         if axis not in SHAKE_DIRECTIONS:
             raise InputError(f"axis is {axis!r}: give one of {', '.join(SHAKE_DIRECTIONS)}", kind="choice")
@@ -473,8 +468,8 @@ class World(Truth):
         """Replay a recording's signals, or follow its attitude, with its time 0 at ``start_s``.
 
         The last row holds until the next motion or setter of the same signal. Signals without a column
-        continue as before: an attitude without ``alt_m`` turns the board at its place. Altitude is motion:
-        its second derivative is felt, from rest before the first row to rest after the last.
+        continue: an attitude without ``alt_m`` turns the board at its place. Altitude is motion: its second
+        derivative is felt, from rest before the first row to rest after the last.
         """
         start = self._start(start_s)
         row_s = recording.t_s

@@ -8,7 +8,7 @@ at ODR/9, is the datasheet's.
 
 Filters (datasheet figures 5, 7 and 8; AN5040 3.7). Order and shape are not documented: see
 ``sensors.filters``. Decisions: LPF1 at ODR/2, or at 740 Hz outside high performance, is the filter before
-decimation, and all others run at the output data rate; low-pass filters start settled on their first sample;
+decimation, and all other filters run at the output rate; low-pass filters start settled on their first sample;
 slope and high-pass filters start with zero, as AN5040 3.7 says of the slope filter.
 
 The event functions use the same samples with other filters: analog chain and LPF1 only, and LPF2 after it for

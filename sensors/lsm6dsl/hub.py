@@ -4,7 +4,7 @@ At each trigger it makes a round over the slaves, transfer by transfer. A round 
 its transfer and shows all results at the end of the round; until then the outputs keep the previous results.
 A trigger during a round is lost.
 
-Decisions where the documents are silent: a slave that does not answer keeps its bytes, and its NACK flag
+Decisions where the documents are silent: a hub slave that does not answer keeps its bytes, and its NACK flag
 shows its latest turn; a trigger without a slave in turn starts no round; switching off aborts the running
 round. SENSORHUB_END_OP is a level, 1 while idle, and a pulse of 1/100 s while the correction is on (AN5040
 7.2.3 and 7.5.3 say one each); its pin pulses in both cases.
@@ -18,10 +18,10 @@ higher rates every second, fourth ... sample. With START_CONFIG it is INT2 going
 when it rises, or when it is high as the hub is switched on, and not again while it stays high. Continuous
 rounds were rejected, because they would keep the auxiliary bus busy all the time.
 
-Hard- and soft-iron correction of an external magnetometer (7.5; bank A, datasheet 11.20 to 11.34): calibrated
-= SI * (M - HI), uncalibrated = SI * (M - HI) + HI; SI is the unit matrix while SOFT_EN is off. Decisions
-where the documents are silent: results are rounded to the nearest LSB; a result that does not fit 16 bits
-saturates, and HI_FAIL reports it.
+Hard- and soft-iron correction of an external magnetometer (7.5; bank A, datasheet 11.20 to 11.34):
+calibrated = SI * (M - HI), uncalibrated = SI * (M - HI) + HI; SI is the unit matrix while SOFT_EN is off.
+Decisions where the documents are silent: corrected fields are rounded to the nearest LSB; a field that does
+not fit 16 bits saturates, and HI_FAIL reports it.
 """
 
 from __future__ import annotations
