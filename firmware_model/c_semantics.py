@@ -9,9 +9,9 @@ exactly the single-precision result (the 53 bits of a double are at least 2 * 24
 length modifiers hh, h, l, ll. Anything else raises a one-line ValueError. Extra arguments are ignored, as in
 C.
 
-Decision: printf formatting does not use Python's ``%`` operator, which differs from C in zero padding with a
-precision, in a precision of 0, in ``%#x`` of 0, in negative ``%x``, and in padding infinities. Only the
-digits of a float come from Python, which rounds them correctly, as newlib and glibc do.
+Decision: printf formatting does not use Python's ``%`` operator, because that differs from C. The differences
+are zero padding with a precision, a precision of 0, ``%#x`` of 0, negative ``%x``, and padding of infinities.
+Only the digits of a float come from Python, which rounds them correctly, as newlib and glibc do.
 """
 
 from __future__ import annotations

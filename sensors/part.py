@@ -205,7 +205,7 @@ class Part:
         return 4
 
     def pins(self) -> tuple[Pin, ...]:
-        """The part's interrupt and data-ready pins."""
+        """The sensor's interrupt and data-ready pins."""
         return ()
 
     def catch_up(self, now_ps: int) -> None:

@@ -349,7 +349,7 @@ class RegisterFile:
         return region
 
     def _leads_to(self, address: int) -> bool:
-        """Return whether a burst enters ``address`` from the address before it, or the sub-address is fixed."""
+        """Return whether ``address`` follows the address before it; True if the sub-address is fixed."""
         return not self._increment or self._next[address - 1] == address
 
     def _source_of(self, address: int) -> _Source | None:

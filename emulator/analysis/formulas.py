@@ -1,9 +1,8 @@
 """Wrong formulas that explain a program's output: angles and altitude from the numbers of the same block.
 
-A block has ACC, MAG and Pre, from which the program has computed Pitch, Roll, Yaw and Altitude. If the
-slides' formula does not give the printed value, but a usual mistake in it does in nearly all blocks, that
-mistake is the likely cause. This needs neither a board at rest nor a calibrated compass: only the arithmetic
-is checked.
+A block has ACC, MAG and Pre, from which the program has computed Pitch, Roll, Yaw and Altitude. If a usual
+mistake explains nearly all blocks, and the slides' formula does not, that mistake is the likely cause. This
+needs neither a board at rest nor a calibrated compass: only the arithmetic is checked.
 
 Decision: candidates are a list of whole formulas, each as a student would write it, not the result of a
 search through expressions. A formula found by a search also fits noise, and has no name.
@@ -22,7 +21,7 @@ from fcu_emulator.emulator.analysis.recorder import LabLine
 _FEWEST = 5  # blocks
 _SHARE = 0.85  # of the blocks that a formula must explain
 _DIFFERENT = 2  # blocks that the right formula must not explain,
-_BETTER = 3  # minimum number of these to which another is nearer
+_BETTER = 3  # and from which another is nearer by at least this factor
 _NEAR_DEG = 4.0  # the numbers of a block are some 30 ms apart, and the board may be turning
 _NEAR_SHARE, _NEAR_M = 0.04, 0.3
 _MOVING_SHARE, _MOST_MOVING = 0.3, 15.0  # of the change of the truth in the last 0.15 s

@@ -1,8 +1,8 @@
 """The behaviour of a run as sequences, one for each visible output.
 
 They are the lines on the terminal, the register writes of each sensor, the edges of each LED, rate and ticks
-of the callback's timer, and the end of the run; :mod:`fcu_emulator.emulator.analysis.compare` compares them
-between runs.
+of the callback's timer, and the end. :mod:`fcu_emulator.emulator.analysis.compare` compares them between
+runs.
 """
 
 from __future__ import annotations

@@ -1,19 +1,19 @@
 """Python firmware on another firmware's samples: the bytes of that one's sensor bus, at its times.
 
 Two firmwares on the same scenario never get the same samples. They boot, compute and print at their own pace,
-so each reads its sensors at different times, and most differences in the text are noise and motion between
-these times. A replay removes them: the Python firmware gets the samples of the other one, and its main loop
-reads its variables at the same times. The remaining differences are arithmetic and text, which must be equal
-to the last digit.
+so each reads its sensors at different times. Most differences in the text are noise and motion between these
+times. A replay removes them: the Python firmware gets the samples of the other one, and its main loop reads
+its variables at the same times. The remaining differences are arithmetic and text, which must be equal to the
+last digit.
 
 The time at which the main loop reads its variables follows from the recorded text. The lab's firmwares print
-in blocking calls, one after the other, so the values of a line are read as soon as the last bit of the text
-before it has left (TC, RM0368 19.3.2). A callback that is then running has preempted the loop, and its values
-count. The times of callbacks follow from the recorded transfers: a callback begins with the first transfer
-after all transfers of the callback before it.
+in consecutive blocking calls. So the values of a line are read as soon as the last bit of the text before it
+has left (TC, RM0368 19.3.2). A callback that is then running has preempted the loop, and its values count.
+The times of callbacks follow from the recorded transfers: a callback begins with the first transfer after all
+transfers of the callback before it.
 
-Decision: the transfers are fed to the firmware's HAL calls, not to its arithmetic directly, so that the
-replayed firmware is the same one that runs on the board, including drivers and boot.
+Decision: the transfers are fed to the firmware's HAL calls, not to its arithmetic. The replayed firmware is
+thus the same one that runs on the board, including drivers and boot.
 
 Limits: a delay lasts its full length, on the board up to a millisecond less. A loop that reads its variables
 right after one, before any text, may read them a tick too late. A failed transfer is not recorded with all
@@ -47,8 +47,8 @@ from fcu_emulator.emulator.trace import BusTransfer, GpioEdge, TerminalBytes, Tr
 
 _LF = ord("\n")
 _LOADED_PS = 2 * PS_PER_US
-"""Time from the last bit of a text to the loop's read of its variables (0.3 us), plus that from the timer's
-interrupt to the callback's first transfer (1.6 us), in the supplied solution. A callback whose transfer
+"""Sum of two times in the supplied solution: from the last bit of a text to the loop's read of its variables
+(0.3 us), and from the timer's interrupt to the callback's first transfer (1.6 us). A callback whose transfer
 begins within it has preempted the loop before the read.
 """
 

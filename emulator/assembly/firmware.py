@@ -1,18 +1,18 @@
 """Selection of a board's firmware, its wiring, and its execution.
 
-A firmware is a name supplied with the board, a file for the chip (any text with a suffix or a path separator,
-and every existing file), or a callable that takes the HAL. Names come first, so that an unrelated file called
-``lab3`` has no effect.
+A firmware is a name supplied with the board, a file for the chip, or a callable that takes the HAL. Any text
+with a suffix or a path separator is a file, and so is the name of an existing file. Names come first, so that
+an unrelated file called ``lab3`` has no effect.
 
 Firmware in Python has ``main()`` and ``HAL_TIM_PeriodElapsedCallback()``; firmware built for the chip is
 executed by :mod:`fcu_emulator.emulator.chip`. The symbols of built firmware show the wiring of the sensors:
 CubeMX names a peripheral's handle after it (``hspi2``, ``hi2c2``), and a linker drops the handle of an unused
 bus.
 
-Decision: a firmware with handles of both buses, or without symbols, is tried on one wiring after the other,
-the usual one first, and gets the first on which a sensor answers. A trial takes milliseconds, because
-programs set up the sensors first. Searching the code for calls with a handle was rejected, because it fails
-with the first helper function or compiler option.
+Decision: a firmware with handles of both buses, or without symbols, is tried on each wiring, the usual one
+first. It gets the first wiring on which a sensor answers. A trial takes milliseconds, because programs set up
+the sensors first. Searching the code for calls with a handle was rejected, because it fails with the first
+helper function or compiler option.
 """
 
 from __future__ import annotations
@@ -157,7 +157,7 @@ def _wanted_wiring(board: BoardDescription, symbols: Symbols | None) -> tuple[Wi
 def _tried_out(
     board: BoardDescription, usual: Wiring, reaches_sensors: Callable[[Wiring], bool]
 ) -> tuple[Wiring | None, str]:
-    """Return the first wiring on which a sensor answers the firmware."""
+    """Return the first other wiring on which a sensor answers, if none does on the usual one."""
     others = [one for one in board.wirings if one is not usual]
     if not others or reaches_sensors(usual):
         return None, ""

@@ -1,8 +1,8 @@
 """A board's sensors: built from the world, with the selected errors, attached to their bus, with timely pins.
 
 Sensors are evaluated lazily. A listener of a pin needs its edges in time: from the first listener on, the
-sensor is caught up at every time at which its pins may change, and that time is updated after every bus
-access. An unconnected pin costs nothing.
+sensor is caught up at every time at which its pins may change. That time is updated after every bus access.
+An unconnected pin costs nothing.
 """
 
 from __future__ import annotations

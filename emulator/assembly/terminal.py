@@ -1,7 +1,7 @@
 """The terminal at the other end of the serial line, for Python.
 
 Everything is in virtual time: ``expect`` runs the board until a pattern has been printed, and fails after a
-given virtual time, so a result does not depend on the speed of the machine.
+given virtual time. The result does not depend on the speed of the machine.
 """
 
 from __future__ import annotations

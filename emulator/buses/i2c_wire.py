@@ -76,7 +76,7 @@ class I2CWire:
         return value
 
     def resume(self, address: int, start_ps: int, written: bytes, received: bytes, *, reading: bool) -> None:
-        """Continue a message that began without this object: its device takes part from now on.
+        """Continue a message that began without this object: its device participates from now on.
 
         The device already knows of ``received``.
         """

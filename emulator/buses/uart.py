@@ -1,9 +1,8 @@
 """A USART's serial line: bytes on the wire and their times (reference manual RM0368 section 19).
 
-Sending has two stages, the data register and the shift register: a byte may be written as soon as the one
-before has moved to the shift register (TXE), so a sender that is not interrupted keeps the line busy without
-gaps, and an interrupted one leaves a gap. Runs of bytes without a gap are kept as one piece, never byte by
-byte.
+Sending has two stages, the data register and the shift register. A byte may be written as soon as the one
+before has moved to the shift register (TXE). So an uninterrupted sender keeps the line busy, and an
+interrupted one leaves a gap. Runs of bytes without a gap are kept as one piece, never byte by byte.
 
 Receiving has one data register: a byte that completes while the one before has not been read is lost and
 counted (ORE), exactly as on the board. The stock firmware never reads, so all but the first byte are lost

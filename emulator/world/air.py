@@ -4,10 +4,11 @@ A barometer cannot distinguish them from height: 0.12 hPa are a metre. The weath
 pressure by some hPa in an hour. Wind of speed v presses on a window by up to rho v^2 / 2 (Bernoulli), 0.15
 hPa at 5 m/s, and comes in gusts. Shutting a door pushes air into the room, which leaves it within a second.
 
-Decisions: gusts are a sum of sinusoids from 0.05 to 1 Hz whose amplitude falls with their frequency, as in a
-first-order Gauss-Markov process, by which Sabatini and Genovese describe the short-term environment of a
-barometric altimeter (Sensors 13, 2013). They swing by half of the wind's pressure about zero, RMS a quarter,
-and always have the same phases. The push of a door has no source: 0.1 hPa are an assumption.
+Decisions: gusts are a sum of sinusoids from 0.05 to 1 Hz whose amplitude falls with their frequency. A
+first-order Gauss-Markov process has the same spectrum; Sabatini and Genovese describe the short-term
+environment of a barometric altimeter by it (Sensors 13, 2013). They swing by half of the wind's pressure
+about zero, RMS a quarter, and always have the same phases. The push of a door has no source: 0.1 hPa are an
+assumption.
 """
 
 from __future__ import annotations

@@ -11,10 +11,10 @@ appears as noise.
 Decision: the figure-of-eight for the calibration of a compass is planned along the magnetic field at its
 start. In board axes the tip of the field's vector must touch both ends of all three axes. Otherwise the
 middle of minimum and maximum, which the lab's MagCalibration uses, is not the hard iron. Three twists about
-pairs of board axes do it: in each the tip draws Viviani's curve, a figure-of-eight on the sphere, and
-together the three pass all six ends exactly, for any field and starting attitude. A movement independent of
-the field was rejected: to come within 2 mgauss of 480 from any attitude, it must pass within 7 degrees of
-every point of the sphere with each axis. That takes some fifty turns, impossible for a wrist in 20 seconds.
+pairs of board axes do it: in each the tip draws Viviani's curve, a figure-of-eight on the sphere. Together
+the three pass all six ends exactly, for any field and starting attitude. A movement independent of the field
+was rejected: to come within 2 mgauss of 480 from any attitude, it must pass within 7 degrees of every point
+of the sphere with each axis. That takes some fifty turns, impossible for a wrist in 20 seconds.
 
 Decision: a second figure-of-eight is drawn as by a hand, without knowledge of the field. Two turns leave some
 20 mgauss of the hard iron in a field of 480, at most 32, depending on the start. The angles of the hand are

@@ -7,8 +7,8 @@ acceleration are continuous over all commands, only the jerk steps. Each command
 no stepping, and the truth does not depend on the number of reads.
 
 A hand at a steady speed is followed at a distance of 3 / w in time. With w = 4 / time constant that is three
-quarters of the time constant. The last quarter is reserved for the time between two commands, so that the lag
-behind the hand itself stays below the time constant down to 40 commands per second at 0.1 s.
+quarters of the time constant. The last quarter is reserved for the time between two commands. The lag behind
+the hand itself thus stays below the time constant down to 40 commands per second at 0.1 s.
 
 Of an attitude, x is the rotation vector from the target to the board, in the target's axes: R = T exp(x). Its
 derivatives follow from the board's rate and angular acceleration through the right Jacobian of SO(3)

@@ -1,18 +1,18 @@
 """A hand that holds the board: the wrist about which it turns, and its tremor.
 
 A board that turns about a point beside it is also carried along. With r from the wrist to the board, and w
-the angular rate in rad/s, it has the acceleration dw/dt x r + w x (w x r), tangential and centripetal, which
-an accelerometer cannot distinguish from gravity. The tracks of the world
+the angular rate in rad/s, its acceleration is dw/dt x r + w x (w x r), tangential and centripetal. An
+accelerometer cannot distinguish it from gravity. The tracks of the world
 (:mod:`fcu_emulator.emulator.world.track`) give the turning by a steady hand, and the hand's height; a grip
 adds the tremor and the arm.
 
 A tremor turns the hand to and fro about the wrist. It is the sum of four sinusoids whose frequencies are
-spread over 2.5 Hz, so that it swells and fades as a measured one does. Its strength is the peak acceleration
-in mg, thousandths of standard gravity, of the single sinusoid with the same mean square, at the back of the
-hand, the usual place of measurement. Among 97 healthy subjects, who had 1.5 to 35 mg, 10 mg were the most
-frequent, and their frequencies varied by 2.5 Hz (Wade, Gresty and Findley, "A Normative Study of Postural
-Tremor of the Hand", Arch. Neurol. 39, 1982). The frequency lies between 6 and 12 Hz (Lakie et al., J.
-Physiol. 593, 2015).
+spread over 2.5 Hz, so that it swells and fades as a measured one does. Its strength is a peak acceleration in
+mg, thousandths of standard gravity, at the back of the hand, the usual place of measurement. It is that of
+the single sinusoid with the same mean square. Among 97 healthy subjects, who had 1.5 to 35 mg, 10 mg were the
+most frequent, and their frequencies varied by 2.5 Hz (Wade, Gresty and Findley, "A Normative Study of
+Postural Tremor of the Hand", Arch. Neurol. 39, 1982). The frequency lies between 6 and 12 Hz (Lakie et al.,
+J. Physiol. 593, 2015).
 
 Decisions: the tremor bends the wrist, and turns the hand half as far about the two other axes, for which
 these sources have no figures. Its phases are always the same, because the seed selects the board, not the

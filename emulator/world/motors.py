@@ -1,8 +1,8 @@
 """Four motors with propellers on the board: their vibration, and the field of their current.
 
 A motor shakes the board with the force of its imbalance, which turns with it and grows with the square of its
-speed, and up and down at twice its speed because of its two blades. The four never run equally fast, so their
-frequencies beat. The current to the motors causes a field that is fixed to the board.
+speed. Its two blades shake the board up and down at twice that frequency. The four never run equally fast, so
+their frequencies beat. The current to the motors causes a field that is fixed to the board.
 
 No measurements of this board exist. Speed is assumed proportional to the share of the full voltage, as of
 brushed motors. With all motors at full throttle an axis is shaken by 15 m/s2 RMS, the upper end of the normal

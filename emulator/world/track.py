@@ -139,7 +139,7 @@ class Agitation:
     def add(self, start_s: float, end_s: float, pace_s: float = 0.0) -> None:
         """Add a motion of this pace from ``start_s`` to ``end_s``; by default one with jumps.
 
-        A motion from the beginning of the world does not start with a jump.
+        A jump at the beginning of the world is ignored: the state is older.
         """
         if end_s <= 0.0:
             return

@@ -16,10 +16,10 @@ board are published.
   are 220 s in still air, and 160 s if the board gets 5 degrees warmer; 200 s are assumed.
 * Differences on the board: its regulator and its processor are assumed in the middle. Its two layers of
   copper, 35 um each and half of them etched away, conduct the heat to the surface. If it flows along one
-  direction only, towards two edges, 0.027 W per degree over the 15 mm, the temperature drops by 1.1 degrees
-  and has a standard deviation of 0.34 degrees over the places. If it flows all round from a source 6 mm wide,
-  it drops by 1.8 degrees, with 0.38 degrees. That is 8 % of the heating; each sensor's share is drawn with
-  this standard deviation, because this board's layout was not read.
+  direction only, towards two edges, 0.027 W per degree over the 15 mm, the temperature drops by 1.1 degrees.
+  Its standard deviation over the places is 0.34 degrees. If it flows all round from a source 6 mm wide, it
+  drops by 1.8 degrees, with 0.38 degrees. That is 8 % of the heating; each sensor's share is drawn with this
+  standard deviation, because this board's layout was not read.
 * A sensor's own supply, 2 mW through the some 200 K/W of its package, makes it 0.4 degrees warmer within
   seconds, and is omitted.
 

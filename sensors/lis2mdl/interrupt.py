@@ -11,7 +11,7 @@ Decisions:
 * the threshold has 16 bits, as the datasheet's Table 38 shows; AN5069 says 15. It is compared as an unsigned
   number, so no int16 sample crosses 0x8000 and above.
 * INT signals crossings only: an overflowing axis crosses every smaller threshold anyway.
-* a changed interrupt setting acts from the next sample on, except that IEN = 0 clears everything at once and
+* a changed interrupt setting acts from the next sample on. Exceptions: IEN = 0 clears everything at once, and
   IEA changes the level at once.
 * with IEN = 0 and IEA = 0 bit INT reads 0, as every bit does after reset; read literally, IEA = 0 makes it 1.
   No document decides it, so it is a setting (``idle_level``). The pin is inactive in both cases.

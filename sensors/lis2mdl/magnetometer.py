@@ -4,10 +4,10 @@ A measurement is the field, its mean over the conversion (``sensors.front_end``)
 polarity of the last pulse, plus noise. In continuous mode OFF_CANC gives the mean of the last two, one of
 each polarity, so Hoff cancels. LPF is the same mean without a change of polarity.
 
-Decisions: LPF of the LIS2MDL is the mean of two measurements. Its shape is not documented; the mean of two
-has its -3 dB point at exactly ODR/4 and lowers white noise by the square root of two, as Table 3 says of both
-LPF and OFF_CANC. Both together thus have the effect of one. A single measurement has no neighbour for a mean:
-LPF has no effect there, and with OFF_CANC and OFF_CANC_ONE_SHOT the polarity alternates and the host
+Decisions: LPF of the LIS2MDL is the mean of two measurements. Its shape is not documented. The mean of two
+has its -3 dB point at exactly ODR/4. It lowers white noise by the square root of two, as both LPF and
+OFF_CANC do in Table 3. Both together thus have the effect of one. A single measurement has no neighbour for a
+mean: LPF has no effect there, and with OFF_CANC and OFF_CANC_ONE_SHOT the polarity alternates and the host
 averages. OFF_CANC alone makes a single measurement longer (AN5069 Table 8) but does not remove Hoff.
 Averaging takes both measurements under the settings of the later one.
 
@@ -16,10 +16,10 @@ until the next pulse. With offset cancellation pulses alternate, one per measure
 pulses only: every 63 samples (Set_FREQ = 0) or only on leaving idle (Set_FREQ = 1).
 
 Decisions where the documents are silent: the 63 samples are counted from leaving idle, which is itself a
-pulse; alternation continues from the polarity of the last pulse. So a sensor whose cancellation is switched
-off while it measures may keep -Hoff for up to 63 samples, and with Set_FREQ = 1 until it has been idle.
-Offsets that strong fields leave behind until the next set pulse were rejected, because no document has a
-number for them.
+pulse; alternation continues from the polarity of the last pulse. If cancellation is switched off during
+measurements, -Hoff may thus remain for up to 63 samples, and with Set_FREQ = 1 until the sensor has been
+idle. Offsets that strong fields leave behind until the next set pulse were rejected, because no document has
+a number for them.
 
 Thermometer (datasheet 8.16): 12 bits, sign-extended, one value with each sample.
 """

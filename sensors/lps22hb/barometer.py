@@ -10,11 +10,11 @@ it.
 Noise. The documents give only one figure: 0.0075 hPa RMS at 75 Hz, in low noise, with the filter at ODR/20.
 Decision: the other settings of the barometer are noisier by the factors of ``_NOISE``. The factors grow with
 bandwidth and towards low current, and give the lab's own setting (25 Hz, low current, no filter) 0.012 hPa
-RMS: 10 cm, a little more than the last digit that the lab prints and less than a step of a staircase, so that
-the exercise shows the way up. Before the filter the noise is white, and the same at every rate (the supply
-current grows with the rate, so every conversion takes the same energy). Deriving the other settings from the
-one figure was rejected: the filter's noise gain and a quarter of the supply current give 0.0225 and 0.045 hPa
-RMS without a filter, and a board at rest then wanders by 40 cm.
+RMS, which is 10 cm. That is slightly more than the last printed digit and less than a step of a staircase, so
+that the exercise shows the way up. Before the filter the noise is white, and the same at every rate (the
+supply current grows with the rate, so every conversion takes the same energy). Deriving the other settings
+from the one figure was rejected: the filter's noise gain and a quarter of the supply current give 0.0225 and
+0.045 hPa RMS without a filter. A board at rest then wanders by 40 cm.
 
 Decision: a one-shot conversion takes 13 ms in low noise and 5 ms in low current, figures of the related
 LPS22HH; the LPS22HB's datasheet gives none. At a rate the first sample comes after one period.

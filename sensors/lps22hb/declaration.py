@@ -24,8 +24,8 @@ REFERENCE_DEGC, _FARTHEST_DEGC = 25.0, 65.0
 class LPS22HBErrors(PartErrors):
     """Explicit numbers; the default is an ideal sensor.
 
-    Table 3 gives the absolute accuracy as +-1 hPa before and +-0.1 hPa after a one-point calibration, and the
-    relative accuracy between 800 and 1100 hPa at 25 degC as +-0.1 hPa, all of them typical values. Decisions:
+    All figures of Table 3 are typical values. The absolute accuracy is +-1 hPa before and +-0.1 hPa after a
+    one-point calibration. The relative accuracy between 800 and 1100 hPa at 25 degC is +-0.1 hPa. Decisions:
 
     * the error of the LPS22HB that calibration removes is one number, ``pressure_bias_hpa``, here before
       calibration; the part added by soldering has no separate figure. Firmware calibrates with RPDS or

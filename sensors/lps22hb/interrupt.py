@@ -89,7 +89,7 @@ class Reference:
         self._mem[_REF_P:_REF_P_END] = bytes(REF_P.size)
 
     def reset_autorifp(self) -> None:
-        """End AUTORIFP (RESET_ARP)."""
+        """End AUTORIFP after RESET_ARP."""
         self._autorifp = False
 
     def _ref_p(self) -> int:

@@ -13,9 +13,9 @@ A change of the level is treated like a register write: all earlier work is done
 depends on the level at its time and not on the time of the read.
 
 Decisions where the documents are silent: data enable's stamp is also in the output registers, not only in the
-FIFO; DEN_DRDY rises with a sample of the stamped sensor that was taken with DEN active (latched and edge: the
-passed sample), falls with a sample that was not, and when a high byte of that sensor is read; any mode other
-than the four is off.
+FIFO; DEN_DRDY rises with a sample of the stamped sensor taken with DEN active (latched and edge: the passed
+sample); it falls with any other sample, and when a high byte of that sensor is read; any mode other than the
+four is off.
 """
 
 from __future__ import annotations

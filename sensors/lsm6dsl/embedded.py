@@ -27,9 +27,9 @@ Tilt (6.3): the sensor has been turned by more than 35 degrees. The first time, 
 start position is the first sample after switching on. In free fall there is no direction, and no tilt.
 
 Absolute wrist tilt (6.4; datasheet 12): an axis points up or down far enough for long enough. A direction
-counts when its mask bit is set and the acceleration along it is above the threshold, which is the sine of the
-angle between axis and horizontal plane. If it is held for the latency, it causes one event; the next event
-needs the direction to be left and taken again.
+counts when its mask bit is set and the acceleration along it is above the threshold. The threshold is the
+sine of the angle between axis and horizontal plane. If it is held for the latency, it causes one event; the
+next event needs the direction to be left and taken again.
 """
 
 from __future__ import annotations

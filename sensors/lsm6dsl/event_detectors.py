@@ -1,8 +1,8 @@
 """The event functions' detectors, each fed with one sample after the other (AN5040 3.7 and section 5).
 
-Durations are counted in samples. Decision: a duration of N/ODR ends at the sample that comes N periods after
-the first at which the condition was true, so N = 0 acts on the first sample. Counting N samples in a row was
-rejected, because 0 and 1 would then be the same.
+Durations are counted in samples. Decision: a duration of N/ODR ends N periods after the first sample at which
+the condition was true, so N = 0 acts on that sample. Counting N samples in a row was rejected, because 0 and
+1 would then be the same.
 
 Filter before wake-up, inactivity and tap (3.7, 5.3): it removes gravity. The slope is (a[n] - a[n-1]) / 2.
 After the accelerometer has been switched on a[-1] is 0, so the first slope is half of gravity: one spurious
@@ -58,7 +58,7 @@ class DurationCounter:
         self._run = 0
 
     def reset(self) -> None:
-        """Restart the condition."""
+        """Restart the count of samples."""
         self._run = 0
 
     def step(self, condition: bool) -> bool:

@@ -84,7 +84,7 @@ class Gates:
         self._instead: dict[SampleStream, SampleStream] = {}
 
     def show(self, stream: SampleStream, instead: SampleStream | None) -> None:
-        """Show ``stream`` through another one from now on, or unchanged (None)."""
+        """Show ``stream`` through ``instead`` from now on; unchanged with None."""
         self._instead.pop(stream, None)
         if instead is not None:
             self._instead[stream] = instead
