@@ -148,7 +148,7 @@ class LabFirmware(ABC):
 
     @abstractmethod
     def HAL_TIM_PeriodElapsedCallback(self) -> None:
-        """TIM9's interrupt, 800 Hz."""
+        """Handle TIM9's interrupt, 800 times per second."""
 
     def ReadSensorRawData(self) -> None:
         """Refresh ``acc``, ``gyro``, ``mag`` and ``press``; values that cannot be read are unchanged."""

@@ -93,7 +93,7 @@ class PythonCpu:
                 self._context.throw()
 
     def snapshot(self) -> None:
-        """Do nothing for a processor without firmware. Raises InputError if there is one."""
+        """Do nothing for a processor without firmware. Raises InputError if there is firmware."""
         if self._main is not None:
             raise InputError(
                 "firmware in Python runs on a stack that cannot be copied, so this board has no snapshots; "

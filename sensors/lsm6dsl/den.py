@@ -197,7 +197,7 @@ class DataEnable:
         for gate in self._gates.values():
             gate.open(at_ps)
 
-    # -- as a feature -----------------------------------------------------------------------------------
+    # -- feature interface ------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
         """Decode the registers; a marked or passed sample that was not taken yet is kept."""

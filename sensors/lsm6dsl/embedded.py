@@ -325,7 +325,7 @@ class EmbeddedFunctions:
         on_bank_write(chip, BANK_A, _BANK_A, self.configure)
         on_bank_write(chip, BANK_B, _BANK_B, self.configure)
 
-    # -- as a feature -----------------------------------------------------------------------------------
+    # -- feature interface ------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
         """Decode the registers; functions that were off start again."""

@@ -212,7 +212,7 @@ class Fifo:
         for name in _HEARD:
             self._chip.signals.listen(name, partial(self._hear, name))
 
-    # -- as a feature -----------------------------------------------------------------------------------
+    # -- feature interface ------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
         """Decode the registers and follow the sensors' rates."""

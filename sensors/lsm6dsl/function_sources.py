@@ -170,7 +170,7 @@ class FunctionSources:
             self._chip.signals.set(source.signal, on=False, at_ps=at_ps)
         self.active = bool(self._pin_ends or self._bit_ends)
 
-    # -- as a feature -----------------------------------------------------------------------------------
+    # -- feature interface ------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
         """Decode which sources latch from now on."""

@@ -346,7 +346,7 @@ class SensorHub:
             chip.registers.before_read(register, self._before_read)
         on_bank_write(chip, BANK_A, _set_up_by(chip.banks[BANK_A].map), self.configure)
 
-    # -- as a feature -----------------------------------------------------------------------------------
+    # -- feature interface ------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
         """Decode the registers; a running round continues unless the hub is now off."""
