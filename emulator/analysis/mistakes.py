@@ -3,10 +3,10 @@
 ::
 
     from fcu_emulator.emulator.analysis.mistakes import explain
-    from fcu_emulator.emulator.analysis.recorder import Witness
+    from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 
     board = Board(firmware="lab3.elf", scenario="tilt_sweep")
-    recorder = Witness(board)
+    recorder = TruthRecorder(board)
     board.run_for(10)
     for diagnosis in explain(board, recorder):
         print(diagnosis)
