@@ -36,10 +36,12 @@ class Output:
 class Quantity:
     """A physical quantity that a sensor measures: one of the signals given to its constructor.
 
-    ``name``: its name in the constructor and ``sample_range``; ``unit``: of its values; ``axes``: 3 for a
-    vector in the sensor's own axes, an array of shape (n, 3), or 1 for a scalar, (n,); ``doc``: its
-    description; ``output``: location of the result; ``one_row``: the sensor accepts a single row if the
-    signal is the same at all requested times.
+    ``name``: its name in the constructor and ``sample_range``;
+    ``unit``: of its values;
+    ``axes``: 3 for a vector in the sensor's own axes, an array of shape (n, 3), or 1 for a scalar, (n,);
+    ``doc``: its description;
+    ``output``: location of the result;
+    ``one_row``: the sensor accepts a single row if the signal is the same at all requested times.
     """
 
     name: str
@@ -55,9 +57,11 @@ class Bus:
     """Access to a sensor over its buses.
 
     ``i2c_addresses``: 7-bit addresses, by the level of the pin that selects one; empty: no I2C.
-    ``spi_wires``: number of wires after reset; None: no SPI. ``spi_modes``: modes in which bits are received
-    correctly. ``i2c_increment_bit``, ``spi_increment_bit``: the bit of the sub-address byte that makes a
-    burst continue at the next register; 0 if bursts always do. ``source``: document and section.
+    ``spi_wires``: number of wires after reset; None: no SPI.
+    ``spi_modes``: modes in which bits are received correctly.
+    ``i2c_increment_bit``, ``spi_increment_bit``: the bit of the sub-address byte that makes a burst continue
+    at the next register; 0 if bursts always do.
+    ``source``: document and section.
     """
 
     i2c_addresses: tuple[int, ...]
@@ -74,8 +78,10 @@ class Bus:
 class Function:
     """Fidelity of one sensor function; registers and bits without behaviour are marked in the register map.
 
-    ``source``: document and section; ``approximated``: differences from silicon and assumptions where the
-    documents are silent, empty if there are none; ``missing``: behaviour that the model does not have.
+    ``source``: document and section;
+    ``approximated``: differences from silicon and assumptions where the documents are silent, empty if there
+    are none;
+    ``missing``: behaviour that the model does not have.
     """
 
     name: str

@@ -59,9 +59,11 @@ class Figure:
     """Declaration of one number by which a sensor deviates.
 
     ``deviation``: deviation in both directions, as in the source, 0 for a number that is the same in every
-    grade; ``kind``: its meaning in the source. ``typical``: for a strength, else 0. ``axes``: 3 for one
-    number per axis. ``allowed``: lowest and highest valid value, None for any (of a strength: any that is not
-    negative).
+    grade;
+    ``kind``: its meaning in the source.
+    ``typical``: for a strength, else 0.
+    ``axes``: 3 for one number per axis.
+    ``allowed``: lowest and highest valid value, None for any (of a strength: any that is not negative).
     """
 
     doc: str

@@ -36,8 +36,9 @@ Section: TypeAlias = tuple[float, float, float, float, float]
 Start: TypeAlias = Literal["settled", "zero", "reference"]
 """Assumed input of a filter before its first sample.
 
-``settled``: constantly the first sample; ``zero``: nothing; ``reference``: as ``settled``, with the first
-sample subtracted from every output.
+``settled``: constantly the first sample;
+``zero``: nothing;
+``reference``: as ``settled``, with the first sample subtracted from every output.
 """
 
 _BLOCK = 64

@@ -82,10 +82,11 @@ _PRODUCTS_AT_ONCE = 1 << 16
 class Kernel:
     """The mapping from the signal to a sample. Times are in seconds.
 
-    ``look_s``: time between two values of the signal; ``analog``: the low-pass on these, of which every
-    :data:`ANALOG_OVER`-th is converted; ``digital``: the low-pass on the conversions, of which every
-    ``conversions``-th is a sample; ``late_s``: a delay before the whole chain; ``highest``: the limit of the
-    converter in both directions.
+    ``look_s``: time between two values of the signal;
+    ``analog``: the low-pass on these, of which every :data:`ANALOG_OVER`-th is converted;
+    ``digital``: the low-pass on the conversions, of which every ``conversions``-th is a sample;
+    ``late_s``: a delay before the whole chain;
+    ``highest``: the limit of the converter in both directions.
     """
 
     look_s: float
@@ -172,10 +173,12 @@ def kernel(
 ) -> Kernel:
     """Return the kernel for a nominal rate of ``output_hz`` samples per second.
 
-    ``analog_hz``: cut-off of the analog stage, None for no stage; ``digital_hz``: cut-off of a second-order
-    low-pass before decimation, None for the usual one at half the output rate; ``delay_s``: total delay, if
-    it is longer than that of the filters; ``rate_factor``: speed of the sensor's clock relative to the
-    nominal one. It scales all but the analog stage.
+    ``analog_hz``: cut-off of the analog stage, None for no stage;
+    ``digital_hz``: cut-off of a second-order low-pass before decimation, None for the usual one at half the
+    output rate;
+    ``delay_s``: total delay, if it is longer than that of the filters;
+    ``rate_factor``: speed of the sensor's clock relative to the nominal one. It scales all but the analog
+    stage.
     """
     conversions = max(round(CONVERTER_HZ / output_hz), 1)
     converter_hz = output_hz * rate_factor * conversions

@@ -35,10 +35,10 @@ ACCESSES: Final = ("rw", "r", "w", "rc_w0", "rc_w1", "rs")
 class Bits:
     """A field of a register: bits ``msb`` down to ``lsb`` (one bit without ``lsb``).
 
-    ``access``: access type, if it differs from the register's. ``count``: number of fields like this one,
-    each ``step`` bits above the one before (side by side without ``step``); their names have the number in
-    place of ``x``, from ``first`` on. ``overlay``: a meaning in another mode, beside the first declaration of
-    the bits.
+    ``access``: access type, if it differs from the register's.
+    ``count``: number of fields like this one, each ``step`` bits above the one before (side by side without
+    ``step``); their names have the number in place of ``x``, from ``first`` on.
+    ``overlay``: a meaning in another mode, beside the first declaration of the bits.
     """
 
     __slots__ = (
@@ -100,11 +100,14 @@ class Bits:
 class Register:
     """Base of every declared register; never instantiated.
 
-    ``addr``: first sub-address, or offset in the peripheral; ``size``: bytes; ``access``: one of
-    ``ACCESSES``; ``reset``: value after reset (little-endian over the bytes); ``names``: the datasheet's name
-    of each byte of a larger register; ``modelled=False``: the whole register is known but has no behaviour
-    here. ``count``: number of registers like this one, ``step`` bytes apart; their names have the number in
-    place of ``x``, from ``first`` on. A class without ``addr`` is only a base class.
+    ``addr``: first sub-address, or offset in the peripheral;
+    ``size``: bytes;
+    ``access``: one of ``ACCESSES``;
+    ``reset``: value after reset (little-endian over the bytes);
+    ``names``: the datasheet's name of each byte of a larger register; ``modelled=False``: the whole register
+    is known but has no behaviour here.
+    ``count``: number of registers like this one, ``step`` bytes apart; their names have the number in place
+    of ``x``, from ``first`` on. A class without ``addr`` is only a base class.
     """
 
     addr: ClassVar[int]

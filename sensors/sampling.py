@@ -56,10 +56,11 @@ _LARGEST_BLOCK = 4096
 class SampleStream:
     """The samples of one channel group. Attributes are plain because every register read uses them.
 
-    ``next_ps``: when the next sample becomes available (``NEVER_PS`` when stopped); ``data``: the register
-    bytes of the latest sample; ``index``: its number, -1 before the first; ``raster_ps``: one time that is a
-    whole number of periods from every sample; ``settled_number``: the producer's number of the first sample
-    that need not be discarded.
+    ``next_ps``: when the next sample becomes available (``NEVER_PS`` when stopped);
+    ``data``: the register bytes of the latest sample;
+    ``index``: its number, -1 before the first;
+    ``raster_ps``: one time that is a whole number of periods from every sample;
+    ``settled_number``: the producer's number of the first sample that need not be discarded.
     """
 
     __slots__ = (
@@ -294,9 +295,9 @@ def _whole(counts: NDArray[np.float64]) -> NDArray[np.float64]:
 class DataReady:
     """Flags of an output block in its status register.
 
-    ``words``: the flag of each word (the same for all if the sensor has only one); ``any``: the flag that
-    every high byte clears. ``overrun_shift``: the distance in bits from a flag to its overrun flag, 0 without
-    one.
+    ``words``: the flag of each word (the same for all if the sensor has only one);
+    ``any``: the flag that every high byte clears.
+    ``overrun_shift``: the distance in bits from a flag to its overrun flag, 0 without one.
     """
 
     status: type[Register]

@@ -56,9 +56,10 @@ _NUMBER = re.compile(r"-?(?:\d+(?:\.\d+)?|inf|nan)\b")
 class Rules:
     """Rules of equality.
 
-    ``timing_ps``: tolerance of the time from one entry to the next. ``tolerance``: tolerance of the numbers
-    in the lab's lines, by field ("ACC.x", "Yaw"), in the units printed; default 0. ``ignore``: sequences that
-    are not compared; "numbers" ignores those of every line.
+    ``timing_ps``: tolerance of the time from one entry to the next.
+    ``tolerance``: tolerance of the numbers in the lab's lines, by field ("ACC.x", "Yaw"), in the units
+    printed; default 0.
+    ``ignore``: sequences that are not compared; "numbers" ignores those of every line.
     """
 
     timing_ps: int = TIMING_PS

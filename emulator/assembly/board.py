@@ -82,14 +82,15 @@ class Board:
 
     ``firmware``: a name (``"lab3"`` and ``"template"`` in Python, ``"solution"`` and ``"template-arm"`` in
     C), an ELF, HEX or BIN file for the chip, a callable that takes the HAL and returns the firmware, or None
-    for none. ``scenario``: a name, a path or a loaded scenario; it brings its firmware unless another is
-    given. ``wiring``: how the sensors are wired (``"lab3"``: all on I2C2; ``"fcu001v1"``: on SPI2, as on the
-    real board); None: selected for the firmware, from its file or by a trial, else ``"lab3"``. ``seed``:
-    selects the board's offsets and noise; None: the scenario's seed, else 0. ``ideal``: sensors without any
-    error, on a board without iron. ``cold_start``: False, as after the reset button, with sensors powered
-    long before; True, with their supply switched on at t = 0, so that at first LSM6DSL (15 ms) and LIS2MDL
-    (20 ms) do not answer: no acknowledge on I2C, 0xFF on SPI. The board then has the temperature of the air,
-    and warms up.
+    for none.
+    ``scenario``: a name, a path or a loaded scenario; it brings its firmware unless another is given.
+    ``wiring``: how the sensors are wired (``"lab3"``: all on I2C2; ``"fcu001v1"``: on SPI2, as on the real
+    board); None: selected for the firmware, from its file or by a trial, else ``"lab3"``.
+    ``seed``: selects the board's offsets and noise; None: the scenario's seed, else 0.
+    ``ideal``: sensors without any error, on a board without iron.
+    ``cold_start``: False, as after the reset button, with sensors powered long before; True, with their
+    supply switched on at t = 0, so that at first LSM6DSL (15 ms) and LIS2MDL (20 ms) do not answer: no
+    acknowledge on I2C, 0xFF on SPI. The board then has the temperature of the air, and warms up.
 
     Times are seconds of virtual time since power-on. Close a board after use with ``close()`` or a ``with``
     block; a board without references is also cleaned up.

@@ -141,11 +141,13 @@ class Wiring:
 class BoardDescription:
     """One kind of board.
 
-    ``i2c``: the chip's I2C peripherals connected to a bus, with their pins; ``spi``: its SPI peripherals, in
-    the same form. ``leds``: each is lit while its pin is low. ``motors``: timer and channel of the PWM of
-    each. ``wirings``: the usual one first. ``python_firmware`` and ``built_firmware``: the supplied firmware,
-    names with descriptions; the latter also with the program's name in
-    :mod:`fcu_emulator.firmware_model.arm`.
+    ``i2c``: the chip's I2C peripherals connected to a bus, with their pins;
+    ``spi``: its SPI peripherals, in the same form.
+    ``leds``: each is lit while its pin is low.
+    ``motors``: timer and channel of the PWM of each.
+    ``wirings``: the usual one first.
+    ``python_firmware`` and ``built_firmware``: the supplied firmware, names with descriptions; the latter
+    also with the program's name in :mod:`fcu_emulator.firmware_model.arm`.
     """
 
     name: str

@@ -75,10 +75,12 @@ class I2CTarget(Protocol):
 class I2CFault:
     """A rule that breaks transfers from ``from_s`` until ``until_s``, in seconds since power-on.
 
-    ``absent``: no device answers at ``address``; ``nack``: byte ``byte_index`` of a write to ``address`` is
-    not acknowledged (0 is the address itself); ``stuck``: a line is held low, no transfer can start;
-    ``bus_error``: a misplaced start or stop is seen; ``arbitration``: another master wins while the address
-    is sent. ``address`` None means every address.
+    ``absent``: no device answers at ``address``;
+    ``nack``: byte ``byte_index`` of a write to ``address`` is not acknowledged (0 is the address itself);
+    ``stuck``: a line is held low, no transfer can start;
+    ``bus_error``: a misplaced start or stop is seen;
+    ``arbitration``: another master wins while the address is sent.
+    ``address`` None means every address.
     """
 
     kind: FaultKind
@@ -118,7 +120,8 @@ class I2CFault:
 class _CachedRead:
     """Result of a master's read from a sensor, valid for a limited time.
 
-    ``last_burst``: sub-address and length of the read; ``seen``: the sensor's version at the read;
+    ``last_burst``: sub-address and length of the read;
+    ``seen``: the sensor's version at the read;
     ``read_burst``: the reader for repeats in that version.
     """
 

@@ -81,8 +81,9 @@ class InterruptGenerator:
     """Generator of INT_SOURCE_REG and the INT signal.
 
     ``compared``: a stream of one byte per sample, as from ``InterruptSettings.compare``, in phase with the
-    output; it is read only while IEN = 1. ``idle_level``: bit INT while IEN = 0 and IEA = 0. ``edge``: called
-    with each change of the INT signal by a sample, and its time.
+    output; it is read only while IEN = 1.
+    ``idle_level``: bit INT while IEN = 0 and IEA = 0.
+    ``edge``: called with each change of the INT signal by a sample, and its time.
     """
 
     def __init__(

@@ -99,8 +99,9 @@ _P_UNREAD, _T_UNREAD = 0xFF & ~P_READ, 0xFF & ~_T_READ
 class PressureOutput:
     """The output registers in ``mem``, the sensor's registers; ``version`` is theirs.
 
-    ``latest``: the latest sample, five bytes; ``stale``: the registers may be out of date, so the next read
-    must update them; ``held``: by BDU. They are plain attributes because every read uses them.
+    ``latest``: the latest sample, five bytes;
+    ``stale``: the registers may be out of date, so the next read must update them;
+    ``held``: by BDU. They are plain attributes because every read uses them.
     """
 
     def __init__(self, mem: bytearray, version: array[int], latest: bytes) -> None:

@@ -98,11 +98,14 @@ class Gates:
 class FeatureContext:
     """The environment of a feature.
 
-    ``registers``: the main bank; ``banks``: the embedded ones by their FUNC_CFG_ACCESS value; ``xl``, ``g``,
-    ``temperature``: the sample streams, little-endian int16 words as in the output registers with BLE = 0;
-    ``signals``: signals between functions, to the pins and to the FIFO's trigger; ``gates``: the gates of
-    data enable; ``rate_factor``: the sensor's true rates over the nominal ones; ``catch_up(now_ps)``: let
-    every active feature do its due work; ``note(now_ps, kind, text)``: the trace.
+    ``registers``: the main bank;
+    ``banks``: the embedded ones by their FUNC_CFG_ACCESS value;
+    ``xl``, ``g``, ``temperature``: the sample streams, little-endian int16 words as in the output registers
+    with BLE = 0;
+    ``signals``: signals between functions, to the pins and to the FIFO's trigger;
+    ``gates``: the gates of data enable;
+    ``rate_factor``: the sensor's true rates over the nominal ones; ``catch_up(now_ps)``: let every active
+    feature do its due work; ``note(now_ps, kind, text)``: the trace.
     """
 
     registers: RegisterFile

@@ -118,7 +118,9 @@ class Fourth(Enum):
 class FifoPattern:
     """Sets written at each trigger: set ``s`` at every ``decimations[s]``-th; the first writes all.
 
-    ``period``: triggers until it repeats; ``length``: words of a period; ``widest``: words of the first one.
+    ``period``: triggers until it repeats;
+    ``length``: words of a period;
+    ``widest``: words of the first one.
     """
 
     def __init__(self, decimations: tuple[int, ...]) -> None:
