@@ -429,7 +429,6 @@ class SubaddressTarget:
         return self.part.prefetch(subaddress & self.address_mask, count, now_ps)
 
     def consumed(self, subaddress: int, count: int) -> None:
-        """Report that ``count`` of these bytes have been read."""
         address = subaddress & self.address_mask
         self.part.consumed(address, count)
         if self.part.advance(address, 1) == address:  # each in a separate read
@@ -472,7 +471,6 @@ class SubaddressTarget:
         return self.part.NAME
 
     def register_name(self, address: int) -> str:
-        """Return the datasheet's name of the register at a sub-address."""
         return self.part.register_name(address)
 
     def answers(self) -> bool:

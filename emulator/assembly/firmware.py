@@ -200,7 +200,6 @@ class PythonFirmware:
         cpu.boot(application.main)
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps``."""
         self._cpu.run_until_ps(at_ps)
 
     def handles(self, peripheral: str) -> bool:

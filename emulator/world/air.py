@@ -70,7 +70,6 @@ class Wind:
     pace_s = 0.5 / _GUST_HZ[-1]
 
     def value(self, t_s: Array) -> Array:
-        """Return the pressure in hPa, (N, 1)."""
         angle = 2.0 * np.pi * (t_s - self.start_s)[:, np.newaxis] * _GUST_HZ + _GUST_PHASES
         gusts = np.cos(angle) @ _GUST_SHARES
         rms_hpa = 0.25 * 0.5 * _AIR_KG_M3 * self.speed_m_s**2 / _PA_PER_HPA
@@ -90,7 +89,6 @@ class SlammedDoor:
     pace_s = _DOOR_S
 
     def value(self, t_s: Array) -> Array:
-        """Return the pressure in hPa, (N, 1)."""
         part = (t_s - self.start_s) / _DOOR_S
         push: Array = self.push_hpa * part * np.exp(1.0 - part)
         return push[:, np.newaxis]

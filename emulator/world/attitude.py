@@ -213,19 +213,15 @@ class Turn:
         return cls(start, axis[0], float(angle[0]), profile)
 
     def rotation(self, t_s: Array) -> Array:
-        """Return the rotation from board to world, (N, 3, 3)."""
         return self.start @ about(self.axis, self.angle_rad * self.profile.progress(t_s))
 
     def rate_dps(self, t_s: Array) -> Array:
-        """Return the angular rate in board axes, (N, 3)."""
         return math.degrees(self.angle_rad) * self.profile.speed(t_s)[:, np.newaxis] * self.axis
 
     def acceleration_dps2(self, t_s: Array) -> Array:
-        """Return the angular acceleration in board axes, (N, 3)."""
         return math.degrees(self.angle_rad) * self.profile.acceleration(t_s)[:, np.newaxis] * self.axis
 
     def euler_deg(self, t_s: Array) -> Array:
-        """Return roll, pitch, yaw (N, 3)."""
         return matrix_to_euler(self.rotation(t_s))
 
 
@@ -243,7 +239,6 @@ class Twist:
         return self.profile.duration_s / 4.0
 
     def rotation(self, t_s: Array) -> Array:
-        """Return the rotation from board to world, (N, 3, 3)."""
         angle = self._angle(t_s)
         return self.start @ about(self.first, angle) @ about(self.second, angle)
 
@@ -253,7 +248,6 @@ class Twist:
         return 360.0 * self.profile.speed(t_s)[:, np.newaxis] * axes
 
     def acceleration_dps2(self, t_s: Array) -> Array:
-        """Return the angular acceleration in board axes, (N, 3)."""
         first = self._first(t_s)
         turning = 2.0 * np.pi * self.profile.speed(t_s)[:, np.newaxis] ** 2 * np.cross(first, self.second)
         faster = self.profile.acceleration(t_s)[:, np.newaxis] * (self.second + first)
@@ -261,7 +255,6 @@ class Twist:
         return both
 
     def euler_deg(self, t_s: Array) -> Array:
-        """Return roll, pitch, yaw (N, 3)."""
         return matrix_to_euler(self.rotation(t_s))
 
     def _first(self, t_s: Array) -> Array:
@@ -286,17 +279,14 @@ class Sweep:
         return self.profile.duration_s / max(float(np.abs(self.change_deg).max()) / 90.0, 1.0)
 
     def rotation(self, t_s: Array) -> Array:
-        """Return the rotation from board to world, (N, 3, 3)."""
         return euler_to_matrix(self.euler_deg(t_s))
 
     def rate_dps(self, t_s: Array) -> Array:
-        """Return the angular rate in board axes, (N, 3)."""
         euler = np.radians(self.euler_deg(t_s))
         rate: Array = np.degrees(euler_rates(euler, self._euler_dot(t_s), np.zeros((1, 3)))[0])
         return rate
 
     def acceleration_dps2(self, t_s: Array) -> Array:
-        """Return the angular acceleration in board axes, (N, 3)."""
         euler = np.radians(self.euler_deg(t_s))
         euler_ddot = self.profile.acceleration(t_s)[:, np.newaxis] * np.radians(self.change_deg)
         faster: Array = np.degrees(euler_rates(euler, self._euler_dot(t_s), euler_ddot)[1])
@@ -321,7 +311,6 @@ class RecordedAttitude:
     pace_s = 0.0
 
     def rotation(self, t_s: Array) -> Array:
-        """Return the rotation from board to world, (N, 3, 3)."""
         t_s = t_s - self.start_s
         row, start, axis, angle = self._arcs(t_s)
         begin, end = self.row_s[row], self.row_s[row + 1]
@@ -329,7 +318,6 @@ class RecordedAttitude:
         return start @ about(axis, part * angle)
 
     def rate_dps(self, t_s: Array) -> Array:
-        """Return the angular rate in board axes, (N, 3)."""
         t_s = t_s - self.start_s
         row, _, axis, angle = self._arcs(t_s)
         speed = np.degrees(angle) / (self.row_s[row + 1] - self.row_s[row])
@@ -341,7 +329,6 @@ class RecordedAttitude:
         return np.zeros((1, 3))
 
     def euler_deg(self, t_s: Array) -> Array:
-        """Return roll, pitch, yaw (N, 3)."""
         return matrix_to_euler(self.rotation(t_s))
 
     def _arcs(self, t_s: Array) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], Array, Array, Array]:
@@ -378,21 +365,17 @@ class WavedEight:
         return self.profile.duration_s / (4.0 * self.turns) / 1.875
 
     def rotation(self, t_s: Array) -> Array:
-        """Return the rotation from board to world, (N, 3, 3)."""
         return self.start @ euler_to_matrix(np.degrees(self._euler(t_s)[0]))
 
     def rate_dps(self, t_s: Array) -> Array:
-        """Return the angular rate in board axes, (N, 3)."""
         rate: Array = np.degrees(euler_rates(*self._euler(t_s))[0])
         return rate
 
     def acceleration_dps2(self, t_s: Array) -> Array:
-        """Return the angular acceleration in board axes, (N, 3)."""
         faster: Array = np.degrees(euler_rates(*self._euler(t_s))[1])
         return faster
 
     def euler_deg(self, t_s: Array) -> Array:
-        """Return roll, pitch, yaw (N, 3)."""
         return matrix_to_euler(self.rotation(t_s))
 
     def _euler(self, t_s: Array) -> tuple[Array, Array, Array]:

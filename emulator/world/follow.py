@@ -92,17 +92,14 @@ class FollowedHeight:
         return cls(target_m, approach)
 
     def position_m(self, t_s: Array, /) -> Array:
-        """Return the height above the room's floor in metres, (N,)."""
         height: Array = self.target_m + self.approach.derivatives(t_s)[0][:, 0]
         return height
 
     def speed_m_s(self, t_s: Array, /) -> Array:
-        """Return the upward speed in m/s, shape (N,)."""
         speed: Array = self.approach.derivatives(t_s)[1][:, 0]
         return speed
 
     def acceleration_m_s2(self, t_s: Array, /) -> Array:
-        """Return the upward acceleration in m/s2, shape (N,)."""
         acceleration: Array = self.approach.derivatives(t_s)[2][:, 0]
         return acceleration
 
@@ -119,7 +116,6 @@ class FollowedAttitude:
 
     @property
     def pace_s(self) -> float:
-        """Time until nearly all of the way is done."""
         return self.approach.pace_s
 
     @classmethod
@@ -142,7 +138,6 @@ class FollowedAttitude:
         return cls(target, Approach.of(start_s, time_constant_s, x[0], x_dot, x_ddot))
 
     def rotation(self, t_s: Array, /) -> Array:
-        """Return the rotation from board to world, (N, 3, 3)."""
         x = self.approach.derivatives(t_s)[0]
         angle = np.sqrt((x * x).sum(axis=1))
         axis = x / np.where(angle == 0.0, 1.0, angle)[:, np.newaxis]
@@ -150,20 +145,17 @@ class FollowedAttitude:
         return turned
 
     def rate_dps(self, t_s: Array, /) -> Array:
-        """Return the angular rate in board axes, (N, 3) deg/s."""
         x, x_dot, _ = self.approach.derivatives(t_s)
         rate: Array = np.degrees(np.einsum("nij,nj->ni", jacobian(x), x_dot))
         return rate
 
     def acceleration_dps2(self, t_s: Array, /) -> Array:
-        """Return the angular acceleration in board axes, (N, 3) deg/s2."""
         x, x_dot, x_ddot = self.approach.derivatives(t_s)
         turned: Array = np.einsum("nij,nj->ni", jacobian(x), x_ddot) + turned_on(x, x_dot)
         degrees: Array = np.degrees(turned)
         return degrees
 
     def euler_deg(self, t_s: Array, /) -> Array:
-        """Return roll, pitch, yaw (N, 3)."""
         return matrix_to_euler(self.rotation(t_s))
 
 

@@ -51,11 +51,9 @@ class RestSegment:
         return self._position
 
     def speed_m_s(self, _t_s: Array, /) -> Array:
-        """Return the upward speed in m/s, shape (N,) or (1,)."""
         return self._none
 
     def acceleration_m_s2(self, _t_s: Array, /) -> Array:
-        """Return the upward acceleration in m/s2, shape (N,) or (1,)."""
         return self._none
 
 
@@ -72,15 +70,12 @@ class Lift:
         return self.profile.duration_s
 
     def position_m(self, t_s: Array, /) -> Array:
-        """Return the height above the room's floor in metres, (N,)."""
         return self.from_m + self.metres * self.profile.progress(t_s)
 
     def speed_m_s(self, t_s: Array, /) -> Array:
-        """Return the upward speed in m/s, shape (N,) or (1,)."""
         return self.metres * self.profile.speed(t_s)
 
     def acceleration_m_s2(self, t_s: Array, /) -> Array:
-        """Return the upward acceleration in m/s2, shape (N,) or (1,)."""
         return self.metres * self.profile.acceleration(t_s)
 
 
@@ -95,16 +90,13 @@ class Parabola:
     pace_s = math.inf  # the acceleration does not change
 
     def position_m(self, t_s: Array, /) -> Array:
-        """Return the height above the room's floor in metres, (N,)."""
         elapsed = t_s - self.start_s
         return self.from_m + (self.speed + 0.5 * self.acceleration * elapsed) * elapsed
 
     def speed_m_s(self, t_s: Array, /) -> Array:
-        """Return the upward speed in m/s, shape (N,) or (1,)."""
         return self.speed + self.acceleration * (t_s - self.start_s)
 
     def acceleration_m_s2(self, _t_s: Array, /) -> Array:
-        """Return the upward acceleration in m/s2, shape (N,) or (1,)."""
         return np.array([self.acceleration])
 
 
@@ -123,7 +115,6 @@ class RecordedHeight:
     pace_s = 0.0
 
     def position_m(self, t_s: Array, /) -> Array:
-        """Return the height above the room's floor in metres, (N,)."""
         if self.row_s.size == 1:
             return self.row_m
         row, step_s, part = self._place(t_s)
@@ -134,7 +125,6 @@ class RecordedHeight:
         return line
 
     def speed_m_s(self, t_s: Array, /) -> Array:
-        """Return the upward speed in m/s, shape (N,) or (1,)."""
         if self.row_s.size == 1:
             return np.zeros(1)
         row, step_s, part = self._place(t_s)
@@ -147,7 +137,6 @@ class RecordedHeight:
         return speed
 
     def acceleration_m_s2(self, t_s: Array, /) -> Array:
-        """Return the upward acceleration in m/s2, shape (N,) or (1,)."""
         if self.row_s.size == 1:
             return self.row_m_s2
         row, _, part = self._place(t_s)

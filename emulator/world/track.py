@@ -204,11 +204,9 @@ class Linear:
     duration_s: float
 
     def progress(self, t_s: Array) -> Array:
-        """Return the completed share of the motion, 0 to 1."""
         return np.clip((t_s - self.start_s) / self.duration_s, 0.0, 1.0)
 
     def speed(self, t_s: Array) -> Array:
-        """Return its first derivative in 1/s."""
         return np.full(t_s.shape, 1.0 / self.duration_s)
 
     def acceleration(self, t_s: Array) -> Array:
@@ -224,18 +222,15 @@ class MinimumJerk:
     duration_s: float
 
     def progress(self, t_s: Array) -> Array:
-        """Return the completed share of the motion, 0 to 1."""
         u = self._u(t_s)
         return u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)
 
     def speed(self, t_s: Array) -> Array:
-        """Return its first derivative in 1/s."""
         rest = self._u(t_s)
         rest *= 1.0 - rest
         return 30.0 / self.duration_s * rest * rest
 
     def acceleration(self, t_s: Array) -> Array:
-        """Return its second derivative in 1/s2."""
         u = self._u(t_s)
         return 60.0 / self.duration_s**2 * u * (1.0 - u) * (1.0 - 2.0 * u)
 

@@ -159,12 +159,10 @@ class WakeUp:
         self._threshold_mg = 0.0
 
     def configure(self, mem: bytearray, full_scale_mg: int) -> None:
-        """Decode threshold and duration."""
         self._threshold_mg = _wake_up_mg(mem, full_scale_mg)
         self._duration.periods = WAKE_UP_DUR.WAKE_DUR.get(mem[WAKE_UP_DUR.addr])
 
     def reset(self) -> None:
-        """Reset the state of the detection."""
         self._duration.reset()
 
     def step(self, motion: Axes) -> int:
@@ -204,7 +202,6 @@ class Orientation:
         self._axes = 2 if control & TAP_THS_6D.D4D_EN.mask else 3
 
     def reset(self) -> None:
-        """Reset the state of the detection."""
         self.position = self._seen = 0
 
     def step(self, sample: Axes) -> int:
@@ -264,7 +261,6 @@ class Tap:
             self.reset()
 
     def reset(self) -> None:
-        """Reset the state of the detection."""
         self._state, self._count, self._over, self._bits = "idle", 0, False, 0
 
     def step(self, slope: Axes) -> int:
@@ -341,7 +337,6 @@ class Activity:
             self.reset()
 
     def reset(self) -> None:
-        """Reset the state of the detection."""
         self.inactive = False
         self._still.reset()
 

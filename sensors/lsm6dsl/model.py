@@ -207,11 +207,9 @@ class LSM6DSL(Part):
         return self.int1, self.int2
 
     def catch_up(self, now_ps: int) -> None:
-        """Let every active feature do its due work."""
         self._features.catch_up(now_ps)
 
     def next_event_ps(self) -> int:
-        """Return the earliest time at which a pin may change; ``NEVER_PS`` if none can."""
         return self._features.next_event_ps()
 
     @property
