@@ -467,7 +467,6 @@ class SubaddressTarget:
         return self.part.read(address, count, now_ps)
 
     def name(self) -> str:
-        """The name of the sensor."""
         return self.part.NAME
 
     def register_name(self, address: int) -> str:

@@ -47,7 +47,6 @@ class ValueRange:
         return max(self.low - value, value - self.high, 0.0)
 
     def scaled(self, factor: float) -> ValueRange:
-        """Return the range times ``factor``."""
         ends = self.low * factor, self.high * factor
         return ValueRange(min(ends), max(ends))
 

@@ -207,7 +207,6 @@ class PythonFirmware:
         return peripheral == self.timer.name and self._cpu.in_interrupt
 
     def variable(self, name: str) -> Any:
-        """Return an attribute of the application."""
         try:
             return getattr(self._application, name)
         except AttributeError:

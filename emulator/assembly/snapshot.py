@@ -43,7 +43,6 @@ class Snapshotted(Protocol):
         ...
 
     def restore(self, state: Any) -> None:
-        """Restore the state of the snapshot."""
         ...
 
 

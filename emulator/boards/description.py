@@ -178,7 +178,6 @@ class BoardDescription:
                     raise InputError(f"{what}: {part} is at {place!r} of {wiring.bus}; give {wanted}")
 
     def buses(self) -> Iterator[str]:
-        """Return the names of all buses."""
         yield from self.i2c
         yield from self.spi
 

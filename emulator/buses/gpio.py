@@ -118,7 +118,6 @@ class Gpio:
             changed(level)
 
     def _pin(self, port: str, pin: int) -> _Pin:
-        """Return a pin in its present state."""
         one = self._pins[port, pin]
         if self._chip is not None:
             one.output, one.pull, one.alternate = self._chip.side(port, pin)
@@ -162,7 +161,6 @@ class Gpio:
         return self._pin(port, pin).level()
 
     def pins(self) -> Iterable[tuple[str, int]]:
-        """Return port letter and number of every pin."""
         return self._pins.keys()
 
     def output(self, port: str, pin: int) -> int | None:

@@ -63,7 +63,6 @@ class I2CTarget(Protocol):
         ...
 
     def name(self) -> str:
-        """Name of the device in the trace."""
         ...
 
     def register_name(self, address: int) -> str:
@@ -214,11 +213,9 @@ class I2CBus:
 
     @property
     def targets(self) -> Mapping[int, I2CTarget]:
-        """The devices by their 7-bit addresses."""
         return self._targets
 
     def target(self, address: int) -> I2CTarget | None:
-        """Return the device at a 7-bit address."""
         return self._targets.get(address)
 
     def faults(self, at_ps: int) -> list[I2CFault]:

@@ -42,15 +42,12 @@ class HalGpio:
         self._gpio = gpio
 
     def HAL_GPIO_Init(self, port: str, pin: int) -> None:
-        """Make a pin a push-pull output."""
         self._gpio.init_output(port, pin)
 
     def HAL_GPIO_WritePin(self, port: str, pin: int, state: int) -> None:
-        """Drive a pin high or low."""
         self._gpio.write(port, pin, state)
 
     def HAL_GPIO_TogglePin(self, port: str, pin: int) -> None:
-        """Invert the level of a pin."""
         self._gpio.write(port, pin, 0 if self._gpio.level(port, pin) else 1)
 
 

@@ -48,7 +48,6 @@ class Track(Generic[P]):
 
     @property
     def last(self) -> P:
-        """Return the last piece of the track."""
         return self._pieces[-1]
 
     def plan(self, start_s: float, piece: P) -> None:
@@ -93,7 +92,6 @@ class Constant:
         self._value = np.array(value, dtype=np.float64)[np.newaxis]
 
     def value(self, _t_s: Array, /) -> Array:
-        """Return the value at any time."""
         return self._value
 
 

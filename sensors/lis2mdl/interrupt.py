@@ -51,7 +51,6 @@ class InterruptSettings:
 
     @classmethod
     def decode(cls, mem: bytearray) -> InterruptSettings:
-        """Decode the settings from the registers."""
         control = mem[INT_CRTL_REG.addr]
         return cls(
             on=bool(control & INT_CRTL_REG.IEN.mask),

@@ -72,7 +72,6 @@ class BarometerSettings:
 
     @classmethod
     def decode(cls, mem: bytearray) -> BarometerSettings:
-        """Decode the settings from the registers."""
         control = mem[CTRL_REG1.addr]
         code = CTRL_REG1.ODR.get(control)
         rate = Fraction(_ODR_HZ[code] if code < len(_ODR_HZ) else 0)

@@ -109,7 +109,6 @@ class PressureFifo:
         return self._levels[0] if self._levels else None
 
     def status(self) -> int:
-        """Return the value of FIFO_STATUS."""
         value = len(self._levels)
         if self._at_watermark():
             value |= FIFO_STATUS.FTH_FIFO.mask

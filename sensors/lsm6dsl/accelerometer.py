@@ -312,7 +312,6 @@ class AccelerometerSettings:
 
     @classmethod
     def decode(cls, mem: bytearray) -> AccelerometerSettings:
-        """Decode the settings from the main register bank."""
         control = mem[CTRL1_XL.addr]
         code, scale = CTRL1_XL.ODR_XL.get(control), CTRL1_XL.FS_XL.get(control)
         high_performance = not mem[CTRL6_C.addr] & CTRL6_C.XL_HM_MODE.mask

@@ -240,7 +240,6 @@ class WristTiltSettings:
 
     @classmethod
     def decode(cls, mem: bytearray) -> WristTiltSettings:
-        """Decode the settings from bank B."""
         return cls(
             latency_ps=mem[BankB.A_WRIST_TILT_LAT.addr] * _LATENCY_LSB_PS,
             threshold_mg=mem[BankB.A_WRIST_TILT_THS.addr] * _THRESHOLD_LSB_MG,

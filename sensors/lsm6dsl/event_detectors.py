@@ -58,7 +58,6 @@ class DurationCounter:
         self._run = 0
 
     def reset(self) -> None:
-        """Restart the count of samples."""
         self._run = 0
 
     def step(self, condition: bool) -> bool:
@@ -125,14 +124,12 @@ class FreeFall:
         self._threshold_mg = _FREE_FALL_MG[0]
 
     def configure(self, mem: bytearray) -> None:
-        """Decode threshold and duration."""
         control = mem[FREE_FALL.addr]
         self._threshold_mg = _FREE_FALL_MG[FREE_FALL.FF_THS.get(control)]
         upper = WAKE_UP_DUR.FF_DUR5.get(mem[WAKE_UP_DUR.addr])
         self._duration.periods = upper << 5 | FREE_FALL.FF_DUR_4_0.get(control)
 
     def reset(self) -> None:
-        """Reset the state of the detection."""
         self._duration.reset()
 
     def step(self, sample: Axes) -> int:

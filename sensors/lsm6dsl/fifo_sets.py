@@ -170,7 +170,6 @@ class FifoSettings:
 
     @classmethod
     def decode(cls, mem: bytearray) -> FifoSettings:
-        """Decode the settings from the main register bank."""
         mode = FIFO_CTRL5.FIFO_MODE.get(mem[FIFO_CTRL5.addr])
         watermark = mem[FIFO_CTRL1.addr] | FIFO_CTRL2.FTH_10_8.get(mem[FIFO_CTRL2.addr]) << 8
         limited = bool(mem[FIFO_CTRL4.addr] & FIFO_CTRL4.STOP_ON_FTH.mask) and watermark > 0
@@ -303,7 +302,6 @@ class DataSets:
         self._temperature.mark(masked=False)
 
     def contents(self, layout: Layout) -> tuple[Contents, ...]:
-        """Return the four sets, in their order."""
         fourth = {
             Fourth.HUB: lambda times_ps: self._hub(1, times_ps),
             Fourth.TIMESTAMP: self._timestamps,

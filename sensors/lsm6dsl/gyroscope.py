@@ -180,7 +180,6 @@ class GyroscopeSettings:
 
     @classmethod
     def decode(cls, mem: bytearray) -> GyroscopeSettings:
-        """Decode the settings from the main register bank."""
         control = mem[CTRL2_G.addr]
         code = CTRL2_G.ODR_G.get(control)
         scale = _FS_125 if control & CTRL2_G.FS_125.mask else CTRL2_G.FS_G.get(control)

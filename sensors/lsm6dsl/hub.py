@@ -137,7 +137,6 @@ class IronCorrection:
 
     @classmethod
     def decode(cls, mem: bytearray, *, soft: bool) -> IronCorrection:
-        """Decode the correction from bank A."""
         hard = np.frombuffer(bytes(mem[BankA.MAG_OFFX_L.addr : BankA.MAG_OFFX_L.addr + 6]), dtype="<i2")
         elements = [_element(value) for value in mem[BankA.MAG_SI_XX.addr : BankA.MAG_SI_XX.addr + 9]]
         matrix = np.array(elements).reshape(3, 3) if soft else np.eye(3)

@@ -343,7 +343,6 @@ class Boot:
         """Do nothing: no register affects a boot."""
 
     def catch_up(self, now_ps: int) -> None:
-        """End the boot when its time is over."""
         if now_ps >= self._until_ps:
             self.active = False
             self._signals.set("BOOT", False, self._until_ps)
@@ -352,5 +351,4 @@ class Boot:
         """Do nothing: SW_RESET does not end a boot."""
 
     def next_event_ps(self) -> int:
-        """Return the end time of the boot."""
         return self._until_ps
