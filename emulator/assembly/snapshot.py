@@ -42,8 +42,7 @@ class Snapshotted(Protocol):
         """Return that state; raises InputError if it is not available."""
         ...
 
-    def restore(self, state: Any) -> None:
-        ...
+    def restore(self, state: Any) -> None: ...
 
 
 class Snapshot:

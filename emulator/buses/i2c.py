@@ -62,8 +62,7 @@ class I2CTarget(Protocol):
         """End the transfer after the master's stop."""
         ...
 
-    def name(self) -> str:
-        ...
+    def name(self) -> str: ...
 
     def register_name(self, address: int) -> str:
         """Return the name of the byte at a sub-address for the trace."""
