@@ -93,7 +93,7 @@ class BusioI2C:
         self._locked = False
 
     def deinit(self) -> None:
-        """Do nothing: there are no pins to release."""
+        """Do nothing: the object has no pins."""
 
     def __enter__(self) -> Self:
         return self
@@ -230,7 +230,7 @@ class SMBus:
         self.close()
 
     def close(self) -> None:
-        """Do nothing: there is no device file."""
+        """Do nothing: the object has no device file."""
 
     def write_quick(self, i2c_addr: int, force: bool | None = None) -> None:
         """Check that a device is present: its address without data."""

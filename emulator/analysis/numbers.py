@@ -1,8 +1,8 @@
 """Wrong numbers in the output, and their simple causes: a factor, a sign, axes, radians, a wrap.
 
 A hint needs two facts: the printed numbers are far from the truth in several lines, and one simple change of
-the truth fits nearly all of them. If nothing fits, there is no hint. Sensors have offsets and noise, so "far"
-is several times the deviation of a poor board of the class.
+the truth fits nearly all of them. If nothing fits, the result is None. Sensors have offsets and noise, so
+"far" is several times the deviation of a poor board of the class.
 
 Decision: printed numbers are compared with the world, not with the sensors' registers, because a student sees
 the board in the hand. A hint says "likely", because the world cannot prove a cause in the source code.

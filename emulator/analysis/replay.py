@@ -236,7 +236,7 @@ class _ReplayHal(HalGpio):
         return HAL_OK
 
     def HAL_UART_Receive(self, size: int, timeout_ms: int) -> tuple[int, bytes]:
-        """Return a timeout: there is no input in a replay."""
+        """Return a timeout: a replay has no input."""
         del size
         self.HAL_Delay(timeout_ms)
         return HAL_TIMEOUT, b""

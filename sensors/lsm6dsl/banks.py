@@ -342,7 +342,7 @@ class Rounding:
             self._registers.set_jumps(jumps)
 
     def catch_up(self, now_ps: int) -> None:
-        """Do nothing: there is no due work."""
+        """Do nothing: rounding has no due work."""
 
     def reset(self, now_ps: int) -> None:
         """Do nothing: the registers have their reset values, and ``configure`` reads them."""

@@ -6,7 +6,7 @@ passes a filter before decimation (``sensors.front_end``), whose delay is part o
 After power-down the drive takes 35 ms to start, the typical turn-on time of the datasheet's Table 4, then
 sampling begins; out of sleep it begins at once. ``LSM6DSLErrors.gyro_turn_on_ms`` sets another time. The 70
 ms of AN5040's Tables 14 to 16 were rejected: they are a safe wait for a driver. A sensor with this delay
-shows 0 in the lab's first line of text, while the board shows its rates. Samples from the first period on,
+shows 0 in the lab's first line of text; the board shows its rates there. Samples from the first period on,
 invalid until the drive runs, were also rejected; AN5040 does not decide between the two.
 
 The low-pass filters start from rest with the drive, so the first samples are too small: 3 of them up to 833
