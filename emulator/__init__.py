@@ -1,9 +1,9 @@
 """A virtual STEVAL-FCU001V1: sensors, timer, UART and one physical world, in exact virtual time.
 
-``from fcu_emulator import Board`` is most of what course material needs; see
-:class:`fcu_emulator.emulator.assembly.board.Board`. Everything else that the documentation uses is here, too.
+``from fcu_emulator import Board`` is sufficient for most course material; see
+:class:`fcu_emulator.emulator.assembly.board.Board`. All other documented names are also here.
 
-Names are loaded when they are first used: the board needs numpy, and ``fcu --help`` does not.
+Names are loaded on first use: the board needs numpy, and ``fcu --help`` does not.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ _HOMES = (
     "fcu_emulator.emulator.assembly.board",
     "fcu_emulator.emulator.scenario",
 )
-"""Where the names are looked for, in this order: what loads quickly first."""
+"""Modules that define the names, in the order of the search: modules that load quickly come first."""
 
 __all__ = [
     "Board",

@@ -1,28 +1,28 @@
-"""Every error this package raises on purpose, grouped by where the fault lies.
+"""Every error this package raises on purpose, grouped by the place of the fault.
 
 ::
 
     FcuError
-    ├── InputError                 what the user gave is wrong            (exit code 2)
+    ├── InputError                 wrong user input                      (exit code 2)
     │   ├── ScenarioError          a scenario file: names file and key path
     │   ├── RubricError            a rubric: names file and key path
     │   ├── RecordingError         a CSV recording: names file and line
     │   ├── FirmwareFileError      an ELF, HEX or BIN that is not firmware for this board: names the file
-    │   └── LinkError              a serial link or output file this machine cannot give
-    ├── ExpectationError           the firmware did not do what was expected (exit code 1)
+    │   └── LinkError              a serial link or output file that cannot be opened on this machine
+    ├── ExpectationError           the firmware did not meet an expectation (exit code 1)
     ├── FirmwareError              the firmware itself failed             (exit code 3)
-    │   ├── LimitError             it took more than a run may
-    │   └── CallError              a function that was called did not return
-    ├── NotJudgedError             nothing can be said about the firmware (exit code 4)
-    │   └── OutputError            what was printed or recorded could not be delivered
+    │   ├── LimitError             it exceeded a limit of the run
+    │   └── CallError              a called function did not return
+    ├── NotJudgedError             no verdict about the firmware          (exit code 4)
+    │   └── OutputError            output or a recording could not be delivered
     └── I2CError                   a transfer on the simulated bus failed
-        ├── I2CNackError           nobody acknowledged: absent device, or NACK at a byte
+        ├── I2CNackError           no acknowledge: absent device, or NACK at a byte
         ├── I2CBusError            misplaced start or stop (BERR)
         └── I2CStuckError          a line is held low, the bus stays busy
 
-What a guest does wrong (a NACK that firmware provokes, an overrun, a write to a read-only register) is no
-exception inside a run: it goes into the trace, where a grader sees it. The I2C errors reach Python only when
-Python itself is the bus master, through ``board.i2c2``. An error outside this tree is a bug of ours.
+An error of the guest (a NACK that firmware provokes, an overrun, a write to a read-only register) does not
+raise an exception inside a run: the trace records it for graders. The I2C errors reach Python only when
+Python itself is the bus master, through ``board.i2c2``. An error outside this tree is a bug of this package.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ import re
 
 from fcu_emulator.emulator.text import visible
 
-_LONGEST_PROBLEM = 400  # characters; a list of all keys that are known can be longer
+_LONGEST_PROBLEM = 400  # characters; a list of all known keys can be longer
 
 
 def _shortened(problem: str) -> str:
@@ -45,11 +45,11 @@ def _kind_of(error: type[FcuError]) -> str:
 class FcuError(Exception):
     """Base of everything this package raises on purpose.
 
-    Its text is one line without control characters, whatever the names and values in it are. With
+    Its text is one line without control characters, for all names and values that it contains. With
     ``has_lines`` it may have several lines, of a terminal, a compiler or a diagnosis.
 
-    ``kind`` says in one word what is wrong ("unknown_key"). It stays when the text is improved; without a kind of its
-    own an error has that of its class ("scenario").
+    ``kind`` names the problem in one word ("unknown_key"). It stays when the text is improved. An error
+    without a specific kind has that of its class ("scenario").
     """
 
     has_lines = False
@@ -63,7 +63,7 @@ class FcuError(Exception):
 
 
 def failure_text(error: Exception) -> str:
-    """Return what a user is told when ``error`` ended one command and the program continues."""
+    """Return the user's message when ``error`` ended one command and the program continues."""
     if isinstance(error, FcuError):
         return str(error)
     if isinstance(error, MemoryError):
@@ -75,7 +75,7 @@ def failure_text(error: Exception) -> str:
 
 
 class InputError(FcuError):
-    """Something the user gave cannot be used; the message says what, where and what would be right."""
+    """The user's input cannot be used; the message states the problem, its place and the correct form."""
 
 
 class ScenarioError(InputError):
@@ -109,7 +109,7 @@ class RecordingError(InputError):
 
 
 class FirmwareFileError(InputError):
-    """A firmware file cannot be run on this board; ``problem`` says what is wrong and what would be right."""
+    """A firmware file cannot be run on this board; ``problem`` states the error and the correct form."""
 
     def __init__(self, file: str, problem: str, *, kind: str = "") -> None:
         self.file = file
@@ -122,10 +122,10 @@ class LinkError(InputError):
 
 
 class ExpectationError(FcuError):
-    """Something expected of the firmware did not happen.
+    """An expectation of the firmware was not met.
 
-    ``lines``: the last lines of the terminal; ``diagnosis``: what is seen to be wrong with the firmware, ""
-    if nothing is. Both are part of the message.
+    ``lines``: the last lines of the terminal; ``diagnosis``: the detected problems of the firmware, "" if
+    there are none. Both are part of the message.
     """
 
     has_lines = True
@@ -156,11 +156,11 @@ class LimitError(FirmwareError):
 
 
 class CallError(FirmwareError):
-    """A function of the firmware that was called has failed, or has not returned."""
+    """A called function of the firmware has failed, or has not returned."""
 
 
 class NotJudgedError(FcuError):
-    """The run says nothing about the firmware: something around it failed, or ended it too soon."""
+    """The run gives no verdict about the firmware, because of an outside failure or an early end."""
 
 
 class OutputError(NotJudgedError):

@@ -1,4 +1,4 @@
-"""The former place of :mod:`fcu_emulator.emulator.testing.strategies`, for one release."""
+"""Former location of :mod:`fcu_emulator.emulator.testing.strategies`, for one release."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Text from strangers, made fit to be shown: names, paths, values, compilers' words, what firmware printed.
+"""Safe display of untrusted text: names, paths, values, compiler messages, output of firmware.
 
-A terminal obeys control characters, and so do a few viewers of logs; Unicode has more that reorder the line
-they stand in (bidirectional overrides) or cannot be seen (zero-width ones). All are written as escapes.
+A terminal obeys control characters, and so do a few viewers of logs. Unicode has more characters that reorder
+a line (bidirectional overrides) or are invisible (zero-width ones). All are written as escapes.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ _SPACES = frozenset(
 )
 _KEPT = frozenset("\n\t")
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\uff1d", "\uff0b", "\uff0d", "\uff20")
-"""Signs at the beginning of a cell with which a spreadsheet computes it (OWASP, CSV injection)."""
+"""First characters of a cell that a spreadsheet evaluates as a formula (OWASP, CSV injection)."""
 _AFTER_SEMICOLON = re.compile(rf"""(;[\s"']*)(?=[{re.escape("".join(_FORMULA))}])""")
-"""The beginning of a cell for a spreadsheet that separates by semicolons, as the system's settings say."""
-_SHOWN = 40  # characters of a bad value that a message repeats
+"""The beginning of a cell for a spreadsheet that separates by semicolons, as set in the system."""
+_SHOWN = 40  # maximum length of a bad value repeated in a message
 
 
 def visible(text: str, *, lines: bool = False) -> str:
-    """``text`` with what controls or hides written as an escape; with ``lines``, newlines and tabs are kept.
+    """Return ``text`` with control and hidden characters escaped; with ``lines``, keep newlines and tabs.
 
-    A carriage return before or after a newline, as the lab's text has it, is left out with ``lines``.
+    With ``lines``, a carriage return before or after a newline, as in the lab's text, is omitted.
     """
     if lines:
         text = text.replace("\r\n", "\n").replace("\n\r", "\n")
@@ -34,13 +34,13 @@ def visible(text: str, *, lines: bool = False) -> str:
 
 
 def one_line(text: str, longest: int = 200) -> str:
-    """``text`` on one line, with no more than ``longest`` signs."""
+    """Return ``text`` on one line, with at most ``longest`` characters."""
     line = visible(" ".join(text.split()))
     return line if len(line) <= longest else line[: longest - 3] + "..."
 
 
 def shown(value: object) -> str:
-    """A value as messages repeat it: its beginning if it is long."""
+    """Return a value for messages: its beginning if it is long."""
     try:
         text = repr(value)
     except ValueError:  # an integer of more digits than Python prints
@@ -49,7 +49,7 @@ def shown(value: object) -> str:
 
 
 def csv_text(rows: Iterable[Sequence[str | float]]) -> str:
-    """Return rows as CSV. A spreadsheet shows each text as it is: none is computed, each is on one line."""
+    """Return rows as CSV, each text on one line; a spreadsheet shows them without evaluating formulas."""
     import csv
     import io
 

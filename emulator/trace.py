@@ -1,13 +1,13 @@
-"""The run's diary: append-only, typed events, to memory, to JSON-lines files and to whoever subscribes.
+"""Trace of a run: append-only, typed events, to memory, to JSON-lines files and to subscribers.
 
-What is rare and what a user must not miss (faults, late and lost ticks, GPIO edges, functions that are not
-modelled) is always kept. What happens thousands of times a second (bus transfers, register writes, terminal
-bytes) is recorded only while somebody wants it; until then its producers see ``trace.detailed`` False and do
-not even build the event, so a trace that is off costs nothing.
+Rare and important events (faults, late and lost ticks, GPIO edges, functions that are not modelled) are
+always kept. Frequent events, thousands per second (bus transfers, register writes, terminal bytes), are
+recorded only on request. Otherwise their producers see ``trace.detailed`` False and do not build the event,
+so a trace that is off costs nothing.
 
 A line of a JSON-lines file has the time, the kind, and the event's fields in their order: times in seconds as
-exact decimal strings, bytes in hexadecimal. Lines are put together from the fields' own texts: 3,200 bus
-transfers a second of virtual time would cost more through a general encoder than the run itself.
+exact decimal strings, bytes in hexadecimal. Lines are joined from the fields' own texts: a general encoder
+for 3,200 bus transfers per second of virtual time would cost more than the run itself.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from fcu_emulator.emulator.time.clock import PS_PER_S
 
 @dataclass(frozen=True, slots=True)
 class TraceEvent:
-    """Something that happened at ``t_ps``; ``kind`` names the type in files."""
+    """An event at ``t_ps``; ``kind`` names the type in files."""
 
     kind: ClassVar[str] = "event"
     t_ps: int
 
     @property
     def t_s(self) -> float:
-        """When it happened, in seconds since power-on."""
+        """Time of the event in seconds since power-on."""
         return self.t_ps / PS_PER_S
 
 
@@ -42,7 +42,7 @@ class TraceEvent:
 class BusTransfer(TraceEvent):
     """One transfer on a bus, from start to stop. ``t_ps`` is its start, ``end_ps`` its end.
 
-    ``register`` is the datasheet's name of the first register; ``result`` is "ok" or what went wrong.
+    ``register`` is the datasheet's name of the first register; ``result`` is "ok" or the failure.
     """
 
     kind: ClassVar[str] = "bus"
@@ -57,13 +57,13 @@ class BusTransfer(TraceEvent):
 
     @property
     def end_s(self) -> float:
-        """When it ended, in seconds since power-on."""
+        """End of the transfer in seconds since power-on."""
         return self.end_ps / PS_PER_S
 
 
 @dataclass(frozen=True, slots=True)
 class RegisterWrite(TraceEvent):
-    """A register of a part was written."""
+    """A write to a sensor's register."""
 
     kind: ClassVar[str] = "register"
     device: str
@@ -74,7 +74,7 @@ class RegisterWrite(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class DeviceNote(TraceEvent):
-    """Firmware touched something a part refuses, forbids or does not model; ``what`` is which of these."""
+    """An access that a sensor refuses, forbids or does not model; ``what`` tells which of these."""
 
     kind: ClassVar[str] = "note"
     device: str
@@ -84,7 +84,7 @@ class DeviceNote(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class GpioEdge(TraceEvent):
-    """An output pin changed its level."""
+    """A change of an output pin's level."""
 
     kind: ClassVar[str] = "gpio"
     pin: str
@@ -101,13 +101,13 @@ class TickLate(TraceEvent):
 
     @property
     def late_s(self) -> float:
-        """How late, in seconds."""
+        """Delay of the callback in seconds."""
         return self.late_ps / PS_PER_S
 
 
 @dataclass(frozen=True, slots=True)
 class TickLost(TraceEvent):
-    """Ticks were lost, seen when the handler came: the flag of the one before had not been cleared."""
+    """Ticks were lost, detected in the handler: the flag of the one before had not been cleared."""
 
     kind: ClassVar[str] = "tick_lost"
     timer: str
@@ -125,7 +125,7 @@ class TerminalBytes(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class Fault(TraceEvent):
-    """Something was broken on purpose, or the UART lost a byte."""
+    """An injected fault, or a byte lost by the UART."""
 
     kind: ClassVar[str] = "fault"
     where: str
@@ -133,7 +133,7 @@ class Fault(TraceEvent):
 
 
 def line(event: TraceEvent) -> str:
-    """The event as a line, its end included."""
+    """Return the event as a line with its line end."""
     if isinstance(event, BusTransfer):
         return transfer_line(
             event.t_ps,
@@ -167,7 +167,7 @@ def transfer_line(
     read: bytes,
     result: str,
 ) -> str:
-    """The line of a :class:`BusTransfer` with these fields."""
+    """Return the line of a :class:`BusTransfer` with these fields."""
     begin, end = _of_transfers(bus, address, device, register, written, result)
     times = f'"t_s":{_seconds(t_ps)},"kind":"bus","end_s":{_seconds(end_ps)}'
     return f'{{{times},{begin},"read":"{read.hex()}",{end}}}\n'
@@ -177,7 +177,7 @@ def transfer_line(
 def _of_transfers(
     bus: str, address: int, device: str, register: str, written: bytes, result: str
 ) -> tuple[str, str]:
-    """What lines of the same transfer have in common: before and after the bytes read."""
+    """Return the common text of lines of the same transfer: before and after the bytes read."""
     begin = (
         f'"bus":{quoted(bus)},"address":{address},"device":{quoted(device)},'
         f'"register":{quoted(register)},"written":"{written.hex()}"'
@@ -209,18 +209,18 @@ _NAMES = {
 _KEPT = 200_000  # rare events in memory; older ones are dropped and counted
 _KEPT_IN_DETAIL = 4_000_000  # after record_all(), several minutes of the lab's firmware
 LARGEST_FILE = 4 << 30
-"""Bytes of a file unless another bound is given: some two hours of the lab's firmware."""
+"""Maximum bytes of a file unless another limit is given: some two hours of the lab's firmware."""
 
 EventT = TypeVar("EventT", bound=TraceEvent)
 Subscriber: TypeAlias = Callable[[TraceEvent], None]
-"""Is called with each event, in the order of the trace; it must not run the board."""
+"""Called with each event, in the order of the trace; it must not run the board."""
 
 
 class Trace:
-    """A run's events; iterate over it, or ask :meth:`of` for one type.
+    """A run's events; iterate over it, or call :meth:`of` for one type.
 
-    ``detailed``: whether somebody wants the frequent events; producers ask before they build one.
-    ``observed``: whether events are written or handed to a subscriber. Until then a producer may keep events
+    ``detailed``: whether frequent events are requested; producers check it before they build one.
+    ``observed``: whether events are written or passed to a subscriber. Otherwise a producer may keep events
     in another form and add them when the trace is read (:meth:`draw_from`).
     """
 
@@ -243,25 +243,25 @@ class Trace:
         return iter(tuple(self._events))
 
     def of(self, kind: type[EventT]) -> list[EventT]:
-        """The kept events of one type, in order."""
+        """Return the kept events of one type, in order."""
         self._draw()
         return [event for event in self._events if isinstance(event, kind)]
 
     def record_all(self) -> None:
-        """Keep every event in memory from now on, bus transfers and terminal bytes included."""
+        """Keep every event in memory from now on, including bus transfers and terminal bytes."""
         self._draw()
         self._keep_detail = True
         self._look_who_listens()
 
     def draw_from(self, source: Callable[[], None]) -> None:
-        """Call ``source()`` before the trace is read, or another event added: it adds what it has kept.
+        """Call ``source()`` before the trace is read, or another event added: it adds its kept events.
 
         It does so by :meth:`add_kept`.
         """
         self._sources.append(source)
 
     def add_kept(self, events: Sequence[TraceEvent], dropped: int) -> None:
-        """Add rare events that a source has kept, and the number of those before that it has dropped."""
+        """Add rare events kept by a source, and the number of earlier ones that it has dropped."""
         most = self.kept_at_most
         dropped += max(0, len(events) - most)
         events = events[-most:]
@@ -273,7 +273,7 @@ class Trace:
 
     @property
     def kept_at_most(self) -> int:
-        """How many events are kept in memory."""
+        """Return the maximum number of events in memory."""
         return _KEPT_IN_DETAIL if self._keep_detail else _KEPT
 
     def _draw(self) -> None:
@@ -283,7 +283,7 @@ class Trace:
     def subscribe(self, subscriber: Subscriber, *, detail: bool = True) -> Callable[[], None]:
         """Call ``subscriber(event)`` for each event from now on, the frequent ones only with ``detail``.
 
-        Returns what ends the subscription.
+        Returns a function that ends the subscription.
         """
         self._draw()
         entry = subscriber, detail
@@ -300,8 +300,7 @@ class Trace:
     def write_to(self, path: str | Path, most_bytes: int = LARGEST_FILE) -> None:
         """Write every event from now on to a JSON-lines file. Raises LinkError if it cannot be opened.
 
-        What cannot be written later, or would make the file larger than ``most_bytes``, is an OutputError
-        that comes out of the run.
+        A later write error, or a file larger than ``most_bytes``, raises an OutputError from the run.
         """
         self._draw()
         self._files.append(BoundedFile(path, f"trace file {path}", most_bytes))
@@ -314,7 +313,7 @@ class Trace:
         self._hand_on(event, detail=False)
 
     def add_detail(self, event: TraceEvent) -> None:
-        """Record a frequent event; only to be built and passed when ``detailed`` is set."""
+        """Record a frequent event; build and pass one only when ``detailed`` is set."""
         if self._keep_detail:
             self._keep(event)
         self._hand_on(event, detail=True)
@@ -331,7 +330,7 @@ class Trace:
         read: bytes,
         result: str,
     ) -> None:
-        """Record a transfer by the fields of its event, of which most are: files do not need the event."""
+        """Record a transfer by the fields of its event; most events are transfers, and files need no event object."""
         fields = t_ps, end_ps, bus, address, device, register, written, read, result
         if result != "ok":
             self.add(BusTransfer(*fields))
@@ -343,19 +342,19 @@ class Trace:
                 self._write(file, text)
 
     def close(self) -> None:
-        """Close the files that are being written. Raises OutputError."""
+        """Close all open files. Raises OutputError."""
         files, self._files = self._files, []
         self._look_who_listens()
         for file in files:
             file.close()
 
     def snapshot(self) -> int:
-        """How many events there have been; for :mod:`fcu_emulator.emulator.assembly.snapshot`."""
+        """Return the number of events so far; for :mod:`fcu_emulator.emulator.assembly.snapshot`."""
         self._draw()
         return len(self._events) + self.dropped
 
     def restore(self, state: int) -> None:
-        """Forget the events that came after these; who observes goes on, and files keep what they have."""
+        """Drop the events after this state; observers continue, and files keep their contents."""
         self._draw()
         for _ in range(min(len(self._events) + self.dropped - state, len(self._events))):
             self._events.pop()

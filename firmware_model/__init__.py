@@ -1,11 +1,12 @@
-"""The lab's firmware in Python, on HAL-like calls: what students write in C, as a reference.
+"""The lab's firmware in Python, on HAL-like calls, as a reference for the students' C programs.
 
-``FIRMWARES`` names the programs; each takes a HAL (:mod:`fcu_emulator.firmware_model.hal`) and optional settings::
+``FIRMWARES`` names the programs; each takes a HAL (:mod:`fcu_emulator.firmware_model.hal`) and optional
+settings::
 
     firmware = FIRMWARES["lab3"](hal, Settings(mu=0.1))
     firmware.main()
 
-Imports the standard library only; the scale tables are built when a firmware is created, so importing is
+It imports the standard library only. The scale tables are built when a firmware is created, so importing is
 cheap.
 """
 

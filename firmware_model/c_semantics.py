@@ -1,17 +1,17 @@
-"""C where Python differs: float32 arithmetic, integer division, division by zero, pow() and printf.
+"""C semantics that differ from Python: float32 arithmetic, integer division, division by zero, pow(), printf.
 
 A Python float is C's double, so a float32 variable is modelled by rounding at each store. Single-precision
-products and quotients come out right too: for two float32 operands, rounding the double result once more
-gives exactly the single-precision result (the 53 bits of a double are at least 2 * 24 + 2).
+products and quotients are also exact: for two float32 operands, rounding the double result once more gives
+exactly the single-precision result (the 53 bits of a double are at least 2 * 24 + 2).
 
 ``sprintf`` formats for a target where int and long have 32 bits (ARM, C11 7.21.6.1). Supported are ``%d %i %u
 %x %X %c %s %f %F %e %E %g %G %%`` with the flags ``- + space # 0``, width, precision (also ``*``) and the
-length modifiers hh, h, l, ll. Anything else raises a one-line ValueError. Arguments left over are ignored, as
-in C.
+length modifiers hh, h, l, ll. Anything else raises a one-line ValueError. Extra arguments are ignored, as in
+C.
 
-Decision: formatting is written out rather than handed to Python's ``%`` operator, which differs from C in
-zero padding with a precision, in a precision of 0, in ``%#x`` of 0, in negative ``%x``, and in padding
-infinities. Only the digits of a float come from Python, which rounds them correctly, as newlib and glibc do.
+Decision: printf formatting does not use Python's ``%`` operator, because that differs from C. The differences
+are zero padding with a precision, a precision of 0, ``%#x`` of 0, negative ``%x``, and padding of infinities.
+Only the digits of a float come from Python, which rounds them correctly, as newlib and glibc do.
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ _FLOAT = struct.Struct("<f")
 
 
 def f32(value: float) -> float:
-    """``(float)value``: nearest single; what is too large becomes an infinity, as on the FPU."""
+    """Return ``(float)value``: the nearest single; too large values become an infinity, as on the FPU."""
     try:
         (single,) = _FLOAT.unpack(_FLOAT.pack(value))
-    except OverflowError:  # struct refuses what the FPU turns into an infinity
+    except OverflowError:  # struct refuses values that the FPU turns into an infinity
         return math.copysign(math.inf, value)
     return float(single)
 
 
 def int_divide(dividend: int, divisor: int) -> int:
-    """``dividend / divisor`` of two C ints: truncated toward zero, where Python's ``//`` rounds down."""
+    """Return ``dividend / divisor`` of two C ints: truncated toward zero, unlike Python's ``//``."""
     quotient = abs(dividend) // abs(divisor)
     return quotient if (dividend < 0) == (divisor < 0) else -quotient
 
 
 def float_divide(dividend: float, divisor: float) -> float:
-    """``dividend / divisor`` of two C doubles (IEEE 754): x/0 is an infinity, 0/0 a NaN."""
+    """Return ``dividend / divisor`` of two C doubles (IEEE 754): x/0 is an infinity, 0/0 a NaN."""
     if divisor != 0.0:
         return dividend / divisor
     if dividend == 0.0 or math.isnan(dividend):
@@ -54,7 +54,7 @@ def float_divide(dividend: float, divisor: float) -> float:
 
 
 def c_pow(base: float, exponent: float) -> float:
-    """math.h's ``pow`` (C11 7.12.7.4): a negative base with a fractional exponent gives a NaN."""
+    """Return math.h's ``pow`` (C11 7.12.7.4): a negative base with a fractional exponent gives a NaN."""
     try:
         return math.pow(base, exponent)
     except ValueError:
@@ -72,7 +72,7 @@ _DEFAULT_FLOAT_PRECISION = 6
 
 
 class _Spec(NamedTuple):
-    text: str  # the specification as written, for messages
+    text: str  # the original specification, for messages
     flags: str
     width: int
     precision: int | None
@@ -135,7 +135,7 @@ def _next_argument(text: str, arguments: Iterator[CArgument]) -> CArgument:
 
 def _integer_argument(text: str, arguments: Iterator[CArgument]) -> int:
     argument = _next_argument(text, arguments)
-    if type(argument) is int:  # the usual case; asking a protocol takes a hundred times as long
+    if type(argument) is int:  # the usual case; checking a protocol takes a hundred times as long
         return argument
     if isinstance(argument, SupportsIndex):
         return operator.index(argument)

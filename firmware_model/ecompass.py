@@ -3,13 +3,13 @@
 ``MagCalibration`` keeps running extremes of each axis and subtracts their centre, in place as in C. A sample
 that was not refreshed (failed read) is corrected again on the next call; the slides' code does the same.
 
-Every right-hand side is computed in double with math.h and stored in a float32 variable, which is what the
-next line reads. Two or three stores that do not read each other share one struct call, which is where the
-time goes; and the angles of vectors seen before are looked up, since a board at rest shows the same few.
+Every right-hand side is computed in double with math.h and stored in a float32 variable, which the next line
+reads. Two or three independent stores share one struct call, the slowest operation. The angles of earlier
+vectors are looked up, since a board at rest shows the same few.
 
 Decision: the slides' roll, atan2(Gy, sqrt(mu*Gx^2 + Gz^2)), is kept although it is an approximation: it never
-shows more than 90 degrees and is off when pitch and roll are both large. The exact atan2(Gy, Gz) would be
-better and would not be the lab.
+exceeds 90 degrees and is wrong when pitch and roll are both large. The exact atan2(Gy, Gz) would be better
+but would not match the lab.
 """
 
 from __future__ import annotations
@@ -64,12 +64,12 @@ _pack3, _unpack3 = struct.Struct("<fff").pack, struct.Struct("<fff").unpack
 
 _DEGREES = 180 / pi
 _KELVIN = 273.15
-_LAPSE_RATE = 0.0065  # K/m, the standard atmosphere's
+_LAPSE_RATE = 0.0065  # K/m, of the standard atmosphere
 _EXPONENT = 1 / 5.257
 
 
 def eCompass(acc: AxesRaw_TypeDef, mag: AxesRaw_TypeDef, mu: float) -> tuple[float, float, float]:
-    """Pitch, roll and yaw in degrees (float32) from acceleration in mg and field in mgauss.
+    """Return pitch, roll and yaw in degrees (float32) from acceleration in mg and field in mgauss.
 
     Frame: X right, Y forward, Z up, acceleration +1000 mg on the axis that points up. ``mu`` is 0.01..1.
     Pitch and roll lie in -90..90, yaw in -180..180; yaw is 0 when X points to magnetic north, and grows
@@ -82,7 +82,7 @@ def eCompass(acc: AxesRaw_TypeDef, mag: AxesRaw_TypeDef, mu: float) -> tuple[flo
 def _angles(
     acc_x: int, acc_y: int, acc_z: int, mag_x: int, mag_y: int, mag_z: int, mu: float
 ) -> tuple[float, float, float]:
-    # The negation is the integer's: a flat board must give +0.0, and -(0.0) is not.
+    # The integer is negated: a flat board must give +0.0, and -(0.0) does not.
     minus_gx, gy, gz = float(-acc_x), float(acc_y), float(acc_z)
     gx2, gz2 = minus_gx * minus_gx, gz * gz
     bx, by, bz = float(mag_x), float(mag_y), float(mag_z)
@@ -98,9 +98,9 @@ def _angles(
 
 
 def getAltitude(press: float, temperature: float, press_zero_level: float) -> float:
-    """Height in m (float32) above the place where the pressure was ``press_zero_level``; hypsometric formula.
+    """Return the height in m (float32) above the place of ``press_zero_level``, by the hypsometric formula.
 
-    Pressures in hPa, temperature in degC. Readings that make no sense give what C gives: an infinity at a
+    Pressures in hPa, temperature in degC. Absurd readings give the same result as in C: an infinity at a
     pressure of 0, a NaN at a negative one.
     """
     ratio = float_divide(press_zero_level, press)

@@ -1,15 +1,14 @@
-"""What the firmware needs of the hardware: STM32Cube HAL calls, as protocols; and PRINTF on top of them.
+"""Hardware interface of the firmware: STM32Cube HAL calls, as protocols; and PRINTF on top of them.
 
 The firmware model is the lab's C program written in Python. It reaches the board through these calls only,
-and **HAL calls are the only thing that costs virtual time**: whatever stands between two of them takes none.
-That is the one liberty this model takes against a compiled firmware, whose arithmetic fills part of the 1.25
-ms tick.
+and **only HAL calls cost virtual time**: the code between two of them takes none. This is the model's only
+difference from a compiled firmware, whose arithmetic fills part of the 1.25 ms tick.
 
 Decisions
-    Python types instead of C pointers: a read returns ``(status, data)``. The road not taken, a caller's
-    buffer filled in place, would need a bytearray per call site and gains nothing. Device addresses are in
-    the HAL's 8-bit form (7-bit address shifted left by one), because that is what C source for these parts
-    contains: 0xD6, 0x3C, 0xBA.
+    HAL calls use Python types instead of C pointers: a read returns ``(status, data)``. A caller's
+    buffer filled in place was rejected, because it needs a bytearray per call site without a benefit. Device
+    addresses are in the HAL's 8-bit form (7-bit address shifted left by one), because C source for these
+    sensors contains that form: 0xD6, 0x3C, 0xBA.
 
     ``PRINTF`` formats with ``vsnprintf`` into 255 bytes, so at most 254 characters reach the line. ST's own
     ``myprintf`` passes 254 as the limit but then sends the *untruncated* length, reading past its buffer.
@@ -32,7 +31,7 @@ GPIO_PIN_SET = 1
 
 
 class Hal(Protocol):
-    """The HAL calls the lab uses. A status is one of HAL_OK, HAL_ERROR, HAL_BUSY, HAL_TIMEOUT."""
+    """The lab's HAL calls. A status is one of HAL_OK, HAL_ERROR, HAL_BUSY, HAL_TIMEOUT."""
 
     def HAL_Delay(self, delay_ms: int) -> None:
         """Wait at least ``delay_ms`` milliseconds; interrupts run meanwhile."""
@@ -50,7 +49,7 @@ class Hal(Protocol):
         """Send ``data`` on USART1 and wait for the last bit; interrupts run meanwhile. Returns the status."""
 
     def HAL_UART_Receive(self, size: int, timeout_ms: int) -> tuple[int, bytes]:
-        """Wait for ``size`` bytes on USART1; the data are what came before the timeout."""
+        """Wait for ``size`` bytes on USART1; the data are those received before the timeout."""
 
     def HAL_GPIO_Init(self, port: str, pin: int) -> None:
         """Make a pin a push-pull output; ``port`` is a letter, ``pin`` 0..15."""
@@ -69,22 +68,22 @@ class Hal(Protocol):
 
 
 class Application(Protocol):
-    """What the HAL calls in the firmware."""
+    """Functions of the firmware that the HAL calls."""
 
     def main(self) -> None:
         """Run the program; never returns."""
 
     def HAL_TIM_PeriodElapsedCallback(self) -> None:
-        """TIM9's update interrupt; preempts ``main`` wherever it waits inside a HAL call."""
+        """Handle TIM9's update interrupt; it preempts ``main`` at any wait inside a HAL call."""
 
 
-PRINTF_LIMIT = 254  # a 255-byte buffer less the terminating zero
+PRINTF_LIMIT = 254  # a 255-byte buffer without the terminating zero
 PRINTF_TIMEOUT_MS = 1000
 
 
 def PRINTF(hal: Hal, fmt: str, *args: CArgument) -> None:
     """Format as C does and send the first 254 bytes in one blocking transmit.
 
-    The status is not looked at: a busy UART loses the text, as on the board.
+    The status is ignored: a busy UART loses the text, as on the board.
     """
     hal.HAL_UART_Transmit(sprintf(fmt, *args)[:PRINTF_LIMIT], PRINTF_TIMEOUT_MS)

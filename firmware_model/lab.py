@@ -1,15 +1,15 @@
-"""The lab's programs: what all exercises have in common, the template, and all exercises solved.
+"""The lab's programs: the common base of all exercises, the template, and all exercises solved.
 
 State variables are attributes under their C names, so that a debugger view, a test or a grader can read
 ``firmware.acc.AXIS_X`` as on the board.
 
 Decisions
-    One class per program, deriving from ``LabFirmware``, which fixes the order of ``main``; a program adds
-    its timer callback and the body of its endless loop. One class with exercise switches would have to be
-    read with every switch in mind.
+    Each program of the lab is one class derived from ``LabFirmware``, which fixes the order of ``main``; a
+    program adds its timer callback and the body of its endless loop. One class with exercise switches was
+    rejected, because every reader would have to consider every switch.
 
-    The angles are computed in the 800 Hz callback, not in the main loop where the slide about plotting calls
-    eCompass: the LEDs must follow the tilt at once, and MagCalibration and eCompass see every sample.
+    The angles are computed in the 800 Hz callback, although the slide about plotting calls eCompass in the
+    main loop: the LEDs must follow the tilt at once, and MagCalibration and eCompass need every sample.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from fcu_emulator.firmware_model.sensor_data import (
     setUpForFlight,
 )
 
-# -- What may be chosen; the defaults are the lab's ---------------------------------------------------------
+# -- Settings; the defaults are the lab's -------------------------------------------------------------------
 
 
 TIMER_REGISTER_MAX = 0xFFFF  # TIM9's prescaler and auto-reload registers have 16 bits
@@ -52,7 +52,7 @@ class Settings:
     mu: float = 1.0
     """Weight of Gx in the slides' roll, 0.01..1."""
     led1_axis: Literal["pitch", "roll"] = "pitch"
-    """The angle LED1 watches ("the x axis"); LED2 watches the other."""
+    """The angle shown by LED1 ("the x axis"); LED2 shows the other."""
     led_threshold_deg: float = 80.0
     """An LED is on while the absolute angle is above this."""
     banner: Literal["FH", "FW"] = "FH"
@@ -94,7 +94,7 @@ class LabLed:
         hal.HAL_GPIO_WritePin(LED_PORT, pin, GPIO_PIN_SET)
 
     def switch(self, on: bool) -> None:
-        """Light it or not; the pin is written only on a change, so that a trace shows changes only."""
+        """Switch the LED; the pin is written only on a change, so that a trace shows changes only."""
         if on is not self.on:
             self.on = on
             self._hal.HAL_GPIO_WritePin(LED_PORT, self._pin, GPIO_PIN_RESET if on else GPIO_PIN_SET)
@@ -105,7 +105,7 @@ class LabLed:
         self._hal.HAL_GPIO_TogglePin(LED_PORT, self._pin)
 
 
-# -- What all programs have in common -----------------------------------------------------------------------
+# -- The common base of all programs ------------------------------------------------------------------------
 
 
 LOOP_DELAY_MS = 1000
@@ -148,10 +148,10 @@ class LabFirmware(ABC):
 
     @abstractmethod
     def HAL_TIM_PeriodElapsedCallback(self) -> None:
-        """TIM9's interrupt, 800 Hz."""
+        """Handle TIM9's interrupt, 800 times per second."""
 
     def ReadSensorRawData(self) -> None:
-        """Refresh ``acc``, ``gyro``, ``mag`` and ``press``; what cannot be read keeps its old value."""
+        """Refresh ``acc``, ``gyro``, ``mag`` and ``press``; values that cannot be read are unchanged."""
         self.press = self._sensors.ReadSensorRawData(self.acc, self.gyro, self.mag, self.press)
 
     def print_template_block(self) -> None:
@@ -178,7 +178,7 @@ class LabFirmware(ABC):
         hal.HAL_TIM_Base_Start_IT()
 
     def _set_zero_level(self) -> None:
-        """Take the floor's pressure as 0 m, before the timer starts and shares the bus."""
+        """Set 0 m to the floor's pressure, before the timer starts and shares the bus."""
         LPS22HB_WaitForData(self.hal)
         self.press = self.press_zero_level = LPS22HB_Get_Press(self.hal, self.press)
         self.temperature = LPS22HB_Get_Temp(self.hal, self.temperature)
@@ -205,11 +205,11 @@ class Template(LabFirmware):
 
 
 class Lab3(LabFirmware):
-    """All exercises."""
+    """The solution of all exercises."""
 
     def __init__(self, hal: Hal, settings: Settings | None = None) -> None:
         super().__init__(hal, settings)
-        # Read 800 times a second: bound once.
+        # Called 800 times per second: bound once.
         self._mu = self.settings.mu
         self._threshold_deg = self.settings.led_threshold_deg
         self._led1_shows_pitch = self.settings.led1_axis == "pitch"
@@ -220,7 +220,7 @@ class Lab3(LabFirmware):
         self.ReadSensorRawData()
         MagCalibration(self.mag, self.mag_min, self.mag_max)
         angles = eCompass(self.acc, self.mag, self._mu)
-        if angles is not self._angles:  # else pins and variables show them already
+        if angles is not self._angles:  # else pins and variables are up to date
             self._angles = angles
             self.pitch, self.roll, self.azimuth = angles
             self._show_tilt()

@@ -1,14 +1,15 @@
-"""The sensors as the lab's main.c uses them: started, read, scaled, turned into the board's axes.
+"""The sensors of the lab's main.c: started, read, scaled, turned into the board's axes.
 
 Frame of all vectors (COORDINATE_SYSTEM 3 of ST's firmware): X right, Y forward, Z up out of the component
 side: out.X = -raw.Y, out.Y = raw.X, out.Z = raw.Z, applied after the truncation to int32.
 
 Decisions
-    Bursts of 6, 6, 6 and 3 bytes. ST's firmware reads each byte in a transaction of its own and re-reads the
-    full-scale registers every sample; at 400 kHz those 24 transactions would not fit into 1.25 ms.
+    Sensors are read in bursts of 6, 6, 6 and 3 bytes. ST's firmware reads each byte in a separate transaction
+    and re-reads the full-scale registers every sample; at 400 kHz those 24 transactions would not fit into
+    1.25 ms.
 
     Scaling is a look-up in a table of all 65536 raw values. Computing ``(int32_t)(raw * 0.122f)``, a product
-    rounded to single and truncated, takes 290 ns in Python against 12 ns, nine times a tick, 800 ticks a
+    rounded to single and truncated, takes 290 ns in Python against 12 ns, nine times per tick, 800 ticks per
     second. A table is built on first use (about 13 ms), not on import.
 """
 
@@ -50,40 +51,40 @@ GYRO_MDPS_PER_LSB = 70.0  # 2000 dps
 MAG_MGAUSS_PER_LSB = 1.5
 
 unpack_axes = struct.Struct("<HHH").unpack
-"""Six output bytes -> raw X, Y, Z as unsigned 16-bit numbers, the index of a scale table."""
+"""Convert six output bytes to raw X, Y, Z as unsigned 16-bit numbers, the index of a scale table."""
 
 
 @dataclass(slots=True)
 class AxesRaw:
-    """``AxesRaw_TypeDef``: a vector of int32; units mg, mdps or mgauss as its user says."""
+    """``AxesRaw_TypeDef``: a vector of int32; the user of the vector chooses mg, mdps or mgauss."""
 
     AXIS_X: int = 0
     AXIS_Y: int = 0
     AXIS_Z: int = 0
 
 
-AxesRaw_TypeDef = AxesRaw  # the C name; as there, a typedef of the structure
+AxesRaw_TypeDef = AxesRaw  # the C name, there also a typedef of the structure
 
 
 @cache
 def scale_table(sensitivity: float) -> tuple[int, ...]:
-    """``(int32_t)(raw * sensitivity)`` in single precision for every int16, indexed by raw as uint16."""
+    """Return ``(int32_t)(raw * sensitivity)`` in single precision for every int16, indexed by raw as uint16."""
     factor = f32(sensitivity)
     raw_values = itertools.chain(range(0x8000), range(-0x8000, 0))
     products = array("f", (raw * factor for raw in raw_values))  # stored, hence rounded, as float32
     return tuple(map(int, products))  # int() truncates toward zero, as C's cast does
 
 
-# -- main.c's start-up: initialise all, enable all, set them up ---------------------------------------------
+# -- Start-up in main.c: initialise, enable and configure all sensors ---------------------------------------
 
 
 _SPIN_MS = 1000
 
 
 def initializeAllSensors(hal: Hal) -> None:
-    """Initialise the sensors one after the other; **never returns** if one is missing or is another part.
+    """Initialise the sensors one after the other; **never returns** if one is missing or of another type.
 
-    ST's code then hangs in ``while(1);`` without a word: the banner is all the terminal shows, the LEDs stay
+    ST's code then hangs in ``while(1);`` without a message: the terminal only shows the banner, the LEDs stay
     dark, the timer never starts. Only HAL calls let virtual time pass, so the empty loop is modelled by
     endless delays.
     """
@@ -94,7 +95,7 @@ def initializeAllSensors(hal: Hal) -> None:
 
 
 def enableAllSensors(hal: Hal) -> None:
-    """Start each sensor and say so; like main.c it does not look at the status."""
+    """Start each sensor and print a message; like main.c it ignores the status."""
     LSM6DSL_X_Enable(hal)
     PRINTF(hal, "LSM6DSL MEMS Accelerometer initialized and enabled\n")
     LSM6DSL_G_Enable(hal)
@@ -108,7 +109,7 @@ def enableAllSensors(hal: Hal) -> None:
 
 
 def setUpForFlight(hal: Hal) -> None:
-    """Set the output rates, ranges and filters the rest of the program counts on."""
+    """Set the output rates, ranges and filters that the rest of the program needs."""
     LSM6DSL_FlightSetup(hal)
     LIS2MDL_FlightSetup(hal)
 
@@ -120,9 +121,9 @@ _REMEMBERED = 4096  # samples of a sensor
 
 
 class AxesReader:
-    """One three-axis sensor: its output registers, and its samples as the board's axes.
+    """One three-axis sensor: its output registers, and its samples in the board's axes.
 
-    Samples seen before are looked up: at rest, noise makes the same few again and again.
+    Earlier samples are looked up: at rest, noise produces the same few again and again.
     """
 
     def __init__(self, hal: Hal, device: int, register: int, sensitivity: float) -> None:
@@ -161,8 +162,8 @@ class SensorReader:
     ) -> float:
         """Refresh ``acc`` (mg), ``gyro`` (mdps) and ``mag`` (mgauss) in place; return the pressure in hPa.
 
-        What cannot be read keeps its old value; for the pressure that is ``press``, passed in because Python
-        has no pointer to a float.
+        A failed read leaves the old value; for the pressure that is ``press``, passed in because Python has
+        no pointer to a float.
         """
         self._acc.read(acc)
         self._gyro.read(gyro)

@@ -1,26 +1,27 @@
 """Register-level models of the three sensors on the STEVAL-FCU001V1.
 
-A part has two faces: its registers, read and written through sub-addresses at a given virtual time, and the
-physical signals it is given at construction. It knows no bus, no clock and no thread; numpy is all it needs.
+A sensor has two interfaces: its registers, read and written through sub-addresses at a given virtual time,
+and the physical signals given to its constructor. It does not depend on a bus, a clock or a thread, and needs
+only numpy.
 
-What all parts share, from the bus inwards:
+Common modules, from the bus inwards:
 
 =================  ====================================================================================
-part               the base of every part, and the protocol of I2C, from message to register
-spi                the protocol of SPI
-register_file      memory, hooks, and how a burst is read and written
-register           how registers and their bits are declared
-sampling           which sample is the latest at a given time, and the output registers that show it
+part               base class of every sensor, and the I2C protocol, from message to register
+spi                the SPI protocol
+register_file      memory, hooks, and the rules for reading and writing bursts
+register           declarations of registers and their bits
+sampling           the latest sample at a given time, and the output registers that show it
 filters            digital filters on samples
-front_end          what comes before a sample: analog stage, clipping, deviation, noise
-errors             by how much a real part deviates: offset, scale, drift, noise
-declaration        what a part says about itself: signals, bus, functions
+front_end          signal chain before a sample: analog stage, clipping, deviation, noise
+errors             deviations of a real sensor: offset, scale, drift, noise
+declaration        a sensor's declarations: signals, bus, functions
 pin                interrupt and data-ready pins
 registry           ``PARTS``, the sensors by name
 =================  ====================================================================================
 
-Each part is a folder: ``declaration``, ``registers``, ``model``, and a file for each chapter of its datasheet
-or application note.
+Each sensor is a folder: ``declaration``, ``registers``, ``model``, and a file for each chapter of its
+datasheet or application note.
 """
 
 if not __name__.startswith("fcu_emulator."):  # imported by its former name
@@ -47,7 +48,7 @@ _HOMES = {
     "AccessError": "register_file",
     "Part": "part",
 }
-"""Names are loaded when they are first used: the C headers are generated from register declarations without numpy."""
+"""Names are loaded on first use: the C headers are generated from register declarations without numpy."""
 
 __all__ = ["LIS2MDL", "LPS22HB", "LSM6DSL", "PARTS", "AccessError", "Part"]
 

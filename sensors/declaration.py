@@ -1,9 +1,9 @@
-"""What a part says about itself as data: what it measures, how a bus reaches it, and how true its model is.
+"""Declarations of a sensor as data: measured quantities, bus access, and fidelity of the model.
 
-The class of a part carries one of each, beside its name and its register map: ``SIGNALS``, ``BUS``,
-``ERRORS`` (:class:`fcu_emulator.sensors.errors.PartErrors`) and ``FUNCTIONS``. Boards, the keys of scenario files,
-diagnoses, printed register maps and the fidelity table are made from them, so that a new part is a folder
-here and one line in the list of a board.
+The class of a sensor carries one of each, beside its name and its register map: ``SIGNALS``, ``BUS``,
+``ERRORS`` (:class:`fcu_emulator.sensors.errors.PartErrors`) and ``FUNCTIONS``. Boards, the keys of scenario
+files, diagnoses, printed register maps and the fidelity table are generated from them. A new sensor is
+therefore one folder here and one line in the list of a board.
 """
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 Wires: TypeAlias = Literal[3, 4]
-"""Of SPI: data out on a line of its own, or on that of data in."""
+"""Number of SPI wires: 4 with a separate line for data out, 3 with one line for both directions."""
 
 Mode: TypeAlias = Literal[0, 1, 2, 3]
-"""Of SPI: CPOL and CPHA."""
+"""SPI mode: CPOL (bit 1) and CPHA (bit 0)."""
 
 
 @dataclass(frozen=True)
 class Output:
-    """Where the registers of a part have a quantity.
+    """Location of a quantity in the registers.
 
-    ``size`` bytes for each axis from sub-address ``address`` on, X first, little endian (after reset, where a
-    part can do both); ``zero`` is the value that reads 0, in the quantity's unit. A step is as large as
-    ``sample_range`` says, which may depend on the full scale.
+    ``size`` bytes for each axis from sub-address ``address`` on, X first, little endian (after reset, if the
+    sensor supports both); ``zero`` is the value that reads 0, in the quantity's unit. ``sample_range``
+    returns the size of a step, which may depend on the full scale.
     """
 
     address: int
@@ -34,12 +34,14 @@ class Output:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A physical quantity that a part measures: one of the signals it is built with.
+    """A physical quantity that a sensor measures: one of the signals given to its constructor.
 
-    ``name``: as the constructor and ``sample_range`` call it; ``unit``: of its values; ``axes``: 3 for a
-    vector in the sensor's own axes, an array of shape (n, 3), or 1 for a scalar, (n,); ``doc``: what it is;
-    ``output``: where the result is read; ``one_row``: the part takes a single row where the signal is the
-    same at all times asked for.
+    ``name``: its name in the constructor and ``sample_range``;
+    ``unit``: of its values;
+    ``axes``: 3 for a vector in the sensor's own axes, an array of shape (n, 3), or 1 for a scalar, (n,);
+    ``doc``: its description;
+    ``output``: location of the result;
+    ``one_row``: the sensor accepts a single row if the signal is the same at all requested times.
     """
 
     name: str
@@ -52,13 +54,14 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Bus:
-    """How a part is reached.
+    """Access to a sensor over its buses.
 
-    ``i2c_addresses``: 7-bit addresses, by the level of the pin that selects one; none: no I2C.
-    ``spi_wires``: how many wires after reset; None: no SPI. ``spi_modes``: those in which bits are
-    understood. ``i2c_increment_bit``, ``spi_increment_bit``: the bit of the sub-address byte that has to be
-    set for a burst to go on to the next register; 0 where bursts do so by themselves. ``source``: where this
-    is documented.
+    ``i2c_addresses``: 7-bit addresses, by the level of the pin that selects one; empty: no I2C.
+    ``spi_wires``: number of wires after reset; None: no SPI.
+    ``spi_modes``: modes in which bits are received correctly.
+    ``i2c_increment_bit``, ``spi_increment_bit``: the bit of the sub-address byte that makes a burst continue
+    at the next register; 0 if bursts always do.
+    ``source``: document and section.
     """
 
     i2c_addresses: tuple[int, ...]
@@ -73,10 +76,12 @@ class Bus:
 
 @dataclass(frozen=True)
 class Function:
-    """How true one function of a part is; a register or bit without behaviour says so in the register map.
+    """Fidelity of one sensor function; registers and bits without behaviour are marked in the register map.
 
-    ``source``: where it is documented; ``approximated``: how the model differs from silicon or fills a gap
-    in the documents, empty where it does what they say; ``missing``: what the model leaves out.
+    ``source``: document and section;
+    ``approximated``: differences from silicon and assumptions where the documents are silent, empty if there
+    are none;
+    ``missing``: behaviour that the model does not have.
     """
 
     name: str
@@ -86,7 +91,7 @@ class Function:
 
     @property
     def verdict(self) -> str:
-        """``modelled``, or what is approximated and what is not modelled."""
+        """Return ``modelled``, or the approximated and missing behaviour."""
         parts = []
         if self.approximated:
             parts.append(f"approximated: {self.approximated}")

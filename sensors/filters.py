@@ -1,21 +1,20 @@
-"""Digital filters as biquad sections, evaluated in blocks where somebody looks.
+"""Digital filters as biquad sections, evaluated in blocks on demand.
 
-Decision: every filter of the parts is a second-order Butterworth section by the bilinear transform, -3 dB
-exactly at the documented cut-off; no datasheet of the parts gives order or shape. A cut-off at or above half
-the sample rate filters nothing that samples at that rate could show, and its section is left out.
+Decision: every filter of the sensors is a second-order Butterworth section by the bilinear transform, with -3
+dB exactly at the documented cut-off, because no datasheet gives order or shape. A cut-off at or above half
+the sample rate has no visible effect at that rate, so its section is omitted.
 
-A cascade of sections runs as a state-space system over pages of 32 blocks of 64 samples: what each block
-leaves in the state, then the state before each block, then the output of all blocks; a handful of matrix
-products and no loop. Road not taken: scipy's ``sosfilt``, 30 MB of dependency for one loop in C.
+A cascade of sections runs as a state-space system over pages of 32 blocks of 64 samples. It computes the
+effect of each block on the state, then the state before each block, then the output of all blocks: a few
+matrix products and no loop. scipy's ``sosfilt`` was rejected: it adds 30 MB of dependency for one loop in C.
 
 Decision: a filtered sample is a pure function of its number (:class:`SampledFilter`). Samples are computed in
-pages of fixed place and size, each from the state the page before it left behind; every sixteen pages or
-more, a segment, begins afresh, so many samples early that what came before them has been forgotten. A
-reader who skips an hour thus pays for a segment, not for the hour, and gets the same bits as one who read
-every sample.
+pages of fixed place and size, each from the state after the page before it. Every sixteen pages or more a new
+segment begins: it starts so many samples early that earlier samples have no effect any more. A reader that
+skips an hour thus pays for a segment, not for the hour, and gets the same bits as one that read every sample.
 
-Inputs already taken are kept to the end of their page: a world that changes at sample n changes the samples
-from n on, and the world need not remember what was before.
+Inputs are cached to the end of their page: a world that changes at sample n changes the samples from n on,
+and the world need not keep its past.
 """
 
 from __future__ import annotations
@@ -35,16 +34,17 @@ Section: TypeAlias = tuple[float, float, float, float, float]
 """b0, b1, b2, a1, a2 of (b0 + b1/z + b2/z^2) / (1 + a1/z + a2/z^2)."""
 
 Start: TypeAlias = Literal["settled", "zero", "reference"]
-"""What a filter takes to have been before its first sample.
+"""Assumed input of a filter before its first sample.
 
-``settled``: its first sample, for ever; ``zero``: nothing; ``reference``: as ``settled``, and the first
-sample is subtracted from every output.
+``settled``: constantly the first sample;
+``zero``: nothing;
+``reference``: as ``settled``, with the first sample subtracted from every output.
 """
 
 _BLOCK = 64
 _BLOCKS = 32
 PAGE = _BLOCK * _BLOCKS
-"""Samples that are filtered at once."""
+"""Number of samples filtered together."""
 
 _FORGOTTEN = 1e-9  # full scale times this is far below one count
 _GRID = 1 << 15
@@ -53,7 +53,7 @@ SLOPE: Section = (0.5, -0.5, 0.0, 0.0, 0.0)  # (x[n] - x[n-1]) / 2
 
 
 def low_pass(cutoff: float) -> Section:
-    """Second-order low-pass; ``cutoff`` is its -3 dB frequency over the sample rate, below 0.5."""
+    """Return a second-order low-pass; ``cutoff`` is its -3 dB frequency over the sample rate, below 0.5."""
     k = math.tan(math.pi * cutoff)
     norm = 1 / (1 + math.sqrt(2) * k + k * k)
     gain = k * k * norm
@@ -61,7 +61,7 @@ def low_pass(cutoff: float) -> Section:
 
 
 def fourth_order_low_pass(cutoff: float) -> tuple[Section, Section]:
-    """Fourth-order Butterworth low-pass; ``cutoff`` as of :func:`low_pass`."""
+    """Return a fourth-order Butterworth low-pass; ``cutoff`` as of :func:`low_pass`."""
     k = math.tan(math.pi * cutoff)
     sections: list[Section] = []
     for angle in (math.pi / 8, 3 * math.pi / 8):
@@ -73,14 +73,14 @@ def fourth_order_low_pass(cutoff: float) -> tuple[Section, Section]:
 
 
 def high_pass(cutoff: float) -> Section:
-    """Second-order high-pass; ``cutoff`` is its -3 dB frequency over the sample rate, below 0.5."""
+    """Return a second-order high-pass; ``cutoff`` is its -3 dB frequency over the sample rate, below 0.5."""
     _, _, _, a1, a2 = low_pass(cutoff)
     gain = (1 - a1 + a2) / 4  # 1 at half the sample rate
     return gain, -2 * gain, gain, a1, a2
 
 
 def response(sections: tuple[Section, ...], frequency: Array) -> Spectrum:
-    """Complex gain of a cascade at ``frequency`` (n,), as a part of the sample rate."""
+    """Return the complex gain of a cascade at ``frequency`` (n,), as a fraction of the sample rate."""
     delay = np.exp(-2j * np.pi * frequency)
     gain: Spectrum = np.ones_like(delay)
     for b0, b1, b2, a1, a2 in sections:
@@ -88,9 +88,9 @@ def response(sections: tuple[Section, ...], frequency: Array) -> Spectrum:
     return gain
 
 
-@lru_cache(maxsize=64)  # boards share them; there are only so many settings
+@lru_cache(maxsize=64)  # shared by all boards; the number of settings is small
 def chain(sections: tuple[Section, ...], start: Start) -> Chain:
-    """The cascade of ``sections`` in the order given; the same object for the same arguments."""
+    """Return the cascade of ``sections`` in the given order; the same object for the same arguments."""
     return Chain(sections, start)
 
 
@@ -104,7 +104,7 @@ class Chain:
         self.order = len(b)
         powers = _powers(a, _BLOCK)
         impulse = np.array([d, *(c @ power @ b for power in powers[: _BLOCK - 1])])
-        # All transposed, since signals are rows: row times matrix.
+        # All matrices are transposed, since signals are rows: row times matrix.
         self._powers = [power.T for power in powers]
         self._to_state = np.array([powers[_BLOCK - 1 - sample] @ b for sample in range(_BLOCK)])
         self._from_state = np.array([c @ power for power in powers[:_BLOCK]]).T.copy()
@@ -121,7 +121,7 @@ class Chain:
 
     @cached_property
     def settling(self) -> int:
-        """Samples until what came before them no longer shows in the output."""
+        """Number of samples after which earlier samples have no effect on the output."""
         slowest = max(float(np.abs(np.roots((1.0, *section[3:]))).max()) for section in self.sections)
         return math.ceil(math.log(_FORGOTTEN) / math.log(slowest)) if slowest else 2
 
@@ -132,12 +132,12 @@ class Chain:
         return float(np.sqrt(np.mean(np.abs(response(self.sections, frequency)) ** 2)))
 
     def at_rest(self, axes: int) -> Array:
-        """The state before anything came."""
+        """Return the state before the first sample."""
         return np.zeros((axes, self.order))
 
     def run(self, page: Array, state: Array) -> tuple[Array, Array]:
-        """Output of ``PAGE`` samples, and the state after them."""
-        if not (state.any() or page.any()):  # a still world less its reference
+        """Return the output of ``PAGE`` samples, and the state after them."""
+        if not (state.any() or page.any()):  # a still world minus its reference
             return np.zeros_like(page), state
         blocks = page.reshape(len(page), _BLOCKS, _BLOCK)
         states = self._states(blocks, state)
@@ -146,7 +146,7 @@ class Chain:
         return output.reshape(page.shape), states[:, -1]
 
     def after(self, signal: Array, state: Array) -> Array:
-        """The state after at most ``PAGE`` samples."""
+        """Return the state after at most ``PAGE`` samples."""
         axes, count = signal.shape
         page = np.zeros((axes, PAGE))
         page[:, :count] = signal
@@ -158,7 +158,7 @@ class Chain:
         return after
 
     def _states(self, blocks: Array, state: Array) -> Array:
-        """The state before each block and after the last, (axes, blocks + 1, order)."""
+        """Return the state before each block and after the last, (axes, blocks + 1, order)."""
         left = (blocks @ self._to_state).reshape(len(blocks), -1)
         states: Array = left @ self._carry + state @ self._leaps
         return states.reshape(len(blocks), -1, self.order)
@@ -172,10 +172,10 @@ def _powers(matrix: Array, highest: int) -> list[Array]:
 
 
 def _state_space(sections: tuple[Section, ...]) -> tuple[Array, Array, Array, float]:
-    """A, B, C, D of the cascade: s' = A s + B x, y = C s + D x; two states a section."""
+    """Return A, B, C, D of the cascade: s' = A s + B x, y = C s + D x; two states per section."""
     a, b, c, d = np.zeros((0, 0)), np.zeros(0), np.zeros(0), 1.0
     for b0, b1, b2, a1, a2 in sections:
-        # one section in transposed direct form II, fed by the output of those before it
+        # one section in transposed direct form II, fed by the output of the sections before it
         own = np.array([[-a1, 1.0], [-a2, 0.0]])
         entry = np.array([b1 - a1 * b0, b2 - a2 * b0])
         a = np.block([[a, np.zeros((len(b), 2))], [np.outer(entry, c), own]])
@@ -190,21 +190,21 @@ def _state_space(sections: tuple[Section, ...]) -> tuple[Array, Array, Array, fl
 Source: TypeAlias = Callable[[int, int], Array]
 """``source(number, count)``: unfiltered samples, (axes, count), of the present settings and world."""
 
-_SEGMENT = 16  # times the pages of warming up
-_KEPT = 4  # pages: the stream's block, and what a second reader may lag behind
+_SEGMENT = 16  # length in multiples of the warm-up pages
+_KEPT = 4  # pages: the stream's block, and the lag of a second reader
 
 
 class _Page:
-    """One page: its input less the reference, the output, and the filter's state after it.
+    """One page: its input minus the reference, the output, and the filter's state after it.
 
-    Arrays are replaced, never changed: a snapshot of the part keeps them as they are.
+    Arrays are replaced, never changed, because a snapshot of the sensor refers to them.
     """
 
     __slots__ = ("after", "known", "output", "samples")
 
     def __init__(self, axes: int) -> None:
         self.samples = np.empty((axes, 0))
-        self.known = 0  # of ``samples``, how many are taken already
+        self.known = 0  # number of ``samples`` taken so far
         self.output: Array | None = None
         self.after: Array | None = None
 
@@ -217,14 +217,14 @@ class SampledFilter:
         self._axes = axes
         self._chain: Chain | None = None
         self._started = 0  # number of the chain's first sample
-        self._first = 0  # number of the first one under the present settings
-        self._initial = np.empty((axes, 0))  # the state before it
+        self._first = 0  # number of the first sample under the present settings
+        self._initial = np.empty((axes, 0))  # the state before that sample
         self._reference: Array | None = None
         self._warm = self._segment = 1
         self._pages: dict[int, _Page] = {}
 
     def restart(self, chain: Chain | None, number: int) -> None:
-        """Filter with another chain from ``number`` on, which starts as its ``start`` says."""
+        """Filter with another chain from ``number`` on, which starts according to its ``start``."""
         self._chain = chain
         self._started = self._first = number
         self._reference = None
@@ -235,7 +235,7 @@ class SampledFilter:
             self._segment = _SEGMENT * self._warm
 
     def split(self, number: int) -> None:
-        """The source's settings are about to change from ``number`` on: keep the filter's state so far."""
+        """Save the filter's state: the source's settings are about to change from ``number`` on."""
         if self._chain is None or number == self._first:
             return
         page, offset = divmod(number - self._first, PAGE)
@@ -245,7 +245,7 @@ class SampledFilter:
         self._pages.clear()
 
     def forget(self, number: int) -> None:
-        """The world has changed: what was computed ahead from ``number`` on is computed anew."""
+        """Discard samples computed ahead from ``number`` on, because the world has changed."""
         if number <= self._started:
             self._reference = None
             self._pages.clear()
@@ -256,7 +256,7 @@ class SampledFilter:
                 entry.known = min(entry.known, offset) if key == page else 0
 
     def block(self, number: int, count: int) -> Array:
-        """Filtered samples ``number`` to ``number + count - 1``, (axes, count)."""
+        """Return filtered samples ``number`` to ``number + count - 1``, (axes, count)."""
         first = number - self._first
         end = first + count
         pieces = []
@@ -281,7 +281,7 @@ class SampledFilter:
         return output
 
     def _state_before(self, page: int) -> Array:
-        """The filter's state before a page: from the page before it, or by warming up for its segment."""
+        """Return the filter's state before a page: from the page before it, or by warming up for its segment."""
         assert self._chain is not None
         segment = page - page % self._segment
         for begin in range(page, segment, -1):
@@ -300,7 +300,7 @@ class SampledFilter:
         return state
 
     def _input(self, page: int) -> _Page:
-        """A page with all of its samples taken."""
+        """Return a page with all of its input samples."""
         entry = self._pages.get(page)
         if entry is None:
             while len(self._pages) >= _KEPT:
@@ -317,7 +317,7 @@ class SampledFilter:
         return entry
 
     def _reference_value(self) -> Array:
-        """What the filter's deviations are counted from, (axes, 1): a still world passes it bit by bit."""
+        """Return the reference of the filter's input, (axes, 1): a still world equals it bit by bit."""
         if self._reference is None:
             assert self._chain is not None
             zero = self._chain.start == "zero"

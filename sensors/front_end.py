@@ -1,48 +1,48 @@
-"""What comes before a sample: the analog stage, the converter that clips, the filter before decimation, and
-what a part adds of its own: deviation, noise, bias instability. ``sensors.errors`` says how large these are.
+"""The signal chain before a sample: analog stage, converter with clipping, filter before decimation, and the
+sensor's own errors (deviation, noise, bias instability). ``sensors.errors`` has their sizes.
 
-A sensor does not look at the world once a sample. It converts much faster, and filters before it leaves most
-of that out, so that what moves faster than half the output rate does not come back as something slow. So does
-this module. The world is asked at :data:`ANALOG_OVER` times the converter's rate, which stands for the analog
-side; then comes an analog low-pass; the converter takes every so-manyth value and clips it at full scale; a
-digital low-pass; and the output rate takes every so-manyth of these.
+A sensor converts much faster than its output rate, and filters before decimation, so that motion above half
+the output rate is not aliased. This module does the same. It samples the world at :data:`ANALOG_OVER` times
+the converter's rate, which represents the analog side, and applies an analog low-pass. The converter takes
+every n-th value and clips it at full scale. Then come a digital low-pass and the decimation to the output
+rate.
 
-No document of the parts gives the converter's rate, the order of the filters, or where a part clips.
+No document of the sensors gives the converter's rate, the order of the filters, or the point of clipping.
 Decisions:
 
 * The converter of the LSM6DSL runs at its highest output rate, 6664 Hz by its own oscillator.
-* An analog stage is a second-order Butterworth low-pass, as all filters here (``sensors.filters``); the
-  digital one before decimation has two such sections, the fourth-order Butterworth's, with its -3 dB at half
-  the output rate: narrower filters that follow it at the output rate then keep their documented cut-off
-  within 0.2 dB. Another order would change what is left above half the output rate: 104 Hz at an output of
-  104 Hz is weakened 16 times.
-* A signal is clipped where the converter's 16 bits end, before any digital filter. Vibration beyond full
-  scale is then measured wrong, as on a real part. Road not taken: a clip at the output alone, which averages
-  such vibration to a value that looks right.
+* Analog stages are second-order Butterworth low-passes, as all filters here (``sensors.filters``). The
+  digital filter before decimation has two such sections: a fourth-order Butterworth with -3 dB at half the
+  output rate. Narrower filters after it, at the output rate, then keep their documented cut-off within 0.2
+  dB. Another order would change the remainder above half the output rate: 104 Hz at an output of 104 Hz is
+  attenuated 16 times.
+* A signal is clipped at the limits of the converter's 16 bits, before any digital filter. Vibration beyond
+  full scale is then measured wrong, as on a real sensor. A clip at the output alone was rejected: it averages
+  such vibration to a value that seems right.
 
-The filters are finite impulse responses, so a sample is a pure function of the signal before it, whoever
-asks when. Where the world moves slowly against the filter, all of this is a delay, and that is what is
-computed: the world is asked once a sample, a little earlier. When it moves fast is the world's to say
-(:class:`fcu_emulator.sensors.part.DynamicSignal`). A plain function cannot say it: it gives the samples as the converter's
-filter would, and is taken at its word.
+The filters have finite impulse responses, so a sample is a pure function of the signal before it and not of
+the order of reads. If the world moves slowly compared with the filter, the chain is a pure delay: the world
+is then sampled once per output sample, slightly earlier. The world reports when it moves fast
+(:class:`fcu_emulator.sensors.part.DynamicSignal`). A plain function cannot report it: its values are taken as
+already filtered by the converter.
 
-Noise is white, and a pure function of a key and the sample index. A counter-based generator (Philox) is asked
-for fixed pages of samples; page ``p`` of a key always holds the same numbers, whatever was drawn before. So a
-run does not depend on who reads which sample when, a world change does not shift the noise, and hundreds of
-boards need no shared state. The numbers are those of numpy's ``Generator.standard_normal``; numpy keeps the
-bit stream for ever and the normal transform in practice (it reserves the right to change it between
-releases).
+Noise is white, and a pure function of a key and the sample index. A counter-based generator (Philox)
+generates fixed pages of samples; page ``p`` of a key always holds the same numbers, whichever pages were
+drawn before. So a run does not depend on the order of reads, a world change does not shift the noise, and
+hundreds of boards need no shared state. The numbers are those of numpy's ``Generator.standard_normal``; numpy
+guarantees the bit stream and keeps the normal transform in practice (it reserves the right to change it
+between releases).
 
-Bias instability is the slow wandering of an offset, which averaging does not take away. Its power is the same
-in every octave of frequency (flicker noise, density proportional to 1/f). Here it is a sum of twelve slow
-noises, one for each octave: normally distributed values 1 s, 2 s, 4 s ... 2048 s apart, joined by straight
-lines. Values of standard deviation w that are T apart have the two-sided power density w^2 T sinc^4(f T);
-over all octaves that adds up to w^2 / (3 ln 2 f). IEEE Std 952 calls B the bias instability of a density
-B^2 / (2 pi f), whose Allan deviation is sqrt(2 ln 2 / pi) B = 0.664 B at every averaging time, so
-w = sqrt(3 ln 2 / (2 pi)) B. Below 1 s and beyond half an hour there is less of it; there white noise and
-drift with temperature hide that. Road not taken: the sum of first-order Gauss-Markov processes that
-simulations usually take, each of whose values needs the one before. This one is a function of time alone, and
-costs one interpolation of each channel for a block of samples.
+Bias instability is the slow drift of an offset that averaging does not remove. Its power is the same in every
+octave of frequency (flicker noise, density proportional to 1/f). Here it is a sum of twelve slow noises, one
+for each octave: normally distributed values 1 s, 2 s, 4 s ... 2048 s apart, with linear interpolation. Values
+of standard deviation w at a distance T have the two-sided power density w^2 T sinc^4(f T); the sum over all
+octaves is w^2 / (3 ln 2 f). IEEE Std 952 defines B as the bias instability of a density B^2 / (2 pi f), whose
+Allan deviation is sqrt(2 ln 2 / pi) B = 0.664 B at every averaging time, so w = sqrt(3 ln 2 / (2 pi)) B.
+Below 1 s and beyond half an hour the model has less of it; there, white noise and drift with temperature mask
+the difference. The usual sum of first-order Gauss-Markov processes was rejected, because each of its values
+needs the previous one. This model is a function of time alone, and costs one interpolation per channel for a
+block of samples.
 """
 
 from __future__ import annotations
@@ -70,22 +70,23 @@ Array: TypeAlias = NDArray[np.float64]
 
 CONVERTER_HZ = 6664
 ANALOG_OVER = 4
-"""Times the converter's rate at which the world is looked at: fast enough for 10 kHz, the fastest shake."""
+"""Oversampling of the world relative to the converter's rate: sufficient for 10 kHz, the fastest vibration."""
 
-_FORGOTTEN = 1e-7  # of a filter's response, what is cut off
-_SLOW = 25.0  # a motion that takes so many times the filters' delay passes them with an error below 1e-3
-_LOOKS_AT_ONCE = 1 << 18  # this and the next bound the memory that shaking at a low output rate takes
+_FORGOTTEN = 1e-7  # part of a filter's response that is cut off
+_SLOW = 25.0  # a motion this many times slower than the filters' delay passes them with an error below 1e-3
+_LOOKS_AT_ONCE = 1 << 18  # this and the next bound the memory for vibration at a low output rate
 _PRODUCTS_AT_ONCE = 1 << 16
 
 
 @dataclass(frozen=True)
 class Kernel:
-    """How a sample comes from the signal before it. Times are in seconds.
+    """The mapping from the signal to a sample. Times are in seconds.
 
-    ``look_s``: between two looks at the signal; ``analog``: the low-pass on the looks, of which every
-    :data:`ANALOG_OVER`-th is converted; ``digital``: the low-pass on the conversions, of which every
-    ``conversions``-th is a sample; ``late_s``: a delay before all of this; ``highest``: where the converter
-    ends, either way.
+    ``look_s``: time between two values of the signal;
+    ``analog``: the low-pass on these, of which every :data:`ANALOG_OVER`-th is converted;
+    ``digital``: the low-pass on the conversions, of which every ``conversions``-th is a sample;
+    ``late_s``: a delay before the whole chain;
+    ``highest``: the limit of the converter in both directions.
     """
 
     look_s: float
@@ -97,19 +98,19 @@ class Kernel:
 
     @cached_property
     def delay_s(self) -> float:
-        """By how much a slow signal is delayed."""
+        """Delay of a slow signal in seconds."""
         looks = _delay(self.analog) + _delay(self.digital) * ANALOG_OVER
         return looks * self.look_s + self.late_s
 
     @cached_property
     def memory_s(self) -> float:
-        """How long before a sample the first look lies that it depends on."""
+        """Time from the earliest signal value that a sample depends on to the sample."""
         looks = _length(self.digital) * ANALOG_OVER + _length(self.analog)
         return looks * self.look_s + self.late_s
 
     @property
     def looks(self) -> int:
-        """At the signal, in a sample period."""
+        """Number of signal values in a sample period."""
         return self.conversions * ANALOG_OVER
 
     @property
@@ -118,7 +119,7 @@ class Kernel:
         return math.ceil(self.memory_s / (self.looks * self.look_s))
 
     def samples(self, signal: Signal, t_s: Times) -> Array:
-        """The samples at ``t_s[lead:]``, (n, axes); ``t_s`` are the times of consecutive samples."""
+        """Return the samples at ``t_s[lead:]``, (n, axes); ``t_s`` are the times of consecutive samples."""
         at_once = max(_LOOKS_AT_ONCE // self.looks, self.lead)
         groups = range(self.lead, len(t_s), at_once)
         return np.concatenate(
@@ -147,9 +148,9 @@ class Kernel:
 
 
 def _filtered(values: Array, weights: Array, step: int) -> Array:
-    """The weighted sums of values (n, axes) that end with the last value and every ``step``-th before it.
+    """Return the weighted sums of values (n, axes), ending with the last value and every ``step``-th before it.
 
-    Not as a matrix product, whose rounding depends on how many rows there are.
+    A matrix product is avoided, because its rounding depends on the number of rows.
     """
     begin = (len(values) - len(weights)) % step
     sums = []
@@ -161,7 +162,7 @@ def _filtered(values: Array, weights: Array, step: int) -> Array:
     return np.stack(sums, axis=1)
 
 
-@lru_cache(maxsize=64)  # boards share them; there are only so many settings
+@lru_cache(maxsize=64)  # shared by all boards; the number of settings is small
 def kernel(
     output_hz: float,
     analog_hz: float | None,
@@ -170,12 +171,14 @@ def kernel(
     delay_s: float = 0.0,
     rate_factor: float = 1.0,
 ) -> Kernel:
-    """The kernel for ``output_hz`` samples a second, nominally.
+    """Return the kernel for a nominal rate of ``output_hz`` samples per second.
 
-    ``analog_hz``: cut-off of the analog stage, None without; ``digital_hz``: of a second-order low-pass
-    before decimation, None for the usual one at half the output rate; ``delay_s``: of all together, if it is
-    more than that of the filters; ``rate_factor``: by how much the part's clock is faster, and with it
-    all but the analog stage.
+    ``analog_hz``: cut-off of the analog stage, None for no stage;
+    ``digital_hz``: cut-off of a second-order low-pass before decimation, None for the usual one at half the
+    output rate;
+    ``delay_s``: total delay, if it is longer than that of the filters;
+    ``rate_factor``: speed of the sensor's clock relative to the nominal one. It scales all but the analog
+    stage.
     """
     conversions = max(round(CONVERTER_HZ / output_hz), 1)
     converter_hz = output_hz * rate_factor * conversions
@@ -191,14 +194,14 @@ def kernel(
 
 
 def _delay(sections: tuple[Section, ...]) -> float:
-    """By how many steps low-pass sections delay a slow signal: the centre of their impulse response."""
+    """Return the delay of a slow signal in steps: the centre of the sections' impulse response."""
     return sum(
         (b1 + 2 * b2) / (b0 + b1 + b2) - (a1 + 2 * a2) / (1 + a1 + a2) for b0, b1, b2, a1, a2 in sections
     )
 
 
 def _length(sections: tuple[Section, ...]) -> int:
-    """How many steps the impulse response lasts; the poles are complex, of modulus sqrt(a2)."""
+    """Return the length of the impulse response in steps; the poles are complex, of modulus sqrt(a2)."""
     if not sections:
         return 1
     slowest = math.sqrt(max(section[4] for section in sections))
@@ -206,7 +209,7 @@ def _length(sections: tuple[Section, ...]) -> int:
 
 
 def _weights(sections: tuple[Section, ...]) -> Array:
-    """The impulse response, the latest weight last, with a sum of 1."""
+    """Return the impulse response, the latest weight last, with a sum of 1."""
     weights = np.zeros(_length(sections))
     weights[0] = 1.0
     for b0, b1, b2, a1, a2 in sections:
@@ -220,7 +223,7 @@ def _weights(sections: tuple[Section, ...]) -> Array:
 
 
 class FrontEnd:
-    """A sensor's samples without what it adds itself; ``times_s(number, count)`` tells when they come."""
+    """A sensor's samples without its own errors; ``times_s(number, count)`` returns their times."""
 
     def __init__(self, signal: Signal, times_s: Callable[[int, int], Times]) -> None:
         self._signal = signal
@@ -234,7 +237,7 @@ class FrontEnd:
         self._kernel, self._delay_s = use, delay_s
 
     def block(self, number: int, t_s: Times) -> Array:
-        """The samples from ``number`` on, taken at ``t_s``: (n, axes), or (1, axes) where all are one."""
+        """Return the samples from ``number`` on, taken at ``t_s``: (n, axes), or (1, axes) if all are equal."""
         use, world = self._kernel, self._world
         if use is None or world is None:
             return self._signal(t_s - self._delay_s)
@@ -250,7 +253,7 @@ class FrontEnd:
 
 
 def _touched(moving: list[tuple[float, float]], t_s: Times, memory_s: float) -> NDArray[np.bool_]:
-    """Which of the samples at ``t_s`` (n,) depend on any of these times."""
+    """Return which of the samples at ``t_s`` (n,) depend on any of these intervals."""
     touched = np.zeros(len(t_s), dtype=bool)
     for begin_s, end_s in moving:
         touched |= (t_s >= begin_s) & (t_s - memory_s <= end_s)
@@ -258,25 +261,26 @@ def _touched(moving: list[tuple[float, float]], t_s: Times, memory_s: float) -> 
 
 
 def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Begin and end of each run of true flags."""
+    """Return the beginning and end of each run of true flags."""
     edges = np.flatnonzero(np.diff(flags, prepend=False, append=False))
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-_AVERAGED, _FEW_AVERAGED = 32, 4  # looks at the world in a conversion whose inside is not known
-_SLOW_CONVERSIONS = 50.0  # as _SLOW: how many conversions such a motion takes, where they are averaged
+_AVERAGED, _FEW_AVERAGED = 32, 4  # signal values in a conversion of unknown internal structure
+_SLOW_CONVERSIONS = 50.0  # as _SLOW: duration in conversions of such a motion, for averaged conversions
 
 
 def averaged(signal: Signal, t_s: Times, conversion_s: float) -> Array:
-    """The signal's mean over a conversion that ends at each of ``t_s`` (n,); rows as the signal gives them.
+    """Return the signal's mean over a conversion that ends at each of ``t_s`` (n,); rows as the signal gives
+    them.
 
-    For parts of which no document says what happens inside a conversion. A plain function is taken at
-    ``t_s``.
+    For sensors without a documented conversion. A plain function is evaluated at ``t_s``.
     """
     if not isinstance(signal, DynamicSignal):
         return signal(t_s)
     samples = signal(t_s - conversion_s / 2)
-    for looks, enough in ((_FEW_AVERAGED, 1), (_AVERAGED, _FEW_AVERAGED)):  # enough: for what is slower
+    # enough: number of values for slower motion
+    for looks, enough in ((_FEW_AVERAGED, 1), (_AVERAGED, _FEW_AVERAGED)):
         pace_s = conversion_s * _SLOW_CONVERSIONS / enough
         moving = signal.agitated(t_s[0] - conversion_s, t_s[-1], pace_s)
         if not moving:
@@ -289,21 +293,21 @@ def averaged(signal: Signal, t_s: Times, conversion_s: float) -> Array:
     return samples
 
 
-# -- what the part adds of its own: deviation ---------------------------------------------------------------
+# -- the sensor's own errors: deviation ---------------------------------------------------------------------
 
 
 _REFERENCE_DEGC = 25.0  # all three datasheets give their figures at 25 degC
 
 
 class Deviation:
-    """Offset, scale and cross-axis errors of a three-axis channel, ready to be applied to blocks.
+    """Offset, scale and cross-axis errors of a three-axis channel, prepared for blocks.
 
     ``bias`` and ``bias_drift`` (per degC) in the signal's unit; ``scale_percent`` and ``scale_drift_percent``
-    (per degC) relative to the signal. ``cross_axis_percent``: how much of Y is seen in X and of X in Y, the
-    same of X and Z, of Y and Z; an axis that is tilted in the package does this, before its own scale error.
+    (per degC) relative to the signal. ``cross_axis_percent``: coupling between X and Y, X and Z, Y and Z, the
+    same in both directions. An axis tilted in the package causes it, before its own scale error.
 
-    Blocks are axis-major inside a part, shape (3, n): numpy applies one number an axis five times faster than
-    along rows of three.
+    Blocks are axis-major inside a sensor, shape (3, n): numpy applies one number per axis five times faster
+    than along rows of three.
     """
 
     def __init__(
@@ -328,9 +332,10 @@ class Deviation:
         t_s: Times,
         temperature_degc: Callable[[Times], Array],
     ) -> Array:
-        """The deviating signal of shape (3, n), a new array, from one of shape (n, 3) at the times ``t_s``.
+        """Return the deviating signal, a new array of shape (3, n), from one of shape (n, 3) at the times
+        ``t_s``.
 
-        The temperature is asked for only where something drifts.
+        The temperature is evaluated only if something drifts.
         """
         rows = np.ascontiguousarray(signal.T)
         if self._crosses:
@@ -347,7 +352,7 @@ class Deviation:
         return deviating
 
     def _seen_across(self, rows: Array) -> Array:
-        """What each axis sees of the other two; not as a matrix product, whose rounding depends on n."""
+        """Return the coupling from the other two axes; a matrix product's rounding would depend on n."""
         xy, xz, yz = self._cross_axis
         x, y, z = rows
         return np.stack((xy * y + xz * z, xy * x + yz * z, xz * x + yz * y))
@@ -360,7 +365,7 @@ _NOISE_PAGE = 4096  # samples
 
 
 def noise_key(seed: int, *names: str | int) -> int:
-    """A 128-bit key for one noise source of one part of one board."""
+    """Return a 128-bit key for one noise source of one sensor of one board."""
     text = "/".join(str(name) for name in (seed, *names)).encode()
     return (seed & 0xFFFFFFFF) << 64 | zlib.crc32(text) << 32 | zlib.adler32(text)
 
@@ -375,7 +380,7 @@ class NoiseSource:
         self._pages: dict[int, Array] = {}
 
     def block(self, first: int, count: int) -> Array:
-        """Samples ``first`` to ``first + count - 1``, shape (channels, count), unit variance."""
+        """Return samples ``first`` to ``first + count - 1``, shape (channels, count), unit variance."""
         start, end = first // self._length, (first + count - 1) // self._length
         pages = [self._page(number) for number in range(start, end + 1)]
         offset = first - start * self._length
@@ -385,7 +390,7 @@ class NoiseSource:
     def _page(self, number: int) -> Array:
         page = self._pages.get(number)
         if page is None:
-            if len(self._pages) >= 2:  # a block mostly spans two; older ones are drawn again if asked
+            if len(self._pages) >= 2:  # a block mostly spans two; older ones can be drawn again
                 self._pages.pop(next(iter(self._pages)))
             bits = np.random.Philox(key=self._key, counter=[0, 0, 0, number])
             page = np.random.Generator(bits).standard_normal((self._channels, self._length))
@@ -399,14 +404,14 @@ class NoiseSource:
 _OCTAVES = 12
 _DRAWN_AT_ONCE = 64  # values of an octave
 _SECONDS_AT_ONCE = 64
-_BEFORE_S = 1 << 20  # filters look back before time 0, and values are numbered from 0: 12 days are enough
+_BEFORE_S = 1 << 20  # filters start before time 0, and values are numbered from 0: 12 days are sufficient
 _SIGMA = math.sqrt(3 * math.log(2) / (2 * math.pi))  # of an octave's values, w over B
 
 
 class Flicker:
-    """The wandering of ``channels`` independent offsets.
+    """The slow drift of ``channels`` independent offsets.
 
-    ``bias_instability``: B of each, whose unit is that of the values. ``seed`` and ``names`` say which noise.
+    ``bias_instability``: B of each, in the unit of the values. ``seed`` and ``names`` select the noise.
     """
 
     def __init__(self, seed: int, *names: str, channels: int, bias_instability: float) -> None:
@@ -416,10 +421,10 @@ class Flicker:
         ]
         self._sigma = _SIGMA * bias_instability
         self._first_s = self._end_s = 0
-        self._at_seconds: Array = np.empty((channels, 0))  # of the seconds between these
+        self._at_seconds: Array = np.empty((channels, 0))  # values at the seconds between these
 
     def block(self, t_s: Times) -> Array:
-        """Values at ascending times (n,), shape (channels, n)."""
+        """Return values at ascending times (n,), shape (channels, n)."""
         first, end = math.floor(t_s[0]), math.floor(t_s[-1]) + 2
         if not self._first_s <= first < end <= self._end_s:
             self._first_s, self._end_s = first, max(end, first + _SECONDS_AT_ONCE)
@@ -428,11 +433,12 @@ class Flicker:
         return np.stack([np.interp(t_s, np.arange(first, end), row) for row in values])
 
     def _at(self, seconds: NDArray[np.int64]) -> Array:
-        """Values at consecutive whole seconds, counted from ``_BEFORE_S`` before time 0; (channels, n)."""
+        """Return values at consecutive whole seconds, counted from ``_BEFORE_S`` before time 0; (channels, n)."""
         total = np.zeros((len(self._at_seconds), len(seconds)))
         for octave, source in enumerate(self._octaves):
             apart_s = 1 << octave
-            shifted = seconds + apart_s * octave // _OCTAVES  # so that not all octaves bend at once
+            # so that the octaves do not all bend at the same time
+            shifted = seconds + apart_s * octave // _OCTAVES
             before, part = shifted // apart_s, shifted % apart_s / apart_s
             drawn = source.block(int(before[0]), int(before[-1] - before[0]) + 2)
             index = before - before[0]

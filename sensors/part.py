@@ -1,16 +1,15 @@
-"""What all parts have in common: signals that they measure, registers behind sub-addresses, and the I2C
-protocol by which a master reaches these.
+"""Common base of all sensors: measured signals, registers behind sub-addresses, and the I2C protocol.
 
-After the address byte of an I2C message a write's first byte is the sub-address, the rest is data; a read
-goes on at the sub-address left behind (LSM6DSL datasheet 6.2, LIS2MDL 6.1, LPS22HB 7.2). Bit 7 of the
-sub-address carries no meaning for these three: the LSM6DSL has none, and the other two increment with and
-without it, as drivers of both kinds work on silicon. Where a part asks for a bit, its declaration says which
-(:class:`fcu_emulator.sensors.declaration.Bus`), and the address space here is twice as large: the registers, and the
-registers with that bit.
+In an I2C write, the first byte after the address byte is the sub-address and the rest is data. A read
+continues at the current sub-address (LSM6DSL datasheet 6.2, LIS2MDL 6.1, LPS22HB 7.2). Bit 7 of the
+sub-address has no meaning for these three sensors. The LSM6DSL does not define it; the other two increment
+with and without it, since drivers of both kinds work on silicon. If a sensor needs the bit, its declaration
+names it (:class:`fcu_emulator.sensors.declaration.Bus`). The address space here then has twice the size: the
+registers, and the registers with that bit.
 
-Decision: a part that loads its trimming values after power-on does not acknowledge its address; the documents
-say "not accessible" only (AN5040 5.7, AN5069 3). The alternative, stretching the clock for 15 ms, is in no
-description of these parts' interface.
+Decision: a sensor that loads its trimming values after power-on does not acknowledge its address. The
+documents only say "not accessible" (AN5040 5.7, AN5069 3). Clock stretching for 15 ms was rejected, because
+no description of these interfaces mentions it.
 """
 
 from __future__ import annotations
@@ -38,46 +37,47 @@ from fcu_emulator.sensors.register_file import (
 )
 from fcu_emulator.sensors.sampling import PS_PER_S, SampleStream, Times
 
-# -- what a part measures -----------------------------------------------------------------------------------
+# -- measured signals ---------------------------------------------------------------------------------------
 
 
 Signal: TypeAlias = Callable[[Times], NDArray[np.float64]]
 """A physical quantity at the given times: shape (n, 3) in the sensor's own axes, or (n,) for a scalar.
 
-Where a part says so, n may be 1 for what is the same at all times asked for. A plain function gives what a
-sensor's converter and its filters make of the world; a signal that is :class:`DynamicSignal` is the world itself.
+If the sensor allows it, n may be 1 for a value that is the same at all requested times. A plain function
+gives the signal after the sensor's converter and filters; a :class:`DynamicSignal` gives the unfiltered
+world.
 """
 
 
 @runtime_checkable
 class DynamicSignal(Protocol):
-    """A signal that knows when it moves fast and has to be looked at closely (``sensors.front_end``)."""
+    """A signal that reports when it moves fast and must be sampled densely (``sensors.front_end``)."""
 
     def __call__(self, t_s: Times, /) -> NDArray[np.float64]:
         """Return the values at these times, as :data:`Signal`."""
         ...
 
     def agitated(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
-        """When, between these times, it jumps, or moves from rest to rest in less than ``pace_s``."""
+        """Return the intervals in which the signal jumps, or moves from rest to rest in less than ``pace_s``."""
         ...
 
 
-# -- how its registers are reached --------------------------------------------------------------------------
+# -- register access ----------------------------------------------------------------------------------------
 
 
 class Read(Protocol):
-    """A burst read. Raises AccessError for one that no bus could carry."""
+    """A burst read. Raises AccessError if no bus could carry the burst."""
 
     def __call__(self, address: int, count: int, now_ps: int) -> bytes:
-        """``count`` bytes from ``address`` on."""
+        """Return ``count`` bytes, starting at ``address``."""
         ...
 
 
 class Write(Protocol):
-    """A burst write. Raises AccessError for one that no bus could carry, TypeError for what is no bytes."""
+    """A burst write. Raises AccessError if no bus could carry it, TypeError if the data are not bytes."""
 
     def __call__(self, address: int, data: bytes, now_ps: int) -> None:
-        """Write ``data`` from ``address`` on."""
+        """Write ``data``, starting at ``address``."""
         ...
 
 
@@ -85,11 +85,11 @@ class Prefetch(Protocol):
     """See :meth:`RegisterFile.prefetch`."""
 
     def __call__(self, address: int, count: int, now_ps: int) -> Prefetched:
-        """About ``count`` bytes from ``address`` on."""
+        """Return about ``count`` bytes, starting at ``address``."""
         ...
 
 
-# -- a part -------------------------------------------------------------------------------------------------
+# -- the sensor ---------------------------------------------------------------------------------------------
 
 
 _PS_PER_MS = PS_PER_S // 1000
@@ -98,10 +98,10 @@ _PS_PER_MS = PS_PER_S // 1000
 class Part:
     """One sensor behind its bus.
 
-    ``read``, ``write``, ``advance``, ``prefetch``, ``consumed`` and ``burst_reader`` are those of its active
-    register file. They are instance attributes, so that the 800 Hz path reaches the registers without a
-    detour; a part with register banks replaces them when firmware switches. While a pin is wired, every
-    access has to be seen, and nothing is prefetched.
+    ``read``, ``write``, ``advance``, ``prefetch``, ``consumed`` and ``burst_reader`` are methods of the
+    active register file. They are instance attributes, so that accesses at 800 Hz need no extra call. A
+    sensor with register banks replaces them when firmware switches the bank. While a pin is wired, the sensor
+    must see every access, so nothing is prefetched.
     """
 
     NAME: ClassVar[str]
@@ -120,10 +120,11 @@ class Part:
         seed: int = 0,
         powered_on_ps: int | None = None,
     ) -> Self:
-        """The part in a world that gives ``signals``: those of ``SIGNALS`` by name; others may be there.
+        """Build the sensor in a world that provides ``signals``: those of ``SIGNALS`` by name; extra ones are
+        ignored.
 
-        ``errors``: of the type ``ERRORS``, None for an ideal part. ``powered_on_ps``: when supply came, None
-        for long ago. Raises KeyError for a signal that is not given.
+        ``errors``: an instance of ``ERRORS``, None for an ideal sensor. ``powered_on_ps``: time of power-on,
+        None for long ago. Raises KeyError if a signal is missing.
         """
         construct: Callable[..., Self] = cls
         own = [signals[quantity.name] for quantity in cls.SIGNALS]
@@ -131,20 +132,20 @@ class Part:
 
     @classmethod
     def maps(cls) -> dict[str, RegisterMap]:
-        """Every register map by the title of its bank; the main one has none."""
+        """Return every register map by the title of its bank; the main map has an empty title."""
         return {"": cls.MAP}
 
     def __init__(
         self, registers: RegisterMap, wrap: Mapping[int, int] | None = None, accessible_ps: int = 0
     ) -> None:
-        """``wrap``: where a burst does not simply go on; ``accessible_ps``: when the part first answers."""
+        """``wrap``: address jumps within a burst; ``accessible_ps``: time of the first answer."""
         self.registers = RegisterFile(registers, wrap)
         self.version = self.registers.version
         self._accessible_ps = accessible_ps
         self._accessed: Callable[[], None] | None = None
         self.i2c_off = False  # firmware that uses SPI switches I2C off (I2C_disable, I2C_DIS)
         self.streams: tuple[SampleStream, ...] = ()
-        """Of all that it measures; a part's own constructor gives them."""
+        """All measured streams; the subclass's constructor sets them."""
         self._activate(self.registers)
 
     def _activate(self, registers: RegisterFile) -> None:
@@ -164,60 +165,61 @@ class Part:
         return registers.write
 
     def watch(self, accessed: Callable[[], None]) -> None:
-        """Call ``accessed()`` after every read and write: a pin may change earlier than it would have."""
+        """Call ``accessed()`` after every read and write, because an access can move the next pin change forward."""
         self._accessed = accessed
         self.version[0] += 1
         self._activate(self.active)
 
     def files(self) -> tuple[RegisterFile, ...]:
-        """Every register file of the part: the main one and its embedded banks."""
+        """Return every register file of the sensor: the main one and its embedded banks."""
         return (self.registers,)
 
     def observe(self, note: NoteCallback, write_log: WriteLog | None) -> None:
-        """Report notes, and register writes where ``write_log`` is given, to the caller."""
+        """Report notes, and register writes if ``write_log`` is given, to the caller."""
         for registers in self.files():
             registers.note, registers.write_log = note, write_log
 
     def register_name(self, address: int) -> str:
-        """The datasheet's name of the register at a sub-address, in the active bank."""
+        """Return the datasheet's name of the register at a sub-address in the active bank."""
         return self.active.map.name(address & 0x7F)
 
     def accessible(self, now_ps: int) -> bool:
-        """Whether the registers answer; not while a part just powered on loads its trimming values.
+        """Return whether the registers answer; they do not while trimming values are loaded after power-on.
 
-        Its face to the bus asks (:class:`SubaddressTarget`, ``sensors.spi``), not ``read`` and ``write``.
+        The bus interfaces (:class:`SubaddressTarget`, ``sensors.spi``) check it; ``read`` and ``write`` do
+        not.
         """
         return now_ps >= self._accessible_ps
 
     def refuse(self, now_ps: int) -> None:
-        """Note that somebody has tried in vain to reach a part that is not accessible yet."""
+        """Note a failed access to a sensor that is not accessible yet."""
         from_ms = self._accessible_ps / _PS_PER_MS
         self.registers.note(now_ps, "not accessible", f"trimming values are loaded until {from_ms:g} ms")
 
     def supply_current_ua(self) -> float:
-        """Supply current in microampere as now configured."""
+        """Supply current in microampere for the current configuration."""
         raise AssertionError(f"{type(self).__name__} has no supply")
 
     def spi_wires(self) -> Wires:
-        """Three wires or four, as configured."""
+        """Number of configured SPI wires, 3 or 4."""
         return 4
 
     def pins(self) -> tuple[Pin, ...]:
-        """The part's interrupt and data-ready pins."""
+        """The sensor's interrupt and data-ready pins."""
         return ()
 
     def catch_up(self, now_ps: int) -> None:
-        """Do all that has become due until ``now_ps``: FIFO, event detection, pins."""
+        """Do all work due until ``now_ps``: FIFO, event detection, pins."""
 
     def next_event_ps(self) -> int:
-        """When a wired pin may change next (``NEVER_PS`` if none can)."""
+        """Return the earliest time at which a wired pin may change (``NEVER_PS`` if none can)."""
         return NEVER_PS
 
     def world_changed(self, now_ps: int | None = None) -> None:
-        """The physical signals are others from ``now_ps`` on: what was computed ahead is computed anew.
+        """Discard samples computed ahead: the signals change at ``now_ps``.
 
-        ``now_ps`` may be left out where no function of the part looks at every sample. A part that measures
-        nothing has nothing to forget.
+        ``now_ps`` may be omitted if no function of the sensor processes every sample. The base class measures
+        nothing and does nothing.
         """
         if not any(stream.running for stream in self.streams):
             return
@@ -227,7 +229,7 @@ class Part:
             stream.world_changed(now_ps)
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
-        """(lowest value, highest value, size of one LSB) of ``channel`` as now configured, in its unit."""
+        """Return (lowest value, highest value, size of one LSB) of ``channel`` as configured, in its unit."""
         raise KeyError(channel)
 
 
@@ -244,7 +246,7 @@ def _burst_reader_of(read: Read) -> Callable[[int, int], BurstReader]:
 
 
 def _checked(write: Write) -> Write:
-    """``write`` for callers who may be wrong; reads are checked where bursts are planned."""
+    """Return ``write`` with checked arguments; reads are checked when a burst is planned."""
 
     def checked(address: int, data: bytes, now_ps: int) -> None:
         if not isinstance(data, bytes | bytearray):
@@ -273,7 +275,7 @@ def _write_then(write: Write, then: Callable[[], None]) -> Write:
     return write_then
 
 
-# -- bits that a part clears itself -------------------------------------------------------------------------
+# -- self-clearing bits -------------------------------------------------------------------------------------
 
 
 class SelfClearingBits:
@@ -285,33 +287,33 @@ class SelfClearingBits:
         self._due: list[tuple[int, int]] = []
 
     def begin(self, mask: int, until_ps: int) -> None:
-        """The bits of ``mask`` read as 1 until ``until_ps``."""
+        """Let the bits of ``mask`` read as 1 until ``until_ps``."""
         self._mem[self._address] |= mask
         self._due.append((until_ps, mask))
 
     def pending(self, mask: int, now_ps: int) -> bool:
-        """Whether any bit of ``mask`` is still at work."""
+        """Return whether any bit of ``mask`` still reads as 1."""
         return any(until > now_ps and bits & mask for until, bits in self._due)
 
     def before_read(self, first: int, end: int, now_ps: int) -> None:
-        """Read hook: clear what is over."""
+        """Clear expired bits before the register is read."""
         del first, end
         if self._due:
             for until, mask in self._due:
                 if until <= now_ps:
                     self._mem[self._address] &= ~mask
             self._due = [entry for entry in self._due if entry[0] > now_ps]
-            for _, mask in self._due:  # begun again since, or written with 0 meanwhile
+            for _, mask in self._due:  # started again since, or written with 0
                 self._mem[self._address] |= mask
 
 
-# -- the I2C face ------------------------------------------------------------------------------------------
+# -- I2C interface -----------------------------------------------------------------------------------------
 
 
 class _IncrementBit:
-    """A part whose bursts stay at one register unless a bit of the sub-address says that they go on.
+    """A sensor whose bursts stay at one register unless a bit of the sub-address enables the increment.
 
-    Addresses have that bit where it was set; all else is the part's own.
+    Addresses keep that bit; everything else is delegated to the sensor.
     """
 
     def __init__(self, part: Part, bit: int) -> None:
@@ -322,14 +324,14 @@ class _IncrementBit:
         return getattr(self._part, name)
 
     def read(self, address: int, count: int, now_ps: int) -> bytes:
-        """``count`` bytes from ``address`` on, or of ``address``."""
+        """Return ``count`` bytes starting at ``address``, or all of them from ``address``."""
         register = address & ~self._bit
         if address & self._bit:
             return self._part.read(register, count, now_ps)
         return b"".join(self._part.read(register, 1, now_ps) for _ in range(count))
 
     def write(self, address: int, data: bytes, now_ps: int) -> None:
-        """Write ``data`` from ``address`` on, or each byte to ``address``."""
+        """Write ``data`` starting at ``address``, or each byte to ``address``."""
         register = address & ~self._bit
         if address & self._bit:
             self._part.write(register, data, now_ps)
@@ -338,42 +340,42 @@ class _IncrementBit:
             self._part.write(register, bytes((value,)), now_ps)
 
     def advance(self, address: int, count: int) -> int:
-        """The address a burst leaves behind."""
+        """Return the address after a burst."""
         if not address & self._bit:
             return address
         return self._part.advance(address & ~self._bit, count) | self._bit
 
     def register_name(self, address: int) -> str:
-        """The datasheet's name of the register at a sub-address."""
+        """Return the datasheet's name of the register at a sub-address."""
         return self._part.register_name(address & ~self._bit)
 
     def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
-        """Without the bit one byte at a time: the next one is read after this one."""
+        """Prefetch one byte if the bit is clear, because the next read begins after this one."""
         data, until_ps, quiet = self._part.prefetch(address & ~self._bit, count, now_ps)
         if address & self._bit:
             return data, until_ps, quiet
         return data[:1], until_ps, quiet & 0b10
 
     def consumed(self, address: int, count: int) -> None:
-        """So many of these bytes have been read."""
+        """Report that ``count`` of these bytes have been read."""
         self._part.consumed(address & ~self._bit, count)
 
     def burst_reader(self, address: int, count: int) -> BurstReader:
-        """What reads such a burst."""
+        """Return the reader of such a burst."""
         if address & self._bit:
             return self._part.burst_reader(address & ~self._bit, count)
         return lambda now_ps: (self.read(address, count, now_ps), 0)
 
 
 def with_increment_bit(part: Part, bit: int) -> Part:
-    """The part as it is reached where ``bit`` of an address says that a burst goes on; 0: where none does."""
+    """Return the sensor with an address ``bit`` that enables the increment; 0: no such bit."""
     return cast("Part", _IncrementBit(part, bit)) if bit else part
 
 
 class SubaddressTarget:
-    """The I2C face of one part: keeps the sub-address between the phases of a transfer.
+    """I2C interface of one sensor: keeps the sub-address between the phases of a transfer.
 
-    ``now_ps`` gives the virtual time in picoseconds, in which the part's samples are due.
+    ``now_ps`` returns the virtual time in picoseconds, at which the sensor's samples are due.
     """
 
     def __init__(self, part: Part, now_ps: Callable[[], int]) -> None:
@@ -381,14 +383,14 @@ class SubaddressTarget:
         self.part = with_increment_bit(part, bit)
         self._now_ps = now_ps
         self.address_mask = ADDRESSES - 1 | bit
-        """The bits of a sub-address that mean something to the part."""
+        """The bits of a sub-address that the sensor evaluates."""
         self.last_burst = (0, 0)
-        """Sub-address and length of the last burst; the next read without a sub-address goes on after it."""
+        """Sub-address and length of the last burst; the next read without a sub-address continues after it."""
         self._expects_subaddress = False
-        self._booting = not part.accessible(now_ps())  # asked again only while it is so
+        self._booting = not part.accessible(now_ps())  # checked again only while it is True
 
     def start(self, *, read: bool) -> bool:
-        """A start or repeated start addressed this part; True acknowledges."""
+        """Begin a transfer after a start or repeated start with this address; return True to acknowledge."""
         self._expects_subaddress = not read
         if not self._booting:
             return not self.part.i2c_off
@@ -398,7 +400,7 @@ class SubaddressTarget:
         return answers
 
     def write(self, data: bytes) -> int:
-        """Bytes from the master; the number acknowledged (all of them)."""
+        """Accept bytes from the master and return the number acknowledged (all of them)."""
         payload = data
         if self._expects_subaddress and data:
             self.last_burst = (data[0] & self.address_mask, 0)
@@ -411,14 +413,14 @@ class SubaddressTarget:
         return len(data)
 
     def read(self, count: int) -> bytes:
-        """Bytes for the master, from the sub-address left behind."""
+        """Return bytes for the master, starting at the current sub-address."""
         address = self.position
         data = self.part.read(address, count, self._now_ps())
         self.last_burst = (address, count)
         return data
 
     def prefetch(self, subaddress: int, count: int, now_ps: int) -> Prefetched:
-        """What the next reads of one byte from there on would give; nothing has been read yet.
+        """Return the data of the next one-byte reads from ``subaddress``, without reading them.
 
         See :meth:`fcu_emulator.sensors.register_file.RegisterFile.prefetch`.
         """
@@ -427,26 +429,25 @@ class SubaddressTarget:
         return self.part.prefetch(subaddress & self.address_mask, count, now_ps)
 
     def consumed(self, subaddress: int, count: int) -> None:
-        """So many of these bytes have been read."""
         address = subaddress & self.address_mask
         self.part.consumed(address, count)
-        if self.part.advance(address, 1) == address:  # each in a read of its own
+        if self.part.advance(address, 1) == address:  # each in a separate read
             address, count = address + count - 1, 1
         self.advance_past(address, count)
 
     def advance_past(self, subaddress: int, count: int) -> None:
-        """Prefetched bytes have been read, which was quiet: all that it leaves is the sub-address."""
+        """Advance the sub-address past prefetched bytes that were read without a side effect."""
         self.last_burst = (subaddress & self.address_mask, count)
         self._expects_subaddress = False
 
     @property
     def version(self) -> array[int]:
-        """The part's: what was prefetched holds as long as the number does not change."""
+        """Version of the sensor's state: prefetched bytes are valid as long as it does not change."""
         return self.part.version
 
     @property
     def position(self) -> int:
-        """The sub-address left behind, where a read goes on."""
+        """Current sub-address, at which the next read begins."""
         address, count = self.last_burst
         if count:
             address = self.part.advance(address, count)
@@ -454,11 +455,11 @@ class SubaddressTarget:
         return address
 
     def stop(self) -> None:
-        """The master ended the transfer; the sub-address stays."""
+        """End the transfer; the sub-address is kept."""
         self._expects_subaddress = False
 
     def read_from(self, subaddress: int, count: int, now_ps: int) -> bytes | None:
-        """A whole "write sub-address, repeated start, read"; None if the part does not answer."""
+        """Do a whole "write sub-address, repeated start, read"; return None if the sensor does not answer."""
         if not self.answers():
             return None
         address = subaddress & self.address_mask
@@ -466,15 +467,13 @@ class SubaddressTarget:
         return self.part.read(address, count, now_ps)
 
     def name(self) -> str:
-        """The name of the sensor."""
         return self.part.NAME
 
     def register_name(self, address: int) -> str:
-        """The datasheet's name of the register at a sub-address."""
         return self.part.register_name(address)
 
     def answers(self) -> bool:
-        """Whether the part acknowledges its address; only a write to it changes that, once it does."""
+        """Return whether the sensor acknowledges its address; once it does, only a write to it changes that."""
         if self._booting:
             self._booting = not self.part.accessible(self._now_ps())
         return not self._booting and not self.part.i2c_off

@@ -1,8 +1,8 @@
-"""An interrupt or data-ready pin: its level over virtual time, for whoever is wired to it.
+"""An interrupt or data-ready pin: its level over virtual time, for the wired listeners.
 
-A part works lazily, so it may find out late what happened early; it reports each edge with the time at which
-it happened. Whoever needs edges when they happen calls the part's ``catch_up`` at ``next_event_ps``, and only
-then does a pin cost anything.
+A sensor is evaluated lazily, so it may detect an early event late; it reports each edge with the time of the
+event. A listener that needs edges in time calls the sensor's ``catch_up`` at ``next_event_ps``; only then
+does a pin cost anything.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ EdgeAtSeconds: TypeAlias = Callable[[float, int], None]
 """``edge(at_s, level)``."""
 
 InputCallback: TypeAlias = Callable[[int, int], None]
-"""``changes(at_ps, level)``: ``applied`` is still the level before."""
+"""``changes(at_ps, level)``: ``applied`` still has the old level."""
 
 
 class Pin:
     """A pin's logic level: 0, 1, or None while it is not driven (open drain, high impedance).
 
-    ``applied``: what the board puts on a pin that is an input, 0 at first.
+    ``applied``: the level that the board applies to an input pin, 0 at first.
     """
 
     def __init__(self, name: str, level: int | None = 0) -> None:
@@ -38,25 +38,25 @@ class Pin:
 
     @property
     def wired(self) -> bool:
-        """Whether anybody listens; a part need not work ahead for a pin that hangs in the air."""
+        """Return whether the pin has a listener; a sensor need not work ahead for an unconnected pin."""
         return bool(self._listeners)
 
     def listen(self, edge: EdgeAtSeconds) -> None:
         """Call ``edge(at_s, level)`` at every change to 0 or 1 from now on, in seconds of virtual time.
 
-        It must not access the part itself.
+        The callback must not access the sensor itself.
         """
         self.observe(lambda at_ps, level: edge(at_ps / PS_PER_S, level))
 
     def observe(self, edge: EdgeCallback) -> None:
-        """Likewise ``edge(at_ps, level)``, to the picosecond; for what wires a part."""
+        """Call ``edge(at_ps, level)`` at every change, exact to the picosecond; for code that wires a sensor."""
         if self.on_wire is not None:
             on_wire, self.on_wire = self.on_wire, None
             on_wire()
         self._listeners.append(edge)
 
     def drive(self, level: int | None, at_ps: int) -> None:
-        """Set the level as of ``at_ps``; nothing happens when it is that already."""
+        """Set the level as of ``at_ps``; without effect if the level is the same."""
         if level == self.level:
             return
         self.level = level
@@ -65,9 +65,10 @@ class Pin:
                 edge(at_ps, level)
 
     def apply(self, level: int, at_ps: int) -> None:
-        """The board drives the pin to ``level`` (0 or 1) from ``at_ps`` on; ValueError for another level.
+        """Apply ``level`` (0 or 1) to the pin from outside, from ``at_ps`` on. Raises ValueError for another
+        level.
 
-        A sample taken at exactly ``at_ps`` still sees the level before.
+        A sample taken at exactly ``at_ps`` still has the old level.
         """
         if level not in {0, 1}:
             raise ValueError(f"pin {self.name}: level {level} is not 0 or 1")

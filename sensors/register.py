@@ -1,5 +1,5 @@
-"""Registers and their bits, declared once, in the order of the manual's register chapter: those of the
-sensors, of 8 bits, and those of the chip, of 32.
+"""Declarations of registers and their bits, in the order of the manual's register chapter: the 8-bit registers
+of the sensors and the 32-bit registers of the chip.
 
 A register is a class::
 
@@ -9,17 +9,17 @@ A register is a class::
         BW0_XL = Bits(0, modelled=False, doc="analog chain bandwidth")
 
 Everything else is derived: write mask, reset image, names for the trace and for debuggers, C headers, the
-printed register map, and the contract tests. Decision: classes rather than tables of tuples, because
-``CTRL1_XL.ODR_XL`` is what the datasheet calls it, an editor completes it, and a misspelt field fails when
-the module is imported.
+printed register map, and the contract tests. Decision: registers are classes rather than tables of tuples.
+The name ``CTRL1_XL.ODR_XL`` is the datasheet's, an editor completes it, and a misspelt field fails when the
+module is imported.
 
-A bit is in one of three honest states: modelled; known but not modelled (``modelled=False``: it can be
-written and read back, and a sensor reports by name that it was touched); reserved (not declared: it never
-sticks).
+A bit is in one of three states: modelled; known but not modelled (``modelled=False``: it can be written and
+read back, and a sensor notes its name when it is used); reserved (not declared: it always keeps its reset
+value).
 
-Declared registers of a part cost nothing at run time: :class:`RegisterMap` compiles them to flat 128-byte
-tables. The chip's peripherals (:mod:`fcu_emulator.emulator.chip.registers`) are declared with the same two classes. The
-classes are here because the sensors' package imports no other one.
+Declared registers of a sensor cost nothing at run time: :class:`RegisterMap` compiles them to flat 128-byte
+tables. The chip's peripherals (:mod:`fcu_emulator.emulator.chip.registers`) are declared with the same two
+classes. The classes are here because the sensors' package imports no other package.
 """
 
 from __future__ import annotations
@@ -29,15 +29,16 @@ from types import ModuleType
 from typing import ClassVar, Final
 
 ACCESSES: Final = ("rw", "r", "w", "rc_w0", "rc_w1", "rs")
-"""As in ST's reference manuals: read and write, read, write, cleared by writing 0 or 1, set by writing 1."""
+"""ST's access types: read and write, read, write, cleared by writing 0 or 1, set by writing 1."""
 
 
 class Bits:
-    """A field of a register: bits ``msb`` down to ``lsb`` (one bit when ``lsb`` is left out).
+    """A field of a register: bits ``msb`` down to ``lsb`` (one bit without ``lsb``).
 
-    ``access``: where it is another than the register's. ``count``: so many fields like this one, each
-    ``step`` bits above the one before (side by side when left out); their names have the number in place of
-    ``x``, from ``first`` on. ``overlay``: what the bits mean in another mode, beside their first declaration.
+    ``access``: access type, if it differs from the register's.
+    ``count``: number of fields like this one, each ``step`` bits above the one before (side by side without
+    ``step``); their names have the number in place of ``x``, from ``first`` on.
+    ``overlay``: a meaning in another mode, beside the first declaration of the bits.
     """
 
     __slots__ = (
@@ -74,7 +75,7 @@ class Bits:
         self.step = step or self.msb + 1 - self.lsb
         one = (1 << (self.msb + 1)) - (1 << self.lsb)
         self.mask = sum(one << number * self.step for number in range(count))
-        """All bits of it, of all fields where there are several."""
+        """All bits of the field, or of all fields if there are several."""
         self.modelled = modelled
         self.doc = doc
         self.name = name
@@ -84,32 +85,35 @@ class Bits:
         self.name = self.name or name
 
     def get(self, value: int) -> int:
-        """The field's number inside a register value."""
+        """Return the field's number inside a register value."""
         return (value & self.mask) >> self.lsb
 
     def put(self, value: int, field: int) -> int:
-        """``value`` with the field set to ``field``; its neighbours stay."""
+        """Return ``value`` with the field set to ``field``; other fields are unchanged."""
         return (value & ~self.mask) | ((field << self.lsb) & self.mask)
 
     def numbered(self, number: int) -> str:
-        """The name of the field with this number (from 0 on), of several: ``MODER3``."""
+        """Return the name of the field with this number (from 0 on), of several: ``MODER3``."""
         return self.name.replace("x", str(self.first + number)) if self.count > 1 else self.name
 
 
 class Register:
     """Base of every declared register; never instantiated.
 
-    ``addr``: first sub-address, or offset in the peripheral; ``size``: bytes; ``access``: one of ``ACCESSES``;
-    ``reset``: value after reset (little-endian over the bytes); ``names``: the datasheet's name of each byte
-    of a larger register; ``modelled=False``: the whole register is known but has no behaviour here.
-    ``count``: so many registers like this one, ``step`` bytes apart; their names have the number in place of
-    ``x``, from ``first`` on. Without ``addr`` a class is only a base of others.
+    ``addr``: first sub-address, or offset in the peripheral;
+    ``size``: bytes;
+    ``access``: one of ``ACCESSES``;
+    ``reset``: value after reset (little-endian over the bytes);
+    ``names``: the datasheet's name of each byte of a larger register; ``modelled=False``: the whole register
+    is known but has no behaviour here.
+    ``count``: number of registers like this one, ``step`` bytes apart; their names have the number in place
+    of ``x``, from ``first`` on. A class without ``addr`` is only a base class.
     """
 
     addr: ClassVar[int]
     size: ClassVar[int] = 1
     named_bytes: ClassVar[bool] = True
-    """Whether each byte has a name of its own, as in parts that are read byte by byte."""
+    """Whether each byte has a separate name, as in sensors that are read byte by byte."""
     access: ClassVar[str]
     reset: ClassVar[int]
     modelled: ClassVar[bool]
@@ -121,7 +125,7 @@ class Register:
     write_mask: ClassVar[int]
     """Bits that a write reaches: "rw" and "w"."""
     stored_mask: ClassVar[int]
-    """Bits that keep what is written: "rw"."""
+    """Bits that keep a written value: "rw"."""
 
     @classmethod
     def meaning(cls) -> str:
@@ -148,7 +152,7 @@ class Register:
         cls.addr, cls.access, cls.reset, cls.modelled = addr, access, reset, modelled
         cls.count, cls.step, cls.first = count, step, first
         cls.names = names or ((cls.__name__,) if cls.size == 1 else ())
-        kinds = reversed(cls.__mro__)  # a register that is like another one has its fields
+        kinds = reversed(cls.__mro__)  # a derived register inherits fields
         cls.fields = tuple(
             value for kind in kinds for value in vars(kind).values() if isinstance(value, Bits)
         )
@@ -192,17 +196,17 @@ class Register:
 
     @classmethod
     def numbered(cls, number: int) -> str:
-        """The name of the register with this number (from 0 on), of several: ``EXTICR2``."""
+        """Return the name of the register with this number (from 0 on), of several: ``EXTICR2``."""
         return cls.__name__.replace("x", str(cls.first + number)) if cls.count > 1 else cls.__name__
 
 
-# -- the registers of a part by sub-address ------------------------------------------------------------
+# -- a sensor's registers by sub-address ---------------------------------------------------------------
 
 ADDRESSES = 128  # 7-bit sub-addresses
 
 
 class RegisterMap:
-    """The registers of one part (or of one of its banks) as flat tables indexed by sub-address."""
+    """The registers of one sensor (or of one of its banks) as flat tables indexed by sub-address."""
 
     def __init__(self, registers: Iterable[type[Register]]) -> None:
         self.registers = tuple(sorted(registers, key=lambda register: register.addr))
@@ -224,7 +228,7 @@ class RegisterMap:
 
     @classmethod
     def of(cls, namespace: ModuleType | type) -> RegisterMap:
-        """The map of every register that a module, or a class standing for a bank, declares."""
+        """Return the map of every register declared in a module, or in a class that represents a bank."""
         return cls(
             value
             for value in vars(namespace).values()
@@ -232,7 +236,7 @@ class RegisterMap:
         )
 
     def without_behaviour(self) -> list[str]:
-        """What is known but not modelled: names of whole registers, and of fields as ``REGISTER.FIELD``."""
+        """Return known names that are not modelled: whole registers, and fields as ``REGISTER.FIELD``."""
         names = []
         for register in self.registers:
             if not register.modelled:
@@ -242,5 +246,5 @@ class RegisterMap:
         return names
 
     def name(self, address: int) -> str:
-        """The datasheet's name of the byte at ``address``, or ``reserved``."""
+        """Return the datasheet's name of the byte at ``address``, or ``reserved``."""
         return self.names[address % ADDRESSES] or "reserved"

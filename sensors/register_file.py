@@ -1,17 +1,17 @@
-"""The storage behind a register map, and the rules of reading and writing bursts.
+"""Storage behind a register map, and the rules for reading and writing bursts.
 
-One ``bytearray`` is the whole architectural state. A burst is planned once per (address, length): it is cut
-where the address wraps and where a register with a side effect begins or ends; each piece is one slice and at
-most one hook before and one after it. So plain registers cost nothing, and a burst of six output bytes is one
-dictionary look-up, one hook and one slice. ``tests/property`` holds the law that a burst equals the same
-bytes read one at a time. Firmware that polls its bus does read them so, 17,000 a second at 800 Hz.
+One ``bytearray`` is the whole architectural state. A burst is planned once per (address, length). It is cut
+at wraps of the address and at the ends of registers with side effects; each piece is one slice and at
+most one hook before and one after it. So plain registers cost nothing, and a burst of six output bytes costs
+one dictionary look-up, one hook and one slice. ``tests/property`` checks that a burst equals the same bytes
+read one at a time. Firmware that polls its bus reads them that way, 17,000 per second at 800 Hz.
 
-Masters keep bytes, so that they need not ask for each: ``prefetch`` gives what reads of one byte each would
-give, until when, and which of these reads are quiet, that is, have no side effect. Bytes that were read with
-a side effect are reported by ``consumed``. A master that reads bursts gets a ``burst_reader`` instead, which
-reads and says until when its bytes can be kept.
+Masters cache bytes, so that they need not request each of them. ``prefetch`` returns the results of one-byte
+reads, how long they are valid, and which of these reads have no side effect. Bytes that were read with a side
+effect are reported by ``consumed``. A master that reads bursts gets a ``burst_reader`` instead, which reads
+and returns how long its bytes can be cached.
 
-Road not taken: one read method per byte (what the chip does) costs six times as much at 800 Hz x 4 bursts.
+One read method per byte (as in the chip) was rejected: it costs six times as much at 800 Hz x 4 bursts.
 """
 
 from __future__ import annotations
@@ -26,71 +26,70 @@ from fcu_emulator.sensors.register import ADDRESSES, Register, RegisterMap
 ReadHook: TypeAlias = Callable[[int, int, int], bytes | None]
 """``hook(first, end, now_ps)``: bytes ``first`` to ``end - 1`` of its register are read.
 
-A hook before the read may return these bytes itself, where it has them at hand; None takes them from ``mem``.
+A hook before the read may return these bytes itself; with None they are taken from ``mem``.
 """
 
 AfterHook: TypeAlias = Callable[[int, int, int], None]
-"""Likewise after the read."""
+"""``hook(first, end, now_ps)``, called after the read of these bytes."""
 
 WriteHook: TypeAlias = Callable[[int, int, int], None]
-"""``hook(old, new, now_ps)``: a byte has been written; it holds ``new`` already."""
+"""``hook(old, new, now_ps)``: a byte has been written; it already holds ``new``."""
 
 NoteCallback: TypeAlias = Callable[[int, str, str], None]
-"""``note(now_ps, kind, text)``: something a user should be able to see in the trace."""
+"""``note(now_ps, kind, text)``: an event for the user's trace."""
 
 WriteLog: TypeAlias = Callable[[int, str, int, int], None]
 """``log(now_ps, register, old, new)``: a register was written."""
 
 _Piece: TypeAlias = tuple[ReadHook | None, int, int, AfterHook | None]
-_Plan: TypeAlias = tuple[_Piece, tuple[_Piece, ...]]  # the first piece, and those after it if there are any
+_Plan: TypeAlias = tuple[_Piece, tuple[_Piece, ...]]  # the first piece, and the following pieces
 
 NEVER_PS = 1 << 62  # later than any run; an int, so that the hot comparison stays one of integers
 
-_COUNT_BITS = 22  # of a plan's key, which stays a small integer
-_ONE_BYTE = tuple(bytes((value,)) for value in range(256))  # dearer to make than to look up
-_LONGEST_KEPT = 64  # bytes of a burst whose plan is kept
-_PREFETCHED_AT_ONCE = 32  # bytes of configuration that are prefetched at once
+_COUNT_BITS = 22  # of a plan's key, which thus stays a small integer
+_ONE_BYTE = tuple(bytes((value,)) for value in range(256))  # slower to build than to look up
+_LONGEST_KEPT = 64  # longest burst, in bytes, whose plan is cached
+_PREFETCHED_AT_ONCE = 32  # bytes of configuration registers per prefetch
 
 
 Prefetched: TypeAlias = tuple[bytes, int, int]
-"""Bytes, until when (ps) they are these, and which reads of them are quiet; see ``RegisterFile.prefetch``."""
+"""Bytes, end of validity (ps), and reads without side effects; see ``RegisterFile.prefetch``."""
 
 NOTHING_PREFETCHED: Prefetched = (b"", 0, 0)
 EACH_ALONE: Final = 1
-"""Among the quiet reads, as the one of no bytes: the sub-address does not move on, so each byte is of a read
-of its own, which names its register. The second byte of a read is of the same register as its first."""
+"""Bit 0 of the mask of reads without side effects: the sub-address does not increment, so each byte is one
+separate read, which sends its register. The second byte of a read is from the same register as its first.
+"""
 
 
 class Prefetcher(Protocol):
-    """What knows the bytes of a register before they are read, and all that reading them does."""
+    """A source of a register's bytes before they are read, which also knows the side effects of reads."""
 
     def prefetch(self, first: int, end: int, now_ps: int) -> Prefetched:
-        """Bytes ``first`` to ``end - 1`` of the register."""
+        """Return bytes ``first`` to ``end - 1`` of the register."""
         ...
 
     def valid_until_ps(self, first: int, end: int) -> int:
-        """Until when these bytes can be read again if that has just been done at once; 0: not known."""
+        """Return how long these bytes, just read in one burst, can be read again; 0 if unknown."""
         ...
 
     def consumed(self, first: int, count: int) -> None:
-        """``count`` bytes from ``first`` on have been read one by one."""
+        """Report that ``count`` bytes from ``first`` on were read one by one."""
         ...
 
     def burst_reader(self, first: int, end: int) -> BurstReader | None:
-        """What reads these bytes at once, if there is a short way."""
+        """Return a fast reader of these bytes as one burst, or None."""
         ...
 
 
 BurstReader: TypeAlias = Callable[[int], tuple[bytes, int]]
-"""``read_burst(now_ps)``: reads a burst; its bytes, and until when (ps) reading them again has no effect.
+"""``read_burst(now_ps)``: read a burst; return its bytes, and how long (ps) a repeated read has no effect.
 
-As long as the version stays what it was *before* the burst; 0 if that is not sure.
+Valid while the version is the same as *before* the burst; 0 if unknown.
 """
 
-_Source: TypeAlias = tuple[
-    Prefetcher, ReadHook | None, AfterHook | None
-]  # it holds while these are the hooks
-_Region: TypeAlias = tuple[Prefetcher, int]  # of the bytes from an address on, and where they end
+_Source: TypeAlias = tuple[Prefetcher, ReadHook | None, AfterHook | None]  # valid while these are the hooks
+_Region: TypeAlias = tuple[Prefetcher, int]  # source of the bytes from an address on, and their end
 _BurstSources: TypeAlias = tuple[tuple[Prefetcher, int, int], ...]  # for each piece of a burst
 
 
@@ -119,7 +118,7 @@ def _no_note(now_ps: int, kind: str, text: str) -> None:
 
 
 class _Plain:
-    """Registers that only hold a value: it changes when it is written, which the version tells."""
+    """Registers that only hold a value: it changes only by writes, which change the version."""
 
     def __init__(self, mem: bytearray) -> None:
         self._mem = mem
@@ -140,18 +139,18 @@ class _Plain:
 
 
 def every_length(count: int) -> int:
-    """Reads of 1 to ``count`` bytes, as the bits of that number."""
+    """Return a mask with bits 1 to ``count`` set: reads of every length up to ``count``."""
     return (2 << count) - 2
 
 
 class RegisterFile:
     """A register map's memory with its hooks.
 
-    ``wrap`` maps an address to the one a burst goes on with, where that is not the next one.
-    ``mem`` is public on purpose: models keep a reference and read single bytes without a call.
-    ``version`` counts what makes prefetched bytes wrong without time passing: each write, and words becoming
-    held or released by somebody's read. It is one number, the same object in all banks of a part; C reads it
-    at its address, which never changes.
+    ``wrap`` maps an address to the next one of a burst, if that is not the following address. ``mem`` is
+    public on purpose: models keep a reference and read single bytes without a call. ``version`` counts all
+    events, other than the passing of time, that invalidate prefetched bytes: each write, and reads that hold
+    or release words. It is one number, the same object in all banks of a sensor; C reads it at its address,
+    which never changes.
     """
 
     def __init__(
@@ -167,13 +166,14 @@ class RegisterFile:
         self.write_log: WriteLog | None = None
         self._wrap = dict(wrap or {})
         self._jumps: dict[int, int] = {}
-        self._next: list[int] = []  # the address after each
+        self._next: list[int] = []  # the next address after each
         self._before: list[ReadHook | None] = [None] * ADDRESSES
         self._after: list[AfterHook | None] = [None] * ADDRESSES
         self._on_write: list[WriteHook | None] = [None] * ADDRESSES
         self._sources: list[_Source | None] = [None] * ADDRESSES
         self._plain: _Source = (_Plain(self.mem), None, None)
-        self.half_read: set[int] = set()  # block data update: bytes read whose partner has not been read yet
+        # block data update: bytes of words whose other byte has not been read yet
+        self.half_read: set[int] = set()
         self._increment = True
         self._plans: dict[int, _Plan] = {}
         self._burst_sources: dict[int, _BurstSources | None] = {}
@@ -196,15 +196,15 @@ class RegisterFile:
     def set_prefetcher(
         self, register: type[Register], source: Prefetcher, before: ReadHook, after: AfterHook | None = None
     ) -> None:
-        """``source`` knows what reading ``register`` gives and does, as long as these are its hooks."""
+        """Register ``source`` as the prefetcher of ``register``, as long as these are its hooks."""
         entry = source, before, after
         self._sources[register.addr : register.addr + register.size] = [entry] * register.size
         self._forget_plans()
 
     def after_read(self, register: type[Register], hook: AfterHook) -> None:
-        """Call ``hook`` after bytes of ``register`` have been read, for whatever reading clears.
+        """Call ``hook`` after bytes of ``register`` have been read, to clear flags.
 
-        Several hooks are called in the order in which they were given.
+        Several hooks are called in the order of registration.
         """
         earlier = self._after[register.addr]
         both = hook if earlier is None else _one_after_the_other(earlier, hook)
@@ -218,7 +218,7 @@ class RegisterFile:
 
     @property
     def increment(self) -> bool:
-        """Whether the sub-address moves on after each byte (IF_INC, IF_ADD_INC)."""
+        """Return whether the sub-address increments after each byte (IF_INC, IF_ADD_INC)."""
         return self._increment
 
     @increment.setter
@@ -228,14 +228,14 @@ class RegisterFile:
             self._link()
 
     def set_jumps(self, jumps: Mapping[int, int]) -> None:
-        """Addresses that lead elsewhere than to the next one, beside ``wrap``; they replace earlier ones."""
+        """Set addresses with a successor other than the next one, beside ``wrap``; replaces earlier ones."""
         self._jumps = dict(jumps)
         self._link()
 
     # -- access -----------------------------------------------------------------------------------------
 
     def read(self, address: int, count: int, now_ps: int) -> bytes:
-        """``count`` bytes from ``address`` on, with all that reading them does. Raises AccessError."""
+        """Return ``count`` bytes from ``address`` on, with all side effects. Raises AccessError."""
         if self.half_read and count > 1:
             return self._read_bytewise(address, count, now_ps)
         plan = self._plans.get(address << _COUNT_BITS | count) or self._plan(address, count)
@@ -256,12 +256,12 @@ class RegisterFile:
         return bytes(pieces)
 
     def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
-        """What reads of one byte each from ``address`` on would give; nothing has been read by this.
+        """Return the results of one-byte reads from ``address`` on, without reading them.
 
-        The bytes, about ``count`` of them, or none if they are not sure; until when (ps) they are these, as
-        long as ``version`` stays what it is now; and which reads are quiet, that is, change nothing anybody
-        could see: bit n for the first n bytes. ``consumed`` makes up for reads that are not. They are of one
-        register after the other also where the sub-address does not move on, which ``EACH_ALONE`` tells.
+        The result has about ``count`` bytes, or none if they cannot be predicted; their end of validity (ps),
+        while ``version`` is unchanged; and a mask of reads without side effects: bit n for the first n bytes.
+        ``consumed`` applies the side effects of the other reads. The bytes are of consecutive registers, even
+        if the sub-address does not increment; ``EACH_ALONE`` marks that case.
         """
         region = self._regions[address] if address in self._regions else self._region(address)
         if region is None:
@@ -280,7 +280,7 @@ class RegisterFile:
         return data, until_ps, quiet
 
     def consumed(self, address: int, count: int) -> None:
-        """So many of the bytes that were prefetched have been read one by one."""
+        """Apply the side effects of ``count`` prefetched bytes that have been read one by one."""
         while count:
             region = self._regions.get(address) or self._region(address)
             assert region is not None, "bytes that were never prefetched"
@@ -290,7 +290,7 @@ class RegisterFile:
             address, count = end, count - here
 
     def burst_reader(self, address: int, count: int) -> BurstReader:
-        """What reads such a burst, as long as ``version`` stays what it is now."""
+        """Return a reader for such a burst; valid while ``version`` is unchanged."""
         sources = self._find_sources(address, count)
         if sources is not None and len(sources) == 1:
             source, first, end = sources[0]
@@ -309,7 +309,7 @@ class RegisterFile:
             address = self._next[address]
 
     def advance(self, address: int, count: int) -> int:
-        """The address a burst of ``count`` bytes from ``address`` leaves behind."""
+        """Return the address after a burst of ``count`` bytes from ``address``."""
         if count == 1:
             return self._next[address]
         for _ in range(count):
@@ -317,12 +317,12 @@ class RegisterFile:
         return address
 
     def reset(self, *registers: type[Register]) -> None:
-        """Give ``registers`` (all, if none is named) their reset values, without side effects."""
+        """Set ``registers`` (default: all) to their reset values, without side effects."""
         for register in registers or self.map.registers:
             end = register.addr + register.size
             self.mem[register.addr : end] = self.map.reset[register.addr : end]
 
-    # -- inside -----------------------------------------------------------------------------------------
+    # -- internals --------------------------------------------------------------------------------------
 
     def _link(self) -> None:
         self._next = [*range(1, ADDRESSES), 0] if self._increment else list(range(ADDRESSES))
@@ -337,7 +337,7 @@ class RegisterFile:
         self._regions.clear()
 
     def _region(self, address: int) -> _Region | None:
-        """What prefetches the bytes from ``address`` on, and their end; None: nothing does."""
+        """Return the prefetcher of the bytes from ``address`` on, and their end; None if there is none."""
         source, end = self._source_of(address), address + 1
         region = None
         if source is not None:
@@ -349,11 +349,11 @@ class RegisterFile:
         return region
 
     def _leads_to(self, address: int) -> bool:
-        """Whether it comes after the one before it; where addresses do not move on, whoever reads says so."""
+        """Return whether ``address`` follows the address before it; True if the sub-address is fixed."""
         return not self._increment or self._next[address - 1] == address
 
     def _source_of(self, address: int) -> _Source | None:
-        """What prefetches the byte at ``address``; None if other hooks take part in reading it."""
+        """Return the prefetcher of the byte at ``address``; None if other hooks take part in reading it."""
         before, after = self._before[address], self._after[address]
         if before is None and after is None:
             return self._plain
@@ -361,7 +361,7 @@ class RegisterFile:
         return source if source is not None and source[1:] == (before, after) else None
 
     def _valid_until_ps(self, address: int, count: int) -> int:
-        """Until when (ps) a burst just read can be read again, giving the same bytes and changing nothing."""
+        """Return how long (ps) a burst just read can be repeated with the same bytes and no side effect."""
         key = address << _COUNT_BITS | count
         sources = (
             self._burst_sources[key] if key in self._burst_sources else self._find_sources(address, count)
@@ -374,7 +374,7 @@ class RegisterFile:
         return until_ps
 
     def _find_sources(self, address: int, count: int) -> _BurstSources | None:
-        """What prefetches each piece of a burst; None if nothing does for one of them."""
+        """Return the prefetcher of each piece of a burst; None if one has no prefetcher."""
         first_piece, rest = self._plan(address, count)
         pieces = [(self._source_of(first), first, end) for _, first, end, _ in (first_piece, *rest)]
         sources = tuple((source[0], first, end) for source, first, end in pieces if source is not None)
@@ -384,7 +384,7 @@ class RegisterFile:
         return found
 
     def _read_bytewise(self, address: int, count: int, now_ps: int) -> bytes:
-        """A burst over a held pair can release it half-way and show newer data in its later bytes."""
+        """Read byte by byte: a burst over a held pair can release it and show newer data in its later bytes."""
         data = bytearray()
         for _ in range(count):
             data += self.read(address, 1, now_ps)
@@ -439,7 +439,7 @@ class RegisterFile:
                 pieces.append((before, address, address + 1, after))
             address = self._next[address]
         plan = pieces[0], tuple(pieces[1:])
-        if count <= _LONGEST_KEPT:  # longer bursts are rare, and their number must not fill the memory
+        if count <= _LONGEST_KEPT:  # longer bursts are rare, and must not fill the memory
             self._plans[key] = plan
         return plan
 

@@ -1,23 +1,21 @@
-"""Samples at an output data rate: which one is the latest at a given time, what it holds, and how the output
-registers show it.
+"""Samples at an output data rate: the latest sample at a given time, its value, and its output registers.
 
-Sample ``k`` (0, 1, 2 ...) of a stream becomes available ``first_delay_ps`` plus ``k`` periods after the
-stream was started. Times are integers computed from ``k``, never added up, so a rate of 6664 Hz is still
-exact after an hour. Sample values are a pure function of the sample's number, the configuration and the
-world; they are computed in blocks ahead of time and only cached here, so it does not matter who reads when.
-The number a producer sees goes on counting over restarts, so that two one-shot measurements do not get the
-same noise.
+Sample ``k`` (0, 1, 2 ...) of a stream becomes available ``first_delay_ps`` plus ``k`` periods after the start
+of the stream. Times are integers computed from ``k``, never added up, so a rate of 6664 Hz is still exact
+after an hour. A sample value is a pure function of the sample's number, the configuration and the world.
+Values are computed in blocks ahead of time and only cached here, so the order of reads has no effect. The
+producer's sample number keeps counting over restarts, so that two one-shot measurements have different noise.
 
 Output registers of several 16-bit words share these rules (LSM6DSL application note AN5040 4.3-4.5, LIS2MDL
 AN5069 6.3-6.5):
 
 * a new sample sets the data-ready flags; reading any one high byte clears them;
-* with BDU set, a word of which one byte has been read keeps its value until its other byte is read too; words
-  are independent. Once released it shows the latest sample at once;
+* with BDU set, a word keeps its value from the read of one of its bytes until its other byte is read; words
+  are independent. A released word shows the latest sample at once;
 * BLE swaps the two bytes of every word.
 
-Samples are not pushed into the registers when they are taken but fetched when somebody looks: the result is
-the same, and a sensor nobody reads costs nothing.
+Lazy evaluation: a sample is written to the registers when it is read, not when it is taken. The result is the
+same, and a sensor without reads costs nothing.
 """
 
 from __future__ import annotations
@@ -46,20 +44,21 @@ Times: TypeAlias = NDArray[np.float64]
 """Sample times in seconds of virtual time, shape (n,)."""
 
 Producer: TypeAlias = Callable[[int, Times], bytes]
-"""``produce(number, t_s)``: the register bytes of the samples ``number`` and following, taken at ``t_s``."""
+"""``produce(number, t_s)``: register bytes of the samples from ``number``, taken at ``t_s``."""
 
 Stamp: TypeAlias = Callable[[int, bytes], bytes]
-"""``stamp(number, data)``: the bytes of the samples ``number`` and following, changed as needed."""
+"""``stamp(number, data)``: register bytes of the samples from ``number``, changed as needed."""
 
 _SMALLEST_BLOCK = 32
 _LARGEST_BLOCK = 4096
 
 
 class SampleStream:
-    """The samples of one channel group. Attributes are plain because every register read looks at them.
+    """The samples of one channel group. Attributes are plain because every register read uses them.
 
     ``next_ps``: when the next sample becomes available (``NEVER_PS`` when stopped);
-    ``data``: the register bytes of the latest sample; ``index``: its number, -1 before the first;
+    ``data``: the register bytes of the latest sample;
+    ``index``: its number, -1 before the first;
     ``raster_ps``: one time that is a whole number of periods from every sample;
     ``settled_number``: the producer's number of the first sample that need not be discarded.
     """
@@ -88,7 +87,7 @@ class SampleStream:
         self._width = width
         self._produce: Producer = produce
         self._num, self._den = 1, 1
-        self._earlier = 0  # samples of the runs before this one
+        self._earlier = 0  # number of samples of earlier runs
         self._forgetting: list[Callable[[int], None]] = []
         self._origin_ps = 0  # the time of sample ``_origin_index``
         self._origin_index = 0
@@ -102,14 +101,14 @@ class SampleStream:
         self.settled_number = 0
 
     def start(self, now_ps: int, rate_hz: Fraction, first_delay_ps: int | None = None) -> None:
-        """Begin sampling at ``rate_hz``; the first sample comes after ``first_delay_ps`` (one period)."""
+        """Start sampling at ``rate_hz``; the first sample comes after ``first_delay_ps`` (default: one period)."""
         period = PS_PER_S / rate_hz
         delay = -(-period.numerator // period.denominator) if first_delay_ps is None else first_delay_ps
         self._begin(now_ps + delay, period.numerator, period.denominator)
         self._block_length = _SMALLEST_BLOCK
 
     def start_in_step(self, other: SampleStream, now_ps: int, rate_hz: Fraction) -> None:
-        """Begin sampling in step with a stream whose rate is a multiple of ``rate_hz``, or a whole part.
+        """Start sampling in phase with ``other``, whose rate is a multiple or a whole fraction of ``rate_hz``.
 
         The first sample comes one to two periods after ``now_ps``.
         """
@@ -122,7 +121,7 @@ class SampleStream:
         self._block_length = _SMALLEST_BLOCK
 
     def start_single(self, now_ps: int, delay_ps: int) -> None:
-        """Take one sample, available after ``delay_ps``, and no other."""
+        """Take exactly one sample, available after ``delay_ps``."""
         self._begin(now_ps + delay_ps, NEVER_PS, 1)
         self._block_length = 1
 
@@ -140,7 +139,7 @@ class SampleStream:
 
     @property
     def running(self) -> bool:
-        """Whether samples are still to come."""
+        """Return whether more samples will come."""
         return self.next_ps != NEVER_PS
 
     @property
@@ -149,7 +148,7 @@ class SampleStream:
         return Fraction(PS_PER_S * self._den, self._num) if self.running else Fraction(0)
 
     def stamp_with(self, stamp: Stamp) -> None:
-        """From now on every block goes through ``stamp(number, data)`` once it has been produced."""
+        """Pass every block produced from now on through ``stamp(number, data)``."""
         produce = self._produce
 
         def produce_stamped(number: int, t_s: Times) -> bytes:
@@ -159,29 +158,29 @@ class SampleStream:
         self.invalidate()
 
     def invalidate(self) -> None:
-        """The world or the configuration has changed: samples still to come are computed anew."""
+        """Discard samples computed ahead, because the world or the configuration has changed."""
         self._block_end = self._block_first
         self._block_length = min(self._block_length, _SMALLEST_BLOCK)
 
     def world_changed(self, now_ps: int | None) -> None:
-        """The signals are others from ``now_ps`` on, or from the next sample on that nobody has looked at."""
+        """Discard samples computed ahead: the signals change at ``now_ps``, or after the last sample read."""
         number = self.next_number(now_ps)
         for forget in self._forgetting:
             forget(number)
         self.invalidate()
 
     def when_world_changes(self, forget: Callable[[int], None]) -> None:
-        """Call ``forget(number)``: what was computed ahead of the samples from ``number`` on is wrong."""
+        """Call ``forget(number)`` when values computed ahead, from sample ``number`` on, become invalid."""
         self._forgetting.append(forget)
 
     def time_ps(self, index: int) -> int:
-        """When sample ``index`` becomes available."""
+        """Return the time at which sample ``index`` becomes available."""
         return self._origin_ps - (-(index - self._origin_index) * self._num // self._den)
 
     def advance(self, now_ps: int) -> int:
-        """Make the latest sample at ``now_ps`` current; the number of samples since the one before.
+        """Make the latest sample at ``now_ps`` current; return the number of new samples.
 
-        Only to be called when ``now_ps >= next_ps``.
+        Call it only if ``now_ps >= next_ps``.
         """
         num = self._num
         index, passed = divmod((now_ps - self._origin_ps) * self._den, num)
@@ -196,10 +195,11 @@ class SampleStream:
         return fresh
 
     def samples(self, first: int, end: int) -> NDArray[np.uint8]:
-        """Register bytes of samples ``first`` to ``end - 1``, shape (n, width); all must be due already.
+        """Return the register bytes of samples ``first`` to ``end - 1``, shape (n, width); all must be due
+        already.
 
-        For functions that look at every sample (FIFO, event detection). Reading on from where the last call
-        ended costs no sample twice.
+        For functions that process every sample (FIFO, event detection). Consecutive calls compute no sample
+        twice.
         """
         pieces = []
         while first < end:
@@ -214,13 +214,13 @@ class SampleStream:
         return np.concatenate(pieces) if pieces else np.empty((0, self._width), dtype=np.uint8)
 
     def latest(self, at_ps: int) -> int:
-        """Number of the latest sample at ``at_ps``, -1 if there is none yet; nothing changes."""
+        """Return the number of the latest sample at ``at_ps``, -1 before the first, without changing the stream."""
         return max(-1, self._origin_index + (at_ps - self._origin_ps) * self._den // self._num)
 
     def _fill(self, first: int) -> None:
-        """Compute a block from sample ``first`` on; blocks grow while nothing invalidates them."""
-        # Move the origin on by whole multiples of ``_num`` (``_den`` samples each): exact, and the numbers in
-        # ``advance`` stay small, where Python's integers are fast.
+        """Compute a block from sample ``first`` on; blocks grow as long as they stay valid."""
+        # Move the origin by whole multiples of ``_num`` (``_den`` samples each). This is exact, and keeps the
+        # numbers in ``advance`` small, so that Python's integers stay fast.
         spans = (first - self._origin_index) // self._den
         self._origin_ps += spans * self._num
         self._origin_index += spans * self._den
@@ -231,26 +231,26 @@ class SampleStream:
         self._block_first, self._block_end = first, first + count
 
     def times_s(self, number: int, count: int) -> Times:
-        """When the samples ``number`` and following come, as the producer counts; of the present run only."""
+        """Return the times of the samples from producer number ``number``; of the present run only."""
         return self._times_s(number - self._earlier, count)
 
     @property
     def settled_index(self) -> int:
-        """The first sample of the present run that need not be discarded."""
+        """Index of the first sample of the present run that need not be discarded."""
         return self.settled_number - self._earlier
 
     def number(self, index: int) -> int:
-        """The producer's number of sample ``index`` of the present run."""
+        """Return the producer's number of sample ``index`` of the present run."""
         return self._earlier + index
 
     def next_number(self, now_ps: int | None = None) -> int:
-        """The producer's number of the first sample after ``now_ps``, or after the latest one looked at."""
+        """Return the producer's number of the first sample after ``now_ps``, or after the latest one read."""
         if now_ps is None or not self.running:
             return self._earlier + self.index + 1
         return self._earlier + self.latest(now_ps) + 1
 
     def _times_s(self, first: int, count: int) -> Times:
-        # Each time is rounded from its own exact parts, so that it does not depend on where the block begins.
+        # Each time is rounded from exact integers, so that it does not depend on the beginning of the block.
         period_s = self._num / (self._den * PS_PER_S)
         offset = first - self._origin_index
         rest = np.arange(offset, offset + count, dtype=np.int64)
@@ -267,14 +267,14 @@ class SampleStream:
 
 
 def to_int16(counts: NDArray[np.float64]) -> NDArray[np.int16]:
-    """Rounded to the nearest count and saturated at the ends of 16 bits, the shape unchanged."""
+    """Round to the nearest count and saturate at 16 bits; the shape is unchanged."""
     return _whole(counts).astype("<i2")
 
 
 def words(counts: NDArray[np.float64], samples: int | None = None) -> bytes:
-    """Register bytes of axis-major counts, shape (3, n): little-endian X, Y, Z of each sample in turn.
+    """Return register bytes of axis-major counts, shape (3, n): little-endian X, Y, Z of each sample in turn.
 
-    ``samples``: how many, where one column may stand for all of them.
+    ``samples``: the number of samples, if one column applies to all of them.
     """
     in_turn = np.empty(counts.shape[::-1], dtype="<i2")
     np.copyto(in_turn, _whole(counts).T, casting="unsafe")
@@ -293,10 +293,11 @@ def _whole(counts: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class DataReady:
-    """The flags of an output block in its status register.
+    """Flags of an output block in its status register.
 
-    ``words``: the flag of each word (the same for all where the part has only one); ``any``: the one that
-    every high byte clears. ``overrun_shift``: how far above a flag its overrun flag lies, 0 if there is none.
+    ``words``: the flag of each word (the same for all if the sensor has only one);
+    ``any``: the flag that every high byte clears.
+    ``overrun_shift``: the distance in bits from a flag to its overrun flag, 0 without one.
     """
 
     status: type[Register]
@@ -312,7 +313,7 @@ class DataReady:
         return mask
 
     def keep(self) -> bytes:
-        """What the status register keeps when a byte is read, for each byte: a low one clears nothing."""
+        """Return the mask of status bits kept by a read of each byte: a low byte clears nothing."""
         masks = bytearray()
         for flag in self.words:
             cleared = flag | self.any
@@ -321,7 +322,7 @@ class DataReady:
 
 
 def swap_bytes(words: bytes) -> bytes:
-    """16-bit words with their two bytes exchanged."""
+    """Return 16-bit words with their two bytes exchanged."""
     swapped = bytearray(words)
     swapped[0::2], swapped[1::2] = words[1::2], words[0::2]
     return bytes(swapped)
@@ -331,7 +332,7 @@ _EVEN = 0x5555_5555_5555_5554  # the bits of even lengths
 
 
 class OutputWords:
-    """A block of 16-bit words fed by a stream; ``after_sample()`` follows each look at a new sample."""
+    """A block of 16-bit words fed by a stream; ``after_sample()`` is called after each refresh with a new sample."""
 
     __slots__ = (
         "_after_sample",
@@ -380,7 +381,7 @@ class OutputWords:
         registers.set_prefetcher(register, self, self.before_read)
 
     def set_format(self, *, bdu: bool, big_endian: bool) -> None:
-        """BDU and BLE as configured; switching BDU off releases every word, BLE turns those not held."""
+        """Set BDU and BLE as configured; switching BDU off releases every word, BLE swaps words not held."""
         if big_endian != self._big_endian:
             self._shown = b""
         self._bdu, self._big_endian = bdu, big_endian
@@ -388,11 +389,11 @@ class OutputWords:
             self._half_read.clear()
 
     def reset(self) -> None:
-        """Forget the latest sample: the words read 0 until the next one."""
+        """Discard the latest sample: the words read 0 until the next one."""
         self.stream.data = bytes(self._end - self._first)
 
     def refresh(self, now_ps: int) -> None:
-        """Bring the registers up to date with the latest sample at ``now_ps``."""
+        """Write the latest sample at ``now_ps`` to the registers."""
         stream = self.stream
         if now_ps < stream.next_ps:
             return
@@ -408,10 +409,10 @@ class OutputWords:
             self._after_sample()
 
     def before_read(self, first: int, end: int, now_ps: int) -> bytes | None:
-        """The read hook: refresh, then account for what is about to be read.
+        """Refresh the registers, then apply the effects of the read.
 
-        The usual read takes the whole block at once; it gets the sample itself, and the registers are filled
-        in only when somebody reads a part of them.
+        The usual read takes the whole block. It gets the sample itself, and the registers are filled only
+        when a part of them is read.
         """
         stream = self.stream
         if now_ps >= stream.next_ps:
@@ -421,15 +422,15 @@ class OutputWords:
             return stream.data
         if self._shown is not stream.data:
             self._show()
-        while first < end:  # mostly once, and then half the price of a range
+        while first < end:  # mostly one pass; then half the cost of a range
             self._account(first)
             first += 1
         return None
 
     def prefetch(self, first: int, end: int, now_ps: int) -> Prefetched:
-        """The bytes as they are until the next sample, words that are held back among them.
+        """Return the bytes as they are until the next sample, including held words.
 
-        Reading them is quiet once data-ready has been cleared, and with BDU as long as whole words are read.
+        Reads have no side effect once data-ready has been cleared; with BDU, as long as whole words are read.
         """
         stream = self.stream
         if now_ps >= stream.next_ps:
@@ -446,16 +447,16 @@ class OutputWords:
         return bytes(self._mem[first:end]), stream.next_ps, quiet
 
     def valid_until_ps(self, first: int, end: int) -> int:
-        """Until the next sample: what reading clears has been cleared, and holding words is a new version."""
+        """Return the time of the next sample: the flags are cleared already, and a held word changes the version."""
         del first, end
         return self.stream.next_ps
 
     def burst_reader(self, first: int, end: int) -> BurstReader | None:
-        """For the usual read, which takes the whole block at once."""
+        """Return a reader for the usual read, which takes the whole block."""
         return self._read_burst if (first, end) == (self._first, self._end) else None
 
     def _read_burst(self, now_ps: int) -> tuple[bytes, int]:
-        """As ``before_read``, less the flags that a new sample would set and this read clear."""
+        """Do the same as ``before_read``, without setting flags that this read would clear."""
         if self._half_read or self._big_endian:
             return self._registers.read(self._first, self._end - self._first, now_ps), 0
         stream = self.stream
@@ -467,7 +468,7 @@ class OutputWords:
         return stream.data, stream.next_ps
 
     def consumed(self, first: int, count: int) -> None:
-        """So many bytes from ``first`` on have been read one by one."""
+        """Apply the effects of ``count`` bytes from ``first``, read one by one."""
         offset = first - self._first
         if self._half_read or (offset | count) & 1:
             for address in range(first, first + count):
@@ -484,7 +485,7 @@ class OutputWords:
             self._mem[self._first : self._end] = swap_bytes(data) if self._big_endian else data
             self._shown = data
             return
-        self._shown = b""  # some words stay behind: look again at the next read
+        self._shown = b""  # some words stay behind: refresh again at the next read
         words = swap_bytes(data) if self._big_endian else data
         for offset in range(0, len(data), 2):
             word = self._first + offset
@@ -492,7 +493,7 @@ class OutputWords:
                 self._mem[word : word + 2] = words[offset : offset + 2]
 
     def _account(self, address: int) -> None:
-        """A byte is about to be read: clear its flags; hold its word until the other byte is read, too."""
+        """Apply the effects of reading one byte: clear its flags and hold its word until the other byte is read."""
         offset = address - self._first
         self._mem[self._status] &= self._keep[offset]
         if self._bdu:

@@ -1,22 +1,22 @@
 """The bus objects that four families of I2C drivers expect, on an I2C bus of the virtual board.
 
-Each has the shape and the limits that its original's documentation gives: ``busio.I2C`` of CircuitPython,
+Each has the interface and the limits of its original's documentation: ``busio.I2C`` of CircuitPython,
 ``machine.I2C`` of MicroPython, ``SMBus`` of smbus2 (and the kernel's ``i2c/smbus-protocol``), the transceiver
 interface ``I2cTransceiverV1`` of sensirion-i2c-driver.
 
 Decisions
-    ``BusioI2C`` has to be locked to be used, as on a microcontroller (Blinka does not check that), so that a
-    driver which forgets it is found out here.
+    ``BusioI2C`` must be locked before use, as on a microcontroller (Blinka does not check that), so that a
+    driver that forgets the lock fails here.
 
-    ``stop=False`` of ``MachineI2C`` ends in a stop all the same, and ``i2c_rdwr`` of ``SMBus`` passes a write
-    and the read after it on as one transfer, other messages one by one with a stop in place of the repeated
-    start. The parts keep the sub-address over a stop, so the bytes are the same.
+    ``stop=False`` of ``MachineI2C`` also ends in a stop, and ``i2c_rdwr`` of ``SMBus`` combines a write
+    and the read after it into one transfer, and sends other messages one by one with a stop in place of the
+    repeated start. The sensors keep the sub-address over a stop, so the bytes are the same.
 
-    What the three parts have no use for is left out of ``SMBus``: process calls, blocks with a length byte,
-    packet error codes.
+    Functions of ``SMBus`` that the three sensors cannot use are missing: process calls, blocks with a length
+    byte, packet error codes.
 
-    ``SensirionI2C`` lets the driver's time between writing and reading pass on the board's clock: it is the
-    one bus object that is told to wait instead of being waited for.
+    ``SensirionI2C`` makes the driver's time between writing and reading pass on the board's clock: it is the
+    only bus object that receives the waiting time as an argument.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ if TYPE_CHECKING:
     from typing_extensions import Buffer  # in collections.abc from Python 3.12 on
 
 
-# -- What the objects share: a bus error as the operating system's, and looking for devices -----------------
+# -- common functions: bus errors as those of the operating system, and scanning for devices ----------------
 
 
-# The error of an address nobody acknowledges: CircuitPython's and MicroPython's, and Linux' (i2c-bcm2835,
-# Raspberry Pi). The latter by number, since Python knows its name on Linux only.
+# The error of an address without acknowledge: CircuitPython's and MicroPython's, and Linux' (i2c-bcm2835,
+# Raspberry Pi). The latter is a number, since Python knows its name on Linux only.
 ENODEV: Final = errno.ENODEV
 EREMOTEIO: Final = 121
 
@@ -55,11 +55,11 @@ def os_errors(not_acknowledged: int) -> Iterator[None]:
         raise OSError(errno.EIO, str(error)) from error
 
 
-_ADDRESSES = range(0x08, 0x78)  # the others are reserved (NXP UM10204, Table 3)
+_ADDRESSES = range(0x08, 0x78)  # the other addresses are reserved (NXP UM10204, Table 3)
 
 
 def scan(master: I2CMaster) -> list[int]:
-    """The 7-bit addresses that acknowledge an empty write, in ascending order. Raises I2CError."""
+    """Return the 7-bit addresses that acknowledge an empty write, in ascending order. Raises I2CError."""
     found = []
     for address in _ADDRESSES:
         with suppress(I2CNackError):
@@ -74,8 +74,9 @@ def scan(master: I2CMaster) -> list[int]:
 class BusioI2C:
     """Give ``BusioI2C(board.i2c2)`` to a CircuitPython driver in place of ``board.I2C()``.
 
-    Addresses have 7 bits; ``start`` and ``end`` select a slice of a buffer. A device that does not answer is
-    OSError(ENODEV), a stuck bus OSError(ETIMEDOUT); a transfer without :meth:`try_lock` is a RuntimeError.
+    Addresses have 7 bits; ``start`` and ``end`` select a slice of a buffer. A device that does not answer
+    raises OSError(ENODEV), a stuck bus OSError(ETIMEDOUT), and a transfer without :meth:`try_lock`
+    RuntimeError.
     """
 
     def __init__(self, master: I2CMaster) -> None:
@@ -83,16 +84,16 @@ class BusioI2C:
         self._locked = False
 
     def try_lock(self) -> bool:
-        """Take the bus; False if it is taken."""
+        """Lock the bus; return False if it is locked."""
         taken, self._locked = self._locked, True
         return not taken
 
     def unlock(self) -> None:
-        """Give the bus back."""
+        """Unlock the bus after use."""
         self._locked = False
 
     def deinit(self) -> None:
-        """Release the pins: nothing to do here."""
+        """Do nothing: the object has no pins."""
 
     def __enter__(self) -> Self:
         return self
@@ -101,17 +102,17 @@ class BusioI2C:
         self.deinit()
 
     def scan(self) -> list[int]:
-        """Addresses at which a device answers."""
+        """Return the addresses at which a device answers."""
         with self._transfer():
             return scan(self._master)
 
     def writeto(self, address: int, buffer: Buffer, *, start: int = 0, end: int | None = None) -> None:
-        """Write a slice of ``buffer``; of length 0 it only asks whether the device is there."""
+        """Write a slice of ``buffer``; an empty slice only checks that the device is present."""
         with self._transfer():
             self._master.write(address, bytes(memoryview(buffer)[start:end]))
 
     def readfrom_into(self, address: int, buffer: Buffer, *, start: int = 0, end: int | None = None) -> None:
-        """Fill a slice of ``buffer``."""
+        """Fill a slice of ``buffer`` with bytes of a device."""
         target = memoryview(buffer)[start:end].cast("B")
         with self._transfer():
             target[:] = self._master.read(address, len(target))
@@ -136,7 +137,7 @@ class BusioI2C:
     @contextmanager
     def _transfer(self) -> Iterator[None]:
         if not self._locked:
-            raise RuntimeError("Function requires lock")  # CircuitPython's words
+            raise RuntimeError("Function requires lock")  # CircuitPython's message
         with os_errors(ENODEV):
             yield
 
@@ -148,19 +149,19 @@ class MachineI2C:
     """Give ``MachineI2C(board.i2c2)`` to a MicroPython driver in place of ``machine.I2C(...)``.
 
     Addresses have 7 bits, memory addresses ``addrsize`` bits, most significant byte first. A device that does
-    not answer is OSError(ENODEV), a stuck bus OSError(ETIMEDOUT).
+    not answer raises OSError(ENODEV), a stuck bus OSError(ETIMEDOUT).
     """
 
     def __init__(self, master: I2CMaster) -> None:
         self._master = master
 
     def scan(self) -> list[int]:
-        """Addresses at which a device answers."""
+        """Return the addresses at which a device answers."""
         with os_errors(ENODEV):
             return scan(self._master)
 
     def writeto(self, addr: int, buf: Buffer, stop: bool = True) -> int:
-        """Write ``buf``; the number of bytes acknowledged."""
+        """Write ``buf``; return the number of acknowledged bytes."""
         del stop
         data = bytes(buf)
         with os_errors(ENODEV):
@@ -215,8 +216,8 @@ class I2CMessage(Protocol):
 class SMBus:
     """Give ``SMBus(board.i2c2)`` to a driver in place of ``smbus2.SMBus(1)``.
 
-    Addresses have 7 bits; ``force`` is accepted and has no meaning. A device that does not answer is
-    OSError(EREMOTEIO), a stuck bus OSError(ETIMEDOUT); a block over 32 bytes is a ValueError.
+    Addresses have 7 bits; ``force`` is accepted and ignored. A device that does not answer raises
+    OSError(EREMOTEIO), a stuck bus OSError(ETIMEDOUT), and a block over 32 bytes ValueError.
     """
 
     def __init__(self, master: I2CMaster) -> None:
@@ -229,21 +230,21 @@ class SMBus:
         self.close()
 
     def close(self) -> None:
-        """Close the device file: there is none."""
+        """Do nothing: the object has no device file."""
 
     def write_quick(self, i2c_addr: int, force: bool | None = None) -> None:
-        """Ask whether a device is there: its address and no byte."""
+        """Check that a device is present: its address without data."""
         del force
         self._write(i2c_addr, b"")
 
     def read_byte(self, i2c_addr: int, force: bool | None = None) -> int:
-        """One byte, from the register address left behind."""
+        """Read one byte, from the current register address."""
         del force
         with os_errors(EREMOTEIO):
             return self._master.read(i2c_addr, 1)[0]
 
     def write_byte(self, i2c_addr: int, value: int, force: bool | None = None) -> None:
-        """One byte, which the parts take for a register address."""
+        """Write one byte, which the sensors use as a register address."""
         del force
         self._write(i2c_addr, bytes((value,)))
 
@@ -258,7 +259,7 @@ class SMBus:
         self._write(i2c_addr, bytes((register, value)))
 
     def read_word_data(self, i2c_addr: int, register: int, force: bool | None = None) -> int:
-        """Two registers as an unsigned number, the first one the low byte."""
+        """Read two registers as an unsigned number, the low byte first."""
         del force
         return int.from_bytes(self._read(i2c_addr, register, 2), "little")
 
@@ -270,7 +271,7 @@ class SMBus:
     def read_i2c_block_data(
         self, i2c_addr: int, register: int, length: int, force: bool | None = None
     ) -> list[int]:
-        """``length`` registers, at most 32."""
+        """Read ``length`` registers, at most 32."""
         del force
         if length > _BLOCK_MAX:
             raise ValueError(f"Desired block length over {_BLOCK_MAX} bytes")
@@ -286,7 +287,7 @@ class SMBus:
         self._write(i2c_addr, bytes((register, *data)))
 
     def i2c_rdwr(self, *i2c_msgs: I2CMessage) -> None:
-        """Messages in order; those that read are filled. Raises InputError for flags other than I2C_M_RD."""
+        """Transfer messages in order and fill those that read. Raises InputError for flags other than I2C_M_RD."""
         for message in i2c_msgs:
             if message.flags & ~_READ:
                 raise InputError(
@@ -327,8 +328,8 @@ Answer: TypeAlias = tuple[int, Exception | None, bytes]
 class SensirionI2C:
     """Give ``I2cConnection(SensirionI2C(board.i2c2, board.run_for))`` to a Sensirion driver's channel.
 
-    ``sleep(seconds)`` lets virtual time pass. A failed transfer is a status, as the interface asks for; the
-    driver makes its I2cNackError or I2cTimeoutError of it.
+    ``sleep(seconds)`` lets virtual time pass. A failed transfer returns a status, as the interface requires,
+    from which the driver raises its I2cNackError or I2cTimeoutError.
     """
 
     API_VERSION: ClassVar[int] = 1
@@ -351,9 +352,10 @@ class SensirionI2C:
         read_delay: float,
         timeout: float,
     ) -> Answer:
-        """Write ``tx_data`` unless None, wait, read ``rx_length`` bytes unless None: status, error, bytes.
+        """Write ``tx_data`` unless None, wait, read ``rx_length`` bytes unless None; return status, error,
+        bytes.
 
-        The parts do not stretch the clock, so ``timeout`` seconds never pass.
+        The sensors do not stretch the clock, so ``timeout`` seconds never pass.
         """
         del timeout
         try:

@@ -1,13 +1,14 @@
-"""A board inside this process as a port of pyserial's: ``serial.serial_for_url("fcu://solution?scenario=desk")``.
+"""A board in this process as a pyserial port: ``serial.serial_for_url("fcu://solution?scenario=desk")``.
 
 pyserial finds the address once this module has been imported. There is no thread and no wall time: the board
 runs while the port is read, a ``timeout`` is in virtual time, and the same program reads the same bytes on
-every machine. ``port.board`` is the board, to be moved and looked at. The address is ``fcu://FIRMWARE``, what
-``fcu run`` takes as FIRMWARE, and after a question mark ``scenario``, ``wiring``, ``seed`` or ``ideal=1``,
-joined by ``&``; :func:`port_of` is the port of a board that there is already.
+every machine. ``port.board`` is the board, for motions and inspection. The address is ``fcu://FIRMWARE``,
+with FIRMWARE as for ``fcu run``, and after a question mark ``scenario``, ``wiring``, ``seed`` or ``ideal=1``,
+joined by ``&``; :func:`port_of` returns the port of an existing board.
 
-Decision: asking how much has come (``in_waiting``) lets a millisecond pass when nothing has. Programs ask
-that in a loop, with a sleep of wall time in it, and on a board whose time stood still they would ask forever.
+Decision: reading the number of available bytes (``in_waiting``) lets a millisecond pass if there are none.
+Programs read it in a loop with a sleep of wall time, and on a board whose time does not pass they would loop
+forever.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from fcu_emulator.emulator.scenario.renamed import with_current_keys
 from fcu_emulator.emulator.time.clock import PS_PER_MS, to_ps
 
 SILENCE_S = 60.0
-"""Virtual time after which reading without a timeout gives up."""
+"""Virtual time after which a read without a timeout raises an error."""
 _STEP_PS = PS_PER_MS
 _KNOWN = {"scenario", "wiring", "seed", "ideal"}
 _OLD = {"profile": "wiring"}
@@ -35,7 +36,7 @@ if __package__ not in serial.protocol_handler_packages:
 
 
 def port_of(board: Board, timeout: float | None = None) -> Serial:
-    """The port of ``board``, open; what it has printed already is there to be read."""
+    """Return the port of ``board``, open; earlier output can be read from it."""
     port = Serial(None, timeout=timeout)
     port.board = board
     port.is_open = True
@@ -43,14 +44,14 @@ def port_of(board: Board, timeout: float | None = None) -> Serial:
 
 
 class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
-    """A port as pyserial's others are; ``board`` is None until it is open."""
+    """A port as pyserial's other ports; ``board`` is None until it is open."""
 
     board: Board | None = None
     is_open: bool
     _position = 0
 
     def open(self) -> None:
-        """Make the board and switch it on. Raises SerialException."""
+        """Create the board and switch it on. Raises SerialException."""
         if self.is_open:
             raise serial.SerialException("the port is open already")
         try:
@@ -67,11 +68,11 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
         self.is_open = False
 
     def _reconfigure_port(self) -> None:
-        """A rate or format is taken; the board's text is readable at any (as on other links)."""
+        """Accept any rate or format; the board's text is readable at all of them (as on other links)."""
 
     @property
     def in_waiting(self) -> int:
-        """How many bytes can be read at once."""
+        """Return the number of bytes that can be read at once."""
         board = self._opened()
         waiting = board.terminal.position - self._position
         if not waiting:
@@ -82,7 +83,7 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
     def read(self, size: int = 1) -> bytes:
         """Run the board until ``size`` bytes have come, or for ``timeout`` seconds of virtual time.
 
-        Raises SerialException when a board that is read without a timeout stays silent.
+        Raises SerialException if a board that is read without a timeout stays silent.
         """
         board = self._opened()
         limit_s = SILENCE_S if self._timeout is None else self._timeout
@@ -101,32 +102,32 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
         return data
 
     def write(self, data: Any) -> int:
-        """Type ``data``; it arrives at the line's speed while the board runs."""
+        """Type ``data``, which arrives at the line's speed while the board runs."""
         typed = bytes(serial.to_bytes(data))
         self._opened().terminal.write(typed)
         return len(typed)
 
     def flush(self) -> None:
-        """Run the board until all that was typed has arrived."""
+        """Run the board until all typed bytes have arrived."""
         board = self._opened()
         while board.terminal.typing_left:
             board.run_until_ps(board.clock.now_ps + _STEP_PS)
 
     def reset_input_buffer(self) -> None:
-        """Forget what has been printed so far."""
+        """Discard the output so far."""
         self._position = self._opened().terminal.position
 
     def reset_output_buffer(self) -> None:
-        """Nothing: what was typed is on the wire."""
+        """Do nothing: typed bytes are on the wire already."""
 
     @property
     def out_waiting(self) -> int:
-        """How many typed bytes have not arrived."""
+        """Return the number of typed bytes that have not arrived."""
         return self._opened().terminal.typing_left
 
     @property
     def cts(self) -> bool:
-        """The board has no such line; as an adapter without one says it, ready."""
+        """Return True: the board has no such line, and an adapter without one reports ready."""
         return True
 
     dsr = cd = cts
@@ -136,7 +137,7 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
         return False
 
     def _update_break_state(self) -> None:
-        """Nothing: the board has no such line."""
+        """Do nothing: the board has no such line."""
 
     _update_rts_state = _update_dtr_state = _update_break_state
 
@@ -147,7 +148,7 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
 
 
 def _board(url: str) -> Board:
-    """The board that an address names. Raises InputError."""
+    """Return the board that an address describes. Raises InputError."""
     firmware, _, query = url.removeprefix("fcu://").partition("?")
     options = with_current_keys(dict(parse_qsl(query, keep_blank_values=True)), _OLD)
     if unknown := options.keys() - _KNOWN:

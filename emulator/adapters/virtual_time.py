@@ -1,8 +1,8 @@
-"""The drivers' waits pass on the board's clock: no test sleeps, and a wait is as long as the driver asked.
+"""Virtual time for drivers: their waits pass on the board's clock, at their full length, and no test sleeps.
 
-Decision: only the modules that are named see virtual time. Replacing ``time.sleep`` and ``time.monotonic``
-for the whole process, the road not taken, would put pytest's durations, other threads and the serial links
-on the clock of one board.
+Decision: only named modules get virtual time. Replacing ``time.sleep`` and ``time.monotonic`` for the whole
+process was rejected: it would put pytest's durations, other threads and the serial links on the clock of one
+board.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ if TYPE_CHECKING:
     from fcu_emulator.emulator.assembly.board import Board
 
 _PS_PER_NS = 1000
-_in_use: set[str] = set()  # modules that run on some board's time now
+_in_use: set[str] = set()  # modules that now run on a board's time
 
 
 @contextmanager
 def virtual_time(board: Board, *modules: ModuleType) -> Iterator[None]:
-    """Let ``modules`` and their submodules, as far as imported, wait and measure time on the board's clock.
+    """Make ``modules`` and their imported submodules wait and measure time on the board's clock.
 
-    Wherever a module's global is ``time`` or one of its functions, under whatever name (``import time``,
-    ``from time import sleep``), it is replaced until the block ends: ``sleep``, and the clocks ``monotonic``,
-    ``perf_counter`` and ``time`` with their ``_ns`` twins, which count from power-on. What a function of a
-    driver imports while it runs is not seen.
+    Globals of a module that are ``time`` or one of its functions, under any name (``import time``, ``from
+    time import sleep``), are replaced until the block ends: ``sleep``, and the clocks ``monotonic``,
+    ``perf_counter`` and ``time`` with their ``_ns`` variants, which count from power-on. Imports inside a
+    running function of a driver are not replaced.
 
-    Raises InputError when a module runs on a board's time already: it has one ``time``, not one a board.
+    Raises InputError if a module already runs on a board's time, because it can only have one.
     """
     found = _with_submodules(modules)
     taken = _in_use.intersection(found)
@@ -65,12 +65,12 @@ def _with_submodules(modules: tuple[ModuleType, ...]) -> dict[str, ModuleType]:
 
 
 def _replacements(board: Board) -> dict[int, object]:
-    """What stands for the real ``time`` and its functions, by their id(): globals need not be hashable."""
+    """Return replacements of ``time`` and its functions, by their id(): globals need not be hashable."""
     clock = board.clock
 
     def sleep(seconds: float) -> None:
         if seconds < 0:
-            raise ValueError("sleep length must be non-negative")  # as the real one
+            raise ValueError("sleep length must be non-negative")  # as the real function
         board.run_for(seconds)
 
     def now_s() -> float:

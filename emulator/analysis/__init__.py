@@ -1,1 +1,1 @@
-"""What is made of runs afterwards: recorded observations, replays, comparisons and the fidelity table."""
+"""Evaluation of runs: recorded observations, replays, comparisons and the fidelity table."""

@@ -22,7 +22,7 @@ Numbers = NDArray[np.float64]
 
 
 def calibration_hint(lines: Sequence[LabLine], iron_mgauss: Numbers) -> Hint | None:
-    """What the calibration has left of the hard iron, of a program that prints a yaw."""
+    """Return the error left by the calibration of the hard iron, for a program that prints a yaw."""
     found = changes(lines)
     if found is None or not any(line.label == "Pitch:" and line.values for line in lines):
         return None
@@ -43,7 +43,7 @@ _SUBTRACT = (
 
 
 def _cause(constant: Numbers, iron: Numbers, radius: float, off: NDArray[np.bool_]) -> tuple[str, str]:
-    centre = iron - constant  # what was subtracted
+    centre = iron - constant  # the subtracted value
     magnetic = np.abs(iron) > _FAR
     names = " and ".join(axis for axis, wrong in zip(AXES, off, strict=True) if wrong)
     if _alike(constant[magnetic], iron[magnetic]):

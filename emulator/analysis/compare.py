@@ -1,19 +1,19 @@
-"""Two runs side by side: where do two firmwares first do something else on the same scenario?
+"""Comparison of two runs: the first differences between two firmwares on the same scenario.
 
 A run is a few sequences of entries, such as the lines of the terminal or the edges of a LED. The n-th entry
-of a sequence of one run is compared with the n-th of the other: first its text, then its time. A firmware
-that is merely late is not a different one, so of the times only the pace counts, that is how long after the
-entry before it each one comes, and only beyond a tolerance; it can be ignored altogether.
+of a sequence of one run is compared with the n-th of the other: first its text, then its time. A late
+firmware is not a different one. So only the pace is compared, that is the time from the entry before, and
+only beyond a tolerance; it can also be ignored.
 
-Decision: the pace, not the time since power-on. A loop that prints and waits a second lasts 1.04 s with
-firmware that computes in no time and 1.06 s with compiled code; after half a minute the two are half a second
-apart and still do the same.
+Decision: comparisons use the pace, not the time since power-on. A loop that prints and waits a second lasts
+1.04 s with firmware that computes in no time and 1.06 s with compiled code. After half a minute the two are
+half a second apart and still do the same.
 
-Decision: sequences by position, not an alignment as ``diff`` makes it. The question is what went wrong first;
-everything after that follows from it, and an alignment would hide the n-th wrong block behind the first.
+Decision: entries are compared by position, not by an alignment as ``diff`` computes it. The user needs the
+first mistake, which causes all later ones; an alignment would hide the n-th wrong block behind the first.
 
-Decision: the end of a run cuts both sequences at a time, not at an entry. What only one run has is a
-difference unless it happened so close to the end that the other may just not have come to it.
+Decision: the end of a run cuts both sequences at a time, not at an entry. An entry in only one run is a
+difference, unless it is so close to the end that the other run may not have reached it.
 """
 
 from __future__ import annotations
@@ -40,25 +40,26 @@ from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]
 
 TIMING_PS = 20 * PS_PER_MS
-"""How far apart the pace may be: a few callbacks, far below the lab's period of 1 s."""
+"""Tolerance of the pace: a few callbacks, far below the lab's period of 1 s."""
 
-_LOOP_PS = 2 * PS_PER_S  # one period of the lab's main loop, text included, and some
+_LOOP_PS = 2 * PS_PER_S  # one period of the lab's main loop, including text, with a margin
 _DRIFT = 25  # a run may be late by 1/25 in all: a loop of 1.04 s of the model takes 1.06 s as compiled code
 _CONTEXT = 3
-_SAME_AFTER = 8  # entries that must be the same after one that only one run has
+_SAME_AFTER = 8  # entries that must be equal after one that only one run has
 _COUNTS = re.compile(r"(\d+) ticks, (\d+) lost")
 _NEGATIVE_ZERO = re.compile(r"-(?=0(?:\.0+)?(?![\d.]))")
-"""The sign of a zero: whether -0.0f or -0 is negated is no difference."""
+"""The sign of a zero: -0.0f and 0.0f, or -0 and 0, count as equal."""
 _NUMBER = re.compile(r"-?(?:\d+(?:\.\d+)?|inf|nan)\b")
 
 
 @dataclass(frozen=True)
 class Rules:
-    """What counts as the same.
+    """Rules of equality.
 
-    ``timing_ps``: how far apart the times from one entry to the next may be. ``tolerance``: how far apart the
-    numbers of the lab's lines may be, by field ("ACC.x", "Yaw"), in the units printed; 0 where not given.
-    ``ignore``: what is not compared at all; "numbers" are those of every line.
+    ``timing_ps``: tolerance of the time from one entry to the next.
+    ``tolerance``: tolerance of the numbers in the lab's lines, by field ("ACC.x", "Yaw"), in the units
+    printed; default 0.
+    ``ignore``: sequences that are not compared; "numbers" ignores those of every line.
     """
 
     timing_ps: int = TIMING_PS
@@ -68,9 +69,9 @@ class Rules:
 
 @dataclass(frozen=True)
 class Difference:
-    """Entry ``index`` (from 0) of a sequence differs; None where a run has no such entry.
+    """A difference at entry ``index`` (from 0) of a sequence; None if a run has no such entry.
 
-    ``before`` are the last pairs that were the same.
+    ``before`` are the last pairs of equal entries.
     """
 
     sequence: str
@@ -79,7 +80,7 @@ class Difference:
     second: ObservedItem | None
     before: Sequence[tuple[ObservedItem, ObservedItem]] = ()
     inserted: bool = False
-    """What follows is the same again in both: only one run has this entry, or these."""
+    """Whether the following entries are equal again: only one run has this entry, or these."""
 
     @property
     def at_ps(self) -> int:
@@ -91,7 +92,7 @@ class Difference:
         return self.first is not None and self.second is not None and self.first.text == self.second.text
 
     def paces_ps(self) -> tuple[int, int]:
-        """How long after the entry before it (or after power-on) each run had it. Both must have it."""
+        """Return each run's time since the entry before it (or since power-on). Both runs must have the entry."""
         assert self.first is not None
         assert self.second is not None
         one, other = self.before[-1] if self.before else (_POWER_ON, _POWER_ON)
@@ -102,7 +103,7 @@ _POWER_ON = ObservedItem(0, "")
 
 
 def compare(first: Observation, second: Observation, rules: Rules | None = None) -> list[Difference]:
-    """The first difference of each sequence that both have, the earliest first; empty when the runs agree."""
+    """Return the first difference of each common sequence, the earliest first; empty if the runs agree."""
     rules = rules or Rules()
     end_ps = min(first.end_ps, second.end_ps)
     found = (
@@ -113,7 +114,7 @@ def compare(first: Observation, second: Observation, rules: Rules | None = None)
 
 
 def compared(first: Observation, second: Observation, rules: Rules) -> list[str]:
-    """The sequences that are looked at."""
+    """Return the names of the compared sequences."""
     return [
         name
         for name in first.sequences
@@ -124,7 +125,7 @@ def compared(first: Observation, second: Observation, rules: Rules) -> list[str]
 
 
 def tolerances(given: Iterable[tuple[str, float]]) -> dict[str, float]:
-    """Tolerances by field from pairs that may name several at once ("ACC" for its three axes).
+    """Return tolerances by field from pairs that may name several at once ("ACC" for its three axes).
 
     Raises InputError naming the known fields.
     """
@@ -140,9 +141,9 @@ def tolerances(given: Iterable[tuple[str, float]]) -> dict[str, float]:
 
 
 def largest_deviations(first: Observation, second: Observation) -> dict[str, float]:
-    """How far apart the numbers of the lab's lines are at most, by field, in the units printed.
+    """Return the largest difference of the numbers in the lab's lines, by field, in the units printed.
 
-    Looks at the terminals as far as their lines are of the same kind. Fields that were never printed are
+    Compares the terminals up to the first line of a different kind. Fields that were never printed are
     missing.
     """
     largest: dict[str, float] = {}
@@ -155,10 +156,10 @@ def largest_deviations(first: Observation, second: Observation) -> dict[str, flo
 
 
 SINGLE_PRECISION = {"Pitch": 1e-4, "Roll": 1e-4, "Yaw": 0.01, "Altitude": 0.02}
-"""How far the lab's results in float and in double are apart at most, on the same samples."""
+"""Largest difference between the lab's results in float and in double, on the same samples."""
 
 
-# -- what is the same ---------------------------------------------------------------------------------------
+# -- equality -----------------------------------------------------------------------------------------------
 
 
 def _first_difference(
@@ -181,7 +182,7 @@ def _first_difference(
 def _inserted(
     difference: Difference, first: Sequence[ObservedItem], second: Sequence[ObservedItem], rules: Rules
 ) -> Difference | None:
-    """The difference as one entry that only one run has, where what follows says so."""
+    """Return the difference as an entry in one run only, if the following entries confirm it."""
     if _runs_on(first[1:], second, rules):
         return replace(difference, second=None, inserted=True)
     if _runs_on(first, second[1:], rules):
@@ -190,7 +191,7 @@ def _inserted(
 
 
 def _runs_on(first: Sequence[ObservedItem], second: Sequence[ObservedItem], rules: Rules) -> bool:
-    """Whether both go on alike, for long enough that it is no chance."""
+    """Return whether both continue with equal entries, for long enough to exclude chance."""
     pairs = list(zip(first[:_SAME_AFTER], second[:_SAME_AFTER], strict=False))
     texts = {one.text.strip() for one, _ in pairs}
     return len(pairs) >= 2 and len(texts) >= 2 and all(_same_text(one, other, rules) for one, other in pairs)
@@ -202,12 +203,12 @@ def _same_entry(name: str, one: ObservedItem, other: ObservedItem, rules: Rules,
         return _same_text(one, other, rules)
     (ticks, lost), (other_ticks, other_lost) = (map(int, count.groups()) for count in counts if count)
     most = max(ticks, other_ticks)
-    late = most * _grace_ps(rules, end_ps) / max(end_ps, 1)  # the timer of one was started that much later
+    late = most * _grace_ps(rules, end_ps) / max(end_ps, 1)  # ticks by which one timer may start later
     return abs(ticks - other_ticks) <= late + 1 and abs(lost - other_lost) <= most / 100
 
 
 def _grace_ps(rules: Rules, end_ps: int) -> int:
-    """How much later one run may be than the other by the end."""
+    """Return the largest lag of one run behind the other at the end."""
     return _LOOP_PS if "time" in rules.ignore else rules.timing_ps + end_ps // _DRIFT
 
 
@@ -226,7 +227,7 @@ def _same_text(one: ObservedItem, other: ObservedItem, rules: Rules) -> bool:
 
 
 def _same_beginning(text: str, wanted: str, rules: Rules) -> bool:
-    """Of a line that was cut off. Its last number may be incomplete: tolerated numbers are not looked at."""
+    """Compare a truncated line. Its last number may be incomplete: tolerated numbers are not compared."""
     if text.startswith(wanted) or wanted.startswith(text):
         return True
     if not rules.tolerance and "numbers" not in rules.ignore:
@@ -236,7 +237,7 @@ def _same_beginning(text: str, wanted: str, rules: Rules) -> bool:
 
 
 def _within(one: str, other: str, tolerance: Mapping[str, float]) -> bool:
-    """Whether both are the same line of the lab but for numbers, and those within the tolerance."""
+    """Return whether both are the same line of the lab with all numbers within the tolerance."""
     if not tolerance or _without_numbers(one) != _without_numbers(other):
         return False
     apart = dict(_deviations(one, other))
@@ -244,7 +245,7 @@ def _within(one: str, other: str, tolerance: Mapping[str, float]) -> bool:
 
 
 def _deviations(one: str, other: str) -> Iterator[tuple[str, float]]:
-    """Field and distance of each number of two lines of the lab; nothing for other lines."""
+    """Yield field and distance of each number of two lines of the lab; nothing for other lines."""
     for line_format in FORMATS:
         fields, others = (line_format.parse(text.strip()) for text in (one, other))
         if fields is not None and others is not None:

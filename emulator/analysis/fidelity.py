@@ -1,9 +1,9 @@
-"""The fidelity tables, of the sensors, of the chip's registers and of the board itself, made from the code.
+"""Fidelity tables of the sensors, of the chip's registers and of the board itself, generated from the code.
 
 ``python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity.md`` rewrites them.
 
-What is not modelled comes from the declared registers, functions and approximations from the declarations in
-each part's folder; nothing is kept by hand, and a test fails when the page is stale.
+Missing behaviour comes from the declared registers; functions and approximations come from the declarations
+in each sensor's folder. Nothing is maintained by hand, and a test fails when the page is stale.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ END_BOARD = "<!-- end of the board itself -->"
 
 
 def table() -> str:
-    """The table of all parts as Markdown, without a newline at the end."""
+    """Return the table of all sensors as Markdown, without a newline at the end."""
     lines = ["| part | function | documented in | in the model |", "|---|---|---|---|"]
     for part in PARTS.values():
         lines += [
@@ -42,7 +42,7 @@ def table() -> str:
 
 
 def chip_table() -> str:
-    """The table of the chip's registers as Markdown, without a newline at the end."""
+    """Return the table of the chip's registers as Markdown, without a newline at the end."""
     lines = ["| peripheral | registers | documented in | not modelled |", "|---|---|---|---|"]
     for module in KINDS:
         peripherals = [DECLARED[name] for name in module.INSTANCES]
@@ -54,7 +54,7 @@ def chip_table() -> str:
 
 
 def board_table() -> str:
-    """The table of what a board draws from its seed beside its parts, without a newline at the end."""
+    """Return the table of a board's own draws from its seed, without a newline at the end."""
     lines = ["| figure | in a real board | unit | source |", "|---|---|---|---|"]
     for name, figure in BoardErrors.figures().items():
         lines.append(f"| `{name}`: {figure.doc} | {figure.size} | {figure.unit} | {figure.source} |")
@@ -62,7 +62,7 @@ def board_table() -> str:
 
 
 def figures_table() -> str:
-    """By how much real parts deviate, as Markdown, without a newline at the end."""
+    """Return the deviations of real sensors as Markdown, without a newline at the end."""
     lines = [
         "| part | figure | in the document | the document | `typical` | `worst` |",
         "|---|---|---|---|---|---|",
@@ -77,14 +77,14 @@ def figures_table() -> str:
 
 
 def _drawn(figure: Figure) -> str:
-    """How a figure is drawn in a typical part, and what it is in a worst one."""
+    """Return how a figure is drawn in a typical sensor, and its value in a worst one."""
     if figure.is_strength:
         return f"{figure.typical:g} | {STRENGTHS['worst'] * figure.typical:g}"
     return f"sigma {figure.sigma:.3g} | +-{SIGMAS * figure.sigma:.3g}"
 
 
 def without_behaviour(part: type[Part]) -> list[str]:
-    """Every register and field of a part, banks included, that can be accessed but does nothing."""
+    """Return every register and field of a sensor, banks included, that can be accessed but does nothing."""
     return [name for bank in part.maps().values() for name in bank.without_behaviour()]
 
 
@@ -97,7 +97,7 @@ _TABLES = (
 
 
 def rewrite(text: str) -> str:
-    """``text`` with the tables between the markers brought up to date; raises InputError without markers."""
+    """Return ``text`` with updated tables between the markers; raises InputError without markers."""
     found = False
     for begin, end, made in _TABLES:
         before, opened, rest = text.partition(begin)

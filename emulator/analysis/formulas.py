@@ -1,12 +1,11 @@
-"""Wrong formulas that explain what is printed: angles and altitude from the numbers of the same block.
+"""Wrong formulas that explain a program's output: angles and altitude from the numbers of the same block.
 
-A block has ACC, MAG and Pre, from which the program has computed Pitch, Roll, Yaw and Altitude. If the
-slides' formula does not give what is printed and a usual mistake in it does, in nearly all blocks, that
-mistake is the likely cause. This needs neither a board at rest nor a calibrated compass: only the arithmetic
-is judged.
+A block has ACC, MAG and Pre, from which the program has computed Pitch, Roll, Yaw and Altitude. If a usual
+mistake explains nearly all blocks, and the slides' formula does not, that mistake is the likely cause. This
+needs neither a board at rest nor a calibrated compass: only the arithmetic is checked.
 
-Decision: a list of whole formulas, each as a student would write it, and not a search through expressions: a
-formula that was found by a search fits noise, too, and has no name.
+Decision: candidates are a list of whole formulas, each as a student would write it, not the result of a
+search through expressions. A formula found by a search also fits noise, and has no name.
 """
 
 from __future__ import annotations
@@ -22,46 +21,46 @@ from fcu_emulator.emulator.analysis.recorder import LabLine
 _FEWEST = 5  # blocks
 _SHARE = 0.85  # of the blocks that a formula must explain
 _DIFFERENT = 2  # blocks that the right formula must not explain,
-_BETTER = 3  # and of which another must be nearer by so much
+_BETTER = 3  # and from which another is nearer by at least this factor
 _NEAR_DEG = 4.0  # the numbers of a block are some 30 ms apart, and the board may be turning
 _NEAR_SHARE, _NEAR_M = 0.04, 0.3
-_MOVING_SHARE, _MOST_MOVING = 0.3, 15.0  # of what the truth has changed in the last 0.15 s
+_MOVING_SHARE, _MOST_MOVING = 0.3, 15.0  # of the change of the truth in the last 0.15 s
 _LONGEST_S = 0.5  # between the lines of a block
 _LABELS = {"ACC[x,y,z]": "acc", "MAG[x,y,z]": "mag", "Pre:": "pre"}
 
 
 Near: TypeAlias = Callable[[float, float], float]
-"""By a value and a formula's scale, how far a print may be from it."""
+"""Largest distance of a printed value from a formula, by the value and the formula's scale."""
 
 
 class Block(NamedTuple):
-    """The numbers of a block, and the line that is to be explained."""
+    """The numbers of a block, and the line to be explained."""
 
     line: LabLine
     acc: tuple[float, ...]
     mag: tuple[float, ...]
     pre: float
     raw_mag: tuple[float, ...] = ()
-    """MAG as the sensor gives it, with the board's hard iron."""
+    """MAG as measured by the sensor, with the board's hard iron."""
 
 
 class Formula(NamedTuple):
-    """A formula as it should be, or with a mistake: what it gives for a block, and words for it."""
+    """The correct formula, or one with a mistake: its value for a block, and its description."""
 
     of: Callable[[Block], float]
     summary: str
     advice: str
     scale: float = 1.0
-    """How much noise and offsets grow, beside the right formula."""
+    """Growth of noise and offsets relative to the right formula."""
     period_deg: float = 360.0
-    """Of a yaw: where it jumps, it does so by this."""
+    """Size of a jump of a yaw."""
 
 
 _NOTHING = (math.nan,) * 3
 
 
 def blocks(lines: Sequence[LabLine], label: str, iron_mgauss: Sequence[float] = (0, 0, 0)) -> list[Block]:
-    """Each line of ``label`` with the latest ACC, MAG and Pre before it."""
+    """Return each line of ``label`` with the latest ACC, MAG and Pre before it."""
     found, latest = [], dict[str, LabLine]()
     for line in lines:
         if line.values is None:
@@ -91,7 +90,7 @@ def explained(
     wrong: Sequence[Formula],
     near: Near,
 ) -> Hint | None:
-    """The wrong formula that gives best what is printed, if the right one does not."""
+    """Return the wrong formula that explains the output best, if the right one does not."""
     rows = [row for row in rows if math.isfinite(_value(right, row))]
     different = [row for row in rows if not _fits(field, right, row, near) and not _is_true(field, row, near)]
     if len(rows) < _FEWEST or len(different) < max(_DIFFERENT, (1 - _SHARE) * len(rows)):
@@ -124,14 +123,14 @@ def _fits(field: str, formula: Formula, row: Block, near: Near) -> bool:
 
 
 def _is_true(field: str, row: Block, near: Near) -> bool:
-    """Whether a print is near the truth: the other numbers of its block may be from another attitude."""
+    """Return whether a print is near the truth; the other numbers of its block may have another attitude."""
     truth, printed = row.line.truth[field], (row.line.values or {})[field]
     turns = (-360, 0, 360) if field == "Yaw" else (0,)
     return min(truth.distance(printed + turn) for turn in turns) <= near(truth.middle, 1.0)
 
 
 def _apart(field: str, formula: Formula, row: Block) -> float:
-    """How far a print is from a formula; nan where that has no value."""
+    """Return the distance of a print from a formula; nan if the formula has no value."""
     printed = (row.line.values or {})[field]
     apart = printed - _value(formula, row)
     if field == "Yaw" and abs(printed) <= 360:
@@ -154,7 +153,7 @@ _ROLL = "roll = atan2(Gy, sqrt(mu * Gx * Gx + Gz * Gz)) * 180 / pi"
 
 
 def _tilt(field: str) -> tuple[Formula, list[Formula], str]:
-    """The right formula of pitch or roll, mistakes in it, and its text."""
+    """Return the right formula of pitch or roll, formulas with mistakes, and its text."""
     own, other, sign, name = (0, 1, -1, "Gx") if field == "Pitch" else (1, 0, 1, "Gy")
     text = _PITCH if field == "Pitch" else _ROLL
 
@@ -213,7 +212,7 @@ _NOT_CALLED = "Is eCompass() called in the callback, and does it write the varia
 
 
 def tilt_hint(lines: Sequence[LabLine]) -> Hint | None:
-    """Which mistake in the formula of pitch or roll gives what is printed."""
+    """Return the mistake in the formula of pitch or roll that explains the output."""
     rows = blocks(lines, "Pitch:")
     if len(rows) >= _FEWEST and not any(value for row in rows for value in (row.line.values or {}).values()):
         return Hint("Pitch, Roll and Yaw are always 0", (_NOT_CALLED,), rows[-1].line)
@@ -239,13 +238,13 @@ class _Angles(NamedTuple):
 
 
 def _angles(row: Block) -> _Angles:
-    """As printed beside the yaw: of the same sample, and right, or the yaw is not looked at."""
+    """Return the angles printed beside the yaw, of the same sample; if they are wrong, the yaw is not checked."""
     values = row.line.values or {}
     return _Angles(math.radians(values["Pitch"]), math.radians(values["Roll"]))
 
 
 def _yaw(row: Block, angles: _Angles) -> tuple[float, float]:
-    """By2 and Bx3 of the slides."""
+    """Return By2 and Bx3 of the slides."""
     bx, by, bz = row.mag
     pitch, roll = angles
     by2 = bz * math.sin(roll) - by * math.cos(roll)
@@ -254,7 +253,7 @@ def _yaw(row: Block, angles: _Angles) -> tuple[float, float]:
 
 
 def _in_degrees(row: Block) -> _Angles:
-    """Pitch and roll after the conversion, which sine and cosine take for radians."""
+    """Return pitch and roll in degrees; the mistaken program passes these to sine and cosine as radians."""
     return _Angles(*map(math.degrees, _angles(row)))
 
 
@@ -326,7 +325,7 @@ _UNCALIBRATED = Formula(
 
 
 def yaw_hint(lines: Sequence[LabLine], iron_mgauss: Sequence[float]) -> Hint | None:
-    """Which mistake in the formulas of the yaw gives what is printed, from ACC and MAG as printed."""
+    """Return the mistake in the formulas of the yaw that explains the output, from the printed ACC and MAG."""
     rows = [row for row in blocks(lines, "Pitch:", iron_mgauss) if any(row.mag)]
     if any(abs(one) > _STRONG_MGAUSS for one in iron_mgauss):
         found = explained("Yaw", rows, RIGHT_YAW, (_UNCALIBRATED,), _degrees)
@@ -351,7 +350,7 @@ def _height(ratio: float, kelvin: float, exponent: float = _EXPONENT) -> float:
 
 
 def altitude_hint(lines: Sequence[LabLine], temperature_degc: float) -> Hint | None:
-    """Which mistake in the formula of the altitude gives what is printed, from Pre as printed."""
+    """Return the mistake in the formula of the altitude that explains the output, from the printed Pre."""
     kelvin = temperature_degc + _KELVIN
     pressures = [line for line in lines if line.values and line.label == "Pre:"]
     at_floor = [line for line in pressures if line.truth["Pre"].distance(_first(pressures)) < _SAME_HPA]
@@ -371,7 +370,7 @@ def altitude_hint(lines: Sequence[LabLine], temperature_degc: float) -> Hint | N
     truths = [(row.line.truth["Altitude"], (row.line.values or {})["Altitude"]) for row in rows]
     off = sum(truth.distance(value) > _OFF_M for truth, value in truths)
     if off < _DIFFERENT:
-        return None  # what noise and a single reading of the floor make of a right program
+        return None  # effect of noise and of a single reading at the floor on a right program
     named = explained("Altitude", rows, right, list(_wrong_altitudes(ratio, kelvin)), _metres)
     return named or explained("Altitude", rows, right, list(_times(rows, right)), _metres)
 
@@ -381,7 +380,7 @@ def _first(pressures: Sequence[LabLine]) -> float:
 
 
 def _times(rows: Sequence[Block], right: Formula) -> Iterator[Formula]:
-    """The altitude by a factor, if there is one that is plainly not 1."""
+    """Yield the altitude times a factor, if there is one that is clearly not 1."""
     high = [row for row in rows if abs(_value(right, row)) > _HIGH_M]
     if len(high) < _FEWEST:
         return

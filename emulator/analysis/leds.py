@@ -1,9 +1,9 @@
-"""LEDs that do not follow the board: their pins, the side of an angle to which they are lit, and toggling.
+"""LEDs that do not follow the board: wrong pins, the wrong side of an angle, and toggling.
 
 In the lab a LED is lit while an angle is beyond 80 degrees to either side, LED1 by the pitch, LED2 by the
-roll. Looked at is only what is well away from 80 degrees, where noise and offsets cannot switch a right
-program's LED, and only programs that print angles, from their first line of them on: before, LEDs are dark,
-and in the template they are toggled to show that it runs.
+roll. Only angles well away from 80 degrees are checked, so that noise and offsets cannot switch a correct
+program's LED. Only programs that print angles are checked, from their first line of them on: before, LEDs are
+dark, and in the template they are toggled to show that it runs.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from fcu_emulator.emulator.chip.firmware import ArmFirmware
 from fcu_emulator.emulator.trace import GpioEdge
 
 _STEEP, _FLAT = 85.0, 75.0
-_STEADY = 4  # looks at the LEDs in a row: 0.2 s
+_STEADY = 4  # consecutive polls of the LEDs: 0.2 s
 
 
 class _LedCondition(NamedTuple):
-    """A LED at a moment, and the angle that it is to show."""
+    """State of a LED, and the angle that it should show."""
 
     at_s: float
     angle: float
@@ -35,7 +35,7 @@ class _LedCondition(NamedTuple):
 
 
 def led_hints(board: Board, recorder: TruthRecorder) -> Iterator[Diagnosis]:
-    """What is wrong with the LEDs."""
+    """Yield the problems of the LEDs."""
     leds = board.chip.signals.board.leds if board.chip is not None else {}
     for name, pin in leds.items():
         if board.chip is not None and _is_no_output(board.chip, pin):
@@ -48,7 +48,7 @@ def led_hints(board: Board, recorder: TruthRecorder) -> Iterator[Diagnosis]:
                 ),
                 fatal=False,
             )
-    if {"LED1", "LED2"} <= board.leds.keys():  # as in the lab
+    if {"LED1", "LED2"} <= board.leds.keys():  # only these have rules in the lab
         since_s = next((line.at_s for line in recorder.lines if line.label == "Pitch:"), math.inf)
         lights = [one for one in recorder.lights if one.at_s > since_s]
         for name, angle in (("LED1", "pitch"), ("LED2", "roll")):
@@ -71,7 +71,7 @@ def _side(angle: float) -> int | None:
     return None if abs(angle) < _STEEP else (1 if angle > 0 else -1)
 
 
-# -- lit beyond 80 degrees to one side only, or the other way round -----------------------------------------
+# -- lit beyond 80 degrees to one side only, or inverted ----------------------------------------------------
 
 
 def _sides(name: str, angle: str, looks: Sequence[_LedCondition]) -> Iterator[Diagnosis]:
@@ -114,9 +114,9 @@ _CALLBACK = "HAL_TIM_PeriodElapsedCallback"
 
 
 def _toggled(board: Board, name: str, angle: str, looks: Sequence[_LedCondition]) -> Iterator[Diagnosis]:
-    """A LED that changes at regular intervals while the board is still.
+    """Yield a LED that changes at regular intervals while the board is still.
 
-    Chatter of a right program, near 80 degrees or on a board that is shaken, is not regular.
+    Chatter of a correct program, near 80 degrees or on a shaken board, is not regular.
     """
     pin = board.led(name).pin
     edges_s = [edge.t_s for edge in board.trace.of(GpioEdge) if edge.pin == pin]
@@ -149,7 +149,7 @@ def _is_still(look: _LedCondition) -> bool:
 
 
 def _regular_interval(edges_s: Sequence[float]) -> float | None:
-    """The usual time between two edges; None where they are few or nearly all intervals are not alike."""
+    """Return the usual time between two edges; None if they are few or their intervals differ."""
     if len(edges_s) < _FEWEST_EDGES:
         return None
     intervals_s = [after - before for before, after in pairwise(edges_s)]

@@ -1,4 +1,4 @@
-"""Every mistake that a run has shown: the chip's own findings, and what world and sensors say besides.
+"""All mistakes shown by a run: the chip's own findings, and those from world and sensors.
 
 ::
 
@@ -11,8 +11,8 @@
     for diagnosis in explain(board, recorder):
         print(diagnosis)
 
-What is proven comes first: the chip's registers and instructions, then the sensors' registers and the bus,
-then what only the numbers suggest. A program that cannot go on is explained by that alone.
+Proven findings come first: the chip's registers and instructions, then the sensors' registers and the bus,
+then hints from the numbers. If a program is stuck, only the cause of that is given.
 """
 
 from __future__ import annotations
@@ -54,10 +54,10 @@ _SHOWN = 90
 
 
 def explain(board: Board, recorder: TruthRecorder, after_failure: bool = False) -> list[Diagnosis]:
-    """What is wrong with the board's firmware as far as this run shows; empty if nothing is seen to be wrong.
+    """Return the problems of the board's firmware shown by this run; empty if there are none.
 
-    ``after_failure``: of a program that has failed also how the sensors were set up before. Nothing of the
-    board is changed by looking.
+    ``after_failure``: also give the earlier set-up of the sensors for a program that has failed. The board is
+    not changed.
     """
     found = board.chip.findings() if board.chip is not None else []
     lines = list(recorder.lines)
@@ -77,13 +77,13 @@ def explain(board: Board, recorder: TruthRecorder, after_failure: bool = False) 
 
 
 class _Where:
-    """Which line of the program has printed something."""
+    """Finds the program line that printed a text."""
 
     def __init__(self, arm: ArmFirmware | None) -> None:
         self._arm = arm
 
     def printed(self, line: LabLine) -> str:
-        """``main(), main.c:93: `` or nothing."""
+        """Return ``main(), main.c:93: `` or an empty text."""
         if self._arm is None:
             return ""
         places = Places(self._arm.image)
@@ -100,7 +100,7 @@ def _shown(line: LabLine) -> str:
 
 
 def _exclusive_or(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]:
-    """A ^ in functions whose numbers are wrong."""
+    """Yield a ^ in functions whose numbers are wrong."""
     if board.chip is None or not any(is_far_off(lines, group) for group in (TILT, ALTITUDE)):
         return
     place = exclusive_or(Places(board.chip.image), board.chip.core.memory)
@@ -117,7 +117,7 @@ def _exclusive_or(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]
 
 
 def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[Diagnosis]:
-    """What has become of the truth. Angles follow from ACC: they are looked at only where that is right."""
+    """Yield hints about the numbers. Angles follow from ACC: they are checked only if that is right."""
     wrong: set[str] = set()
     for group in _GROUPS:
         if _rests_on(group) & wrong:
@@ -141,7 +141,7 @@ def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[
 
 
 def _hint(board: Board, lines: Sequence[LabLine], group: Group) -> Hint | None:
-    """What has become of the truth of a group: a simple change of it, or a formula with a mistake."""
+    """Return the hint for a group: a simple change of the truth, or a formula with a mistake."""
     iron = board.world.hard_iron_mgauss(board.now_s)[0]
     if group in (ACC, GYR):
         others = [one for one in (ACC, GYR, MAG) if one is not group]
@@ -164,7 +164,7 @@ _HALF_TURN = 180.5
 
 
 def _beyond_a_half_turn(lines: Sequence[LabLine], where: _Where) -> Iterator[Diagnosis]:
-    """A yaw that the slides' atan2 cannot give; held against the truth only to say which wrap it is."""
+    """Yield a yaw that the slides' atan2 cannot give; the truth only shows the type of the wrap."""
     bad = [line for line in lines if line.values and abs(line.values.get("Yaw", 0.0)) > _HALF_TURN]
     if len(bad) < 2:
         return
@@ -191,7 +191,7 @@ _GYR_MDPS = {0: (250, 8.75), 1: (500, 17.5), 2: (1000, 35.0), 3: (2000, 70.0)}  
 
 
 def _full_scale(board: Board, group: Group, factor: float) -> tuple[str, ...]:
-    """Where a factor is one between two sensitivities: which one the sensor is set to, and which was used."""
+    """If a factor is the ratio of two sensitivities, return the configured and the assumed one."""
     if group not in (ACC, GYR) or not factor:
         return ()
     address, unit, known = (0x10, "g", _ACC_MG) if group is ACC else (0x11, "dps", _GYR_MDPS)
@@ -208,7 +208,7 @@ def _full_scale(board: Board, group: Group, factor: float) -> tuple[str, ...]:
 
 
 def _rests_on(group: Group) -> set[str]:
-    if group in (TILT, MAG):  # what is wrong with one vector is wrong with the other, too
+    if group in (TILT, MAG):  # a mistake in one vector is also in the other
         return {ACC.label}
     if group is YAW:
         return {ACC.label, MAG.label, "Pitch"}
@@ -240,7 +240,7 @@ def _not_a_number(board: Board, lines: Sequence[LabLine], where: _Where) -> Iter
 
 
 def _misprinted_ints(lines: Sequence[LabLine], where: _Where) -> Iterator[Diagnosis]:
-    """Vectors printed with a point that are not the truth: an int that is taken for a double."""
+    """Yield wrong vectors printed with a point: an int formatted as a double."""
     for group in (ACC, GYR):
         printed = [line for line in lines if line.label == group.label and line.values is None]
         wrong = []
@@ -274,7 +274,7 @@ _PAIRS = {
 
 
 def _misread(board: Board) -> Iterator[Diagnosis]:
-    """Reads of output registers that begin with a high byte, or that are never made."""
+    """Yield reads of output registers that begin with a high byte, or that are never made."""
     reads = [one for one in board.recent_transfers() if one.read and one.written]
     for one in reads:
         first = one.written[0] & 0x7F
@@ -293,7 +293,7 @@ def _misread(board: Board) -> Iterator[Diagnosis]:
 
 
 def _same_twice(reads: Sequence[BusTransfer]) -> Iterator[Diagnosis]:
-    """Over I2C, a firmware that reads the gyroscope twice a tick and the accelerometer never."""
+    """Yield a firmware that, over I2C, reads the gyroscope twice a tick and the accelerometer never."""
     bursts = [one.written[0] for one in reads if one.device == LSM6DSL.NAME and len(one.read) == 6]
     for twice, never, what in ((0x22, 0x28, "accelerometer"), (0x28, 0x22, "gyroscope")):
         if bursts.count(twice) >= 3 and never not in bursts and len(bursts) == len(reads) - _others(reads):
@@ -310,7 +310,7 @@ def _others(reads: Sequence[BusTransfer]) -> int:
 
 
 def _switched_off(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]:
-    """Sensors that measure nothing, in a program that prints them."""
+    """Yield sensors that measure nothing in a program that prints them."""
     labels = {line.label for line in lines}
     lsm6dsl, lis2mdl = board.sensors.lsm6dsl.registers.mem, board.sensors.lis2mdl.registers.mem
     off = (
@@ -333,7 +333,7 @@ def _switched_off(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]
 
 
 def _blocks(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]:
-    """Values of two bytes that may be of two samples."""
+    """Yield values of two bytes that may be of two samples."""
     labels = {line.label for line in lines}
     lsm6dsl, lis2mdl = board.sensors.lsm6dsl.registers.mem, board.sensors.lis2mdl.registers.mem
     without = [

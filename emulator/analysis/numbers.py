@@ -1,11 +1,11 @@
-"""Numbers that are not the truth, and what turns one into the other: a factor, a sign, axes, radians, a wrap.
+"""Wrong numbers in the output, and their simple causes: a factor, a sign, axes, radians, a wrap.
 
-A hint is given when the printed numbers are far from the truth in several lines, and one simple change of the
-truth fits nearly all of them. What fits nothing is not guessed at. Sensors have offsets and noise, so "far"
-is several times what a poor board of the class shows.
+A hint needs two facts: the printed numbers are far from the truth in several lines, and one simple change of
+the truth fits nearly all of them. If nothing fits, the result is None. Sensors have offsets and noise, so
+"far" is several times the deviation of a poor board of the class.
 
-Decision: held against the world, not against the sensors' registers: a student looks at the board in hand.
-A hint says "likely", for the world cannot prove what the source says.
+Decision: printed numbers are compared with the world, not with the sensors' registers, because a student sees
+the board in the hand. A hint says "likely", because the world cannot prove a cause in the source code.
 """
 
 from __future__ import annotations
@@ -17,28 +17,28 @@ from typing import NamedTuple, TypeAlias
 
 from fcu_emulator.emulator.analysis.recorder import LabLine, ValueRange
 
-_FEWEST = 2  # lines that must be wrong
-_SHARE = 0.9  # of the lines that a change must fit
-_NARROW = 3  # a wrap is told from nonsense by how close it is
+_FEWEST = 2  # minimum number of wrong lines
+_SHARE = 0.9  # minimum share of the lines that a change must fit
+_NARROW = 3  # a wrap is distinguished from random numbers by its small distance
 AXES = ("x", "y", "z")
 
 
 class Hint(NamedTuple):
-    """``summary`` says what, ``sentences`` what to look at, ``line`` is where it was seen."""
+    """``summary`` names the mistake, ``sentences`` the places to check, ``line`` the printed line."""
 
     summary: str
     sentences: tuple[str, ...]
     line: LabLine
     factor: float = 0.0
-    """Print over truth, where that is all."""
+    """Ratio of print to truth, if that is the only mistake."""
 
 
 Distance: TypeAlias = Callable[[Sequence[float], Sequence[ValueRange]], float]
-"""How far printed values are from what has become of the truth."""
+"""Distance of printed values from a change of the truth."""
 
 
 class Change(NamedTuple):
-    """What may have become of the truth: a distance of printed values from it, and words for it."""
+    """A possible change of the truth: a distance of printed values from it, and its description."""
 
     distance: Distance
     summary: str
@@ -47,7 +47,7 @@ class Change(NamedTuple):
 
 
 class Group(NamedTuple):
-    """Fields that are judged together. ``far``: what no correct firmware on a poor board deviates."""
+    """Fields that are checked together. ``far``: deviation that no correct firmware on a poor board reaches."""
 
     label: str
     fields: tuple[str, ...]
@@ -65,7 +65,7 @@ ALTITUDE = Group("Altitude:", ("Altitude",), 1.5, "m")
 
 
 def hint(lines: Sequence[LabLine], group: Group) -> Hint | None:
-    """What has become of the truth of one group of fields; None if it is right, or nothing simple fits."""
+    """Return the change of one group of fields; None if it is right, or no simple change fits."""
     rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
     rows = [row for row in rows if all(map(math.isfinite, row.values))]
     if not rows or (group is YAW and not _turns(rows)):
@@ -82,24 +82,24 @@ def hint(lines: Sequence[LabLine], group: Group) -> Hint | None:
 
 
 def is_far_off(lines: Sequence[LabLine], group: Group) -> bool:
-    """Whether several lines of a group are far from the truth, or no numbers."""
+    """Return whether several lines of a group are far from the truth, or not numbers."""
     rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
     return sum(not _plain(row.values, row.truth) <= group.far for row in rows) >= _FEWEST
 
 
 def always_0(lines: Sequence[LabLine], group: Group) -> bool:
-    """Whether all numbers of a group are 0."""
+    """Return whether all numbers of a group are 0."""
     rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
     return bool(rows) and all(value == 0 for row in rows for value in row.values)
 
 
 def _shows_factor(row: _Row, group: Group) -> bool:
-    """Whether a factor can be seen: where the truth is near 0, any small number is a multiple of it."""
+    """Return whether a factor is visible: if the truth is near 0, any small number is a multiple of it."""
     return any(min(abs(one.low), abs(one.high)) > group.far and one.low * one.high > 0 for one in row.truth)
 
 
 def shows_another(lines: Sequence[LabLine], group: Group, others: Sequence[Group]) -> Hint | None:
-    """Whether a vector is another sensor's: near the other's truth in each block."""
+    """Return a hint if a vector belongs to another sensor: near the other's truth in each block."""
     for other in others:
         pairs = list(_pairs(lines, group, other))
         wrong = [one for one, _ in pairs if _plain(one.values, one.truth) > min(group.far, other.far)]
@@ -118,7 +118,7 @@ _FEW_PAIRS = 4
 
 
 def _pairs(lines: Sequence[LabLine], group: Group, other: Group) -> Iterator[tuple[_Row, _Row]]:
-    """Rows of both groups that were printed within half a second."""
+    """Yield rows of both groups that were printed within half a second."""
     rows = {
         one: [_Row(line, one) for line in lines if line.label == one.label and line.values is not None]
         for one in (group, other)
@@ -140,7 +140,7 @@ class _Row:
 
 
 def _turns(rows: Sequence[_Row]) -> bool:
-    """Whether the board is turned far enough for a yaw to be judged: MagCalibration has seen something."""
+    """Return whether the board turns enough to check a yaw: enough for MagCalibration to find the iron."""
     angles = [row.truth[0].middle for row in rows]
     return max(angles) - min(angles) > 90
 
@@ -240,17 +240,17 @@ _FEW_G = 5
 
 
 def _from_whole_g(value: float, truth: ValueRange) -> float:
-    """How far the truth is outside of what is cut to ``value``."""
+    """Return the distance of the truth from the range that is truncated to ``value``."""
     low, high = 1000 * value - 1000 * (value <= 0), 1000 * value + 1000 * (value >= 0)
     return max(low - truth.high, truth.low - high, 0.0)
 
 
 Way = tuple[tuple[int, ...], tuple[int, ...]]
-"""Of each axis: which one it really is, and its sign."""
+"""For each printed axis: the true axis, and its sign."""
 
 
 def signed_axes() -> list[Way]:
-    """All ways in which axes may be exchanged and negated, the simplest first, without the right one."""
+    """Return all exchanges and negations of axes, the simplest first, without the identity."""
     ways = [
         (order, signs)
         for order in itertools.permutations(range(3))
@@ -261,7 +261,7 @@ def signed_axes() -> list[Way]:
 
 
 def axes_in_words(order: Sequence[int], signs: Sequence[int]) -> str:
-    """A way in words, such as "x and y exchanged, y negated"."""
+    """Return a description such as "x and y exchanged, y negated"."""
     exchanged = [AXES[n] for n in range(3) if order[n] != n]
     negated = [AXES[n] for n in range(3) if signs[n] < 0]
     what = [f"{' and '.join(exchanged)} exchanged"] if exchanged else []
@@ -279,7 +279,7 @@ def _signed_axes(name: str) -> Iterator[Change]:
 
 
 def _rearranged(order: Sequence[int], signs: Sequence[int]) -> Distance:
-    """Of axes taken in another order, some of them negated."""
+    """Return the distance for exchanged axes, some of them negated."""
     return lambda values, truth: max(
         truth[source].scaled(sign).distance(value)
         for value, source, sign in zip(values, order, signs, strict=True)
@@ -287,12 +287,12 @@ def _rearranged(order: Sequence[int], signs: Sequence[int]) -> Distance:
 
 
 def _scaled(factor: float) -> Distance:
-    """Of values that are all ``factor`` times what they should be."""
+    """Return the distance for values that are all ``factor`` times the truth."""
     return lambda values, truth: _plain([value / factor for value in values], truth)
 
 
 def _factor(rows: Sequence[_Row], far: float) -> float | None:
-    """The factor between truth and print, where it is the same in nearly all rows and not 1."""
+    """Return the ratio of print to truth, if it is the same in nearly all rows and not 1."""
     ratios = sorted(
         value / one.middle
         for row in rows
@@ -311,7 +311,7 @@ def _swapped(raw: int) -> int:
 
 
 def _around(value: float, group: Group) -> range:
-    """The raw values that may have given a printed one, which was cut to a whole number of the unit."""
+    """Return the possible raw values of a printed one, which was truncated to a whole number of the unit."""
     slack = math.ceil(1 / group.per_lsb) if group.per_lsb < 1 else 0
     raw = round(value / group.per_lsb)
     return range(raw - slack, raw + slack + 1)
@@ -365,7 +365,7 @@ def _of_yaw() -> Iterator[Change]:
 
 
 def _turned(sign: int, offset_deg: float) -> Distance:
-    """Of a yaw that runs the other way round, or has another zero."""
+    """Return the distance for a yaw with the opposite sense, or with another zero."""
     return lambda values, truth: abs((values[0] - sign * truth[0].middle - offset_deg + 180) % 360 - 180)
 
 

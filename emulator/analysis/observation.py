@@ -1,8 +1,8 @@
-"""What a run did, as sequences: one for each thing that can be seen from outside.
+"""The behaviour of a run as sequences, one for each visible output.
 
-The lines on the terminal, the register writes of each sensor, the edges of each LED, rate and ticks of the
-callback's timer, and how the run ended;
-:mod:`fcu_emulator.emulator.analysis.compare` compares them between runs.
+They are the lines on the terminal, the register writes of each sensor, the edges of each LED, rate and ticks
+of the callback's timer, and the end. :mod:`fcu_emulator.emulator.analysis.compare` compares them between
+runs.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from fcu_emulator.emulator.trace import EventT, GpioEdge, RegisterWrite, Termina
 
 TERMINAL, TIMER, END = "terminal", "timer", "end of the run"
 REGISTERS = " registers"
-"""How the name of a sensor's sequence ends, after the part's name."""
+"""Suffix of a sensor's sequence, after the sensor's name."""
 MOST_EVENTS = 1_000_000
 """Events of a run that are compared, some 100 MB; an hour of the lab's firmware has 400,000."""
 _COMPARED = (GpioEdge, RegisterWrite, TerminalBytes)
@@ -28,7 +28,7 @@ _COMPARED = (GpioEdge, RegisterWrite, TerminalBytes)
 
 @dataclass(frozen=True)
 class ObservedItem:
-    """Something that happened at ``at_ps``; ``cut``: the end of the run cut its text short."""
+    """An entry at ``at_ps``; ``cut``: the end of the run cut its text short."""
 
     at_ps: int
     text: str
@@ -37,7 +37,7 @@ class ObservedItem:
 
 @dataclass(frozen=True)
 class Observation:
-    """One run until ``end_ps``: what happened in each sequence, in order."""
+    """One run until ``end_ps``: the entries of each sequence, in order."""
 
     end_ps: int
     sequences: Mapping[str, Sequence[ObservedItem]]
@@ -50,10 +50,10 @@ def observe(
     *,
     transfers: bool = False,
 ) -> Observation:
-    """Run a board from power-on to ``end_ps`` and keep what it does; with ``transfers`` the trace keeps all.
+    """Run a board from power-on to ``end_ps`` and record its behaviour; with ``transfers`` the trace keeps all.
 
-    ``exceeded`` as of :class:`Runner`. A firmware that fails, or goes beyond a limit on what it does, ends
-    its run with that. Raises NotJudgedError when the run does more than can be kept, or takes too long.
+    ``exceeded`` as of :class:`Runner`. A firmware that fails, or exceeds a limit on its behaviour, ends its
+    run with that. Raises NotJudgedError if the run has too many events, or takes too long.
     """
     kept = _ComparedEvents(board.trace, transfers)
     runner = Runner(board, [], end_ps, None, lambda wall_s: kept.exceeded() or exceeded(wall_s))
@@ -91,7 +91,7 @@ def observe(
 
 
 def _timer(timer: TickCounts, now_ps: int) -> list[ObservedItem]:
-    """Its rate, and how many ticks there were; nothing of one that never ticked."""
+    """Return the timer's rate and number of ticks; empty if it never ticked."""
     if not timer.ticks:
         return []
     ticks = ObservedItem(now_ps, f"{timer.ticks} ticks, {timer.lost} lost")
@@ -99,19 +99,19 @@ def _timer(timer: TickCounts, now_ps: int) -> list[ObservedItem]:
 
 
 def is_led(name: str) -> bool:
-    """Whether a sequence is a LED's: it is none of the others."""
+    """Return whether a sequence is a LED's, because it has no other kind."""
     return name not in (TERMINAL, TIMER, END) and not name.endswith(REGISTERS)
 
 
 def led_pins(board: Board) -> dict[str, str]:
-    """Names of the LEDs' sequences, and their pins."""
+    """Return the names of the LEDs' sequences, and their pins."""
     return {name: led.pin for name, led in board.leds.items()}
 
 
 class _ComparedEvents:
-    """The events that are compared, out of all; the trace itself keeps the rare ones only.
+    """The compared events of a run; the trace itself keeps only the rare ones.
 
-    Bus transfers are nine of ten events, and wanted by a replay alone.
+    Bus transfers are nine of ten events, and only a replay needs them.
     """
 
     def __init__(self, trace: Trace, transfers: bool) -> None:
@@ -124,12 +124,12 @@ class _ComparedEvents:
         self.close = trace.subscribe(self._take)
 
     def exceeded(self) -> str:
-        """Why no more can be kept; empty as long as it can."""
+        """Return why no more events can be kept; empty while they can."""
         full = self._full or (self._transfers and self._trace.dropped)
         return f"{MOST_EVENTS} events" if full else ""
 
     def of(self, kind: type[EventT]) -> list[EventT]:
-        """The events of one type, in order."""
+        """Return the events of one type, in order."""
         return [event for event in self._events if isinstance(event, kind)]
 
     def _take(self, event: TraceEvent) -> None:
@@ -141,7 +141,7 @@ class _ComparedEvents:
 
 
 def bytes_sent(events: Iterable[TerminalBytes], uart: Uart) -> Iterator[tuple[int, int]]:
-    """When each byte of text began on the line, and the byte."""
+    """Yield when each byte of text began on the line, and the byte."""
     for event in events:
         if event.direction == "tx":
             for number, byte in enumerate(event.data):
@@ -149,9 +149,9 @@ def bytes_sent(events: Iterable[TerminalBytes], uart: Uart) -> Iterator[tuple[in
 
 
 def lines_of(text: Iterable[tuple[int, int]]) -> list[ObservedItem]:
-    """Bytes with their times -> lines with their LF, each at its first byte that is not the last one's CR.
+    """Convert bytes with times to lines with LF, each at its first byte after the last line's CR.
 
-    What was printed after the last LF is the last entry.
+    Text after the last LF is the last entry.
     """
     lines: list[ObservedItem] = []
     line, began_ps = bytearray(), NEVER_PS
@@ -168,7 +168,7 @@ def lines_of(text: Iterable[tuple[int, int]]) -> list[ObservedItem]:
 
 
 def edges_of(events: Iterable[GpioEdge], pin: str) -> list[ObservedItem]:
-    """Edges of a LED's pin; the board's LEDs are lit while it is low."""
+    """Return edges of a LED's pin; the board's LEDs are lit while it is low."""
     return [ObservedItem(event.t_ps, "off" if event.level else "on") for event in events if event.pin == pin]
 
 

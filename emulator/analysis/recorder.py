@@ -1,11 +1,11 @@
-"""What a run has printed and lit, with the truth of the same moments: what hints about numbers are made of.
+"""Printed lines and LEDs of a run, with the truth at the same times: the basis of hints about numbers.
 
-A value on the terminal is a little old when it is printed: the firmware has filtered, computed and perhaps
+A value on the terminal is slightly old when it is printed: the firmware has filtered, computed and perhaps
 waited. So the truth of a line is a range, from the smallest to the largest value of the last
 :data:`SETTLE_S`.
 
-Decision: the terminal is looked at every 4.87 ms of virtual time, not at each byte; a line of the lab takes
-that long on the wire. Only the latest lines are kept, however long the run is.
+Decision: the recorder reads the terminal every 4.87 ms of virtual time, not at each byte, because a line of
+the lab takes that long on the wire. Only the latest lines are kept, for runs of any length.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from fcu_emulator.emulator.time.clock import PS_PER_MS, Periodic
 
 SETTLE_S = 0.15
 _LOOK_PS = Fraction(487 * PS_PER_MS, 100)
-"""No multiple of the callback's period, so that looks fall anywhere in it."""
+"""Not a multiple of the callback's period, so that polls fall anywhere in it."""
 _INSTANTS = 9
 _LINES_KEPT, _LIGHTS_KEPT = 1_000, 4_000
-_LIGHTS_EVERY = 10  # looks
+_LIGHTS_EVERY = 10  # polls
 _FAULTS = {"HardFault", "MemManage", "BusFault", "UsageFault"}  # ARMv7-M ARM B1.5.2
 LABELS = tuple(line_format.label for line_format in FORMATS)
 
 
 @dataclass(frozen=True)
 class ValueRange:
-    """What a value may be: from ``low`` to ``high``."""
+    """The range of a true value, from ``low`` to ``high``."""
 
     low: float
     high: float
@@ -43,18 +43,17 @@ class ValueRange:
         return (self.low + self.high) / 2
 
     def distance(self, value: float) -> float:
-        """How far ``value`` is outside; 0 inside."""
+        """Return the distance of ``value`` from the range; 0 inside."""
         return max(self.low - value, value - self.high, 0.0)
 
     def scaled(self, factor: float) -> ValueRange:
-        """Return the range times ``factor``."""
         ends = self.low * factor, self.high * factor
         return ValueRange(min(ends), max(ends))
 
 
 @dataclass(frozen=True)
 class LabLine:
-    """A line of the lab: its numbers, None where the format is another, and the truth of its fields."""
+    """A line of the lab: its numbers, None for another format, and the truth of its fields."""
 
     label: str
     text: str
@@ -65,24 +64,24 @@ class LabLine:
 
 @dataclass(frozen=True)
 class Lights:
-    """The LEDs at a moment, and pitch and roll in degrees as the lab computes them from the true force."""
+    """The LEDs at one time, and pitch and roll in degrees by the lab's formulas from the true force."""
 
     at_s: float
     pitch: float
     roll: float
     force_g: float
-    """The true force's modulus: near 1 where the angles are those of a board at rest."""
+    """Modulus of the true force: near 1 if the angles are those of a board at rest."""
     lit: Mapping[str, bool]
-    """By the LED's name."""
+    """State of each LED by its name."""
 
     @property
     def on(self) -> tuple[bool, ...]:
-        """Whether each is lit, in the board's order."""
+        """Return the state of each LED, in the board's order."""
         return tuple(self.lit.values())
 
 
 class TruthRecorder:
-    """Watches ``board`` from now on."""
+    """Recorder of the lines and LEDs of ``board`` from now on."""
 
     def __init__(self, board: Board) -> None:
         self.board = board
@@ -93,9 +92,9 @@ class TruthRecorder:
         self._began_s = board.now_s
         self._looks = 0
         self.looks_at_callback = 0
-        """How often built firmware was looked at while the timer ticked and no fault was handled."""
+        """Number of polls of built firmware while the timer ticked and no fault was handled."""
         self.callback_seen = 0
-        """How often of these the timer's interrupt was being handled."""
+        """Number of these polls during the timer's interrupt."""
         self._watching = Periodic(board.clock, board.clock.now_ps, _LOOK_PS, self._look)
 
     def close(self) -> None:
@@ -124,7 +123,7 @@ class TruthRecorder:
             self.lights.append(Lights(board.now_s, float(pitch[0]), float(roll[0]), force_g, lit))
 
     def _look_at_callback(self, handled: Sequence[str], timer: str) -> None:
-        """Its interrupt stays active below a fault that it has caused: that is no time of its own."""
+        """Count a poll of the callback, without faults: below a fault its interrupt stays active."""
         if _FAULTS.isdisjoint(handled):
             self.looks_at_callback += 1
             self.callback_seen += any(timer in name for name in handled)

@@ -1,24 +1,24 @@
-"""A firmware in Python on another firmware's samples: the bytes that one's sensor bus carried, at its times.
+"""Python firmware on another firmware's samples: the bytes of that one's sensor bus, at its times.
 
-Two firmwares on the same scenario never see the same samples. They boot, compute and print at their own
-pace, so each reads its sensors at moments of its own, and what differs in the text is first of all noise and
-motion between these moments. A replay takes that away: the Python firmware gets what the other one read, and
-its main loop reads its variables when the other one's did. What is left is arithmetic and text, and they must
-be equal to the last digit.
+Two firmwares on the same scenario never get the same samples. They boot, compute and print at their own pace,
+so each reads its sensors at different times. Most differences in the text are noise and motion between these
+times. A replay removes them: the Python firmware gets the samples of the other one, and its main loop reads
+its variables at the same times. The remaining differences are arithmetic and text, which must be equal to the
+last digit.
 
-When the main loop reads its variables follows from the recorded text: the lab's firmwares print in blocking
-calls, one after the other, so the values of a line are fetched as soon as the last bit of the text before it
-has left (TC, RM0368 19.3.2). A callback that is running then has preempted the loop, and its values count.
-When callbacks run follows from the recorded transfers: a callback begins with the first transfer after all
-that the callback before it has read.
+The time at which the main loop reads its variables follows from the recorded text. The lab's firmwares print
+in consecutive blocking calls. So the values of a line are read as soon as the last bit of the text before it
+has left (TC, RM0368 19.3.2). A callback that is then running has preempted the loop, and its values count.
+The times of callbacks follow from the recorded transfers: a callback begins with the first transfer after all
+transfers of the callback before it.
 
-Decision: the transfers are fed to the firmware's HAL calls, not to its arithmetic directly. The firmware that
-is replayed is the very one that runs on the board, drivers and boot included.
+Decision: the transfers are fed to the firmware's HAL calls, not to its arithmetic. The replayed firmware is
+thus the same one that runs on the board, including drivers and boot.
 
-Limits: a delay lasts as long as it says, on the board up to a millisecond less; a loop that looks at its
-variables right after one, before any text, may see them a tick too late. A transfer that failed is not
-recorded with all that a HAL needs to fail in the same way; a bus with faults is refused. A firmware whose
-main loop reads sensors while the timer runs does not fit.
+Limits: a delay lasts its full length, on the board up to a millisecond less. A loop that reads its variables
+right after one, before any text, may read them a tick too late. A failed transfer is not recorded with all
+details that a HAL needs to fail in the same way, so a bus with faults is refused. A firmware whose main loop
+reads sensors while the timer runs does not fit.
 """
 
 from __future__ import annotations
@@ -47,18 +47,18 @@ from fcu_emulator.emulator.trace import BusTransfer, GpioEdge, TerminalBytes, Tr
 
 _LF = ord("\n")
 _LOADED_PS = 2 * PS_PER_US
-"""From the last bit of a text until the loop has read its variables (0.3 us), and from the timer's interrupt
-to the callback's first transfer (1.6 us), together; in the shipped solution. A callback whose transfer begins
-within it has preempted the loop before it read them.
+"""Sum of two times in the supplied solution: from the last bit of a text to the loop's read of its variables
+(0.3 us), and from the timer's interrupt to the callback's first transfer (1.6 us). A callback whose transfer
+begins within it has preempted the loop before the read.
 """
 
 
 def replay(board: Board, firmware: Callable[[Any], HostedApplication]) -> Observation:
-    """What ``firmware`` prints and lights when it gets the samples that the firmware on ``board`` has read.
+    """Return the text and LEDs of ``firmware`` with the samples read by the firmware on ``board``.
 
     ``board`` has run with ``trace.record_all()``; ``firmware`` takes a HAL. Times are those of the board; the
-    registers' sequences are missing, the replayed firmware has no sensors to write to. Raises InputError when
-    a transfer on the sensor bus failed, or the firmware asks for something that was not read.
+    registers' sequences are missing, because the replayed firmware has no sensors to write to. Raises
+    InputError if a transfer on the sensor bus failed, or the firmware requests data that was not read.
     """
     hal = _ReplayHal(_Recording(board))
     application = firmware(hal)
@@ -76,7 +76,7 @@ def replay(board: Board, firmware: Callable[[Any], HostedApplication]) -> Observ
 
 
 class _OverError(Exception):
-    """The recording has come to its end."""
+    """The end of the recording has been reached."""
 
 
 @dataclass(frozen=True)
@@ -90,13 +90,13 @@ class _Read:
 
 
 class _Recording:
-    """What a run left in its trace: the sensors' answers, and when each byte of text began and had left."""
+    """A run's trace: the sensors' answers, and the times of the text's bytes."""
 
     def __init__(self, board: Board) -> None:
         self.end_ps = board.clock.now_ps
         self.reads = deque(_reads(board))
         addresses = board.description.addresses
-        self.devices = {address << 1: name for name, address in addresses.items()}  # as the HAL takes them
+        self.devices = {address << 1: name for name, address in addresses.items()}  # in the HAL's form
         sent = list(bytes_sent(board.trace.of(TerminalBytes), board.terminal.uart))
         self.sent_ps = [at_ps for at_ps, _ in sent]
         self._line_ends = [number for number, (_, byte) in enumerate(sent, start=1) if byte == _LF]
@@ -104,7 +104,7 @@ class _Recording:
         self.left_ps = [at_ps + frame_ps for at_ps in self.sent_ps]
 
     def position(self, text: bytearray) -> int:
-        """How far the recorded text is when ``text`` has been printed, counted from each line's begin."""
+        """Return the position in the recorded text after printing ``text``, counted from each line's start."""
         lines = text.count(_LF)
         if not lines:
             return len(text)
@@ -113,10 +113,10 @@ class _Recording:
         return self._line_ends[lines - 1] + len(text) - text.rindex(_LF) - 1
 
     def times_ps(self, text: bytes | bytearray) -> Iterator[int]:
-        """When each byte of another text would have been sent, line for line at the times of this one.
+        """Yield the time of each byte of another text, line for line at the times of this one.
 
-        A line that is longer or shorter ends with the recorded one's last byte: the width of a number moves
-        nothing that follows. It ends where the recorded text does.
+        A longer or shorter line ends with the recorded one's last byte, so that the width of a number does
+        not shift later text. The times end with the recorded text.
         """
         begin = 0
         for line, sent in enumerate(_lines(text)):
@@ -131,7 +131,7 @@ class _Recording:
 
 
 def _lines(text: bytes | bytearray) -> Iterator[bytes]:
-    """Each with its LF; the last one may have none."""
+    """Yield the lines with their LF; the last one may have none."""
     begin = 0
     while begin < len(text):
         end = text.find(_LF, begin) + 1 or len(text)
@@ -162,22 +162,22 @@ class _ReplayHal(HalGpio):
         super().__init__(Gpio(self._clock, self.trace))
         self._recording = recording
         self._text = bytearray()
-        self._spoken_ps = 0  # when the latest text had left
-        self._delayed_ps = 0  # how long the firmware has waited since
+        self._spoken_ps = 0  # end of the latest text
+        self._delayed_ps = 0  # the firmware's delays since then
         self._timer_runs = False
 
     def printed(self) -> Iterator[tuple[int, int]]:
-        """The text, as far as the recorded one goes, with its times."""
+        """Yield the text, up to the end of the recorded one, with its times."""
         return zip(self._recording.times_ps(self._text), self._text, strict=False)
 
     # -- time -------------------------------------------------------------------------------------------
 
     def HAL_GetTick(self) -> int:
-        """Milliseconds, as far as a recording knows."""
+        """Return milliseconds, up to the recording's end."""
         return self._clock.now_ps // PS_PER_MS
 
     def HAL_Delay(self, delay_ms: int) -> None:
-        """Comes back that long after the latest text and the delays since; not after the recording's end."""
+        """Return after this delay since the latest text and delays; not after the recording's end."""
         self._delayed_ps += delay_ms * PS_PER_MS
         self._clock.now_ps = self._spoken_ps + self._delayed_ps
         if self._clock.now_ps > self._recording.end_ps:
@@ -189,7 +189,7 @@ class _ReplayHal(HalGpio):
         raise _OverError
 
     def _run_callbacks(self, until_ps: int) -> None:
-        """All callbacks that began by ``until_ps``."""
+        """Run all callbacks that began by ``until_ps``."""
         reads = self._recording.reads
         while self._timer_runs and reads and reads[0].t_ps <= until_ps:
             self._clock.now_ps = reads[0].t_ps
@@ -199,14 +199,14 @@ class _ReplayHal(HalGpio):
     # -- the sensors ------------------------------------------------------------------------------------
 
     def HAL_I2C_Mem_Read(self, dev_address: int, mem_address: int, size: int) -> tuple[int, bytes]:
-        """The bytes that were read from these registers next, in one transfer or in several."""
+        """Return the bytes read next from these registers, in one transfer or in several."""
         device, data = self._recording.devices[dev_address], b""
         while len(data) < size:
             data += self._read(device, mem_address + len(data))
         return HAL_OK, data
 
     def _read(self, device: str, register: int) -> bytes:
-        """The next recorded read; the boot over SPI has some that the Python firmware does without."""
+        """Return the next recorded read; skip reads of the boot over SPI that the Python firmware does not make."""
         while reads := self._recording.reads:
             read = reads.popleft()
             if (read.device, read.register) == (device, register):
@@ -220,14 +220,14 @@ class _ReplayHal(HalGpio):
         raise _OverError
 
     def HAL_I2C_Mem_Write(self, dev_address: int, mem_address: int, data: bytes) -> int:
-        """What is written is not compared here."""
+        """Accept the data; written values are not compared here."""
         del dev_address, mem_address, data
         return HAL_OK
 
     # -- text, LEDs, timer ------------------------------------------------------------------------------
 
     def HAL_UART_Transmit(self, data: bytes, timeout_ms: int) -> int:
-        """Comes back when the recorded text has got as far, and the callbacks of that time have run."""
+        """Return when the recorded text has reached this position, and the callbacks until then have run."""
         del timeout_ms
         self._text += data
         left_ps = self._recording.left_ps
@@ -240,14 +240,14 @@ class _ReplayHal(HalGpio):
         return HAL_OK
 
     def HAL_UART_Receive(self, size: int, timeout_ms: int) -> tuple[int, bytes]:
-        """Nothing is typed in a replay."""
+        """Return a timeout: a replay has no input."""
         del size
         self.HAL_Delay(timeout_ms)
         return HAL_TIMEOUT, b""
 
     def HAL_TIM_Base_Init(self, prescaler: int, period: int) -> None:
-        """The recording has its own rate."""
+        """Ignore the rate: the recording has its own."""
 
     def HAL_TIM_Base_Start_IT(self) -> None:
-        """From here on what is read belongs to callbacks."""
+        """Treat all later reads as those of callbacks."""
         self._timer_runs = True

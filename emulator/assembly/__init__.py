@@ -1,1 +1,1 @@
-"""The board: its parts and wiring, the firmware it boots, its terminal, and snapshots of all of it."""
+"""The board: its sensors and wiring, its firmware, its terminal, and snapshots of all of these."""

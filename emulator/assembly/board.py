@@ -72,8 +72,9 @@ if TYPE_CHECKING:
 LONGEST_RUN_S = 1_000_000  # eleven days
 _TRIAL_STEP_S, _LONGEST_TRIAL_S = 0.02, 2.0
 _MOST_TRIAL_ACCESSES, _MOST_TRIAL_FAULTS = 100_000, 1_000
-"""A trial also ends after so much of what takes long to run. Working firmware reaches a sensor within some
-thousand accesses to peripherals and without a fault; a limit of wall time would let the machine's load choose."""
+"""A trial also ends after this number of slow operations. Working firmware reaches a sensor within some thousand
+accesses to peripherals and without a fault. A limit of wall time would depend on the machine's load.
+"""
 
 
 class Board:
@@ -81,23 +82,24 @@ class Board:
 
     ``firmware``: a name (``"lab3"`` and ``"template"`` in Python, ``"solution"`` and ``"template-arm"`` in
     C), an ELF, HEX or BIN file for the chip, a callable that takes the HAL and returns the firmware, or None
-    for none. ``scenario``: a name, a path or a loaded one; it brings its firmware unless another is given.
+    for none.
+    ``scenario``: a name, a path or a loaded scenario; it brings its firmware unless another is given.
     ``wiring``: how the sensors are wired (``"lab3"``: all on I2C2; ``"fcu001v1"``: on SPI2, as on the real
-    board); None: as the firmware needs it, as its file says or a trial shows, else ``"lab3"``.
-    ``seed``: which board of the class this is, and its noise; None: the scenario's, else 0. ``ideal``:
-    sensors without any error, on a board without iron.
+    board); None: selected for the firmware, from its file or by a trial, else ``"lab3"``.
+    ``seed``: selects the board's offsets and noise; None: the scenario's seed, else 0.
+    ``ideal``: sensors without any error, on a board without iron.
     ``cold_start``: False, as after the reset button, with sensors powered long before; True, with their
     supply switched on at t = 0, so that at first LSM6DSL (15 ms) and LIS2MDL (20 ms) do not answer: no
-    acknowledge on I2C, 0xFF on SPI. The board is as warm as the air then, and warms up.
+    acknowledge on I2C, 0xFF on SPI. The board then has the temperature of the air, and warms up.
 
-    Times are seconds of virtual time since power-on. A board may be closed when it has done its work, by
-    ``close()`` or at the end of a ``with`` block; what is only forgotten is cleared away as well.
+    Times are seconds of virtual time since power-on. Close a board after use with ``close()`` or a ``with``
+    block; a board without references is also cleaned up.
 
     Raises InputError (ScenarioError) when a name, a file or a value cannot be used.
     """
 
     description: ClassVar[BoardDescription] = FCU001V1
-    """What kind of board it is; another kind is a subclass with another description."""
+    """The kind of board; another kind is a subclass with another description."""
 
     def __init__(
         self,
@@ -140,27 +142,27 @@ class Board:
         uart = Uart(board.serial.peripheral, clock, self.trace, board.serial.clock_hz)
         self.gpio = Gpio(clock, self.trace)
         self.leds = {name: Led(name, self.gpio, *pin) for name, pin in board.leds.items()}
-        """By name, in the order of the board's file."""
+        """The LEDs by name, in the order of the board's file."""
         self.signals = BoardSignals(
             board, choice.wiring, clock, self.trace, self.gpio, uart, i2c, spi, self.seed, own
         )
-        """What its chip's pins lead to."""
+        """Signals connected to the chip's pins."""
         self._caller: Caller | None = None
         self.chip: ArmFirmware | None = None
         """The chip that executes built firmware; None for firmware in Python."""
         self._run = run = _RunState(self._boot(choice))
         self.timer = run.backend.timer
-        """The timer of the firmware's callback."""
+        """Timer of the firmware's periodic callback."""
         self._i2c = {name: I2CMaster(bus, run.until_ps) for name, bus in i2c.items()}
         self._spi = {name: SpiMaster(bus, run.until_ps) for name, bus in spi.items()}
         self.terminal = Terminal(uart, clock, run.until_ps)
         self.terminal.diagnosis = _diagnosis_of(self.chip)
         self.ideal = parts.grade == "ideal"
-        """Whether its sensors have no noise, offset or scale error."""
+        """Whether the sensors have no noise, offset or scale error."""
         self._named = {**self.leds, **self._i2c, **self._spi, board.timer.peripheral: self.timer}
         vars(self).update((name.lower(), one) for name, one in self._named.items())
         if plan:
-            plan.play(weakref.proxy(self))  # what it schedules must not keep the board alive
+            plan.play(weakref.proxy(self))  # scheduled actions must not keep the board alive
 
     def __repr__(self) -> str:
         plays = f", scenario {self.scenario.name!r}" if self.scenario else ""
@@ -169,7 +171,7 @@ class Board:
         return f"<Board: {firmware}{plays}, wiring {self.booted.wiring.name!r}, seed {self.seed}, {state}>"
 
     def __getattr__(self, name: str) -> Any:
-        """What the board's file names, in lower case: ``board.led1``, ``board.i2c2``, ``board.tim9``."""
+        """Return an object named in the board's file, in lower case: ``board.led1``, ``board.i2c2``, ``board.tim9``."""
         known = ", ".join(one.lower() for one in self.__dict__.get("_named", ()))
         raise AttributeError(f"a board has no {name!r}; the {self.description.name} has {known}")
 
@@ -180,9 +182,9 @@ class Board:
         self.close()
 
     def close(self) -> None:
-        """End the firmware and the trace's files; the board can still be looked at, but runs no more.
+        """End the firmware and close the trace's files; the board can still be inspected, but not run.
 
-        Harmless when it has been closed already.
+        Repeated calls have no effect.
         """
         self._run.closed = True
         self._end_firmware()
@@ -208,9 +210,9 @@ class Board:
         self.run_until_ps(self.clock.now_ps + to_ps(seconds))
 
     def run_until(self, seconds: float) -> None:
-        """Run until this virtual time since power-on, what happens then included. Raises FirmwareError.
+        """Run until this virtual time since power-on, including the events at that time. Raises FirmwareError.
 
-        A time that has passed already, or is now, leaves the board as it is.
+        A time that is now or has passed leaves the board unchanged.
         """
         if not isinstance(seconds, int | float) or not 0 <= seconds <= LONGEST_RUN_S:
             raise InputError(
@@ -221,48 +223,49 @@ class Board:
             self.run_until_ps(to_ps(seconds))
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Like ``run_until``, to the picosecond; for the other parts of this package."""
+        """Run until this time in picoseconds; for other modules of this package."""
         self._run.until_ps(at_ps)
 
     def led(self, name: str) -> Led:
-        """A LED by its name in the board's file ("LED1"). Raises InputError naming the known ones."""
+        """Return a LED by its name in the board's file ("LED1"). Raises InputError naming the known ones."""
         return _named(self.leds, name, "LED")
 
     def i2c(self, name: str | None = None) -> I2CMaster:
-        """The master of an I2C bus by its name ("I2C2"); without a name of the board's first one."""
+        """Return the master of an I2C bus by its name ("I2C2"); without a name, of the board's first one."""
         return _named(self._i2c, name, "I2C bus")
 
     def spi(self, name: str | None = None) -> SpiMaster:
-        """The master of an SPI bus, likewise."""
+        """Return the master of an SPI bus by its name; without a name, of the board's first one."""
         return _named(self._spi, name, "SPI bus")
 
     def recent_transfers(self) -> list[BusTransfer]:
-        """The latest transfers of the chip on all buses, the last one last; a few of each bus are kept.
+        """Return the chip's latest transfers on all buses, the last one last; a few per bus are kept.
 
-        Firmware in Python reads by the burst, of which none is kept: subscribe to the trace for those.
+        Firmware in Python reads in bursts, which are not kept: subscribe to the trace for those.
         """
         latest = [one for bus in self.signals.i2c.values() for one in bus.recent_transfers()]
         latest += [one for bus in self.signals.spi.values() for one in bus.recent_transfers()]
         return sorted(latest, key=lambda transfer: transfer.t_ps)
 
     def snapshot(self) -> Snapshot:
-        """The state of everything on the board, for :meth:`restore`. Raises InputError with Python firmware.
+        """Return the state of everything on the board, for :meth:`restore`. Raises InputError with Python
+        firmware.
 
-        Between runs, not out of a callback. Serial links, trace files and whoever observes the trace are no
-        part of it.
+        Call it between runs, not in a callback. Serial links, trace files and trace observers are not
+        included.
         """
         return Snapshot(self)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Make everything as it was; a snapshot of this board may be restored as often as wanted."""
+        """Restore the state of a snapshot of this board; a snapshot may be restored any number of times."""
         snapshot.restore(self)
 
     def handles(self, peripheral: str) -> bool:
-        """Whether the firmware is handling an interrupt of a peripheral ("TIM9") now."""
+        """Return whether the firmware is now handling an interrupt of a peripheral ("TIM9")."""
         return self._run.backend.handles(peripheral)
 
     def motor_duties(self) -> tuple[float, ...]:
-        """The duty of the PWM of each motor, 0 to 1; firmware in Python drives none."""
+        """PWM duty of each motor, 0 to 1; firmware in Python drives none."""
         if self.chip is None:
             return tuple(0.0 for _ in self.description.motors)
         timers = self.chip.chip.timers
@@ -270,17 +273,17 @@ class Board:
         return tuple(output.duty if output else 0.0 for output in outputs)
 
     def supply_current_ua(self) -> dict[str, float]:
-        """What each sensor draws in microampere as firmware has configured it, by part name."""
+        """Supply current of each sensor in microampere for its configuration, by part name."""
         return self.sensors.supply_current_ua()
 
     def variable(self, name: str) -> Any:
-        """A global variable of the firmware by its C name, such as ``acc`` or ``pitch``. Raises KeyError."""
+        """Return a global variable of the firmware by its C name, such as ``acc`` or ``pitch``. Raises KeyError."""
         return self._run.backend.variable(name)
 
     def set_variable(self, name: str, value: Any) -> None:
-        """Give a global variable of built firmware a value: a number, a sequence, a mapping of members.
+        """Set a global variable of built firmware: a number, a sequence, or a mapping of members.
 
-        Raises KeyError as :meth:`variable` does, and InputError for what does not fit its C type.
+        Raises KeyError as :meth:`variable` does, and InputError for a value that does not fit the C type.
         """
         self._built("set_variable").set_variable(name, value)
 
@@ -292,30 +295,30 @@ class Board:
         max_instructions: int = 10_000_000,
         timeout_s: float = 1.0,
     ) -> Any:
-        """Call a function of built firmware by its C name, and give its result.
+        """Call a function of built firmware by its C name, and return its result.
 
-        Numbers are passed by value; for a pointer give an address, a string, bytes, a structure's members (as
-        mapping, object or sequence), or a sequence of what it points to. Lists, dictionaries, objects and
-        byte arrays are brought up to what the function has written.
+        Numbers are passed by value. For a pointer give an address, a string, bytes, a structure's members (as
+        mapping, object or sequence), or a sequence of target values. The function's writes are copied back to
+        lists, dictionaries, objects and byte arrays.
 
-        Afterwards registers, RAM and all peripherals are what they were; with ``keep``, what the function does
-        stays. ``max_instructions`` bounds a function that only computes, which takes no virtual time;
-        ``timeout_s`` (virtual) one that reaches a peripheral or waits for an interrupt. Raises InputError for a
-        function that cannot be called so (missing, inlined, static in several files, other arguments), and
-        CallError for one that fails or does not return.
+        Afterwards registers, RAM and all peripherals are restored; with ``keep``, the function's effects
+        remain. ``max_instructions`` limits a function that only computes, which takes no virtual time;
+        ``timeout_s`` (virtual) limits one that uses a peripheral or waits for an interrupt. Raises InputError
+        if the function cannot be called (missing, inlined, static in several files, other arguments), and
+        CallError if it fails or does not return.
 
-        The call begins wherever the firmware is just then: perhaps in an interrupt handler, in the middle of
-        a transfer, which a driver that is called then finds busy.
+        The call begins at the firmware's current position: perhaps in an interrupt handler, or during a
+        transfer, so that a called driver finds its bus busy.
         """
         return self._calls("call").call(name, arguments, keep, max_instructions, timeout_s)
 
     def scratch(self) -> AbstractContextManager[Scratch]:
-        """A copy of the chip for calls that follow on each other, of which the board sees nothing."""
+        """Return a copy of the chip for a series of calls, without effect on the board."""
         return self._calls("scratch").scratch()
 
     @property
     def arm(self) -> ArmFirmware | None:
-        """The name of :attr:`chip` in the previous release."""
+        """Name of :attr:`chip` in the previous release."""
         warnings.warn("board.arm is now called board.chip; use that name", DeprecationWarning, stacklevel=2)
         return self.chip
 
@@ -341,10 +344,10 @@ class Board:
 
     @classmethod
     def _reaches_sensors(cls, firmware: str | Path | FirmwareFactory | None, wiring: Wiring) -> bool:
-        """Whether a sensor answers built firmware with this wiring, soon after power-on."""
+        """Return whether a sensor answers built firmware with this wiring, soon after power-on."""
         board = cls(firmware, wiring=wiring.name, ideal=True)
         arm = board._built("a trial")
-        with suppress(FcuError):  # which the real run will report
+        with suppress(FcuError):  # the real run will report it
             while board.now_s < _LONGEST_TRIAL_S:
                 board.run_for(_TRIAL_STEP_S)
                 if any(one.result == "ok" and one.device for one in board.recent_transfers()):
@@ -356,7 +359,7 @@ class Board:
 
     def _boot(self, choice: Choice) -> Backend:
         signals = self.signals
-        self._end_firmware: Callable[[], object] = bool  # which does nothing
+        self._end_firmware: Callable[[], object] = bool  # does nothing
         if choice.image is not None:
             from fcu_emulator.emulator.chip.firmware import ArmFirmware
 
@@ -374,7 +377,7 @@ class Board:
 
 
 class _NoFirmware:
-    """The processor is held in reset: time passes, the sensors measure, nobody asks them."""
+    """A processor held in reset: time passes, the sensors measure, and no firmware reads them."""
 
     def __init__(self, clock: Clock, timer: TickCounts) -> None:
         self._clock = clock
@@ -385,7 +388,7 @@ class _NoFirmware:
         self._clock.advance_to(at_ps)
 
     def variable(self, name: str) -> Any:
-        """There is no firmware, so there are no variables."""
+        """Raise KeyError: without firmware there are no variables."""
         raise KeyError(name)
 
     def handles(self, peripheral: str) -> bool:
@@ -395,7 +398,7 @@ class _NoFirmware:
 
 
 class _RunState:
-    """The one way to let time pass on a board, until it is closed."""
+    """The single access to the passing of time on a board, until it is closed."""
 
     def __init__(self, backend: Backend) -> None:
         self.backend = backend
@@ -417,7 +420,7 @@ _One = TypeVar("_One")
 
 
 def _world_of(plan: Scenario | None, grade: Grade, seed: int, clock: Clock) -> tuple[World, BoardErrors]:
-    """The world at power-on, and how the board in it deviates itself."""
+    """Return the world at power-on, and the board's own errors in it."""
     if plan:
         own = plan.board_errors(grade, seed)
         return plan.create_world(clock, own), own
@@ -428,7 +431,7 @@ def _world_of(plan: Scenario | None, grade: Grade, seed: int, clock: Clock) -> t
 
 
 def _named(ones: Mapping[str, _One], name: str | None, what: str) -> _One:
-    """One of what the board has, the first without a name."""
+    """Return an object of the board by name, the first one without a name."""
     if not ones:
         raise InputError(f"this board has no {what}")
     wanted = next(iter(ones)) if name is None else name
@@ -443,7 +446,7 @@ def _given_as_profile(wiring: str) -> str:
 
 
 def _diagnosis_of(arm: ArmFirmware | None) -> Callable[[], str]:
-    """What says what is wrong with the firmware, without a way back to the board."""
+    """Return a function that diagnoses the firmware, without a reference back to the board."""
     return arm.diagnosis_text if arm is not None else lambda: ""
 
 
@@ -452,7 +455,7 @@ def _load(
 ) -> Scenario | None:
     if scenario is None:
         return None
-    from fcu_emulator.emulator.scenario import (  # pydantic, which plain boards do without
+    from fcu_emulator.emulator.scenario import (  # imports pydantic, which plain boards do without
         Scenario,
         load_scenario,
     )

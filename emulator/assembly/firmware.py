@@ -1,18 +1,18 @@
-"""What a board boots, and what executes it.
+"""Selection of a board's firmware, its wiring, and its execution.
 
-A firmware is a name of those shipped for the board, a file for the chip (anything with a suffix or a path
-separator in it, and every existing file), or a callable that takes the HAL. Names come first, so that a stray
-file called ``lab3`` changes nothing.
+A firmware is a name supplied with the board, a file for the chip, or a callable that takes the HAL. Any text
+with a suffix or a path separator is a file, and so is the name of an existing file. Names come first, so that
+an unrelated file called ``lab3`` has no effect.
 
 Firmware in Python has ``main()`` and ``HAL_TIM_PeriodElapsedCallback()``; firmware built for the chip is
-executed by :mod:`fcu_emulator.emulator.chip`. Built firmware also says how the sensors have to be wired, as far as its
-symbols tell: CubeMX names a peripheral's handle after it (``hspi2``, ``hi2c2``), and a linker drops the
-handle of a bus that is not used.
+executed by :mod:`fcu_emulator.emulator.chip`. The symbols of built firmware show the wiring of the sensors:
+CubeMX names a peripheral's handle after it (``hspi2``, ``hi2c2``), and a linker drops the handle of an unused
+bus.
 
-Decision: a firmware with handles of both buses, or without symbols, is tried out on one wiring after the
-other, the usual one first, and gets the first on which a sensor answers it. That takes milliseconds, for the
-sensors are the first thing that a program sets up. The road not taken, to look into the code for the calls
-that are given a handle, fails with the first helper function or compiler option.
+Decision: a firmware with handles of both buses, or without symbols, is tried on each wiring, the usual one
+first. It gets the first wiring on which a sensor answers. A trial takes milliseconds, because programs set up
+the sensors first. Searching the code for calls with a handle was rejected, because it fails with the first
+helper function or compiler option.
 """
 
 from __future__ import annotations
@@ -37,20 +37,20 @@ Settings: TypeAlias = Mapping[str, Any]
 _SETTINGS_IGNORED = "the scenario's [firmware_settings] are for firmware in Python and not used here"
 
 
-# -- which firmware, and the wiring for it ------------------------------------------------------------------
+# -- selection of the firmware and its wiring ---------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Choice:
-    """One of ``factory`` (Python) and ``image`` (ARM), or neither: the processor is held in reset."""
+    """Either ``factory`` (Python) or ``image`` (ARM), or neither: the processor is held in reset."""
 
     wiring: Wiring
     name: str = ""
-    """The firmware as a user names it."""
+    """The firmware's name for the user."""
     reason: str = ""
-    """Why this wiring, when nobody asked for it and it is not the usual one."""
+    """Reason for this wiring, if the user did not select it and it is not the usual one."""
     notes: tuple[str, ...] = ()
-    """What a user should know about it though it is no error, one line each."""
+    """Notes for the user that are not errors, one line each."""
     factory: FirmwareFactory | None = None
     image: FirmwareImage | None = None
 
@@ -62,9 +62,9 @@ def choose(
     settings: Settings | None = None,
     reaches_sensors: Callable[[Wiring], bool] = lambda _wiring: False,
 ) -> Choice:
-    """The firmware and the wiring for it. Raises InputError saying what is known, or what is wrong.
+    """Return the firmware and its wiring. Raises InputError naming the known ones, or the error.
 
-    ``name`` is the wiring's; None: the one the firmware was built for where that can be seen, or found out by
+    ``name`` is the wiring's. None selects the wiring that the firmware was built for, from its symbols or by
     ``reaches_sensors``, which tries the firmware on a wiring; else the board's usual one. ``settings`` are
     for the Python firmware model; built firmware has none.
     """
@@ -82,7 +82,7 @@ def choose(
 
 
 def python_firmware(name: str, settings: Settings | None = None) -> FirmwareFactory:
-    """The firmware in Python of that name. Raises InputError naming the known ones, or the wrong setting."""
+    """Return the Python firmware of that name. Raises InputError naming the known ones, or the wrong setting."""
     from fcu_emulator.firmware_model import FIRMWARES
     from fcu_emulator.firmware_model import Settings as FirmwareSettings
 
@@ -144,7 +144,7 @@ def _is_file(firmware: str | Path) -> bool:
 
 
 def _wanted_wiring(board: BoardDescription, symbols: Symbols | None) -> tuple[Wiring | None, str]:
-    """The wiring that the firmware needs, and what in it says so; None where it cannot be told."""
+    """Return the wiring that the firmware needs, and the evidence for it; None if unknown."""
     if symbols is None:
         return None, ""
     found = [(one, name) for one in board.wirings for name in one.symbols if name in symbols]
@@ -159,7 +159,7 @@ def _wanted_wiring(board: BoardDescription, symbols: Symbols | None) -> tuple[Wi
 def _tried_out(
     board: BoardDescription, usual: Wiring, reaches_sensors: Callable[[Wiring], bool]
 ) -> tuple[Wiring | None, str]:
-    """The first wiring on which a sensor answers the firmware."""
+    """Return the first other wiring on which a sensor answers, if none does on the usual one."""
     others = [one for one in board.wirings if one is not usual]
     if not others or reaches_sensors(usual):
         return None, ""
@@ -169,11 +169,11 @@ def _tried_out(
     return None, ""
 
 
-# -- what executes it ---------------------------------------------------------------------------------------
+# -- execution ----------------------------------------------------------------------------------------------
 
 
 class Backend(Protocol):
-    """What executes the firmware; the seam for other processors."""
+    """Interface for the execution of firmware; other processors can implement it."""
 
     @property
     def timer(self) -> TickCounts: ...
@@ -183,11 +183,11 @@ class Backend(Protocol):
         ...
 
     def variable(self, name: str) -> Any:
-        """A global variable of the firmware by its C name. Raises KeyError if there is none."""
+        """Return a global variable of the firmware by its C name. Raises KeyError if there is none."""
         ...
 
     def handles(self, peripheral: str) -> bool:
-        """Whether an interrupt of a peripheral ("TIM9") is being handled now."""
+        """Return whether the firmware is now handling an interrupt of a peripheral ("TIM9")."""
         ...
 
 
@@ -202,15 +202,13 @@ class PythonFirmware:
         cpu.boot(application.main)
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps``."""
         self._cpu.run_until_ps(at_ps)
 
     def handles(self, peripheral: str) -> bool:
-        """The callback's timer has the only interrupt."""
+        """Return whether the callback's timer is handled, which has the only interrupt."""
         return peripheral == self.timer.name and self._cpu.in_interrupt
 
     def variable(self, name: str) -> Any:
-        """An attribute of the application."""
         try:
             return getattr(self._application, name)
         except AttributeError:

@@ -1,8 +1,8 @@
-"""A board's sensors: built from the world, deviating as asked, attached to their bus, their pins in time.
+"""A board's sensors: built from the world, with the selected errors, attached to their bus, with timely pins.
 
-Parts work when somebody looks at them. A pin somebody listens to is such a look: from the first listener on,
-the part is caught up at every time at which a pin of it may change, and asked again after every access by the
-bus. A pin that hangs in the air costs nothing.
+Sensors are evaluated lazily. A listener of a pin needs its edges in time: from the first listener on, the
+sensor is caught up at every time at which its pins may change. That time is updated after every bus access.
+An unconnected pin costs nothing.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ from fcu_emulator.sensors.register_file import NoteCallback, WriteLog
 
 
 class SensorSet:
-    """The parts of one board, by their names: ``sensors["LSM6DSL"]``, or ``sensors.lsm6dsl``.
+    """The sensors of one board, by their names: ``sensors["LSM6DSL"]``, or ``sensors.lsm6dsl``.
 
-    ``powered_on_ps``: when they got their supply, None for long before the clock started. Raises InputError
-    for settings of parts that are not there.
+    ``powered_on_ps``: time of power-on, None for long before the clock started. Raises InputError for
+    settings of absent sensors.
     """
 
     def __init__(
@@ -67,12 +67,12 @@ class SensorSet:
         return iter(self.parts)
 
     def __getattr__(self, name: str) -> Any:
-        """Parts by their names in lower case are attributes, of whatever class the part is."""
+        """Return a sensor by its name in lower case, for sensors of any class."""
         known = ", ".join(part.NAME.lower() for part in self.__dict__.get("parts", ()))
         raise AttributeError(f"this board has no sensor {name!r}; known: {known}")
 
     def attach(self, i2c: Mapping[str, I2CBus], spi: Mapping[str, SpiBus], wiring: Wiring) -> None:
-        """Solder the parts to their addresses and chip selects."""
+        """Connect the sensors to their addresses and chip selects."""
         clock = self._clock
         for part in self.parts:
             place = wiring.places.get(part.NAME)
@@ -82,13 +82,13 @@ class SensorSet:
                 spi[wiring.bus].attach(place, part)
 
     def observe(self, trace: Trace) -> None:
-        """Report what firmware does to the registers, and the edges of wired pins, to the trace."""
+        """Report register accesses of firmware, and the edges of wired pins, to the trace."""
         for part in self.parts:
             PinWatch(part, self._clock, trace)
             part.observe(_note(trace, part.NAME), _write_log(trace, part.NAME))
 
     def supply_current_ua(self) -> dict[str, float]:
-        """What each part draws in microampere as firmware has configured it, by its name."""
+        """Return each sensor's supply current in microampere for its configuration, by its name."""
         return {part.NAME: part.supply_current_ua() for part in self.parts}
 
     def _world_changed(self, from_s: float) -> None:
@@ -154,7 +154,7 @@ def _replace(errors: PartErrors, numbers: Numbers) -> PartErrors:
 
 
 class PinWatch:
-    """Delivers the edges of one part's pins when they happen, and records them in the trace."""
+    """Delivers the edges of one sensor's pins in time, and records them in the trace."""
 
     def __init__(self, part: Part, clock: Clock, trace: Trace) -> None:
         self._part = part
@@ -166,7 +166,7 @@ class PinWatch:
             pin.on_wire = partial(self._wire, pin)
 
     def _wire(self, pin: Pin) -> None:
-        self._part.catch_up(self._clock.now_ps)  # edges of the past are not news
+        self._part.catch_up(self._clock.now_ps)  # past edges are not reported
         pin.observe(partial(self._record, f"{self._part.NAME}.{pin.name}"))
         self._part.watch(self._arm)
         self._arm()

@@ -1,18 +1,18 @@
-"""A board's whole state: taken once, put back as often as wanted, by the thousand a second.
+"""A board's whole state: taken once, restored any number of times, thousands of times per second.
 
-Decision: the objects are walked. What this package's own objects refer to is found from the board on, it is
-noted what each list, dictionary and object holds, and putting that back makes everything what it was, also
-what nobody thought of when it was added to a class. The road not taken, a pair of methods in each of a
-hundred classes, forgets the newest attribute. The rules of the walk:
+Decision: a snapshot walks the board's objects and records their contents. It starts at the board, follows the
+references of this package's own objects, and records the contents of each list, dictionary and object.
+Restoring these contents restores everything, including attributes added to a class later. A pair of methods
+in each of a hundred classes was rejected, because it misses the newest attribute. Rules of the walk:
 
-* objects of this package and of ``sensors``, and of classes made from theirs: their attributes;
-* lists, dictionaries, sets, deques and byte arrays: what is in them, put back in place, since others share
-  them;
-* functions of these packages: what they enclose, which none of them replaces by something else;
-* objects with ``snapshot()`` and ``restore(state)`` are asked for what Python does not see (the chip in C is
-  a copy of its memory), and walked; only the trace is not, for those who observe it go on;
-* numpy arrays are values: they are replaced, never changed in place (a test has them read-only);
-* everything else is left alone: what belongs to users, files, links.
+* objects of this package and of ``sensors``, and of subclasses: their attributes;
+* lists, dictionaries, sets, deques and byte arrays: their contents, restored in place, because several
+  objects share them;
+* functions of these packages: their closures, whose variables are never rebound;
+* objects with ``snapshot()`` and ``restore(state)``: they save state outside Python (the chip in C copies its
+  memory), and are walked as well. The trace is excluded, because its observers stay active;
+* numpy arrays are values: they are replaced, never changed in place (a test makes them read-only);
+* everything else is unchanged: objects of users, files, links.
 
 Firmware in Python runs on a stack that cannot be copied, so a board with it has no snapshots.
 """
@@ -31,37 +31,36 @@ from fcu_emulator.sensors.filters import Chain
 from fcu_emulator.sensors.register import RegisterMap
 
 _PACKAGES = ("fcu_emulator.",)
-_CONSTANT = (type, RegisterMap, Chain)  # shared by all boards, and never changed
+_CONSTANT = (type, RegisterMap, Chain)  # shared by all boards, never changed
 _VALUES = frozenset((int, str, bytes, float, bool, type(None)))
 
 
 class Snapshotted(Protocol):
-    """What has state that Python does not see."""
+    """An object with state outside Python."""
 
     def snapshot(self) -> Any:
-        """That state; raises InputError if it cannot be had."""
+        """Return that state; raises InputError if it is not available."""
         ...
 
-    def restore(self, state: Any) -> None:
-        """Restore the state of the snapshot."""
-        ...
+    def restore(self, state: Any) -> None: ...
 
 
 class Snapshot:
-    """The state of everything that ``root`` leads to."""
+    """The state of all objects reachable from ``root``."""
 
     def __init__(self, root: object) -> None:
         self._root = root
         self._attributes: list[tuple[dict[str, Any], dict[str, Any]]] = []
         self._slots: list[tuple[Callable[[Any, Any], None], object, Any]] = []
         self._lists: list[tuple[list[Any] | bytearray, list[Any] | bytes]] = []
-        self._others: list[tuple[Any, Any, Any]] = []  # what empties it, what fills it, with what
+        # method to empty it, method to fill it, contents
+        self._others: list[tuple[Any, Any, Any]] = []
         self._asked: list[tuple[Snapshotted, Any]] = []
-        self._seen: dict[int, object] = {}  # which also keeps everything alive
+        self._seen: dict[int, object] = {}  # also keeps everything alive
         self._walk(root)
 
     def restore(self, root: object) -> None:
-        """Put everything back. InputError if ``root`` is another one."""
+        """Restore the state. Raises InputError if ``root`` is a different object."""
         if root is not self._root:
             raise InputError("this is a snapshot of another board; restore the board it was taken of")
         for attributes, saved in self._attributes:
@@ -92,7 +91,7 @@ class Snapshot:
                 waiting.extend(self._note(one))
 
     def _note(self, one: object) -> Iterable[object]:
-        """Note what ``one`` holds, and give what it leads to."""
+        """Record the contents of ``one``, and return its references."""
         for kind in type(one).__mro__:
             note = _NOTES.get(kind)
             if note is not None:
@@ -132,11 +131,11 @@ class Snapshot:
     def _note_cell(self, cell: CellType) -> Iterable[object]:
         try:
             return (cell.cell_contents,)
-        except ValueError:  # the function has not come so far
+        except ValueError:  # the function has not assigned it yet
             return ()
 
     def _own(self, one: object) -> Iterator[object]:
-        """Note the attributes of an object, and give their values."""
+        """Record the attributes of an object, and yield their values."""
         attributes = getattr(one, "__dict__", None)
         if attributes is not None:
             self._attributes.append((attributes, dict(attributes)))
@@ -146,14 +145,14 @@ class Snapshot:
                 descriptor = kind.__dict__[name]
                 try:
                     value = descriptor.__get__(one)
-                except AttributeError:  # not set, and it will be before it is used
+                except AttributeError:  # unset; it will be assigned before use
                     continue
                 self._slots.append((descriptor.__set__, one, value))
                 yield value
 
 
 def _is_ours(kind: type) -> bool:
-    """Whether a class, or one that it is made from, is of these packages."""
+    """Return whether a class, or one of its base classes, is of these packages."""
     return any(base.__module__.startswith(_PACKAGES) for base in kind.__mro__)
 
 
@@ -175,4 +174,4 @@ _NOTES: dict[type, Callable[[Snapshot, Any], Iterable[object]]] = {
     FunctionType: Snapshot._note_function,
     CellType: Snapshot._note_cell,
 }
-"""By a class of the object: notes it, and gives what it leads to."""
+"""By class of the object: a function that records it and returns its references."""

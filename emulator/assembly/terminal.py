@@ -1,7 +1,7 @@
 """The terminal at the other end of the serial line, for Python.
 
-Everything is in virtual time: ``expect`` runs the board until a pattern has been printed, and gives up after
-a given virtual time, so a result does not depend on how fast the machine is.
+Everything is in virtual time: ``expect`` runs the board until a pattern has been printed, and fails after a
+given virtual time. The result does not depend on the speed of the machine.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from fcu_emulator.emulator.buses.uart import Uart
 from fcu_emulator.emulator.errors import ExpectationError, InputError
 from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, to_ps
 
-_LOOK_EVERY_PS = PS_PER_S // 100  # how far expect() runs between two looks
-_TAIL, _LINES = 2_000, 8  # of the output that an error has
+_LOOK_EVERY_PS = PS_PER_S // 100  # step of expect() between two checks
+_TAIL, _LINES = 2_000, 8  # size of the output in an error
 
 
 class Terminal:
-    """What the board has printed, and a keyboard.
+    """The board's output, and a keyboard.
 
     Text is Latin-1: one character for each byte, so that all 256 values survive.
     """
@@ -29,22 +29,22 @@ class Terminal:
         self._clock = clock
         self._run_until = run_until_ps
         self._read = 0  # bytes handed out by read(), counted from power-on
-        self._matched = -1, 0  # when expect() has found something, and where it ended
+        self._matched = -1, 0  # end of the match of expect(), with its time
         self.diagnosis: Callable[[], str] = lambda: ""
-        """What is wrong with the firmware, for errors; "" if nothing is seen to be wrong."""
+        """Returns the problems of the firmware, for errors; "" if there are none."""
 
     @property
     def text(self) -> str:
-        """Everything printed since power-on (of very long runs, the last 8 MiB at least)."""
+        """Return all text since power-on (of very long runs, the last 8 MiB at least)."""
         return self.uart.received().decode("latin-1")
 
     def read(self) -> bytes:
-        """The bytes printed since the last ``read()``."""
+        """Return the bytes printed since the last ``read()``."""
         data, self._read = self.since(self._read)
         return data
 
     def since(self, position: int) -> tuple[bytes, int]:
-        """The bytes printed after ``position`` (counted from power-on), and the position after them."""
+        """Return the bytes printed after ``position`` (counted from power-on), and the position after them."""
         received = self.uart.received()
         start = max(position - self.uart.dropped, 0)
         return bytes(received[start:]), self.uart.dropped + len(received)
@@ -61,12 +61,12 @@ class Terminal:
 
     @property
     def typing_left(self) -> int:
-        """How many typed bytes are still on their way to the board."""
+        """Return the number of typed bytes still on their way to the board."""
         return self.uart.typing_left
 
     @property
     def position(self) -> int:
-        """How many bytes have been printed since power-on: a place for ``since``."""
+        """Return the number of bytes printed since power-on: an argument for ``since``."""
         return self.uart.received_count()
 
     def expect(
@@ -74,12 +74,12 @@ class Terminal:
     ) -> re.Match[str]:
         """Run the board until ``pattern`` (a regular expression) is printed.
 
-        What counts is printed from this call on; right after another ``expect`` with a match, from that match
-        on, for the board has run a little beyond it. ``since``: from that position on instead, 0 for
-        everything since power-on. So an answer that was there before the question is none.
+        The search starts with the text after this call. Right after another ``expect`` with a match, it
+        starts at the end of that match, because the board has run slightly beyond it. ``since`` is another
+        start, 0 for everything since power-on. So an answer printed before the question does not match.
 
-        Returns the match. Raises ExpectationError, which has the last lines and the firmware's diagnosis,
-        when it has not appeared after ``timeout_s`` of virtual time.
+        Returns the match. Raises ExpectationError, with the last lines and the firmware's diagnosis, if the
+        pattern has not appeared after ``timeout_s`` of virtual time.
         """
         try:
             compiled = re.compile(pattern)
@@ -98,7 +98,7 @@ class Terminal:
             self._run_until(min(deadline_ps, self._clock.now_ps + _LOOK_EVERY_PS))
 
     def _start(self) -> int:
-        """Where an ``expect`` that begins now starts to look."""
+        """Return the start of the search for an ``expect`` called now."""
         at_ps, position = self._matched
         return position if at_ps == self._clock.now_ps else self.position
 

@@ -1,1 +1,1 @@
-"""Boards as data: what is soldered where, and which firmware is shipped for it. No behaviour."""
+"""Boards as data: soldered components, and the firmware supplied for them. No behaviour."""

@@ -1,12 +1,13 @@
-"""A board as data: pins, parts and how they are mounted, wirings, and how a real one deviates.
+"""A board as data: pins, sensors and their mounting, wirings, and the errors of a real board.
 
-A board is one file with one :class:`BoardDescription` in it, such as :mod:`fcu_emulator.emulator.boards.fcu001v1`. The
-board itself, the chip's pins, the keys of scenario files and the words of diagnoses follow from it; nothing
-else names a bus, a LED or a timer. Beside its sensors, whose figures are theirs, a real board deviates from
-an ideal one by its own iron, its oscillators and its warmth: :class:`BoardErrors`.
+A board is one file with one :class:`BoardDescription` in it, such as
+:mod:`fcu_emulator.emulator.boards.fcu001v1`. The board itself, the chip's pins, the keys of scenario files
+and the words of diagnoses are derived from it; no other module names a bus, a LED or a timer. Beside the
+errors of its sensors, a real board deviates from an ideal one by its own iron, its oscillators and its
+heating: :class:`BoardErrors`.
 
-Decision: a Python literal, checked when it is made and by mypy, not a file format of its own: it refers to
-the classes of the parts, and nobody but a developer writes one.
+Decision: a board is a Python literal, checked by mypy and at construction, not a separate file format. It
+refers to the classes of the sensors, and only developers write one.
 """
 
 from __future__ import annotations
@@ -34,18 +35,18 @@ Numbers: TypeAlias = Mapping[str, Any]
 Pin: TypeAlias = tuple[str, int]
 """Port and number: ("B", 5) is PB5."""
 PinFunction: TypeAlias = tuple[str, int, int]
-"""Port, number, and the alternate function that leads it to the peripheral (datasheet DocID024738 table 9)."""
+"""Port, number, and the alternate function that connects it to the peripheral (datasheet DocID024738 table 9)."""
 
 
-# -- what is soldered ---------------------------------------------------------------------------------------
+# -- soldered components ------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class MountedPart:
-    """A sensor and how it sits on the board: it measures matrix @ a vector in the board's axes.
+    """A sensor and its mounting on the board: it measures matrix @ a vector in the board's axes.
 
-    ``mountings``: the matrices that a scenario may choose from, by name, the usual one first; none for a part
-    that measures scalars only. ``mounting_key``: what the choice is called in a scenario file, where there is
+    ``mountings``: the matrices that a scenario may choose from, by name, the usual one first; empty for a
+    sensor that measures scalars only. ``mounting_key``: name of the choice in a scenario file, if there is
     one.
     """
 
@@ -62,7 +63,7 @@ class MountedPart:
 
     @property
     def key(self) -> str:
-        """What the part is called in Python and in files: its name in lower case."""
+        """The sensor's name in Python and in files: its part name in lower case."""
         return self.part.NAME.lower()
 
 
@@ -87,8 +88,8 @@ class SerialLine:
 class CallbackTimer:
     """The timer whose interrupt calls ``HAL_TIM_PeriodElapsedCallback``.
 
-    ``input_hz`` and ``priority`` are as the board's own firmware sets clock and NVIC up; firmware in Python
-    has no other. Built firmware sets them itself.
+    ``input_hz`` and ``priority`` are the clock and NVIC settings of the board's own firmware; firmware in
+    Python always uses them. Built firmware sets them itself.
     """
 
     peripheral: str
@@ -98,9 +99,9 @@ class CallbackTimer:
 
 @dataclass(frozen=True)
 class AbsentPart:
-    """A part that is on the real board and has no model: selecting it on ``spi`` leaves a note in the trace.
+    """A part of the real board without a model: selecting it on ``spi`` leaves a note in the trace.
 
-    ``held``: its outputs, and the level at which they stay.
+    ``held``: its outputs, and their constant levels.
     """
 
     name: str
@@ -110,15 +111,15 @@ class AbsentPart:
     held: Mapping[Pin, int] = field(default_factory=dict)
 
 
-# -- how it is connected ------------------------------------------------------------------------------------
+# -- connections --------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Wiring:
-    """One way the sensors are connected: all to ``bus``, one of the board's.
+    """One way to connect the sensors: all to ``bus``, one of the board's.
 
     ``places``: by part name, its 7-bit address on an I2C bus, or its chip select ("PA8") on an SPI bus.
-    ``symbols``: names in firmware that only firmware for this wiring has.
+    ``symbols``: symbol names found only in firmware for this wiring.
     """
 
     name: str
@@ -129,12 +130,12 @@ class Wiring:
 
     @property
     def addresses(self) -> dict[str, int]:
-        """By part name; none on SPI."""
+        """I2C addresses by part name; empty on SPI."""
         return {name: place for name, place in self.places.items() if isinstance(place, int)}
 
     @property
     def chip_selects(self) -> dict[str, str]:
-        """By part name; none on I2C."""
+        """Chip selects by part name; empty on I2C."""
         return {name: place for name, place in self.places.items() if isinstance(place, str)}
 
 
@@ -142,10 +143,13 @@ class Wiring:
 class BoardDescription:
     """One kind of board.
 
-    ``i2c``: the chip's I2C peripherals that lead to a bus, with their pins; ``spi``: likewise its SPI peripherals.
-    ``leds``: each is lit while its pin is low. ``motors``: timer and channel of the PWM of each.
-    ``wirings``: the usual one first. ``python_firmware`` and ``built_firmware``: what is shipped for it,
-    names with descriptions; the latter also with the program's name in :mod:`fcu_emulator.firmware_model.arm`.
+    ``i2c``: the chip's I2C peripherals connected to a bus, with their pins;
+    ``spi``: its SPI peripherals, in the same form.
+    ``leds``: each is lit while its pin is low.
+    ``motors``: timer and channel of the PWM of each.
+    ``wirings``: the usual one first.
+    ``python_firmware`` and ``built_firmware``: the supplied firmware, names with descriptions; the latter
+    also with the program's name in :mod:`fcu_emulator.firmware_model.arm`.
     """
 
     name: str
@@ -176,12 +180,11 @@ class BoardDescription:
                     raise InputError(f"{what}: {part} is at {place!r} of {wiring.bus}; give {wanted}")
 
     def buses(self) -> Iterator[str]:
-        """Names of all buses."""
         yield from self.i2c
         yield from self.spi
 
     def wiring(self, name: str | None = None) -> Wiring:
-        """The wiring of that name, the usual one without a name. Raises InputError naming the known ones."""
+        """Return a wiring by name, the usual one without a name. Raises InputError naming the known ones."""
         if name is None:
             return self.wirings[0]
         for wiring in self.wirings:
@@ -191,36 +194,36 @@ class BoardDescription:
         raise InputError(f"unknown board wiring {name!r}; known: {known}", kind="unknown_wiring")
 
     def wiring_with(self, bus: str) -> Wiring | None:
-        """The first wiring that has the sensors on a bus; None if there is none."""
+        """Return the first wiring with the sensors on a bus; None if there is none."""
         return next((wiring for wiring in self.wirings if wiring.bus == bus), None)
 
     @cached_property
     def firmware(self) -> dict[str, str]:
-        """All shipped firmware, names with descriptions."""
+        """All supplied firmware, names with descriptions."""
         built = {name: text for name, (_, text) in self.built_firmware.items()}
         return {**self.python_firmware, **built}
 
     @cached_property
     def addresses(self) -> dict[str, int]:
-        """The parts' 7-bit addresses by name, where a wiring has them on an I2C bus."""
+        """The sensors' 7-bit addresses by name, from the wirings on an I2C bus."""
         return {name: place for wiring in self.wirings for name, place in wiring.addresses.items()}
 
     @cached_property
     def identities(self) -> dict[str, int]:
-        """What WHO_AM_I of each part is, by part name."""
+        """WHO_AM_I value of each sensor, by part name."""
         return {mounted.part.NAME: mounted.part.WHO_AM_I for mounted in self.parts}
 
 
-# -- what may be chosen about its sensors -------------------------------------------------------------------
+# -- options of the sensors ---------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class SensorSettings:
-    """How far the sensors deviate from ideal ones.
+    """Deviation of the sensors from ideal ones.
 
-    ``grade`` fills every figure; ``figures`` replaces single ones by explicit numbers, by the part's key and
+    ``grade`` sets every figure; ``figures`` replaces single ones by explicit numbers, by the sensor's key and
     the names of its class of errors: ``{"lps22hb": {"pressure_bias_hpa": 0.5}}``. ``mountings``: by mounting
-    key, where it is not the usual one.
+    key, if it is not the usual one.
     """
 
     grade: Grade = "typical"
@@ -228,7 +231,7 @@ class SensorSettings:
     mountings: Mapping[str, str] = field(default_factory=dict)
 
 
-# -- how a real one deviates beside its sensors -------------------------------------------------------------
+# -- errors of a real board beside its sensors --------------------------------------------------------------
 
 
 _CALIBRATIONS = "published calibrations of other boards"
@@ -238,25 +241,23 @@ _CALIBRATIONS = "published calibrations of other boards"
 class BoardErrors(PartErrors):
     """Explicit numbers in the board's axes; the default is an ideal board.
 
-    The steel of USB plug, battery and screws, and what it has been magnetised to, turn with the board: a
-    field that is always the same (hard iron), and the Earth's field bent (soft iron). Both are drawn from the
-    seed, as a part's figures are (:mod:`fcu_emulator.sensors.errors`), so that each board of a class has its own.
+    The steel of USB plug, battery and screws, and its magnetisation, turn with the board. They add a constant
+    field (hard iron) and distort the Earth's field (soft iron). Both are drawn from the seed, as a sensor's
+    figures are (:mod:`fcu_emulator.sensors.errors`), so that each board of a class has different ones.
 
-    Nobody has published such figures of this board. They are chosen from calibrations of eight others that
-    people put into their programs: among them Adafruit_AHRS, examples/ahrs_fusion_usb (9, -75, -352 mgauss;
-    0.943, 0.918, 1.156 along and 0.011, 0.020, -0.008 between the axes) and an ArduPilot autopilot on its USB
-    lead alone (-203, 69, 21 mgauss; diydrones.com, "compass calibration always above 150"). Half of their
-    offsets are beyond 115 mgauss, the root of the mean square of their soft iron is 6 % along an axis and
-    2.4 % between two. A sensor's own offset and sensitivity are in these numbers, and are drawn for
-    themselves here (LIS2MDL: 60 mgauss, 7 %), so less is taken. ArduPilot calls an offset below
-    150 mgauss healthy.
+    No such figures of this board are published. They are chosen from published calibrations of eight other
+    boards. Among them are Adafruit_AHRS, examples/ahrs_fusion_usb (9, -75, -352 mgauss; 0.943, 0.918, 1.156
+    along and 0.011, 0.020, -0.008 between the axes) and an ArduPilot autopilot on its USB lead alone (-203,
+    69, 21 mgauss; diydrones.com, "compass calibration always above 150"). Half of their offsets exceed 115
+    mgauss. The root mean square of their soft iron is 6 % along an axis and 2.4 % between two. These numbers
+    include the sensor's own offset and sensitivity (LIS2MDL: 60 mgauss, 7 %), which are drawn separately
+    here, so the figures below are smaller. ArduPilot calls an offset below 150 mgauss healthy.
 
-    The chip's internal oscillator is trimmed to within 1 %, and firmware that runs from it has other bit
-    rates and another tick than it believes. The quartz is exact unless ``hse_ppm`` says otherwise: no
-    document gives its tolerance, usual ones are off by 30 ppm at most, a second in nine hours, which nobody
-    sees in a lab.
+    The chip's internal oscillator is trimmed to within 1 %. Firmware that runs from it has other bit rates
+    and another tick than it computes. The quartz is exact unless ``hse_ppm`` is set: no document gives its
+    tolerance. Usual ones are off by 30 ppm at most, a second in nine hours, which is not visible in a lab.
 
-    A board is warmer than the air by the power that it draws, and follows the air slowly
+    A board is warmer than the air because of its power consumption, and follows the air slowly
     (:mod:`fcu_emulator.emulator.world.warmth`).
     """
 
@@ -287,7 +288,7 @@ class BoardErrors(PartErrors):
     )
 
     def soft_iron(self) -> Matrix:
-        """The matrix (3, 3) by which the outer field is seen: symmetric, as of steel without hysteresis."""
+        """Matrix (3, 3) applied to the outer field: symmetric, as of steel without hysteresis."""
         matrix = np.eye(3) + np.diag(self.soft_iron_percent) / 100.0
         for (row, column), percent in zip(
             ((0, 1), (0, 2), (1, 2)), self.soft_iron_across_percent, strict=True
@@ -296,15 +297,16 @@ class BoardErrors(PartErrors):
         return matrix
 
 
-# -- a board that is there: what its chip is given -----------------------------------------------------------
+# -- connections of a board's chip ---------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class BoardSignals:
-    """What of the board the chip's pins lead to, as ``board`` lists it; ``wiring``: where its sensors are.
+    """Signals connected to the chip's pins, as listed in ``board``; ``wiring``: connection of its sensors.
 
-    ``uart`` is at the peripheral of ``board.serial``; ``i2c`` and ``spi`` are the buses by their peripherals' names.
-    ``number``: of this board in its class, for the chip's unique id; ``errors``: how it deviates itself.
+    ``uart`` is at the peripheral of ``board.serial``; ``i2c`` and ``spi`` are the buses by their peripherals'
+    names. ``number``: number of this board in its class, for the chip's unique id; ``errors``: its own
+    errors.
     """
 
     board: BoardDescription

@@ -1,4 +1,4 @@
-"""The STEVAL-FCU001V1: an STM32F401CC with LSM6DSL, LIS2MDL and LPS22HB, as its schematic has them.
+"""The STEVAL-FCU001V1: an STM32F401CC with LSM6DSL, LIS2MDL and LPS22HB, according to its schematic.
 
 Mounting: the output axes of the lab's ``ReadSensorRawData`` are out.X = -raw.Y, out.Y = raw.X, out.Z = raw.Z
 (COORDINATE_SYSTEM 3) and are the board's X right, Y forward, Z up; so a sensor measures raw = MOUNTING @
@@ -26,7 +26,7 @@ from fcu_emulator.sensors import LIS2MDL, LPS22HB, LSM6DSL
 _MOUNTING = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
 # The LIS2MDL's own drawing (datasheet figure 2) is left handed: seen from +Z, its Y lies clockwise of X. With
-# that mounting the lab's formula is wrong under tilt, which is what flight software has to correct.
+# that mounting the lab's formula is wrong under tilt, which flight software must correct.
 _LEFT_HANDED = np.diag([1.0, -1.0, 1.0]) @ _MOUNTING
 
 FCU001V1 = BoardDescription(

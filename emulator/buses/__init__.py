@@ -1,1 +1,1 @@
-"""What carries bytes and levels on the board: I2C, SPI, USART and GPIO, and who masters them from Python."""
+"""Carriers of bytes and levels on the board: I2C, SPI, USART and GPIO, and their masters in Python."""

@@ -1,19 +1,19 @@
-"""The pins: who drives them, what level results, who hears of it (reference manual RM0368 section 8).
+"""The pins: drivers, resulting levels, listeners (reference manual RM0368 section 8).
 
-A pin has three kinds of drivers: the chip's output stage, any number of parties outside (a sensor's
-interrupt pin, a button, a receiver), and the chip's weak pull resistor. The lowest strong driver wins, as
-on an open-drain wire; the pull decides when nobody drives; without one the pin floats. A floating input
-reads as 0 here, on the board as noise.
+A pin has three kinds of drivers: the chip's output stage, any number of outside drivers (a sensor's interrupt
+pin, a button, a receiver), and the chip's weak pull resistor. The lowest strong driver wins, as on an
+open-drain wire; without a strong driver the pull resistor decides; without one the pin floats. A floating
+input reads as 0 here, on the board as noise.
 
-Decision: two outputs that fight are not an error but resolve to 0. Telling a short circuit from an
-open-drain wire would need every party's kind of output, and no exercise can short two outputs on this
-board.
+Decision: two conflicting outputs on a pin are not an error but resolve to 0. Distinguishing a short circuit
+from an open-drain wire would need the output type of every driver, and no exercise can short two outputs on
+this board.
 
-The trace shows what the chip does: an edge when its output stage changes, also to open drain high (1); a
-pin that stops being an output shows 1, because it does not pull low any more.
+The trace shows the chip's actions: an edge when its output stage changes, also to open drain high (1). A pin
+that stops being an output shows 1, because it does not pull low any more.
 
-Who drives from outside is kept here. The chip's side (output stages, pull resistors, alternate functions) is
-kept here for firmware in Python; where there is a chip, its own pins (:class:`ChipPins`) are asked instead.
+This module keeps the outside drivers. It also keeps the chip's side (output stages, pull resistors, alternate
+functions) for firmware in Python; a chip keeps its own pins (:class:`ChipPins`), which are queried instead.
 """
 
 from __future__ import annotations
@@ -25,33 +25,33 @@ from fcu_emulator.emulator.time.clock import Clock
 from fcu_emulator.emulator.trace import GpioEdge, Trace
 
 LevelCallback: TypeAlias = Callable[[int], None]
-"""``changed(level)``: what an input of the chip on this pin reads from now on, 0 or 1."""
+"""``changed(level)``: the new input level of the chip on this pin, 0 or 1."""
 
 _PORTS = "ABCDEH"  # RM0368 section 2.3: the STM32F401 has no port F and G
 
 
 class ChipPins(Protocol):
-    """The chip's side of the pins, kept by a chip. Edges come by :meth:`Gpio.show_edge`."""
+    """The chip's side of the pins, kept by a chip. It reports edges by :meth:`Gpio.show_edge`."""
 
     def side(self, port: str, pin: int) -> tuple[int | None, int | None, int | None]:
-        """Level of the output stage, of the pull resistor, and alternate function; None for none."""
+        """Return the level of the output stage, of the pull resistor, and the alternate function; None for none."""
         ...
 
     def drive(self, port: str, pin: int, level: int | None) -> None:
-        """All parties outside together drive the pin to a level, or let go of it."""
+        """Set the level of all outside drivers together; None: released."""
         ...
 
     def watch(self, port: str, pin: int) -> None:
-        """Call :meth:`Gpio.tell` after every change of what this pin reads."""
+        """Call :meth:`Gpio.tell` after every change of this pin's input level."""
         ...
 
     def frequent(self, port: str, pin: int) -> None:
-        """Edges of this pin are of interest while the trace is detailed only."""
+        """Report edges of this pin only while the trace is detailed."""
         ...
 
 
 class _Pin:
-    """One pin. Plain attributes: chip selects move tens of thousands of times a second."""
+    """One pin. Plain attributes: chip selects change tens of thousands of times per second."""
 
     __slots__ = ("alternate", "frequent", "listeners", "name", "output", "outside", "pull", "reads", "shown")
 
@@ -62,7 +62,7 @@ class _Pin:
         self.outside: dict[str, int] = {}
         self.alternate: int | None = None
         self.reads = 0
-        self.shown: int | None = None  # the level in the trace; None before the pin was first an output
+        self.shown: int | None = None  # the level in the trace; None before the pin's first use as an output
         self.frequent = False
         self.listeners: list[LevelCallback] = []
 
@@ -78,7 +78,7 @@ class _Pin:
         return self.pull if driven is None else driven
 
     def settle(self) -> None:
-        """Tell the listeners when the resulting level has become another one."""
+        """Call the listeners if the resulting level has changed."""
         reads = self.level() or 0
         if reads != self.reads:
             self.reads = reads
@@ -98,7 +98,7 @@ class Gpio:
     # -- with a chip ------------------------------------------------------------------------------------
 
     def attach(self, chip: ChipPins) -> None:
-        """The pins are those of ``chip`` from now on, which keeps its side of them itself."""
+        """Use the pins of ``chip`` from now on; it keeps its side of them itself."""
         self._chip = chip
         for (port, pin), one in self._pins.items():
             if one.frequent:
@@ -109,16 +109,15 @@ class Gpio:
                 chip.watch(port, pin)
 
     def show_edge(self, port: str, pin: int, level: int) -> None:
-        """The chip's output has changed."""
+        """Record an edge of the chip's output."""
         self._trace_edge(self._pins[port, pin], level)
 
     def tell(self, port: str, pin: int, level: int) -> None:
-        """What a watched pin reads has changed."""
+        """Report a new input level of a watched pin."""
         for changed in self._pins[port, pin].listeners:
             changed(level)
 
     def _pin(self, port: str, pin: int) -> _Pin:
-        """A pin as it is now."""
         one = self._pins[port, pin]
         if self._chip is not None:
             one.output, one.pull, one.alternate = self._chip.side(port, pin)
@@ -131,7 +130,7 @@ class Gpio:
         self.write(port, pin, self._pins[port, pin].output or 0)
 
     def write(self, port: str, pin: int, level: int, *, open_drain: bool = False) -> None:
-        """Drive a pin; a change is an edge in the trace. An open drain at 1 lets go of the pin."""
+        """Drive a pin; a change is an edge in the trace. An open drain at 1 releases the pin."""
         one = self._pins[port, pin]
         one.output = None if open_drain and level else level
         self._show(one, level)
@@ -152,37 +151,36 @@ class Gpio:
         one.settle()
 
     def set_alternate(self, port: str, pin: int, function: int | None) -> None:
-        """Which alternate function (AF number) a pin is switched to; None while it is no such pin."""
+        """Set the alternate function (AF number) of a pin; None for another mode."""
         self._pins[port, pin].alternate = function
 
-    # -- everybody's side -------------------------------------------------------------------------------
+    # -- common to both sides ---------------------------------------------------------------------------
 
     def level(self, port: str, pin: int) -> int | None:
-        """The level that results; None while the pin floats."""
+        """Return the resulting level; None while the pin floats."""
         return self._pin(port, pin).level()
 
     def pins(self) -> Iterable[tuple[str, int]]:
-        """Port letter and number of every pin."""
         return self._pins.keys()
 
     def output(self, port: str, pin: int) -> int | None:
-        """What the chip's output stage drives; None while it drives nothing."""
+        """Return the level of the chip's output stage; None while it drives nothing."""
         return self._pin(port, pin).output
 
     def driven(self, port: str, pin: int) -> int | None:
-        """The level without the weak pull resistors: what can light a LED; None when nobody drives."""
+        """Return the level without the weak pull resistors, which can light a LED; None without a driver."""
         return self._pin(port, pin).driven()
 
     def reads(self, port: str, pin: int) -> int:
-        """What an input of the chip reads: the level, 0 for a floating pin."""
+        """Return the input level of the chip: the pin's level, 0 for a floating pin."""
         return self.level(port, pin) or 0
 
     def alternate(self, port: str, pin: int) -> int | None:
-        """The alternate function (AF number) a pin is switched to, or None."""
+        """Return the alternate function (AF number) of a pin, or None."""
         return self._pin(port, pin).alternate
 
     def drive(self, port: str, pin: int, level: int | None, by: str = "outside") -> None:
-        """Drive a pin from outside the chip, or let go of it (None). ``by`` tells parties apart."""
+        """Drive a pin from outside the chip, or release it (None). ``by`` identifies the driver."""
         one = self._pins[port, pin]
         if level is None:
             one.outside.pop(by, None)
@@ -194,7 +192,7 @@ class Gpio:
             self._chip.drive(port, pin, min(one.outside.values(), default=None))
 
     def listen(self, port: str, pin: int, changed: LevelCallback) -> None:
-        """Call ``changed(level)`` after every change of what the pin reads, in the order of listening."""
+        """Call ``changed(level)`` after every change of the input level, in the order of registration."""
         self._pins[port, pin].listeners.append(changed)
         if self._chip is not None:
             self._chip.watch(port, pin)
@@ -228,5 +226,5 @@ class Led:
 
     @property
     def on(self) -> bool:
-        """Whether it is lit; an unconfigured pin leaves it dark, and so does a weak pull-down."""
+        """Whether the LED is lit; it is dark on an unconfigured pin and with a weak pull-down."""
         return self._gpio.driven(*self._where) == 0

@@ -1,10 +1,11 @@
-"""I2C as the board's sensors see it: whole transfers, their time on the wire, and what can go wrong.
+"""I2C at the level of the board's sensors: whole transfers, their time on the wire, and possible failures.
 
 A transfer is one message (start, address, bytes, perhaps a repeated start, stop); targets never see single
-bits. Time on the wire (NXP UM10204 3.1): nine clock periods a byte with its acknowledge, and one period each
-for start, repeated start and stop. A part answers as of the moment the transfer starts; all bytes of one
-burst belong to that moment. A master that moves one byte at a time, as the chip's own I2C peripheral does, uses
-:mod:`fcu_emulator.emulator.buses.i2c_wire` on the same bus; there each byte is of the moment when it has been transferred.
+bits. Time on the wire (NXP UM10204 3.1): nine clock periods per byte with its acknowledge, and one period
+each for start, repeated start and stop. A sensor answers with its state at the start of the transfer; all
+bytes of one burst belong to that time. A master that moves one byte at a time, as the chip's own I2C
+peripheral does, uses :mod:`fcu_emulator.emulator.buses.i2c_wire` on the same bus; there each byte belongs to
+the end of its transmission.
 
 Faults are injected by rules (:class:`I2CFault`), so a scenario and a test break the bus in the same way.
 """
@@ -25,20 +26,20 @@ from fcu_emulator.sensors.register_file import BurstReader
 
 STANDARD_MODE_HZ = 100_000
 FAST_MODE_HZ = 400_000
-BUSY_TIMEOUT_PS = 25 * PS_PER_MS  # how long ST's HAL waits for a busy bus (I2C_TIMEOUT_BUSY_FLAG)
+BUSY_TIMEOUT_PS = 25 * PS_PER_MS  # timeout of ST's HAL for a busy bus (I2C_TIMEOUT_BUSY_FLAG)
 
 BUS_ERROR = "bus error, a misplaced start or stop"
 ARBITRATION_LOST = "arbitration lost to another master"
 
 _BYTE_BITS = 9
-_LONGEST = 65535  # of one transfer, as HAL's 16-bit length has it
-_SHORT = 32  # bytes up to which a read is kept
+_LONGEST = 65535  # of one transfer, from HAL's 16-bit length
+_SHORT = 32  # bytes up to which a read is cached
 
 _RECENT = 8
 _FOR_GOOD_S = 1e6  # longer than a board runs
 
 Message: TypeAlias = tuple[int, int, int, bytes | bytearray, bytes | bytearray, I2CError | str | None]
-"""Start and end in ps, address, bytes written, bytes read, what went wrong."""
+"""Start and end in ps, address, bytes written, bytes read, failure."""
 FaultKind: TypeAlias = Literal["absent", "nack", "stuck", "bus_error", "arbitration"]
 
 
@@ -46,27 +47,25 @@ class I2CTarget(Protocol):
     """A device on the bus."""
 
     def start(self, *, read: bool) -> bool:
-        """A (repeated) start addressed the device; True acknowledges."""
+        """Handle a (repeated) start with the device's address; return True to acknowledge."""
         ...
 
     def write(self, data: bytes) -> int:
-        """Bytes from the master; how many of them the device acknowledged."""
+        """Accept bytes from the master; return the number of acknowledged ones."""
         ...
 
     def read(self, count: int) -> bytes:
-        """Bytes for the master."""
+        """Return bytes for the master."""
         ...
 
     def stop(self) -> None:
-        """The master ended the transfer."""
+        """End the transfer after the master's stop."""
         ...
 
-    def name(self) -> str:
-        """What the device is called in the trace."""
-        ...
+    def name(self) -> str: ...
 
     def register_name(self, address: int) -> str:
-        """What the byte at a sub-address is called in the trace."""
+        """Return the name of the byte at a sub-address for the trace."""
         ...
 
 
@@ -74,10 +73,12 @@ class I2CTarget(Protocol):
 class I2CFault:
     """A rule that breaks transfers from ``from_s`` until ``until_s``, in seconds since power-on.
 
-    ``absent``: nobody answers at ``address``; ``nack``: byte ``byte_index`` of a write to ``address`` is not
-    acknowledged (0 is the address itself); ``stuck``: a line is held low, no transfer can start;
-    ``bus_error``: a misplaced start or stop is seen; ``arbitration``: another master wins while the address
-    is sent. ``address`` None means every address.
+    ``absent``: no device answers at ``address``;
+    ``nack``: byte ``byte_index`` of a write to ``address`` is not acknowledged (0 is the address itself);
+    ``stuck``: a line is held low, no transfer can start;
+    ``bus_error``: a misplaced start or stop is seen;
+    ``arbitration``: another master wins while the address is sent.
+    ``address`` None means every address.
     """
 
     kind: FaultKind
@@ -103,22 +104,23 @@ class I2CFault:
     def in_ps(
         cls, kind: FaultKind, from_ps: int, until_ps: int, address: int | None = None, byte_index: int = 0
     ) -> Self:
-        """The rule with its times to the picosecond, of which a number of seconds keeps sixteen digits."""
+        """Return a rule with times in picoseconds, since seconds only have sixteen digits."""
         fault = cls(kind, from_ps / PS_PER_S, until_ps / PS_PER_S, address, byte_index)
         object.__setattr__(fault, "from_ps", from_ps)
         object.__setattr__(fault, "until_ps", until_ps)
         return fault
 
     def hits(self, address: int, now_ps: int) -> bool:
-        """Whether the rule breaks a transfer to ``address`` that starts at ``now_ps``."""
+        """Return whether the rule breaks a transfer to ``address`` that starts at ``now_ps``."""
         return self.from_ps <= now_ps < self.until_ps and self.address in (None, address)
 
 
 class _CachedRead:
-    """What a master has read from a part, for as long as it lasts.
+    """Result of a master's read from a sensor, valid for a limited time.
 
-    ``last_burst``: sub-address and length of the read; ``seen``: the part's version it belongs to;
-    ``read_burst``: what reads it again in that version.
+    ``last_burst``: sub-address and length of the read;
+    ``seen``: the sensor's version at the read;
+    ``read_burst``: the reader for repeats in that version.
     """
 
     __slots__ = (
@@ -147,16 +149,16 @@ class _CachedRead:
 
 
 class I2CBus:
-    """One bus with its targets; a transfer returns its data at once and says when it is over.
+    """One bus with its targets; a transfer returns its data at once and reports its end time.
 
-    ``end_ps`` is the end of the latest transfer: whoever is master has to let virtual time pass until then.
+    ``end_ps`` is the end of the latest transfer: the master must let virtual time pass until then.
     """
 
     def __init__(self, name: str, clock: Clock, trace: Trace, speed_hz: int = FAST_MODE_HZ) -> None:
         self.name = name
         self.end_ps = 0
         self.recent: deque[Message] = deque(maxlen=_RECENT)
-        """The latest messages of a master that moves single bytes, kept without a detailed trace, too."""
+        """Latest messages of a master that moves single bytes, also kept without a detailed trace."""
         self._remembers = False
         self._clock = clock
         self._trace = trace
@@ -167,15 +169,15 @@ class I2CBus:
         self.when_changed: list[Callable[[], None]] = []
         """Called after a fault has been injected or a device attached."""
         self.elsewhere: list[Callable[[], Iterable[Message]]] = []
-        """Who else keeps latest messages: those that its master had alone."""
+        """Other sources of latest messages: those that the master had alone."""
         self.shortest_ps = PS_PER_S // speed_hz if speed_hz < FAST_MODE_HZ else 0
-        """Shortest period of SCL: a bus that is slow from the start stays so, whatever the master sets."""
+        """Shortest period of SCL: a bus that is slow from the start stays slow, for every speed set by the master."""
         self.set_speed(speed_hz)
 
     def set_speed(self, speed_hz: int) -> None:
-        """Another clock rate, from the next transfer on."""
+        """Set another clock rate, from the next transfer on."""
         self.speed_hz = speed_hz
-        self._kept.clear()  # they know how long they take
+        self._kept.clear()  # they contain durations
 
     @property
     def now_ps(self) -> int:
@@ -183,18 +185,18 @@ class I2CBus:
 
     @property
     def detailed(self) -> bool:
-        """Whether transfers that went well are recorded."""
+        """Return whether successful transfers are recorded."""
         return self._trace.detailed
 
     def attach(self, address: int, target: I2CTarget) -> None:
-        """Put a device at a 7-bit address."""
+        """Attach a device at a 7-bit address."""
         self._targets[address] = target
         self._kept.clear()
         for changed in self.when_changed:
             changed()
 
     def inject(self, fault: I2CFault) -> None:
-        """Break transfers as the rule says."""
+        """Break transfers according to the rule."""
         self._faults.append(fault)
         self.has_faults = True
         self._kept.clear()
@@ -205,20 +207,18 @@ class I2CBus:
         self._trace.add(Fault(fault.from_ps, self.name, f"{fault.kind}{where} {until}"))
 
     def duration_ps(self, bits: int) -> int:
-        """Time of ``bits`` clock periods on the wire."""
+        """Return the time of ``bits`` clock periods on the wire."""
         return bits * PS_PER_S // self.speed_hz
 
     @property
     def targets(self) -> Mapping[int, I2CTarget]:
-        """The devices by their 7-bit addresses."""
         return self._targets
 
     def target(self, address: int) -> I2CTarget | None:
-        """The device at a 7-bit address."""
         return self._targets.get(address)
 
     def faults(self, at_ps: int) -> list[I2CFault]:
-        """The rules in force at ``at_ps``, whatever their address."""
+        """Return the rules active at ``at_ps``, for all addresses."""
         return [fault for fault in self._faults if fault.from_ps <= at_ps < fault.until_ps]
 
     # -- transfers --------------------------------------------------------------------------------------
@@ -235,7 +235,7 @@ class I2CBus:
         version = kept.version[0]
         if version != kept.seen:
             if not kept.target.answers():
-                return self.transfer(address, bytes((subaddress,)), count)  # which fails as it should
+                return self.transfer(address, bytes((subaddress,)), count)  # which fails correctly
             kept.read_burst = kept.part.burst_reader(kept.last_burst[0], count)
             kept.data, kept.until_ps = kept.read_burst(now_ps)
             kept.seen = version
@@ -260,11 +260,11 @@ class I2CBus:
         return kept.data
 
     def _keep(self, address: int, subaddress: int, count: int) -> _CachedRead | None:
-        """A place for what such a read gives; None while faults are in force, or for other targets."""
+        """Return an entry for such a read; None while faults are active, or for other targets."""
         target = self._targets.get(address)
         if self.has_faults or not isinstance(target, SubaddressTarget) or count > _SHORT:
             return None
-        # start, address, sub-address, repeated start, address, data, stop: 30 periods and 9 a byte
+        # start, address, sub-address, repeated start, address, data, stop: 30 periods and 9 per byte
         kept = _CachedRead(target, subaddress, count, self.duration_ps(30 + _BYTE_BITS * count))
         self._kept[address, subaddress, count] = kept
         return kept
@@ -306,7 +306,7 @@ class I2CBus:
         return received
 
     def _fault(self, address: int, *, reading: bool) -> int | None:
-        """Raise for a rule that breaks the whole transfer; else the index of a byte to be refused."""
+        """Raise for a rule that breaks the whole transfer; else return the index of a byte to be refused."""
         now_ps = self._clock.now_ps
         nack_at: int | None = None
         for fault in self._faults:
@@ -331,18 +331,18 @@ class I2CBus:
         return I2CNackError(address, byte_index)
 
     def record(self, start_ps: int, address: int, data: bytes, received: bytes, result: str) -> None:
-        """Put a transfer that ended at ``end_ps`` into the trace."""
+        """Record a transfer that ended at ``end_ps`` in the trace."""
         if self._remembers:
             self.recent.append((start_ps, self.end_ps, address, data, received, result))
         self._trace.add_transfer(*self._fields(start_ps, self.end_ps, address, data, received, result))
 
     def remember(self, count: int) -> None:
-        """Keep the latest ``count`` transfers, of firmware in Python, too; 0: a few of the chip's only."""
+        """Keep the latest ``count`` transfers, also of firmware in Python; 0: only a few of the chip's."""
         self._remembers = count > 0
         self.recent = deque(self.recent, maxlen=count or _RECENT)
 
     def recent_transfers(self) -> list[BusTransfer]:
-        """The latest messages as the trace shows them."""
+        """Return the latest messages as trace events."""
         messages = [*self.recent, *(message for kept in self.elsewhere for message in kept())]
         messages.sort(key=lambda message: message[0])
         most = self.recent.maxlen or _RECENT
@@ -368,8 +368,8 @@ class I2CBus:
 class I2CMaster:
     """A bus master in Python. Transfers take their time on the wire; firmware, if any, runs meanwhile.
 
-    Addresses have 7 bits. A transfer nobody acknowledges raises I2CNackError, a broken bus I2CBusError or
-    I2CStuckError; an address, a length or data that cannot be, InputError.
+    Addresses have 7 bits. A transfer without acknowledge raises I2CNackError, a broken bus I2CBusError or
+    I2CStuckError; an invalid address, length or data raises InputError.
     """
 
     def __init__(self, bus: I2CBus, run_until_ps: Callable[[int], None]) -> None:
@@ -394,7 +394,7 @@ class I2CMaster:
         return self._transfer(address, checked_data(data), checked_count(n, 1))
 
     def inject(self, fault: I2CFault) -> None:
-        """Break transfers as the rule says, those of firmware included."""
+        """Break transfers according to the rule, including those of firmware."""
         self.bus.inject(fault)
 
     def _transfer(self, address: int, data: bytes, count: int) -> bytes:
@@ -406,11 +406,11 @@ class I2CMaster:
             self._run_until(self.bus.end_ps)
 
 
-# -- what a caller in Python gives to a bus, checked: a mistake is an InputError that says what is right ----
+# -- checked arguments of Python callers: a mistake is an InputError with the correct form ------------------
 
 
 def checked_data(data: object) -> bytes:
-    """The bytes to be sent; not an int, of which ``bytes`` would make as many zeros."""
+    """Return the bytes to be sent; an int is refused, because ``bytes`` would return that many zeros."""
     if isinstance(data, bytes | bytearray | memoryview):
         return bytes(data)
     if isinstance(data, list | tuple) and all(isinstance(byte, int) and 0 <= byte <= 0xFF for byte in data):
@@ -419,7 +419,7 @@ def checked_data(data: object) -> bytes:
 
 
 def checked_count(count: object, least: int) -> int:
-    """How many bytes to read."""
+    """Return a checked number of bytes to read."""
     if not isinstance(count, int) or not least <= count <= _LONGEST:
         raise InputError(
             f"cannot read {count!r} bytes in one transfer; give {least} to {_LONGEST}", kind="read_length"
@@ -428,7 +428,7 @@ def checked_count(count: object, least: int) -> int:
 
 
 def checked_address(number: object) -> int:
-    """A 7-bit I2C address."""
+    """Return a checked 7-bit I2C address."""
     if not isinstance(number, int):
         raise InputError(f"I2C address {number!r} is no integer; give 0x00 to 0x7F", kind="i2c_address")
     if not 0 <= number <= 0x7F:

@@ -1,8 +1,8 @@
-"""SPI with several parts at one bus: three or four wires, one chip select a part.
+"""SPI with several sensors on one bus: three or four wires, one chip select per sensor.
 
-A transfer is one message between two edges of a chip select; its time is eight clock periods a byte. The
-clock is the one ST's firmware sets: 42 MHz / 16 = 2.625 MHz, mode 3. The chip's own SPI peripheral moves one byte
-at a time and is seen by the same parts through :mod:`fcu_emulator.emulator.chip.peripherals.spi`.
+A transfer is one message between two edges of a chip select; its time is eight clock periods per byte. The
+clock is that of ST's firmware: 42 MHz / 16 = 2.625 MHz, mode 3. The chip's own SPI peripheral moves one byte
+at a time and reaches the same sensors through :mod:`fcu_emulator.emulator.chip.peripherals.spi`.
 """
 
 from __future__ import annotations
@@ -38,17 +38,17 @@ class SpiBus:
         self.wires: Wires = 3
         self.end_ps = 0
         self.recent: deque[Message] = deque(maxlen=_RECENT)
-        """The latest messages of a master that moves single bytes, kept without a detailed trace, too."""
+        """Latest messages of a master that moves single bytes, also kept without a detailed trace."""
         self.unheard: deque[tuple[int, int | None]] = deque(maxlen=_RECENT)
-        """(time in ps, byte sent or None for one read) while no chip select was low: nobody heard it."""
+        """(time in ps, byte sent or None for one read) while no chip select was low, so that no device received it."""
         self.take_kept: Callable[[], None] = lambda: None
-        """Before either is looked at: a master that keeps them itself adds its own."""
+        """Called before both are read: a master that keeps messages itself adds them."""
         self._clock = clock
         self._trace = trace
         self._targets: dict[str, tuple[Part, SpiTarget]] = {}
 
     def attach(self, chip_select: str, part: Part) -> None:
-        """Wire a part to a chip select, named by its pin (``"PA8"``)."""
+        """Connect a sensor to a chip select, named by its pin (``"PA8"``)."""
         self._targets[chip_select] = part, SpiTarget(part, lambda: self._clock.now_ps)
 
     @property
@@ -56,7 +56,7 @@ class SpiBus:
         return tuple(self._targets)
 
     def target(self, chip_select: str) -> SpiTarget:
-        """The SPI face of the part at a chip select."""
+        """Return the SPI interface of the sensor at a chip select."""
         return self._targets[chip_select][1]
 
     def transfer(self, chip_select: str, data: bytes, count: int = 0) -> bytes:
@@ -71,12 +71,12 @@ class SpiBus:
         return received
 
     def record(self, chip_select: str, start_ps: int, written: bytes, received: bytes) -> None:
-        """Put a message that ended at ``end_ps`` into the trace."""
+        """Record a message that ended at ``end_ps`` in the trace."""
         if self._trace.detailed:
             self._trace.add_transfer(*self._fields(start_ps, self.end_ps, chip_select, written, received))
 
     def recent_transfers(self) -> list[BusTransfer]:
-        """The messages of ``recent`` as the trace shows them."""
+        """Return the messages of ``recent`` as trace events."""
         self.take_kept()
         return [
             BusTransfer(*self._fields(start_ps, end_ps, chip_select, bytes(written), bytes(received)))
@@ -97,7 +97,7 @@ class SpiMaster:
 
     def __init__(self, bus: SpiBus, run_until_ps: Callable[[int], None]) -> None:
         self.bus = bus
-        """The bus itself: its parts and its latest messages."""
+        """The bus itself: its sensors and its latest messages."""
         self._run_until = run_until_ps
 
     @property
@@ -106,7 +106,7 @@ class SpiMaster:
         return self.bus.speed_hz if self.bus.is_enabled else 0
 
     def configure(self, mode: Mode, wires: Wires) -> None:
-        """The host's clock mode (0 to 3) and whether it listens on three wires or four."""
+        """Set the host's clock mode (0 to 3) and its number of wires, three or four."""
         if mode not in (0, 1, 2, 3) or wires not in (3, 4):
             raise InputError(f"SPI mode {mode} with {wires} wires: give mode 0 to 3, and 3 or 4 wires")
         self.bus.mode, self.bus.wires = mode, wires
@@ -116,7 +116,7 @@ class SpiMaster:
         self.write_read(chip_select, data, 0)
 
     def write_read(self, chip_select: str, data: bytes, n: int) -> bytes:
-        """Select, ``data``, ``n`` bytes from the part, deselect; the first byte has the read flag, 0x80."""
+        """Select, send ``data``, read ``n`` bytes, deselect; the first byte sent has the read flag, 0x80."""
         if chip_select not in self.bus.chip_selects:
             known = ", ".join(self.bus.chip_selects) or "none with this wiring"
             raise InputError(

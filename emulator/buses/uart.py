@@ -1,17 +1,16 @@
-"""A USART's serial line: which bytes are on the wire when (reference manual RM0368 section 19).
+"""A USART's serial line: bytes on the wire and their times (reference manual RM0368 section 19).
 
-Sending has two stages, the data register and the shift register: a byte may be written as soon as the one
-before has moved on to the shift register (TXE), so a sender that is not interrupted keeps the line busy
-without gaps, and one that is interrupted leaves a gap. Runs of bytes without a gap are kept as one piece,
-never byte by byte.
+Sending has two stages, the data register and the shift register. A byte may be written as soon as the one
+before has moved to the shift register (TXE). So an uninterrupted sender keeps the line busy, and an
+interrupted one leaves a gap. Runs of bytes without a gap are kept as one piece, never byte by byte.
 
 Receiving has one data register: a byte that completes while the one before has not been read is lost and
-counted (ORE), exactly as on the board; the stock firmware never reads, so all but the first are lost there
-too.
+counted (ORE), exactly as on the board. The stock firmware never reads, so all but the first byte are lost
+there too.
 
-Decision: the terminal follows the chip's bit rate, so text sent at a wrong rate stays readable here, where a
-real terminal at 115200 baud shows garbage. Whoever sets another rate says so in the trace. Sampling the wire
-at the terminal's rate would show the garbage, but no hint of its cause.
+Decision: the terminal follows the chip's bit rate, so text sent at a wrong rate stays readable here, although
+a real terminal at 115200 baud shows garbage. The trace records another rate. Sampling the wire at the
+terminal's rate was rejected: it would show the garbage, but no hint of its cause.
 """
 
 from __future__ import annotations
@@ -30,12 +29,12 @@ _KEPT = 16 << 20  # bytes of terminal text kept in memory; older ones are droppe
 
 
 def divider(kernel_clock_hz: int, baud: int) -> int:
-    """The BRR value for oversampling by 16: clock over baud, rounded to the nearest (RM0368 19.3.4)."""
+    """Return the BRR value for oversampling by 16: clock over baud, rounded to the nearest (RM0368 19.3.4)."""
     return (kernel_clock_hz + baud // 2) // baud
 
 
 class _ByteRun:
-    """Frames on the wire without a gap. Each one's time is computed from the first one's, so none drifts."""
+    """Frames on the wire without a gap. Each frame's time is computed from the first one's, so none drifts."""
 
     __slots__ = ("connected", "done", "frame_ps", "start_ps", "waiting")
 
@@ -43,19 +42,19 @@ class _ByteRun:
         self.start_ps = start_ps
         self.frame_ps = frame_ps
         self.connected = connected
-        self.done = 0  # bytes that have arrived and are forgotten here
+        self.done = 0  # bytes that have arrived and are no longer kept
         self.waiting = bytearray()
 
     def count(self) -> int:
-        """All its frames so far."""
+        """Return the number of its frames so far."""
         return self.done + len(self.waiting)
 
     def time_ps(self, frames: int) -> int:
-        """The end of the ``frames``-th frame."""
+        """Return the end of the ``frames``-th frame."""
         return self.start_ps + frames * self.frame_ps.numerator // self.frame_ps.denominator
 
     def take(self, now_ps: int) -> bytearray:
-        """The bytes that have become complete by ``now_ps``."""
+        """Return and remove the bytes complete at ``now_ps``."""
         ticks = (now_ps - self.start_ps + 1) * self.frame_ps.denominator - 1
         ready = max(ticks // self.frame_ps.numerator - self.done, 0)
         arrived = self.waiting[:ready]
@@ -65,40 +64,40 @@ class _ByteRun:
 
 
 class Transceiver(Protocol):
-    """The USART of a chip that has its own registers and times; it calls ``open_run`` and ``carry``."""
+    """The USART of a chip with its own registers and times; it calls ``open_run`` and ``carry``."""
 
     def hand_over(self) -> None:
-        """Carry what has been sent and is not on the line yet."""
+        """Carry bytes that were sent and are not on the line yet."""
         ...
 
     def frame_ps(self) -> Fraction | None:
-        """The length of a frame as the chip has set it up; None while it has no bit clock."""
+        """Return the length of a frame as configured by the chip; None while it has no bit clock."""
         ...
 
     def frame_bits(self) -> Fraction:
-        """How many bits a frame has, start and stop bits included."""
+        """Return the number of bits in a frame, including start and stop bits."""
         ...
 
     def receive(self, value: int) -> bool:
-        """A byte has arrived; False: it is lost, because the one before was not read."""
+        """Receive a byte; return False if it is lost, because the one before was not read."""
         ...
 
     def line_idle(self) -> None:
-        """A frame's time has passed since the last byte."""
+        """Handle an idle line: a frame's time has passed since the last byte."""
         ...
 
 
 @dataclass
 class _Typed:
-    """Bytes of the terminal that follow one another on the wire, from ``start_ps`` on."""
+    """Consecutive bytes of the terminal on the wire, from ``start_ps`` on."""
 
     start_ps: int
     frame_ps: Fraction
     data: bytearray
-    arrived: int = 0  # bytes before ``data``
+    arrived: int = 0  # number of bytes before ``data``
 
     def arrives_ps(self, number: int) -> int:
-        """When byte ``number`` of ``data``, counted from 1, has been received."""
+        """Return when byte ``number`` of ``data``, counted from 1, has been received."""
         count = self.arrived + number
         return self.start_ps + count * self.frame_ps.numerator // self.frame_ps.denominator
 
@@ -129,13 +128,13 @@ class Uart:
         self._transceiver: Transceiver | None = None
 
     def frames_ps(self, count: int) -> int:
-        """Time of ``count`` frames on the wire; at the terminal's rate while the chip has none."""
+        """Return the time of ``count`` frames on the wire; at the terminal's rate while the chip has none."""
         frame_ps = self._present_frame_ps()
         return count * frame_ps.numerator // frame_ps.denominator
 
     @property
     def bit_rate(self) -> float:
-        """Bits per second as the chip has set them up; the terminal's rate while the chip has none."""
+        """Return the chip's bits per second; the terminal's rate while the chip has none."""
         chip = self._transceiver
         frame_ps = chip.frame_ps() if chip is not None else None
         if chip is None or frame_ps is None:
@@ -151,8 +150,8 @@ class Uart:
     def send(self, data: bytes, until_ps: int) -> int:
         """Write bytes to the data register, each as soon as it is empty, but none after ``until_ps``.
 
-        The sender is there from now until ``until_ps``. The first byte is always written (the caller has
-        waited for ``txe_ps``). Returns the number written.
+        The sender waits from now until ``until_ps``. The first byte is always written (the caller has waited
+        for ``txe_ps``). Returns the number written.
         """
         run = self._open_run()
         start_ps = self.idle_ps if run.count() else run.start_ps
@@ -167,7 +166,7 @@ class Uart:
         return count
 
     def received(self) -> bytearray:
-        """What has arrived at the terminal by now, of long runs the latest part. Not to be changed."""
+        """Return the bytes received by the terminal so far, of long runs the latest part. Do not change them."""
         self.catch_up()
         now_ps = self._clock.now_ps
         for run in self._on_wire:
@@ -183,12 +182,12 @@ class Uart:
         return self._text
 
     def received_count(self) -> int:
-        """How many bytes have arrived at the terminal by now, those no longer kept included."""
-        kept = len(self.received())  # which may drop some
+        """Return the number of bytes received by the terminal so far, including those no longer kept."""
+        kept = len(self.received())  # may drop some
         return self.dropped + kept
 
     def _open_run(self) -> _ByteRun:
-        """The run that the next frame belongs to: another one after a gap."""
+        """Return the run of the next frame: a new one after a gap."""
         if self._clock.now_ps > self.idle_ps:
             self._run = _ByteRun(self._clock.now_ps, self._frame_ps)
             self._on_wire.append(self._run)
@@ -197,21 +196,21 @@ class Uart:
     # -- a chip's own USART -----------------------------------------------------------------------------
 
     def connect(self, transceiver: Transceiver) -> None:
-        """From now on this is the line of a chip's USART."""
+        """Use this line for a chip's USART from now on."""
         self._transceiver = transceiver
 
     def catch_up(self) -> None:
-        """Everything that the chip has sent is on the line."""
+        """Put all bytes sent by the chip on the line."""
         if self._transceiver is not None:
             self._transceiver.hand_over()
 
     def open_run(self, start_ps: int, frame_ps: Fraction, *, connected: bool) -> None:
-        """The chip's next frames follow one another from ``start_ps`` on."""
+        """Start a run of the chip's next consecutive frames at ``start_ps``."""
         self._run = _ByteRun(start_ps, frame_ps, connected)
         self._on_wire.append(self._run)
 
     def carry(self, data: bytes, *, detailed: bool) -> None:
-        """The chip has sent bytes, after those of its run so far."""
+        """Append bytes sent by the chip to its present run."""
         run = self._run
         first = run.count()
         run.waiting += data
@@ -220,15 +219,15 @@ class Uart:
             self._trace.add_detail(TerminalBytes(run.time_ps(first), "tx", data))
 
     def replace_last(self, value: int) -> None:
-        """The byte carried last was overwritten before it left the data register."""
+        """Replace the byte carried last, which was overwritten before it left the data register."""
         self._run.waiting[-1] = value
 
     # -- receiving --------------------------------------------------------------------------------------
 
     def type(self, data: bytes) -> None:
-        """The terminal sends bytes, one frame after the other, from now on.
+        """Send bytes from the terminal, one frame after the other, from now on.
 
-        They wait as bytes and not as events, so that a text pasted at once costs its length.
+        They wait as bytes and not as events, so that pasting a long text stays cheap.
         """
         if not data:
             return
@@ -250,12 +249,12 @@ class Uart:
 
     @property
     def typing_left(self) -> int:
-        """How many typed bytes are still on their way to the board."""
+        """Return the number of typed bytes still on their way to the board."""
         return sum(len(typed.data) for typed in self._typed)
 
     @property
     def rxne(self) -> bool:
-        """Whether a received byte waits in the data register."""
+        """Return whether a received byte waits in the data register."""
         return self._rx_data is not None
 
     def read_data(self) -> int | None:
@@ -286,6 +285,6 @@ class Uart:
             self._trace.add(Fault(self._clock.now_ps, self.name, text))
 
     def _line_idle(self) -> None:
-        """A frame's time after the last stop bit: an idle frame, if nothing has begun meanwhile."""
+        """Report an idle frame: a frame's time after the last stop bit, if nothing has begun meanwhile."""
         if self._transceiver is not None and self._rx_line_free_ps < self._clock.now_ps:
             self._transceiver.line_idle()

@@ -1,1 +1,1 @@
-"""The processor that firmware in Python runs on: its core, its HAL and its timer."""
+"""The processor that runs firmware in Python: its core, its HAL and its timer."""

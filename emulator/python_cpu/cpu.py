@@ -1,12 +1,12 @@
-"""The processor the Python firmware runs on: blocking calls, preemption, and a way back to the caller.
+"""The processor for Python firmware: blocking calls, preemption, and a return to the caller at any time.
 
-Firmware is plain blocking code: ``main()`` never returns, and a HAL call comes back when its virtual time is
-over. It runs in a greenlet, so that a run can leave it anywhere (also in the middle of an interrupt
-handler) and go on there later. Interrupt handlers run on top of whatever waits, as on the chip.
+Firmware is plain blocking code: ``main()`` never returns, and a HAL call returns when its virtual time is
+over. It runs in a greenlet, so that a run can leave it anywhere (also in the middle of an interrupt handler)
+and continue there later. Interrupt handlers run on top of a waiting function, as on the chip.
 
-Decision: a greenlet. A thread per board would need locks, could not be dropped while it waits, and switches
-ten times slower; generators would put ``yield from`` before every HAL call of firmware that is to be
-read as C.
+Decision: Python firmware runs in a greenlet, not in a thread or a generator. A thread per board would need
+locks, could not be discarded while it waits, and switches ten times slower; generators would put ``yield
+from`` before every HAL call of firmware that should read like C.
 
 Only waiting costs virtual time; Python statements between two HAL calls take none.
 """
@@ -37,7 +37,7 @@ class Interrupt:
         self._pending = cpu.pending
 
     def set_pending(self) -> None:
-        """Make it pending; it is taken by the next wait, or at once by :meth:`PythonCpu.take_interrupts`."""
+        """Make it pending; the next wait takes it, or :meth:`PythonCpu.take_interrupts` at once."""
         pending = self._pending
         if not pending:
             pending.append(self)
@@ -63,7 +63,7 @@ class PythonCpu:
     def run_until_ps(self, at_ps: int) -> None:
         """Run up to and including ``at_ps``. Raises FirmwareError when the firmware itself fails.
 
-        All runs must be made in one thread, be it not the one that built the board; else InputError.
+        All runs must be in one thread, which may differ from the one that built the board; else InputError.
         """
         if self._context is None:
             self._context = greenlet(self._run_main)
@@ -84,17 +84,17 @@ class PythonCpu:
             self._context.switch()
         finally:
             pause.cancel()
-        self._clock.advance_to(at_ps)  # firmware that has returned leaves time to pass without it
+        self._clock.advance_to(at_ps)  # after the firmware has returned, time passes without it
 
     def close(self) -> None:
-        """Unwind the firmware: the garbage collector does not see a suspended stack."""
+        """Unwind the firmware, because the garbage collector does not visit a suspended stack."""
         if self._context and not self._context.dead:
-            with suppress(greenlet_error):  # it belongs to another thread, which is gone
-                self._context.parent = getcurrent()  # come back here, which may be inside another firmware
+            with suppress(greenlet_error):  # it belongs to a thread that has ended
+                self._context.parent = getcurrent()  # return here, which may be inside another firmware
                 self._context.throw()
 
     def snapshot(self) -> None:
-        """There is nothing to be kept of a processor without firmware. Raises InputError if there is one."""
+        """Do nothing for a processor without firmware. Raises InputError if there is firmware."""
         if self._main is not None:
             raise InputError(
                 "firmware in Python runs on a stack that cannot be copied, so this board has no snapshots; "
@@ -103,7 +103,7 @@ class PythonCpu:
             )
 
     def restore(self, state: None) -> None:
-        """Do nothing: calls change no state."""
+        """Do nothing: a processor without firmware has no state."""
 
     def _pause(self) -> None:
         assert self._caller is not None
@@ -114,7 +114,7 @@ class PythonCpu:
         try:
             self._main()
         except (InputError, NotJudgedError, MemoryError):
-            raise  # not the firmware's fault: the trace file is full, say
+            raise  # not the firmware's fault, for example a full trace file
         except Exception as error:
             raise FirmwareError(
                 f"the firmware failed at {self._clock.now_s:.6f} s: {type(error).__name__}: {error}"
@@ -124,10 +124,10 @@ class PythonCpu:
     def in_interrupt(self) -> bool:
         return self._active != _THREAD_PRIORITY
 
-    # -- what the firmware's HAL uses -------------------------------------------------------------------
+    # -- functions for the firmware's HAL ---------------------------------------------------------------
 
     def take_interrupts(self) -> None:
-        """Run pending handlers that are more urgent than what runs now."""
+        """Run pending handlers that are more urgent than the running code."""
         pending = self.pending
         while pending and pending[0].priority < self._active:
             interrupt = pending.pop(0)
@@ -147,7 +147,7 @@ class PythonCpu:
         clock.now_ps = max(clock.now_ps, at_ps)
 
     def wait_for(self, condition: Callable[[], bool], until_ps: int) -> None:
-        """Poll until an event has made ``condition()`` true, at the longest until ``until_ps``."""
+        """Poll until an event has made ``condition()`` true, at most until ``until_ps``."""
         clock = self._clock
         while not condition() and clock.now_ps < until_ps:
             self.wait_until(min(clock.next_ps, until_ps))

@@ -1,8 +1,8 @@
-"""The HAL calls the Python firmware runs on, with the behaviour of ST's STM32F4 HAL V1.6.0.
+"""The HAL calls of the Python firmware, with the behaviour of ST's STM32F4 HAL V1.6.0.
 
-That is the version the board's own firmware ships; later ones add one tick to
-``HAL_Delay``. Names and 8-bit device addresses are the HAL's. Every call takes the virtual time it takes on
-the board: bits on the I2C bus, frames on the serial line, ticks of the 1 ms SysTick.
+The board's own firmware has this version; later ones add one tick to ``HAL_Delay``. Names and 8-bit device
+addresses are the HAL's. Every call takes the same virtual time as on the board: bits on the I2C bus, frames
+on the serial line, ticks of the 1 ms SysTick.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ HAL_OK, HAL_ERROR, HAL_BUSY, HAL_TIMEOUT = range(4)
 
 
 class HostedApplication(Protocol):
-    """What the HAL calls in the firmware."""
+    """Functions of the firmware that the HAL calls."""
 
     def main(self) -> None:
-        """Runs from reset; never returns."""
+        """Run from reset; never return."""
         ...
 
     def HAL_TIM_PeriodElapsedCallback(self) -> None:
-        """Called from the timer's interrupt."""
+        """Handle the timer's interrupt."""
         ...
 
 
@@ -42,20 +42,17 @@ class HalGpio:
         self._gpio = gpio
 
     def HAL_GPIO_Init(self, port: str, pin: int) -> None:
-        """Make a pin a push-pull output."""
         self._gpio.init_output(port, pin)
 
     def HAL_GPIO_WritePin(self, port: str, pin: int, state: int) -> None:
-        """Drive a pin high or low."""
         self._gpio.write(port, pin, state)
 
     def HAL_GPIO_TogglePin(self, port: str, pin: int) -> None:
-        """Invert the level of a pin."""
         self._gpio.write(port, pin, 0 if self._gpio.level(port, pin) else 1)
 
 
 class VirtualHal(HalGpio):
-    """The HAL of one board."""
+    """The HAL of one board for Python firmware."""
 
     def __init__(
         self,
@@ -85,7 +82,7 @@ class VirtualHal(HalGpio):
     # -- time -------------------------------------------------------------------------------------------
 
     def HAL_GetTick(self) -> int:
-        """Milliseconds counted by SysTick since reset; it preempts everything and takes no time here."""
+        """Return the milliseconds counted by SysTick since reset; it preempts everything and takes no time here."""
         return self._clock.now_ps // PS_PER_MS
 
     def HAL_Delay(self, delay_ms: int) -> None:
@@ -97,7 +94,7 @@ class VirtualHal(HalGpio):
     def HAL_I2C_Mem_Read(self, dev_address: int, mem_address: int, size: int) -> tuple[int, bytes]:
         """Read ``size`` bytes from a device's register on; (status, data), no data unless HAL_OK.
 
-        A call from an interrupt while main() is in a transfer is HAL_BUSY, as the HAL's lock makes it.
+        A call from an interrupt during a transfer of main() returns HAL_BUSY, because of the HAL's lock.
         """
         if self._transferring:
             return HAL_BUSY, b""
@@ -107,14 +104,14 @@ class VirtualHal(HalGpio):
         except I2CError as error:
             return self._i2c_failed(error), b""
         end_ps = bus.end_ps
-        if clock.next_ps > end_ps:  # nothing happens meanwhile: the 800 Hz path
+        if clock.next_ps > end_ps:  # no event meanwhile: the 800 Hz path
             clock.now_ps = end_ps
         else:
             self._transfer()
         return HAL_OK, data
 
     def HAL_I2C_Mem_Write(self, dev_address: int, mem_address: int, data: bytes) -> int:
-        """Write bytes to a device's register on."""
+        """Write bytes to a device, starting at a register."""
         if self._transferring:
             return HAL_BUSY
         try:
@@ -125,7 +122,7 @@ class VirtualHal(HalGpio):
         return HAL_OK
 
     def _transfer(self) -> None:
-        """Let the transfer take its time; a handler that calls meanwhile finds the handle locked."""
+        """Let the transfer take its time; a handler's call meanwhile finds the handle locked."""
         self._transferring = True
         try:
             self._cpu.elapse(self._i2c.end_ps - self._clock.now_ps)
@@ -139,7 +136,7 @@ class VirtualHal(HalGpio):
     # -- serial line -----------------------------------------------------------------------------------------
 
     def HAL_UART_Transmit(self, data: bytes, timeout_ms: int) -> int:
-        """Send bytes and wait until the last has left; a call while another is sending is HAL_BUSY."""
+        """Send bytes and wait until the last has left; a call during another transmission returns HAL_BUSY."""
         if self._sending:
             return HAL_BUSY
         deadline_ps = (self.HAL_GetTick() + timeout_ms + 1) * PS_PER_MS
@@ -156,7 +153,7 @@ class VirtualHal(HalGpio):
         return HAL_OK
 
     def HAL_UART_Receive(self, size: int, timeout_ms: int) -> tuple[int, bytes]:
-        """Wait for ``size`` bytes; (HAL_TIMEOUT, what came) when they do not come in time."""
+        """Wait for ``size`` bytes; return (HAL_TIMEOUT, received bytes) if they do not come in time."""
         deadline_ps = (self.HAL_GetTick() + timeout_ms + 1) * PS_PER_MS
         received = bytearray()
         while len(received) < size:
@@ -170,14 +167,13 @@ class VirtualHal(HalGpio):
     # -- the timer ---------------------------------------------------------------------------------------
 
     def HAL_TIM_Base_Init(self, prescaler: int, period: int) -> None:
-        """Set up the timer of the callback."""
+        """Configure the timer of the callback."""
         self.timer.configure(prescaler, period)
 
     def HAL_TIM_Base_Start_IT(self) -> None:
         """Enable the timer's interrupt, then its counter, in the HAL's order.
 
-        The flag that ``HAL_TIM_Base_Init`` has left calls the callback in between: the first period begins
-        when that is over.
+        The flag set by ``HAL_TIM_Base_Init`` calls the callback in between; the first period begins after it.
         """
         self.timer.enable_interrupt()
         self._cpu.take_interrupts()

@@ -1,8 +1,8 @@
 """A timer of the chip as an interval timer with its update interrupt (RM0368 section 14: TIM9 to TIM11).
 
 Update ``k`` happens at ``k`` periods after the start, computed from ``k``, so nothing drifts. While the
-update flag waits for its handler, further updates change nothing but the count of lost ones. They are counted
-when the handler comes, not fired one by one: a timer set far too fast costs no more than its handlers.
+update flag waits for its handler, further updates only increase the count of lost ones. They are counted in
+the handler, not fired one by one: a timer with a far too short period costs no more than its handlers.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from fcu_emulator.emulator.trace import TickLate, TickLost, Trace
 
 
 class IntervalTimer:
-    """Counts ``input_hz / (PSC + 1)`` up to ARR and raises the update interrupt.
+    """Counter of ``input_hz / (PSC + 1)`` up to ARR, with the update interrupt.
 
     ``interrupt()`` is called whenever the update flag becomes set while the interrupt is enabled. A tick that
-    comes while the flag is still set is lost, as in hardware; one whose handler starts after its time is
+    comes while the flag is still set is lost, as in hardware; a tick whose handler starts after its time is
     late.
     """
 
@@ -62,7 +62,7 @@ class IntervalTimer:
 
     @property
     def longest_wait_s(self) -> float:
-        """The most that a handler was late."""
+        """Longest delay of a handler in seconds."""
         return self._longest_wait_ps / PS_PER_S
 
     def start(self) -> None:
@@ -76,7 +76,7 @@ class IntervalTimer:
         self._event = self._clock.schedule(self._origin_ps + self._num // self._den, self._update)
 
     def acknowledge(self) -> None:
-        """The interrupt handler clears the flag; accounts for how late it is, and for what was lost."""
+        """Clear the flag in the handler; count its delay and the lost ticks."""
         self._flag = False
         now_ps = self._clock.now_ps
         if now_ps > self._due_ps:

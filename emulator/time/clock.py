@@ -1,18 +1,18 @@
-"""Virtual time: how it is counted, what happens in it, and how people write it.
+"""Virtual time: its representation, its events, and the notation of durations.
 
 Time is an integer number of picoseconds since power-on. Events at the same time fire in the order in which
 they were scheduled. Periodic events compute the n-th time from n (see :class:`Periodic`), so nothing drifts:
-800 Hz is 800 events a virtual second after an hour as well. The clock never looks at the wall clock;
+800 Hz is still 800 events per virtual second after an hour. The clock never reads the wall clock;
 :mod:`fcu_emulator.emulator.links.runner` sleeps between events instead.
 
 On the command line and in scenario files a duration is a number with its unit.
 
-Decision: picoseconds. Nanoseconds would round the 11.9 ns cycle of the 84 MHz core by 8 %; counting core
-cycles would tie the board's time to one clock setting of one firmware. Picoseconds round a cycle by 0.004 %
-at most, and only once, because longer times are computed from counts.
+Decision: the unit of virtual time is the picosecond. Nanoseconds would round the 11.9 ns cycle of the 84 MHz
+core by 8 %; counting core cycles would tie the board's time to one clock setting of one firmware. Picoseconds
+round a cycle by 0.004 % at most, and only once, because longer times are computed from counts.
 
-Decision: a unit is required and a bare number is an error. A ``for = 50`` that one reader takes for seconds
-and the next for milliseconds cannot be found by looking at it.
+Decision: a duration must have a unit, because a bare ``for = 50`` may mean seconds or milliseconds, and the
+reader of the file cannot see which.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from typing import Any, Final, TypeAlias
 
 from fcu_emulator.emulator.text import shown
 
-# -- How it is counted --------------------------------------------------------------------------------------
+# -- representation -----------------------------------------------------------------------------------------
 
 
 PS_PER_S: Final = 10**12
@@ -36,15 +36,15 @@ NEVER_PS: Final = 1 << 62  # far beyond any run (53 days), and still one compari
 
 
 def to_ps(seconds: float) -> int:
-    """Seconds as picoseconds, rounded to the nearest."""
+    """Convert seconds to picoseconds, rounded to the nearest."""
     return round(seconds * PS_PER_S)
 
 
-# -- What happens in it -------------------------------------------------------------------------------------
+# -- events -------------------------------------------------------------------------------------------------
 
 
 _LAST: Final = 1 << 60  # added to an event's order
-_FEW: Final = 1_000  # entries of the queue among which cancelled ones do not matter
+_FEW: Final = 1_000  # number of queue entries below which cancelled ones may stay
 
 
 class Event:
@@ -56,12 +56,12 @@ class Event:
         self.action: Callable[[], None] | None = action
 
     def cancel(self) -> None:
-        """Never call the action; harmless when it has already happened once and for all."""
+        """Cancel the call; without effect if it has already happened for the last time."""
         self.action = None
 
 
 _Entry: TypeAlias = tuple[int, int, Event]
-"""When, its place among events of the same time, what."""
+"""Time, order among events of the same time, and the event."""
 
 
 class Clock:
@@ -69,9 +69,9 @@ class Clock:
 
     ``next_ps`` is the time of the earliest event still queued (``NEVER_PS`` if there is none).
 
-    Deferred calls are events that nobody has to stop for. They happen at their own time and in order with all
-    events, but are only carried out when the next event fires, when time has been advanced, or when somebody
-    who wants to see their effect calls ``settle()``. ``deferred_ps`` is the time of the earliest one.
+    Deferred calls are events for which a run need not stop. They have their own time and are ordered with all
+    events. They are executed later: when the next event fires, when time has been advanced, or when a reader
+    of their effects calls ``settle()``. ``deferred_ps`` is the time of the earliest one.
     """
 
     def __init__(self) -> None:
@@ -79,14 +79,14 @@ class Clock:
         self.next_ps: int = NEVER_PS
         self._queue: list[_Entry] = []
         self._front: _Entry | None = None
-        """The earliest event, if it was put in as such: a timer that repeats itself needs no heap."""
+        """The earliest event, if it was inserted as such: a repeating timer needs no heap."""
         self._order = 0
         self._purge_at = _FEW
         self.deferred_ps: int = NEVER_PS
         self._deferred: list[_Entry] = []
         self.before_firing: list[Callable[[int], None]] = []
-        """Called with the time until which all is about to be carried out: whoever keeps a deferred call of
-        its own that is due by then defers it now.
+        """Called with the time up to which events are about to be executed: the owner of a private deferred call
+        that is due by then defers it now.
         """
 
     @property
@@ -95,9 +95,9 @@ class Clock:
         return self.now_ps / PS_PER_S
 
     def schedule(self, at_ps: int, action: Callable[[], None], *, last: bool = False) -> Event:
-        """Call ``action()`` at ``at_ps``; a time already past means now, after what is due now.
+        """Call ``action()`` at ``at_ps``; if that time is past, now, after the events due now.
 
-        ``last`` puts it after everything else of the same time, also what is scheduled later.
+        ``last`` puts it after everything else of the same time, including events scheduled later.
         """
         event = Event(action)
         if len(self._queue) >= self._purge_at:
@@ -108,7 +108,7 @@ class Clock:
         return event
 
     def _purge(self) -> None:
-        """Drop cancelled events: one that is planned and cancelled all the time would fill the queue."""
+        """Remove cancelled events, so that repeated scheduling and cancelling does not fill the queue."""
         self._queue[:] = [entry for entry in self._queue if entry[2].action is not None]
         heapq.heapify(self._queue)
         self._purge_at = max(_FEW, 2 * len(self._queue))
@@ -134,7 +134,7 @@ class Clock:
         return event
 
     def settle(self) -> None:
-        """Carry out what was deferred until now, each at its time; then it is now again."""
+        """Run the deferred calls that are due, each at its own time, then restore ``now_ps``."""
         now_ps = self.now_ps
         for hand_over in self.before_firing:
             hand_over(now_ps)
@@ -145,7 +145,7 @@ class Clock:
         self.now_ps = now_ps
 
     def fire_next(self) -> None:
-        """Carry out the earliest event, or what was deferred until then. The queue must not be empty."""
+        """Execute the earliest event, or the deferred calls before it. The queue must not be empty."""
         if self.deferred_ps <= self.next_ps:
             at_ps, _, event = heapq.heappop(self._deferred)
             self.deferred_ps = self._deferred[0][0] if self._deferred else NEVER_PS
@@ -174,7 +174,7 @@ class Clock:
         """Fire everything due up to and including ``at_ps`` and stop there."""
         for hand_over in self.before_firing:
             hand_over(at_ps)
-        start_ps = self.now_ps  # what is late moves time back while it is carried out
+        start_ps = self.now_ps  # late calls move time back while they are executed
         while self.next_ps <= at_ps or self.deferred_ps <= at_ps:
             self.fire_next()
         self.now_ps = max(self.now_ps, start_ps, at_ps)
@@ -192,11 +192,11 @@ class Periodic:
         self._event = clock.schedule(self.time_ps(1), self._fire)
 
     def time_ps(self, count: int) -> int:
-        """The time of the ``count``-th call."""
+        """Return the time of the ``count``-th call."""
         return self._origin_ps + count * self._num // self._den
 
     def cancel(self) -> None:
-        """Cancel the calls that are left."""
+        """Cancel all remaining calls."""
         self._event.cancel()
 
     def _fire(self) -> None:
@@ -205,7 +205,7 @@ class Periodic:
         self._action()
 
 
-# -- How people write it ------------------------------------------------------------------------------------
+# -- notation -----------------------------------------------------------------------------------------------
 
 
 _PS_PER_UNIT = {
@@ -216,7 +216,7 @@ _PS_PER_UNIT = {
     "h": 3600 * PS_PER_S,
 }
 NUMBER: Final = (
-    r"[0-9]{1,9}(?:\.[0-9]{1,12})?"  # bounded: no number of a million digits reaches the arithmetic
+    r"[0-9]{1,9}(?:\.[0-9]{1,12})?"  # limited: a number of a million digits never reaches the arithmetic
 )
 DURATION: Final = rf"({NUMBER}) ?({'|'.join(_PS_PER_UNIT)})"
 _HELP = 'give a number and a unit (us, ms, s, min, h), such as "50ms" or "1.5s"'
@@ -224,7 +224,7 @@ _LONGEST_PS = 1_000_000 * PS_PER_S  # eleven days of virtual time
 
 
 def parse_duration(value: Any) -> int:
-    """A duration in ps; the ValueError's text says what is wrong and what would be right."""
+    """Return a duration in ps. The text of the ValueError states the error and the correct form."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         raise ValueError(f"is the bare number {shown(value)}; {_HELP} in quotes")
     match = re.fullmatch(DURATION, value) if isinstance(value, str) else None
@@ -239,7 +239,7 @@ def parse_duration(value: Any) -> int:
 
 
 def format_duration(duration_ps: int) -> str:
-    """A duration as it stands in a file, exact to a picosecond."""
+    """Return a duration in the notation of files, exact to a picosecond."""
     for unit in ("min", "s", "ms"):
         if duration_ps and duration_ps % _PS_PER_UNIT[unit] == 0:
             return f"{duration_ps // _PS_PER_UNIT[unit]}{unit}"
@@ -247,5 +247,5 @@ def format_duration(duration_ps: int) -> str:
 
 
 def seconds(at_ps: int) -> str:
-    """A time as messages show it."""
+    """Return a time in the notation of messages."""
     return f"{at_ps / PS_PER_S:.6g} s"

@@ -1,4 +1,4 @@
-"""How a timer's interrupt did: what firmware in Python and the chip both count."""
+"""Statistics of a timer's interrupt, counted by firmware in Python and by the chip."""
 
 from __future__ import annotations
 
@@ -6,31 +6,31 @@ from typing import Protocol
 
 
 class TickCounts(Protocol):
-    """How a timer's interrupt did."""
+    """Statistics of a timer's interrupt."""
 
     @property
     def name(self) -> str:
-        """As the reference manual calls the timer."""
+        """Name of the timer in the reference manual."""
         ...
 
     @property
     def ticks(self) -> int:
-        """Updates while the interrupt was enabled."""
+        """Number of updates while the interrupt was enabled."""
         ...
 
     @property
     def late(self) -> int:
-        """Ticks whose handler did not come at once."""
+        """Number of ticks whose handler did not start at once."""
         ...
 
     @property
     def lost(self) -> int:
-        """Ticks that came while the one before waited for its handler."""
+        """Number of ticks that came while the previous one waited for its handler."""
         ...
 
     @property
     def longest_wait_s(self) -> float:
-        """The most that a handler was late."""
+        """Longest delay of a handler in seconds."""
         ...
 
     @property

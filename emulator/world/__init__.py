@@ -1,6 +1,6 @@
 """The physical world around the board: one truth that drives all sensors.
 
-Everything is a pure, vectorised function of virtual time in float seconds; nothing here knows of sensors or
+Everything is a pure, vectorised function of virtual time in float seconds, independent of sensors and
 firmware.
 
 Frames and signs
@@ -10,13 +10,13 @@ Frames and signs
 
 North
     The attitude's yaw is measured from the frame's north. A compass shows magnetic north, the direction of
-    the horizontal part of the Earth's field; so does the lab, and so every printed yaw is compared with the
-    yaw from magnetic north (`World.compass_deg`). The default field has no east part, and ``earth_field(...,
-    north="magnetic")``, the default, turns a place's field so that it has none: the two norths are then one.
-    A field with an east part (``north="true"``, or given so) puts magnetic north beside the frame's, which is
-    then the geographic one.
+    the horizontal part of the Earth's field, and so does the lab. Every printed yaw is therefore compared with
+    the yaw from magnetic north (`World.compass_deg`). The default field has no east part, and
+    ``earth_field(..., north="magnetic")``, the default, removes the east part of a place's field by turning
+    it: both norths are then the same. With an east part (``north="true"``, or given explicitly), magnetic
+    north differs from the frame's, which is then the geographic one.
 
-Units are in the names. What a user gives as a magnetic field is NED microtesla (north, east, down).
+Units are in the names. Users give a magnetic field in NED microtesla (north, east, down).
 """
 
 from fcu_emulator.emulator.world.magnetism import earth_field

@@ -1,14 +1,14 @@
-"""What moves the air's pressure beside height: the weather, wind, a door.
+"""Changes of the air's pressure other than by height: the weather, wind, a door.
 
-A barometer cannot tell any of it from height: 0.12 hPa are a metre. The weather drifts: a front changes the
+A barometer cannot distinguish them from height: 0.12 hPa are a metre. The weather drifts: a front changes the
 pressure by some hPa in an hour. Wind of speed v presses on a window by up to rho v^2 / 2 (Bernoulli), 0.15
-hPa at 5 m/s, and comes in gusts. A door that is shut pushes air into the room, which leaves it within a
-second.
+hPa at 5 m/s, and comes in gusts. Shutting a door pushes air into the room, which leaves it within a second.
 
-Decisions: gusts are a sum of lines from 0.05 to 1 Hz whose amplitude falls with their frequency, as that of
-a first-order Gauss-Markov process does, by which Sabatini and Genovese describe the short-term environment
-of a barometric altimeter (Sensors 13, 2013); they swing by half of the wind's pressure about nothing, RMS a
-quarter, and have always the same phases. How hard a door pushes has no source: 0.1 hPa are an assumption.
+Decisions: gusts are a sum of sinusoids from 0.05 to 1 Hz whose amplitude falls with their frequency. A
+first-order Gauss-Markov process has the same spectrum; Sabatini and Genovese describe the short-term
+environment of a barometric altimeter by it (Sensors 13, 2013). They swing by half of the wind's pressure
+about zero, RMS a quarter, and always have the same phases. The push of a door has no source: 0.1 hPa are an
+assumption.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ DOOR_HPA = 0.1
 
 _AIR_KG_M3 = 1.2
 _PA_PER_HPA = 100.0
-_DOOR_S = 0.15  # after which the push is strongest
-DOOR_LASTS_S = 15 * _DOOR_S  # then 1e-5 of it is left
+_DOOR_S = 0.15  # time of the strongest push
+DOOR_LASTS_S = 15 * _DOOR_S  # then 1e-5 of it remains
 _GUST_HZ = np.geomspace(0.05, 1.0, 12)
 _GUST_SHARES = 1.0 / _GUST_HZ / np.sqrt((1.0 / _GUST_HZ**2).sum() / 2.0)  # of each line; RMS of all: 1
 _GUST_PHASES = 2.0 * np.pi * (np.arange(1.0, 13.0) * 0.6180339887498949 % 1.0)
-_GUST_ENDS_S = 1.0  # in which a wind begins, and in which it ends
+_GUST_ENDS_S = 1.0  # duration of a wind's beginning and end
 
 
 @dataclass(frozen=True)
@@ -50,13 +50,13 @@ class Drift:
 
 
 class PressureDisturbance(Protocol):
-    """Pressure that is added for a time; ``pace_s``: in how many seconds it gets from one rest to another."""
+    """Pressure added for a time; ``pace_s``: seconds from one rest to another."""
 
     @property
     def pace_s(self) -> float: ...
 
     def value(self, t_s: Array) -> Array:
-        """In hPa, (N, 1)."""
+        """Return the pressure in hPa, (N, 1)."""
         ...
 
 
@@ -70,7 +70,6 @@ class Wind:
     pace_s = 0.5 / _GUST_HZ[-1]
 
     def value(self, t_s: Array) -> Array:
-        """In hPa, (N, 1)."""
         angle = 2.0 * np.pi * (t_s - self.start_s)[:, np.newaxis] * _GUST_HZ + _GUST_PHASES
         gusts = np.cos(angle) @ _GUST_SHARES
         rms_hpa = 0.25 * 0.5 * _AIR_KG_M3 * self.speed_m_s**2 / _PA_PER_HPA
@@ -83,14 +82,13 @@ class Wind:
 
 @dataclass(frozen=True)
 class SlammedDoor:
-    """A door that is shut at ``start_s``: a push that is strongest soon and is gone within a second."""
+    """A door shut at ``start_s``: a push that is soon strongest and ends within a second."""
 
     start_s: float
     push_hpa: float
     pace_s = _DOOR_S
 
     def value(self, t_s: Array) -> Array:
-        """In hPa, (N, 1)."""
         part = (t_s - self.start_s) / _DOOR_S
         push: Array = self.push_hpa * part * np.exp(1.0 - part)
         return push[:, np.newaxis]

@@ -1,24 +1,24 @@
 """Attitude: rotations and Euler angles, and the pieces of the attitude's track.
 
-A matrix R (N, 3, 3) maps board to world vectors. Euler angles (N, 3) are roll, pitch, yaw in degrees with
-R = Rz(yaw) Ry(pitch) Rx(roll). A rotation vector (N, 3) is axis times angle in radians.
-Source of the formulas: Diebel, "Representing Attitude" (2006), sections 5.4, 6.2 and 8.
+A matrix R (N, 3, 3) maps board to world vectors. Euler angles (N, 3) are roll, pitch, yaw in degrees with R =
+Rz(yaw) Ry(pitch) Rx(roll). A rotation vector (N, 3) is axis times angle in radians. Source of the formulas:
+Diebel, "Representing Attitude" (2006), sections 5.4, 6.2 and 8.
 
 Decision: a piece's angular rate is the analytic derivative of its own rotation, so that integrating the
-gyroscope returns the attitude; between pieces it jumps. Road not taken: differentiating numerically, which
-shows up as noise.
+gyroscope returns the attitude; between pieces it jumps. Numerical differentiation was rejected, because it
+appears as noise.
 
-Decision: the figure-of-eight by which a hand calibrates a compass is laid out along the magnetic field in
-force when it begins. Seen from the board the tip of the field's vector must touch both ends of all three
-axes, or the middle of minimum and maximum, which the lab's MagCalibration takes, is not the hard iron. Three
-twists about pairs of board axes do it: in each the tip draws Viviani's curve, a figure-of-eight on the
-sphere, and together the three pass all six ends exactly, for any field and starting attitude. Road not taken:
-a movement that does not know the field. To come within 2 mgauss of 480 from anywhere it must pass within 7
-degrees of every point of the sphere with each axis: some fifty turns, which no wrist makes in 20 seconds.
+Decision: the figure-of-eight for the calibration of a compass is planned along the magnetic field at its
+start. In board axes the tip of the field's vector must touch both ends of all three axes. Otherwise the
+middle of minimum and maximum, which the lab's MagCalibration uses, is not the hard iron. Three twists about
+pairs of board axes do it: in each the tip draws Viviani's curve, a figure-of-eight on the sphere. Together
+the three pass all six ends exactly, for any field and starting attitude. A movement independent of the field
+was rejected: to come within 2 mgauss of 480 from any attitude, it must pass within 7 degrees of every point
+of the sphere with each axis. That takes some fifty turns, impossible for a wrist in 20 seconds.
 
-Decision: beside it there is the figure that a hand draws, which does not know the field: two turns leave some
-20 mgauss of the hard iron in a field of 480, at most 32 by where it begins. How far a hand turns is an
-assumption: 150 deg of rolling (forearm and shoulder), 75 of nodding, 90 of turning about.
+Decision: a second figure-of-eight is drawn as by a hand, without knowledge of the field. Two turns leave some
+20 mgauss of the hard iron in a field of 480, at most 32, depending on the start. The angles of the hand are
+an assumption: 150 deg of rolling (forearm and shoulder), 75 of nodding, 90 of turning about.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ GIMBAL_LOCK_COSINE = 1e-9  # of the pitch; below it roll and yaw turn about the 
 
 
 def euler_to_matrix(euler_deg: Array) -> Array:
-    """(N, 3) degrees -> (N, 3, 3)."""
+    """Convert degrees (N, 3) to matrices (N, 3, 3)."""
     roll, pitch, yaw = np.radians(euler_deg).T
     sr, cr = np.sin(roll), np.cos(roll)
     sp, cp = np.sin(pitch), np.cos(pitch)
@@ -56,7 +56,7 @@ def euler_to_matrix(euler_deg: Array) -> Array:
 
 
 def matrix_to_euler(matrix: Array) -> Array:
-    """(N, 3, 3) -> (N, 3) degrees: pitch within +-90, roll and yaw within +-180; roll 0 in gimbal lock."""
+    """Convert (N, 3, 3) to degrees (N, 3): pitch within +-90, roll and yaw within +-180; roll 0 in gimbal lock."""
     cosine = np.hypot(matrix[:, 2, 1], matrix[:, 2, 2])
     locked = cosine < GIMBAL_LOCK_COSINE
     pitch = np.arctan2(-matrix[:, 2, 0], cosine)
@@ -71,7 +71,7 @@ def matrix_to_euler(matrix: Array) -> Array:
 
 
 def about(axis: Array, angle_rad: Array) -> Array:
-    """Rotation by ``angle_rad`` (N,) about unit ``axis`` (3,) or (N, 3) -> (N, 3, 3) (Rodrigues' formula)."""
+    """Return the rotation by ``angle_rad`` (N,) about unit ``axis`` (3,) or (N, 3); (N, 3, 3) (Rodrigues' formula)."""
     x, y, z = axis.T
     sine, cosine = np.sin(angle_rad), np.cos(angle_rad)
     versine = 1.0 - cosine
@@ -86,10 +86,11 @@ def about(axis: Array, angle_rad: Array) -> Array:
 
 
 def axis_and_angle(matrix: Array) -> tuple[Array, Array]:
-    """(N, 3, 3) -> unit axis (N, 3) and angle (N,) in 0..pi; at pi either sense, at 0 the axis X.
+    """Return unit axis (N, 3) and angle (N,) in 0..pi of (N, 3, 3); at pi either sense, at 0 the axis X.
 
-    The matrix 4 q q^T of the unit quaternion q is linear in R; its row with the largest diagonal is q without
-    cancellation (Shepperd's method), also at half a turn, where the usual arccos of the trace fails.
+    The matrix 4 q q^T of the unit quaternion q is linear in R. Its row with the largest diagonal gives q
+    without cancellation (Shepperd's method), also at half a turn, at which the usual arccos of the trace
+    fails.
     """
     products = np.empty((len(matrix), 4, 4))
     diagonal = np.einsum("nii->ni", matrix)
@@ -111,13 +112,14 @@ def axis_and_angle(matrix: Array) -> tuple[Array, Array]:
 
 
 def to_board(matrix: Array, vector: Array) -> Array:
-    """World ``vector`` (N, 3) in board axes, R^T v; a first axis of length 1 serves for all N."""
+    """Return the world ``vector`` (N, 3) in board axes, R^T v; a first axis of length 1 applies to all N."""
     seen: Array = np.einsum("nji,nj->ni", matrix, vector)
     return seen
 
 
 def euler_rates(euler: Array, euler_dot: Array, euler_ddot: Array) -> tuple[Array, Array]:
-    """Angular rate (N, 3) in board axes and its derivative, of Euler angles with two derivatives, all in rad.
+    """Return the angular rate (N, 3) in board axes and its derivative, from Euler angles with two derivatives,
+    in rad.
 
     Diebel 2006, section 8.2: Euler rates to body rates; the second is the first's derivative.
     """
@@ -141,32 +143,32 @@ def euler_rates(euler: Array, euler_dot: Array, euler_ddot: Array) -> tuple[Arra
 
 
 class Attitude(Protocol):
-    """A piece of attitude; every result's first axis is N, or 1 for one that does not move."""
+    """A piece of attitude; every result's first axis is N, or 1 if it does not move."""
 
     @property
     def pace_s(self) -> float:
-        """In how many seconds it gets from one rest to another, or turns a quarter; 0: it jumps."""
+        """Seconds from one rest to another, or for a quarter turn; 0: it jumps."""
         ...
 
     def rotation(self, t_s: Array, /) -> Array:
-        """Board to world, (N, 3, 3)."""
+        """Return the rotation from board to world, (N, 3, 3)."""
         ...
 
     def rate_dps(self, t_s: Array, /) -> Array:
-        """Angular rate in board axes, (N, 3) deg/s."""
+        """Return the angular rate in board axes, (N, 3) deg/s."""
         ...
 
     def acceleration_dps2(self, t_s: Array, /) -> Array:
-        """Angular acceleration in board axes, the rate's derivative, (N, 3) deg/s2."""
+        """Return the angular acceleration in board axes, the rate's derivative, (N, 3) deg/s2."""
         ...
 
     def euler_deg(self, t_s: Array, /) -> Array:
-        """Roll, pitch, yaw (N, 3), beyond +-180 where they were commanded so."""
+        """Return roll, pitch, yaw (N, 3), beyond +-180 if commanded so."""
         ...
 
 
 class Held:
-    """At rest at ``euler_deg`` (3,); the angles are kept as given, for a later sweep to start from."""
+    """At rest at ``euler_deg`` (3,); the angles are kept unchanged, as the start of a later sweep."""
 
     pace_s = math.inf
 
@@ -176,7 +178,7 @@ class Held:
         self._rate_dps = np.zeros((1, 3))
 
     def rotation(self, _t_s: Array, /) -> Array:
-        """Board to world, (1, 3, 3)."""
+        """Return the rotation from board to world, (1, 3, 3)."""
         return self._rotation
 
     def rate_dps(self, _t_s: Array, /) -> Array:
@@ -187,7 +189,7 @@ class Held:
         return self._rate_dps
 
     def euler_deg(self, _t_s: Array, /) -> Array:
-        """The angles as given, (1, 3)."""
+        """Return the unchanged angles, (1, 3)."""
         return self._euler_deg
 
 
@@ -206,24 +208,20 @@ class Turn:
 
     @classmethod
     def between(cls, start: Array, end: Array, profile: MotionProfile) -> Turn:
-        """The shortest arc between two rotations (3, 3)."""
+        """Return the shortest arc between two rotations (3, 3)."""
         axis, angle = axis_and_angle((start.T @ end)[np.newaxis])
         return cls(start, axis[0], float(angle[0]), profile)
 
     def rotation(self, t_s: Array) -> Array:
-        """Board to world, (N, 3, 3)."""
         return self.start @ about(self.axis, self.angle_rad * self.profile.progress(t_s))
 
     def rate_dps(self, t_s: Array) -> Array:
-        """Angular rate in board axes, (N, 3)."""
         return math.degrees(self.angle_rad) * self.profile.speed(t_s)[:, np.newaxis] * self.axis
 
     def acceleration_dps2(self, t_s: Array) -> Array:
-        """Angular acceleration in board axes, (N, 3)."""
         return math.degrees(self.angle_rad) * self.profile.acceleration(t_s)[:, np.newaxis] * self.axis
 
     def euler_deg(self, t_s: Array) -> Array:
-        """Roll, pitch, yaw (N, 3)."""
         return matrix_to_euler(self.rotation(t_s))
 
 
@@ -241,17 +239,15 @@ class Twist:
         return self.profile.duration_s / 4.0
 
     def rotation(self, t_s: Array) -> Array:
-        """Board to world, (N, 3, 3)."""
         angle = self._angle(t_s)
         return self.start @ about(self.first, angle) @ about(self.second, angle)
 
     def rate_dps(self, t_s: Array) -> Array:
-        """Angular rate in board axes, (N, 3): the first axis is itself turned about the second."""
+        """Return the angular rate in board axes, (N, 3): the first axis itself turns about the second."""
         axes = self.second + self._first(t_s)
         return 360.0 * self.profile.speed(t_s)[:, np.newaxis] * axes
 
     def acceleration_dps2(self, t_s: Array) -> Array:
-        """Angular acceleration in board axes, (N, 3)."""
         first = self._first(t_s)
         turning = 2.0 * np.pi * self.profile.speed(t_s)[:, np.newaxis] ** 2 * np.cross(first, self.second)
         faster = self.profile.acceleration(t_s)[:, np.newaxis] * (self.second + first)
@@ -259,11 +255,10 @@ class Twist:
         return both
 
     def euler_deg(self, t_s: Array) -> Array:
-        """Roll, pitch, yaw (N, 3)."""
         return matrix_to_euler(self.rotation(t_s))
 
     def _first(self, t_s: Array) -> Array:
-        """The first axis as the board, turned about the second, sees it, (N, 3)."""
+        """Return the first axis in board axes, turned about the second, (N, 3)."""
         return to_board(about(self.second, self._angle(t_s)), self.first[np.newaxis])
 
     def _angle(self, t_s: Array) -> Array:
@@ -280,28 +275,25 @@ class Sweep:
 
     @property
     def pace_s(self) -> float:
-        """All of it, or a quarter of a turn."""
+        """Duration of the sweep, or of a quarter turn."""
         return self.profile.duration_s / max(float(np.abs(self.change_deg).max()) / 90.0, 1.0)
 
     def rotation(self, t_s: Array) -> Array:
-        """Board to world, (N, 3, 3)."""
         return euler_to_matrix(self.euler_deg(t_s))
 
     def rate_dps(self, t_s: Array) -> Array:
-        """Angular rate in board axes, (N, 3)."""
         euler = np.radians(self.euler_deg(t_s))
         rate: Array = np.degrees(euler_rates(euler, self._euler_dot(t_s), np.zeros((1, 3)))[0])
         return rate
 
     def acceleration_dps2(self, t_s: Array) -> Array:
-        """Angular acceleration in board axes, (N, 3)."""
         euler = np.radians(self.euler_deg(t_s))
         euler_ddot = self.profile.acceleration(t_s)[:, np.newaxis] * np.radians(self.change_deg)
         faster: Array = np.degrees(euler_rates(euler, self._euler_dot(t_s), euler_ddot)[1])
         return faster
 
     def euler_deg(self, t_s: Array) -> Array:
-        """Roll, pitch, yaw (N, 3), unwrapped."""
+        """Return roll, pitch, yaw (N, 3), unwrapped."""
         return self.start_deg + self.profile.progress(t_s)[:, np.newaxis] * self.change_deg
 
     def _euler_dot(self, t_s: Array) -> Array:
@@ -315,11 +307,10 @@ class RecordedAttitude:
 
     row_s: Array  # (M,), strictly increasing
     row_deg: Array  # (M, 3)
-    start_s: float  # when its time 0 is
+    start_s: float  # time 0 of the recording
     pace_s = 0.0
 
     def rotation(self, t_s: Array) -> Array:
-        """Board to world, (N, 3, 3)."""
         t_s = t_s - self.start_s
         row, start, axis, angle = self._arcs(t_s)
         begin, end = self.row_s[row], self.row_s[row + 1]
@@ -327,7 +318,6 @@ class RecordedAttitude:
         return start @ about(axis, part * angle)
 
     def rate_dps(self, t_s: Array) -> Array:
-        """Angular rate in board axes, (N, 3)."""
         t_s = t_s - self.start_s
         row, _, axis, angle = self._arcs(t_s)
         speed = np.degrees(angle) / (self.row_s[row + 1] - self.row_s[row])
@@ -335,15 +325,14 @@ class RecordedAttitude:
         return np.where(moving, speed, 0.0)[:, np.newaxis] * axis
 
     def acceleration_dps2(self, _t_s: Array) -> Array:
-        """None, (1, 3): each arc has a constant rate, and the jumps between arcs are left out."""
+        """Return zeros, (1, 3): each arc has a constant rate, and the jumps between arcs are omitted."""
         return np.zeros((1, 3))
 
     def euler_deg(self, t_s: Array) -> Array:
-        """Roll, pitch, yaw (N, 3)."""
         return matrix_to_euler(self.rotation(t_s))
 
     def _arcs(self, t_s: Array) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], Array, Array, Array]:
-        """Row before each time (N,), its rotation (N, 3, 3), axis (N, 3) and angle (N,) to the next row."""
+        """Return the row before each time (N,), its rotation (N, 3, 3), axis (N, 3) and angle (N,) to the next row."""
         row = np.clip(np.searchsorted(self.row_s, t_s, side="right") - 1, 0, self.row_s.size - 2)
         used, of_time = np.unique(row, return_inverse=True)  # many samples share an arc
         start = euler_to_matrix(self.row_deg[used])
@@ -356,12 +345,12 @@ class RecordedAttitude:
 
 X, Y, Z = np.eye(3)
 EIGHTS = ((Z, Y), (Y, Z), (Z, X))  # with the field along X: lobes to +-Y, to +-Z, and from +X to -X
-APPROACH = 0.1  # the part of the time for reaching the field's direction, and again for coming back
+APPROACH = 0.1  # share of the time for reaching the field's direction, and again for returning
 
 
 @dataclass(frozen=True, eq=False)
 class WavedEight:
-    """Figures-of-eight as a hand draws them, from rotation ``start`` (3, 3) and back, ``turns`` times.
+    """Figures-of-eight drawn by a hand, from rotation ``start`` (3, 3) and back, ``turns`` times.
 
     The forearm rolls to and fro once while the board nods twice, and the body turns half as fast.
     """
@@ -372,29 +361,25 @@ class WavedEight:
 
     @property
     def pace_s(self) -> float:
-        """Between two rests of the nodding, in the middle, where it is fastest."""
+        """Time between two rests of the nodding, in the middle, at the highest speed."""
         return self.profile.duration_s / (4.0 * self.turns) / 1.875
 
     def rotation(self, t_s: Array) -> Array:
-        """Board to world, (N, 3, 3)."""
         return self.start @ euler_to_matrix(np.degrees(self._euler(t_s)[0]))
 
     def rate_dps(self, t_s: Array) -> Array:
-        """Angular rate in board axes, (N, 3)."""
         rate: Array = np.degrees(euler_rates(*self._euler(t_s))[0])
         return rate
 
     def acceleration_dps2(self, t_s: Array) -> Array:
-        """Angular acceleration in board axes, (N, 3)."""
         faster: Array = np.degrees(euler_rates(*self._euler(t_s))[1])
         return faster
 
     def euler_deg(self, t_s: Array) -> Array:
-        """Roll, pitch, yaw (N, 3)."""
         return matrix_to_euler(self.rotation(t_s))
 
     def _euler(self, t_s: Array) -> tuple[Array, Array, Array]:
-        """Euler angles from the start, and two derivatives, (N, 3) in rad."""
+        """Return the Euler angles from the start, and two derivatives, (N, 3) in rad."""
         laws = self.profile.progress, self.profile.speed, self.profile.acceleration
         phase, phase_dot, phase_ddot = (
             2.0 * np.pi * self.turns * law(t_s)[:, np.newaxis] * WAVED_PACES for law in laws
@@ -410,7 +395,7 @@ WAVED_PACES = np.array((1.0, 2.0, 0.5))
 def figure_eights(
     start_s: float, duration_s: float, turns: int, start: Array, field: Array
 ) -> list[tuple[float, Attitude]]:
-    """Pieces (start in s, piece) from rotation ``start`` (3, 3) and back, in the NWU ``field`` (3,)."""
+    """Return pieces (start in s, piece) from rotation ``start`` (3, 3) and back, in the NWU ``field`` (3,)."""
     aligned = _align(start, field)
     approach_s = APPROACH * duration_s
     eight_s = (duration_s - 2.0 * approach_s) / (turns * len(EIGHTS))
@@ -427,7 +412,7 @@ def figure_eights(
 
 
 def _align(start: Array, field: Array) -> Array:
-    """``start`` turned by the shortest arc so that board X lies along ``field``; no field: as it is."""
+    """Return ``start`` turned by the shortest arc so that board X lies along ``field``; unchanged without a field."""
     strength = np.linalg.norm(field)
     if strength == 0.0:
         return start

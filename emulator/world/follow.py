@@ -1,24 +1,24 @@
-"""A hand that is followed: pieces of the tracks of attitude and altitude towards a target that is given
-anew all the time, as by a mouse 60 times a second.
+"""Following a hand: pieces of the tracks of attitude and altitude towards a target that changes all the time, as
+with a mouse at 60 commands per second.
 
-The deviation x from the target obeys (d/dt + w)^3 x = 0, three equal poles: x = (a + b t + c t^2) exp(-w
-t), critically damped, with a, b, c from deviation, rate and acceleration at the moment of the command. So
-rate and acceleration are continuous over all commands, only the jerk steps, and each command is one closed
-form: no stepping, and the same truth however often one looks.
+The deviation x from the target obeys (d/dt + w)^3 x = 0, three equal poles: x = (a + b t + c t^2) exp(-w t),
+critically damped, with a, b, c from deviation, rate and acceleration at the time of the command. So rate and
+acceleration are continuous over all commands, only the jerk steps. Each command is one closed form: there is
+no stepping, and the truth does not depend on the number of reads.
 
 A hand at a steady speed is followed at a distance of 3 / w in time. With w = 4 / time constant that is three
-quarters of the time constant; the last quarter is left for the time between two commands, so that the lag
-behind the hand itself stays below the time constant down to 40 commands a second at 0.1 s.
+quarters of the time constant. The last quarter is reserved for the time between two commands. The lag behind
+the hand itself thus stays below the time constant down to 40 commands per second at 0.1 s.
 
 Of an attitude, x is the rotation vector from the target to the board, in the target's axes: R = T exp(x). Its
 derivatives follow from the board's rate and angular acceleration through the right Jacobian of SO(3)
 (Chirikjian, "Stochastic Models, Information Theory, and Lie Groups" 2, 2012, section 10.3), which can be
 inverted for all rotations below a full turn; the shortest arc has half a turn at most.
 
-Decision: three poles. Two, the usual spring and damper, would be simpler, but the acceleration would step
-with each command, and the accelerometer shows it. Road not taken as well: planning a minimum-jerk motion
-for each command, which begins from rest each time; at a steady 90 deg/s the true rate was between 6 and
-127.
+Decision: a followed board approaches its target with three equal poles, so that its acceleration is
+continuous. Two, the usual spring and damper, would be simpler, but the acceleration would step with each
+command, and the accelerometer shows it. Planning a minimum-jerk motion for each command was also rejected: it
+begins from rest each time, and at a steady 90 deg/s the true rate varied between 6 and 127.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from fcu_emulator.emulator.world.attitude import about, axis_and_angle, euler_to
 from fcu_emulator.emulator.world.track import Array
 
 POLES = 4.0  # w times the time constant
-SETTLED = 10.0  # time constants after which exp(-w t) is 4e-18: nothing is left in a float
+SETTLED = 10.0  # time constants after which exp(-w t) is 4e-18: negligible in a float
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,18 +46,18 @@ class Approach:
 
     @property
     def pace_s(self) -> float:
-        """Until nearly all of the way is done: (1 + wt + (wt)^2 / 2) exp(-wt) is 0.01."""
+        """Time until nearly all of the way is done: (1 + wt + (wt)^2 / 2) exp(-wt) is 0.01."""
         return 8.4 / self.w
 
     @classmethod
     def of(cls, start_s: float, time_constant_s: float, x: Array, x_dot: Array, x_ddot: Array) -> Approach:
-        """The approach that begins at ``start_s`` with this deviation and its two derivatives."""
+        """Return the approach that begins at ``start_s`` with this deviation and its two derivatives."""
         w = POLES / time_constant_s
         b = x_dot + w * x
         return cls(start_s, w, x, b, 0.5 * (x_ddot - w * w * x + 2.0 * w * b))
 
     def derivatives(self, t_s: Array) -> tuple[Array, Array, Array]:
-        """Deviation, its first and its second derivative, each (N, 3) or (N, 1)."""
+        """Return the deviation, its first and its second derivative, each (N, 3) or (N, 1)."""
         t = (t_s - self.start_s)[:, np.newaxis]
         decay = np.exp(-self.w * t)
         x = (self.a + (self.b + self.c * t) * t) * decay
@@ -72,37 +72,34 @@ class Approach:
 
 @dataclass(frozen=True, eq=False)
 class FollowedHeight:
-    """An altitude on its way to ``target_m``."""
+    """An altitude that approaches ``target_m``."""
 
     target_m: float
     approach: Approach
 
     @property
     def pace_s(self) -> float:
-        """Until nearly all of the way is done."""
+        """Time until nearly all of the way is done."""
         return self.approach.pace_s
 
     @classmethod
     def begin(
         cls, start_s: float, time_constant_s: float, target_m: float, state: tuple[float, float, float]
     ) -> FollowedHeight:
-        """From position, speed and acceleration ``state`` at ``start_s``."""
+        """Start at ``start_s`` from position, speed and acceleration ``state``."""
         position, speed, acceleration = (np.array([value]) for value in state)
         approach = Approach.of(start_s, time_constant_s, position - target_m, speed, acceleration)
         return cls(target_m, approach)
 
     def position_m(self, t_s: Array, /) -> Array:
-        """Metres above the room's floor, (N,)."""
         height: Array = self.target_m + self.approach.derivatives(t_s)[0][:, 0]
         return height
 
     def speed_m_s(self, t_s: Array, /) -> Array:
-        """Return the upward speed in m/s, shape (N,)."""
         speed: Array = self.approach.derivatives(t_s)[1][:, 0]
         return speed
 
     def acceleration_m_s2(self, t_s: Array, /) -> Array:
-        """Return the upward acceleration in m/s2, shape (N,)."""
         acceleration: Array = self.approach.derivatives(t_s)[2][:, 0]
         return acceleration
 
@@ -112,14 +109,13 @@ class FollowedHeight:
 
 @dataclass(frozen=True, eq=False)
 class FollowedAttitude:
-    """An attitude on its way to ``target`` (3, 3)."""
+    """An attitude that approaches ``target`` (3, 3)."""
 
     target: Array
     approach: Approach
 
     @property
     def pace_s(self) -> float:
-        """Until nearly all of the way is done."""
         return self.approach.pace_s
 
     @classmethod
@@ -132,7 +128,7 @@ class FollowedAttitude:
         rate: Array,
         acceleration: Array,
     ) -> FollowedAttitude:
-        """From ``rotation`` (3, 3), rate (rad/s) and angular acceleration (rad/s2), board axes (3,)."""
+        """Start from ``rotation`` (3, 3), rate (rad/s) and angular acceleration (rad/s2), board axes (3,)."""
         target = euler_to_matrix(target_deg[np.newaxis])[0]
         axis, angle = axis_and_angle((target.T @ rotation)[np.newaxis])
         x = axis * angle[:, np.newaxis]
@@ -142,7 +138,6 @@ class FollowedAttitude:
         return cls(target, Approach.of(start_s, time_constant_s, x[0], x_dot, x_ddot))
 
     def rotation(self, t_s: Array, /) -> Array:
-        """Board to world, (N, 3, 3)."""
         x = self.approach.derivatives(t_s)[0]
         angle = np.sqrt((x * x).sum(axis=1))
         axis = x / np.where(angle == 0.0, 1.0, angle)[:, np.newaxis]
@@ -150,28 +145,25 @@ class FollowedAttitude:
         return turned
 
     def rate_dps(self, t_s: Array, /) -> Array:
-        """Angular rate in board axes, (N, 3) deg/s."""
         x, x_dot, _ = self.approach.derivatives(t_s)
         rate: Array = np.degrees(np.einsum("nij,nj->ni", jacobian(x), x_dot))
         return rate
 
     def acceleration_dps2(self, t_s: Array, /) -> Array:
-        """Angular acceleration in board axes, (N, 3) deg/s2."""
         x, x_dot, x_ddot = self.approach.derivatives(t_s)
         turned: Array = np.einsum("nij,nj->ni", jacobian(x), x_ddot) + turned_on(x, x_dot)
         degrees: Array = np.degrees(turned)
         return degrees
 
     def euler_deg(self, t_s: Array, /) -> Array:
-        """Roll, pitch, yaw (N, 3)."""
         return matrix_to_euler(self.rotation(t_s))
 
 
-SMALL = 0.05  # rad; below it the series are exact to 1e-13, above it the quotients lose no digits that matter
+SMALL = 0.05  # rad; below it the series are exact to 1e-13, above it the quotients lose no significant digits
 
 
 def jacobian(x: Array) -> Array:
-    """J with rate = J(x) dx/dt: 1 - A [x] + B [x]^2 for rotation vectors x (N, 3); (N, 3, 3)."""
+    """Return J with rate = J(x) dx/dt: 1 - A [x] + B [x]^2 for rotation vectors x (N, 3); (N, 3, 3)."""
     cross = _cross(x)
     a, b, _, _ = _coefficients(x)
     jacobian: Array = np.eye(3) - a * cross + b * (cross @ cross)
@@ -179,7 +171,7 @@ def jacobian(x: Array) -> Array:
 
 
 def turned_on(x: Array, v: Array) -> Array:
-    """The angular acceleration that a constant dx/dt = v has, (N, 3): (dJ/dt) v."""
+    """Return the angular acceleration of a constant dx/dt = v, (N, 3): (dJ/dt) v."""
     _, b, a_slope, b_slope = (one[:, 0] for one in _coefficients(x))
     along = (x * v).sum(axis=1, keepdims=True)
     sideways = np.cross(x, v)
@@ -188,7 +180,7 @@ def turned_on(x: Array, v: Array) -> Array:
 
 
 def _coefficients(x: Array) -> tuple[Array, Array, Array, Array]:
-    """A = (1 - cos r) / r^2, B = (r - sin r) / r^3 with r = |x|, and dA/dr / r, dB/dr / r; each (N, 1, 1)."""
+    """Return A = (1 - cos r) / r^2, B = (r - sin r) / r^3 with r = |x|, and dA/dr / r, dB/dr / r; each (N, 1, 1)."""
     square = (x * x).sum(axis=1)[:, np.newaxis, np.newaxis]
     angle = np.sqrt(square)
     small = angle < SMALL
@@ -206,7 +198,7 @@ def _coefficients(x: Array) -> tuple[Array, Array, Array, Array]:
 
 
 def _cross(x: Array) -> Array:
-    """The matrices [x] with [x] v = x cross v, (N, 3, 3)."""
+    """Return the matrices [x] with [x] v = x cross v, (N, 3, 3)."""
     cross = np.zeros((len(x), 3, 3))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         cross[:, j, i], cross[:, i, j] = x[:, k], -x[:, k]

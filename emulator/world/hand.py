@@ -1,22 +1,23 @@
 """A hand that holds the board: the wrist about which it turns, and its tremor.
 
 A board that turns about a point beside it is also carried along. With r from the wrist to the board, and w
-the angular rate in rad/s, it has the acceleration dw/dt x r + w x (w x r), tangential and centripetal, which
-an accelerometer cannot tell from gravity. The tracks of the world (:mod:`fcu_emulator.emulator.world.track`) say how a
-steady hand turns the board, and how high the hand is; a grip adds the tremor and the arm.
+the angular rate in rad/s, its acceleration is dw/dt x r + w x (w x r), tangential and centripetal. An
+accelerometer cannot distinguish it from gravity. The tracks of the world
+(:mod:`fcu_emulator.emulator.world.track`) give the turning by a steady hand, and the hand's height; a grip
+adds the tremor and the arm.
 
 A tremor turns the hand to and fro about the wrist. It is the sum of four sinusoids whose frequencies are
-spread over 2.5 Hz, so that it swells and fades as a measured one does. Its strength is the peak acceleration
-in mg, thousandths of standard gravity, of the single sinusoid that has the same mean square, at the back of
-the hand, where tremor is measured. Among 97 healthy subjects, who had 1.5 to 35 mg, 10 mg were the most
-frequent, and their frequencies varied by 2.5 Hz (Wade, Gresty and Findley, "A Normative Study of Postural
-Tremor of the Hand", Arch. Neurol. 39, 1982). The frequency lies between 6 and 12 Hz (Lakie et al.,
+spread over 2.5 Hz, so that it swells and fades as a measured one does. Its strength is a peak acceleration in
+mg, thousandths of standard gravity, at the back of the hand, the usual place of measurement. It is that of
+the single sinusoid with the same mean square. Among 97 healthy subjects, who had 1.5 to 35 mg, 10 mg were the
+most frequent, and their frequencies varied by 2.5 Hz (Wade, Gresty and Findley, "A Normative Study of
+Postural Tremor of the Hand", Arch. Neurol. 39, 1982). The frequency lies between 6 and 12 Hz (Lakie et al.,
 J. Physiol. 593, 2015).
 
 Decisions: the tremor bends the wrist, and turns the hand half as far about the two other axes, for which
-these sources have no figures. Its phases are always the same: what is drawn from a seed is the board, not
-the hand. Road not taken: a tremor of the acceleration alone, which the gyroscope would not see and from
-which no attitude follows.
+these sources have no figures. Its phases are always the same, because the seed selects the board, not the
+hand. A tremor of the acceleration alone was rejected, because the gyroscope would not measure it and no
+attitude follows from it.
 """
 
 from __future__ import annotations
@@ -30,17 +31,18 @@ from fcu_emulator.emulator.world.follow import jacobian, turned_on
 from fcu_emulator.emulator.world.track import Array, MinimumJerk
 
 WRIST_M = (0.0, -0.1, 0.0)
-"""Where the wrist is, in board axes, when a hand holds the board from behind: some 9 cm from the wrist to the
-knuckles (de Leva, J. Biomech. 29, 1996, table 4), and the board a little beyond them."""
+"""Position of the wrist, in board axes, when a hand holds the board from behind: some 9 cm from the wrist to the
+knuckles (de Leva, J. Biomech. 29, 1996, table 4), and the board slightly beyond them.
+"""
 TREMOR_MG = 10.0
 """Peak acceleration at the back of the hand, thousandths of standard gravity."""
 TREMOR_HZ = 8.0
 
 _KNUCKLES_M = 0.086  # from the wrist: the arm at which a tremor's acceleration is measured
 _SINUSOIDS = 4
-_SPREAD_HZ = 2.5  # over which their frequencies are spread
-_OTHER_AXES = 0.5  # the tremor's angle about each of these over that by which it bends the wrist
-_FADE_IN_S = 0.5  # in which a tremor begins: the board is taken without a jolt
+_SPREAD_HZ = 2.5  # range of their frequencies
+_OTHER_AXES = 0.5  # ratio of the tremor's angle about each of these to that of bending the wrist
+_FADE_IN_S = 0.5  # duration of a tremor's beginning: the board is taken without a jolt
 _GOLDEN = 0.6180339887498949  # multiples of it leave no two phases close together
 
 
@@ -49,7 +51,7 @@ class Tremor:
     """A small rotation of the board, whose vector is the sum of amplitude * cos(w (t - start) + phase).
 
     ``amplitude_rad`` (3,): of each sinusoid, about the board's axes; ``w_rad_s`` (sinusoids, 1) and
-    ``phase_rad`` (sinusoids, 3): of each. ``fade_in``: when it begins, and how.
+    ``phase_rad`` (sinusoids, 3): of each. ``fade_in``: its start and rise.
     """
 
     fade_in: MinimumJerk
@@ -59,10 +61,10 @@ class Tremor:
 
     @classmethod
     def of(cls, start_s: float, wrist_m: Array, peak_m_s2: float, frequency_hz: float) -> Tremor:
-        """The tremor of a hand from ``start_s`` on.
+        """Return the tremor of a hand from ``start_s`` on.
 
-        ``wrist_m`` (3,): where its wrist is, board axes; ``peak_m_s2``: peak acceleration at the back of the
-        hand; ``frequency_hz``: the mean frequency.
+        ``wrist_m`` (3,): position of its wrist, board axes; ``peak_m_s2``: peak acceleration at the back of
+        the hand; ``frequency_hz``: the mean frequency.
         """
         spread = (np.arange(_SINUSOIDS) + 0.5) / _SINUSOIDS - 0.5  # evenly between -0.5 and 0.5
         w_rad_s = 2.0 * np.pi * (frequency_hz + _SPREAD_HZ * spread)[:, np.newaxis]
@@ -81,7 +83,7 @@ class Tremor:
         return float(np.pi / self.w_rad_s.max())
 
     def derivatives(self, t_s: Array) -> tuple[Array, Array, Array]:
-        """The rotation vector in rad and its first two derivatives in time, each (N, 3)."""
+        """Return the rotation vector in rad and its first two derivatives in time, each (N, 3)."""
         angle = (t_s - self.fade_in.start_s)[:, np.newaxis, np.newaxis] * self.w_rad_s + self.phase_rad
         terms = self.amplitude_rad * np.cos(angle)
         x = terms.sum(axis=1)
@@ -104,8 +106,8 @@ class Tremor:
 class Grip:
     """A hand around the board, its wrist at ``wrist_m`` (3,), board axes.
 
-    ``taken_m``: how far the board was above the wrist when it was taken. Its altitude is the track's plus how
-    much farther above the wrist it is now (:meth:`rise_m`).
+    ``taken_m``: height of the board above the wrist when it was taken. The board's altitude is the track's
+    plus the increase of that height (:meth:`rise_m`).
     """
 
     wrist_m: Array
@@ -113,21 +115,21 @@ class Grip:
     taken_m: float
 
     def rotation(self, steady: Array, t_s: Array) -> Array:
-        """Board to world, (N, 3, 3); ``steady``: the same without tremor, (N, 3, 3) or (1, 3, 3)."""
+        """Return board to world, (N, 3, 3); ``steady``: the same without tremor, (N, 3, 3) or (1, 3, 3)."""
         if self.tremor is None:
             return steady
         turned: Array = steady @ _matrix(self.tremor.derivatives(t_s)[0])
         return turned
 
     def rate_dps(self, steady_dps: Array, t_s: Array) -> Array:
-        """Angular rate in board axes, (N, 3); ``steady_dps``: the same without tremor."""
+        """Return the angular rate in board axes, (N, 3); ``steady_dps``: the same without tremor."""
         if self.tremor is None:
             return steady_dps
         x, x_dot, _ = self.tremor.derivatives(t_s)
         return to_board(_matrix(x), steady_dps) + np.degrees(_rate_rad_s(x, x_dot))
 
     def carried_m_s2(self, steady_dps: Array, steady_dps2: Array, t_s: Array) -> Array:
-        """How turning about the wrist accelerates the board, in its axes, (N, 3) or (1, 3).
+        """Return the board's acceleration by turning about the wrist, in its axes, (N, 3) or (1, 3).
 
         ``steady_dps``, ``steady_dps2``: angular rate and acceleration without tremor, in the board's axes.
         """
@@ -146,23 +148,23 @@ class Grip:
         return carried
 
     def above_wrist_m(self, rotation: Array) -> Array:
-        """How far the board is above the wrist in these attitudes, board to world (N, 3, 3); (N,)."""
+        """Return the height of the board above the wrist in these attitudes, board to world (N, 3, 3); (N,)."""
         up = rotation[:, 2]  # of the world, in board axes
         above: Array = -(up @ self.wrist_m)
         return above
 
     def rise_m(self, rotation: Array) -> Array:
-        """How much farther above the wrist the board is than when it was taken; (N,)."""
+        """Return the increase of the board's height above the wrist since it was taken; (N,)."""
         return self.above_wrist_m(rotation) - self.taken_m
 
 
 def _matrix(x: Array) -> Array:
-    """The rotation matrices (N, 3, 3) of the rotation vectors x (N, 3)."""
+    """Return the rotation matrices (N, 3, 3) of the rotation vectors x (N, 3)."""
     angle = np.sqrt((x * x).sum(axis=1))
     return about(x / np.where(angle == 0.0, 1.0, angle)[:, np.newaxis], angle)
 
 
 def _rate_rad_s(x: Array, x_dot: Array) -> Array:
-    """The angular rate (N, 3) of a rotation vector x that changes, in the turned axes."""
+    """Return the angular rate (N, 3) of a changing rotation vector x, in the turned axes."""
     rate: Array = np.einsum("nij,nj->ni", jacobian(x), x_dot)
     return rate

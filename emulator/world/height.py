@@ -1,8 +1,8 @@
 """Motion up and down: the pieces of the altitude's track, and shaking.
 
 Each piece gives position and acceleration from one formula, the second being the exact second derivative of
-the first inside the piece. Where a motion is cut short by another one the board simply stops: the blow that
-this would take in reality is left out.
+the first inside the piece. If another motion cuts one short, the board simply stops: the real impact is
+omitted.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from fcu_emulator.emulator.world.track import Array, MinimumJerk
 
 
 class Height(Protocol):
-    """A piece of altitude; a result's length is N, or 1 for one that does not move."""
+    """A piece of altitude; a result's length is N, or 1 if it does not move."""
 
     @property
     def pace_s(self) -> float:
-        """In how many seconds it gets from one rest to another; 0: it jumps."""
+        """Seconds from one rest to another; 0: it jumps."""
         ...
 
     def position_m(self, t_s: Array, /) -> Array:
-        """Metres above the room's floor, (N,)."""
+        """Return the height above the room's floor in metres, (N,)."""
         ...
 
     def speed_m_s(self, t_s: Array, /) -> Array:
@@ -51,11 +51,9 @@ class RestSegment:
         return self._position
 
     def speed_m_s(self, _t_s: Array, /) -> Array:
-        """Return the upward speed in m/s, shape (N,) or (1,)."""
         return self._none
 
     def acceleration_m_s2(self, _t_s: Array, /) -> Array:
-        """Return the upward acceleration in m/s2, shape (N,) or (1,)."""
         return self._none
 
 
@@ -72,15 +70,12 @@ class Lift:
         return self.profile.duration_s
 
     def position_m(self, t_s: Array, /) -> Array:
-        """Metres above the room's floor, (N,)."""
         return self.from_m + self.metres * self.profile.progress(t_s)
 
     def speed_m_s(self, t_s: Array, /) -> Array:
-        """Return the upward speed in m/s, shape (N,) or (1,)."""
         return self.metres * self.profile.speed(t_s)
 
     def acceleration_m_s2(self, t_s: Array, /) -> Array:
-        """Return the upward acceleration in m/s2, shape (N,) or (1,)."""
         return self.metres * self.profile.acceleration(t_s)
 
 
@@ -95,16 +90,13 @@ class Parabola:
     pace_s = math.inf  # the acceleration does not change
 
     def position_m(self, t_s: Array, /) -> Array:
-        """Metres above the room's floor, (N,)."""
         elapsed = t_s - self.start_s
         return self.from_m + (self.speed + 0.5 * self.acceleration * elapsed) * elapsed
 
     def speed_m_s(self, t_s: Array, /) -> Array:
-        """Return the upward speed in m/s, shape (N,) or (1,)."""
         return self.speed + self.acceleration * (t_s - self.start_s)
 
     def acceleration_m_s2(self, _t_s: Array, /) -> Array:
-        """Return the upward acceleration in m/s2, shape (N,) or (1,)."""
         return np.array([self.acceleration])
 
 
@@ -113,7 +105,7 @@ class RecordedHeight:
     """Rows of a recording as one smooth motion, from rest before the first row to rest after the last.
 
     ``row_s`` (M,) strictly increases, ``row_m`` (M,) are metres above the room's floor, ``row_m_s2`` (M,) the
-    accelerations of :func:`accelerations`; ``start_s`` is when the recording's time 0 is.
+    accelerations of :func:`accelerations`; ``start_s`` is time 0 of the recording.
     """
 
     row_s: Array
@@ -123,7 +115,6 @@ class RecordedHeight:
     pace_s = 0.0
 
     def position_m(self, t_s: Array, /) -> Array:
-        """Metres above the room's floor, (N,)."""
         if self.row_s.size == 1:
             return self.row_m
         row, step_s, part = self._place(t_s)
@@ -134,7 +125,6 @@ class RecordedHeight:
         return line
 
     def speed_m_s(self, t_s: Array, /) -> Array:
-        """Return the upward speed in m/s, shape (N,) or (1,)."""
         if self.row_s.size == 1:
             return np.zeros(1)
         row, step_s, part = self._place(t_s)
@@ -147,7 +137,6 @@ class RecordedHeight:
         return speed
 
     def acceleration_m_s2(self, t_s: Array, /) -> Array:
-        """Return the upward acceleration in m/s2, shape (N,) or (1,)."""
         if self.row_s.size == 1:
             return self.row_m_s2
         row, _, part = self._place(t_s)
@@ -157,7 +146,7 @@ class RecordedHeight:
         return between
 
     def _place(self, t_s: Array) -> tuple[npt.NDArray[np.intp], Array, Array]:
-        """The row before each time, the step to the next one, and how much of it is over."""
+        """Return the row before each time, the step to the next one, and the completed share of it."""
         t_s = t_s - self.start_s
         row = np.clip(np.searchsorted(self.row_s, t_s, side="right") - 1, 0, self.row_s.size - 2)
         step_s = self.row_s[row + 1] - self.row_s[row]
@@ -168,14 +157,14 @@ _SWEEPS = 60
 
 
 def accelerations(row_s: Array, row_m: Array) -> Array:
-    """Accelerations (M,) in m/s2 at the rows (M,) of a motion that is at rest before and after them.
+    """Return the accelerations (M,) in m/s2 at the rows (M,) of a motion at rest before and after them.
 
-    Decision: the motion is the cubic spline through the rows that has no speed at either end: acceleration
-    changes linearly from row to row. Road not taken: straight lines between rows, which a barometer cannot
-    tell from this, and whose corners no accelerometer can feel.
+    Decision: a recorded altitude is the cubic spline through the rows without speed at both ends:
+    acceleration changes linearly from row to row. Straight lines between rows were rejected: a barometer
+    cannot distinguish them from the spline, and no accelerometer can measure their corners.
 
     The equations of the spline are diagonally dominant by a factor of two, so each sweep (Jacobi's) halves
-    what is still missing, whatever the rows; sixty leave nothing, in time proportional to the rows.
+    the remaining error, for any rows; sixty sweeps leave nothing, in time proportional to the rows.
     """
     if row_s.size == 1:
         return np.zeros(1)
@@ -205,12 +194,12 @@ class Shake:
     angular_rad_s: float
 
     def displacement_m(self, t_s: Array) -> Array:
-        """World frame, (N, 3)."""
+        """Return the displacement in the world frame, (N, 3)."""
         reach = self.amplitude_m_s2 / self.angular_rad_s**2
         return (reach * (1.0 - np.cos(self._phase(t_s))))[:, np.newaxis] * self.direction
 
     def acceleration_m_s2(self, t_s: Array) -> Array:
-        """World frame, (N, 3)."""
+        """Return the acceleration in the world frame, (N, 3)."""
         return (self.amplitude_m_s2 * np.cos(self._phase(t_s)))[:, np.newaxis] * self.direction
 
     def _phase(self, t_s: Array) -> Array:

@@ -1,8 +1,7 @@
-"""What the world accepts from a user: one range for each quantity, one message for all.
+"""The world's limits for user input: one range for each quantity, one message for all.
 
 The ranges are wide: they keep the physics defined (no root of a negative number, no overflow), and catch a
-wrong unit. What a sensor can measure is the sensor's business; a world beyond its range is a lesson, not an
-error.
+wrong unit. The sensors have their own ranges; a world beyond these is a lesson, not an error.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ class Range:
     unit: str
 
     def check(self, name: str, value: float) -> float:
-        """``value`` as a float, or an `InputError` that names it; not-a-number and infinity are outside."""
+        """Return ``value`` as a float, or raise an `InputError` naming it; nan and infinity are outside."""
         try:
             number = float(value)
         except (TypeError, ValueError, OverflowError):
@@ -57,7 +56,7 @@ DURATION = Range(1e-6, 1_000_000, "s")
 TIME_CONSTANT = Range(0.001, 100, "s")
 AMPLITUDE = Range(0, 1_000, "g")
 FREQUENCY = Range(0.01, 10_000, "Hz")
-CLIMB = Range(-500, 500, "m/s2")  # of a recorded altitude; noise, differentiated twice, is beyond
+CLIMB = Range(-500, 500, "m/s2")  # of a recorded altitude; noise, differentiated twice, exceeds it
 EXCURSION = Range(0, 100, "m")
 ARM = Range(-2, 2, "m")  # from a wrist, an elbow or a shoulder to the board
 TREMOR = Range(0, 1_000, "mg")
@@ -70,10 +69,10 @@ SPEED = Range(0.001, 1_000, "m/s")
 TURNS = Range(1, 1_000, "turns")
 LATITUDE = Range(-90, 90, "deg")
 LONGITUDE = Range(-180, 180, "deg")
-MODEL_ALTITUDE = Range(-1_000, 850_000, "m")  # the World Magnetic Model's own
+MODEL_ALTITUDE = Range(-1_000, 850_000, "m")  # range of the World Magnetic Model
 
 
 def attitude(roll_deg: float, pitch_deg: float, yaw_deg: float) -> npt.NDArray[np.float64]:
-    """Roll, pitch and yaw, checked, as an array (3,)."""
+    """Return roll, pitch and yaw, checked, as an array (3,)."""
     named = (("roll_deg", roll_deg), ("pitch_deg", pitch_deg), ("yaw_deg", yaw_deg))
     return np.array([ANGLE.check(name, angle) for name, angle in named])

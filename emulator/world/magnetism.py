@@ -1,4 +1,4 @@
-"""The Earth's field at a place, and magnets near the board: one that passes, one that a hand moves.
+"""The Earth's field at a place, and magnets near the board: one that passes, one moved by a hand.
 
 Units: a user gives NED microtesla; inside, fields are NWU milligauss (1 uT = 10 mgauss), the magnetometer's
 unit.
@@ -22,11 +22,11 @@ from fcu_emulator.emulator.world.track import Array
 MGAUSS_PER_UT = 10.0
 MU0_4PI = 1.0  # mgauss m3 / (A m2)
 MOMENT_AM2 = 0.3  # of a bar of neodymium as large as a fingernail
-FELT_MGAUSS = 0.1  # a magnet whose field is weaker is out of reach: 1/15 of the LIS2MDL's step
+FELT_MGAUSS = 0.1  # a magnet with a weaker field is out of reach: 1/15 of the LIS2MDL's step
 
 
 def ned_to_nwu_mgauss(north_ut: float, east_ut: float, down_ut: float) -> Array:
-    """NED microtesla, checked -> NWU milligauss (3,)."""
+    """Convert checked NED microtesla to NWU milligauss (3,)."""
     north = limits.FIELD.check("north_ut", north_ut)
     east = limits.FIELD.check("east_ut", east_ut)
     down = limits.FIELD.check("down_ut", down_ut)
@@ -40,11 +40,11 @@ def earth_field(
     date: dt.date,
     north: Literal["magnetic", "true"] = "magnetic",
 ) -> tuple[float, float, float]:
-    """The Earth's field (north, east, down) in uT by the World Magnetic Model 2025.
+    """Return the Earth's field (north, east, down) in uT by the World Magnetic Model 2025.
 
     Latitude and longitude are geodetic, the altitude is above the sea. ``north="magnetic"`` turns the field
-    so that its horizontal part lies on north, ``"true"`` keeps the declination. `InputError` for a value or
-    date out of range.
+    so that its horizontal part lies on north, ``"true"`` keeps the declination. Raises `InputError` for a
+    value or date out of range.
     """
     latitude = limits.LATITUDE.check("latitude_deg", latitude_deg)
     longitude = limits.LONGITUDE.check("longitude_deg", longitude_deg)
@@ -52,7 +52,7 @@ def earth_field(
     year = _decimal_year(date)
     if north not in ("magnetic", "true"):
         raise InputError(f'north is {north!r}: give "magnetic" or "true"', kind="choice")
-    from pygeomag import GeoMag  # a scenario that names a place needs it, nothing else does
+    from pygeomag import GeoMag  # only scenarios that name a place need it
 
     model = GeoMag(coefficients_file="wmm/WMM_2025.COF")
     first, last = model.life_span
@@ -88,18 +88,18 @@ class Magnet:
 
     @property
     def pace_s(self) -> float:
-        """How long it is as near as at its closest."""
+        """Time near the closest point."""
         return self.distance_m / self.speed_m_s
 
     @classmethod
     def starting_at(cls, start_s: float, moment_am2: float, distance_m: float, speed_m_s: float) -> Magnet:
-        """The pass that begins at ``start_s`` out of reach."""
+        """Return the pass that begins at ``start_s`` out of reach."""
         reach_m = (2.0 * MU0_4PI * abs(moment_am2) / FELT_MGAUSS) ** (1.0 / 3.0)
         half_line_m = math.sqrt(max(reach_m, 2.0 * distance_m) ** 2 - distance_m**2)
         return cls(start_s + half_line_m / speed_m_s, moment_am2, distance_m, speed_m_s)
 
     def value(self, t_s: Array, /) -> Array:
-        """Its field at the board, NWU (N, 3): (3 (m.r) r / r^2 - m) / r^3."""
+        """Return its field at the board, NWU (N, 3): (3 (m.r) r / r^2 - m) / r^3."""
         from_magnet = np.zeros((t_s.size, 3))
         from_magnet[:, 0] = self.speed_m_s * (self.closest_s - t_s)
         from_magnet[:, 1] = self.distance_m
@@ -108,9 +108,9 @@ class Magnet:
 
 @dataclass(frozen=True, eq=False)
 class HeldMagnet:
-    """A dipole that points west, on its way to ``place_m`` (3,) seen from the magnetometer, NWU.
+    """A dipole that points west and moves to ``place_m`` (3,), relative to the magnetometer, NWU.
 
-    Without an ``approach`` it lies there.
+    Without an ``approach`` it rests there.
     """
 
     moment_am2: float
@@ -118,21 +118,21 @@ class HeldMagnet:
     approach: Approach | None = None
 
     def moving(self, t_s: Array) -> tuple[Array, Array, Array]:
-        """Where it is, its speed and its acceleration, each (N, 3), or (1, 3) where it lies."""
+        """Return position, speed and acceleration, each (N, 3), or (1, 3) at rest."""
         if self.approach is None:
             return self.place_m[np.newaxis], np.zeros((1, 3)), np.zeros((1, 3))
         deviation, speed, acceleration = self.approach.derivatives(t_s)
         return self.place_m + deviation, speed, acceleration
 
     def value(self, t_s: Array, /) -> Array:
-        """Its field at the board, NWU (N, 3), or (1, 3) where it lies."""
+        """Return its field at the board, NWU (N, 3), or (1, 3) at rest."""
         return dipole_mgauss(self.moment_am2, -self.moving(t_s)[0])
 
 
 def dipole_mgauss(moment_am2: float, from_magnet_m: Array) -> Array:
-    """The field of a dipole that points west, at places (N, 3) m from it, NWU: (3 (m.r) r / r^2 - m) / r^3.
+    """Return the field of a dipole that points west, at (N, 3) m from it, NWU: (3 (m.r) r / r^2 - m) / r^3.
 
-    Nearer than the nearest distance that a user may give, 5 mm, is within the magnet: the field is that of
+    Within 5 mm, the smallest distance that a user may give, is the inside of the magnet: the field is that of
     5 mm in the same direction.
     """
     moment = np.array([0.0, moment_am2, 0.0])

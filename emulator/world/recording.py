@@ -1,18 +1,18 @@
-"""CSV recordings: measured signals, or an attitude to follow. Units stand in the header.
+"""CSV recordings: measured signals, or an attitude to follow, with units in the header.
 
-Two layouts, told apart by the header; columns may stand in any order, and each group may be left out whole::
+Two layouts, identified by the header; columns may have any order, and each group may be omitted as a whole::
 
     t_s, ax_g,ay_g,az_g, gx_dps,gy_dps,gz_dps, mx_uT,my_uT,mz_uT, p_hPa, temp_C     (board axes)
     t_s, roll_deg,pitch_deg,yaw_deg, alt_m                                          (world attitude)
 
-Time strictly increases, counted from the moment at which the replay starts. Between rows values are linear
-(attitude: the shortest arc at constant rate; altitude: smooth, since it is felt as acceleration); the first
-row holds before it, the last one after it.
+Time strictly increases, counted from the start of the replay. Between rows values are linear (attitude: the
+shortest arc at constant rate; altitude: smooth, since it is felt as acceleration); the first row holds before
+it, the last one after it.
 
-Decision: a strict reader of its own. csv.reader accepts quotes and lines that go on over others, float()
-accepts ``1_0`` and ``nan``, numpy.loadtxt skips lines and names them by a number of its own; a student needs
-"file:line: what". Bytes are read line by line into one flat array, so that neither an endless line nor a huge
-file takes memory.
+Decision: recordings have a separate, strict reader, because a student needs the file, the line and the error.
+Python's csv.reader accepts quotes and values over several lines, float() accepts ``1_0`` and ``nan``, and
+numpy.loadtxt skips lines and counts them differently. Bytes are read line by line into one flat array, so
+that neither an endless line nor a huge file takes memory.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from fcu_emulator.emulator.world.track import Array
 
 MAX_BYTES = 64 * 1024 * 1024
 MAX_ROWS = 2_000_000
-MAX_NUMBERS = 10_000_000  # 80 MB of doubles, and at most twice that again while they are sorted out
+MAX_NUMBERS = 10_000_000  # 80 MB of doubles, and at most twice that again while they are sorted
 MAX_LINE_BYTES = 4096
 
 MEASURED: dict[str, tuple[tuple[str, ...], Range]] = {
@@ -55,7 +55,7 @@ GROUPS = {**MEASURED, **FOLLOWED}
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Rows at ``t_s`` (M,) and the groups the file has, by name: (M, 3) or (M,).
+    """Rows at ``t_s`` (M,) and the groups of the file, by name: (M, 3) or (M,).
 
     acc in g, gyro in deg/s, mag in mgauss, pressure in hPa, temperature in degC; or attitude in degrees,
     altitude in metres above the room's floor.
@@ -67,7 +67,7 @@ class Recording:
 
     @cached_property
     def climb_m_s2(self) -> Array:
-        """Upward acceleration at the rows (M,) by the altitudes. `RecordingError` where it makes no sense."""
+        """Return the upward acceleration at the rows (M,) from the altitudes. Raises `RecordingError` if absurd."""
         climb = accelerations(self.t_s, self.groups["altitude"])
         bad = np.abs(climb) > limits.CLIMB.high
         if bad.any():
@@ -81,9 +81,9 @@ class Recording:
 
 @dataclass(frozen=True, eq=False)
 class Interpolation:
-    """A group's rows as a signal of the world: linear in between, the first and last one held.
+    """A group's rows as a signal of the world: linear in between, constant before the first and after the last.
 
-    The rows are the recording's own, ``start_s`` is when its time 0 is: many replays share one array.
+    The rows are the recording's own, so that many replays share one array; ``start_s`` is its time 0.
     """
 
     row_s: Array  # (M,), strictly increasing
@@ -91,7 +91,7 @@ class Interpolation:
     start_s: float
 
     def __call__(self, t_s: Array) -> Array:
-        """(N,) -> (N,) or (N, 3)."""
+        """Return the signal at (N,) as (N,) or (N, 3)."""
         t_s = t_s - self.start_s
         if self.values.ndim == 1:
             return np.interp(t_s, self.row_s, self.values)
@@ -124,7 +124,7 @@ def load_recording(path: str | PathLike[str], name: str = "") -> Recording:
 
 
 def _check_size(path: Path, file: str) -> None:
-    if path.exists() and not path.is_file():  # a pipe or a terminal would keep us waiting
+    if path.exists() and not path.is_file():  # a pipe or a terminal would block
         raise RecordingError(file, 0, "is not a regular file", kind="not_a_file")
     if path.stat().st_size > MAX_BYTES:
         raise RecordingError(
@@ -133,7 +133,7 @@ def _check_size(path: Path, file: str) -> None:
 
 
 def _lines(stream: BinaryIO, file: str) -> Iterator[bytes]:
-    """The file's lines, each within bounds."""
+    """Yield the file's lines, each of limited length."""
     number = 0
     while line := stream.readline(MAX_LINE_BYTES + 1):
         number += 1
@@ -145,7 +145,7 @@ def _lines(stream: BinaryIO, file: str) -> Iterator[bytes]:
 
 
 def _header(line: bytes, file: str) -> list[str]:
-    line = line.removeprefix(b"\xef\xbb\xbf")  # the mark that Excel puts in front of UTF-8
+    line = line.removeprefix(b"\xef\xbb\xbf")  # the byte order mark of Excel's UTF-8
     text = line.decode("ascii", errors="backslashreplace").strip()
     if not text:
         raise RecordingError(
@@ -193,7 +193,7 @@ def _check_groups(names: set[str], file: str) -> None:
 
 
 def _rows(lines: Iterator[bytes], names: list[str], file: str) -> Array:
-    """The table (M, len(names)); range and order are checked afterwards, for all rows at once."""
+    """Return the table (M, len(names)); range and order are checked afterwards, for all rows at once."""
     values = array("d")
     for number, line in enumerate(lines, start=2):
         if number - 1 > MAX_ROWS:
@@ -209,7 +209,7 @@ def _rows(lines: Iterator[bytes], names: list[str], file: str) -> Array:
             raise RecordingError(
                 file, number, f"has {len(cells)} cells where the header has {len(names)}", kind="cell_count"
             )
-        if b"_" in line:  # float() would take 1_0 for 10
+        if b"_" in line:  # float() would accept 1_0 as 10
             _refuse_number(cells, names, number, file)
         try:
             values.extend(map(float, cells))
@@ -229,7 +229,7 @@ def _refuse_number(cells: list[bytes], names: list[str], number: int, file: str)
 
 
 def _visible(text: str) -> str:
-    """The beginning of ``text``, its control characters as escapes: they would reach a terminal."""
+    """Return the beginning of ``text`` with control characters escaped, since it is shown on a terminal."""
     return text[:40].encode("unicode_escape").decode("ascii").replace("\\\\", "\\")
 
 
@@ -242,7 +242,7 @@ def _is_number(cell: bytes) -> bool:
 
 
 def _check_range(values: Array, name: str, allowed: Range, file: str) -> None:
-    bad = ~((values >= allowed.low) & (values <= allowed.high))  # so that nan is bad as well
+    bad = ~((values >= allowed.low) & (values <= allowed.high))  # nan is bad as well
     if bad.any():
         row = int(bad.argmax())
         raise RecordingError(
@@ -263,7 +263,7 @@ def _check_time(t_s: Array, file: str) -> None:
 
 
 def _in_our_units(groups: dict[str, Array]) -> dict[str, Array]:
-    """uT to mgauss, and a plain (M,) for the groups of one column."""
+    """Convert uT to mgauss, and groups of one column to plain (M,) arrays."""
     if "mag" in groups:
         groups["mag"] *= MGAUSS_PER_UT
     return {name: values if values.shape[1] > 1 else values[:, 0] for name, values in groups.items()}

@@ -1,19 +1,19 @@
-"""One quantity over time: the pieces of a track, what is added on top of it, and the pace of a motion.
+"""One quantity over time: the pieces of a track, overlays on it, and the pace of a motion.
 
-Decision: a piece is in force from its start until the next one's, and the last word wins: planning a piece
-drops what was planned from its start on. One rule serves timelines (planned in order of time) and live
-changes (which cut off what was planned later). Road not taken: re-planning later motions from the changed
-state, where a student's slider would bend a scenario's expected values.
+Decision: a piece of a track is active from its start until the next one's, and planning a piece discards the
+plans from its start on. One rule serves timelines (planned in order of time) and live changes (which cut off
+later plans). Re-planning later motions from the changed state was rejected: a student's slider would then
+change a scenario's expected values.
 
-A piece's function returns a first axis of length N, or of length 1 when its value does not change: numpy's
-broadcasting then carries "the same for the whole block" through all arithmetic, and a world at rest costs one
-row.
+A piece's function returns a first axis of length N, or of length 1 when its value does not change. With
+numpy's broadcasting, a constant value then stays one row through all arithmetic, and a world at rest costs
+one row.
 
 Shaking and magnetic disturbances are vectors that add up, so two of them may overlap, unlike the pieces of a
 track.
 
 A hand's motion from rest to rest has minimum jerk (Flash and Hogan, J. Neurosci. 5, 1985, equation of the
-straight reach): speed and acceleration are zero at both ends, so that gyroscope and accelerometer see no
+straight reach): speed and acceleration are zero at both ends, so that gyroscope and accelerometer measure no
 step.
 """
 
@@ -28,7 +28,7 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-# -- Pieces one after the other -----------------------------------------------------------------------------
+# -- consecutive pieces -------------------------------------------------------------------------------------
 
 
 Array = npt.NDArray[np.float64]
@@ -36,37 +36,36 @@ P = TypeVar("P")
 
 
 class Track(Generic[P]):
-    """The pieces of one quantity in order of their starts; ``first`` reaches back to the start of time."""
+    """The pieces of one quantity in order of their starts; ``first`` applies to all earlier times."""
 
     def __init__(self, first: P) -> None:
         self._starts = [-math.inf]
         self._pieces = [first]
 
     def at(self, t_s: float) -> P:
-        """The piece in force at ``t_s``."""
+        """Return the piece active at ``t_s``."""
         return self._pieces[bisect_right(self._starts, t_s) - 1]
 
     @property
     def last(self) -> P:
-        """The piece in force at the end of time."""
         return self._pieces[-1]
 
     def plan(self, start_s: float, piece: P) -> None:
-        """Put ``piece`` in force from ``start_s`` on, in place of everything planned from there on."""
+        """Make ``piece`` active from ``start_s`` on, and discard all plans from there on."""
         keep = bisect_left(self._starts, start_s)
         del self._starts[keep:], self._pieces[keep:]
         self._starts.append(start_s)
         self._pieces.append(piece)
 
     def forget(self, before_s: float) -> None:
-        """Drop the pieces that ended before ``before_s``; the oldest one kept stands for all times before."""
+        """Drop the pieces that ended before ``before_s``; the oldest one kept applies to all earlier times."""
         old = bisect_right(self._starts, before_s) - 1
         if old > 0:
             del self._starts[:old], self._pieces[:old]
             self._starts[0] = -math.inf
 
     def evaluate(self, t_s: Array, function: Callable[[P, Array], Array]) -> Array:
-        """``function(piece, t_s)`` of the pieces in force at ``t_s`` (N,): first axis N, or 1 if constant."""
+        """Return ``function(piece, t_s)`` of the active pieces at ``t_s`` (N,): first axis N, or 1 if constant."""
         if len(self._pieces) == 1 or t_s.size == 0:
             return function(self._pieces[-1], t_s)
         first = bisect_right(self._starts, t_s.min()) - 1
@@ -93,7 +92,6 @@ class Constant:
         self._value = np.array(value, dtype=np.float64)[np.newaxis]
 
     def value(self, _t_s: Array, /) -> Array:
-        """The value at any time."""
         return self._value
 
 
@@ -108,7 +106,7 @@ class Overlays(Generic[P]):
         self._events: list[tuple[float, float, P]] = []
 
     def add(self, start_s: float, end_s: float, event: P) -> None:
-        """Let ``event`` count for ``start_s`` <= t < ``end_s``."""
+        """Add ``event`` for ``start_s`` <= t < ``end_s``."""
         self._events.append((start_s, end_s, event))
 
     def forget(self, before_s: float) -> None:
@@ -117,7 +115,7 @@ class Overlays(Generic[P]):
             self._events = [event for event in self._events if event[1] >= before_s]
 
     def total(self, t_s: Array, function: Callable[[P, Array], Array]) -> Array:
-        """Sum of ``function(event, t_s)`` at ``t_s`` (N,): (N, 3), or a row of zeros when nothing happens."""
+        """Return the sum of ``function(event, t_s)`` at ``t_s`` (N,): (N, 3), or a row of zeros without events."""
         total = np.zeros((1, self._width))
         for start_s, end_s, event in self._events:
             here = (t_s >= start_s) & (t_s < end_s)
@@ -128,22 +126,22 @@ class Overlays(Generic[P]):
 
 
 class Agitation:
-    """When a quantity jumps or moves fast, so that sensors have to look closely; nothing else is forgotten.
+    """Intervals in which a quantity jumps or moves fast, so that sensors must sample densely.
 
-    A jump takes no time; a motion has a pace, the seconds that it takes to get from one rest to another.
+    A jump takes no time; a motion has a pace, the seconds from one rest to another.
     """
 
     def __init__(self) -> None:
         self._motions: list[tuple[float, float, float]] = []
 
     def add(self, start_s: float, end_s: float, pace_s: float = 0.0) -> None:
-        """A motion of this pace from ``start_s`` to ``end_s``; by default one with jumps.
+        """Add a motion of this pace from ``start_s`` to ``end_s``; by default one with jumps.
 
-        What begins with the world's time is no jump: it was so before.
+        A jump at the beginning of the world is ignored: the state is older.
         """
         if end_s <= 0.0:
             return
-        if self._motions:  # a hand that is followed 50 times a second is one motion
+        if self._motions:  # following a hand at 50 commands per second is one motion
             first_s, last_s, pace = self._motions[-1]
             if pace == pace_s and first_s <= start_s <= last_s:
                 self._motions[-1] = first_s, max(last_s, end_s), pace_s
@@ -151,22 +149,22 @@ class Agitation:
         self._motions.append((start_s, end_s, pace_s))
 
     def end(self, end_s: float, pace_s: float) -> None:
-        """What has this pace and no end yet ends at ``end_s``."""
+        """End all unfinished motions of this pace at ``end_s``."""
         for number, (start_s, end, pace) in enumerate(self._motions):
             if end == math.inf and pace == pace_s:
                 self._motions[number] = min(start_s, end_s), end_s, pace_s
 
     def forget(self, before_s: float) -> None:
-        """Drop what ended before ``before_s``."""
+        """Drop the motions that ended before ``before_s``."""
         if self._motions:
             self._motions = [motion for motion in self._motions if motion[1] >= before_s]
 
     def rests(self, from_s: float, to_s: float) -> bool:
-        """Whether nothing moves between these times, however slowly."""
+        """Return whether nothing moves between these times, at any pace."""
         return not any(start_s <= to_s and end_s >= from_s for start_s, end_s, _ in self._motions)
 
     def between(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
-        """Begin and end of the motions between these times that are faster than ``pace_s``."""
+        """Return begin and end of the motions between these times that are faster than ``pace_s``."""
         return [
             (start_s, end_s)
             for start_s, end_s, taken_s in self._motions
@@ -178,21 +176,21 @@ class Agitation:
 
 
 class MotionProfile(Protocol):
-    """Progress from 0 to 1; ``t_s`` (N,) -> (N,)."""
+    """Progress of a motion from 0 to 1; ``t_s`` (N,) -> (N,)."""
 
     @property
     def duration_s(self) -> float: ...
 
     def progress(self, t_s: Array) -> Array:
-        """Return the part of the motion that is done, 0 to 1."""
+        """Return the completed share of the motion, 0 to 1."""
         ...
 
     def speed(self, t_s: Array) -> Array:
-        """Its first derivative in 1/s."""
+        """Return its first derivative in 1/s."""
         ...
 
     def acceleration(self, t_s: Array) -> Array:
-        """Its second derivative in 1/s2."""
+        """Return its second derivative in 1/s2."""
         ...
 
 
@@ -204,15 +202,13 @@ class Linear:
     duration_s: float
 
     def progress(self, t_s: Array) -> Array:
-        """Return the part of the motion that is done, 0 to 1."""
         return np.clip((t_s - self.start_s) / self.duration_s, 0.0, 1.0)
 
     def speed(self, t_s: Array) -> Array:
-        """Its first derivative in 1/s."""
         return np.full(t_s.shape, 1.0 / self.duration_s)
 
     def acceleration(self, t_s: Array) -> Array:
-        """None; the jumps at both ends are left out."""
+        """Return zero; the jumps at both ends are omitted."""
         return np.zeros(t_s.shape)
 
 
@@ -224,18 +220,15 @@ class MinimumJerk:
     duration_s: float
 
     def progress(self, t_s: Array) -> Array:
-        """Return the part of the motion that is done, 0 to 1."""
         u = self._u(t_s)
         return u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)
 
     def speed(self, t_s: Array) -> Array:
-        """Its first derivative in 1/s."""
         rest = self._u(t_s)
         rest *= 1.0 - rest
         return 30.0 / self.duration_s * rest * rest
 
     def acceleration(self, t_s: Array) -> Array:
-        """Its second derivative in 1/s2."""
         u = self._u(t_s)
         return 60.0 / self.duration_s**2 * u * (1.0 - u) * (1.0 - 2.0 * u)
 

@@ -1,14 +1,13 @@
-"""What the sensors are to measure: every signal as a function of time, out of one state.
+"""The true values of all sensor signals: every signal as a function of time, from one state.
 
-Decision: each signal has a track of its own whose usual piece is the world's law; a recording puts its own
-values in place of the law for the signals it has, and the next motion or setter that bears on such a signal
-puts the law back.
+Decision: each signal has a separate track, whose usual piece is the world's law. A recording replaces the law
+by its own values for the signals it has. The next motion or setter of such a signal restores the law.
 
-Decision: air pressure is P = P_floor (1 - L h / T)^(g M / (R L)) with T the air's own temperature, where the
-International Standard Atmosphere (ISA) puts 288.15 K. The air in a room at 25 degC is lighter than the ISA's
-at 15 degC: over a stairwell of 20 m its pressure falls 3.4 % less. The lab's altitude formula takes the
-temperature likewise. The ISA serves only to find what a barometer shows at the floor, where the formula's
-reference height is the sea. Source: U.S. Standard Atmosphere 1976, equation 33a, table 2.
+Decision: air pressure is P = P_floor (1 - L h / T)^(g M / (R L)) with T the temperature of the air, in place
+of the 288.15 K of the International Standard Atmosphere (ISA). The air in a room at 25 degC is lighter than
+the ISA's at 15 degC: over a stairwell of 20 m its pressure falls 3.4 % less. The lab's altitude formula uses
+the temperature in the same way. The ISA only gives the pressure at the floor, since the formula's reference
+height is the sea. Source: U.S. Standard Atmosphere 1976, equation 33a, table 2.
 """
 
 from __future__ import annotations
@@ -43,12 +42,12 @@ EXPONENT = 9.80665 * 0.0289644 / (8.31432 * LAPSE_K_M)  # g M / (R L) = 5.25588;
 
 
 def isa_pressure_hpa(altitude_m: float) -> float:
-    """The standard atmosphere's pressure at ``altitude_m`` above the sea."""
+    """Return the standard atmosphere's pressure at ``altitude_m`` above the sea."""
     return float(SEA_LEVEL_HPA * (1.0 - LAPSE_K_M * altitude_m / SEA_LEVEL_K) ** EXPONENT)
 
 
 def pressure_ratio(height_m: Array, temperature_degc: Array) -> Array:
-    """Pressure at ``height_m`` above the floor over that at the floor, in air of this temperature; (N,)."""
+    """Return the ratio of the pressure at ``height_m`` to that at the floor, in air of this temperature; (N,)."""
     return (1.0 - LAPSE_K_M * height_m / (temperature_degc + ZERO_CELSIUS_K)) ** EXPONENT
 
 
@@ -72,12 +71,12 @@ QUANTITIES = {
     "temperature_degc": "warmth",
     "relative_humidity_percent": "humidity",
 }
-"""What parts measure, as they declare it, and the world's signal that gives it."""
+"""The quantities that sensors declare, and the corresponding signals of the world."""
 Disturbance = Constant | Magnet
 
 
 class Truth:
-    """The state over time, and the signals that follow from it; ``t_s`` is (N,) seconds in any order.
+    """The state over time, and the derived signals; ``t_s`` is (N,) seconds in any order.
 
     The room's floor lies ``floor_altitude_m`` above the sea.
     """
@@ -115,18 +114,18 @@ class Truth:
         self._forgotten_s = -math.inf
 
     def rotation(self, t_s: npt.ArrayLike) -> Array:
-        """Board to world, (N, 3, 3)."""
+        """Return the rotation from board to world, (N, 3, 3)."""
         return _sampled(self._rotation, t_s)
 
     def attitude_deg(self, t_s: npt.ArrayLike) -> Array:
-        """Roll, pitch, yaw (N, 3): pitch within +-90, the others within +-180; roll 0 where pitch is +-90."""
+        """Return roll, pitch, yaw (N, 3): pitch within +-90, roll and yaw within +-180; roll 0 if pitch is +-90."""
         return matrix_to_euler(self.rotation(t_s))
 
     def compass_deg(self, t_s: npt.ArrayLike) -> Array:
-        """Roll, pitch, and the yaw from magnetic north that a compass shows, (N, 3), as `attitude_deg`.
+        """Return roll, pitch, and a compass's yaw from magnetic north, (N, 3), as `attitude_deg`.
 
-        Magnetic north is where the horizontal part of the Earth's field points; disturbances, which deceive a
-        compass, are not part of it. Without a horizontal part it is the frame's north.
+        Magnetic north is the direction of the horizontal part of the Earth's field, without disturbances,
+        which deceive a compass. Without a horizontal part it is the frame's north.
         """
         compass = self.attitude_deg(t_s)
         earth = _sampled(lambda t: self._earth.evaluate(t, Constant.value), t_s)
@@ -135,47 +134,47 @@ class Truth:
         return compass
 
     def specific_force_g(self, t_s: npt.ArrayLike) -> Array:
-        """What an ideal accelerometer measures, board axes, (N, 3) in g of 9.80665 m/s2."""
+        """Return the signal of an ideal accelerometer, board axes, (N, 3) in g of 9.80665 m/s2."""
         return self._signal("acc", t_s)
 
     def linear_acceleration_g(self, t_s: npt.ArrayLike) -> Array:
-        """How hard motion accelerates the board, beside gravity, (N,) in g of 9.80665 m/s2.
+        """Return the magnitude of the board's acceleration without gravity, (N,) in g of 9.80665 m/s2.
 
-        Of a recorded specific force only the modulus tells: how far it is from gravity's.
+        For a recorded specific force only the modulus is used: its difference from gravity.
         """
         return _sampled(lambda t: self._signals["acc"].evaluate(t, self._linear_g), t_s)
 
     def angular_rate_dps(self, t_s: npt.ArrayLike) -> Array:
-        """What an ideal gyroscope measures, board axes, (N, 3) deg/s."""
+        """Return the signal of an ideal gyroscope, board axes, (N, 3) deg/s."""
         return self._signal("gyro", t_s)
 
     def magnetic_field_mgauss(self, t_s: npt.ArrayLike) -> Array:
-        """What an ideal magnetometer measures, board axes, (N, 3): soft iron @ R^T field + own fields."""
+        """Return the signal of an ideal magnetometer, board axes, (N, 3): soft iron @ R^T field + own fields."""
         return self._signal("mag", t_s)
 
     def pressure_hpa(self, t_s: npt.ArrayLike) -> Array:
-        """Air pressure at the board, (N,)."""
+        """Return the air pressure at the board, (N,)."""
         return self._signal("pressure", t_s)
 
     def temperature_degc(self, t_s: npt.ArrayLike) -> Array:
-        """Air temperature, (N,), the same at every height."""
+        """Return the air temperature, (N,), the same at every height."""
         return self._signal("temperature", t_s)
 
     def board_temperature_degc(self, t_s: npt.ArrayLike) -> Array:
-        """What the thermometers of an ideal part on the board measure, (N,)."""
+        """Return the signal of an ideal thermometer on the board, (N,)."""
         return self._signal("warmth", t_s)
 
     def relative_humidity_percent(self, t_s: npt.ArrayLike) -> Array:
-        """Relative humidity of the air, (N,); nothing else depends on it."""
+        """Return the relative humidity of the air, (N,); no other signal depends on it."""
         return self._signal("humidity", t_s)
 
     def sensed(self, quantity: str, *, one_row: bool = False, heating: float = 0.0) -> Sensed:
-        """What a sensor measures, by the name of the quantity (:data:`QUANTITIES`), in the board's axes.
+        """Return a sensor's input by the name of the quantity (:data:`QUANTITIES`), in the board's axes.
 
-        Of times (N,), with a row for each; with ``one_row``, for who asks 6,664 times a second, a single row
-        where it is the same at all of them, and rows are not the caller's own. ``heating``: which part of the
-        board's heating comes on top of it at the sensor's place, of a temperature. Raises InputError for a
-        quantity that the world does not have.
+        The result has one row for each of the times (N,). With ``one_row``, for callers at 6,664 Hz, it has a
+        single row if all are equal, and the caller must not change it. ``heating``: share of the board's
+        heating added to a temperature at the sensor's place. Raises InputError for a quantity that the world
+        does not have.
         """
         if quantity not in QUANTITIES:
             raise InputError(f"the world has no {quantity!r}; it has {', '.join(QUANTITIES)}")
@@ -184,11 +183,11 @@ class Truth:
         return Sensed(self._signals[name], self._agitation[name], one_row, value_of)
 
     def altitude_m(self, t_s: npt.ArrayLike) -> Array:
-        """Height above the room's floor, (N,)."""
+        """Return the height above the room's floor, (N,)."""
         return _sampled(self._altitude_m, t_s)
 
     def magnet(self, t_s: float) -> tuple[float, float, float, float] | None:
-        """The magnet that a hand holds, or None: its moment in A m2; metres north, west, up of the board."""
+        """Return the hand-held magnet or None: moment in A m2; metres north, west, up of the board."""
         magnet = self._magnet.at(t_s)
         if magnet is None:
             return None
@@ -196,7 +195,7 @@ class Truth:
         return magnet.moment_am2, north, west, up
 
     def rests(self, from_s: float, to_s: float) -> bool:
-        """Whether nothing changes from ``from_s`` to ``to_s``; False if it is not known any more."""
+        """Return whether nothing changes from ``from_s`` to ``to_s``; False if the past is not known any more."""
         return (
             from_s >= self._forgotten_s
             and self._heating.settled(from_s)
@@ -205,17 +204,17 @@ class Truth:
         )
 
     def hard_iron_mgauss(self, t_s: npt.ArrayLike) -> Array:
-        """The board's own field at the magnetometer, board axes, (N, 3)."""
+        """Return the board's own field at the magnetometer, board axes, (N, 3)."""
         return _sampled(lambda t: self._hard_iron.evaluate(t, Constant.value), t_s)
 
     def _restore_laws(self, start_s: float, names: Iterable[str]) -> None:
-        """Let the world's own laws give these signals again, where a recording did."""
+        """Restore the world's laws for recorded signals."""
         for name in names:
             if self._signals[name].last is not self._laws[name]:
                 self._signals[name].plan(start_s, self._laws[name])
 
     def _forget(self, before_s: float) -> None:
-        """Drop the past, so that live changes by the million take no memory."""
+        """Drop the past, so that millions of live changes take no memory."""
         self._forgotten_s = max(self._forgotten_s, before_s)
         tracks: tuple[Track[Any], ...] = (
             self._attitude,
@@ -260,13 +259,13 @@ class Truth:
         return steady if grip is None else grip.rate_dps(steady, t_s)
 
     def _motion_m_s2(self, t_s: Array) -> Array:
-        """Acceleration along the world's axes, (N, 3), but for what is fixed to the board."""
+        """Return the acceleration along the world's axes, (N, 3), without contributions fixed to the board."""
         lift = self._height.evaluate(t_s, lambda piece, t: piece.acceleration_m_s2(t))
         total: Array = self._shakes.total(t_s, Shake.acceleration_m_s2) + lift[:, np.newaxis] * UP
         return total
 
     def _carried_in(self, grip: Grip | None, t_s: Array) -> Array:
-        """What a grip adds, board axes, (N, 3)."""
+        """Return the acceleration added by a grip, board axes, (N, 3)."""
         if grip is None:
             return NOTHING
         rate = self._attitude.evaluate(t_s, lambda piece, t: piece.rate_dps(t))
@@ -274,7 +273,7 @@ class Truth:
         return grip.carried_m_s2(rate, faster, t_s)
 
     def _on_board_m_s2(self, t_s: Array) -> Array:
-        """Acceleration by a hand's turning and by motors, board axes, (N, 3)."""
+        """Return the acceleration by a hand's turning and by motors, board axes, (N, 3)."""
         carried = self._grip.evaluate(t_s, self._carried_in)
         return carried + self._motors.evaluate(t_s, _shaken_by)
 
@@ -284,7 +283,7 @@ class Truth:
         return felt / STANDARD_GRAVITY
 
     def _linear_g(self, signal: Signal, t_s: Array) -> Array:
-        """Of one piece of the specific force's track."""
+        """Return the linear acceleration of one piece of the specific force's track."""
         if signal == self._laws["acc"]:
             motion = to_board(self._rotation(t_s), self._motion_m_s2(t_s))
             motion = motion + self._on_board_m_s2(t_s)
@@ -308,7 +307,7 @@ class Truth:
         return height + rise + self._shakes.total(t_s, Shake.displacement_m)[:, 2]
 
     def _rise_in(self, grip: Grip | None, t_s: Array) -> Array:
-        """What turning about the wrist adds to the height, (N,)."""
+        """Return the height added by turning about the wrist, (N,)."""
         return NOTHING[:, 0] if grip is None else grip.rise_m(self._rotation_in(grip, t_s))
 
     def _pressure_hpa(self, t_s: Array) -> Array:
@@ -324,7 +323,7 @@ class Truth:
         return self._temperature_degc(t_s) + self._heating.value(t_s) + lag
 
     def _warmed(self, more: float, signal: Signal, t_s: Array) -> Array:
-        """The temperature where a part of the heating comes on top; a recorded one as it is."""
+        """Return the temperature plus a part of the heating; a recorded one unchanged."""
         degc = signal(t_s)
         return degc + more * self._heating.value(t_s) if signal == self._laws["warmth"] else degc
 
@@ -337,9 +336,9 @@ def _of_signal(signal: Signal, t_s: Array) -> Array:
 
 
 class Sensed:
-    """One quantity as a sensor sees it: its values by time, and when it moves fast.
+    """One quantity at a sensor's input: its values by time, and the intervals of fast motion.
 
-    Before power-on the world stood as it stands at power-on: filters look back that far.
+    Before power-on the world has its state at power-on, because filters need earlier values.
     """
 
     def __init__(
@@ -354,19 +353,19 @@ class Sensed:
         self._value_of, self._turned = value_of, turned
 
     def turned(self, mounting: npt.ArrayLike) -> Sensed:
-        """The same vector in a sensor's axes: ``mounting`` (3, 3) times the board's."""
+        """Return the same vector in a sensor's axes: ``mounting`` (3, 3) times the board's."""
         turned = np.asarray(mounting, dtype=np.float64).T
         return Sensed(self._track, self._agitation, self._one_row, self._value_of, turned)
 
     def __call__(self, t_s: Array) -> Array:
-        """Values at ``t_s`` (N,): N rows, or with ``one_row`` a single one where all are the same."""
+        """Return values at ``t_s`` (N,): N rows, or with ``one_row`` a single one if all are equal."""
         values = self._track.evaluate(np.maximum(t_s, 0.0), self._value_of)
         if not self._one_row:
             values = _rows(values, t_s.size)
         return values if self._turned is None else values @ self._turned
 
     def agitated(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
-        """When, within these times, it jumps, or moves from rest to rest in less than ``pace_s``."""
+        """Return the intervals in which it jumps, or moves from rest to rest in less than ``pace_s``."""
         return self._agitation.between(from_s, to_s, pace_s)
 
 
@@ -383,11 +382,11 @@ def _field_of(magnet: HeldMagnet | None, t_s: Array) -> Array:
 
 
 def _sampled(signal: Signal, t_s: npt.ArrayLike) -> Array:
-    """The signal at ``t_s``, a constant's single row repeated, in an array of the caller's own."""
+    """Return the signal at ``t_s``, a constant's single row repeated, in a new array."""
     times = np.atleast_1d(np.asarray(t_s, dtype=np.float64))
     return _rows(signal(times), times.size)
 
 
 def _rows(values: Array, count: int) -> Array:
-    """A constant's single row repeated, in an array of the caller's own."""
+    """Return values with a constant's single row repeated, in a new array."""
     return values.repeat(count, axis=0) if len(values) == 1 else values.copy()

@@ -1,9 +1,8 @@
-"""The world as scenarios, the web page and tests use it: truth, motions, and live setters.
+"""The world as used by scenarios, the web page and tests: truth, motions, and live setters.
 
-Common to all motions, of the board and of magnets near it: ``start_s`` is virtual time (None: now) and not in
-the past; the motion starts from the state in force then, and drops what was planned for the same quantity
-from then on, so plan in order of time. Each returns the time at which it ends. Shakes and magnetic
-disturbances are the exception: they add up and drop nothing.
+``start_s`` of a motion, of the board or of a magnet, is virtual time (None: now), not in the past. The motion
+starts from the state at that time, discards later plans for the same quantity, and returns its end time. Plan
+in order of time. Shakes and magnetic disturbances add up and discard nothing.
 """
 
 from __future__ import annotations
@@ -50,20 +49,19 @@ from fcu_emulator.emulator.world.truth import STANDARD_GRAVITY, Disturbance, Tru
 from fcu_emulator.emulator.world.warmth import Warmth
 
 NOW_TOLERANCE_S = 1e-9  # now comes from integer picoseconds: the same instant may differ in the last bit
-HISTORY_S = 5.0  # kept behind now; sensors evaluate from about now on
+HISTORY_S = 5.0  # length of the kept history; sensors evaluate from about now on
 ZURICH_ALTITUDE_M = 408.0
 EULER_AXES = ("roll", "pitch", "yaw")
-TIME_CONSTANT_S = 0.1  # of a hand that is followed
-TURNED_SIGNALS = ("acc", "gyro", "mag")  # what turning the board moves
+TIME_CONSTANT_S = 0.1  # of a followed hand
+TURNED_SIGNALS = ("acc", "gyro", "mag")  # signals that change when the board turns
 SHAKE_DIRECTIONS = {"north": (1.0, 0.0, 0.0), "west": (0.0, 1.0, 0.0), "up": (0.0, 0.0, 1.0)}
 
 
 class World(Truth):
-    """One truth for all sensors; now is what ``clock`` says, without one the moment of power-on.
+    """One truth for all sensors; the present is the time of ``clock``, or power-on without a clock.
 
     It begins flat and still on the room's floor, board X to the north, in the air and the field of Zurich. A
-    setter takes effect now, at a jump, and cuts off what was planned for the same quantity. Values that are
-    not numbers, or absurd, raise `InputError`.
+    setter acts now, as a jump, and discards plans for the same quantity. Invalid values raise `InputError`.
     """
 
     def __init__(self, clock: Clock | None = None, floor_altitude_m: float = ZURICH_ALTITUDE_M) -> None:
@@ -72,58 +70,59 @@ class World(Truth):
         self._listeners: list[Callable[[float], None]] = []
 
     def on_change(self, callback: Callable[[float], None]) -> None:
-        """Call ``callback(from_s)`` after each change; no signal differs before ``from_s``."""
+        """Call ``callback(from_s)`` after each change; signals before ``from_s`` are unchanged."""
         self._listeners.append(callback)
 
     # -- setters --------------------------------------------------------------------------------------------
 
     def set_attitude(self, roll_deg: float, pitch_deg: float, yaw_deg: float) -> None:
-        """Put the board in another attitude, without an angular rate in between."""
+        """Set another attitude of the board, without an angular rate in between."""
         self._plan_attitude((self._clock.now_s, Held(limits.attitude(roll_deg, pitch_deg, yaw_deg))))
 
     def set_altitude(self, metres: float) -> None:
-        """Put the board ``metres`` above the floor, without acceleration; a shake goes on around it."""
+        """Put the board ``metres`` above the floor, without acceleration; a shake continues around it."""
         now = self._clock.now_s
         rest_m = limits.ALTITUDE.check("metres", metres) - self._rise_at(now)
         self._plan_height((now, RestSegment(rest_m)))
 
     def set_pressure(self, hpa: float) -> None:
-        """Let the weather make it ``hpa`` at the board's present altitude: another pressure at the floor."""
+        """Set the pressure at the board's present altitude to ``hpa``: the pressure at the floor changes."""
         here = limits.PRESSURE.check("hpa", hpa)
         now = np.array([self._clock.now_s])
         ratio = pressure_ratio(self._altitude_m(now), self._temperature_degc(now))[0]
         self._set(self._floor_pressure, here / ratio, "pressure")
 
     def set_temperature(self, degc: float) -> None:
-        """Another temperature of the air; the pressure at the floor stays, the board follows in its time."""
+        """Set the temperature of the air; the pressure at the floor stays, the board follows slowly."""
         now_degc = limits.TEMPERATURE.check("degc", degc)
         now = self._clock.now_s
-        if now > 0.0:  # what it is when the world begins, it has been for long
+        if now > 0.0:  # the initial state has existed for a long time
             change_degc = now_degc - float(self._temperature.at(now).value(np.array([now]))[0])
             self._lag.plan(now, self._lag.at(now).after(change_degc, now))
         self._set(self._temperature, now_degc, "temperature", "warmth")
 
     def warm_up(self, heating_degc: float, time_constant_s: float, powered_for_s: float = math.inf) -> None:
-        """Say how the board warms up (:mod:`fcu_emulator.emulator.world.warmth`), and since when it is on."""
+        """Set the board's heating (:mod:`fcu_emulator.emulator.world.warmth`), and the time since power-on."""
         excess_degc = -heating_degc if time_constant_s else 0.0
         self._heating = Warmth(heating_degc, excess_degc, time_constant_s, -powered_for_s)
         self._lag = Track(Warmth(time_constant_s=time_constant_s))
 
     def set_humidity(self, percent: float) -> None:
+        """Set the relative humidity of the air."""
         self._set(self._humidity, limits.HUMIDITY.check("percent", percent), "humidity")
 
     def set_magnetic_field(self, north_ut: float, east_ut: float, down_ut: float) -> None:
-        """Another field of the Earth, NED; disturbances stay on top of it."""
+        """Set the Earth's field, NED; disturbances are still added to it."""
         self._set(self._earth, ned_to_nwu_mgauss(north_ut, east_ut, down_ut), "mag")
 
     def set_hard_iron(self, x_mgauss: float, y_mgauss: float, z_mgauss: float) -> None:
-        """The board's own field at the magnetometer, board axes."""
+        """Set the board's own field at the magnetometer, board axes."""
         named = (("x_mgauss", x_mgauss), ("y_mgauss", y_mgauss), ("z_mgauss", z_mgauss))
         self._set(self._hard_iron, [limits.IRON.check(name, value) for name, value in named], "mag")
 
     def set_soft_iron(self, matrix: npt.ArrayLike) -> None:
-        """The 3 x 3 matrix by which iron on the board distorts the outer field, board axes."""
-        # As given, so that the check below can name an entry that is not a number.
+        """Set the 3 x 3 matrix by which iron on the board distorts the outer field, board axes."""
+        # Unconverted, so that the check below can name an entry that is not a number.
         rows = np.asarray(matrix, dtype=object)
         if rows.shape != (3, 3):
             raise InputError(f"soft iron has the shape {rows.shape}: give 3 rows of 3 numbers", kind="shape")
@@ -131,14 +130,15 @@ class World(Truth):
         self._set(self._soft_iron, checked, "mag")
 
     def set_iron(self, hard_mgauss: npt.ArrayLike, soft: npt.ArrayLike) -> None:
+        """Set hard and soft iron together."""
         self.set_hard_iron(*np.asarray(hard_mgauss).tolist())
         self.set_soft_iron(soft)
 
     def set_gravity(self, m_s2: float) -> None:
-        """Another gravity than the standard 9.80665 m/s2; a free fall keeps the one it began with."""
+        """Set gravity (standard: 9.80665 m/s2); a running free fall keeps its value."""
         self._set(self._gravity, limits.GRAVITY.check("m_s2", m_s2), "acc")
 
-    # -- a hand that is followed ----------------------------------------------------------------------------
+    # -- following a hand -----------------------------------------------------------------------------------
 
     def follow_attitude(
         self,
@@ -148,11 +148,10 @@ class World(Truth):
         time_constant_s: float = TIME_CONSTANT_S,
         start_s: float | None = None,
     ) -> float:
-        """Turn towards an attitude that may be given anew at any time, as by a hand or a mouse.
+        """Turn towards an attitude that may be replaced at any time, as by a hand or a mouse.
 
-        Rate and angular acceleration are continuous from one command to the next, and the rate also from any
-        other motion, which is cut off. The board lags behind a hand at a steady speed by at most
-        ``time_constant_s`` if it is followed often (:mod:`fcu_emulator.emulator.world.follow`).
+        Rate and angular acceleration are continuous over all commands, the rate also from any other motion.
+        With frequent commands a steady hand is followed within ``time_constant_s`` (module ``world.follow``).
         """
         target_deg = limits.attitude(roll_deg, pitch_deg, yaw_deg)
         time_constant = limits.TIME_CONSTANT.check("time_constant_s", time_constant_s)
@@ -170,7 +169,7 @@ class World(Truth):
     def follow_altitude(
         self, metres: float, time_constant_s: float = TIME_CONSTANT_S, start_s: float | None = None
     ) -> float:
-        """Rise or sink towards ``metres`` above the floor, likewise, with a continuous acceleration."""
+        """Rise or sink towards ``metres`` above the floor, with a continuous acceleration, as `follow_attitude`."""
         target_m = limits.ALTITUDE.check("metres", metres)
         time_constant = limits.TIME_CONSTANT.check("time_constant_s", time_constant_s)
         start = self._start(start_s)
@@ -189,10 +188,10 @@ class World(Truth):
         time_constant_s: float = TIME_CONSTANT_S,
         start_s: float | None = None,
     ) -> float:
-        """Move a magnet to a place seen from the board, likewise, as a hand does that holds it near.
+        """Move a hand-held magnet to a position relative to the board, as `follow_attitude`.
 
-        Its moment points west, as that of :meth:`pass_magnet`. It appears where it is first held, and moves
-        from there; another ``moment_am2`` is another magnet. Lifting the board lifts the magnet with it.
+        Its moment points west, as that of :meth:`pass_magnet`; another ``moment_am2`` is another magnet. It
+        starts at its first position. Lifting the board lifts the magnet with it.
         """
         named = (("north_m", north_m), ("west_m", west_m), ("up_m", up_m))
         place = np.array([limits.PLACE.check(name, value) for name, value in named])
@@ -213,7 +212,7 @@ class World(Truth):
         return end
 
     def take_magnet_away(self, start_s: float | None = None) -> float:
-        """No hand holds a magnet near the board any more."""
+        """Remove the hand-held magnet."""
         return self._put_magnet(None, self._start(start_s))
 
     def _put_magnet(self, magnet: HeldMagnet | None, start_s: float) -> float:
@@ -231,12 +230,12 @@ class World(Truth):
         tremor_hz: float = TREMOR_HZ,
         start_s: float | None = None,
     ) -> float:
-        """From now on a hand holds the board, and all turning is about its wrist, with a tremor.
+        """Hold the board in a hand from now on: all turning is about its wrist, with a tremor.
 
-        ``wrist_m`` (3,): where the wrist is, board axes; also an elbow, for larger movements. ``tremor_mg``:
-        how strong the tremor is at the back of the hand, peak, 0 for none (:mod:`fcu_emulator.emulator.world.hand`).
-        What lifts the board moves the hand; what turning in it raises and lowers comes on top. A recording of
-        the attitude has arcs at constant rate, of which only the centripetal acceleration is felt.
+        ``wrist_m`` (3,): position of the wrist or elbow, board axes. ``tremor_mg``: peak tremor at the back
+        of the hand, 0 for none (:mod:`fcu_emulator.emulator.world.hand`). Lifting the board moves the hand;
+        turning adds to the height. The arcs of a recorded attitude have constant rates, so only their
+        centripetal acceleration is felt.
         """
         arm = np.asarray(wrist_m, dtype=object)
         if arm.shape != (3,):
@@ -250,20 +249,20 @@ class World(Truth):
         taken = Grip(wrist, tremor, 0.0).above_wrist_m(self._rotation_at(start)[np.newaxis])
         self._grip.plan(start, Grip(wrist, tremor, float(taken[0])))
         if tremor is not None:
-            for signal in TURNED_SIGNALS:  # of the height of a tremor no barometer sees anything
+            for signal in TURNED_SIGNALS:  # no barometer measures the height of a tremor
                 self._agitation[signal].add(start, math.inf, tremor.pace_s)
         self._changed(start, (*TURNED_SIGNALS, "pressure"))
         return start
 
     def put_down(self, start_s: float | None = None) -> float:
-        """Let the board rest at the height that it has, in no hand; turning goes on, if it turns."""
+        """Let the board rest at its present height, without a hand; a turn in progress continues."""
         start = self._start(start_s)
         self._let_go(start)
         self._changed(start, (*TURNED_SIGNALS, "pressure"))
         return start
 
     def _let_go(self, start_s: float) -> None:
-        """The height of the board becomes the height track's own, and no grip is planned any more."""
+        """Make the height track the board's height again, and discard planned grips."""
         rise_m, grip = self._rise_at(start_s), self._grip.at(start_s)
         if grip is not None:
             self._plan_height((start_s, RestSegment(self._height_at(start_s) + rise_m)))
@@ -280,14 +279,15 @@ class World(Truth):
 
     @property
     def throttle(self) -> tuple[float, ...]:
-        """At which share of the full voltage each of the motors runs now."""
+        """Present share of the full voltage of each motor."""
         running = self._motors.at(self._clock.now_s)
         return (0.0,) * MOTORS if running is None else tuple(running.throttle.tolist())
 
     def run_motors(self, throttle: float | Sequence[float], start_s: float | None = None) -> float:
-        """From now on the four motors run at this share of the full voltage, 0 to 1: one for all, or four.
+        """Run the four motors at this share of the full voltage, 0 to 1: one value for all, or four.
 
-        They shake the board and add the field of their current (:mod:`fcu_emulator.emulator.world.motors`); 0 stops them.
+        They shake the board and add the field of their current (:mod:`fcu_emulator.emulator.world.motors`); 0
+        stops them.
         """
         each = [throttle] * MOTORS if isinstance(throttle, int | float) else list(throttle)
         if len(each) != MOTORS:
@@ -307,7 +307,7 @@ class World(Truth):
         self._changed(start, ("acc", "mag"))
         return start
 
-    # -- motions, each a few pieces on a track --------------------------------------------------------------
+    # -- motions, each of a few pieces on a track -----------------------------------------------------------
 
     def rotate_to(
         self,
@@ -332,7 +332,7 @@ class World(Truth):
         start_s: float | None = None,
         profile: Literal["linear", "minimum_jerk"] = "linear",
     ) -> float:
-        """Change one Euler angle, as last commanded, to ``to_deg``: for tilts, and turns of more than 180."""
+        """Change one Euler angle from its last commanded value to ``to_deg``: for tilts, and turns of more than 180."""
         if axis not in EULER_AXES:
             raise InputError(f"axis is {axis!r}: give one of {', '.join(EULER_AXES)}", kind="choice")
         if profile not in ("linear", "minimum_jerk"):
@@ -351,10 +351,10 @@ class World(Truth):
         start_s: float | None = None,
         by: Literal["field", "hand"] = "field",
     ) -> float:
-        """The calibration's figure-of-eight, ``turns`` times, back to where it began.
+        """Draw the calibration's figure-of-eight ``turns`` times, back to the start.
 
-        By the field it finds the hard iron exactly, whatever the field and the attitude; by a hand, which
-        does not know the field, nearly, if it is drawn at least twice (:mod:`fcu_emulator.emulator.world.attitude`).
+        Along the field, a calibration finds the hard iron exactly. A hand does not know the field; its
+        calibration is nearly exact after two turns (:mod:`fcu_emulator.emulator.world.attitude`).
         """
         if limits.TURNS.check("turns", turns) % 1.0:
             raise InputError(f"turns is {turns!r}: give a whole number", kind="not_whole")
@@ -369,7 +369,7 @@ class World(Truth):
         return self._plan_attitude(*figure_eights(start, end - start, int(turns), first, field), last)
 
     def turn_over(self, duration_s: float, start_s: float | None = None) -> float:
-        """Turn half round about the board's own X axis, as one looks at its underside (minimum jerk)."""
+        """Turn by half a turn about the board's own X axis, as to see its underside (minimum jerk)."""
         start, end = self._span(start_s, duration_s)
         turn = Turn(self._rotation_at(start), X, np.pi, MinimumJerk(start, end - start))
         end_deg = matrix_to_euler(turn.rotation(np.array([end])))[0]
@@ -385,7 +385,7 @@ class World(Truth):
         return self._plan_height((start, lift), (end, RestSegment(to_m)))
 
     def free_fall(self, duration_s: float, catch_s: float = 0.05, start_s: float | None = None) -> float:
-        """Let go from rest for ``duration_s``, then stop with constant deceleration in ``catch_s``.
+        """Drop the board from rest for ``duration_s``, then stop it with constant deceleration in ``catch_s``.
 
         The board ends lower, below the room's floor if it was not lifted before.
         """
@@ -409,7 +409,7 @@ class World(Truth):
     ) -> float:
         """Accelerate by ``amplitude_g`` cos(2 pi f t) along a world axis; "up" moves the altitude too.
 
-        The shake stops after the last whole period within ``duration_s``, at rest where it began.
+        It stops after the last whole period within ``duration_s``, at rest at its start.
         """
         if axis not in SHAKE_DIRECTIONS:
             raise InputError(f"axis is {axis!r}: give one of {', '.join(SHAKE_DIRECTIONS)}", kind="choice")
@@ -438,7 +438,7 @@ class World(Truth):
         duration_s: float = 0.01,
         start_s: float | None = None,
     ) -> float:
-        """A fingertip's blow along a world axis: one period of a shake, which ends where it began."""
+        """Tap with a fingertip along a world axis: one period of a shake, which ends at its start."""
         duration = limits.DURATION.check("duration_s", duration_s)
         return self.shake(axis, amplitude_g, 1.0 / duration, duration, start_s)
 
@@ -465,11 +465,11 @@ class World(Truth):
         return self._disturb(start, 2.0 * magnet.closest_s - start, magnet)
 
     def replay(self, recording: Recording, start_s: float | None = None) -> float:
-        """Give a recording's signals, or follow its attitude, its time 0 being ``start_s``.
+        """Replay a recording's signals, or follow its attitude, with its time 0 at ``start_s``.
 
-        The last row holds on until the next motion or setter that bears on the same signal. What a recording
-        does not have goes on as it was: an attitude without ``alt_m`` turns the board where it is. Altitude
-        is motion: its second derivative is felt, from rest before the first row to rest after the last.
+        The last row holds until the next motion or setter of the same signal. Signals without a column
+        continue: an attitude without ``alt_m`` turns the board at its place. Altitude is motion: its second
+        derivative is felt, from rest before the first row to rest after the last.
         """
         start = self._start(start_s)
         row_s = recording.t_s
@@ -491,7 +491,7 @@ class World(Truth):
     # -- the air --------------------------------------------------------------------------------------------
 
     def change_weather(self, change_hpa: float, duration_s: float, start_s: float | None = None) -> float:
-        """Let the pressure at the floor rise by ``change_hpa``, smoothly (negative: fall)."""
+        """Change the pressure at the floor smoothly by ``change_hpa`` (negative: fall)."""
         change = limits.PRESSURE_CHANGE.check("change_hpa", change_hpa)
         start, end = self._span(start_s, duration_s)
         from_hpa = float(self._floor_pressure.at(start).value(np.array([start]))[0])
@@ -521,7 +521,7 @@ class World(Truth):
         self._changed(start_s, ("pressure",))
         return end_s
 
-    # -- changing the truth: when a change takes effect, what it drops, and who hears of it -----------------
+    # -- changes: time of effect, discarded plans, callbacks ------------------------------------------------
 
     def _set(
         self, track: Track[Constant] | Track[Constant | Drift], value: npt.ArrayLike, *signals: str
@@ -559,7 +559,7 @@ class World(Truth):
         return float(self._height.at(t_s).position_m(np.array([t_s]))[0])
 
     def _plan_attitude(self, *pieces: tuple[float, Attitude]) -> float:
-        """Plan (start, piece) in order; the last one is at rest, and its start is the end returned."""
+        """Plan (start, piece) in order; the last one is at rest, and its start is the returned end."""
         for start_s, piece in pieces:
             self._attitude.plan(start_s, piece)
         self._agitate(pieces, TURNED_SIGNALS)
@@ -574,7 +574,7 @@ class World(Truth):
         return pieces[-1][0]
 
     def _agitate(self, pieces: Sequence[tuple[float, Attitude | Height]], signals: Iterable[str]) -> None:
-        """These pieces move these signals; where one begins there may be a jump, unless it follows a hand."""
+        """Mark these signals as moved by these pieces; a piece may begin with a jump, unless it follows a hand."""
         for signal in signals:
             agitation = self._agitation[signal]
             for (start_s, piece), (end_s, _) in pairwise(pieces):
@@ -593,7 +593,7 @@ class World(Truth):
         return end_s
 
     def _changed(self, from_s: float, signals: Iterable[str]) -> None:
-        """After a change to ``signals``: take them back from recordings, drop the past, tell everybody."""
+        """Apply a change of ``signals``: end their recordings, drop the past, and call the observers."""
         self._restore_laws(from_s, signals)
         self._forget(self._clock.now_s - HISTORY_S)
         for callback in self._listeners:

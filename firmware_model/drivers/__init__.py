@@ -1,5 +1,5 @@
-"""Drivers of the three sensors, with register constants of their own.
+"""Drivers of the three sensors, with separate register constants.
 
-The constants are transcribed from the datasheets a second time on purpose: an address shared with the sensor
-models could be wrong in both places and nobody would notice.
+The constants are transcribed from the datasheets a second time on purpose: tests could not detect a wrong
+address that drivers and sensor models share.
 """

@@ -1,9 +1,8 @@
-"""What the three sensor drivers share: status codes and the read-modify-write of a register.
+"""Common functions of the three sensor drivers: status codes and the read-modify-write of a register.
 
-Decision: a driver's set-up is a table of steps, in the order of ST's drivers (STSW-FCU001). ST has one
-C function per register field; a table shows the order at a glance and gives the same transactions. Each step
-is one read and one write, even when the field already has its value, because that is what the board puts on
-the bus.
+Decision: a driver's set-up is a table of steps, in the order of ST's drivers (STSW-FCU001). ST has one C
+function per register field; a table shows the order at a glance and gives the same transactions. Each step is
+one read and one write, even if the field already has its value, because the board also does both.
 """
 
 from __future__ import annotations
@@ -43,6 +42,6 @@ def write_register(hal: Hal, device: int, register: int, value: int) -> int:
 
 
 def check_who_am_i(hal: Hal, device: int, register: int, expected: int) -> int:
-    """Read the identification register; COMPONENT_ERROR on a bus error or another part's answer."""
+    """Read the identification register; COMPONENT_ERROR on a bus error or another sensor's answer."""
     status, data = hal.HAL_I2C_Mem_Read(device, register, 1)
     return COMPONENT_OK if status == HAL_OK and data[0] == expected else COMPONENT_ERROR

@@ -43,7 +43,7 @@ _INIT: tuple[Step, ...] = (
 
 
 def LIS2MDL_Init(hal: Hal) -> int:
-    """Identify the part and set it up, idle; COMPONENT_ERROR if it is not there."""
+    """Identify the sensor and set it up, idle; COMPONENT_ERROR if it is absent."""
     if check_who_am_i(hal, LIS2MDL_ADDRESS, WHO_AM_I, WHO_AM_I_VALUE) != COMPONENT_OK:
         return COMPONENT_ERROR
     return update_registers(hal, LIS2MDL_ADDRESS, _INIT)
@@ -55,6 +55,6 @@ def LIS2MDL_Enable(hal: Hal) -> int:
 
 
 def LIS2MDL_FlightSetup(hal: Hal) -> None:
-    """Temperature compensation, 100 Hz, continuous; offset cancellation on. main.c ignores the status."""
+    """Set temperature compensation, 100 Hz, continuous; offset cancellation on. main.c ignores the status."""
     write_register(hal, LIS2MDL_ADDRESS, CFG_REG_A, CFG_REG_A_COMP_TEMP_100_HZ)
     write_register(hal, LIS2MDL_ADDRESS, CFG_REG_B, CFG_REG_B_OFF_CANC)

@@ -1,14 +1,14 @@
 """LPS22HB barometer: set-up over I2C and the readings of one sample.
 
-The order is that of the driver in ST's firmware package STSW-FCU001, less what I2C has no use for: the SIM
-bit (3-wire SPI) and the call that disables I2C. CTRL_REG1 therefore ends at 32.
+The order is that of the driver in ST's firmware package STSW-FCU001, without the steps for SPI: the SIM bit
+(3-wire SPI) and the call that disables I2C. CTRL_REG1 therefore ends at 32.
 
 Decisions
-    ST's driver clears IF_ADD_INC because it reads byte by byte; the lab on I2C reads in bursts, so the same
-    transaction sets it, and CTRL_REG2 ends at 10. ``LPS22HB_WaitForData`` is ours. ST's main.c reads its
-    reference pressure some 10 ms after switching on a 25 Hz output, when the part may not have converted yet
-    and shows no pressure (758.4 hPa was seen on a part). A floor level of 0 m cannot be built on that. The
-    wait is bounded: a dead sensor must not stop the boot.
+    The driver of the LPS22HB sets IF_ADD_INC in the transaction in which ST's driver clears it. ST's driver
+    reads byte by byte, the lab on I2C reads in bursts, and CTRL_REG2 ends at 10. ``LPS22HB_WaitForData`` is an
+    addition. ST's main.c reads its reference pressure some 10 ms after switching on a 25 Hz output, when the
+    sensor may not have converted yet and shows no pressure (758.4 hPa was seen on a real one). That cannot
+    be the floor level of 0 m. The wait is limited: a dead sensor must not stop the boot.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ _INIT: tuple[Step, ...] = (
 
 
 def LPS22HB_Init(hal: Hal) -> int:
-    """Reset, wait 1 s, identify and set the part up, powered down; COMPONENT_ERROR if it is not there."""
+    """Reset, wait 1 s, identify and set the sensor up, powered down; COMPONENT_ERROR if it is absent."""
     if update_register(hal, LPS22HB_ADDRESS, (CTRL_REG2, BOOT_SWRESET, BOOT_SWRESET)) != COMPONENT_OK:
         return COMPONENT_ERROR
     hal.HAL_Delay(RESET_TIME_MS)
@@ -92,7 +92,7 @@ def LPS22HB_WaitForData(hal: Hal) -> int:
 
 
 def pressure_hpa(raw: int) -> float:
-    """Pressure in hPa, a float32, from the 24-bit register: ``(float)((raw * 100) / 4096) / 100.0f``.
+    """Return the pressure in hPa, a float32, from the 24-bit register: ``(float)((raw * 100) / 4096) / 100.0f``.
 
     The int32 product cannot overflow: 2^23 * 100 is below 2^31.
     """
@@ -100,22 +100,22 @@ def pressure_hpa(raw: int) -> float:
 
 
 def temperature_degc(raw: int) -> float:
-    """Temperature in degC, a float32, from the 16-bit register: ``(float)((raw * 10) / 100) / 10.0f``."""
+    """Return the temperature in degC, a float32, from the 16-bit register: ``(float)((raw * 10) / 100) / 10.0f``."""
     return f32(int_divide(raw * 10, 100) / 10.0)
 
 
-@lru_cache(maxsize=64)  # a new sample comes 25 times a second, and is asked for 800 times
+@lru_cache(maxsize=64)  # 25 new samples per second, read 800 times
 def _pressure_of(data: bytes) -> float:
     return pressure_hpa(int.from_bytes(data, "little", signed=True))
 
 
 def LPS22HB_Get_Press(hal: Hal, press: float) -> float:
-    """Pressure in hPa, a float32; the old value ``press`` if the read fails."""
+    """Return the pressure in hPa, a float32; the old value ``press`` if the read fails."""
     status, data = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, PRESS_OUT_XL, 3)
     return _pressure_of(data) if status == HAL_OK else press
 
 
 def LPS22HB_Get_Temp(hal: Hal, temperature: float) -> float:
-    """Temperature in degC, a float32; the old value ``temperature`` if the read fails."""
+    """Return the temperature in degC, a float32; the old value ``temperature`` if the read fails."""
     status, data = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, TEMP_OUT_L, 2)
     return temperature_degc(int.from_bytes(data, "little", signed=True)) if status == HAL_OK else temperature

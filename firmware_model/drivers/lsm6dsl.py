@@ -1,6 +1,6 @@
 """LSM6DSL accelerometer and gyroscope: set-up over I2C.
 
-The order is that of the driver in ST's firmware package STSW-FCU001, less what I2C has no use for: the blind
+The order is that of the driver in ST's firmware package STSW-FCU001, without the steps for SPI: the blind
 write of SIM (3-wire SPI) and the I2C_disable bit. CTRL3_C therefore ends at 44, CTRL4_C at 00.
 """
 
@@ -77,14 +77,14 @@ _FLIGHT_SETUP: tuple[Step, ...] = (
 
 
 def LSM6DSL_X_Init(hal: Hal) -> int:
-    """Identify the part and set the accelerometer up, powered down; COMPONENT_ERROR if it is not there."""
+    """Identify the sensor and set the accelerometer up, powered down; COMPONENT_ERROR if it is absent."""
     if check_who_am_i(hal, LSM6DSL_ADDRESS, WHO_AM_I, WHO_AM_I_VALUE) != COMPONENT_OK:
         return COMPONENT_ERROR
     return update_registers(hal, LSM6DSL_ADDRESS, _X_INIT)
 
 
 def LSM6DSL_G_Init(hal: Hal) -> int:
-    """Identify the part again, as ST's driver does, and set the gyroscope up, powered down."""
+    """Identify the sensor again, as ST's driver does, and set the gyroscope up, powered down."""
     if check_who_am_i(hal, LSM6DSL_ADDRESS, WHO_AM_I, WHO_AM_I_VALUE) != COMPONENT_OK:
         return COMPONENT_ERROR
     return update_registers(hal, LSM6DSL_ADDRESS, _G_INIT)

@@ -5,7 +5,7 @@ registers      register map (datasheet 8)
 magnetometer   measurement, set and reset pulses, thermometer (AN5069 3, 8, 9)
 modes          modes, boot, output registers (AN5069 3, 6, 7)
 interrupt      threshold interrupt, INT/DRDY (AN5069 10)
-model          the part itself, reset, what is forbidden, supply current
+model          the sensor itself, reset, forbidden settings, supply current
 declaration    signals, bus, deviations, functions as data
 =============  ========================================================================================
 """

@@ -36,12 +36,12 @@ _TABLE_3 = "datasheet Table 3"
 
 @dataclass(frozen=True)
 class LIS2MDLErrors(PartErrors):
-    """Explicit numbers, axes in the sensor's own frame; the default is an ideal part.
+    """Explicit numbers, axes in the sensor's own frame; the default is an ideal sensor.
 
-    Table 3 has a minimum and a maximum for offset and sensitivity, and typical values for their drift.
-    No document gives a figure for the offset that cancellation removes. It is taken as twice the one that
-    remains (60 mgauss), so that leaving cancellation out is seen. Nor does Table 3 give one for what an axis
-    sees of the field along another: 1 % is taken, an axis tilted by 0.6 degrees.
+    Table 3 has a minimum and a maximum for offset and sensitivity, and typical values for their drift. No
+    document gives a figure for the offset removed by cancellation. Twice the remaining one (60 mgauss) is
+    assumed, so that missing cancellation is visible. Table 3 has no figure for the coupling between axes
+    either: 1 % is assumed, an axis tilted by 0.6 degrees.
     """
 
     PART: ClassVar[str] = "LIS2MDL"
@@ -72,7 +72,7 @@ class LIS2MDLErrors(PartErrors):
 
     @property
     def rate_factor(self) -> Fraction:
-        """The part's true output data rates over the nominal ones."""
+        """Ratio of the sensor's true output data rates to the nominal ones."""
         return rate_factor(self.odr_percent)
 
 

@@ -1,20 +1,20 @@
 """The LIS2MDL's threshold interrupt and its pin INT/DRDY (datasheet 8.7 to 8.11; AN5069 6.3 and section 10).
 
 Every sample is compared with the threshold, axis by axis. IEL = 0: INT_SOURCE_REG shows the latest sample's
-comparison; IEL = 1: what has once crossed stays until the register is read, which clears all its bits. MROI
-(range overflow) stays until it is read in either case. IEA is the level of INT while it signals, in the
-register and on the pin alike: with IEA = 0 a 0 signals an interrupt.
+comparison; IEL = 1: a crossing stays until the register is read, which clears all its bits. MROI (range
+overflow) stays until it is read in both cases. IEA is the active level of INT, in the register and on the
+pin: with IEA = 0 a 0 signals an interrupt.
 
 Decisions:
 
 * MROI needs IEN = 1 (AN5069 10.2); the datasheet calls it "always enabled".
-* the threshold has 16 bits, as the datasheet's Table 38 shows; AN5069 speaks of 15. It is compared as an
-  unsigned number, so no int16 sample crosses 0x8000 and above.
+* the threshold has 16 bits, as the datasheet's Table 38 shows; AN5069 says 15. It is compared as an unsigned
+  number, so no int16 sample crosses 0x8000 and above.
 * INT signals crossings only: an overflowing axis crosses every smaller threshold anyway.
-* a changed setting acts from the next sample on, except that IEN = 0 clears everything at once and IEA turns
-  the level at once.
+* a changed interrupt setting acts from the next sample on. Exceptions: IEN = 0 clears everything at once, and
+  IEA changes the level at once.
 * with IEN = 0 and IEA = 0 bit INT reads 0, as every bit does after reset; read literally, IEA = 0 makes it 1.
-  No document says which, so it is a setting (``idle_level``). The pin is then inactive in either case.
+  No document decides it, so it is a setting (``idle_level``). The pin is inactive in both cases.
 """
 
 from __future__ import annotations
@@ -40,18 +40,17 @@ _BELOW: Final = np.array(
 
 @dataclass(frozen=True)
 class InterruptSettings:
-    """What the registers say about the interrupt."""
+    """The interrupt's settings in the registers."""
 
     on: bool
     latched: bool
     active_level: int
     axes: tuple[bool, bool, bool]
     threshold: int  # counts
-    after_offset: bool  # compared is the output, from which the hard-iron offset has been subtracted
+    after_offset: bool  # compare the output, after subtraction of the hard-iron offset
 
     @classmethod
     def decode(cls, mem: bytearray) -> InterruptSettings:
-        """Read the settings out of the registers."""
         control = mem[INT_CRTL_REG.addr]
         return cls(
             on=bool(control & INT_CRTL_REG.IEN.mask),
@@ -67,9 +66,9 @@ class InterruptSettings:
         )
 
     def compare(self, compared: NDArray[np.int16], measured: NDArray[np.float64]) -> bytes:
-        """For each sample what INT_SOURCE_REG shows, without INT: a byte each.
+        """Return INT_SOURCE_REG without INT for each sample, one byte each.
 
-        ``compared``: counts, shape (3, n); ``measured``: counts before they were cut to 16 bits, likewise.
+        ``compared``: counts, shape (3, n); ``measured``: counts before saturation at 16 bits, same shape.
         """
         axes, counts = np.array(self.axes), compared.astype(np.int64)
         source = (_ABOVE * axes) @ (counts > self.threshold) + (_BELOW * axes) @ (counts < -self.threshold)
@@ -78,11 +77,12 @@ class InterruptSettings:
 
 
 class InterruptGenerator:
-    """INT_SOURCE_REG and the INT signal.
+    """Generator of INT_SOURCE_REG and the INT signal.
 
-    ``compared``: a stream of one byte a sample, as ``InterruptSettings.compare`` gives it, in step with the
-    output; it is looked at only while IEN = 1. ``idle_level``: bit INT while IEN = 0 and IEA = 0. ``edge``:
-    called with each change of the INT signal that a sample brings, and with its time.
+    ``compared``: a stream of one byte per sample, as from ``InterruptSettings.compare``, in phase with the
+    output; it is read only while IEN = 1.
+    ``idle_level``: bit INT while IEN = 0 and IEA = 0.
+    ``edge``: called with each change of the INT signal by a sample, and its time.
     """
 
     def __init__(
@@ -96,7 +96,7 @@ class InterruptGenerator:
 
     @property
     def level(self) -> int:
-        """The INT signal as the pin shows it."""
+        """Level of the INT signal on the pin."""
         active = self.settings.active_level
         return active if self._source & _CROSSINGS else 1 - active
 
@@ -108,19 +108,19 @@ class InterruptGenerator:
         return self._source | self.level
 
     def configure(self, settings: InterruptSettings, now_ps: int) -> None:
-        """The registers may have changed; what came before ``now_ps`` has been caught up."""
+        """Decode the registers, which may have changed; work before ``now_ps`` is done."""
         if settings.on and not self.settings.on and now_ps >= self.compared.next_ps:
-            self.compared.advance(now_ps)  # what came before IEN = 1 is not compared
+            self.compared.advance(now_ps)  # samples before IEN = 1 are not compared
         self.settings = settings
         if not settings.on:
             self._source = 0
 
     def after_reading_source(self) -> None:
-        """INT_SOURCE_REG was read: clear what was latched."""
+        """Clear latched flags after a read of INT_SOURCE_REG."""
         self._source &= 0 if self.settings.latched else _CROSSINGS
 
     def catch_up(self, now_ps: int) -> None:
-        """Take every sample that has become available until ``now_ps``."""
+        """Process every sample available at ``now_ps``."""
         stream = self.compared
         if not self.settings.on or now_ps < stream.next_ps:
             return
@@ -132,7 +132,7 @@ class InterruptGenerator:
             self._edge(stream.time_ps(first + index), active if signals else 1 - active)
 
     def _take(self, sources: NDArray[np.uint8]) -> list[tuple[int, bool]]:
-        """Where in ``sources`` the interrupt begins (True) or ends (False) to signal."""
+        """Return the indices in ``sources`` at which the interrupt becomes active (True) or inactive (False)."""
         was = bool(self._source & _CROSSINGS)
         signals = (sources & _CROSSINGS) != 0
         everything = int(np.bitwise_or.reduce(sources))
@@ -151,14 +151,14 @@ Shown: TypeAlias = Literal["INT", "DRDY"]
 
 
 class IntDrdyPin:
-    """High impedance unless enabled; INT goes before DRDY; in 4-wire SPI the pin is SDO and shows neither."""
+    """High impedance unless enabled; INT has priority over DRDY; in 4-wire SPI the pin is SDO without both."""
 
     def __init__(self) -> None:
         self.pin = Pin("INT/DRDY", level=None)
         self.shows: Shown | None = None
 
     def configure(self, control: int, now_ps: int) -> None:
-        """CFG_REG_C may have changed; ``drive`` follows for both signals."""
+        """Decode CFG_REG_C, which may have changed; ``drive`` follows for both signals."""
         self.shows = None
         if not control & CFG_REG_C.FOURWSPI.mask:
             if control & CFG_REG_C.INT_on_PIN.mask:
@@ -169,6 +169,6 @@ class IntDrdyPin:
             self.pin.drive(None, now_ps)
 
     def drive(self, signal: Shown, level: int, at_ps: int) -> None:
-        """``signal`` has ``level`` as of ``at_ps``; the pin follows if it shows it."""
+        """Set the level of ``signal`` as of ``at_ps``; the pin follows if it shows the signal."""
         if self.shows == signal:
             self.pin.drive(level, at_ps)

@@ -4,22 +4,22 @@ A measurement is the field, its mean over the conversion (``sensors.front_end``)
 polarity of the last pulse, plus noise. In continuous mode OFF_CANC gives the mean of the last two, one of
 each polarity, so Hoff cancels. LPF is the same mean without a change of polarity.
 
-Decisions: LPF is the mean of two measurements. Its shape is not documented; the mean of two has its -3 dB
-point at exactly ODR/4 and lowers white noise by the square root of two, which is what Table 3 says of both
-LPF and OFF_CANC, so both together are no more than one of them. A single measurement has no neighbour to be
-averaged with: LPF does nothing there, and with OFF_CANC and OFF_CANC_ONE_SHOT the polarity alternates and the
-host averages. OFF_CANC alone makes a single measurement longer (AN5069 Table 8) but leaves Hoff in it.
+Decisions: LPF of the LIS2MDL is the mean of two measurements. Its shape is not documented. The mean of two
+has its -3 dB point at exactly ODR/4. It lowers white noise by the square root of two, as both LPF and
+OFF_CANC do in Table 3. Both together thus have the effect of one. A single measurement has no neighbour for a
+mean: LPF has no effect there, and with OFF_CANC and OFF_CANC_ONE_SHOT the polarity alternates and the host
+averages. OFF_CANC alone makes a single measurement longer (AN5069 Table 8) but does not remove Hoff.
 Averaging takes both measurements under the settings of the later one.
 
 Pulses (AN5069 section 8). A set pulse leaves the bridge with the offset +Hoff, a reset pulse with -Hoff,
-and it stays so until the next pulse. With offset cancellation pulses alternate, one a measurement. Without
-it there are set pulses only: every 63 samples (Set_FREQ = 0) or only on leaving idle (Set_FREQ = 1).
+until the next pulse. With offset cancellation pulses alternate, one per measurement. Without it there are set
+pulses only: every 63 samples (Set_FREQ = 0) or only on leaving idle (Set_FREQ = 1).
 
-Decisions where the documents are silent: the 63 samples are counted from leaving idle, which is a pulse of
-its own; alternation goes on from the polarity the last pulse has left. So a part whose cancellation is
-switched off while it measures may keep -Hoff for up to 63 samples, and with Set_FREQ = 1 until it has been
-idle. Road not taken: offsets that strong fields leave behind until the next set pulse, for which no document
-has a number.
+Decisions where the documents are silent: the 63 samples are counted from leaving idle, which is itself a
+pulse; alternation continues from the polarity of the last pulse. If cancellation is switched off during
+measurements, -Hoff may thus remain for up to 63 samples, and with Set_FREQ = 1 until the sensor has been
+idle. Offsets that strong fields leave behind until the next set pulse were rejected, because no document has
+a number for them.
 
 Thermometer (datasheet 8.16): 12 bits, sign-extended, one value with each sample.
 """
@@ -50,25 +50,25 @@ class Pulses:
 
     def __init__(self) -> None:
         self.first = 0
-        """Number of the first measurement since idle was left."""
-        self._from = 0  # the settings below hold from this measurement on ...
+        """Number of the first measurement since leaving idle."""
+        self._from = 0  # the settings below apply from this measurement on ...
         self._before = SET  # ... and this was the polarity until then
         self._alternating = False
         self._periodic = True
 
     def configure(self, number: int, *, alternating: bool, periodic: bool) -> None:
-        """From measurement ``number`` on pulses alternate, or set pulses come ``periodic`` or not at all."""
+        """Alternate pulses from measurement ``number`` on, or set ``periodic`` set pulses, or none."""
         self._before = int(self.polarity(np.array([number - 1]))[0])
         self._from = number
         self._alternating = alternating
         self._periodic = periodic
 
     def leave_idle(self, number: int) -> None:
-        """Measurement ``number`` is the first one after idle; ``configure`` was called with the same."""
+        """Start counting at ``number``, the first measurement after idle; ``configure`` had the same number."""
         self.first = number
 
     def polarity(self, numbers: NDArray[np.int64]) -> NDArray[np.int64]:
-        """+1 or -1 for each of ``numbers``, none of them earlier than the last one before ``configure``."""
+        """Return +1 or -1 for each of ``numbers``, all at or after the last one before ``configure``."""
         since = numbers - self._from
         if self._alternating:
             return self._before * (1 - 2 * ((since + 1) % 2))
@@ -78,7 +78,7 @@ class Pulses:
 
 
 MGAUSS_PER_LSB = 1.5
-SELF_TEST_MGAUSS = 150.0  # datasheet Table 3 allows +15 to +500 mgauss; one value inside, for every part
+SELF_TEST_MGAUSS = 150.0  # datasheet Table 3 allows +15 to +500 mgauss; one value inside, for every sensor
 _CONTINUOUS: Final = 0  # CFG_REG_A.MD
 _ODR_HZ = (10, 20, 50, 100)
 _NOISE_FACTOR = {  # Table 3's RMS noise over 4.5 mgauss, by (low power, averaging)
@@ -91,9 +91,9 @@ _NOISE_FACTOR = {  # Table 3's RMS noise over 4.5 mgauss, by (low power, averagi
 
 @dataclass(frozen=True)
 class MagnetometerSettings:
-    """What the registers say about a measurement."""
+    """The measurement's settings in the registers."""
 
-    rate: Fraction  # the part's own, Hz
+    rate: Fraction  # the sensor's own, Hz
     turn_on_ps: int  # also the time of a single measurement (AN5069 Table 8)
     conversion_s: float  # of one polarity
     averaging: bool  # OFF_CANC or LPF in continuous mode
@@ -105,7 +105,7 @@ class MagnetometerSettings:
 
     @classmethod
     def decode(cls, mem: bytearray, rate_factor: Fraction = Fraction(1)) -> MagnetometerSettings:
-        """Read the settings out of the registers; ``rate_factor``: true rates over nominal ones."""
+        """Decode the settings from the registers; ``rate_factor``: true rates over nominal ones."""
         config, filters = mem[CFG_REG_A.addr], mem[CFG_REG_B.addr]
         low_power = bool(config & CFG_REG_A.LP.mask)
         continuous = CFG_REG_A.MD.get(config) == _CONTINUOUS
@@ -156,29 +156,29 @@ class Magnetometer:
         self.interrupt = InterruptSettings.decode(mem)
 
     def configure(self, mem: bytearray, number: int) -> None:
-        """The registers may have changed: sample ``number`` is the first one under the new settings."""
+        """Decode the registers, which may have changed; sample ``number`` is the first under the new settings."""
         settings = self.settings = MagnetometerSettings.decode(mem, self._rate_factor)
         self.interrupt = InterruptSettings.decode(mem)
         self.pulses.configure(number, alternating=settings.alternating, periodic=settings.periodic_set)
 
     def produce(self, number: int, t_s: Times) -> bytes:
-        """Output samples, little-endian X, Y, Z int16."""
+        """Return output samples, little-endian X, Y, Z int16."""
         return words(self._without_offset(self._measure(number, t_s)))
 
     def compare(self, number: int, t_s: Times) -> bytes:
-        """The same samples as the threshold interrupt sees them: a byte each, INT_SOURCE_REG without INT."""
+        """Return the samples' comparisons with the threshold: a byte each, INT_SOURCE_REG without INT."""
         measured = np.rint(self._measure(number, t_s))
         compared = self._without_offset(measured) if self.interrupt.after_offset else measured
         return self.interrupt.compare(to_int16(compared), measured)
 
     def _without_offset(self, counts: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The hard-iron offset registers subtracted from what the part has measured (AN5069 section 9)."""
+        """Return the measurement minus the hard-iron offset registers (AN5069 section 9)."""
         if not any(self.settings.offset_counts):
             return counts
         return to_int16(counts) - np.array(self.settings.offset_counts, dtype=np.float64).reshape(3, 1)
 
     def _measure(self, number: int, t_s: Times) -> NDArray[np.float64]:
-        """Counts, neither rounded nor saturated, shape (3, n)."""
+        """Return counts, neither rounded nor saturated, shape (3, n)."""
         settings = self.settings
         numbers = np.arange(number, number + len(t_s))
         signal, sign = (
@@ -201,7 +201,7 @@ class Magnetometer:
         return field / MGAUSS_PER_LSB
 
     def _noise_of(self, number: int, count: int) -> NDArray[np.float64]:
-        """Of unit variance; averaged samples share a measurement with their neighbour, and so its noise."""
+        """Return noise of unit variance; averaged samples share one measurement, and so noise, with the neighbour."""
         if not self.settings.averaging:
             return self._noise.block(number + 1, count)
         measured = self._noise.block(number, count + 1)
@@ -210,7 +210,7 @@ class Magnetometer:
 
 DEGC_PER_LSB = 1 / 8
 ZERO_DEGC = 25.0  # the temperature that reads 0
-TEMPERATURE_COUNTS = 2048  # either way
+TEMPERATURE_COUNTS = 2048  # in both directions
 
 
 class MagnetometerTemperature:
@@ -221,7 +221,7 @@ class MagnetometerTemperature:
         self._offset_degc = offset_degc
 
     def produce(self, number: int, t_s: Times) -> bytes:
-        """Samples as little-endian int16."""
+        """Return samples as little-endian int16."""
         del number
         counts = (self._temperature_degc(t_s) + self._offset_degc - ZERO_DEGC) / DEGC_PER_LSB
         return to_int16(counts.clip(-TEMPERATURE_COUNTS, TEMPERATURE_COUNTS - 1)).tobytes()

@@ -2,7 +2,7 @@
 
 Decisions where the documents are silent: triggering a single measurement does not clear Zyxda (ST's own
 examples poll in such a loop); the per-axis flags are cleared by their own high byte; DRDY is high while Zyxda
-is set; the registers answer during REBOOT, or nobody could see its bit, while after power-on they do not.
+is set; the registers answer during REBOOT, because its bit must be readable, but not after power-on.
 Measuring with COMP_TEMP_EN = 0, which "must be 1" (datasheet 8.5), works and is noted.
 """
 
@@ -45,14 +45,14 @@ from fcu_emulator.sensors.register_file import NEVER_PS, WriteHook
 from fcu_emulator.sensors.sampling import PS_PER_S, SampleStream
 
 _SOFT_RST_PS = 5 * PS_PER_S // 10**6  # datasheet 8.5
-_BURST_WRAP = {0x6D: 0x68}  # from Z a burst goes on at X, never at the temperature (PX4's driver)
+_BURST_WRAP = {0x6D: 0x68}  # after Z a burst continues at X, never at the temperature (PX4's driver)
 
 
 class LIS2MDL(Part):
     """Magnetometer with thermometer; ``magnetic_field_mgauss``: (n, 3) in the sensor's own axes.
 
-    ``powered_on_ps``: when supply came, None for long ago; for 20 ms from then on the registers are not
-    accessible. ``int_idle_level``: INT_SOURCE_REG.INT while IEN = 0 and IEA = 0 (see ``interrupt``).
+    ``powered_on_ps``: time of power-on, None for long ago; the registers are not accessible for 20 ms from
+    then on. ``int_idle_level``: INT_SOURCE_REG.INT while IEN = 0 and IEA = 0 (see ``interrupt``).
     """
 
     NAME: ClassVar[str] = "LIS2MDL"
@@ -110,13 +110,12 @@ class LIS2MDL(Part):
         for register in (INT_CRTL_REG, INT_THS, OFFSET_X_REG, OFFSET_Y_REG, OFFSET_Z_REG):
             main.on_write(register, self._configure)
 
-    # -- the part from outside --------------------------------------------------------------------------
+    # -- interface of the sensor ------------------------------------------------------------------------
 
     def supply_current_ua(self, single_hz: float = 0.0) -> float:
-        """Average supply current in microampere as now configured.
+        """Return the average supply current in microampere as configured.
 
-        ``single_hz``: how often firmware triggers a single measurement, where it does not measure
-        continuously.
+        ``single_hz``: rate of single measurements by firmware, if it does not measure continuously.
         """
         return _supply_current_ua(self.registers.mem, single_hz)
 
@@ -127,13 +126,13 @@ class LIS2MDL(Part):
         return (self._pin.pin,)
 
     def catch_up(self, now_ps: int) -> None:
-        """Compare every sample until ``now_ps`` with the threshold, and bring the pin up to date."""
+        """Compare every sample until ``now_ps`` with the threshold, and update the pin."""
         self._interrupt.catch_up(now_ps)
         if self._pin.shows == "DRDY":
             self._outputs.field.refresh(now_ps)
 
     def next_event_ps(self) -> int:
-        """When the pin may change next: with the next sample, if the pin is wired and shows anything."""
+        """Return the time of the next sample, if the pin is wired and has a signal."""
         if self._pin.pin.wired and self._pin.shows == "DRDY":
             return self._streams.field.next_ps
         if self._pin.pin.wired and self._pin.shows == "INT" and self._interrupt.settings.on:
@@ -156,7 +155,7 @@ class LIS2MDL(Part):
     def _after_sample(self) -> None:
         self._pin.drive("DRDY", 1, self._modes.measured())
 
-    # -- registers that are read ------------------------------------------------------------------------
+    # -- registers with side effects of reads -----------------------------------------------------------
 
     def _before_config(self, first: int, end: int, now_ps: int) -> None:
         self._refresh(first, end, now_ps)
@@ -180,7 +179,7 @@ class LIS2MDL(Part):
 
     def _write_config_a(self, old: int, new: int, now_ps: int) -> None:
         main, clearing = self.registers, self._clearing
-        main.mem[CFG_REG_A.addr] = old  # a single measurement may have ended meanwhile: settle it first
+        main.mem[CFG_REG_A.addr] = old  # a single measurement may have ended meanwhile: process its end first
         self._refresh(0, 0, now_ps)
         main.mem[CFG_REG_A.addr] = new
         self._note(_forbidden_in_a, old, new, now_ps)
@@ -202,7 +201,7 @@ class LIS2MDL(Part):
         self._modes.stop()
 
     def _configure(self, old: int, new: int, now_ps: int) -> None:
-        """A register has changed: settle what came before, then go on under the new settings."""
+        """Finish the earlier work after a register change, then continue under the new settings."""
         del old, new
         self._interrupt.catch_up(now_ps)
         self._refresh(0, 0, now_ps)
@@ -220,7 +219,7 @@ class LIS2MDL(Part):
         self.i2c_off = bool(control & CFG_REG_C.I2C_DIS.mask)
         self._pin.configure(control, now_ps)
         if self._pin.shows == "DRDY":
-            self.registers.after_read(OUT, self._after_output)  # only now does reading cost anything more
+            self.registers.after_read(OUT, self._after_output)  # reads cost more only from now on
         self._drive_pin(now_ps)
 
     def _drive_pin(self, now_ps: int) -> None:
@@ -235,19 +234,19 @@ class LIS2MDL(Part):
         return note_and_configure
 
     def _note(self, forbidden: _Forbidden, old: int, new: int, now_ps: int) -> None:
-        """Once, when the setting comes about."""
+        """Note a violation once, when the setting first has it."""
         if forbidden(new) not in ("", forbidden(old)):
             self.registers.note(now_ps, "forbidden", forbidden(new))
 
 
-# -- settings that the documents forbid ---------------------------------------------------------------------
+# -- forbidden settings -------------------------------------------------------------------------------------
 
 _Forbidden: TypeAlias = Callable[[int], str]
-"""``forbidden(value)``: what a register with that value violates, empty if nothing."""
+"""``forbidden(value)``: the violation of a register with that value, empty if there is none."""
 
 
 def _forbidden_in_a(value: int) -> str:
-    """AN5069 section 7; datasheet 8.5: COMP_TEMP_EN "must be 1"."""
+    """Return violations of AN5069 section 7; datasheet 8.5: COMP_TEMP_EN "must be 1"."""
     if value & CFG_REG_A.REBOOT.mask and value & CFG_REG_A.SOFT_RST.mask:
         return "CFG_REG_A: REBOOT and SOFT_RST at once"
     idle = CFG_REG_A.MD.get(value) > 1 or value & (CFG_REG_A.REBOOT.mask | CFG_REG_A.SOFT_RST.mask)
@@ -263,12 +262,12 @@ def _forbidden_in_b(value: int) -> str:
 
 
 def _forbidden_in_c(value: int) -> str:
-    """AN5069 Rev 4: INT/DRDY is SDO in 4-wire SPI."""
+    """Return violations of AN5069 Rev 4: INT/DRDY is SDO in 4-wire SPI."""
     shown = value & (CFG_REG_C.INT_on_PIN.mask | CFG_REG_C.DRDY_on_PIN.mask)
     return "CFG_REG_C: INT/DRDY is SDO while 4WSPI = 1" if shown and value & CFG_REG_C.FOURWSPI.mask else ""
 
 
-# -- what the part draws, for estimates of battery life (datasheet Table 3, AN5069 Table 8) -----------------
+# -- supply current, for estimates of battery life (datasheet Table 3, AN5069 Table 8) ----------------------
 
 _IDLE_UA = 1.5
 _CONTINUOUS_UA = {  # by (low power, offset cancellation): at 10, 20, 50 and 100 Hz
@@ -280,10 +279,10 @@ _CONTINUOUS_UA = {  # by (low power, offset cancellation): at 10, 20, 50 and 100
 
 
 def _supply_current_ua(mem: bytearray, single_hz: float) -> float:
-    """Average supply current in microampere as the registers configure the part.
+    """Return the average supply current in microampere for these registers.
 
-    ``single_hz``: how often firmware triggers a single measurement, where it does not measure continuously.
-    The documents scale the current at 10 Hz for that, and so is it done above 10 Hz too.
+    ``single_hz``: rate of single measurements by firmware, if it does not measure continuously. The documents
+    scale the current at 10 Hz with the rate; this function does so above 10 Hz too.
     """
     config = mem[CFG_REG_A.addr]
     mode = bool(config & CFG_REG_A.LP.mask), bool(mem[CFG_REG_B.addr] & CFG_REG_B.OFF_CANC.mask)

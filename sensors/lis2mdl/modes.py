@@ -1,9 +1,9 @@
-"""What the LIS2MDL measures next, and what its output registers show of it (AN5069 sections 3, 6 and 7).
+"""The LIS2MDL's modes: the next measurement, and its output registers (AN5069 sections 3, 6 and 7).
 
-Decisions where the documents are silent: a second MD = 01 while a single measurement is under way does not
-restart it (ST's own examples poll in such a loop). REBOOT ends in idle "after performing one measurement"
-(AN5069 section 7), which is available when the 20 ms are over; MD reads idle meanwhile, and a measurement
-asked for in that time begins when it is over.
+Decisions where the documents are silent: a second MD = 01 during a single measurement does not restart it
+(ST's own examples poll in such a loop). REBOOT ends in idle "after performing one measurement" (AN5069
+section 7), which is available after the 20 ms; MD reads idle meanwhile, and a measurement requested in that
+time begins after it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from fcu_emulator.sensors.sampling import PS_PER_S, DataReady, OutputWords, Samp
 
 @dataclass(frozen=True)
 class Streams:
-    """``temperature`` runs along only with COMP_TEMP_EN = 1, ``compared`` always, though rarely looked at."""
+    """``temperature`` runs only with COMP_TEMP_EN = 1, ``compared`` always, though it is rarely read."""
 
     field: SampleStream
     temperature: SampleStream
@@ -32,13 +32,13 @@ class Streams:
         return self.field, self.temperature, self.compared
 
     def next_number(self) -> int:
-        """Number of the next sample, counted over all runs, as the producers of the streams see it."""
+        """Number of the next sample, counted over all runs, as the producers of the streams count."""
         return self.pulses.first + self.field.index + 1
 
     def start(self, now_ps: int, first_delay_ps: int, rate: Fraction | None, *, temperature: bool) -> None:
         """Leave idle: the first sample after ``first_delay_ps``, then more at ``rate`` or none (None)."""
         self.pulses.leave_idle(self.next_number())
-        self.compared.index = self.field.index  # numbers go on together, though this one was not looked at
+        self.compared.index = self.field.index  # numbers are continued, though this stream was not read
         self.temperature.stop()
         running = (
             (self.field, self.compared, self.temperature) if temperature else (self.field, self.compared)
@@ -50,7 +50,7 @@ class Streams:
                 stream.start(now_ps, rate, first_delay_ps)
 
     def switch_temperature(self, now_ps: int, rate: Fraction, *, on: bool) -> None:
-        """COMP_TEMP_EN written during continuous measurement; the temperature comes with the field."""
+        """Handle COMP_TEMP_EN in continuous measurement; the temperature is sampled with the field."""
         if not on:
             self.temperature.stop()
         elif not self.temperature.running:
@@ -62,7 +62,7 @@ class Streams:
             stream.stop()
 
     def invalidate(self) -> None:
-        """Samples still to come are computed anew."""
+        """Discard samples computed ahead."""
         for stream in self.all:
             stream.invalidate()
 
@@ -76,7 +76,7 @@ _DATA_READY = DataReady(
 
 
 class Outputs:
-    """``after_sample()`` follows each look at a new sample of the field; the temperature has no flag."""
+    """Output registers: ``after_sample()`` follows each new sample of the field; the temperature has no flag."""
 
     def __init__(self, registers: RegisterFile, streams: Streams, after_sample: Callable[[], None]) -> None:
         self._mem = registers.mem
@@ -84,7 +84,7 @@ class Outputs:
         self._temperature = OutputWords(registers, TEMP_OUT, streams.temperature, None)
 
     def configure(self) -> None:
-        """CFG_REG_C may have changed: BDU and BLE, the same for both."""
+        """Decode BDU and BLE from CFG_REG_C, the same for both outputs."""
         control = self._mem[CFG_REG_C.addr]
         for output in (self.field, self._temperature):
             output.set_format(
@@ -92,33 +92,33 @@ class Outputs:
             )
 
     def refresh(self, now_ps: int) -> None:
-        """Bring registers and flags up to date."""
+        """Update registers and flags."""
         self.field.refresh(now_ps)
         self._temperature.refresh(now_ps)
 
     def reset(self) -> None:
-        """SOFT_RST: both read 0 until the next sample."""
+        """Clear both outputs until the next sample (SOFT_RST)."""
         self.field.reset()
         self._temperature.reset()
 
 
 BOOT_PS = 20 * PS_PER_S // 10**3  # AN5069 sections 3 and 7: power-on and REBOOT
-CONTINUOUS, SINGLE, IDLE = 0, 1, 3  # CFG_REG_A.MD; 2 is idle too
-_AFTER_BOOT = 4  # a single measurement while MD says idle
+CONTINUOUS, SINGLE, IDLE = 0, 1, 3  # CFG_REG_A.MD; 2 is also idle
+_AFTER_BOOT = 4  # a single measurement while MD reads idle
 
 
 class Modes:
-    """Runs ``streams`` as ``mem``, the part's registers, say; a boot is over at ``booted_ps``."""
+    """Runs ``streams`` according to ``mem``, the sensor's registers; a boot ends at ``booted_ps``."""
 
     def __init__(self, mem: bytearray, streams: Streams, booted_ps: int) -> None:
         self._mem = mem
         self._streams = streams
         self._booted_ps = booted_ps
         self._mode = IDLE
-        self._due_ps = NEVER_PS  # the first sample nobody has looked at
+        self._due_ps = NEVER_PS  # the first unprocessed sample
 
     def configure(self, was: MagnetometerSettings, settings: MagnetometerSettings, now_ps: int) -> None:
-        """The registers may have changed; ``was``: the settings until now."""
+        """Decode the registers, which may have changed; ``was``: the previous settings."""
         mode_was, mode = self._mode, CFG_REG_A.MD.get(self._mem[CFG_REG_A.addr])
         if mode in (CONTINUOUS, SINGLE):
             self._mode = mode
@@ -130,17 +130,17 @@ class Modes:
             self._streams.switch_temperature(now_ps, settings.rate, on=self._with_temperature())
 
     def boot(self, now_ps: int) -> None:
-        """REBOOT: 20 ms, one measurement, idle."""
+        """Boot (REBOOT): 20 ms, one measurement, then idle."""
         self._mode, self._booted_ps = _AFTER_BOOT, now_ps + BOOT_PS
         self._start(now_ps, BOOT_PS, None)
 
     def stop(self) -> None:
-        """SOFT_RST: idle at once."""
+        """Become idle at once (SOFT_RST)."""
         self._mode = IDLE
         self._streams.stop()
 
     def measured(self) -> int:
-        """Samples have been taken since the last call: when the first of them came.
+        """Process new samples since the last call; return the time of the first one.
 
         A single measurement ends in idle by itself (AN5069 3.3).
         """

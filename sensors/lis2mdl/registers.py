@@ -2,8 +2,8 @@
 
 The datasheet leaves the reset of INT_SOURCE_REG and STATUS_REG blank; both are declared 0.
 
-Decision: bit 2 of CFG_REG_C is 4WSPI, as ST's driver and AN5069 Rev 4 define it. The road not taken is the
-datasheet's "must be 0", which would make 4-wire firmware read nothing here while it works on the part.
+Decision: bit 2 of CFG_REG_C is 4WSPI, as ST's driver and AN5069 Rev 4 define it. The datasheet's "must be 0"
+was rejected, because 4-wire firmware would then read nothing here although it works on the real sensor.
 """
 
 from fcu_emulator.sensors.register import Bits, Register

@@ -6,7 +6,7 @@ barometer      measurement, low-pass filter, noise, supply current (datasheet 3,
 interrupt      reference pressure, differential interrupt, INT_DRDY (datasheet 9.1 to 9.7)
 fifo           FIFO (datasheet 5)
 output         output registers, STATUS, block data update (datasheet 9.5, 9.17)
-model          the part itself, commands, reset
+model          the sensor itself, commands, reset
 declaration    signals, bus, deviations, functions as data
 =============  ========================================================================================
 """

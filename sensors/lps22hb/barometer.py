@@ -1,27 +1,27 @@
 """The LPS22HB's measurement: from pressure and temperature to counts (datasheet Tables 3, 4, 17 and 18).
 
-A conversion takes the mean of the pressure while it lasts (``sensors.front_end``).
+A conversion measures the mean of the pressure during the conversion (``sensors.front_end``).
 
 Filter. EN_LPFP is a low-pass on the sampled pressure, -3 dB at ODR/9 or ODR/20 (its order and shape: see
 ``sensors.filters``). Decision: the pressure's low-pass starts settled, with the first sample after the rate
-or the filter has been set or LPFP_RES has been read; one-shot measurements do not pass through it, nor does
-the temperature.
+or the filter has been set or LPFP_RES has been read. One-shot measurements and the temperature do not pass
+it.
 
-Noise. The datasheet gives one figure: 0.0075 hPa RMS at 75 Hz, in low noise, with the filter at ODR/20. No
-document has another. Decision: the other settings are noisier by the factors of ``_NOISE``, which were chosen
-so that they grow with bandwidth and towards low current, and that the lab's own setting (25 Hz, low current,
-no filter) has 0.012 hPa RMS: 10 cm, a little more than the last digit that the lab prints and less than a
-step of a staircase, so that its exercise shows the way up. Before the filter the noise is white, and the same
-at every rate (the supply current grows with the rate, so a conversion takes the same effort at each). Road
-not taken: the other settings from the one figure, by the filter's noise gain and a quarter of the supply
-current, 0.0225 and 0.045 hPa RMS without a filter, with which a board at rest wanders by 40 cm.
+Noise. The documents give only one figure: 0.0075 hPa RMS at 75 Hz, in low noise, with the filter at ODR/20.
+Decision: the other settings of the barometer are noisier by the factors of ``_NOISE``. The factors grow with
+bandwidth and towards low current, and give the lab's own setting (25 Hz, low current, no filter) 0.012 hPa
+RMS, which is 10 cm. That is slightly more than the last printed digit and less than a step of a staircase, so
+that the exercise shows the way up. Before the filter the noise is white, and the same at every rate (the
+supply current grows with the rate, so every conversion takes the same energy). Deriving the other settings
+from the one figure was rejected: the filter's noise gain and a quarter of the supply current give 0.0225 and
+0.045 hPa RMS without a filter. A board at rest then wanders by 40 cm.
 
-Decision: a one-shot conversion takes 13 ms in low noise and 5 ms in low current, figures of the sister part
+Decision: a one-shot conversion takes 13 ms in low noise and 5 ms in low current, figures of the related
 LPS22HH; the LPS22HB's datasheet gives none. At a rate the first sample comes after one period.
 
 Supply (Table 3). Approximation: the datasheet gives 1 uA in power-down and the figures at 1 Hz, 12 uA in low
-noise and 3 uA in low current. What a measurement adds is taken to be the same at every rate, so that 25 Hz
-draw 25 times as much above power-down. One-shot measurements are not counted.
+noise and 3 uA in low current. Each measurement is assumed to add the same at every rate, so that 25 Hz draw
+25 times as much above power-down. One-shot measurements are not counted.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ _MIDDLE_HPA, _HALF_RANGE_HPA = 950.0, 150.0  # of 800 to 1100 hPa, where the rel
 _ONE_SHOT_PS = {False: 13 * PS_PER_S // 10**3, True: 5 * PS_PER_S // 10**3}  # by low current
 
 
-_NOISE = {  # RMS of the output over the datasheet's figure; by low current, and by the filter (0: none)
+_NOISE = {  # ratio of the output's RMS to the datasheet's figure; by low current, and by the filter (0: none)
     (False, 20): 1.0,
     (False, 9): 1.2,
     (False, 0): 1.4,
@@ -58,13 +58,13 @@ _NOISE = {  # RMS of the output over the datasheet's figure; by low current, and
 
 
 def _filter(divisor: int) -> Chain:
-    """The low-pass at ODR over ``divisor``."""
+    """Return the low-pass with its cut-off at ODR over ``divisor``."""
     return chain((low_pass(1 / divisor),), "settled")
 
 
 @dataclass(frozen=True)
 class BarometerSettings:
-    """What the registers say about a measurement."""
+    """The measurement's settings in the registers."""
 
     rate: Fraction  # nominal, Hz; 0 is power-down, where ONE_SHOT works
     low_current: bool
@@ -72,7 +72,6 @@ class BarometerSettings:
 
     @classmethod
     def decode(cls, mem: bytearray) -> BarometerSettings:
-        """Read the settings out of the registers."""
         control = mem[CTRL_REG1.addr]
         code = CTRL_REG1.ODR.get(control)
         rate = Fraction(_ODR_HZ[code] if code < len(_ODR_HZ) else 0)
@@ -83,11 +82,11 @@ class BarometerSettings:
 
     @property
     def low_pass(self) -> Chain | None:
-        """The filter that EN_LPFP puts in."""
+        """Return the filter that EN_LPFP enables."""
         return _filter(self.divisor) if self.divisor else None
 
     def conversion_noise(self) -> float:
-        """RMS before the filter, over the datasheet's figure."""
+        """Return the RMS noise before the filter, relative to the datasheet's figure."""
         behind = _NOISE[self.low_current, self.divisor]
         return behind / _filter(self.divisor).noise_gain if self.divisor else behind
 
@@ -112,7 +111,7 @@ class Barometer:
         self.stream.when_world_changes(self._filter.forget)
 
     def configure(self, settings: BarometerSettings, now_ps: int) -> None:
-        """The settings from the next sample on; another rate begins a new run."""
+        """Apply the settings from the next sample on; another rate begins a new run."""
         was = self.settings
         if settings == was:
             return
@@ -131,11 +130,11 @@ class Barometer:
         self.stream.invalidate()
 
     def measure_once(self, now_ps: int) -> None:
-        """Make a one-shot measurement now."""
+        """Start a one-shot measurement now."""
         self.stream.start_single(now_ps, _ONE_SHOT_PS[self.settings.low_current])
 
     def restart_filter(self) -> None:
-        """The filter forgets; it starts anew with the next sample, settled."""
+        """Restart the filter, settled, with the next sample."""
         self._filter.restart(self.settings.low_pass, self.stream.next_number())
         self.stream.invalidate()
 
@@ -152,7 +151,7 @@ class Barometer:
         return samples.tobytes()
 
     def _unfiltered(self, number: int, count: int) -> NDArray[np.float64]:
-        """What the filter is fed with, (1, count)."""
+        """Return the filter's input, (1, count)."""
         return self._measured_hpa(number, self.stream.times_s(number, count))[np.newaxis]
 
     def _measured_hpa(self, number: int, t_s: Times) -> NDArray[np.float64]:
@@ -163,9 +162,9 @@ class Barometer:
         return hpa
 
     def _deviating_hpa(self, pressure_hpa: NDArray[np.float64], t_s: Times) -> NDArray[np.float64]:
-        """``pressure_hpa`` (n,) as the part measures it, without noise.
+        """Return ``pressure_hpa`` (n,) with the sensor's deviation, without noise.
 
-        The temperature is asked for only where something drifts.
+        The temperature is evaluated only if something drifts.
         """
         errors = self._errors
         hpa = pressure_hpa + errors.pressure_bias_hpa
@@ -181,5 +180,5 @@ _AT_1_HZ_UA = {False: 12.0, True: 3.0}  # by low current
 
 
 def supply_current_ua(settings: BarometerSettings) -> float:
-    """Mean supply current in microampere for these settings."""
+    """Return the mean supply current in microampere for these settings."""
     return _POWER_DOWN_UA + (_AT_1_HZ_UA[settings.low_current] - _POWER_DOWN_UA) * float(settings.rate)

@@ -22,16 +22,17 @@ REFERENCE_DEGC, _FARTHEST_DEGC = 25.0, 65.0
 
 @dataclass(frozen=True)
 class LPS22HBErrors(PartErrors):
-    """Explicit numbers; the default is an ideal part.
+    """Explicit numbers; the default is an ideal sensor.
 
-    Table 3 gives the absolute accuracy as +-1 hPa before and +-0.1 hPa after a one-point calibration, and the
-    relative accuracy between 800 and 1100 hPa at 25 degC as +-0.1 hPa, all of them typical values. Decisions:
+    All figures of Table 3 are typical values. The absolute accuracy is +-1 hPa before and +-0.1 hPa after a
+    one-point calibration. The relative accuracy between 800 and 1100 hPa at 25 degC is +-0.1 hPa. Decisions:
 
-    * what calibration takes away is one number, ``pressure_bias_hpa``, here as before calibration; what
-      soldering adds to it has no figure of its own. RPDS or AUTOZERO are how firmware calibrates.
+    * the error of the LPS22HB that calibration removes is one number, ``pressure_bias_hpa``, here before
+      calibration; the part added by soldering has no separate figure. Firmware calibrates with RPDS or
+      AUTOZERO.
     * relative accuracy is a straight line through the middle of its range.
-    * what temperature adds is a straight line too. The 0.1 hPa that hold from 0 to 65 degC are reached at the
-      end that lies farther from 25 degC.
+    * the error by temperature is a straight line too. The 0.1 hPa specified from 0 to 65 degC are reached at
+      the end farther from 25 degC.
     """
 
     PART: ClassVar[str] = "LPS22HB"
@@ -52,7 +53,7 @@ class LPS22HBErrors(PartErrors):
 
     @property
     def rate_factor(self) -> Fraction:
-        """The part's true output data rates over the nominal ones."""
+        """Ratio of the sensor's true output data rates to the nominal ones."""
         return rate_factor(self.odr_percent)
 
 

@@ -27,7 +27,7 @@ LEVELS = 32
 
 
 class Behaviour(Enum):
-    """What happens to a new sample."""
+    """Rule for storing a new sample."""
 
     BYPASS = auto()
     FIFO = auto()
@@ -48,10 +48,10 @@ _OFF = (Behaviour.BYPASS, Behaviour.BYPASS)
 
 
 class PressureFifo:
-    """``on``: not in bypass now; ``active``: may be, so that it has to see each sample."""
+    """``on``: not in bypass now; ``active``: may leave bypass, so it needs each sample."""
 
     def __init__(self) -> None:
-        self._levels: deque[bytes] = deque()  # the unread ones, oldest first
+        self._levels: deque[bytes] = deque()  # the unread levels, oldest first
         self.on = self.active = False
         self._mode = _OFF
         self._behaviour = Behaviour.BYPASS
@@ -61,7 +61,7 @@ class PressureFifo:
         self._stopped = self._overrun = False
 
     def configure(self, mem: bytearray, *, triggered: bool) -> None:
-        """The registers may have changed; ``triggered``: IA."""
+        """Decode the registers, which may have changed; ``triggered``: IA."""
         control = mem[FIFO_CTRL.addr]
         enabled = mem[CTRL_REG2.addr] & CTRL_REG2.FIFO_EN.mask
         self._mode = _MODES.get(FIFO_CTRL.F_MODE.get(control), _OFF) if enabled else _OFF
@@ -72,7 +72,7 @@ class PressureFifo:
         self.trigger(on=triggered)
 
     def trigger(self, *, on: bool) -> None:
-        """IA is, or has become, ``on``."""
+        """Set the state of IA."""
         self._behaviour = self._mode[on]
         self.on = self._behaviour is not Behaviour.BYPASS
         if self._behaviour is not Behaviour.FIFO:
@@ -83,7 +83,7 @@ class PressureFifo:
             self._overrun = False
 
     def push(self, level: bytes) -> None:
-        """A sample has come."""
+        """Store a sample as a level."""
         if self._behaviour is Behaviour.FIFO:
             if len(self._levels) >= self._depth:
                 self._stopped = self._overrun = True
@@ -98,18 +98,17 @@ class PressureFifo:
                 self._overrun = True
 
     def pop(self) -> None:
-        """The oldest level has been read."""
+        """Remove the oldest level after its read."""
         if self._levels:
             self._last_read = self._levels.popleft()
             self._overrun = False
 
     @property
     def oldest(self) -> bytes | None:
-        """The level to be read next."""
+        """Return the next level to be read."""
         return self._levels[0] if self._levels else None
 
     def status(self) -> int:
-        """Return the value of FIFO_STATUS."""
         value = len(self._levels)
         if self._at_watermark():
             value |= FIFO_STATUS.FTH_FIFO.mask
@@ -118,7 +117,7 @@ class PressureFifo:
         return value
 
     def signals(self) -> int:
-        """What the pin can show, under the bits of CTRL_REG3 that let it."""
+        """Return the signals for the pin, under the bits of CTRL_REG3 that enable them."""
         value = CTRL_REG3.F_FSS5.mask if len(self._levels) == LEVELS else 0
         if self._at_watermark():
             value |= CTRL_REG3.F_FTH.mask

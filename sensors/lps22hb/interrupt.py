@@ -1,27 +1,26 @@
-"""The LPS22HB's pressure interrupt: what it refers to, what it compares, and its pin (datasheet 9.1 to 9.15).
+"""The LPS22HB's pressure interrupt: reference, comparison and pin (datasheet 9.1 to 9.15).
 
 Reference (9.1): RPDS, REF_P, AUTOZERO and AUTORIFP. AUTOZERO and AUTORIFP both copy the next measured
 pressure to REF_P and then clear their bit. From that sample on AUTOZERO subtracts REF_P from the output, in
-place of RPDS; AUTORIFP leaves the output alone. Under either the interrupt compares the measured pressure
+place of RPDS; AUTORIFP does not change the output. Under both the interrupt compares the measured pressure
 with REF_P, without them with 0.
 
-Decisions where the datasheet is silent: the measured pressure is the one before RPDS; the sample that is
-captured is itself shown relative already, so that a driver which waits for AUTOZERO to clear reads 0;
-firmware may overwrite REF_P, and the next sample refers to that; RESET_AZ clears REF_P and RESET_ARP does
-not; the functions do not exclude each other.
+Decisions where the datasheet is silent: the measured pressure is the one before RPDS; the captured sample
+itself is already shown relative to REF_P, so that a driver that waits for AUTOZERO to clear reads 0; firmware
+may overwrite REF_P, and the next sample uses the new value; RESET_AZ clears REF_P and RESET_ARP does not; the
+functions do not exclude each other.
 
 Comparison (9.1, 9.2, 9.15). The difference of every sample is compared: above +THS_P is PH, below -THS_P is
-PL, either is IA. Without LIR the flags follow the comparison; with LIR they stay until INT_SOURCE is read,
-and the next sample may set them again.
+PL, both set IA. Without LIR the flags follow the comparison; with LIR they stay until INT_SOURCE is read, and
+the next sample may set them again.
 
-Decisions where the datasheet is silent: a difference equal to the threshold is neither; a comparison that is
-switched off takes its flag with it, unless that is latched; switching LIR off leaves the flag to the next
-sample.
+Decisions where the datasheet is silent: a difference equal to the threshold sets neither flag; switching a
+comparison off clears its flag, unless that is latched; switching LIR off leaves the flag to the next sample.
 
 Pin (9.7, Table 19, figure 22). Decisions: with INT_S = 0 the pin shows the enabled data signals ORed
-together, as figure 22 draws it (Table 19 speaks of a priority, which gives the same level). Data-ready is
-P_DA: reading PRESS_OUT_H ends it, whether or not firmware wants the temperature. An open-drain pin is let
-go where a push-pull one would be high.
+together, as in figure 22 (Table 19 describes a priority, which gives the same level). Data-ready is P_DA:
+reading PRESS_OUT_H ends it, whether or not firmware needs the temperature. An open-drain pin is released when
+a push-pull one would be high.
 """
 
 from __future__ import annotations
@@ -37,33 +36,33 @@ from fcu_emulator.sensors.lps22hb.registers import (
 )
 from fcu_emulator.sensors.pin import Pin
 
-COUNTS_PER_SIXTEENTH = 256  # of 1 hPa: one LSB of THS_P, and of RPDS as AN4450 has it for the LPS25H
+COUNTS_PER_SIXTEENTH = 256  # of 1 hPa: one LSB of THS_P, and of RPDS (from AN4450, for the LPS25H)
 _LOWEST, _HIGHEST = -(1 << 23), (1 << 23) - 1
 _CAPTURE = INTERRUPT_CFG.AUTOZERO.mask | INTERRUPT_CFG.AUTORIFP.mask
 _REF_P, _REF_P_END = REF_P.addr, REF_P.addr + REF_P.size
 
 
 class Reference:
-    """Works on ``mem``, the part's registers; pressures are counts, samples the stream's five bytes."""
+    """The reference in ``mem``, the sensor's registers; pressures are counts, samples the stream's five bytes."""
 
     def __init__(self, mem: bytearray, rpds_counts_per_lsb: int) -> None:
         self._mem = mem
         self._rpds_counts_per_lsb = rpds_counts_per_lsb
-        self._autozero = self._autorifp = False  # captured, and in force since
+        self._autozero = self._autorifp = False  # captured, and active since then
         self._subtracted = 0
 
     @property
     def capturing(self) -> bool:
-        """Whether the next sample will be captured."""
+        """Return whether the next sample will be captured."""
         return bool(self._mem[INTERRUPT_CFG.addr] & _CAPTURE)
 
     def configure(self) -> None:
-        """RPDS or REF_P may have changed."""
+        """Decode RPDS and REF_P, which may have changed."""
         rpds = int.from_bytes(self._mem[RPDS.addr : RPDS.addr + RPDS.size], "little", signed=True)
         self._subtracted = self._ref_p() if self._autozero else rpds * self._rpds_counts_per_lsb
 
     def take(self, sample: bytes) -> None:
-        """A sample has come: capture it where firmware has asked for that."""
+        """Process a sample: capture it if firmware has requested that."""
         asked = self._mem[INTERRUPT_CFG.addr] & _CAPTURE
         if not asked:
             return
@@ -74,23 +73,23 @@ class Reference:
         self.configure()
 
     def output(self, sample: bytes) -> bytes:
-        """The sample as the output registers and the FIFO show it."""
+        """Return the sample as shown by the output registers and the FIFO."""
         if not self._subtracted:
             return sample
         counts = min(max(_pressure(sample) - self._subtracted, _LOWEST), _HIGHEST)
         return counts.to_bytes(3, "little", signed=True) + sample[3:]
 
     def difference(self, sample: bytes) -> int:
-        """P_DIFF_IN, what the interrupt compares."""
+        """Return P_DIFF_IN, the value that the interrupt compares."""
         return _pressure(sample) - (self._ref_p() if self._autozero or self._autorifp else 0)
 
     def reset_autozero(self) -> None:
-        """RESET_AZ: back to normal, REF_P cleared."""
+        """End AUTOZERO and clear REF_P (RESET_AZ)."""
         self._autozero = False
         self._mem[_REF_P:_REF_P_END] = bytes(REF_P.size)
 
     def reset_autorifp(self) -> None:
-        """RESET_ARP: back to normal."""
+        """End AUTORIFP after RESET_ARP."""
         self._autorifp = False
 
     def _ref_p(self) -> int:
@@ -116,11 +115,11 @@ class PressureInterrupt:
 
     @property
     def raised(self) -> bool:
-        """IA, which also triggers the FIFO."""
+        """Whether IA is set, which also triggers the FIFO."""
         return self.source != 0
 
     def configure(self, mem: bytearray) -> None:
-        """The registers may have changed."""
+        """Decode the registers, which may have changed."""
         control = mem[INTERRUPT_CFG.addr]
         self._threshold = COUNTS_PER_SIXTEENTH * int.from_bytes(mem[THS_P.addr : THS_P.addr + 2], "little")
         self._latched = bool(control & INTERRUPT_CFG.LIR.mask)
@@ -133,7 +132,7 @@ class PressureInterrupt:
             self._show(self.source & self._enabled)
 
     def compare(self, difference: int) -> None:
-        """A sample has come; ``difference`` in counts."""
+        """Process a sample; ``difference`` in counts."""
         found = 0
         if difference > self._threshold:
             found = _PH
@@ -142,7 +141,7 @@ class PressureInterrupt:
         self._show(found & self._enabled | (self.source if self._latched else 0))
 
     def acknowledge(self) -> None:
-        """INT_SOURCE has been read."""
+        """Clear the flags after a read of INT_SOURCE."""
         if self._latched:
             self.source = 0
 
@@ -156,7 +155,7 @@ _DATA = CTRL_REG3.F_FSS5.mask | CTRL_REG3.F_FTH.mask | CTRL_REG3.F_OVR.mask | CT
 
 
 class IntDrdy:
-    """The pin and what is routed to it; ``routed``: whether anything is, so that its level can change."""
+    """The pin and its signals; ``routed``: whether any signal is routed to it, so that its level can change."""
 
     def __init__(self) -> None:
         self.pin = Pin("INT_DRDY")
@@ -164,7 +163,7 @@ class IntDrdy:
         self._control = 0
 
     def configure(self, mem: bytearray) -> None:
-        """CTRL_REG3 may have changed; ``drive`` follows."""
+        """Decode CTRL_REG3, which may have changed; ``drive`` follows."""
         self._control = mem[CTRL_REG3.addr]
         self.routed = bool(self._control & (_DATA | CTRL_REG3.INT_S.mask))
 

@@ -1,9 +1,9 @@
 """From a measured sample of the LPS22HB to its output registers and STATUS (datasheet 9.1 to 9.17).
 
 A sample passes reference, interrupt, FIFO and pin, in this order, and is shown. Pressure and temperature are
-one sample: with BDU they are held together, from the first byte of the pressure read until PRESS_OUT_H is.
-Decision, where the datasheet is silent: P_DA and T_DA are cleared by reading the high byte of their output,
-as in the LPS25H.
+one sample: with BDU they are held together, from the first byte read of the pressure to PRESS_OUT_H.
+Decision: P_DA and T_DA are cleared by reading the high byte of their output, as in the LPS25H; the datasheet
+is silent.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from fcu_emulator.sensors.sampling import SampleStream
 
 
 class Pipeline:
-    """The functions beyond plain measuring, on ``mem``, the part's registers.
+    """The functions beyond plain measuring, on ``mem``, the sensor's registers.
 
-    ``every_sample``: whether any of them looks at each sample; if none does, only the latest one matters.
+    ``every_sample``: whether any of them needs each sample; otherwise only the latest one is taken.
     """
 
     def __init__(self, mem: bytearray, rpds_counts_per_lsb: int) -> None:
@@ -39,7 +39,7 @@ class Pipeline:
         self.every_sample = False
 
     def configure(self, now_ps: int) -> None:
-        """The registers may have changed."""
+        """Decode the registers, which may have changed."""
         self.reference.configure()
         self.interrupt.configure(self._mem)
         self.fifo.configure(self._mem, triggered=self.interrupt.raised)
@@ -48,7 +48,7 @@ class Pipeline:
         self.drive(now_ps)
 
     def take(self, sample: bytes, at_ps: int) -> bytes:
-        """A measured sample has come, and STATUS says so; as the output registers show it."""
+        """Process a measured sample, with STATUS updated; return it as the output registers show it."""
         if not self.every_sample:
             return self.reference.output(sample)
         self.reference.take(sample)
@@ -62,22 +62,22 @@ class Pipeline:
         return output
 
     def level_was_read(self, now_ps: int) -> None:
-        """The last byte of the FIFO's oldest level has been read."""
+        """Remove the FIFO's oldest level after a read of its last byte."""
         self.fifo.pop()
         self.drive(now_ps)
 
     def int_source_was_read(self, now_ps: int) -> None:
-        """A latched interrupt ends, and with it what it triggered."""
+        """End a latched interrupt, and its effects on the FIFO."""
         self.interrupt.acknowledge()
         self.fifo.trigger(on=self.interrupt.raised)
         self.drive(now_ps)
 
     def drive(self, at_ps: int) -> None:
-        """Bring the pin in line as of ``at_ps``."""
+        """Update the pin as of ``at_ps``."""
         self.int_drdy.drive(self._mem[STATUS.addr], self.fifo.signals(), self.interrupt.source, at_ps)
 
     def reset(self) -> None:
-        """SWRESET has reset the registers; ``configure`` follows."""
+        """Reset after SWRESET has reset the registers; ``configure`` follows."""
         self.reference.reset_autozero()
         self.reference.reset_autorifp()
 
@@ -97,10 +97,11 @@ _P_UNREAD, _T_UNREAD = 0xFF & ~P_READ, 0xFF & ~_T_READ
 
 
 class PressureOutput:
-    """Works on ``mem``, the part's registers; ``version`` is theirs.
+    """The output registers in ``mem``, the sensor's registers; ``version`` is theirs.
 
-    ``latest``: the latest sample, five bytes; ``stale``: the registers may not show what they should, so the
-    next read has to look; ``held``: by BDU. They are plain attributes because every read looks at them.
+    ``latest``: the latest sample, five bytes;
+    ``stale``: the registers may be out of date, so the next read must update them;
+    ``held``: by BDU. They are plain attributes because every read uses them.
     """
 
     def __init__(self, mem: bytearray, version: array[int], latest: bytes) -> None:
@@ -112,24 +113,24 @@ class PressureOutput:
         self.held = False
 
     def set_bdu(self, *, on: bool) -> None:
-        """BDU as configured; switching it off releases the output."""
+        """Set BDU as configured; switching it off releases the output."""
         self.bdu = on
         self.held = self.held and on
         self.stale = True
 
     def flag(self, fresh: int) -> None:
-        """``fresh`` samples have come since the last call."""
+        """Set the flags for ``fresh`` new samples since the last call."""
         unread = _NEW if fresh > 1 else self._mem[STATUS.addr] & _NEW
         self._mem[STATUS.addr] |= _NEW | unread << _OVERRUN_SHIFT
 
     def show(self, sample: bytes | None) -> None:
-        """Put ``sample`` into the registers unless they are held; None leaves what is there."""
+        """Write ``sample`` to the registers unless they are held; None changes nothing."""
         self.stale = self.held
         if sample is not None and not self.held:
             self._mem[_FIRST:_END] = sample
 
     def account(self, first: int, end: int) -> bool:
-        """Bytes ``first`` to ``end - 1`` of one output are about to be read; whether that clears P_DA."""
+        """Apply a read of bytes ``first`` to ``end - 1`` of one output; return whether it clears P_DA."""
         if first <= _PRESS_OUT_H < end:
             self._mem[STATUS.addr] &= P_READ
             self._hold(on=False)
@@ -147,10 +148,10 @@ class PressureOutput:
 
 
 class OutputPrefetch:
-    """What reading the output will give and do, for masters that keep bytes.
+    """Prefetching of the output, for masters that cache bytes.
 
-    ``refresh(now_ps)`` takes the samples that are due. Nothing is prefetched while the FIFO or the pin takes
-    part; while the output is held, it ends with PRESS_OUT_H, which releases it.
+    ``refresh(now_ps)`` takes the due samples. Nothing is prefetched while the FIFO or the pin is in use.
+    While the output is held, the prefetch ends with PRESS_OUT_H, which releases it.
     """
 
     def __init__(
@@ -169,7 +170,7 @@ class OutputPrefetch:
         self._refresh = refresh
 
     def prefetch(self, first: int, end: int, now_ps: int) -> Prefetched:
-        """Bytes of the pressure or of the temperature, as they are until the next sample."""
+        """Return bytes of the pressure or of the temperature, as they are until the next sample."""
         output, stream = self._output, self._stream
         if now_ps >= stream.next_ps or output.stale:
             self._refresh(now_ps)
@@ -179,16 +180,16 @@ class OutputPrefetch:
         if not (output.held or self._unread(first)):
             quiet = every_length(end - first)
             if output.bdu and first <= _PRESS_OUT_H:
-                quiet &= 1 << _PRESS_OUT_H + 1 - first  # what ends before PRESS_OUT_H holds the output
+                quiet &= 1 << _PRESS_OUT_H + 1 - first  # reads that end before PRESS_OUT_H hold the output
         return bytes(self._mem[first:end]), stream.next_ps, quiet
 
     def valid_until_ps(self, first: int, end: int) -> int:
-        """Until the next sample: what reading clears has been cleared, and holding it is a new version."""
+        """Return the time of the next sample: the flags are cleared already, and holding changes the version."""
         del first, end
         return self._stream.next_ps if self._alone() else 0
 
     def burst_reader(self, first: int, end: int) -> BurstReader | None:
-        """For the usual read, which takes the pressure as a whole."""
+        """Return a reader for the usual read of the whole pressure."""
         return self._read_pressure if (first, end) == (_FIRST, _PRESS_OUT_H + 1) else None
 
     def _read_pressure(self, now_ps: int) -> tuple[bytes, int]:
@@ -201,7 +202,7 @@ class OutputPrefetch:
         return bytes(self._mem[_FIRST : _PRESS_OUT_H + 1]), stream.next_ps
 
     def consumed(self, first: int, count: int) -> None:
-        """So many bytes from ``first`` on have been read one by one."""
+        """Apply the effects of ``count`` bytes from ``first``, read one by one."""
         self._output.account(first, first + count)
 
     def _alone(self) -> bool:

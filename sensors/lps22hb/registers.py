@@ -2,8 +2,8 @@
 
 The datasheet gives no reset for the status and output registers; they are declared 0.
 
-Decision: CLOCK_TREE_CONFIGURATION, which only the STEVAL-FCU001V1 driver header names, is declared as known
-and not modelled, so that firmware touching it is reported by name. The road not taken: leave 0x43 reserved.
+Decision: CLOCK_TREE_CONFIGURATION is declared as known and not modelled, so that a note names it when
+firmware uses it. Only the STEVAL-FCU001V1 driver header has this name. Leaving 0x43 reserved was rejected.
 """
 
 from fcu_emulator.sensors.register import Bits, Register

@@ -1,26 +1,26 @@
 """The LSM6DSL's accelerometer: from specific force to counts (datasheet Table 3; AN5040 sections 3 and 4).
 
 The world passes the analog stage, the converter and LPF1 before decimation (``sensors.front_end``).
-Deviation, noise and self-test are added as samples at the output data rate, and all go through the filters
-the registers select; the user offset is added after them. Noise is white before the analog stage. In high
-performance it has the datasheet's density; in low-power and normal mode its RMS at a bandwidth of ODR/2,
-and at ODR/9, is the datasheet's.
+Deviation, noise and self-test are added as samples at the output data rate, and all pass the filters selected
+by the registers; the user offset is added after them. Noise is white before the analog stage. In high
+performance it has the datasheet's density; in low-power and normal mode its RMS at a bandwidth of ODR/2, and
+at ODR/9, is the datasheet's.
 
 Filters (datasheet figures 5, 7 and 8; AN5040 3.7). Order and shape are not documented: see
 ``sensors.filters``. Decisions: LPF1 at ODR/2, or at 740 Hz outside high performance, is the filter before
-decimation, and all others run at the output data rate; low-pass filters begin settled on their first sample;
-slope and high-pass filters begin with zero, as AN5040 3.7 says of the slope filter.
+decimation, and all other filters run at the output rate; low-pass filters start settled on their first sample;
+slope and high-pass filters start with zero, as AN5040 3.7 says of the slope filter.
 
-The event functions look at the same samples with other filters: analog chain and LPF1 only, and LPF2 after it
-for LOW_PASS_ON_6D; no composite filter, no user offset. They are computed while an event function is on, and
-only then. Decision where the documents are silent: the event functions' filters, switched on while the
-accelerometer runs, begin settled on the next sample; the road not taken, running them all along, would make
-every measurement pay.
+The event functions use the same samples with other filters: analog chain and LPF1 only, and LPF2 after it for
+LOW_PASS_ON_6D; no composite filter, no user offset. They are computed only while an event function is on.
+Decision: the event functions' filters, switched on while the accelerometer runs, start settled on the next
+sample; the documents are silent. Running them all the time was rejected, because every measurement would pay
+for them.
 
 After a change of mode or rate some samples are to be discarded (AN5040 3.9, Tables 12 and 13). Drivers
-discard them, and CTRL4_C.DRDY_MASK hides their data-ready. Where a table gives a range, the larger number is
-taken. Decision where the tables are silent: after a change of rate within low power, or of bandwidth, as many
-samples are to be discarded as after a turn-on.
+discard them, and CTRL4_C.DRDY_MASK hides their data-ready. If a table gives a range, the larger number is
+used. Decision: after a change of rate within low power, or of bandwidth, as many samples are to be discarded
+as after a turn-on; the tables are silent.
 """
 
 from __future__ import annotations
@@ -75,10 +75,10 @@ _NOISE_FACTOR = (80 / 80, 130 / 80, 80 / 80, 90 / 80)  # Table 3: 80, 130, 80, 9
 _LOW_POWER_RMS_FACTOR = (1.8, 3.0, 2.0, 2.4)  # Table 3: mg RMS in low-power and normal mode
 _LOW_POWER_LAST_CODE = 5  # up to 208 Hz XL_HM_MODE selects low-power or normal mode
 
-_LOW_POWER_ODR_9_FACTOR = 0.6  # Table 3: of these with LPF2 at ODR/9, where white noise would have half
+_LOW_POWER_ODR_9_FACTOR = 0.6  # Table 3: with LPF2 at ODR/9, relative to these; white noise would have half
 _ODR_9_CODE = 2  # CTRL8_XL.HPCF_XL
 
-SELF_TEST_MG = 800.0  # datasheet Table 3 allows 90 to 1700 mg; one value inside, for every part
+SELF_TEST_MG = 800.0  # datasheet Table 3 allows 90 to 1700 mg; one value inside, for every sensor
 _SELF_TEST_SIGN = (0, 1, -1, 0)  # CTRL5_C.ST_XL; 3 is not allowed
 
 
@@ -92,13 +92,13 @@ _XL_TURN_ON_104_TO_833 = (1, 2)
 _XL_TURN_ON_OTHERS = (0, 1)
 _XL_MIDDLE_FROM_HZ, _XL_MIDDLE_TO_HZ = 104, 833
 _XL_FROM_FAST_TO_FAST = 5  # Table 12: high performance above 833 Hz before and after
-_XL_CHANGE = 1  # Table 12: beyond those of a turn-on
+_XL_CHANGE = 1  # Table 12: in addition to those of a turn-on
 
 
 class PowerMode(NamedTuple):
-    """A sensor's mode as AN5040 3.9 tells them apart; ``odr_hz`` is 0 in power-down and sleep.
+    """A sensor's mode by the distinctions of AN5040 3.9; ``odr_hz`` is 0 in power-down and sleep.
 
-    ``column``: of Table 13 or 16, whether the second one holds.
+    ``column``: whether the second column of Table 13 or 16 applies.
     """
 
     odr_hz: float
@@ -111,7 +111,7 @@ class PowerMode(NamedTuple):
 
 
 def accelerometer_discards(old: PowerMode, new: PowerMode) -> int:
-    """Samples to discard from ``old`` to ``new``, none if they are the same."""
+    """Return the samples to discard from ``old`` to ``new``, 0 if they are equal."""
     if new == old or not new.odr_hz:
         return 0
     if old.fast and new.fast:
@@ -126,7 +126,7 @@ def accelerometer_discards(old: PowerMode, new: PowerMode) -> int:
     return turn_on + _XL_CHANGE if changed else turn_on
 
 
-# -- what the event functions look at -----------------------------------------------------------------------
+# -- samples of the event functions -------------------------------------------------------------------------
 
 Sections: TypeAlias = tuple[Section, ...]
 
@@ -134,7 +134,7 @@ _UNCHANGED: Section = (1.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class EventFilters(NamedTuple):
-    """The filters of both views; None while the accelerometer is off, () where nothing is filtered."""
+    """The filters of both views; None while the accelerometer is off, () without filters."""
 
     before_lpf2: Sections | None
     after_lpf2: Sections | None
@@ -151,7 +151,7 @@ class EventSamples:
     # -- for the accelerometer --------------------------------------------------------------------------
 
     def settings_change(self, filters: EventFilters, number: int, *, restarts: bool) -> None:
-        """From sample ``number`` on the source has other settings; not yet while this is called."""
+        """Report that the source has other settings from sample ``number`` on, just before the change."""
         anew = restarts or filters != self._filters
         self._filters = filters
         if self._watched:
@@ -160,7 +160,7 @@ class EventSamples:
             _follow(self._after, filters.after_lpf2, number, anew=anew)
 
     def forget(self, number: int) -> None:
-        """The signals are others from sample ``number`` on."""
+        """Discard samples computed ahead: the signals change at sample ``number``."""
         if self._watched:
             self._before.forget(number)
         if self._low_passed:
@@ -169,7 +169,7 @@ class EventSamples:
     # -- for the event functions ------------------------------------------------------------------------
 
     def watch(self, number: int, *, on: bool, low_pass: bool) -> None:
-        """From sample ``number`` on the view before LPF2 is needed, and the one after it, or not."""
+        """Enable or disable the view before LPF2, and the one after it, from sample ``number`` on."""
         if on != self._watched:
             self._watched = on
             self._before.restart(_chain(self._filters.before_lpf2) if on else None, number)
@@ -179,11 +179,11 @@ class EventSamples:
             self._after.restart(_chain(self._filters.after_lpf2) if low_pass else None, number)
 
     def before_lpf2(self, number: int, count: int) -> Array:
-        """Samples ``number`` and following."""
+        """Return samples from ``number`` on."""
         return self._before.block(number, count)
 
     def after_lpf2(self, number: int, count: int) -> Array:
-        """Likewise through LPF2, whatever the output shows."""
+        """Return samples from ``number`` on through LPF2, independently of the output's filter."""
         return self._after.block(number, count)
 
 
@@ -206,11 +206,11 @@ _DIVISOR = (50, 100, 9, 400)  # CTRL8_XL.HPCF_XL: cut-off of LPF2 and of the hig
 _SLOPE_CODE = 0  # of HPCF_XL, with HP_SLOPE_XL_EN
 _ANALOG_WIDE_HZ, _ANALOG_NARROW_HZ = 1500, 400
 _ANALOG_WIDE_FROM_HZ = 1666
-_LPF1_LOW_POWER_HZ = 740  # whatever the rate
+_LPF1_LOW_POWER_HZ = 740  # at every rate
 
 
 def accelerometer_chain(mem: bytearray, odr_hz: float) -> Chain | None:
-    """The filters of the accelerometer's output as the main register bank says; None where there are none."""
+    """Return the output's filters from the main register bank; None without filters."""
     if not odr_hz:
         return None
     control = mem[CTRL8_XL.addr]
@@ -239,9 +239,9 @@ def accelerometer_chain(mem: bytearray, odr_hz: float) -> Chain | None:
 
 
 def event_filters(mem: bytearray, odr_hz: float) -> EventFilters:
-    """What the event functions get: LPF1 as INPUT_COMPOSITE selects it, and LPF2 after it for 6D.
+    """Return the event functions' filters: LPF1 as INPUT_COMPOSITE selects it, and LPF2 after it for 6D.
 
-    Their slope and high-pass filters hang on the composite filter's input (datasheet figure 8).
+    Their slope and high-pass filters are connected to the composite filter's input (datasheet figure 8).
     """
     if not odr_hz:
         return EventFilters(None, None)
@@ -251,7 +251,7 @@ def event_filters(mem: bytearray, odr_hz: float) -> EventFilters:
 
 
 def analog_hz(mem: bytearray, odr_hz: float, *, high_performance: bool) -> float | None:
-    """The cut-off of the analog stage, which only high performance has."""
+    """Return the cut-off of the analog stage, which only high performance has."""
     if not high_performance:
         return None
     wide = odr_hz >= _ANALOG_WIDE_FROM_HZ and not mem[CTRL1_XL.addr] & CTRL1_XL.BW0_XL.mask
@@ -259,21 +259,21 @@ def analog_hz(mem: bytearray, odr_hz: float, *, high_performance: bool) -> float
 
 
 def slow_to_settle(mem: bytearray) -> bool:
-    """Whether the accelerometer's output passes LPF1 at ODR/4 or the slope filter (AN5040 Table 13)."""
+    """Return whether the accelerometer's output passes LPF1 at ODR/4 or the slope filter (AN5040 Table 13)."""
     control = mem[CTRL8_XL.addr]
     slope = control & CTRL8_XL.HP_SLOPE_XL_EN.mask and CTRL8_XL.HPCF_XL.get(control) == _SLOPE_CODE
     return bool(slope or mem[CTRL1_XL.addr] & CTRL1_XL.LPF1_BW_SEL.mask)
 
 
 def reference_mode_is_idle(mem: bytearray) -> bool:
-    """HP_REF_MODE without the high-pass filter whose reference it would set (AN5040 3.7)."""
+    """Return whether HP_REF_MODE is set without the high-pass filter that uses the reference (AN5040 3.7)."""
     control = mem[CTRL8_XL.addr]
     high_pass_on = control & CTRL8_XL.HP_SLOPE_XL_EN.mask and CTRL8_XL.HPCF_XL.get(control) != _SLOPE_CODE
     return bool(control & CTRL8_XL.HP_REF_MODE.mask and not high_pass_on)
 
 
 def add_low_pass(sections: list[Section], cutoff_hz: float, odr_hz: float) -> None:
-    """A section of its own, unless the cut-off is beyond what samples at this rate can show."""
+    """Add a low-pass section, unless the cut-off is too high for this sample rate."""
     if cutoff_hz < odr_hz / 2:
         sections.append(low_pass(cutoff_hz / odr_hz))
 
@@ -285,7 +285,7 @@ _OFF = PowerMode(0.0, high_performance=True, column=False)
 
 @dataclass(frozen=True)
 class AccelerometerSettings:
-    """What the registers say about the accelerometer."""
+    """The accelerometer's settings in the registers."""
 
     odr_hz: float
     scale: int  # FS_XL code
@@ -293,18 +293,18 @@ class AccelerometerSettings:
     event_filters: EventFilters
     analog_hz: float | None
     mode: PowerMode
-    noise_rms_factor: float  # before the chain: mg RMS for each ug/sqrt(Hz) of the part's noise density
+    noise_rms_factor: float  # before the chain: mg RMS for each ug/sqrt(Hz) of the sensor's noise density
     self_test: int
     user_offset_mg: tuple[float, float, float]
 
     def kernel(self, rate_factor: float) -> Kernel:
-        """What comes before samples: the analog stage, and LPF1 before decimation."""
+        """Return the signal chain before samples: the analog stage, and LPF1 before decimation."""
         lpf1_hz = _LPF1_LOW_POWER_HZ if self.analog_hz is None else None
         highest = 32768 * MG_PER_LSB[self.scale] / 1000
         return kernel(self.odr_hz, self.analog_hz, lpf1_hz, highest, rate_factor=rate_factor)
 
     def noise_chain(self) -> Chain | None:
-        """What the analog stage makes of white noise at the output rate; None if all comes through."""
+        """Return the analog stage's effect on white noise at the output rate; None without effect."""
         sections: list[Section] = []
         if self.analog_hz is not None and self.odr_hz:
             add_low_pass(sections, self.analog_hz, self.odr_hz)
@@ -312,7 +312,6 @@ class AccelerometerSettings:
 
     @classmethod
     def decode(cls, mem: bytearray) -> AccelerometerSettings:
-        """Read the settings out of the main register bank."""
         control = mem[CTRL1_XL.addr]
         code, scale = CTRL1_XL.ODR_XL.get(control), CTRL1_XL.FS_XL.get(control)
         high_performance = not mem[CTRL6_C.addr] & CTRL6_C.XL_HM_MODE.mask
@@ -343,7 +342,7 @@ def _odr(code: int, *, high_performance: bool) -> float:
 
 
 def _low_power_excess(ctrl8: int, filters: Chain | None) -> float:
-    """How much stronger than white noise it must be for the one filtered figure the datasheet gives."""
+    """Return the factor by which white noise is amplified to meet the datasheet's single filtered figure."""
     low_pass_only = not ctrl8 & CTRL8_XL.HP_SLOPE_XL_EN.mask and ctrl8 & CTRL8_XL.LPF2_XL_EN.mask
     if filters and low_pass_only and CTRL8_XL.HPCF_XL.get(ctrl8) == _ODR_9_CODE:
         return _LOW_POWER_ODR_9_FACTOR / filters.noise_gain
@@ -351,7 +350,7 @@ def _low_power_excess(ctrl8: int, filters: Chain | None) -> float:
 
 
 def _user_offset(mem: bytearray) -> tuple[float, float, float]:
-    """X and Y are added to the output, Z is subtracted (AN5040 4.6; datasheet 9.91 to 9.93)."""
+    """Return the user offset: X and Y are added to the output, Z is subtracted (AN5040 4.6; datasheet 9.91 to 9.93)."""
     weight_mg = 1000 / (64 if mem[CTRL6_C.addr] & CTRL6_C.USR_OFF_W.mask else 1024)
     x, y, z = np.frombuffer(mem, dtype=np.int8, count=3, offset=X_OFS_USR.addr).tolist()
     return x * weight_mg, y * weight_mg, -z * weight_mg
@@ -396,7 +395,7 @@ class Accelerometer:
         return Fraction(self.settings.odr_hz).limit_denominator(10) * self.rate_factor
 
     def configure(self, mem: bytearray) -> None:
-        """Take over the settings of the main register bank from the next sample on."""
+        """Apply the settings of the main register bank from the next sample on."""
         settings, old = AccelerometerSettings.decode(mem), self.settings
         if settings == old:
             return
@@ -418,7 +417,7 @@ class Accelerometer:
             self._analog_noise.restart(self._noise_chain, number)
 
     def produce(self, number: int, t_s: Times) -> bytes:
-        """Samples as little-endian X, Y, Z int16."""
+        """Return samples as little-endian X, Y, Z int16."""
         settings = self.settings
         mg = self._filter.block(number, len(t_s)) if settings.chain else self._sampled(number, t_s)
         if any(settings.user_offset_mg):
@@ -429,7 +428,7 @@ class Accelerometer:
         return self._sampled(number, self.stream.times_s(number, count))
 
     def _sampled(self, number: int, t_s: Times) -> Array:
-        """Unfiltered, (3, n), or (3, 1) where all are the same."""
+        """Return unfiltered samples, (3, n), or (3, 1) if all are equal."""
         settings = self.settings
         mg = self._deviation.apply(1000 * self._front_end.block(number, t_s), t_s, self._temperature_degc)
         if self._density:
@@ -443,4 +442,4 @@ class Accelerometer:
 
 
 CONFIGURATION = (CTRL1_XL, CTRL3_C, CTRL5_C, CTRL6_C, CTRL8_XL)
-"""The registers that change what the accelerometer puts out."""
+"""The registers that change the accelerometer's output."""

@@ -1,11 +1,11 @@
-"""The LSM6DSL's embedded banks A and B, and bursts that go round (datasheet 9.1, sections 11 and 12).
+"""The LSM6DSL's embedded banks A and B, and rounding of bursts (datasheet 9.1, sections 11 and 12).
 
-FUNC_CFG_ACCESS is declared in each bank, with the value that selects it: it is the only way out.
+FUNC_CFG_ACCESS is declared in each bank, with the value that selects it, because only it can leave the bank.
 
 Rounding (AN5040 4.7: ROUNDING and ROUNDING_STATUS). Decision: with ROUNDING the last address of a pattern
-leads to its first wherever the burst began. The road not taken, only for bursts that begin inside the
-pattern, cannot be told from the note's text, and drivers begin at its first address. FIFO_DATA_OUT goes round
-whatever these bits say; that jump is the register file's own.
+leads to its first, for every start of the burst. Rounding only for bursts that begin inside the pattern was
+rejected: the note's text does not distinguish the two, and drivers begin at the first address. FIFO_DATA_OUT
+always rounds, independently of these bits; that jump is in the register file.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ _IRON = "sign and magnitude, bit 7 the sign; 1/8 per LSB"
 class BankA:
     """Bank A (Table 223, section 11): sensor hub, pedometer, correction of an external magnetometer.
 
-    Decision: the diagonal of the soft-iron matrix resets to 0x08 (1.0) as in Table 223. The road not taken is
-    AN5040 7.5.3, which says zero: a correction switched on with zeros would wipe the field out.
+    Decision: the diagonal of the soft-iron matrix resets to 0x08 (1.0) as in Table 223. The value zero of
+    AN5040 7.5.3 was rejected: a correction switched on with zeros would remove the field.
     """
 
     class FUNC_CFG_ACCESS(Register, addr=0x01, reset=0x80):
@@ -213,8 +213,8 @@ class BankA:
 class BankB:
     """Bank B (Table 224, section 12): absolute wrist tilt.
 
-    Decision: A_WRIST_TILT_Mask resets to 0xC0 as in Table 224. The road not taken is 0x80: AN5040 6.4 says
-    that only the positive side of X is enabled.
+    Decision: A_WRIST_TILT_Mask resets to 0xC0 as in Table 224. The value 0x80 was rejected, though AN5040 6.4
+    says that only the positive side of X is enabled.
     """
 
     class FUNC_CFG_ACCESS(Register, addr=0x01, reset=0xA0):
@@ -252,12 +252,12 @@ _TITLES = {"A": "Embedded bank A, selected by FUNC_CFG_ACCESS = 0x80", "B": "...
 
 
 def titled_maps() -> dict[str, RegisterMap]:
-    """Every map by its title; the main one has none."""
+    """Return every map by its title; the main one has an empty title."""
     return {"": MAIN, **{_TITLES[name]: bank for name, bank in EMBEDDED.items()}}
 
 
 class Banks:
-    """``main`` and ``embedded``, the latter by their FUNC_CFG_ACCESS value."""
+    """The banks ``main`` and ``embedded``, the latter by their FUNC_CFG_ACCESS value."""
 
     def __init__(self, main: RegisterFile) -> None:
         self.main = main
@@ -267,11 +267,11 @@ class Banks:
         }
 
     def files(self) -> tuple[RegisterFile, ...]:
-        """All of them, the main one first."""
+        """All register files, the main one first."""
         return (self.main, *self.embedded.values())
 
     def select(self, value: int, now_ps: int) -> RegisterFile:
-        """FUNC_CFG_ACCESS has been written: the bank that answers from now on."""
+        """Select the active bank after a write to FUNC_CFG_ACCESS."""
         if value == FUNC_CFG_ACCESS.FUNC_CFG_EN_B.mask:
             self.main.note(now_ps, "forbidden", "FUNC_CFG_ACCESS = 0x20 selects no bank")
         for registers_ in self.files():  # the register is visible in every bank
@@ -282,10 +282,10 @@ class Banks:
 def on_bank_write(
     chip: FeatureContext, bank: int, registers: Iterable[type[Register]], changed: Callable[[int], None]
 ) -> None:
-    """Call ``changed(now_ps)`` after any of ``registers`` is written; what came before is done by then.
+    """Call ``changed(now_ps)`` after any of ``registers`` is written; earlier work is done by then.
 
     Bank A is to be written with both sensors in power-down (AN5040 section 6); a write at another time works
-    and is noted. Bank B is not: it is reset each time the accelerometer leaves power-down, so that it has to
+    and is noted. Bank B has no such rule: it is reset each time the accelerometer leaves power-down, and must
     be written afterwards.
     """
     mem = chip.registers.mem
@@ -305,7 +305,7 @@ def on_bank_write(
         chip.banks[bank].on_write(register, hook_for(register))
 
 
-# -- bursts that go round -----------------------------------------------------------------------------------
+# -- rounding of bursts -------------------------------------------------------------------------------------
 
 _ROUNDING: tuple[dict[int, int], ...] = (
     {},
@@ -321,7 +321,7 @@ _ROUNDING_STATUS = {0x1E: 0x53, 0x53: 0x1B}  # the three sources, STATUS_REG, FU
 
 
 class Rounding:
-    """Sets where bursts jump; there is nothing to catch up with."""
+    """Jumps of bursts according to the registers; a feature without due work."""
 
     CONFIGURATION: tuple[type[Register], ...] = (CTRL5_C, CTRL7_G)
 
@@ -331,7 +331,7 @@ class Rounding:
         self._jumps: dict[int, int] = {}
 
     def configure(self, now_ps: int) -> None:
-        """Take the pattern from the registers."""
+        """Apply the pattern of the registers."""
         del now_ps
         mem = self._registers.mem
         jumps = _ROUNDING[CTRL5_C.ROUNDING.get(mem[CTRL5_C.addr])]
@@ -342,11 +342,11 @@ class Rounding:
             self._registers.set_jumps(jumps)
 
     def catch_up(self, now_ps: int) -> None:
-        """Nothing happens by itself."""
+        """Do nothing: rounding has no due work."""
 
     def reset(self, now_ps: int) -> None:
-        """The registers have their reset values already, and ``configure`` reads them."""
+        """Do nothing: the registers have their reset values, and ``configure`` reads them."""
 
     def next_event_ps(self) -> int:
-        """No pin changes because of this."""
+        """Return ``NEVER_PS``: rounding changes no pin."""
         return NEVER_PS

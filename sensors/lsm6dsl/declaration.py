@@ -36,16 +36,16 @@ _SISTER = "datasheet of the ISM330DHCX"
 
 @dataclass(frozen=True)
 class LSM6DSLErrors(PartErrors):
-    """Explicit numbers, axes in the sensor's own frame; the default is an ideal part.
+    """Explicit numbers, axes in the sensor's own frame; the default is an ideal sensor.
 
-    The gyroscope's start is the same in every grade and there to be set by hand: the datasheet has a typical
-    time only. Of the others, Table 4 has a minimum and a maximum for the thermometer's offset; the figures of
-    Table 3 are in its column of typical values, and the terminology of section 4.6 calls the zero-g offset's
-    tolerance a standard deviation and the sensitivity's a range. For the rates see :mod:`fcu_emulator.sensors.errors`.
+    The gyroscope's turn-on time is the same in every grade, for the user to set: the datasheet only has a
+    typical time. For the thermometer's offset, Table 4 has a minimum and a maximum. The figures of Table 3
+    are typical values. Section 4.6 calls the zero-g offset's tolerance a standard deviation and the
+    sensitivity's a range. For the rates see :mod:`fcu_emulator.sensors.errors`.
 
-    What this datasheet leaves out is taken from that of the ISM330DHCX, a later part of the same sensing
-    principle and about the same noise: its gyroscope's bias instability, and the accelerometer's cross-axis
-    sensitivity, which stands for the gyroscope's as well. The accelerometer's bias instability has no source.
+    Figures missing in this datasheet come from that of the ISM330DHCX, a later sensor with the same principle
+    and about the same noise: its gyroscope's bias instability, and the accelerometer's cross-axis
+    sensitivity, also used for the gyroscope. The accelerometer's bias instability has no source.
     """
 
     PART: ClassVar[str] = "LSM6DSL"
@@ -92,7 +92,7 @@ class LSM6DSLErrors(PartErrors):
 
     @property
     def rate_factor(self) -> Fraction:
-        """The part's true output data rates over the nominal ones."""
+        """Ratio of the sensor's true output data rates to the nominal ones."""
         return rate_factor(self.odr_percent)
 
 

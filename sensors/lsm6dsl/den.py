@@ -1,4 +1,4 @@
-"""Data enable: the level on INT2, an input then, marks samples or lets them through (AN5040 Rev 3, 4.8).
+"""Data enable: the level on INT2, then an input, marks samples or passes them (AN5040 Rev 3, 4.8).
 
 =========  =========================================================================================
 level      the stamped axes' LSB is 1 while DEN is active, else 0
@@ -9,13 +9,13 @@ edge       gyroscope, and accelerometer if DEN_XL_EN, show and store only the fi
            active edge
 =========  =========================================================================================
 
-A change of the level is treated as a change of a register is: everything before it is worked through first,
-so that what a sample shows depends on the level at its time and not on who reads it when.
+A change of the level is treated like a register write: all earlier work is done first. A sample therefore
+depends on the level at its time and not on the time of the read.
 
 Decisions where the documents are silent: data enable's stamp is also in the output registers, not only in the
-FIFO; DEN_DRDY rises with a sample of the stamped sensor that was taken with DEN active (latched and edge: the
-sample let through), falls with one that was not, and when a high byte of that sensor is read; a mode that is
-not one of the four is off.
+FIFO; DEN_DRDY rises with a sample of the stamped sensor taken with DEN active (latched and edge: the passed
+sample); it falls with any other sample, and when a high byte of that sensor is read; any mode other than the
+four is off.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _MODE_LSB = CTRL6_C.LVL2_EN.lsb
 
 
 class DenMode(IntEnum):
-    """CTRL6_C: TRIG_EN, LVL1_EN, LVL2_EN."""
+    """Operating mode from CTRL6_C: TRIG_EN, LVL1_EN, LVL2_EN."""
 
     OFF = 0b000
     LEVEL = 0b010
@@ -59,7 +59,7 @@ class DenMode(IntEnum):
 
 @dataclass(frozen=True)
 class DenSettings:
-    """``stamp_xl``: the accelerometer carries the stamp, not the gyroscope; ``axes``: which of X, Y, Z do."""
+    """``stamp_xl``: the accelerometer has the stamp, not the gyroscope; ``axes``: the stamped ones of X, Y, Z."""
 
     mode: DenMode
     active_high: bool
@@ -69,7 +69,7 @@ class DenSettings:
 
     @classmethod
     def decode(cls, mem: bytearray) -> DenSettings:
-        """Read the settings out of the main register bank; a mode that is none is off."""
+        """Decode the settings from the main register bank; an invalid mode is off."""
         mode, control = _mode(mem), mem[CTRL9_XL.addr]
         return cls(
             mode=DenMode(mode) if mode in set(DenMode) else DenMode.OFF,
@@ -84,12 +84,12 @@ class DenSettings:
         )
 
     def begins_anew(self, old: DenSettings) -> bool:
-        """Whether windows and marks of before no longer count."""
+        """Return whether earlier windows and marks are discarded."""
         return (self.mode, self.active_high, self.stamp_xl) != (old.mode, old.active_high, old.stamp_xl)
 
 
 def violations(mem: bytearray) -> dict[str, bool]:
-    """Every setting that cannot work, and whether it is present."""
+    """Return every invalid setting, and whether it is present."""
     mode = _mode(mem)
     gates_xl = mode == DenMode.EDGE and bool(mem[CTRL4_C.addr] & CTRL4_C.DEN_XL_EN.mask)
     return {
@@ -103,21 +103,21 @@ def _mode(mem: bytearray) -> int:
     return mem[CTRL6_C.addr] >> _MODE_LSB
 
 
-# -- the gate of data enable by edge: of a sensor's samples, the first after each edge ----------------------
+# -- edge mode: passes the first sample after each edge -----------------------------------------------------
 
 
 class Gate:
-    """``source``: the sensor's stream, which goes on; ``shown``: what comes through while ``closed``."""
+    """``source``: the sensor's stream, which keeps running; ``shown``: the passed samples while ``closed``."""
 
     def __init__(self, source: SampleStream) -> None:
         self.source = source
         self.shown = SampleStream(6, self._produce)
         self.closed = False
-        self._index = 0  # of the sample let through
+        self._index = 0  # index of the passed sample
         self._pending = False
 
     def close(self, closed: bool, now_ps: int) -> None:
-        """From ``now_ps`` on only what is let through is shown, or everything again."""
+        """Show only passed samples from ``now_ps`` on, or all samples again."""
         self.catch_up(now_ps)
         if closed:
             self.shown.data = self.source.data
@@ -127,19 +127,19 @@ class Gate:
         self.closed, self._pending = closed, False
 
     def open(self, at_ps: int) -> None:
-        """An edge: the next sample passes."""
+        """Pass the next sample after an edge."""
         if self.closed:
             self._pending = True
             self.aim(at_ps)
 
     def aim(self, now_ps: int) -> None:
-        """Let the first sample after ``now_ps`` pass if one may; its rate may have changed."""
+        """Pass the first sample after ``now_ps`` if one may pass; its rate may have changed."""
         if self._pending and self.source.running:
             self._index = self.source.latest(now_ps) + 1
             self.shown.start_single(now_ps, self.source.time_ps(self._index) - now_ps)
 
     def catch_up(self, now_ps: int) -> None:
-        """The sensor goes on measuring behind the gate; a sample that is due has passed."""
+        """Advance the sensor behind the gate; a due sample has passed."""
         if not self.closed:
             return
         if self._pending and self.source.running and self.source.time_ps(self._index) <= now_ps:
@@ -158,7 +158,7 @@ _NONE = -1  # no sample
 
 
 class DataEnable:
-    """``active`` in every mode. ``stream_changed``: a sensor is shown through another stream from now on."""
+    """``active`` in every mode. ``stream_changed``: called when a sensor is shown through another stream."""
 
     CONFIGURATION: tuple[type[Register], ...] = (
         CTRL1_XL,
@@ -179,15 +179,15 @@ class DataEnable:
         self._settings = DenSettings.decode(self._mem)
         self._gates = {"xl": Gate(chip.xl), "g": Gate(chip.g)}
         self._den_active = False
-        self._windows = 0  # of FIFO mode, the present one included
-        self._latched = _NONE  # latched mode: number of the sample the latest pulse marks
-        self._next = 0  # DEN_DRDY: the stamped sensor's first sample not looked at yet
+        self._windows = 0  # windows of FIFO mode, including the present one
+        self._latched = _NONE  # latched mode: number of the sample marked by the latest pulse
+        self._next = 0  # DEN_DRDY: stamped sensor's first unprocessed sample
         self._wired = False
 
-    # -- for the part -----------------------------------------------------------------------------------
+    # -- for the sensor ---------------------------------------------------------------------------------
 
     def level_changes(self, level: int, at_ps: int) -> None:
-        """INT2 has another level after ``at_ps``; all until then is done, and ``configure`` follows."""
+        """React to a new level of INT2 after ``at_ps``; earlier work is done, and ``configure`` follows."""
         was, self._den_active = self._den_active, bool(level) == self._settings.active_high
         if was or not self._den_active:
             return
@@ -197,10 +197,10 @@ class DataEnable:
         for gate in self._gates.values():
             gate.open(at_ps)
 
-    # -- as a feature -----------------------------------------------------------------------------------
+    # -- feature interface ------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
-        """Decode the registers; a sample that was marked or let through, but not taken yet, stays so."""
+        """Decode the registers; a marked or passed sample that was not taken yet is kept."""
         old, settings = self._settings, DenSettings.decode(self._mem)
         self._settings = settings
         if settings.begins_anew(old):
@@ -220,7 +220,7 @@ class DataEnable:
         self._violations.report(violations(self._mem), now_ps)
 
     def catch_up(self, now_ps: int) -> None:
-        """Raise or take back DEN_DRDY with the samples that have come."""
+        """Set or clear DEN_DRDY with the new samples."""
         for gate in self._gates.values():
             gate.catch_up(now_ps)
         stream = self._shown()
@@ -242,17 +242,17 @@ class DataEnable:
         self._next = latest + 1
 
     def reset(self, now_ps: int) -> None:
-        """SW_RESET: off, as ``configure`` will find."""
+        """Switch off (SW_RESET); ``configure`` applies it."""
         self._chip.signals.set("DEN_DRDY", False, now_ps)
 
     def next_event_ps(self) -> int:
-        """The stamped sensor's next sample, if DEN_DRDY can be seen on the pin."""
+        """Return the time of the stamped sensor's next sample, if DEN_DRDY is visible on the pin."""
         stream = self._shown()
         if not stream.running or not self._mem[CTRL4_C.addr] & CTRL4_C.DEN_DRDY_INT1.mask:
             return NEVER_PS
         return stream.time_ps(self._next)
 
-    # -- inside -----------------------------------------------------------------------------------------
+    # -- internals --------------------------------------------------------------------------------------
 
     def _stamped(self) -> SampleStream:
         return self._chip.xl if self._settings.stamp_xl else self._chip.g
@@ -270,7 +270,7 @@ class DataEnable:
             gate.aim(now_ps)
 
     def _wire(self) -> None:
-        """From the first time on that a mode is selected."""
+        """Connect the hooks when a mode is selected for the first time."""
         self._wired = True
         chip = self._chip
         for stream, register in ((chip.xl, OUT_XL), (chip.g, OUT_G)):
@@ -286,7 +286,7 @@ class DataEnable:
         return stamp
 
     def _stamp(self, number: int, data: bytes) -> bytes:
-        """Samples ``number`` and following, all under the present level, with their stamps."""
+        """Return the samples from ``number`` on, all under the present level, with their stamps."""
         words = np.frombuffer(data, dtype="<i2").reshape(-1, 3).copy()
         bits = np.zeros(len(words), dtype=np.int16)
         if self._settings.mode is DenMode.LATCHED:
@@ -294,7 +294,8 @@ class DataEnable:
         elif self._settings.mode is DenMode.LEVEL:
             bits[:] = self._den_active
         else:
-            bits[:] = self._windows > 0 and self._windows % 2 == 0  # between two windows that of the last one
+            # between two windows the value of the last one
+            bits[:] = self._windows > 0 and self._windows % 2 == 0
         for axis, on in enumerate(self._settings.axes):
             if on:
                 words[:, axis] = words[:, axis] & ~1 | bits

@@ -1,36 +1,35 @@
 """Embedded functions: pedometer, significant motion, tilt and absolute wrist tilt (AN5040 section 6).
 
-They need CTRL10_C.FUNC_EN and an accelerometer at 26 Hz or more: 26 times a second each gets a sample. Every
-second, fourth, ... sample is taken at the higher rates, which is 26 Hz or, from 833 Hz up, a tenth of a
+They need CTRL10_C.FUNC_EN and an accelerometer at 26 Hz or more, and each gets a sample 26 times per second.
+At higher rates every second, fourth, ... sample is used, which is 26 Hz or, from 833 Hz up, a tenth of a
 percent more.
 
-Decision: the four embedded functions are one feature, so that their events come in the order of time whoever
-looks when. The road not taken is a feature each; a pin that two of them share would then hear edges out of
-order.
+Decision: the four embedded functions are one feature, so that their events come in the order of time,
+independently of reads. Separate features were rejected: a pin shared by two of them would then receive edges
+out of order.
 
-Where the documents are silent: the functions see the samples as they are put out (user offset, filters); a
-function that was off or without its rate begins anew; step counter and step time are kept.
+Assumptions where the documents are silent: the functions receive the output samples (user offset, filters); a
+function that was off or below its minimum rate starts again; step counter and step time are kept.
 
 Pedometer (6.1; bank A registers, datasheet 11.16 to 11.19). Decision: the pedometer's step is a peak of the
-acceleration's magnitude. ST does not publish the algorithm; this is the plainest that meets what is
-published. A peak is found when the magnitude has fallen from it by the threshold; the next peak is looked for
-once it has risen by the threshold again. So the threshold is a swing from peak to valley and works against
-small ripples without a filter. The road not taken, a threshold above the mean, needs a high-pass filter whose
-corner would be one more thing nobody knows.
+acceleration's magnitude. ST does not publish the algorithm; this is the simplest one that meets the published
+facts. A peak is found when the magnitude has fallen from it by the threshold. The search for the next peak
+starts when the magnitude has risen by the threshold again. So the threshold is a swing from peak to valley
+and suppresses small ripples without a filter. A threshold above the mean was rejected, because it needs a
+high-pass filter with another unknown corner frequency.
 
-Significant motion (6.2): the user walks somewhere. It fires when more than SM_THS steps have been counted
-since it was switched on or last fired. Steps arrive debounced, so nothing fires before DEB_STEP are
-exceeded either: 7 steps with the reset values.
+Significant motion (6.2): the user walks to another place. It fires when more than SM_THS steps have been
+counted since it was switched on or last fired. Steps arrive debounced, so it also needs more than DEB_STEP
+steps: 7 with the reset values.
 
-Tilt (6.3): the part has been turned by more than 35 degrees. The first time the new position must last for
-2 s; after that every further turn by more than 35 degrees from where the last event found the part is an
-event at once. The start position is the first sample after switching on. In free fall there is no
-direction, and no tilt.
+Tilt (6.3): the sensor has been turned by more than 35 degrees. The first time, the new position must last for
+2 s; later, every turn by more than 35 degrees from the position of the last event is an event at once. The
+start position is the first sample after switching on. In free fall there is no direction, and no tilt.
 
 Absolute wrist tilt (6.4; datasheet 12): an axis points up or down far enough for long enough. A direction
-counts when its mask bit is set and the acceleration along it is above the threshold, which is the sine of the
-angle between axis and horizontal plane. Held for the latency it makes one event; the next one needs the
-direction to be left and taken again.
+counts when its mask bit is set and the acceleration along it is above the threshold. The threshold is the
+sine of the angle between axis and horizontal plane. If it is held for the latency, it causes one event; the
+next event needs the direction to be left and taken again.
 """
 
 from __future__ import annotations
@@ -77,17 +76,17 @@ _DELTA_LSB_PS = 16384 * PS_PER_S // 10000  # datasheet 11.19: 1.6384 s
 
 @dataclass(frozen=True)
 class PedometerSettings:
-    """What bank A says about the pedometer."""
+    """The pedometer's settings in bank A."""
 
-    full_scale_mg: float  # each axis is cut off here, whatever FS_XL allows
+    full_scale_mg: float  # limit of each axis, for any FS_XL
     threshold_mg: float
     debounce_steps: int
-    debounce_ps: int  # a longer pause and the debounce begins anew
+    debounce_ps: int  # a longer pause restarts the debounce
     delta_ps: int  # 0: off
 
     @classmethod
     def decode(cls, mem: bytearray) -> PedometerSettings:
-        """Read the settings out of bank A; a threshold of 0 acts as 1 LSB, where noise would walk."""
+        """Decode the settings from bank A; a threshold of 0 acts as 1 LSB, so that noise counts as steps."""
         scale = BankA.CONFIG_PEDO_THS_MIN.PEDO_FS.get(mem[BankA.CONFIG_PEDO_THS_MIN.addr])
         threshold = BankA.CONFIG_PEDO_THS_MIN.ths_min.get(mem[BankA.CONFIG_PEDO_THS_MIN.addr])
         debounce = mem[BankA.PEDO_DEB_REG.addr]
@@ -101,20 +100,20 @@ class PedometerSettings:
 
 
 class StepDetector:
-    """Finds steps and debounces them."""
+    """Detects steps and debounces them."""
 
     def __init__(self) -> None:
         self.restart()
 
     def restart(self) -> None:
-        """Forget the movement so far."""
+        """Reset the detection of movement."""
         self._seeking_peak = True
         self._extreme_mg = 0.0
         self._run = 0  # steps in a row
         self._last_ps = 0
 
     def feed(self, magnitude_mg: float, at_ps: int, settings: PedometerSettings) -> int:
-        """Steps to add to the counter at this sample: none, one, or those of the debounce with the next."""
+        """Return the steps to add at this sample: none, one, or the debounce steps with the next one."""
         if self._seeking_peak:
             self._extreme_mg = max(self._extreme_mg, magnitude_mg)
             if self._extreme_mg - magnitude_mg < settings.threshold_mg:
@@ -138,7 +137,7 @@ class StepDetector:
 
 
 class DeltaTime:
-    """Windows of STEP_COUNT_DELTA, one after another: was there a step in it?"""
+    """Consecutive windows of STEP_COUNT_DELTA, each with a flag for steps."""
 
     def __init__(self) -> None:
         self.end_ps = NEVER_PS
@@ -146,17 +145,17 @@ class DeltaTime:
         self._stepped = False
 
     def configure(self, period_ps: int, now_ps: int) -> None:
-        """Windows of this length from now on; 0: none. The same length again changes nothing."""
+        """Start windows of this length; 0: none. The same length as before has no effect."""
         if period_ps != self._period_ps:
             self._period_ps, self._stepped = period_ps, False
             self.end_ps = now_ps + period_ps if period_ps else NEVER_PS
 
     def stepped(self) -> None:
-        """A step was counted in the present window."""
+        """Count a step in the present window."""
         self._stepped = True
 
     def close(self) -> bool:
-        """The present window ends and the next begins; whether there was a step."""
+        """End the present window and start the next; return whether there was a step."""
         self.end_ps += self._period_ps
         stepped, self._stepped = self._stepped, False
         return stepped
@@ -166,7 +165,7 @@ class DeltaTime:
 
 
 class SignificantMotion:
-    """Counts the steps between two events."""
+    """Counter of the steps between two events."""
 
     def __init__(self) -> None:
         self._steps = 0
@@ -176,7 +175,7 @@ class SignificantMotion:
         self._steps = 0
 
     def feed(self, steps: int, threshold: int) -> bool:
-        """``steps`` more have been counted; whether that makes an event."""
+        """Add ``steps`` counted steps; return whether they cause an event."""
         self._steps += steps
         if self._steps <= threshold:
             return False
@@ -191,19 +190,19 @@ _FIRST_TIME_PS = 2 * PS_PER_S
 
 
 class Tilt:
-    """Compares the direction of gravity with the one of the last event."""
+    """Comparison of the direction of gravity with that of the last event."""
 
     def __init__(self) -> None:
         self.restart()
 
     def restart(self) -> None:
-        """The next sample is the start position."""
+        """Use the next sample as the start position."""
         self._reference = ZERO
         self._first_time = True
         self._turned_since_ps: int | None = None
 
     def feed(self, acceleration: Vec3, at_ps: int) -> bool:
-        """A sample, in any unit; whether it makes an event."""
+        """Process a sample, in any unit; return whether it causes an event."""
         if self._reference == ZERO:
             self._reference = acceleration
         if not self._turned(acceleration):
@@ -227,13 +226,13 @@ class Tilt:
 
 _LATENCY_LSB_PS = 40 * PS_PER_S // 1000
 _THRESHOLD_LSB_MG = 15.625
-_X_POSITIVE, _X_NEGATIVE = 0x80, 0x40  # Y and Z follow two and four bits further down
+_X_POSITIVE, _X_NEGATIVE = 0x80, 0x40  # Y and Z are two and four bits lower
 _DIRECTIONS = (0x80, 0x40, 0x20, 0x10, 0x08, 0x04)
 
 
 @dataclass(frozen=True)
 class WristTiltSettings:
-    """What bank B says."""
+    """The wrist tilt's settings in bank B."""
 
     latency_ps: int
     threshold_mg: float
@@ -241,7 +240,6 @@ class WristTiltSettings:
 
     @classmethod
     def decode(cls, mem: bytearray) -> WristTiltSettings:
-        """Read the settings out of bank B."""
         return cls(
             latency_ps=mem[BankB.A_WRIST_TILT_LAT.addr] * _LATENCY_LSB_PS,
             threshold_mg=mem[BankB.A_WRIST_TILT_THS.addr] * _THRESHOLD_LSB_MG,
@@ -250,19 +248,19 @@ class WristTiltSettings:
 
 
 class WristTilt:
-    """Measures how long each direction has been held."""
+    """Timer of how long each direction has been held."""
 
     def __init__(self) -> None:
         self._since_ps: dict[int, int] = {}
         self._reported = 0
 
     def restart(self) -> None:
-        """No direction has been held so far."""
+        """Reset all hold times."""
         self._since_ps.clear()
         self._reported = 0
 
     def feed(self, acceleration_mg: Vec3, at_ps: int, settings: WristTiltSettings) -> int:
-        """A sample; the directions that make an event now, as bits of WRIST_TILT_IA."""
+        """Process a sample; return the directions with an event now, as bits of WRIST_TILT_IA."""
         over = _over(acceleration_mg, settings.threshold_mg) & settings.mask
         self._reported &= over
         events = 0
@@ -277,7 +275,7 @@ class WristTilt:
 
 
 def _over(acceleration_mg: Vec3, threshold_mg: float) -> int:
-    """The directions above the threshold, as bits of WRIST_TILT_IA."""
+    """Return the directions above the threshold, as bits of WRIST_TILT_IA."""
     over = 0
     for axis, value in enumerate(acceleration_mg):
         if value > threshold_mg:
@@ -287,7 +285,7 @@ def _over(acceleration_mg: Vec3, threshold_mg: float) -> int:
     return over
 
 
-# -- all of them, as one feature ----------------------------------------------------------------------------
+# -- all four as one feature --------------------------------------------------------------------------------
 
 _RATE_HZ = 26
 _TICKS_AT_ONCE = 256
@@ -314,9 +312,9 @@ class EmbeddedFunctions:
         self._sources = sources
         self._mem = chip.registers.mem
         self._violations = Violations(chip)
-        self._on = 0  # functions at work, as bits of CTRL10_C
+        self._on = 0  # active functions, as bits of CTRL10_C
         self._accelerometer_on = False
-        self._every, self._next = 1, 0  # samples from one tick to the next; the next tick's sample
+        self._every, self._next = 1, 0  # samples per tick; sample of the next tick
         self._mg_per_lsb = MG_PER_LSB[0]
         self._steps, self._delta = StepDetector(), DeltaTime()
         self._significant_motion, self._tilt, self._wrist_tilt = SignificantMotion(), Tilt(), WristTilt()
@@ -326,10 +324,10 @@ class EmbeddedFunctions:
         on_bank_write(chip, BANK_A, _BANK_A, self.configure)
         on_bank_write(chip, BANK_B, _BANK_B, self.configure)
 
-    # -- as a feature -----------------------------------------------------------------------------------
+    # -- feature interface ------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
-        """Decode the registers; functions that were off begin anew."""
+        """Decode the registers; functions that were off start again."""
         control, stream = self._mem[CTRL10_C.addr], self._chip.xl
         self._follow_power(accelerometer_on=stream.running)
         self._decode_banks()
@@ -344,7 +342,7 @@ class EmbeddedFunctions:
         if fast_enough:
             self._every = round(rate_hz / _RATE_HZ)
             self._mg_per_lsb = MG_PER_LSB[CTRL1_XL.FS_XL.get(self._mem[CTRL1_XL.addr])]
-            # A restarted stream counts from 0 again; one that goes on keeps its ticks.
+            # A restarted stream counts from 0 again; a running one keeps its ticks.
             following = stream.latest(now_ps) + 1
             self._next = -(-following // self._every) * self._every
         self._delta.configure(self._delta_ps(), now_ps)
@@ -352,25 +350,25 @@ class EmbeddedFunctions:
         self._violations.report(self._find_violations(too_slow=too_slow), now_ps)
 
     def catch_up(self, now_ps: int) -> None:
-        """Work through the ticks until ``now_ps``."""
+        """Process the ticks until ``now_ps``."""
         latest = self._chip.xl.latest(now_ps)
         while self._next <= latest:
             self._work(self._next, min(latest + 1, self._next + _TICKS_AT_ONCE * self._every))
         self._close_delta_windows(now_ps)
 
     def reset(self, now_ps: int) -> None:
-        """SW_RESET: nothing is on, and what has not been worked through never will be."""
+        """Switch all functions off (SW_RESET); unprocessed ticks are discarded."""
         del now_ps
         self.active, self._on = False, 0
 
     def next_event_ps(self) -> int:
-        """The next tick, or the end of the pedometer's delta time."""
+        """Return the time of the next tick, or the end of the pedometer's delta time."""
         return min(self._chip.xl.time_ps(self._next), self._delta.end_ps)
 
     # -- configuration ----------------------------------------------------------------------------------
 
     def _follow_power(self, *, accelerometer_on: bool) -> None:
-        """Bank B is reset each time the accelerometer leaves power-down (AN5040 6.4)."""
+        """Reset bank B each time the accelerometer leaves power-down (AN5040 6.4)."""
         if accelerometer_on and not self._accelerometer_on:
             self._chip.banks[BANK_B].reset(*_BANK_B)
         self._accelerometer_on = accelerometer_on
@@ -396,7 +394,7 @@ class EmbeddedFunctions:
                 self._sources.fall(events, now_ps)
 
     def _delta_ps(self) -> int:
-        """The delta time needs the pedometer, and the timer at its low resolution (datasheet 11.19)."""
+        """Return the delta time; it needs the pedometer, and the timer at its low resolution (datasheet 11.19)."""
         return self._pedometer.delta_ps if self._on & _PEDO and self._timer_runs_slowly() else 0
 
     def _timer_runs_slowly(self) -> bool:
@@ -422,7 +420,7 @@ class EmbeddedFunctions:
     # -- ticks ------------------------------------------------------------------------------------------
 
     def _work(self, first: int, end: int) -> None:
-        """Every ``_every``-th of the samples ``first`` to ``end - 1``."""
+        """Process every ``_every``-th of the samples ``first`` to ``end - 1``."""
         rows = np.ascontiguousarray(self._chip.xl.samples(first, end)[:: self._every])
         mg = rows.view("<i2") * self._mg_per_lsb
         limit = self._pedometer.full_scale_mg
@@ -430,7 +428,7 @@ class EmbeddedFunctions:
         for index, magnitude, (x, y, z) in zip(
             range(first, end, self._every), magnitudes.tolist(), mg.tolist(), strict=True
         ):
-            self._next = index + self._every  # before the tick: an event can lead back here
+            self._next = index + self._every  # before the tick: an event may call this function again
             self._tick(self._chip.xl.time_ps(index), magnitude, (x, y, z))
 
     def _tick(self, at_ps: int, magnitude_mg: float, acceleration_mg: Vec3) -> None:
@@ -449,7 +447,7 @@ class EmbeddedFunctions:
                 self._mem[WRIST_TILT_IA.addr] |= directions
 
     def _raise(self, source: FunctionSource, at_ps: int) -> None:
-        """An event; first everybody else does what comes before it, so that the FIFO sees things in order."""
+        """Raise an event, after all other features have done earlier work, so that the FIFO sees the right order."""
         self._chip.catch_up(at_ps - 1)
         self._sources.happened(source, at_ps)
 
@@ -460,7 +458,7 @@ class EmbeddedFunctions:
             self._raise(SIGNIFICANT_MOTION, at_ps)
 
     def _count(self, steps: int, at_ps: int) -> None:
-        self._chip.catch_up(at_ps - 1)  # the FIFO copies the counter: first with its value until now
+        self._chip.catch_up(at_ps - 1)  # the FIFO copies the counter: first with its old value
         total = int.from_bytes(self._mem[STEP_COUNTER.addr : STEP_COUNTER.addr + 2], "little") + steps
         if self._mem[CTRL10_C.addr] & CTRL10_C.PEDO_RST_STEP.mask:
             total = 0
@@ -475,7 +473,7 @@ class EmbeddedFunctions:
         self._mem[STEP_COUNTER.addr : STEP_COUNTER.addr + 2] = steps.to_bytes(2, "little")
 
     def _copy_timestamp(self, at_ps: int) -> None:
-        """Bits 23 to 8 of the timestamp as they were at the step."""
+        """Store bits 23 to 8 of the timestamp at the step."""
         for byte in range(2):
             (value,) = self._chip.registers.read(TIMESTAMP1_REG.addr + byte, 1, at_ps)
             self._mem[STEP_TIMESTAMP.addr + byte] = value

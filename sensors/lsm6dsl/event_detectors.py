@@ -1,29 +1,28 @@
 """The event functions' detectors, each fed with one sample after the other (AN5040 3.7 and section 5).
 
-Durations are counted in samples. Decision: a duration of N/ODR is over at the sample that comes N periods
-after the first at which the condition was true, so N = 0 acts on the first sample. The road not taken, N
-samples in a row, would make 0 and 1 the same.
+Durations are counted in samples. Decision: a duration of N/ODR ends N periods after the first sample at which
+the condition was true, so N = 0 acts on that sample. Counting N samples in a row was rejected, because 0 and
+1 would then be the same.
 
-Filter before wake-up, inactivity and tap (3.7, 5.3): it takes gravity away. The slope is
-(a[n] - a[n-1]) / 2. After the accelerometer has been switched on a[-1] is 0, so the first slope is half of
-gravity: one spurious wake-up, as on silicon. Switched on while the accelerometer runs already, the filter
-takes its first sample to have been there before. The high-pass that SLOPE_FDS selects for wake-up and
-inactivity has the cut-off of CTRL8_XL.HPCF_XL; its order is not documented, one pole is assumed. The tap
-always takes the slope.
+Filter before wake-up, inactivity and tap (3.7, 5.3): it removes gravity. The slope is (a[n] - a[n-1]) / 2.
+After the accelerometer has been switched on a[-1] is 0, so the first slope is half of gravity: one spurious
+wake-up, as on silicon. If it is switched on while the accelerometer runs, the filter assumes that its first
+sample was constant before. The high-pass that SLOPE_FDS selects for wake-up and inactivity has the cut-off of
+CTRL8_XL.HPCF_XL; its order is not documented, one pole is assumed. The tap always uses the slope.
 
-Orientation (5.4). Decision: an axis is over the threshold when it lies within SIXD_THS of the vertical,
-that is when it measures more than cos(SIXD_THS) of 1 g. The documents give the angle only; a position
-counts when exactly one axis is over, so a wider angle asks for a more exact position, in either reading of
-the angle. Decision: the first position found after switching on is a change as well, from none.
+Orientation (5.4). Decision: an axis is over the threshold if it lies within SIXD_THS of the vertical, that
+is, if it measures more than cos(SIXD_THS) of 1 g. The documents give the angle only. A position counts if
+exactly one axis is over, so a wider angle requires a more exact position, in both readings of the angle.
+Decision: the first position found after switching on also counts as a change, from no position.
 
-Tap (5.5). The slope of an enabled axis rises over TAP_THS and falls back within SHOCK: a tap. QUIET
+Tap (5.5). A tap is a slope of an enabled axis that rises over TAP_THS and falls back within SHOCK. QUIET
 follows, in which nothing counts; with SINGLE_DOUBLE_TAP a second tap that begins after QUIET and within DUR
 is a double tap. An event lasts as long as its QUIET window. All windows are counted in samples from the
 sample that opened them.
 
-Inactivity (5.6). While inactive the accelerometer runs at 12.5 Hz in low power though CTRL1_XL keeps its
-content, and the gyroscope goes on, sleeps or is off as INACT_EN says. The model decodes its sensors from the
-registers as :meth:`Activity.effective` shows them, so that nothing else has to know about it.
+Inactivity (5.6). While inactive the accelerometer runs at 12.5 Hz in low power though CTRL1_XL is unchanged,
+and the gyroscope continues, sleeps or is off, depending on INACT_EN. The model decodes its sensors from the
+registers returned by :meth:`Activity.effective`, so that no other module depends on it.
 """
 
 from __future__ import annotations
@@ -50,7 +49,7 @@ from fcu_emulator.sensors.lsm6dsl.registers import (
 
 
 class DurationCounter:
-    """Counts the samples in a row at which a condition was true."""
+    """Counter of consecutive samples at which a condition was true."""
 
     __slots__ = ("_run", "periods")
 
@@ -59,11 +58,10 @@ class DurationCounter:
         self._run = 0
 
     def reset(self) -> None:
-        """The condition begins anew."""
         self._run = 0
 
     def step(self, condition: bool) -> bool:
-        """Whether the condition has lasted ``periods`` periods as of this sample."""
+        """Return whether the condition has lasted ``periods`` periods as of this sample."""
         self._run = self._run + 1 if condition else 0
         return self._run > self.periods
 
@@ -86,13 +84,13 @@ class MotionFilter:
         self.slope = self.motion = ZERO
 
     def configure(self, mem: bytearray) -> None:
-        """Read SLOPE_FDS and HPCF_XL."""
+        """Decode SLOPE_FDS and HPCF_XL."""
         code = CTRL8_XL.HPCF_XL.get(mem[CTRL8_XL.addr])
         high_pass = mem[TAP_CFG.addr] & TAP_CFG.SLOPE_FDS.mask and code
         self._decay = 1 / (1 + 2 * math.pi / _DIVISOR[code]) if high_pass else 0.0
 
     def start(self, *, from_zero: bool) -> None:
-        """Begin anew: after a sample of zero, or after one like the next."""
+        """Restart: after a sample of zero, or after one equal to the next."""
         self._previous = ZERO if from_zero else None
         self.motion = ZERO
 
@@ -115,7 +113,7 @@ class MotionFilter:
 
 # -- free fall: all three axes near zero for long enough (AN5040 5.1; datasheet Tables 199 and 200) ---------
 
-_FREE_FALL_MG = (156, 219, 250, 312, 344, 406, 469, 500)  # FF_THS, whatever the full scale
+_FREE_FALL_MG = (156, 219, 250, 312, 344, 406, 469, 500)  # FF_THS, for every full scale
 
 
 class FreeFall:
@@ -126,18 +124,16 @@ class FreeFall:
         self._threshold_mg = _FREE_FALL_MG[0]
 
     def configure(self, mem: bytearray) -> None:
-        """Read threshold and duration."""
         control = mem[FREE_FALL.addr]
         self._threshold_mg = _FREE_FALL_MG[FREE_FALL.FF_THS.get(control)]
         upper = WAKE_UP_DUR.FF_DUR5.get(mem[WAKE_UP_DUR.addr])
         self._duration.periods = upper << 5 | FREE_FALL.FF_DUR_4_0.get(control)
 
     def reset(self) -> None:
-        """Forget the state of the detection."""
         self._duration.reset()
 
     def step(self, sample: Axes) -> int:
-        """The next sample in mg; bits of WAKE_UP_SRC."""
+        """Process the next sample in mg; return bits of WAKE_UP_SRC."""
         x, y, z = sample
         limit = self._threshold_mg
         falling = -limit < x < limit and -limit < y < limit and -limit < z < limit
@@ -148,7 +144,7 @@ class FreeFall:
 
 
 def _wake_up_mg(mem: bytearray, full_scale_mg: int) -> float:
-    """WK_THS in mg: one LSB is a 64th of the full scale."""
+    """Return WK_THS in mg: one LSB is a 64th of the full scale."""
     return WAKE_UP_THS.WK_THS.get(mem[WAKE_UP_THS.addr]) * full_scale_mg / 64
 
 
@@ -160,16 +156,14 @@ class WakeUp:
         self._threshold_mg = 0.0
 
     def configure(self, mem: bytearray, full_scale_mg: int) -> None:
-        """Read threshold and duration."""
         self._threshold_mg = _wake_up_mg(mem, full_scale_mg)
         self._duration.periods = WAKE_UP_DUR.WAKE_DUR.get(mem[WAKE_UP_DUR.addr])
 
     def reset(self) -> None:
-        """Forget the state of the detection."""
         self._duration.reset()
 
     def step(self, motion: Axes) -> int:
-        """The next filtered sample in mg; bits of WAKE_UP_SRC."""
+        """Process the next filtered sample in mg; return bits of WAKE_UP_SRC."""
         x, y, z = motion
         limit = self._threshold_mg
         axes = 0
@@ -199,17 +193,16 @@ class Orientation:
         self._threshold_mg = 0.0
 
     def configure(self, mem: bytearray) -> None:
-        """Read the angle, and whether Z counts."""
+        """Decode the angle, and whether Z counts."""
         control = mem[TAP_THS_6D.addr]
         self._threshold_mg = 1000 * math.cos(math.radians(_ANGLE_DEG[TAP_THS_6D.SIXD_THS.get(control)]))
         self._axes = 2 if control & TAP_THS_6D.D4D_EN.mask else 3
 
     def reset(self) -> None:
-        """Forget the state of the detection."""
         self.position = self._seen = 0
 
     def step(self, sample: Axes) -> int:
-        """The next sample in mg; D6D_IA at the second sample of a new position, for that sample only."""
+        """Process the next sample in mg; return D6D_IA only at the second sample of a new position."""
         seen = self._over(sample)
         changed = seen != 0 and seen == self._seen and seen != self.position
         self._seen = seen
@@ -219,7 +212,7 @@ class Orientation:
         return D6D_SRC.D6D_IA.mask
 
     def _over(self, sample: Axes) -> int:
-        """The bit of the only axis over the threshold; 0 if there is none, or more than one."""
+        """Return the bit of the only axis over the threshold; 0 if there is none, or more than one."""
         limit, found = self._threshold_mg, 0
         for axis in range(self._axes):
             value = sample[axis]
@@ -238,12 +231,12 @@ _AXES = (TAP_SRC.X_TAP.mask, TAP_SRC.Y_TAP.mask, TAP_SRC.Z_TAP.mask)
 
 
 class Tap:
-    """``step`` gives the bits of TAP_SRC; both events may be enabled but are never on at once."""
+    """``step`` returns the bits of TAP_SRC; both events may be enabled but are never on together."""
 
     def __init__(self) -> None:
         self._state: _State = "idle"
         self._count = 0  # samples since the state began
-        self._is_second = False  # the shock or quiet time at hand is that of a possible second tap
+        self._is_second = False  # the present shock or quiet time belongs to a possible second tap
         self._over = False
         self._bits = 0
         self._enabled = (False, False, False)
@@ -252,7 +245,7 @@ class Tap:
         self._double = False
 
     def configure(self, mem: bytearray, full_scale_mg: int) -> None:
-        """Read axes, threshold, windows and mode."""
+        """Decode axes, threshold, windows and mode."""
         config, windows = mem[TAP_CFG.addr], mem[INT_DUR2.addr]
         bits = TAP_CFG.TAP_X_EN, TAP_CFG.TAP_Y_EN, TAP_CFG.TAP_Z_EN
         self._enabled = (bool(bits[0].get(config)), bool(bits[1].get(config)), bool(bits[2].get(config)))
@@ -265,11 +258,10 @@ class Tap:
             self.reset()
 
     def reset(self) -> None:
-        """Forget the state of the detection."""
         self._state, self._count, self._over, self._bits = "idle", 0, False, 0
 
     def step(self, slope: Axes) -> int:
-        """The next slope in mg; bits of TAP_SRC while an event lasts, else 0."""
+        """Process the next slope in mg; return bits of TAP_SRC while an event lasts, else 0."""
         over = self._exceeds(slope)
         begins = over and not self._over
         self._over = over
@@ -300,7 +292,7 @@ class Tap:
         self._state, self._count = state, 0
 
     def _begin(self, slope: Axes, *, is_second: bool) -> None:
-        """A shock begins: remember its axes, and the sign of the strongest."""
+        """Start a shock: store its axes, and the sign of the strongest."""
         self._is_second = is_second
         sizes = [abs(value) if on else 0.0 for value, on in zip(slope, self._enabled, strict=True)]
         self._bits = TAP_SRC.TAP_IA.mask
@@ -311,14 +303,14 @@ class Tap:
         self._enter("shock")
 
     def _in_shock(self, over: bool) -> None:
-        if self._count > self._shock:  # no tap: it lasts too long; the next one has to begin anew
+        if self._count > self._shock:  # too long for a tap; the next one must start again
             self._enter("idle")
         elif not over:
             self._bits |= TAP_SRC.DOUBLE_TAP.mask if self._is_second else TAP_SRC.SINGLE_TAP.mask
             self._enter("quiet")
 
 
-# -- inactivity: a part that lies still goes to sleep, and wakes at the first motion (AN5040 5.6) -----------
+# -- inactivity: a resting sensor sleeps, and wakes at the first motion (AN5040 5.6) ------------------------
 
 _ODR_12_5_HZ = 1
 _GYROSCOPE_SLEEPS, _GYROSCOPE_OFF = 2, 3  # INACT_EN
@@ -334,7 +326,7 @@ class Activity:
         self._threshold_mg = 0.0
 
     def configure(self, mem: bytearray, full_scale_mg: int) -> None:
-        """Read enable, threshold and duration; switching the function off wakes the part."""
+        """Decode enable, threshold and duration; switching the function off wakes the sensor."""
         self.enabled = bool(TAP_CFG.INACT_EN.get(mem[TAP_CFG.addr]))
         self._threshold_mg = _wake_up_mg(mem, full_scale_mg)
         self._still.periods = 512 * WAKE_UP_DUR.SLEEP_DUR.get(mem[WAKE_UP_DUR.addr]) or 16
@@ -342,12 +334,11 @@ class Activity:
             self.reset()
 
     def reset(self) -> None:
-        """Forget the state of the detection."""
         self.inactive = False
         self._still.reset()
 
     def step(self, motion: Axes) -> bool:
-        """The next filtered sample in mg; whether ``inactive`` has changed."""
+        """Process the next filtered sample in mg; return whether ``inactive`` has changed."""
         if not self.enabled:
             return False
         x, y, z = motion
@@ -357,7 +348,7 @@ class Activity:
         return self.inactive != was
 
     def effective(self, mem: bytearray) -> bytearray:
-        """The main bank as the sensors have to take it now: itself while awake, or off anyway."""
+        """Return the main bank as it configures the sensors now: unchanged while awake, or if off anyway."""
         inact = TAP_CFG.INACT_EN.get(mem[TAP_CFG.addr])
         on = inact and mem[TAP_CFG.addr] & TAP_CFG.INTERRUPTS_ENABLE.mask
         if not (self.inactive and on and mem[CTRL1_XL.addr] & CTRL1_XL.ODR_XL.mask):

@@ -1,12 +1,12 @@
 """The event functions as one feature: every accelerometer sample goes through all of them.
 
-INTERRUPTS_ENABLE switches them on together, as on the part (AN5040 section 5). A latched event (LIR) is held
-until its source register is read, but only if it is routed to a pin; with SINGLE_DOUBLE_TAP set, the double
-tap is latched and the single one is not (AN5040 5.5.3; the road not taken is 5.5.1, which words it by the
-routing).
+INTERRUPTS_ENABLE switches them on together, as on the chip (AN5040 section 5). A latched event (LIR) is held
+until its source register is read, but only if it is routed to a pin. With SINGLE_DOUBLE_TAP set, the double
+tap is latched and the single one is not (AN5040 5.5.3; the alternative 5.5.1, which depends on the routing,
+was rejected).
 
-What the functions look at are the accelerometer's samples before LPF2 (:class:`EventSamples`), as whole
-counts, which saturate as the output does.
+The functions use the accelerometer's samples before LPF2 (:class:`EventSamples`), as whole counts, which
+saturate as the output does.
 """
 
 from __future__ import annotations
@@ -48,9 +48,9 @@ from fcu_emulator.sensors.register_file import NEVER_PS
 
 
 class EventOutput:
-    """``bits``: what the source register shows. ``latched``: held until the source register is read.
+    """One event: ``bits`` in the source register; ``latched``: held until the source register is read.
 
-    A latched event whose condition still holds when it is read comes back with the next sample.
+    A latched event whose condition still holds at the read comes back with the next sample.
     """
 
     __slots__ = ("_name", "_signals", "bits", "latched")
@@ -62,19 +62,19 @@ class EventOutput:
         self.latched = False
 
     def update(self, bits: int, at_ps: int) -> None:
-        """The event's bits as of the sample at ``at_ps``; 0 when it is over."""
+        """Set the event's bits as of the sample at ``at_ps``; 0 at its end."""
         if bits == self.bits or (self.latched and not bits):
             return
         self.bits = bits
         self._signals.set(self._name, bits != 0, at_ps)
 
     def acknowledge(self, at_ps: int) -> None:
-        """The source register has been read."""
+        """Release the latch after a read of the source register."""
         if self.latched:
             self.drop(at_ps)
 
     def drop(self, at_ps: int) -> None:
-        """The event is over, latched or not."""
+        """End the event, latched or not."""
         self.bits = 0
         self._signals.set(self._name, False, at_ps)
 
@@ -84,7 +84,7 @@ _BLOCK = 1024  # samples processed at once
 
 
 class Events:
-    """``rate_changed(at_ps)``: the part has become inactive or active; the sensors' rates are others."""
+    """``rate_changed(at_ps)``: called when the sensor has become inactive or active, which changes the rates."""
 
     CONFIGURATION: tuple[type[Register], ...] = (
         CTRL1_XL,
@@ -118,7 +118,7 @@ class Events:
         self._single, self._double = EventOutput(signals, "SINGLE_TAP"), EventOutput(signals, "DOUBLE_TAP")
         self._outputs = (self._ff, self._wu, self._sleep, self._six_d, self._single, self._double)
         self._mg_per_lsb = MG_PER_LSB[0]
-        self._next = 0  # the first sample not processed yet
+        self._next = 0  # the first unprocessed sample
         self._running = self._routed = False
         self._wire()
 
@@ -135,7 +135,7 @@ class Events:
     # -- the registers ----------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
-        """Decode the registers; the samples up to ``now_ps`` have been looked at."""
+        """Decode the registers; the samples up to ``now_ps`` are processed."""
         mem = self._chip.registers.mem
         was_on = self.active and self._running
         self.active = bool(mem[TAP_CFG.addr] & TAP_CFG.INTERRUPTS_ENABLE.mask)
@@ -158,13 +158,13 @@ class Events:
         self._violations.report(event_violations(mem), now_ps)
 
     def reset(self, now_ps: int) -> None:
-        """Forget everything, latched events too."""
+        """Reset all functions, including latched events."""
         self._restart()
         for output in self._outputs:
             output.drop(now_ps)
 
     def _stop(self, now_ps: int) -> None:
-        """The accelerometer is off: only what is latched stays."""
+        """Stop the functions with the accelerometer; latched events stay."""
         self._restart()
         for output in self._outputs:
             if not output.latched:
@@ -199,16 +199,16 @@ class Events:
     # -- the samples ------------------------------------------------------------------------------------
 
     def catch_up(self, now_ps: int) -> None:
-        """Look at every sample that has come since the last time."""
+        """Process every sample since the last call."""
         stream = self._chip.xl
         while self._running:
-            latest = stream.latest(now_ps)  # of another run of the stream when the rate has changed meanwhile
+            latest = stream.latest(now_ps)  # of another run of the stream if the rate has changed meanwhile
             if self._next > latest:
                 return
             self._process(self._next, min(latest + 1, self._next + _BLOCK))
 
     def next_event_ps(self) -> int:
-        """The next sample, if an event it brings can be seen on a pin or changes the rate."""
+        """Return the time of the next sample, if its event can reach a pin or changes the rate."""
         if self._running and (self._routed or self.activity.enabled):
             return self._chip.xl.time_ps(self._next)
         return NEVER_PS
@@ -223,7 +223,7 @@ class Events:
             self._next = index + 1
             at_ps = stream.time_ps(index)
             if self._step(sample, tilt, at_ps):
-                self._rate_changed(at_ps)  # which configures anew
+                self._rate_changed(at_ps)  # configures this feature again
                 return
 
     def _counted(self, mg: Array) -> list[Axes]:
@@ -231,9 +231,9 @@ class Events:
         return list(zip(*(counts * self._mg_per_lsb).tolist(), strict=True))
 
     def _step(self, sample: Axes, tilt: Axes, at_ps: int) -> bool:
-        """One sample, in mg, through every function; whether the part has fallen asleep or woken up.
+        """Process one sample, in mg, in every function; return whether the sensor fell asleep or woke up.
 
-        ``tilt``: the same as orientation sees it.
+        ``tilt``: the same sample for orientation.
         """
         self._filter.step(sample)
         motion = self._filter.motion
@@ -242,7 +242,7 @@ class Events:
         self._six_d.update(self._orientation.step(tilt), at_ps)
         changed = self.activity.step(motion)
         self._sleep.update(WAKE_UP_SRC.SLEEP_STATE_IA.mask if changed else 0, at_ps)
-        if changed or self.activity.inactive:  # no tap events meanwhile, and the waking sample is none
+        if changed or self.activity.inactive:  # no tap events meanwhile, and the waking sample is not a tap
             self._tap.reset()
             tap = 0
         else:
@@ -281,13 +281,13 @@ class Events:
         self._chip.catch_up(now_ps)
 
 
-# -- settings that cannot work ------------------------------------------------------------------------------
+# -- invalid settings ---------------------------------------------------------------------------------------
 
 _FASTEST_ODR = 10  # 6664 Hz: too fast for activity recognition
 
 
 def event_violations(mem: bytearray) -> dict[str, bool]:
-    """What cannot work in the settings of the event functions, while they are on (AN5040 5.5, 5.6)."""
+    """Return the invalid settings of the event functions, while they are on (AN5040 5.5, 5.6)."""
     config = mem[TAP_CFG.addr]
     on = bool(config & TAP_CFG.INTERRUPTS_ENABLE.mask)
     tap, wake_up = TAP_THS_6D.TAP_THS.get(mem[TAP_THS_6D.addr]), WAKE_UP_THS.WK_THS.get(mem[WAKE_UP_THS.addr])

@@ -1,14 +1,14 @@
-"""A function of the LSM6DSL beyond plain measuring (FIFO, events, sensor hub ...), and what it works with.
+"""Interface of a function of the LSM6DSL beyond plain measuring (FIFO, events, sensor hub ...), and its context.
 
-Each function is a file of its own and joins the model as one entry of its list of features. A feature decodes
-its registers in ``configure`` and keeps what it decoded; ``catch_up`` then works through everything that has
-become due, sample by sample, under those settings. The model calls ``catch_up`` before any register that a
-feature declares is written, and a feature calls ``chip.catch_up`` itself before registers that show its
-results are read. A feature that is off is not ``active`` and is never called: it costs nothing.
+Each function is a separate file and one entry in the model's list of features. A feature decodes its
+registers in ``configure`` and stores the result; ``catch_up`` then processes all due work, sample by sample,
+under those settings. The model calls ``catch_up`` before a write to any register that a feature declares. A
+feature calls ``chip.catch_up`` itself before a read of registers with its results. A feature that is off is
+not ``active`` and is never called: it costs nothing.
 
-Functions raise signals for each other, for the pins and for the FIFO's trigger. A function sets its signal
-with the time at which it happened; who needs it (pin routing, FIFO trigger) listens. Names are those of the
-routing registers without their pin: ``DRDY_XL``, ``FTH``, ``WU``, ``6D`` ...
+Functions exchange signals, also with the pins and the FIFO's trigger. A function sets its signal with the
+time of the event; its users (pin routing, FIFO trigger) listen. Names are those of the routing registers
+without their pin: ``DRDY_XL``, ``FTH``, ``WU``, ``6D`` ...
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ Listener: TypeAlias = Callable[[bool, int], None]
 
 
 class Signals:
-    """The level of every signal, and who listens to its changes."""
+    """The level of every signal, and the listeners to its changes."""
 
     def __init__(self) -> None:
         self._on: dict[SignalName, bool] = dict.fromkeys(SIGNAL_NAMES, False)
@@ -69,7 +69,7 @@ class Signals:
         self._listeners[name].append(listener)
 
     def set(self, name: SignalName, on: bool, at_ps: int) -> None:
-        """A signal is true or false as of ``at_ps``; listeners hear of changes only."""
+        """Set the level of a signal as of ``at_ps``; listeners are called for changes only."""
         if self._on[name] != on:
             self._on[name] = on
             for listener in self._listeners[name]:
@@ -77,33 +77,35 @@ class Signals:
 
 
 class Gates:
-    """What data enable lets through: samples of a sensor, and anything to the FIFO."""
+    """The gates of data enable: samples of a sensor, and all writes to the FIFO."""
 
     def __init__(self) -> None:
         self.fifo_open = True
         self._instead: dict[SampleStream, SampleStream] = {}
 
     def show(self, stream: SampleStream, instead: SampleStream | None) -> None:
-        """``stream`` is shown through another one from now on, or as it is."""
+        """Show ``stream`` through ``instead`` from now on; unchanged with None."""
         self._instead.pop(stream, None)
         if instead is not None:
             self._instead[stream] = instead
 
     def shown(self, stream: SampleStream) -> SampleStream:
-        """What output registers, data-ready and FIFO see of a sensor's stream."""
+        """Return the visible stream of a sensor for output registers, data-ready and FIFO."""
         return self._instead.get(stream, stream)
 
 
 @dataclass(frozen=True)
 class FeatureContext:
-    """What a feature works with.
+    """The environment of a feature.
 
-    ``registers``: the main bank; ``banks``: the embedded ones by their FUNC_CFG_ACCESS value; ``xl``, ``g``,
-    ``temperature``: the sample streams, little-endian int16 words as in the output registers with BLE = 0;
-    ``signals``: what functions raise for each other, for the pins and for the FIFO's trigger;
-    ``gates``: what data enable lets through; ``rate_factor``: the part's true rates over the nominal ones;
-    ``catch_up(now_ps)``: let every active feature do what is due;
-    ``note(now_ps, kind, text)``: the trace.
+    ``registers``: the main bank;
+    ``banks``: the embedded ones by their FUNC_CFG_ACCESS value;
+    ``xl``, ``g``, ``temperature``: the sample streams, little-endian int16 words as in the output registers
+    with BLE = 0;
+    ``signals``: signals between functions, to the pins and to the FIFO's trigger;
+    ``gates``: the gates of data enable;
+    ``rate_factor``: the sensor's true rates over the nominal ones; ``catch_up(now_ps)``: let every active
+    feature do its due work; ``note(now_ps, kind, text)``: the trace.
     """
 
     registers: RegisterFile
@@ -119,11 +121,11 @@ class FeatureContext:
     rate_factor: Fraction = Fraction(1)
 
     def nominal_hz(self, stream: SampleStream) -> Fraction:
-        """The rate of a sensor's stream as the registers say it; 0 when stopped."""
+        """Return the nominal rate of a sensor's stream from the registers; 0 when stopped."""
         return stream.rate_hz / self.rate_factor
 
     def note(self, now_ps: int, kind: str, text: str) -> None:
-        """A trace event of the part."""
+        """Write a trace event of the sensor."""
         self.registers.note(now_ps, kind, text)
 
 
@@ -132,34 +134,34 @@ class Feature(Protocol):
 
     active: bool
     CONFIGURATION: tuple[type[Register], ...]
-    """Registers of the main bank whose writing may change what the feature does."""
+    """Registers of the main bank whose writes may change the feature."""
 
     def configure(self, now_ps: int) -> None:
-        """The registers may have changed: decode them; everything before ``now_ps`` has been caught up."""
+        """Decode the registers, which may have changed; all work before ``now_ps`` is done."""
 
     def catch_up(self, now_ps: int) -> None:
-        """Work through all that has become due until ``now_ps``; only called while ``active``."""
+        """Process all work due until ``now_ps``; only called while ``active``."""
 
     def reset(self, now_ps: int) -> None:
-        """SW_RESET: forget everything; ``configure`` follows."""
+        """Reset the feature (SW_RESET); ``configure`` follows."""
 
     def next_event_ps(self) -> int:
-        """When a pin may change next because of this feature (``NEVER_PS`` if none can)."""
+        """Return when this feature may change a pin next (``NEVER_PS`` if never)."""
         ...
 
 
-# -- settings that cannot work ------------------------------------------------------------------------------
+# -- invalid settings ---------------------------------------------------------------------------------------
 
 
 class Violations:
-    """Remembers which are present, so that the next write to another register does not repeat the note."""
+    """Memory of the present violations, so that a write to another register does not repeat the note."""
 
     def __init__(self, chip: FeatureContext) -> None:
         self._chip = chip
         self._present: set[str] = set()
 
     def report(self, found: Mapping[str, bool], now_ps: int) -> None:
-        """``found``: each violation's text, and whether it is present."""
+        """Note new violations; ``found``: each violation's text, and whether it is present."""
         for text, present in found.items():
             if present and text not in self._present:
                 self._chip.note(now_ps, "forbidden", text)

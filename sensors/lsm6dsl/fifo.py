@@ -1,19 +1,19 @@
 """The FIFO of the LSM6DSL (AN5040 Rev 3, section 8; datasheet DocID028475 Rev 7, 5.5).
 
-At every trigger, usually a sample of the faster sensor, the data sets whose turn it is are stored. Nothing
-happens until somebody looks; then all triggers that have become due are worked through in order, with the
-events that switch a triggered mode over in between.
+At every trigger, usually a sample of the faster sensor, the data sets that are due are stored. Evaluation is
+lazy: at a read all due triggers are processed in order, together with the events that switch a triggered
+mode.
 
 Decisions where the documents are silent or disagree:
 
 * FIFO mode stops as soon as the next trigger's sets would fill the memory (FIFO_FULL_SMART), which is 2046
-  words with one set (AN5040 figures 28 and 29; its Table 64 goes on to 2047 and an overrun). It stays stopped
-  until bypass, also when words are read meanwhile.
+  words with one set (AN5040 figures 28 and 29; its Table 64 continues to 2047 and an overrun). It stays
+  stopped until bypass, even if words are read meanwhile.
 * The sample that raises the event is the first of the new mode.
-* A configuration changed outside bypass is noted; the words stay and the pattern begins anew after them.
-* What this feature hears of is raised by features before it in the model's list, not after it.
-* An empty FIFO shows the word read last, which is what an output buffer would do. The road not taken is 0;
-  the documents forbid reading it and do not say.
+* A configuration changed outside bypass is noted; the words stay and the pattern restarts after them.
+* Signals used by the FIFO come from features before it in the model's list, not after it.
+* An empty FIFO shows the word read last, as an output buffer would. The value 0 was rejected; the documents
+  forbid the read and do not give a value.
 """
 
 from __future__ import annotations
@@ -50,15 +50,15 @@ from fcu_emulator.sensors.register_file import NEVER_PS
 
 
 class FifoBuffer:
-    """The words, oldest first. ``depth``: how many it holds before it overwrites.
+    """The words, oldest first. ``depth``: capacity before it overwrites.
 
     When a data set does not fit any more, its words overwrite the oldest ones, word by word. The count has 11
-    bits, so that a full memory reads 0: AN5040 Table 64 shows exactly that beside OVER_RUN. A word leaves
-    when its high byte has been read. Its low byte takes the whole word to the output buffer, so that the two
-    bytes belong together also when the word is overwritten in between.
+    bits, so that a full memory reads 0, with OVER_RUN set, as in AN5040 Table 64. A word leaves when its high
+    byte has been read. Reading its low byte moves the whole word to the output buffer, so that the two bytes
+    match even if the word is overwritten in between.
 
-    ``gone``: how many words have left since it was cleared, by reading or by being overwritten.
-    ``overrun``: it is full and words have been overwritten.
+    ``gone``: number of words that have left since it was cleared, by a read or by overwriting. ``overrun``:
+    it is full and words have been overwritten.
     """
 
     def __init__(self) -> None:
@@ -66,7 +66,7 @@ class FifoBuffer:
         self.clear()
 
     def clear(self) -> None:
-        """Empty it, the output buffer too."""
+        """Empty the memory and the output buffer."""
         self._words: deque[int] = deque()
         self.gone = 0
         self.overrun = False
@@ -78,7 +78,7 @@ class FifoBuffer:
         return len(self._words)
 
     def store(self, words: Iterable[int]) -> None:
-        """Append words; the oldest make room."""
+        """Append words, and remove the oldest ones if it is full."""
         self._words.extend(words)
         lost = len(self._words) - self.depth
         if lost > 0:
@@ -88,11 +88,11 @@ class FifoBuffer:
             self.overrun = True
 
     def skip(self, words: int) -> None:
-        """So many words came and went unseen, while the FIFO was full and is to be filled anew."""
+        """Count ``words`` words that passed through a full FIFO; the caller refills it."""
         self.gone += words
 
     def readable(self) -> bool:
-        """Whether the next byte read is one of a word that was stored."""
+        """Whether the next byte read is one of a stored word."""
         return bool(self._words) or self._taken is not None
 
     def low(self) -> int:
@@ -101,7 +101,7 @@ class FifoBuffer:
         return self._output & 0xFF
 
     def high(self) -> int:
-        """FIFO_DATA_OUT_H is read: the word leaves, unless it has been overwritten meanwhile."""
+        """Return the high byte when FIFO_DATA_OUT_H is read; the word leaves, unless already overwritten."""
         self._take()
         if self._taken == self.gone and self._words:
             self._words.popleft()
@@ -123,7 +123,7 @@ _FULL, _EMPTY = FIFO_STATUS2.FIFO_FULL_SMART.mask, FIFO_STATUS2.FIFO_EMPTY.mask
 
 
 class FifoFlags:
-    """``bits``: as in FIFO_STATUS2; ``watermark``: FTH, 0 for none."""
+    """Status flags: ``bits`` as in FIFO_STATUS2; ``watermark``: FTH, 0 for none."""
 
     def __init__(self, buffer: FifoBuffer, signals: Signals) -> None:
         self._buffer = buffer
@@ -136,7 +136,7 @@ class FifoFlags:
         return bool(self.bits & _FULL)
 
     def update(self, ahead: int | None, at_ps: int) -> None:
-        """Something may have changed them; ``ahead``: words the next trigger writes, if one comes."""
+        """Update the flags after a change; ``ahead``: words of the next trigger, if there is one."""
         buffer, bits = self._buffer, 0
         fill = buffer.fill
         if not fill:
@@ -154,9 +154,9 @@ class FifoFlags:
             self._signals.set("FIFO_OVR", bool(bits & _OVERRUN), at_ps)
 
     def triggers_to_next(self, widest: int) -> int:
-        """At least so many triggers come before a flag changes, the last included; 0: none changes.
+        """Return a lower bound of the triggers until a flag changes, the last included; 0: none changes.
 
-        ``widest``: the most words that a trigger writes.
+        ``widest``: maximum words per trigger.
         """
         buffer = self._buffer
         if buffer.overrun or not widest:
@@ -173,14 +173,14 @@ _HEARD: tuple[SignalName, ...] = (*TRIGGERS, "SENSORHUB")
 
 
 class FifoEvent(NamedTuple):
-    """Something the FIFO has heard of and not dealt with yet."""
+    """A signal received by the FIFO and not yet processed."""
 
     at_ps: int
     name: SignalName
 
 
 class Fifo:
-    """Data sets in, words out; ``active`` in every mode but bypass."""
+    """The FIFO: data sets in, words out; ``active`` in every mode except bypass."""
 
     CONFIGURATION = CONFIGURATION
 
@@ -194,13 +194,13 @@ class Fifo:
         self._settings = FifoSettings.decode(self._mem)
         self._contents = self._sets.contents(self._settings.layout)
         self._pattern = FifoPattern(self._settings.layout.decimations)
-        self._pattern_first = 0  # number of the word at which the pattern began
+        self._pattern_first = 0  # number of the pattern's first word
         self._trigger = 0  # number of the next trigger in the pattern
         self._samples = SampleTriggers(chip)
         self._switched = self._stopped = False  # a triggered mode's event has come; FIFO mode has stopped
         self._flags = FifoFlags(self._buffer, chip.signals)
-        self._open = True  # as far as data enable is concerned
-        self._done_ps = -1  # everything until then has been dealt with
+        self._open = True  # gate of data enable
+        self._done_ps = -1  # all work until then is done
         self._events: list[FifoEvent] = []
         self._wire()
 
@@ -212,7 +212,7 @@ class Fifo:
         for name in _HEARD:
             self._chip.signals.listen(name, partial(self._hear, name))
 
-    # -- as a feature -----------------------------------------------------------------------------------
+    # -- feature interface ------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
         """Decode the registers and follow the sensors' rates."""
@@ -236,9 +236,10 @@ class Fifo:
         self._violations.report(violations(self._mem), now_ps)
 
     def catch_up(self, now_ps: int) -> None:
-        """Store what has become due, and deal with the events heard of, in the order of time."""
+        """Store the due data sets, and process the received events, in the order of time."""
         heard = sorted(self._events)
-        self._events = [event for event in heard if event.at_ps > now_ps]  # another function is ahead of us
+        # another function may be ahead of the FIFO
+        self._events = [event for event in heard if event.at_ps > now_ps]
         for event in heard[: len(heard) - len(self._events)]:
             self._collect(event.at_ps - 1)
             self._deal_with(event)
@@ -252,10 +253,10 @@ class Fifo:
         self._update_flags(now_ps)
 
     def next_event_ps(self) -> int:
-        """When a flag that drives a pin may change next; seldom too early, never too late."""
+        """Return when a flag that drives a pin may change; rarely too early, never too late."""
         settings = self._settings
         if not settings.on_pin or settings.layout.writer is not Writer.DATA_READY or not self._collects():
-            return NEVER_PS  # another function's event is waited for, and that function knows when
+            return NEVER_PS  # waiting for an event of another function, which knows its time
         triggers = self._flags.triggers_to_next(self._pattern.widest)
         return self._samples.time_ps(triggers - 1) if triggers else NEVER_PS
 
@@ -306,7 +307,7 @@ class Fifo:
         return mode is FifoMode.FIFO or (mode is FifoMode.CONTINUOUS_TO_FIFO and self._switched)
 
     def _collect(self, until_ps: int) -> None:
-        """Store the data sets of every sample that triggers, until ``until_ps`` and with it."""
+        """Store the data sets of every triggering sample up to and including ``until_ps``."""
         if self._settings.layout.writer is not Writer.DATA_READY:
             return
         while self._collects() and (due := self._samples.due(until_ps)):
@@ -314,7 +315,7 @@ class Fifo:
             self._store(self._samples.take(min(due, _TRIGGERS_AT_ONCE)))
 
     def _skip(self, due: int) -> int:
-        """Leave out whole patterns that are overwritten before anybody can look; how many triggers."""
+        """Skip whole patterns that are overwritten before any read; return the number of triggers."""
         pattern = self._pattern
         if not self._buffer.overrun or not pattern.length:
             return 0
@@ -337,13 +338,13 @@ class Fifo:
     # -- reading ----------------------------------------------------------------------------------------
 
     def _update_flags(self, at_ps: int) -> None:
-        """Flags, signals, and FIFO mode's stop, after anything that may have changed them."""
+        """Update flags, signals, and FIFO mode's stop, after any possible change."""
         ahead = self._pattern.words(self._trigger) if self.active and not self._waits() else None
         self._flags.update(ahead, at_ps)
         self._stopped = self._stopped or (self._flags.full and self._stops_when_full())
 
     def _catch_up(self, now_ps: int) -> None:
-        if now_ps > self._done_ps or self._events:  # a long burst asks once for each word
+        if now_ps > self._done_ps or self._events:  # called once per word of a burst
             self._chip.catch_up(now_ps)
 
     def _show_status(self, first: int, end: int, now_ps: int) -> None:

@@ -1,13 +1,13 @@
-"""What the FIFO of the LSM6DSL stores, and when (AN5040 Rev 3, section 8; datasheet 5.5, 9.4 to 9.8).
+"""Contents of the LSM6DSL's FIFO and times of storage (AN5040 Rev 3, section 8; datasheet 5.5, 9.4 to 9.8).
 
-Settings. Decisions where the documents are silent or disagree: reserved modes (2, 5, 7) are taken as bypass,
+Settings. Decisions where the documents are silent or disagree: reserved modes (2, 5, 7) act as bypass,
 reserved rates (ODR_FIFO above 10) as off; a watermark of 0 is never reached and limits nothing; the rate is
 limited by the faster sensor (AN5040 figure 32; the datasheet's 5.5 says by both); with ONLY_HIGH_DATA a
 second set that should not be there is stored as usual.
 
-Data sets. A trigger stores the latest sample of each of the four sets. Where a set's sensor is off, or has
-not measured yet, that is what its output registers still hold. With DRDY_MASK the words of samples that are
-to be discarded are 7FFF; the documents allow 7FFE and 7FFD as well and do not say which is when.
+Data sets. A trigger stores the latest sample of each of the four sets. If a set's sensor is off, or has not
+measured yet, the set contains the present output registers. With DRDY_MASK the words of samples that are to
+be discarded are 7FFF; the documents also allow 7FFE and 7FFD without a rule.
 
 Triggers (figure 32). The faster of the two sensors leads; with both at the same rate the gyroscope, to which
 the accelerometer is synchronised (section 3). ODR_FIFO can only slow the FIFO down: then every 2nd, 4th ...
@@ -66,16 +66,16 @@ CONFIGURATION: tuple[type[Register], ...] = (
     MASTER_CONFIG,
     MD2_CFG,
 )
-"""The registers that say what the FIFO does."""
+"""The registers that configure the FIFO."""
 
 _DECIMATION = (0, 1, 2, 3, 4, 8, 16, 32)  # of every DEC_* field; 0: the set is not in the FIFO
 SET_WORDS = 3
-WORDS = 2048  # of memory (datasheet 5.5: 4 kB; its 5.5.2 says 4096, against that)
+WORDS = 2048  # of memory (datasheet 5.5: 4 kB; its 5.5.2 contradicts with 4096)
 
 _INT1_FLAGS = INT1_CTRL.INT1_FULL_FLAG.mask | INT1_CTRL.INT1_FIFO_OVR.mask | INT1_CTRL.INT1_FTH.mask
 _INT2_FLAGS = INT2_CTRL.INT2_FULL_FLAG.mask | INT2_CTRL.INT2_FIFO_OVR.mask | INT2_CTRL.INT2_FTH.mask
 
-# What may switch a triggered mode over: each only if routed to the pin its bit names (AN5040, section 8).
+# Signals that can switch a triggered mode: each only if routed to the pin of its bit (AN5040, section 8).
 _TRIGGERS: tuple[tuple[SignalName, int, int], ...] = (
     ("SIGN_MOT", INT1_CTRL.addr, INT1_CTRL.INT1_SIGN_MOT.mask),
     ("STEP_DETECTOR", INT1_CTRL.addr, INT1_CTRL.INT1_STEP_DETECTOR.mask),
@@ -90,7 +90,7 @@ TRIGGERS: tuple[SignalName, ...] = tuple(name for name, _, _ in _TRIGGERS)
 
 
 class FifoMode(IntEnum):
-    """FIFO_CTRL5.FIFO_MODE."""
+    """Operating mode from FIFO_CTRL5.FIFO_MODE."""
 
     BYPASS = 0
     FIFO = 1
@@ -100,7 +100,7 @@ class FifoMode(IntEnum):
 
 
 class Writer(Enum):
-    """At what data sets are written; the values are the signals, where it is one."""
+    """Event that writes data sets; values are signal names, if it is a signal."""
 
     DATA_READY = "of the faster sensor"
     STEP = "STEP_DETECTOR"
@@ -108,7 +108,7 @@ class Writer(Enum):
 
 
 class Fourth(Enum):
-    """What the fourth data set holds."""
+    """Contents of the fourth data set."""
 
     HUB = 0
     TIMESTAMP = 1
@@ -116,9 +116,11 @@ class Fourth(Enum):
 
 
 class FifoPattern:
-    """Which sets are written at each trigger: set ``s`` at every ``decimations[s]``-th; the first writes all.
+    """Sets written at each trigger: set ``s`` at every ``decimations[s]``-th; the first writes all.
 
-    ``period``: triggers until it repeats; ``length``: words of a period; ``widest``: words of the first one.
+    ``period``: triggers until it repeats;
+    ``length``: words of a period;
+    ``widest``: words of the first one.
     """
 
     def __init__(self, decimations: tuple[int, ...]) -> None:
@@ -131,20 +133,20 @@ class FifoPattern:
         self.widest = SET_WORDS * len(self._sets[0])
 
     def sets(self, trigger: int) -> tuple[int, ...]:
-        """The sets, from 0, of a trigger."""
+        """Return the sets, from 0, of a trigger."""
         return self._sets[trigger % self.period]
 
     def words(self, trigger: int) -> int:
-        """How many words a trigger writes."""
+        """Return the number of words written at a trigger."""
         return SET_WORDS * len(self.sets(trigger))
 
 
 @dataclass(frozen=True)
 class Layout:
-    """What is stored and at which triggers; it may only change through bypass.
+    """Stored sets and their triggers; the layout may only change through bypass.
 
-    ``odr_fifo``: its code, 0 where that is reserved; ``odr_sensors``: the registers' codes. How fast the
-    sensors really run (inactivity slows them down by itself) is left to their streams.
+    ``odr_fifo``: its code, 0 for a reserved one; ``odr_sensors``: the registers' codes. The streams know the
+    true rates of the sensors, which inactivity may reduce.
     """
 
     decimations: tuple[int, ...]
@@ -157,7 +159,7 @@ class Layout:
 
 @dataclass(frozen=True)
 class FifoSettings:
-    """The FIFO's configuration; ``triggers``: the signals that switch a triggered mode over."""
+    """The FIFO's configuration; ``triggers``: the signals that switch a triggered mode."""
 
     mode: FifoMode
     layout: Layout
@@ -168,7 +170,6 @@ class FifoSettings:
 
     @classmethod
     def decode(cls, mem: bytearray) -> FifoSettings:
-        """Read the settings out of the main register bank."""
         mode = FIFO_CTRL5.FIFO_MODE.get(mem[FIFO_CTRL5.addr])
         watermark = mem[FIFO_CTRL1.addr] | FIFO_CTRL2.FTH_10_8.get(mem[FIFO_CTRL2.addr]) << 8
         limited = bool(mem[FIFO_CTRL4.addr] & FIFO_CTRL4.STOP_ON_FTH.mask) and watermark > 0
@@ -183,7 +184,7 @@ class FifoSettings:
 
 
 def violations(mem: bytearray) -> dict[str, bool]:
-    """Every setting that cannot work, and whether it is present."""
+    """Return every invalid setting, and whether it is present."""
     ctrl2, ctrl4, ctrl5 = mem[FIFO_CTRL2.addr], mem[FIFO_CTRL4.addr], mem[FIFO_CTRL5.addr]
     mode = FIFO_CTRL5.FIFO_MODE.get(ctrl5)
     on = mode != FifoMode.BYPASS
@@ -241,22 +242,22 @@ def _writer(mem: bytearray) -> Writer:
     return Writer.STEP if steps else Writer.DATA_READY
 
 
-# -- data sets: what their three words hold at a trigger ----------------------------------------------------
+# -- data sets: their three words at a trigger --------------------------------------------------------------
 
 Rows: TypeAlias = list[list[int]]
 """Three words for each trigger."""
 
 Contents: TypeAlias = Callable[[list[int]], Rows]
-"""``contents(times_ps)``: a set's words at these triggers, which are in order."""
+"""``contents(times_ps)``: a set's words at these triggers, which are in ascending order."""
 
 _SET_BYTES = 6
 _UNSETTLED = np.frombuffer(b"\xff\x7f" * 3, dtype=np.uint8)
 
 
 class LatestSample:
-    """A stream's latest sample at any time since ``mark``, which goes with every change of configuration.
+    """A stream's latest sample at any time since ``mark``, which is called at every change of configuration.
 
-    The sample that was the latest then is kept: computed anew, it would follow the new configuration.
+    It stores the latest sample at ``mark``, because computing it later would use the new configuration.
     """
 
     def __init__(self, stream: SampleStream, gates: Gates) -> None:
@@ -264,13 +265,13 @@ class LatestSample:
         self.mark(masked=False)
 
     def mark(self, *, masked: bool) -> None:
-        """The configuration has changed; ``masked``: DRDY_MASK."""
+        """Note a change of configuration; ``masked``: DRDY_MASK."""
         self._stream = self._gates.shown(self._sensor)
         self._running, self._masked = self._stream.running, masked
         self._index, self._data = self._stream.index, self._stream.data
 
     def at(self, times_ps: list[int]) -> NDArray[np.uint8]:
-        """Register bytes at each time, shape (n, width)."""
+        """Return the register bytes at each time, shape (n, width)."""
         rows = np.tile(np.frombuffer(self._data, dtype=np.uint8), (len(times_ps), 1))
         if self._running:
             latest = np.array([self._stream.latest(t_ps) for t_ps in times_ps])
@@ -285,7 +286,7 @@ class LatestSample:
 
 
 class DataSets:
-    """Reads the sets out of streams, registers and timestamp."""
+    """Reader of the sets from streams, registers and timestamp."""
 
     def __init__(self, chip: FeatureContext, timestamp: Timestamp) -> None:
         self._mem = chip.registers.mem
@@ -294,14 +295,13 @@ class DataSets:
         self._temperature = LatestSample(chip.temperature, chip.gates)
 
     def mark(self) -> None:
-        """The configuration has changed."""
+        """Note a change of configuration."""
         masked = bool(self._mem[CTRL4_C.addr] & CTRL4_C.DRDY_MASK.mask)
         for samples in (self._xl, self._g):
             samples.mark(masked=masked)
         self._temperature.mark(masked=False)
 
     def contents(self, layout: Layout) -> tuple[Contents, ...]:
-        """The four sets, in their order."""
         fourth = {
             Fourth.HUB: lambda times_ps: self._hub(1, times_ps),
             Fourth.TIMESTAMP: self._timestamps,
@@ -317,20 +317,20 @@ class DataSets:
         return _words(self._xl.at(times_ps))
 
     def _high_bytes(self, times_ps: list[int]) -> Rows:
-        """AXh GXh AYh GYh AZh GZh."""
+        """Return AXh GXh AYh GYh AZh GZh."""
         mixed = np.empty((len(times_ps), _SET_BYTES), dtype=np.uint8)
         mixed[:, 0::2] = self._xl.at(times_ps)[:, 1::2]
         mixed[:, 1::2] = self._g.at(times_ps)[:, 1::2]
         return _words(mixed)
 
     def _hub(self, number: int, times_ps: list[int]) -> Rows:
-        """SENSORHUB1 to 6 or 7 to 12; the hub lets the FIFO catch up before it changes them."""
+        """Return SENSORHUB1 to 6 or 7 to 12; the hub lets the FIFO catch up before it changes them."""
         first = SENSORHUB.addr + number * _SET_BYTES
         data = np.frombuffer(bytes(self._mem[first : first + _SET_BYTES]), dtype=np.uint8)
         return _words(np.tile(data, (len(times_ps), 1)))
 
     def _timestamps(self, times_ps: list[int]) -> Rows:
-        """TS[15:8], TS[23:16], unused, TS[7:0], steps[7:0], steps[15:8] (AN5040 Table 73).
+        """Return TS[15:8], TS[23:16], unused, TS[7:0], steps[7:0], steps[15:8] (AN5040 Table 73).
 
         The pedometer lets the FIFO catch up before it counts.
         """
@@ -339,7 +339,7 @@ class DataSets:
         return [[value >> 8, (value & 0xFF) << 8, steps] for value in values]
 
     def _temperatures(self, times_ps: list[int]) -> Rows:
-        """Unused, unused, T[7:0], T[15:8], unused, unused."""
+        """Return unused, unused, T[7:0], T[15:8], unused, unused."""
         return [[0, word, 0] for (word,) in _words(self._temperature.at(times_ps))]
 
 
@@ -352,54 +352,54 @@ def _words(rows: NDArray[np.uint8]) -> Rows:
 
 
 class SampleTriggers:
-    """Counts the leading sensor's samples; ``rate_code``: ODR_FIFO, 0 for off."""
+    """Counter of the leading sensor's samples; ``rate_code``: ODR_FIFO, 0 for off."""
 
     def __init__(self, chip: FeatureContext) -> None:
         self._chip = chip
-        self._leader = chip.xl  # as it is shown
-        self._every = 0  # samples from trigger to trigger; 0: none triggers
-        self._next = 0  # the next one that does
+        self._leader = chip.xl  # as visible after data enable
+        self._every = 0  # samples per trigger; 0: no triggers
+        self._next = 0  # the next sample with a trigger
 
     def follow(self, rate_code: int, now_ps: int, *, restart: bool) -> None:
-        """Lead by the sensors' present rates; without ``restart`` go on in step where that is possible."""
+        """Follow the sensors' present rates; without ``restart``, keep the phase if possible."""
         xl, g = self._chip.xl, self._chip.g
         leader = g if g.rate_hz >= xl.rate_hz else xl
         self._leader = self._chip.gates.shown(leader)
         self._every = _samples_per_trigger(leader.rate_hz, rate_code)
-        if self._leader is not leader:  # data enable lets single samples through: each one triggers
+        if self._leader is not leader:  # data enable passes single samples: each one triggers
             self._every = min(self._every, 1) if self._leader.running else 0
         latest = self._leader.latest(now_ps)
-        if restart or not latest < self._next <= latest + self._every:  # or the stream began anew
+        if restart or not latest < self._next <= latest + self._every:  # or the stream has restarted
             self._next = latest + 1
 
     def begin(self, at_ps: int) -> None:
-        """The first sample from ``at_ps`` on triggers."""
+        """Trigger at the first sample from ``at_ps`` on."""
         self._next = self._leader.latest(at_ps - 1) + 1
 
     def due(self, until_ps: int) -> int:
-        """How many triggers have come until ``until_ps``, and with it, that nobody has taken."""
+        """Return the number of unprocessed triggers up to and including ``until_ps``."""
         if not self._every:
             return 0
         return max(0, (self._leader.latest(until_ps) - self._next) // self._every + 1)
 
     def take(self, count: int) -> list[int]:
-        """When the next ``count`` triggers come; they are dealt with."""
+        """Process the next ``count`` triggers and return their times."""
         first, self._next = self._next, self._next + count * self._every
         return [self._leader.time_ps(sample) for sample in range(first, self._next, self._every)]
 
     def skip(self, count: int) -> None:
-        """So many triggers are dealt with."""
+        """Discard ``count`` triggers as processed."""
         self._next += count * self._every
 
     def time_ps(self, number: int) -> int:
-        """When the next trigger but ``number`` comes (``NEVER_PS`` if none does)."""
+        """Return the time of trigger ``number`` after the next one (``NEVER_PS`` if there is none)."""
         if not self._every:
             return NEVER_PS
         return self._leader.time_ps(self._next + number * self._every)
 
 
 def _samples_per_trigger(sensor_hz: Fraction, rate_code: int) -> int:
-    """Each rate is nominally twice the one below, so they are related by a power of two."""
+    """Return the ratio of the rates: each is nominally twice the one below, so it is a power of two."""
     if not sensor_hz or not rate_code:
         return 0
     return 1 << max(0, round(log2(sensor_hz / Fraction(ODR_HZ[rate_code]))))

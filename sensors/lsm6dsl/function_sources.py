@@ -1,14 +1,14 @@
 """FUNC_SRC1, FUNC_SRC2 and WRIST_TILT_IA: the events of embedded functions and sensor hub, and how they end.
 
-TAP_CFG.LIR = 0: the pin's signal is a pulse of 150 us and the bit reads 1 for a time of its own (AN5040
+TAP_CFG.LIR = 0: the pin's signal is a pulse of 150 us and the bit reads 1 for a specified time (AN5040
 section 6: 1/26 s; 7.5.3: 1/100 s). LIR = 1: bit and signal stay until the source register is read, but only
 if the event is routed to a pin; otherwise the bit behaves as with LIR = 0.
 
-Decisions where the documents are silent: reading a bit that is not latched does not clear it; what is latched
-falls when its latching or its function is switched off.
+Decisions where the documents are silent: reading a bit that is not latched does not clear it; a latched event
+ends when its latching or its function is switched off.
 
-An event may be found late, so whatever ended before it is ended first: listeners hear the edges of one
-function in the order of their times.
+An event may be found late, so earlier pulses are ended first: listeners receive the edges of one function in
+the order of their times.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _IRON_PERIOD_PS = PS_PER_S // 100
 class FunctionSource:
     """An event: its bit, its signal, and the routing bits of which one must be set for it to latch.
 
-    ``bit_ps``: how long the bit stays when it is not latched; None: until it is taken back.
+    ``bit_ps``: duration of the bit without latching; None: until it is cleared by the function.
     """
 
     register: type[Register]
@@ -111,9 +111,9 @@ _SOURCES = (
 
 
 class FunctionSources:
-    """Holds the source registers; a feature of its own, so that pulses end when nothing else happens.
+    """Owner of the source registers; a separate feature, so that pulses end without other events.
 
-    It has to come after the features that report events: what they find late must still be ended.
+    It must come after the features that report events, because it ends events that they find late.
     """
 
     CONFIGURATION: tuple[type[Register], ...] = (
@@ -142,7 +142,7 @@ class FunctionSources:
     # -- for the functions ------------------------------------------------------------------------------
 
     def happened(self, source: FunctionSource, at_ps: int) -> None:
-        """An event: set bit and signal, and settle how they will end."""
+        """Set bit and signal of an event, and plan their end."""
         self.catch_up(at_ps)
         self._mem[source.register.addr] |= source.mask
         if source in self._latching:
@@ -155,12 +155,12 @@ class FunctionSources:
         self._chip.signals.set(source.signal, on=True, at_ps=at_ps)
 
     def show(self, source: FunctionSource, *, on: bool) -> None:
-        """Set or take back the bit of a source that is a level; one that latches is left alone."""
+        """Set or clear the bit of a level source; a latching one is unchanged."""
         if source not in self._latching:
             self._set_bit(source, on=on)
 
     def fall(self, sources: Iterable[FunctionSource], at_ps: int) -> None:
-        """The function behind ``sources`` is off: its bits and signals fall."""
+        """Clear bits and signals of ``sources`` after their function is switched off."""
         self.catch_up(at_ps)
         for source in sources:
             self._held.discard(source)
@@ -170,10 +170,10 @@ class FunctionSources:
             self._chip.signals.set(source.signal, on=False, at_ps=at_ps)
         self.active = bool(self._pin_ends or self._bit_ends)
 
-    # -- as a feature -----------------------------------------------------------------------------------
+    # -- feature interface ------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
-        """Which sources latch from now on."""
+        """Decode which sources latch from now on."""
         mem = self._mem
         latches = bool(mem[TAP_CFG.addr] & TAP_CFG.LIR.mask)
         was, self._latching = (
@@ -185,7 +185,7 @@ class FunctionSources:
             },
         )
         if HUB_IDLE in self._latching - was:
-            self._set_bit(HUB_IDLE, on=False)  # no level any more: it waits for the next event
+            self._set_bit(HUB_IDLE, on=False)  # not a level any more: it waits for the next event
         self.fall([source for source in self._held_in_order() if source not in self._latching], now_ps)
 
     def catch_up(self, now_ps: int) -> None:
@@ -202,11 +202,11 @@ class FunctionSources:
         self.active = bool(self._pin_ends or self._bit_ends)
 
     def reset(self, now_ps: int) -> None:
-        """SW_RESET: nothing has happened."""
+        """Clear all events (SW_RESET)."""
         self.fall(_SOURCES, now_ps)
 
     def next_event_ps(self) -> int:
-        """The end of the next pulse."""
+        """Return the end of the next pulse."""
         return min(self._pin_ends.values(), default=NEVER_PS)
 
     # -- registers --------------------------------------------------------------------------------------
@@ -224,7 +224,7 @@ class FunctionSources:
         self.fall([source for source in self._held_in_order() if source.register is FUNC_SRC2], now_ps)
 
     def _held_in_order(self) -> list[FunctionSource]:
-        """A set has no order of its own, and edges at the same time must come in the same one every run."""
+        """Return the held sources in a fixed order: a set's order varies, and simultaneous edges must not."""
         return [source for source in _SOURCES if source in self._held]
 
     def _set_bit(self, source: FunctionSource, *, on: bool) -> None:

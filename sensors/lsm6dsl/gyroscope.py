@@ -1,24 +1,23 @@
 """The LSM6DSL's gyroscope: from angular rate to counts (datasheet Table 3; AN5040 section 3).
 
-World, deviation, noise and self-test go through the selected filters as in the accelerometer, the world
-through a filter before decimation first (``sensors.front_end``), whose delay is part of the one below.
+World, deviation, noise and self-test pass the selected filters as in the accelerometer. The world first
+passes a filter before decimation (``sensors.front_end``), whose delay is part of the one below.
 
 After power-down the drive takes 35 ms to start, the typical turn-on time of the datasheet's Table 4, then
-sampling begins; out of sleep it begins at once. ``LSM6DSLErrors.gyro_turn_on_ms`` sets another time. Road not
-taken: the 70 ms of AN5040's Tables 14 to 16. They are what a driver has to wait to be sure, and a part that
-takes them shows 0 in the lab's first line of text, where the board shows its rates. Road not taken: samples
-from the first period on, invalid until the drive runs; AN5040 does not say which it is.
+sampling begins; out of sleep it begins at once. ``LSM6DSLErrors.gyro_turn_on_ms`` sets another time. The 70
+ms of AN5040's Tables 14 to 16 were rejected: they are a safe wait for a driver. A sensor with this delay
+shows 0 in the lab's first line of text; the board shows its rates there. Samples from the first period on,
+invalid until the drive runs, were also rejected; AN5040 does not decide between the two.
 
-The low-pass filters start from rest with the drive, so the first samples are too small: 3 of them up to
-833 Hz, as AN5040's Table 16 says. Approximated: the 81 ms (up to 540 samples) that Table 16 gives from 1666
-Hz on are not in the samples, which settle within a few; they are in what DRDY_MASK hides.
+The low-pass filters start from rest with the drive, so the first samples are too small: 3 of them up to 833
+Hz, as AN5040's Table 16 says. Approximation: from 1666 Hz on, Table 16 gives 81 ms (up to 540 samples). The
+samples here settle within a few periods; only DRDY_MASK hides the full time.
 
-Filters (AN5040 3.8): the overall cut-off of Table 19 is one low-pass; what its documented phase at 20 Hz
-has on top of that filter's own is a plain delay. LPF1 switched off has no phase table: it is delayed as
-FTYPE = 3.
+Filters (AN5040 3.8): the overall cut-off of Table 19 is one low-pass. Its documented phase at 20 Hz minus the
+phase of that filter is a plain delay. LPF1 switched off has no phase table: it is delayed as FTYPE = 3.
 
-Samples to be discarded (AN5040 3.9, Tables 14 to 16). Decision where the tables are silent: out of sleep into
-low power, as many samples are to be discarded as out of power-down.
+Samples to be discarded (AN5040 3.9, Tables 14 to 16). Decision: out of sleep into low power, as many samples
+are to be discarded as out of power-down; the tables are silent.
 """
 
 from __future__ import annotations
@@ -63,11 +62,11 @@ _G_TURN_ON = {
     3332.0: (270, 270),
     6664.0: (540, 540),
 }
-_G_LOW_POWER, _G_CHANGE = 1, 2  # Table 14: beyond the drive's start; change in high performance
+_G_LOW_POWER, _G_CHANGE = 1, 2  # Table 14: in addition to the drive's start; change in high performance
 
 
 def gyroscope_discards(old: PowerMode, new: PowerMode) -> int:
-    """Samples to discard from ``old`` to ``new`` once the drive runs, none if they are the same."""
+    """Return the samples to discard from ``old`` to ``new`` once the drive runs, 0 if they are equal."""
     if new == old or not new.odr_hz:
         return 0
     if not new.high_performance:
@@ -106,18 +105,18 @@ _PHASE_DEG = {
     9: (8, 10, 12, 6),
     10: (7, 9, 11, 5),
 }
-_FIRST_PHASE_CODE, _FIRST_PHASE_ODR_HZ = 3, 52  # below, the delay is as many sample periods as here
+_FIRST_PHASE_CODE, _FIRST_PHASE_ODR_HZ = 3, 52  # below: the same delay in sample periods
 
 
 class GyroscopeFilter(NamedTuple):
-    """``chain`` of the output, None where there is none, fed with the rate of ``delay_s`` ago."""
+    """``chain`` of the output, None without filter; its input is the rate of ``delay_s`` ago."""
 
     chain: Chain | None
     delay_s: float
 
 
 def gyroscope_filter(mem: bytearray, code: int, odr_hz: float, *, high_performance: bool) -> GyroscopeFilter:
-    """The gyroscope's filters at ODR code ``code`` (1 to 10), as the main register bank says."""
+    """Return the gyroscope's filters at ODR code ``code`` (1 to 10), from the main register bank."""
     if not odr_hz:
         return GyroscopeFilter(None, 0.0)
     lpf1 = high_performance and mem[CTRL4_C.addr] & CTRL4_C.LPF1_SEL_G.mask
@@ -133,7 +132,7 @@ def gyroscope_filter(mem: bytearray, code: int, odr_hz: float, *, high_performan
 
 
 def high_pass_is_idle(mem: bytearray) -> bool:
-    """HP_EN_G in low-power or normal mode, where there is no high-pass filter (AN5040 3.8)."""
+    """Return whether HP_EN_G is set in low-power or normal mode, without a high-pass filter (AN5040 3.8)."""
     control = mem[CTRL7_G.addr]
     low_power = control & CTRL7_G.G_HM_MODE.mask and CTRL2_G.ODR_G.get(mem[CTRL2_G.addr]) in range(1, 6)
     return bool(control & CTRL7_G.HP_EN_G.mask and low_power)
@@ -141,12 +140,12 @@ def high_pass_is_idle(mem: bytearray) -> bool:
 
 @cache
 def _delay_s(low: tuple[Section, ...], code: int, column: int, odr_hz: float) -> float:
-    """What the documented phase at 20 Hz leaves after the low-pass filter's own."""
+    """Return the documented phase at 20 Hz minus the low-pass filter's, as a delay."""
     if code < _FIRST_PHASE_CODE:
         first, periods = _FIRST_PHASE_ODR_HZ, _FIRST_PHASE_ODR_HZ / odr_hz
         same = (low_pass(_CUTOFF_HZ[_FIRST_PHASE_CODE][column] / first),)
         return _delay_s(same, _FIRST_PHASE_CODE, column, first) * periods
-    documented = _PHASE_DEG[code][column - 1]  # LPF1 off takes the last one
+    documented = _PHASE_DEG[code][column - 1]  # LPF1 off uses the last one
     gain = response(low, np.array([_PHASE_HZ / odr_hz]))
     own = -float(np.degrees(np.angle(gain[0])))
     return (documented - own) / 360 / _PHASE_HZ
@@ -169,19 +168,18 @@ _OFF = PowerMode(0.0, high_performance=True, column=False)
 
 @dataclass(frozen=True)
 class GyroscopeSettings:
-    """What the registers say about the gyroscope."""
+    """The gyroscope's settings in the registers."""
 
     odr_hz: float
     scale: int  # FS_G code, or 4 for +-125 dps
     filters: GyroscopeFilter
-    noise_rms_factor: float  # before the chain: mdps RMS for each mdps/sqrt(Hz) of the part's noise density
+    noise_rms_factor: float  # before the chain: mdps RMS for each mdps/sqrt(Hz) of the sensor's noise density
     self_test: int
     driven: bool  # also in sleep
     mode: PowerMode
 
     @classmethod
     def decode(cls, mem: bytearray) -> GyroscopeSettings:
-        """Read the settings out of the main register bank."""
         control = mem[CTRL2_G.addr]
         code = CTRL2_G.ODR_G.get(control)
         scale = _FS_125 if control & CTRL2_G.FS_125.mask else CTRL2_G.FS_G.get(control)
@@ -240,7 +238,7 @@ class Gyroscope:
         return Fraction(self.settings.odr_hz).limit_denominator(10) * self._rate_factor
 
     def configure(self, mem: bytearray, now_ps: int) -> None:
-        """Take over the settings of the main register bank from the next sample on."""
+        """Apply the settings of the main register bank from the next sample on."""
         settings, old = GyroscopeSettings.decode(mem), self.settings
         if settings == old:
             return
@@ -264,11 +262,11 @@ class Gyroscope:
             self._front_end.configure(before, delay_s)
 
     def drive_start_ps(self, now_ps: int) -> int:
-        """How long the drive still needs before sampling can begin."""
+        """Return the remaining time of the drive's start before sampling can begin."""
         return max(0, self._drive_ready_ps - now_ps)
 
     def produce(self, number: int, t_s: Times) -> bytes:
-        """Samples as little-endian X, Y, Z int16."""
+        """Return samples as little-endian X, Y, Z int16."""
         settings = self.settings
         filtered = settings.filters.chain is not None
         dps = self._filter.block(number, len(t_s)) if filtered else self._sampled(number, t_s)
@@ -278,7 +276,7 @@ class Gyroscope:
         return self._sampled(number, self.stream.times_s(number, count))
 
     def _sampled(self, number: int, t_s: Times) -> Array:
-        """Unfiltered, (3, n), or (3, 1) where all are the same."""
+        """Return unfiltered samples, (3, n), or (3, 1) if all are equal."""
         settings = self.settings
         dps = self._deviation.apply(self._front_end.block(number, t_s), t_s, self._temperature_degc)
         if self._density:
@@ -292,4 +290,4 @@ class Gyroscope:
 
 
 CONFIGURATION = (CTRL2_G, CTRL4_C, CTRL5_C, CTRL6_C, CTRL7_G)
-"""The registers that change what the gyroscope puts out."""
+"""The registers that change the gyroscope's output."""

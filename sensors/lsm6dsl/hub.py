@@ -1,27 +1,27 @@
-"""The LSM6DSL's sensor hub: the I2C master that reads other sensors by itself (AN5040 section 7).
+"""The LSM6DSL's sensor hub: an I2C master that reads other sensors by itself (AN5040 section 7).
 
-At each trigger it makes a round over the slaves, transfer by transfer. A round reads each slave at the time
-its transfer ends and shows all results when the round ends; until then the outputs keep those of the round
-before. A trigger during a round is lost.
+At each trigger it makes a round over the slaves, transfer by transfer. A round reads each slave at the end of
+its transfer and shows all results at the end of the round; until then the outputs keep the previous results.
+A trigger during a round is lost.
 
-Decisions where the documents are silent: a slave that does not answer keeps its bytes, and its NACK flag
-shows its latest turn; a trigger at which no slave has a turn is no round; switching off drops the round under
-way. SENSORHUB_END_OP is a level, 1 while idle, and a pulse of 1/100 s while the correction is on (AN5040
-7.2.3 and 7.5.3 say one each); its pin pulses either way.
+Decisions where the documents are silent: a hub slave that does not answer keeps its bytes, and its NACK flag
+shows its latest turn; a trigger without a slave in turn starts no round; switching off aborts the running
+round. SENSORHUB_END_OP is a level, 1 while idle, and a pulse of 1/100 s while the correction is on (AN5040
+7.2.3 and 7.5.3 say one each); its pin pulses in both cases.
 
 Auxiliary bus (SDx, SCx): 116.3 kHz (datasheet Table 8). A byte is nine clocks; start, repeated start and stop
-count as one each. The sub-address goes out as it is, and the attached part's own increment decides what a
-burst reads.
+count as one each. The sub-address is sent unchanged, and the attached sensor's own increment determines the
+bytes of a burst.
 
-Trigger (7.1): the accelerometer's data-ready at 104 Hz at most, or the gyroscope's where that alone is on; at
+Trigger (7.1): the accelerometer's data-ready at 104 Hz at most, or the gyroscope's if that alone is on; at
 higher rates every second, fourth ... sample. With START_CONFIG it is INT2 going high. Decision: INT2 triggers
-when it rises, or when it is high as the hub is switched on, and not again while it stays high. The road not
-taken, round after round, would keep the auxiliary bus busy all the time.
+when it rises, or when it is high as the hub is switched on, and not again while it stays high. Continuous
+rounds were rejected, because they would keep the auxiliary bus busy all the time.
 
 Hard- and soft-iron correction of an external magnetometer (7.5; bank A, datasheet 11.20 to 11.34):
 calibrated = SI * (M - HI), uncalibrated = SI * (M - HI) + HI; SI is the unit matrix while SOFT_EN is off.
-Decisions where the documents are silent: results are rounded to the nearest LSB; one that does not fit
-16 bits stays at its end and is what HI_FAIL reports.
+Decisions where the documents are silent: corrected fields are rounded to the nearest LSB; a field that does
+not fit 16 bits saturates, and HI_FAIL reports it.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ from fcu_emulator.sensors.register import Register, RegisterMap
 from fcu_emulator.sensors.register_file import NEVER_PS
 from fcu_emulator.sensors.sampling import PS_PER_S, to_int16
 
-# -- the auxiliary bus, and how long a transfer takes -------------------------------------------------------
+# -- the auxiliary bus, and the duration of a transfer ------------------------------------------------------
 
 _CLOCK_HZ = 116_300
 
@@ -67,19 +67,19 @@ UNANSWERED_PS = _clocks_ps(1 + 9 + 1)  # address, then the master gives up
 
 
 def read_ps(count: int) -> int:
-    """Address, sub-address, repeated start, address, ``count`` bytes."""
+    """Return the duration of address, sub-address, repeated start, address, ``count`` bytes."""
     return _clocks_ps(1 + 9 * 2 + 1 + 9 * (1 + count) + 1)
 
 
 class AuxiliaryBus:
-    """Parts by their 7-bit address."""
+    """The attached sensors by their 7-bit address."""
 
     def __init__(self) -> None:
         self._targets: dict[int, SubaddressTarget] = {}
         self._now_ps = 0
 
     def attach(self, address: int, device: Part) -> None:
-        """Connect a part; ValueError if the address is no 7-bit one or taken."""
+        """Connect a sensor; ValueError if the address is not a 7-bit one, or in use."""
         if not 0 <= address < 0x80:
             raise ValueError(f"auxiliary bus: address 0x{address:02X} is not in 0x00 to 0x7F")
         if address in self._targets:
@@ -87,12 +87,12 @@ class AuxiliaryBus:
         self._targets[address] = SubaddressTarget(device, lambda: self._now_ps)
 
     def answers(self, address: int) -> bool:
-        """Whether anybody acknowledges ``address``."""
+        """Return whether a sensor acknowledges ``address``."""
         target = self._targets.get(address)
         return target is not None and not target.part.i2c_off
 
     def read(self, address: int, subaddress: int, count: int, at_ps: int) -> bytes:
-        """A read from a part that answers, over at ``at_ps``."""
+        """Read from a sensor that answers; the transfer ends at ``at_ps``."""
         target = self._begin(address, at_ps)
         target.write(bytes((subaddress,)))
         target.start(read=True)
@@ -101,7 +101,7 @@ class AuxiliaryBus:
         return data
 
     def write(self, address: int, subaddress: int, value: int, at_ps: int) -> None:
-        """A byte to a part that answers, over at ``at_ps``."""
+        """Write a byte to a sensor that answers; the transfer ends at ``at_ps``."""
         target = self._begin(address, at_ps)
         target.write(bytes((subaddress, value)))
         target.stop()
@@ -137,14 +137,13 @@ class IronCorrection:
 
     @classmethod
     def decode(cls, mem: bytearray, *, soft: bool) -> IronCorrection:
-        """Read the correction out of bank A."""
         hard = np.frombuffer(bytes(mem[BankA.MAG_OFFX_L.addr : BankA.MAG_OFFX_L.addr + 6]), dtype="<i2")
         elements = [_element(value) for value in mem[BankA.MAG_SI_XX.addr : BankA.MAG_SI_XX.addr + 9]]
         matrix = np.array(elements).reshape(3, 3) if soft else np.eye(3)
         return cls(soft=matrix, hard=hard.astype(np.float64))
 
     def apply(self, raw: bytes) -> Corrected:
-        """Correct one sample, X, Y, Z as little-endian int16."""
+        """Return one sample, X, Y, Z as little-endian int16, after correction."""
         calibrated = np.rint(self.soft @ (np.frombuffer(raw, dtype="<i2") - self.hard))
         uncalibrated = calibrated + self.hard
         both = np.concatenate((calibrated, uncalibrated))
@@ -160,7 +159,7 @@ def _element(value: int) -> float:
     return -magnitude if value & _SIGN else magnitude
 
 
-# -- what bank A says about the four slaves (datasheet 11.2 to 11.15; AN5040 7.2) ---------------------------
+# -- settings of the four slaves in bank A (datasheet 11.2 to 11.15; AN5040 7.2) ----------------------------
 
 OUTPUT_BYTES = 18  # SENSORHUB1 to SENSORHUB18
 _BYTES_PER_SLAVE = 3  # address, sub-address, configuration: the same layout four times
@@ -168,34 +167,34 @@ _BYTES_PER_SLAVE = 3  # address, sub-address, configuration: the same layout fou
 
 @dataclass(frozen=True)
 class Slave:
-    """One slave that takes part in the rounds. ``place``: where its first byte goes in the outputs."""
+    """One slave of the rounds. ``place``: index of its first byte in the outputs."""
 
     number: int
     address: int
     subaddress: int
-    every: int  # triggers from one turn to the next
+    every: int  # triggers per turn
     length: int = 0  # bytes to read; 0 for the write
     place: int = 0
 
 
 @dataclass(frozen=True)
 class Plan:
-    """All slaves in use, in the order of their turns, and slave 0's options."""
+    """All used slaves, in the order of their turns, and slave 0's options."""
 
     slaves: tuple[Slave, ...]
-    length: int  # bytes of output asked for
-    data: int  # what slave 0 writes, or the register that its test reads
+    length: int  # requested bytes of output
+    data: int  # the byte written to slave 0, or the register of its test
     write_once: bool
     tested: bool  # Src_mode: slave 0 is read only if the register ``data`` is not zero
 
     @property
     def reads_magnetometer(self) -> bool:
-        """Whether slave 0 gives the six bytes that the correction needs."""
+        """Whether slave 0 provides the six bytes of the correction."""
         return bool(self.slaves) and self.slaves[0].number == 0 and self.slaves[0].length == RAW_BYTES
 
     @classmethod
     def decode(cls, mem: bytearray) -> Plan:
-        """Read the plan out of bank A. Slaves to be read fill the outputs one after the other."""
+        """Decode the plan from bank A. The slaves to be read fill the outputs one after the other."""
         config = mem[BankA.SLAVE0_CONFIG.addr]
         extra = BankA.SLAVE0_CONFIG.Aux_sens_on.get(config)
         slaves: list[Slave] = []
@@ -216,7 +215,7 @@ class Plan:
 
 
 def _slave(mem: bytearray, number: int, place: int) -> Slave | None:
-    """Slave ``number``; None if it has no turn: its reads are off, or it is to read nothing."""
+    """Return slave ``number``; None if it has no turn: its reads are off, or of length 0."""
     offset = _BYTES_PER_SLAVE * number
     config = mem[BankA.SLAVE0_CONFIG.addr + offset]
     reads = bool(mem[BankA.SLV0_ADD.addr + offset] & BankA.SLV0_ADD.rw_0.mask)
@@ -239,12 +238,12 @@ _FASTEST_HZ = 104
 
 
 class Trigger:
-    """``by_pin``: INT2 triggers, not the samples."""
+    """``by_pin``: INT2 is the trigger, not the samples."""
 
     def __init__(self, chip: FeatureContext) -> None:
         self.by_pin = False
         self._chip = chip
-        self._stream, self._every, self._next = chip.xl, 1, 0  # the samples, and the next one that triggers
+        self._stream, self._every, self._next = chip.xl, 1, 0  # the samples, and the next triggering one
 
     @property
     def running(self) -> bool:
@@ -252,7 +251,7 @@ class Trigger:
         return self._stream.running
 
     def configure(self, now_ps: int) -> None:
-        """Read START_CONFIG, and follow the sensors' rates."""
+        """Decode START_CONFIG, and follow the sensors' rates."""
         self.by_pin = bool(self._chip.registers.mem[MASTER_CONFIG.addr] & MASTER_CONFIG.START_CONFIG.mask)
         self._stream = self._chip.xl if self._chip.xl.running else self._chip.g
         if self._stream.running:
@@ -260,20 +259,20 @@ class Trigger:
         self.aim(now_ps)
 
     def aim(self, after_ps: int) -> None:
-        """The next trigger is the first after ``after_ps``; a restarted stream counts from 0 again."""
+        """Set the next trigger to the first after ``after_ps``; a restarted stream counts from 0 again."""
         following = self._stream.latest(after_ps) + 1
         self._next = -(-following // self._every) * self._every
 
     def next_ps(self) -> int:
-        """When the next sample triggers."""
+        """Return the time of the next triggering sample."""
         return NEVER_PS if self.by_pin else self._stream.time_ps(self._next)
 
 
-# -- settings that cannot work ------------------------------------------------------------------------------
+# -- invalid settings ---------------------------------------------------------------------------------------
 
 
 def violations(mem: bytearray, plan: Plan, *, enabled: bool, active: bool) -> dict[str, bool]:
-    """Every one, and whether it is present; ``active``: enabled, with a sensor that triggers."""
+    """Return every violation, and whether it is present; ``active``: enabled, with a sensor that triggers."""
     control = mem[MASTER_CONFIG.addr]
     iron = bool(control & MASTER_CONFIG.IRON_EN.mask)
     soft = bool(mem[CTRL9_XL.addr] & CTRL9_XL.SOFT_EN.mask)
@@ -302,7 +301,7 @@ _FIRST_CORRECTION, _LAST_CORRECTION = BankA.MAG_SI_XX.addr, BankA.MAG_OFFZ_H.add
 
 
 def _set_up_by(bank: RegisterMap) -> list[type[Register]]:
-    """The hub's registers in bank A: slaves and correction."""
+    """Return the hub's registers in bank A: slaves and correction."""
     return [
         register
         for register in bank.registers
@@ -336,7 +335,7 @@ class SensorHub:
         self._triggers = 0  # since the master is on
         self._written = False  # slave 0 has been written since
         self._round: Iterator[int] | None = None
-        self._step_ps = NEVER_PS  # when the round's present transfer ends
+        self._step_ps = NEVER_PS  # end of the round's present transfer
         self._outputs = bytearray(OUTPUT_BYTES)
         self._magnetometer: bytes | None = None  # slave 0's bytes in this round, to be corrected
         self._nacks = 0
@@ -346,10 +345,10 @@ class SensorHub:
             chip.registers.before_read(register, self._before_read)
         on_bank_write(chip, BANK_A, _set_up_by(chip.banks[BANK_A].map), self.configure)
 
-    # -- as a feature -----------------------------------------------------------------------------------
+    # -- feature interface ------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
-        """Decode the registers; a round under way goes on unless the hub is off now."""
+        """Decode the registers; a running round continues unless the hub is now off."""
         control = self._mem[MASTER_CONFIG.addr]
         master = bool(control & MASTER_CONFIG.MASTER_ON.mask)
         self.pass_through = bool(control & MASTER_CONFIG.PASS_THROUGH_MODE.mask)
@@ -373,7 +372,7 @@ class SensorHub:
         self._violations.report(found, now_ps)
 
     def catch_up(self, now_ps: int) -> None:
-        """Begin and go through the rounds that are due, transfer by transfer."""
+        """Start and process the due rounds, transfer by transfer."""
         while (at_ps := self.next_event_ps()) <= now_ps:
             if self._round is None:
                 self._begin(at_ps)
@@ -381,12 +380,12 @@ class SensorHub:
                 self._go_on(self._round, at_ps)
 
     def level_changes(self, level: int, at_ps: int) -> None:
-        """INT2 has another level after ``at_ps``."""
+        """React to a new level of INT2 after ``at_ps``."""
         if level:
             self._trigger_by_pin(at_ps)
 
     def reset(self, now_ps: int) -> None:
-        """SW_RESET: the hub is off and its outputs are empty."""
+        """Switch the hub off and clear its outputs (SW_RESET)."""
         del now_ps
         self.active = self._enabled = False
         self._round, self._step_ps = None, NEVER_PS
@@ -394,7 +393,7 @@ class SensorHub:
         self._nacks = 0
 
     def next_event_ps(self) -> int:
-        """The end of the present transfer, or the next trigger."""
+        """Return the end of the present transfer, or the next trigger."""
         return self._trigger.next_ps() if self._round is None else self._step_ps
 
     # -- configuration ----------------------------------------------------------------------------------
@@ -434,7 +433,7 @@ class SensorHub:
         self._show_results(at_ps)
 
     def _transfers(self, trigger: int, at_ps: int) -> Iterator[int]:
-        """The transfers of one round: gives the time at which each ends, and does it when asked on."""
+        """Yield the end time of each transfer of one round; the transfer is done at the next step."""
         plan = self._plan
         for slave in plan.slaves:
             if trigger % slave.every or (not slave.length and plan.write_once and self._written):
@@ -467,7 +466,7 @@ class SensorHub:
         self._outputs[slave.place : slave.place + len(fitting)] = fitting
 
     def _show_results(self, at_ps: int) -> None:
-        self._chip.catch_up(at_ps - 1)  # the FIFO copies the outputs: first with their values until now
+        self._chip.catch_up(at_ps - 1)  # the FIFO copies the outputs: first with their old values
         corrected = self._correct()
         mem = self._mem
         mem[SENSORHUB.addr : SENSORHUB.addr + SENSORHUB.size] = self._outputs[: SENSORHUB.size]
@@ -478,7 +477,7 @@ class SensorHub:
             self._sources.happened(IRON, at_ps)
 
     def _correct(self) -> bool:
-        """Put slave 0's bytes through the correction; whether there was something to correct."""
+        """Correct slave 0's bytes; return whether there were any."""
         raw, self._magnetometer = self._magnetometer, None
         if self._correction is None or raw is None:
             return False

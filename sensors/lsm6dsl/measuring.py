@@ -3,8 +3,8 @@
 Thermometer (datasheet Table 4; AN5040 section 9): 256 LSB/degC, 0 is 25 degC.
 
 Supply (datasheet Tables 3 and 4). Approximation: the documents give no figure for both sensors together in
-low-power or normal mode, nor for a sleeping gyroscope. Together is taken as the sum of the two, never more
-than the 650 uA of both in high-performance mode; a sleeping gyroscope as one in its slowest low-power mode.
+low-power or normal mode, nor for a sleeping gyroscope. The current of both is the sum of the two, limited to
+the 650 uA of both in high-performance mode; a sleeping gyroscope counts as one in its slowest low-power mode.
 """
 
 from __future__ import annotations
@@ -51,14 +51,14 @@ class Thermometer:
         self.stream = SampleStream(2, self.produce)
 
     def produce(self, number: int, t_s: Times) -> bytes:
-        """Samples as little-endian int16."""
+        """Return samples as little-endian int16."""
         del number
         degc = np.broadcast_to(self._temperature_degc(t_s), t_s.shape) + self._offset_degc
         return to_int16((degc - ZERO_DEGC) * LSB_PER_DEGC).tobytes()
 
 
 def thermometer_rate(mem: bytearray, xl_hz: float, *, gyroscope_on: bool) -> Fraction:
-    """Nominally 52 Hz, or the rate of an accelerometer alone at 12.5 or 26 Hz in low power (AN5040 9)."""
+    """Return the nominal rate: 52 Hz, or that of an accelerometer alone at 12.5 or 26 Hz in low power (AN5040 9)."""
     if gyroscope_on or not xl_hz:
         return _TEMPERATURE_HZ if gyroscope_on else Fraction(0)
     low_power = bool(mem[CTRL6_C.addr] & CTRL6_C.XL_HM_MODE.mask)
@@ -70,7 +70,7 @@ _FLAGS = (STATUS_REG.XLDA.mask, STATUS_REG.GDA.mask, STATUS_REG.TDA.mask)
 
 
 class Measuring:
-    """Brings sensors and output registers in line with the control registers, and with the time."""
+    """Updates sensors and output registers from the control registers and the time."""
 
     def __init__(
         self,
@@ -91,7 +91,7 @@ class Measuring:
         registers.before_read(STATUS_REG, self._before_status)
 
     def refresh(self, now_ps: int) -> None:
-        """Put the latest samples into the output registers, and their flags into STATUS_REG."""
+        """Write the latest samples to the output registers, and their flags to STATUS_REG."""
         for output in self._outputs:
             output.refresh(now_ps)
         if self._registers.mem[CTRL4_C.addr] & CTRL4_C.DRDY_MASK.mask:
@@ -102,7 +102,7 @@ class Measuring:
         self.refresh(now_ps)
 
     def apply(self, mem: bytearray, now_ps: int) -> None:
-        """Measure as the main bank ``mem`` says; samples until ``now_ps`` are those of before."""
+        """Configure the measurement from the main bank ``mem``; samples until ``now_ps`` use the old settings."""
         was = self._rates()
         self._accelerometer.configure(mem)
         self._gyroscope.configure(mem, now_ps)
@@ -119,7 +119,7 @@ class Measuring:
             stream.invalidate()
 
     def _start(self, stream: SampleStream, rate: Fraction, now_ps: int) -> None:
-        """With both sensors on they sample in step (AN5040 3), where Table 3's rates are whole multiples."""
+        """Start a stream; with both on they sample in phase (AN5040 3), if Table 3's rates are whole multiples."""
         xl, g, _ = self.streams
         if stream is g:
             now_ps += self._gyroscope.drive_start_ps(now_ps)
@@ -130,26 +130,26 @@ class Measuring:
             stream.start(now_ps, rate)
 
     def show_through(self, shown: Callable[[SampleStream], SampleStream]) -> None:
-        """Each output shows ``shown(stream)`` of its sensor's stream from now on."""
+        """Show ``shown(stream)`` of each sensor's stream from now on."""
         for output, stream in zip(self._outputs, self.streams, strict=True):
             output.stream = shown(stream)
 
     def set_format(self) -> None:
-        """BDU and BLE as CTRL3_C says."""
+        """Set BDU and BLE from CTRL3_C."""
         control = self._registers.mem[CTRL3_C.addr]
         bdu, big_endian = bool(control & CTRL3_C.BDU.mask), bool(control & CTRL3_C.BLE.mask)
         for output in self._outputs:
             output.set_format(bdu=bdu, big_endian=big_endian)
 
     def reset(self) -> None:
-        """The outputs read 0 until the next samples."""
+        """Clear the outputs: they read 0 until the next samples."""
         for output in self._outputs:
             output.reset()
 
     def catch_up_before_reading(self, catch_up: Callable[[int], None]) -> None:
-        """From now on ``catch_up(now_ps)`` comes before a sample or its flag is read.
+        """Call ``catch_up(now_ps)`` before any later read of a sample or its flag.
 
-        Inactivity changes the rates unseen; without it reading need not ask.
+        Only needed for inactivity, which changes the rates without a write.
         """
         if self._catches_up_before_reading:
             return
@@ -159,7 +159,7 @@ class Measuring:
         self._registers.before_read(STATUS_REG, _caught_up(catch_up, self._before_status))
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
-        """(lowest value, highest value, size of one LSB) of ``channel`` as now configured."""
+        """Return (lowest value, highest value, size of one LSB) of ``channel`` as configured."""
         lsb, zero = {
             "acceleration_g": (MG_PER_LSB[self._accelerometer.settings.scale] / 1000, 0.0),
             "angular_rate_dps": (MDPS_PER_LSB[self._gyroscope.settings.scale] / 1000, 0.0),
@@ -168,7 +168,7 @@ class Measuring:
         return zero - 32768 * lsb, zero + 32767 * lsb, lsb
 
     def _hide_unsettled(self) -> None:
-        """No data-ready from samples that are to be discarded (AN5040 4.3)."""
+        """Suppress data-ready of samples that are to be discarded (AN5040 4.3)."""
         for stream, flag in zip(self.streams, _FLAGS, strict=True):
             if stream.index < stream.settled_index:
                 self._registers.mem[STATUS_REG.addr] &= ~flag
@@ -192,13 +192,13 @@ def _caught_up(catch_up: Callable[[int], None], hook: ReadHook) -> ReadHook:
     return catch_up_and_read
 
 
-# -- settings that cannot work ------------------------------------------------------------------------------
+# -- invalid settings ---------------------------------------------------------------------------------------
 
 _NOT_A_USER_OFFSET = 0x80  # -128; datasheet 9.91 to 9.93 give -127 to 127
 
 
 def measuring_violations(mem: bytearray) -> dict[str, bool]:
-    """What cannot work in the settings of accelerometer and gyroscope (datasheet Tables 52, 55, 63, 64)."""
+    """Return the invalid settings of accelerometer and gyroscope (datasheet Tables 52, 55, 63, 64)."""
     offsets = {register.__name__: mem[register.addr] for register in (X_OFS_USR, Y_OFS_USR, Z_OFS_USR)}
     return {
         "CTRL1_XL.ODR_XL above 11": CTRL1_XL.ODR_XL.get(mem[CTRL1_XL.addr]) > 11,
@@ -211,7 +211,7 @@ def measuring_violations(mem: bytearray) -> dict[str, bool]:
     }
 
 
-# -- what the sensors draw, for estimates of battery life ---------------------------------------------------
+# -- supply current of the sensors, for estimates of battery life -------------------------------------------
 
 _POWER_DOWN_UA = 3.0
 _XL_LOW_POWER_UA = {1: 9.0, 2: 14.0, 3: 25.0, 4: 44.0, 5: 85.0, 11: 4.5}  # ODR code, XL_HM_MODE = 1
@@ -226,7 +226,7 @@ _BOTH_HIGH_PERFORMANCE_UA = 650.0
 
 
 def supply_current_ua(mem: bytearray) -> float:
-    """Supply current in microampere as the main bank's registers configure the part."""
+    """Return the supply current in microampere for the main bank's registers."""
     xl, g = _accelerometer_ua(mem), _gyroscope_ua(mem)
     if xl and g:
         return min(xl + g, _BOTH_HIGH_PERFORMANCE_UA)

@@ -1,6 +1,6 @@
 """The LSM6DSL's behaviour behind its registers (datasheet DocID028475 Rev 7; application note AN5040 Rev 3).
 
-Decisions where the documents are silent (``FUNCTIONS`` in ``declaration`` tells users of them): SW_RESET
+Decisions where the documents are silent (``FUNCTIONS`` in ``declaration`` lists them for users): SW_RESET
 takes effect at once and its bit reads 1 for 50 us; the temperature's data-ready flag is cleared by reading
 OUT_TEMP_H; reserved ODR codes measure nothing; a changed configuration acts from the next sample on.
 """
@@ -56,9 +56,9 @@ _FIFO_BURST = {FIFO_DATA_OUT.addr + 1: FIFO_DATA_OUT.addr}  # after FIFO_DATA_OU
 class Features:
     """All functions beyond plain measuring (:mod:`fcu_emulator.sensors.lsm6dsl.feature`), called in one order.
 
-    Those that the part also calls by themselves are attributes. ``rate_changed(at_ps)``: activity recognition
-    has put the part to sleep or woken it; ``stream_changed()``: data enable shows a sensor's samples through
-    another stream, or no longer does.
+    Features that the sensor also calls directly are attributes. ``rate_changed(at_ps)``: activity recognition
+    has put the sensor to sleep or woken it; ``stream_changed()``: data enable has switched the visible stream
+    of a sensor.
     """
 
     def __init__(
@@ -73,8 +73,8 @@ class Features:
         self.boot = Boot(chip.signals)
         sources, timestamp = FunctionSources(chip), Timestamp(chip)
         self.hub = SensorHub(chip, sources)
-        # In the order in which they depend on each other's results: the events come first because they may
-        # change the rates, the sources after all that report to them, and the pins last.
+        # In the order of their dependencies: the events come first because they may change the rates, the
+        # sources after all features that report to them, and the pins last.
         self._all: tuple[Feature, ...] = (
             self.events,
             self.data_enable,
@@ -90,45 +90,45 @@ class Features:
         )
 
     def configuration(self) -> set[type[Register]]:
-        """The registers whose writing may change what a feature does."""
+        """Return the registers whose writes may change a feature."""
         return {register for feature in self._all for register in feature.CONFIGURATION}
 
     def configure(self, now_ps: int, because_of: type[Register] | None = None) -> None:
-        """Let the features decode their registers anew: all, or those that ``because_of`` configures."""
+        """Let the features decode their registers: all, or those that ``because_of`` configures."""
         for feature in self._all:
             if because_of is None or because_of in feature.CONFIGURATION:
                 feature.configure(now_ps)
 
     def catch_up(self, now_ps: int) -> None:
-        """Let every active feature do what has become due."""
+        """Let every active feature do its due work."""
         for feature in self._all:
             if feature.active:
                 feature.catch_up(now_ps)
 
     def catch_up_with_events(self, at_ps: int) -> None:
-        """Likewise all but the events, who call this when they have caught up until ``at_ps`` themselves."""
+        """Let every active feature except the events do its due work; the events call this after their own."""
         for feature in self._all:
             if feature.active and feature is not self.events:
                 feature.catch_up(at_ps)
 
     def reset(self, now_ps: int) -> None:
-        """SW_RESET: let every feature forget what has happened; ``configure`` follows."""
+        """Reset every feature (SW_RESET); ``configure`` follows."""
         for feature in self._all:
             feature.reset(now_ps)
 
     def next_event_ps(self) -> int:
-        """When a pin may change next; ``NEVER_PS`` if none can."""
+        """Return the earliest time at which a pin may change; ``NEVER_PS`` if none can."""
         return min((feature.next_event_ps() for feature in self._all if feature.active), default=NEVER_PS)
 
 
 class LSM6DSL(Part):
     """Accelerometer, gyroscope and their thermometer; signals in the sensor's own right-handed axes.
 
-    Signals are functions of times (n,) in s (:data:`fcu_emulator.sensors.part.Signal`): ``acceleration_g`` gives the
-    specific force, (n, 3); ``angular_rate_dps`` (n, 3); ``temperature_degc`` (n,). Each may give a single row
-    where it is the same at all of them. ``errors``: None for an ideal part; ``seed``: which noise.
-    ``den_axes_on``: CTRL9_XL resets to 0xE0, not to 0x00 (see there).
-    ``powered_on_ps``: when supply came, None for long ago; the registers answer 15 ms later (AN5040 5.7).
+    Signals are functions of times (n,) in s (:data:`fcu_emulator.sensors.part.Signal`): ``acceleration_g``
+    gives the specific force, (n, 3); ``angular_rate_dps`` (n, 3); ``temperature_degc`` (n,). Each may give a
+    single row if it is the same at all times. ``errors``: None for an ideal sensor; ``seed``: selects the
+    noise. ``den_axes_on``: CTRL9_XL resets to 0xE0, not to 0x00 (see there). ``powered_on_ps``: time of
+    power-on, None for long ago; the registers answer 15 ms later (AN5040 5.7).
     """
 
     NAME: ClassVar[str] = "LSM6DSL"
@@ -188,35 +188,33 @@ class LSM6DSL(Part):
 
     @classmethod
     def maps(cls) -> dict[str, RegisterMap]:
-        """The register maps of the main bank and of the embedded banks A and B."""
+        """Return the register maps of the main bank and of the embedded banks A and B."""
         return titled_maps()
 
     def files(self) -> tuple[RegisterFile, ...]:
-        """The registers themselves of the main bank and of the embedded banks A and B."""
+        """Return the register files of the main bank and of the embedded banks A and B."""
         return self._banks.files()
 
     def supply_current_ua(self) -> float:
-        """Supply current in microamperes as now configured."""
+        """Supply current in microampere for the current configuration."""
         return supply_current_ua(self.registers.mem)
 
     def spi_wires(self) -> Wires:
-        """CTRL3_C.SIM: three wires or four (datasheet 9.15)."""
+        """Number of SPI wires, 3 or 4, by CTRL3_C.SIM (datasheet 9.15)."""
         return 3 if self.registers.mem[CTRL3_C.addr] & CTRL3_C.SIM.mask else 4
 
     def pins(self) -> tuple[Pin, ...]:
         return self.int1, self.int2
 
     def catch_up(self, now_ps: int) -> None:
-        """Let every active feature do what has become due."""
         self._features.catch_up(now_ps)
 
     def next_event_ps(self) -> int:
-        """When a pin may change next; ``NEVER_PS`` if none can."""
         return self._features.next_event_ps()
 
     @property
     def pass_through(self) -> bool:
-        """MASTER_CONFIG.PASS_THROUGH_MODE: the host's I2C is connected to the auxiliary bus (AN5040 7.3)."""
+        """Whether the host's I2C is connected to the auxiliary bus (MASTER_CONFIG.PASS_THROUGH_MODE, AN5040 7.3)."""
         return self._features.hub.pass_through
 
     def attach_auxiliary(self, address: int, device: Part) -> None:
@@ -224,7 +222,7 @@ class LSM6DSL(Part):
         self._features.hub.bus.attach(address, device)
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
-        """(lowest value, highest value, size of one LSB) as now configured, in the channel's unit.
+        """Return (lowest value, highest value, size of one LSB) as configured, in the channel's unit.
 
         ``channel``: ``acceleration_g``, ``angular_rate_dps`` or ``temperature_degc``; else KeyError.
         """
@@ -237,7 +235,7 @@ class LSM6DSL(Part):
         return self._write_across_banks
 
     def _write_across_banks(self, address: int, data: bytes, now_ps: int) -> None:
-        """A burst that writes FUNC_CFG_ACCESS goes on in the bank that it has selected."""
+        """Write a burst; after a write to FUNC_CFG_ACCESS it continues in the selected bank."""
         for value in data:
             self.active.write(address, bytes((value,)), now_ps)
             address = self.active.advance(address, 1)
@@ -248,7 +246,7 @@ class LSM6DSL(Part):
         main.on_write(CTRL3_C, self._write_ctrl3)
         offsets = X_OFS_USR, Y_OFS_USR, Z_OFS_USR
         measuring = {*accelerometer.CONFIGURATION, *gyroscope.CONFIGURATION, *offsets}
-        for register in (measuring | self._features.configuration()) - {CTRL3_C}:  # which has its own hook
+        for register in (measuring | self._features.configuration()) - {CTRL3_C}:  # has a separate hook
             main.on_write(register, self._configure)
         for bank in self.files():
             bank.on_write(FUNC_CFG_ACCESS, self._select_bank)
@@ -256,7 +254,7 @@ class LSM6DSL(Part):
     # -- behaviour --------------------------------------------------------------------------------------
 
     def _write_ctrl3(self, old: int, new: int, now_ps: int) -> None:
-        self.catch_up(now_ps)  # with the settings so far
+        self.catch_up(now_ps)  # with the old settings
         boot, reset = new & CTRL3_C.BOOT.mask, new & CTRL3_C.SW_RESET.mask
         if boot and reset:
             self.registers.note(now_ps, "forbidden", "CTRL3_C: BOOT and SW_RESET at once")  # AN5040 5.7
@@ -268,7 +266,7 @@ class LSM6DSL(Part):
             self._clearing.begin(CTRL3_C.SW_RESET.mask, now_ps + _SW_RESET_PS)
             self._configure(old, new, now_ps)
         if boot and not self._clearing.pending(CTRL3_C.BOOT.mask, now_ps):
-            # BOOT loads the trimming values anew and changes nothing that firmware has configured
+            # BOOT reloads the trimming values and does not change the configuration
             self._clearing.begin(CTRL3_C.BOOT.mask, now_ps + BOOT_PS)
             self._features.boot.begin(now_ps)
         control = self.registers.mem[CTRL3_C.addr]
@@ -278,24 +276,24 @@ class LSM6DSL(Part):
         self._features.configure(now_ps, because_of=CTRL3_C)
 
     def _configure(self, old: int, new: int, now_ps: int) -> None:
-        """The write hook of every register that configures anything, but for CTRL3_C."""
+        """Write hook of every register that configures the sensor, except CTRL3_C."""
         del old, new
-        self.catch_up(now_ps)  # with the settings so far
+        self.catch_up(now_ps)  # with the old settings
         self.i2c_off = bool(self.registers.mem[CTRL4_C.addr] & CTRL4_C.I2C_disable.mask)
         self._violations.report(measuring_violations(self.registers.mem), now_ps)
         self._apply(now_ps)
 
     def _rate_changed(self, at_ps: int) -> None:
-        """Activity recognition has put the part to sleep, or woken it, at ``at_ps``."""
+        """React to activity recognition, which has put the sensor to sleep, or woken it, at ``at_ps``."""
         self._features.catch_up_with_events(at_ps)
         self._apply(at_ps)
 
     def _stream_changed(self) -> None:
-        """Data enable shows a sensor's samples through another stream, or no longer does."""
+        """React to data enable, which has switched a sensor's visible stream."""
         self._measuring.show_through(self._chip.gates.shown)
 
     def _apply(self, now_ps: int) -> None:
-        """Let sensors and features run as the registers say, slower where the part has fallen asleep."""
+        """Configure sensors and features from the registers, with lower rates while the sensor is asleep."""
         self._measuring.refresh(now_ps)
         activity = self._features.events.activity
         self._measuring.apply(activity.effective(self.registers.mem), now_ps)
@@ -304,17 +302,17 @@ class LSM6DSL(Part):
             self._measuring.catch_up_before_reading(self.catch_up)
 
     def _int2_applied(self, at_ps: int, level: int) -> None:
-        """The board changes the level of INT2: if the pin is an input, it acts like a write to a register."""
+        """React to a new level of INT2: if the pin is an input, it acts like a write to a register."""
         if not int2_is_input(self.registers.mem):
             self.registers.note(at_ps, "forbidden", "INT2 driven from outside while it is an output")
             return
-        self.version[0] += 1  # bytes that were read ahead are no longer valid
+        self.version[0] += 1  # prefetched bytes are not valid any more
         self.catch_up(at_ps)
         self._measuring.refresh(at_ps)
         self._features.data_enable.level_changes(level, at_ps)
         self._features.hub.level_changes(level, at_ps)
         self._apply(at_ps)
-        if self._accessed is not None:  # as after a write: who watches the pins asks anew when one may change
+        if self._accessed is not None:  # as after a write: the observer of the pins queries the next change
             self._accessed()
 
     def _reset_registers(self) -> None:

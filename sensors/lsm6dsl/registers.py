@@ -1,12 +1,12 @@
 """Main register bank of the LSM6DSL, in the order of its datasheet (DocID028475 Rev 7, Table 19, section 9).
 
-Units and codes are the datasheet's, completed from application note AN5040 Rev 3. A status or output
-register, whose reset the datasheet leaves open, is declared 0; FIFO_STATUS2 is 0x10, an empty FIFO.
+Units and codes are the datasheet's, completed from application note AN5040 Rev 3. The datasheet gives no
+reset for status and output registers; they are declared 0, and FIFO_STATUS2 0x10, an empty FIFO.
 
-Decision: CTRL9_XL resets to 0x00 as in Table 19. The road not taken is 0xE0: Table 75 of the same document
-gives DEN_X, DEN_Y and DEN_Z a default of 1 and AN5040 4.8.5 agrees; the part can be built that way.
+Decision: CTRL9_XL resets to 0x00 as in Table 19. The value 0xE0 is an option of the sensor's constructor:
+Table 75 of the same document gives DEN_X, DEN_Y and DEN_Z a default of 1, and AN5040 4.8.5 agrees.
 
-Decision: D4D_EN = 1 enables 4D as AN5040 5.4.2 uses it; the datasheet's sentence has the polarity inverted.
+Decision: D4D_EN = 1 enables 4D as in AN5040 5.4.2; the datasheet's sentence inverts the polarity.
 """
 
 from __future__ import annotations

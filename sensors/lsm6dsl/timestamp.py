@@ -3,12 +3,12 @@
 24 bits of 6.4 ms or, with TIMER_HR, 25 us. It counts while TIMER_EN is set and at least one of the two
 sensors is not in power-down, and keeps its value otherwise; a sleeping gyroscope is not in power-down.
 
-Decisions where the documents are silent: TIMER_EN alone starts it (the road not taken, FUNC_EN as for the
-other embedded functions, would stop Linux' driver, which sets TIMER_EN only); a change of TIMER_HR keeps the
-count and goes on in the new unit; stopping loses the part of a tick that had passed; a value other than 0xAA
-written to TIMESTAMP2_REG does nothing. The counter runs from the oscillator of the sensors' rates, as in the
-LSM6DSO, whose INTERNAL_FREQ_FINE is one figure for both, and is as much fast or slow; the periods in
-milliseconds of the embedded functions are nominal in every part.
+Decisions where the documents are silent: TIMER_EN alone starts the timestamp counter (requiring FUNC_EN, as
+for the other embedded functions, would stop Linux' driver, which sets TIMER_EN only); a change of TIMER_HR
+keeps the count and continues in the new unit; stopping loses the elapsed part of a tick; a value other than
+0xAA written to TIMESTAMP2_REG does nothing. The counter runs from the oscillator of the sensors' rates, with
+the same deviation, as in the LSM6DSO, whose INTERNAL_FREQ_FINE is one figure for both. The periods in
+milliseconds of the embedded functions are nominal in every sensor.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _XL_LAST_CODE, _G_LAST_CODE = 11, 10
 
 
 class Timestamp:
-    """The counter; ``active`` while it counts."""
+    """The timestamp counter; ``active`` while it counts."""
 
     CONFIGURATION: tuple[type[Register], ...] = (CTRL1_XL, CTRL2_G, CTRL10_C, WAKE_UP_DUR)
 
@@ -43,7 +43,7 @@ class Timestamp:
         self._chip = chip
         self._mem = chip.registers.mem
         self._factor_num, self._factor_den = chip.rate_factor.as_integer_ratio()
-        self._count = 0  # at ``_since_ps``
+        self._count = 0  # value at ``_since_ps``
         self._since_ps = 0
         self._high_resolution = 0
         for register in (TIMESTAMP0_REG, TIMESTAMP1_REG, TIMESTAMP2_REG):
@@ -51,14 +51,14 @@ class Timestamp:
         chip.registers.on_write(TIMESTAMP2_REG, self._write)
 
     def value(self, at_ps: int) -> int:
-        """The counter at ``at_ps``, not before the last change of its configuration."""
+        """Return the counter at ``at_ps``, which must not be before the last change of its configuration."""
         if not self.active:
             return self._count
         passed = (at_ps - self._since_ps) * self._factor_num
         return (self._count + passed // (_TICK_PS[self._high_resolution] * self._factor_den)) % _COUNTS
 
     def configure(self, now_ps: int) -> None:
-        """Start, stop or change the unit, as the registers say."""
+        """Start, stop or change the unit according to the registers."""
         mem = self._mem
         active = bool(mem[CTRL10_C.addr] & CTRL10_C.TIMER_EN.mask) and _powered(mem)
         high_resolution = WAKE_UP_DUR.TIMER_HR.get(mem[WAKE_UP_DUR.addr])
@@ -68,20 +68,20 @@ class Timestamp:
             self.catch_up(now_ps)  # in the new unit the warning may be due at once
 
     def catch_up(self, now_ps: int) -> None:
-        """Raise the warning once the counter has reached it; only writing 0xAA takes it back."""
+        """Raise the warning once the counter has reached it; only writing 0xAA clears it."""
         due_ps = self.next_event_ps()
         if due_ps <= now_ps:
             self._chip.signals.set("TIMER", True, due_ps)
 
     def reset(self, now_ps: int) -> None:
-        """SW_RESET: stopped at 0."""
+        """Stop the counter at 0 (SW_RESET)."""
         self.active = False
         self._high_resolution = 0
         self._restart(0, now_ps)
         self._chip.signals.set("TIMER", False, now_ps)
 
     def next_event_ps(self) -> int:
-        """When the warning rises."""
+        """Return the time of the warning."""
         if not self.active or self._chip.signals["TIMER"]:
             return NEVER_PS
         ticks = max(0, _WARNING[self._high_resolution] - self._count)
@@ -99,7 +99,7 @@ class Timestamp:
     def _write(self, old: int, new: int, now_ps: int) -> None:
         del old
         if new == _RESTART:
-            self._chip.catch_up(now_ps)  # the FIFO stores timestamps of before
+            self._chip.catch_up(now_ps)  # the FIFO stores earlier timestamps
             self._restart(0, now_ps)
             self._chip.signals.set("TIMER", False, now_ps)
             self._chip.catch_up(now_ps)  # for the pin

@@ -15,7 +15,7 @@ class Flow(Enum):
     CALL = auto()  # to ``target``, and back after it
     RETURN = auto()  # to the address in LR
     POP_RETURN = auto()  # to an address on the stack
-    IT = auto()  # the next ``peripheral`` instructions may be left out
+    IT = auto()  # the next ``in_block`` instructions of the IT block may be left out
     UNKNOWN = auto()  # not followed
 
 
@@ -26,7 +26,7 @@ class Instruction:
     size: int
     flow: Flow = Flow.NEXT
     target: int = 0
-    peripheral: int = 0
+    in_block: int = 0
     stores: bool = False
 
 
@@ -83,7 +83,7 @@ def _miscellaneous_16(address: int, code: int) -> Instruction:
 def _hint_16(code: int) -> Instruction:
     mask = code & 0xF
     if mask:
-        return Instruction(2, Flow.IT, peripheral=4 - ((mask & -mask).bit_length() - 1))
+        return Instruction(2, Flow.IT, in_block=4 - ((mask & -mask).bit_length() - 1))
     return Instruction(2, Flow.UNKNOWN if code & 0xF0 in (0x20, 0x30, 0x40) else Flow.NEXT)  # WFE, WFI, SEV
 
 
