@@ -256,9 +256,7 @@ class Broadcast:
 
     def look_for_findings(self) -> None:
         """Send the problems of the firmware if they differ from the last ones."""
-        from fcu_emulator.emulator.analysis.mistakes import (
-            explain,
-        )  # slow import: loads the diagnosis
+        from fcu_emulator.emulator.analysis.mistakes import explain  # slow import: loads the diagnosis
 
         found = [
             {"kind": one.kind, "summary": one.summary, "details": list(one.details), "fatal": one.fatal}
