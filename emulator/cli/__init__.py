@@ -1,7 +1,7 @@
 """Entry point of the command line ``fcu``; it reports every error in one line and an exit code.
 
-Large modules are imported inside functions, so that ``fcu --help`` answers at once, and so that a lack of
-memory for them is reported like any other error (:mod:`fcu_emulator.emulator.cli.exit_codes`).
+Large modules are imported inside functions. So ``fcu --help`` answers at once, and a lack of memory for them
+is reported like any other error (:mod:`fcu_emulator.emulator.cli.exit_codes`).
 """
 
 from __future__ import annotations

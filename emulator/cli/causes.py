@@ -1,7 +1,7 @@
 """Diagnoses that explain failed checks, for the screen of ``fcu check`` and for the live page.
 
-Decision: a diagnosis that names a LED is omitted if no failed check is about this LED, because the run of an
-exercise shows both LEDs, but the student works on one exercise.
+Decision: a diagnosis that names a LED is omitted if no failed check is about this LED. The run of an exercise
+shows both LEDs, but the student works on one exercise.
 """
 
 from __future__ import annotations

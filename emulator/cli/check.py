@@ -135,7 +135,7 @@ def _write(path: Path, verdict: Verdict) -> None:
 
 
 def _save(folder: Path, verdict: Verdict, rubric: Rubric, firmware: str) -> dict[str, Path]:
-    """Save the failed runs and counterexamples as scenarios; return the files of counterexamples by check."""
+    """Save the judged runs and counterexamples as scenarios; return the files of counterexamples by check."""
     texts = {f"{run.run}.toml": run.replay for run in verdict.evidence if run.replay}
     laws: dict[str, Path] = {}
     for check in verdict.checks:
@@ -385,9 +385,7 @@ class _Screen:
         return bool(self._warning) and not done and self._warning[:_COMPARED] in remark.actual
 
     def _unjudged_remarks(self) -> Iterator[str]:
-        """Yield remarks that this machine cannot check, for exercises with points; so differences of machines
-        are visible.
-        """
+        """Yield remarks that this machine cannot check, for exercises with points, to show differences of machines."""
         begun = {one.exercise for one in self._verdict.checks if one.points}
         for check in self._verdict.unjudged:
             if not check.max_points and check.exercise in begun:

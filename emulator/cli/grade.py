@@ -342,9 +342,7 @@ def _pack_for_gradescope(options: GradeOptions, file: Path) -> ExitCode:
 
 
 def _submitter(metadata: Path) -> Student:
-    """Return the student that Gradescope names; for a group the one with the lowest id, so that the board stays
-    the same.
-    """
+    """Return the student that Gradescope names; of a group the one with the lowest id, which keeps the board the same."""
     try:
         users = [user for user in _metadata(metadata)["users"] if isinstance(user, dict)]
         first = min(users, key=lambda user: str(user["id"]))

@@ -1,7 +1,7 @@
 """``fcu new DIR``: create a student's project, ready to build with ``fcu build`` or make.
 
 Decision: the project gets its own copy of the support layer, so that it builds without this package, on the
-lab's computers and in CubeIDE, and a student can read all code that the chip executes.
+lab's computers and in CubeIDE. Students can also read all code that the chip executes.
 """
 
 from __future__ import annotations

@@ -1,5 +1,4 @@
-"""Figures of a run that the lab's slides ask for: bus clock, duration of a read, load of serial line and
-callback.
+"""Figures of a run that the lab's slides ask for: bus clock, duration of a read, load of serial line and callback.
 
 The bus clock follows from the registers that the firmware has set, the duration of a read from the latest
 reads on the wire. The callback's load is estimated by sampling: the share of samples in which the callback

@@ -76,8 +76,7 @@ def _raise(number: int, frame: FrameType | None) -> None:
 
 
 def _is_worker() -> bool:
-    """Return whether this is a worker of :mod:`fcu_emulator.emulator.host.isolation`, which loads that module
-    first.
+    """Return whether this is a worker of :mod:`fcu_emulator.emulator.host.isolation`, which loads that module first.
 
     This function must not import: a signal may come while the import system has loaded that module only in
     part.

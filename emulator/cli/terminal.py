@@ -250,9 +250,7 @@ class Console:
 if sys.platform != "win32":
 
     def _raw(descriptor: int) -> Callable[[], None]:
-        """Make a terminal return each key at once, also Ctrl-C; return a function that undoes it. Output is
-        unchanged.
-        """
+        """Make a terminal return each key at once, also Ctrl-C; return a function that undoes it. Output is unchanged."""
         before = termios.tcgetattr(descriptor)
         tty.setraw(descriptor, termios.TCSADRAIN)
         now = termios.tcgetattr(descriptor)

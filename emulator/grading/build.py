@@ -10,11 +10,11 @@ of the time. The paths in the debug information are always the same, so the same
 and an earlier build can be found by content. Rejected alternative: a container for each build, which needs a
 privileged service.
 
-Decision: "does not compile" is final and kept, so it must never be caused by the machine (a full disk, a
-compiler that the system kills). After a failure a control program is compiled in the same way, and then the
-submission a second time. The submission is at fault only if the control program compiles and the submission
-fails again. Rejected alternative: searching the compiler's messages for "No space left", which source can
-forge.
+Decision: the result "does not compile" is final and kept, so it must never be caused by the machine (a full
+disk, a compiler that the system kills). After a failure a control program is compiled in the same way, and
+then the submission a second time. The submission is at fault only if the control program compiles and the
+submission fails again. Rejected alternative: searching the compiler's messages for "No space left", which
+source can forge.
 """
 
 from __future__ import annotations
@@ -86,9 +86,7 @@ code=$?
 [ $code -le 128 ] || echo $((code - 128)) >>signals
 exit $code
 """
-"""Script that runs each program of the compiler and records the signal that ends it. Source can forge only the
-message.
-"""
+"""Script that runs each program of the compiler and records the signal that ends it. Source can forge only the message."""
 _MADE_ERRORS = 2  # make's exit code for a failed command
 _CONTROL = {"main.c": b"int main(void) { return 0; }\n"}
 _STOPS = {

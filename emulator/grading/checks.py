@@ -1,8 +1,8 @@
 """Kinds of checks that a rubric has in addition to a scenario's expectations.
 
-One class holds the schema and the evaluation of a kind, as in :mod:`fcu_emulator.emulator.scenario.expectations`. To
-add a kind, write a class and add its name to the union at the end. :meth:`Check.watch` observes the run;
-:class:`Judged` holds all other data.
+One class holds the schema and the evaluation of a kind, as in
+:mod:`fcu_emulator.emulator.scenario.expectations`. To add a kind, write a class and add its name to the union
+at the end. :meth:`Check.watch` observes the run; :class:`Judged` holds all other data.
 """
 
 from __future__ import annotations
@@ -204,8 +204,7 @@ def _known_property(name: str) -> str:
 
 
 class Property(Check):
-    """A law of the lab's arithmetic holds for the compiled functions
-    (:mod:`fcu_emulator.emulator.testing.lab3`).
+    """A law of the lab's arithmetic holds for the compiled functions (:mod:`fcu_emulator.emulator.testing.lab3`).
 
     All students get the same ``examples``. Unjudged if the firmware lacks the function, or Hypothesis is not
     installed.

@@ -77,8 +77,7 @@ def shipped_digests() -> Mapping[str, str]:
 
 
 def with_copies(graded: Iterable[tuple[Hashable, Graded]]) -> list[Graded]:
-    """Return the results with the ids of identical submissions. Each pair has a key of the submitted files and a
-    result.
+    """Return the results with the ids of identical submissions. Each pair has a key of the submitted files and a result.
 
     Students of a team have submitted the same program, which does not count as a copy.
     """

@@ -304,9 +304,7 @@ class _JudgedRun:
             raise NotJudgedError(f"the check {check.kind} failed: {type(error).__name__}: {said}") from error
 
     def _seen_before_the_end(self, check: AnyCheck, enough_ps: int) -> AnyCheck:
-        """Return the check with its window moved to begin at ``enough_ps``, if the program died before printing
-        in the window.
-        """
+        """Return the check with its window begun at ``enough_ps``, if the program died before a print in the window."""
         if self.died_ps is None or not isinstance(check, Windowed):
             return check
         begun = any(check.covers(line.at_ps) and line.at_ps < self.died_ps for line in self.seen.lines)

@@ -53,9 +53,9 @@ class Graded(_ResultModel):
     """Result of one student. ``verdict`` is None if nothing was judged, and has no evidence here.
 
     ``reason``: why it is not judged, or only partly. ``report``: the name of the student's files, without
-    suffix. ``on_roster``: whether the roster has the student; None without a roster. ``files``: the
-    names of the submitted files; empty in anonymous reports, so ``handed_in`` counts them. ``submitted``: ISO
-    8601, in local time, from the platform or the file. ``late``: after the deadline, or marked late by the platform;
+    suffix. ``on_roster``: whether the roster has the student; None without a roster. ``files``: the names of
+    the submitted files; empty in anonymous reports, so ``handed_in`` counts them. ``submitted``: ISO 8601, in
+    local time, from the platform or the file. ``late``: after the deadline, or marked late by the platform;
     ``late_by_s``: None if the delay is unknown. ``late_penalty``: in points, by the rubric or by the teacher;
     :attr:`lost_by_lateness` is its effect. ``shipped``: "template" or "solution" if the submission is fcu's.
     ``same_source``, ``same_program``: the ids of students with an identical submission.

@@ -5,9 +5,9 @@ SUBMISSIONS is a folder with an entry for each student (a folder, a zip file, a 
 (:mod:`fcu_emulator.emulator.grading.platforms`). Every entry belongs to one submission, which is graded or
 rejected with a reason. Only a team's entry belongs to the submission of each member.
 
-The contents decide the type of a submission. It is **source** if there is one ``main.c`` (or just one C
-file), with the C files and headers beside it; otherwise **firmware**, the one ELF, HEX or BIN file. Build
-folders (``build``, ``support``), system files (``__MACOSX``, names with a dot) and all other files are
+The contents decide the type of a submission. It is **source** if there is one ``main.c`` or just one C file:
+this file, with the C files and headers beside it. Otherwise it is **firmware**, the one ELF, HEX or BIN file.
+Build folders (``build``, ``support``), system files (``__MACOSX``, names with a dot) and all other files are
 ignored.
 
 Decision: source takes precedence over firmware, because an ELF file in a student's folder is as old as the

@@ -42,9 +42,7 @@ class Task:
 
 
 def judge_task(task: Task) -> str:
-    """Return the verdict as JSON. Raises RejectedError for a file that is not firmware for this board,
-    NotJudgedError.
-    """
+    """Return the verdict as JSON. Raises RejectedError for a file that is not firmware for this board, NotJudgedError."""
     if task.limits is not None:
         task.limits.apply()
     if task.code != code_digest():

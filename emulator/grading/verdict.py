@@ -3,8 +3,8 @@
 A verdict holds all data; :meth:`Verdict.for_student` returns the part that the student may see. It has no
 wall time and no paths: the same firmware, rubric, seed and version give the same bytes on every machine.
 
-Decision: "unjudged" is a separate outcome whose points are subtracted from the sum (``unjudged_points``), so
-a program never gets a zero for a check that was not evaluated.
+Decision: the outcome "unjudged" is separate, and its points are excluded from the sum (``unjudged_points``),
+so a program never gets a zero for a check that was not evaluated.
 """
 
 from __future__ import annotations
@@ -80,8 +80,7 @@ class Series(_VerdictModel):
 
 
 class Following(_VerdictModel):
-    """Input of a plot of a LED or line that must follow a condition: periods of the condition, and of LED or
-    line.
+    """Input of a plot of a LED or line that must follow a condition: periods of the condition, and of LED or line.
 
     Times in s, from and until; for a printed line both are the begin of printing. At most :data:`MOST_PRINTS`
     of each.

@@ -5,9 +5,9 @@ which is performed at once, between two slices of the run. ``truth`` asks for th
 answered with the current truth. ``text`` asks for the output since a position; the answer is the text
 (Latin-1) and the position after it. The answer to an invalid message is ``error``.
 
-Decision: a board that plays a scenario in ``fcu run`` cannot be moved by hand, because the scenario's
-expectations are judged, and a manual motion would make a correct program fail. ``fcu web`` allows both, and
-does not judge a disturbed scenario.
+Decision: a board that plays a scenario in ``fcu run`` cannot be moved by hand, because a manual motion could
+make a correct program fail the scenario's expectations. ``fcu web`` allows both, and does not judge a
+disturbed scenario.
 """
 
 from __future__ import annotations

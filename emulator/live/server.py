@@ -1,7 +1,7 @@
 """Server of the page and its WebSocket, on 127.0.0.1 or on the user's address, in a thread beside the session.
 
-:mod:`fcu_emulator.emulator.live.requests` answers requests: a socket needs the token of the printed address. Scripts
-come from this server only (Content-Security-Policy). The server accepts only messages of
+:mod:`fcu_emulator.emulator.live.requests` answers requests: a socket needs the token of the printed address.
+Scripts come from this server only (Content-Security-Policy). The server accepts only messages of
 :mod:`fcu_emulator.emulator.live.messages`, and as files only firmware.
 
 Slow or invalid requests are disconnected: a request may take :data:`_REQUEST_S`. If more than
@@ -193,9 +193,7 @@ class PageServer:
         self._ready.set()
 
     def _hear_of_failure(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """Report an error of asyncio in one line instead of a traceback, for example if it cannot accept a
-        connection.
-        """
+        """Report an error of asyncio in one line instead of a traceback, for example if it cannot accept a connection."""
         del loop
         self._say(f"page: {_failure(str(context.get('message')), context.get('exception'))}")
 

@@ -3,11 +3,11 @@
 One thread runs the session and owns the board. Any thread may post commands (:meth:`Session.post`). Events
 are sent through ``publish``, which is called in the session's thread and must not wait.
 
-Decision: a command that changes the board becomes an event of the virtual clock one picosecond after the
-board has stopped for it, and is recorded with that time. So the slicing of the run has no effect, and the
-recording, played without a pace, has the same events at the same times in the same order. Rejected
-alternative: changing the board between two slices. This gives the same bytes only if there is no other event
-at that picosecond, and a scenario cannot contain it as an entry.
+Decision: a command that changes the board becomes an event of the virtual clock, one picosecond after the
+stop of the board, and is recorded with that time. So the slicing of the run has no effect. The recording,
+played at full speed, has the same events at the same times in the same order. Rejected alternative: changing
+the board between two slices. This gives the same bytes only if there is no other event at that picosecond,
+and a scenario cannot contain it as an entry.
 
 Wall time decides only when a command arrives, never its effect.
 """
@@ -427,9 +427,7 @@ class LiveSession:
         self._publish(checked, None)
 
     def answer(self, message: Mapping[str, Any]) -> dict[str, Any]:
-        """Answer a request of :attr:`door`, as :class:`fcu_emulator.emulator.live.moved.Moved` does. Raises
-        InputError.
-        """
+        """Answer a request of :attr:`door`, as :class:`fcu_emulator.emulator.live.moved.Moved` does. Raises InputError."""
         return answered(self.board, message, lambda table: self._perform(self._entry(table)))
 
     def _entry(self, table: Mapping[str, Any]) -> TimelineAction:

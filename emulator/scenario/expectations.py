@@ -1,8 +1,8 @@
 """Expectations about terminal output, printed numbers and hardware.
 
-One class holds the schema and the evaluation of a kind of expectation. To add a kind, write a class and add its
-name to ``Kinds`` of :mod:`fcu_emulator.emulator.scenario.schema`. Expectations about LEDs and timers are in
-:mod:`fcu_emulator.emulator.scenario.hardware`.
+One class holds the schema and the evaluation of a kind of expectation. To add a kind, write a class and add
+its name to ``Kinds`` of :mod:`fcu_emulator.emulator.scenario.schema`. Expectations about LEDs and timers are
+in :mod:`fcu_emulator.emulator.scenario.hardware`.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 A number of the slides has a name (``name = "Pitch"``). A lab with other lines gives the format string of its
 ``printf`` (``format = "tilt=%d cdeg"``), or a regular expression with a group called ``number``.
 
-Decision: a format string is exact from the beginning of a line to its end ("%.2f" means two decimals), and a
-line in another form is a finding, as for the lines of the slides. For lines that may vary, a rubric gives a
+Decision: a format string is exact from the beginning of a line to its end: "%.2f" means two decimals. A line
+in another form is a finding, as for the lines of the slides. For lines that may vary, a rubric gives a
 pattern.
 """
 
@@ -139,9 +139,7 @@ class PrintfFormat:
         return rf"(?:[0-9]+{decimals}{exponent}|inf|nan|INF|NAN)"
 
     def is_begun_by(self, line: str) -> bool:
-        """Return whether the line begins with the text before the first conversion; without one, with the whole
-        format.
-        """
+        """Return whether the line begins with the text before the first conversion; without one, with the whole format."""
         return line.startswith(self._label) if self._label else self.number(line) is not None
 
     def is_meant_by(self, line: str) -> bool:

@@ -162,7 +162,7 @@ class ExpectLedFollows(Windowed):
             before_ps, before = at_ps, value
 
     def _growing(self, looks: Sequence[_LedLook]) -> Sequence[_LedLook]:
-        """Return the samples for a LED that is lit above the threshold, even if this LED must be lit below it."""
+        """Return the samples of a LED that is lit above the threshold; invert them if this LED must be lit below it."""
         if self.condition.below is None:
             return looks
         return [look._replace(lit=not look.lit, steep=not look.steep) for look in looks]

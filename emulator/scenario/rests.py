@@ -2,8 +2,8 @@
 
 The kinds of mistakes are those of LEDs (:mod:`fcu_emulator.emulator.scenario.hardware`).
 
-Decision: lines are evaluated at rests longer than their longest gap, but LEDs at all moments, because a LED
-has a state at each moment, while a missing line shows only when it is due.
+Decision: lines are evaluated at rests longer than their longest gap, LEDs at all moments. A LED has a state
+at each moment, but a missing line shows only when it is due.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The scenario's view of a board and its printed lines, for playing the timeline and evaluating the run.
 
-:class:`BoardView` lists the parts of a board that are needed for this. A printed line has a format, numbers, the
-time of printing and the truth at that time; a table for people compares the numbers with the truth.
+:class:`BoardView` lists the parts of a board that are needed for this. A printed line has a format, numbers,
+the time of printing and the truth at that time; a table for people compares the numbers with the truth.
 
 A number is a field of a line that has its exact format from beginning to end, not any text that looks right:
 "4" is not found in "164", and a sign cannot get lost. A line that begins like a format but does not follow it
@@ -426,8 +426,7 @@ def _largest(errors: Iterable[float]) -> float:
 
 
 def _flag(field: str, line: PrintedLine) -> str:
-    """Return a note for an angle that was printed while the board accelerated: the accelerometer measures no
-    tilt then.
+    """Return a note for an angle that was printed while the board accelerated: the accelerometer measures no tilt then.
 
     The slides ("eCompass math") check the modulus, the only measure that firmware has. It hides sideways
     acceleration: 0.36 g turns the vertical by 20 degrees but makes the modulus only 1.06 g. Here the motion

@@ -176,9 +176,7 @@ class Scenario:
         return replace(BoardErrors.of_grade(grade, seed), **self.contents.board)
 
     def create_world(self, clock: Clock, own: BoardErrors | None = None) -> World:
-        """Create the world at power-on. ``own``: deviations of the board, used for values that the file does not
-        give.
-        """
+        """Create the world at power-on. ``own``: deviations of the board, used for values that the file does not give."""
         table = self.contents.world
         own = own or BoardErrors()
         try:
@@ -288,8 +286,7 @@ class Scenario:
         return board.clock.now_ps >= self.duration_ps
 
     def standing(self, board: BoardView) -> list[str]:
-        """Return the result's lines for people; before the end, the final failures and the number of open
-        expectations.
+        """Return the result's lines for people; before the end, the final failures and the number of open expectations.
 
         Raises InputError for a board that plays another scenario.
         """

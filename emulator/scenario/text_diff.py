@@ -36,9 +36,7 @@ def difference(expected: Sequence[str], printed: Sequence[str]) -> tuple[str, ..
 
 
 def nearest(wanted: str, lines: Sequence[str]) -> str | None:
-    """Return the line most similar to the wanted one, None if none is similar; lines that differ only in numbers
-    come first.
-    """
+    """Return the most similar line, preferably one that differs only in numbers; None if none is similar."""
     distinct = list(dict.fromkeys(line[:_LONGEST] for line in lines if line))[:_CANDIDATES]
     same_form = [line for line in distinct if _form(line) == _form(wanted)]
     folded = {line.casefold(): line for line in same_form or distinct}

@@ -33,8 +33,7 @@ _FAR = 10  # margins beyond a threshold
 
 
 class ThresholdTable(Table):
-    """One ``[[threshold]]``: the quantity that the board is moved to, the threshold, and the distance of the
-    rests.
+    """One ``[[threshold]]``: the quantity that the board is moved to, the threshold, and the distance of the rests.
 
     ``both_sides``: whether minus the value is a threshold as well; True for angles. ``at``: begin of the
     first motion, 2 s for the first threshold; a later one follows the previous one. Each motion takes

@@ -59,9 +59,7 @@ def entry_line(entry: TimelineAction, at_ps: int, interrupts: bool = False) -> s
 
 
 def timeline(entries: Iterable[tuple[int, TimelineAction]]) -> str:
-    """Return ``timeline = [...]`` with one line for each (time in ps, entry); an entry that cuts a motion short
-    says so.
-    """
+    """Return ``timeline = [...]`` with one line for each (time in ps, entry); an entry that cuts a motion short says so."""
     busy_until: dict[str, int] = {}
     lines = []
     for at_ps, entry in sorted(entries, key=lambda one: one[0]):
