@@ -1,6 +1,6 @@
 """Session of a board that runs in real time, and execution of all commands on it.
 
-One thread runs the session and owns the board. Any thread may post commands (:meth:`Session.post`). Events
+One thread runs the session and owns the board. Any thread may post commands (:meth:`LiveSession.post`). Events
 are sent through ``publish``, which is called in the session's thread and must not wait.
 
 Decision: a command that changes the board becomes an event of the virtual clock, one picosecond after the
@@ -282,7 +282,7 @@ class LiveSession:
 
     def _fail(self, problem: str) -> None:
         self.state, self.problem = "failed", problem
-        self._guard(self._broadcast.show_text)  # before the end is set
+        self._guard(self._broadcast.show_text)  # before the status marks the end
         self._guard(self._say_status)
         self._guard(self._broadcast.look_for_findings)
 
