@@ -1,7 +1,7 @@
-"""The command line, ``fcu``: starts it, and turns whatever goes wrong into one line and an exit code.
+"""Entry point of the command line ``fcu``; it reports every error in one line and an exit code.
 
-Everything heavy is imported inside, so that ``fcu --help`` answers at once, and so that a machine without
-memory for it is reported like everything else (:mod:`fcu_emulator.emulator.cli.exit_codes`).
+Large modules are imported inside functions. So ``fcu --help`` answers at once, and a lack of memory for them
+is reported like any other error (:mod:`fcu_emulator.emulator.cli.exit_codes`).
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
 _OUT_OF_RESOURCES = {errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.ENOSPC, errno.EDQUOT, errno.EAGAIN}
 _COMPLETION = "_FCU_COMPLETE"
-"""The variable by which a shell asks for completions; click makes its name from the program's."""
+"""Variable by which a shell requests completions; click derives the name from the program's."""
 _LEAST_ADDRESS_SPACE = 256 << 20
-"""Bytes below which numpy's linear algebra ends the process at once, with an exit code of its own, 1."""
+"""Minimum address space in bytes: with less, numpy's linear algebra ends the process at once with exit code 1."""
 _NOT_JUDGED, _INTERRUPTED, _READER_GONE = 4, 130, 141
-"""As in emulator.cli.exit_codes, which may itself be what cannot be imported."""
+"""Copies of codes in emulator.cli.exit_codes, because the import of that module may fail."""
 
 
 def main() -> None:
@@ -41,7 +41,7 @@ def main() -> None:
     end_in_order()
     try:
         code = int(execute(sys.argv[1:]))
-    except Terminated:  # while another end was being reported
+    except Terminated:  # while another request to end was reported
         code = _INTERRUPTED
     end_at_once()
     for stream in (sys.stdout, sys.stderr):
@@ -52,17 +52,17 @@ def main() -> None:
 
 
 def _start_quickly() -> None:
-    """Two habits of the libraries that would be a sixth of each command's start, and help none of ours."""
+    """Change two default settings of libraries that take a sixth of each command's start without benefit."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # numpy's threads: matrices here are 3 x 3
-    gc.set_threshold(20_000)  # new objects before the next search for garbage; modules, when loaded, stay
+    gc.set_threshold(20_000)  # new objects before the next garbage collection; loaded modules stay
 
 
 def _write_what_can_be_written() -> None:
-    """A character that the system's encoding does not have becomes a question mark, and no error.
+    """Replace characters that the system's encoding lacks by question marks, instead of failing.
 
-    On Windows, what goes into a file or a pipe is in the old encoding of the country, which has no Greek, and
-    a degree sign at another place. The road not taken, UTF-8 whatever the system says, is what its own
-    programs could not read.
+    On Windows, files and pipes use the country's legacy encoding, which has no Greek, and a different code
+    for the degree sign. Rejected alternative: UTF-8 on every system, which other programs on that system
+    could not read.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper) and stream.errors == "strict":
@@ -70,7 +70,7 @@ def _write_what_can_be_written() -> None:
 
 
 def execute(arguments: Sequence[str]) -> ExitCode | int:
-    """Run the command line; its exit code."""
+    """Run the command line and return its exit code."""
     try:
         if _address_space() < _LEAST_ADDRESS_SPACE:
             raise MemoryError
@@ -100,7 +100,7 @@ def execute(arguments: Sequence[str]) -> ExitCode | int:
 
 
 def _interrupted(request: BaseException) -> int:
-    """Say by which signal the command was ended, if not by Ctrl-C; the exit code."""
+    """Report the signal that ended the command, unless it was Ctrl-C; return the exit code."""
     if isinstance(request, Terminated):
         _complain(f"ended by {request}")
     return _INTERRUPTED
@@ -109,7 +109,7 @@ def _interrupted(request: BaseException) -> int:
 def _request_inside(error: BaseException) -> BaseException | None:
     """Return the request to end that ``error`` was raised from, if there is one.
 
-    Until version 3.11 Python raises RuntimeError for a request that comes in ``__set_name__``.
+    Before version 3.12 Python raises RuntimeError for a request during ``__set_name__``.
     """
     found: BaseException | None = error
     while found is not None and not isinstance(found, KeyboardInterrupt | Terminated):
@@ -131,9 +131,11 @@ def _execute(arguments: Sequence[str]) -> ExitCode | int:
         try:
             code = cli.main(list(arguments), prog_name="fcu", standalone_mode=False, obj=arguments)
         except SystemExit as error:
-            if _COMPLETION in os.environ:  # a shell asks for completions, which click answers, and exits
+            if _COMPLETION in os.environ:  # a shell requests completions; click answers and exits
                 return int(error.code or 0)
-            return ExitCode.READER_GONE  # click's own answer to a broken pipe: 1, without a word
+            return (
+                ExitCode.READER_GONE
+            )  # click's own reaction to a broken pipe: exit code 1 without a message
         return code if isinstance(code, int) else ExitCode.PASSED
     except click.ClickException as error:
         with suppress(OSError):
@@ -142,7 +144,7 @@ def _execute(arguments: Sequence[str]) -> ExitCode | int:
     except click.Abort:
         return ExitCode.INTERRUPTED
     except FcuError as error:
-        for line in str(error).splitlines():  # most have one; a diagnosis has more
+        for line in str(error).splitlines():  # most have one line; a diagnosis has more
             _complain(line)
         return code_of(error)
 
@@ -155,14 +157,14 @@ def _show_warning(
     file: TextIO | None = None,
     line: str | None = None,
 ) -> None:
-    """Print a warning for users, such as a key's old name, in one line; others are for programmers."""
+    """Print a warning for users, such as a key's old name, in one line; ignore warnings for programmers."""
     del filename, lineno, file, line
     if issubclass(category, FutureWarning):
         _complain(f"warning: {message}")
 
 
 def _address_space() -> float:
-    """How many bytes this process may use, as far as the system limits and tells it."""
+    """Return the number of bytes that this process may use, as far as the system reports a limit."""
     limit = math.inf
     if sys.platform != "win32":
         import resource
@@ -173,12 +175,12 @@ def _address_space() -> float:
 
 
 def _prints(arguments: Sequence[str]) -> bool:
-    """Whether a command needs standard output; ``run`` says itself where its text goes."""
+    """Return whether a command needs standard output; ``run`` has an option for its text."""
     return arguments[:1] != ["run"] or not {"-h", "--help"}.isdisjoint(arguments)
 
 
 def _was_printing(error: OSError) -> bool:
-    """Whether ``error`` came from writing to standard output; what we write to stderr may fail unseen."""
+    """Return whether ``error`` occurred while writing to standard output; errors on stderr are ignored."""
     frames = traceback.walk_tb(error.__traceback__)
     return any(frame.f_globals.get("__name__") == "click.utils" for frame, _ in frames)
 
@@ -190,23 +192,23 @@ def _report_bug() -> None:
 
 
 def _complain(line: str) -> None:
-    if sys.stderr is None:  # closed before we were started
+    if sys.stderr is None:  # closed before this process started
         return
     from fcu_emulator.emulator.text import visible
 
-    with suppress(OSError, ValueError):  # stderr may be full or gone
+    with suppress(OSError, ValueError):  # stderr may be full or closed
         sys.stderr.write(f"fcu: {visible(line)}\n")
 
 
 def _is_broken_pipe(error: BaseException) -> bool:
-    """Whether the reader of standard output has closed it, which is no fault."""
+    """Return whether the reader of standard output has closed it, which is not an error."""
     from fcu_emulator.emulator.links.writer import is_broken_pipe
 
     return is_broken_pipe(error)
 
 
 def _lost(stream: TextIO) -> Exception | None:
-    """Write out what is left; if that fails, let the interpreter not try it again at its end, and say why."""
+    """Flush the stream; on failure redirect it, so that the interpreter does not try again, and return the error."""
     try:
         stream.flush()
     except (OSError, ValueError) as error:

@@ -1,6 +1,6 @@
-"""``--boards N``: a line for each of several boards, and on which of them something is lost.
+"""Table of ``--boards N``: a line for each board, with the lost points or expectations.
 
-``fcu check`` counts points, ``fcu run`` the expectations of a scenario; the table is the same.
+``fcu check`` counts points, ``fcu run`` the expectations of a scenario; both use this table.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ _SEEDS_SHOWN = 10
 
 @dataclass(frozen=True)
 class BoardResult:
-    """One program on the board ``seed``.
+    """Result of one program on the board ``seed``.
 
-    ``score``: how much is right, such as "18 of 20". ``lost``: the names of the checks or expectations that
-    are not met. ``why``: what ended the run before its time, or "".
+    ``score``: the part that passed, such as "18 of 20". ``lost``: names of the failed checks or expectations.
+    ``why``: reason for an early end of the run, or "".
     """
 
     seed: int
@@ -42,10 +42,10 @@ def points_on_board(seed: int, verdict: Verdict, code: ExitCode) -> BoardResult:
 
 
 class BoardsTable:
-    """The results on several boards, one after the other, on standard output.
+    """Prints the results on several boards, one after the other, on standard output.
 
-    ``title`` names the program; ``all_right`` says what boards without losses do ("have all points"), ``is_lost``
-    what happens to the others' checks ("loses points").
+    ``title`` names the program; ``all_right`` describes boards without losses ("have all points"),
+    ``is_lost`` the lost checks ("loses points").
     """
 
     def __init__(self, title: str, all_right: str, is_lost: str) -> None:

@@ -1,12 +1,12 @@
-"""``fcu build``: a project of ``fcu new`` as ``make`` builds it, without make.
+"""``fcu build``: build a project of ``fcu new`` like ``make``, but without make.
 
-The options are files beside the sources (``support/*.options``), which the Makefile gives the compiler as
-well; what the project's Makefile sets (BUS, OPT, EXTRA_CFLAGS, PREFIX) is read from it. So both commands
-build the same bytes, and each uses the other's objects.
+The options are files beside the sources (``support/*.options``), which the Makefile also passes to the
+compiler. The variables BUS, OPT, EXTRA_CFLAGS and PREFIX are read from the project's Makefile. So both
+commands build the same bytes, and each uses the other's objects.
 
-Decision: the program's own files are compiled every time, so that the compiler's warnings are seen; those of
-``support/`` when one of its files or the Makefile is newer. The road not taken, reading the compiler's lists
-of dependencies, saves a fifth of a second for most changes.
+Decision: the program's own files are compiled in every build, so that the compiler's warnings appear; files
+of ``support/`` are compiled again if one of them or the Makefile is newer. Rejected alternative: reading the
+compiler's dependency lists, which saves a fifth of a second for most changes.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ from fcu_emulator.emulator.text import visible
 
 ELF = "lab3.elf"
 _BUSES = [wiring.bus for wiring in FCU001V1.wirings]
-"""Where the sensors may be; without a word of the Makefile, the first."""
+"""Possible buses of the sensors; the first is the default if the Makefile sets none."""
 _BUILD_S = 300.0
 _LONGEST_LOG = 1 << 20
 _WIDTH = 98
-_ERRORS_SHOWN = 3  # of the compiler
+_ERRORS_SHOWN = 3  # errors of the compiler
 _MARKS = (
-    re.compile("undefined reference|multiple definition|overflowed by"),  # collect2's "error:" says no more
+    re.compile("undefined reference|multiple definition|overflowed by"),  # collect2's "error:" has no details
     re.compile("error:"),
     re.compile("Error "),
 )
-"""What the lines of a build say that matter, the first kind that is there."""
+"""Patterns of the important lines of a build; the first one that matches any line is used."""
 _OPTIONS = ("cpu.options", "compile.options", "link.options")
 _ASSIGNMENT = re.compile(r"(?m)^(BUS|OPT|EXTRA_CFLAGS|PREFIX)[ \t]*[?:]?=[ \t]*(.*?)[ \t]*$")
 
@@ -70,9 +70,9 @@ def build_and_say(folder: Path) -> None:
 
 
 def build_project(folder: Path, command: str = "build") -> str:
-    """Build ``lab3.elf`` in a project of ``fcu new``; the compiler's output.
+    """Build ``lab3.elf`` in a project of ``fcu new`` and return the compiler's output.
 
-    ``command``: what to call again after an error. Raises InputError.
+    ``command``: the command to repeat after an error. Raises InputError.
     """
     if not (folder / "Makefile").exists():
         raise InputError(f"{folder} must be a project of `fcu new`, with a Makefile")
@@ -83,7 +83,7 @@ def build_project(folder: Path, command: str = "build") -> str:
 
 
 def build_with_make(folder: Path, command: str) -> str:
-    """Likewise by make, for any project with a Makefile."""
+    """Build with make, for any project with a Makefile, and return its output."""
     sources = sorted(path.name for path in folder.glob("*.c"))
     changed = [argument for name in sources for argument in ("-W", name)]
     compiler = find_compiler()
@@ -114,11 +114,11 @@ def _run(command: Sequence[str], folder: Path) -> tuple[int, str]:
 
 
 def _build_failed(folder: Path, log: str, command: str) -> str:
-    """The first errors of a build, and what to do."""
+    """Return the first errors of a build, and advice."""
     lines = [visible(line) for line in log.splitlines() if line.strip()]
     if any("not found" in line or "No such file" in line for line in lines if "arm-none-eabi" in line):
         return f"{folder}: the chip's compiler is missing; `fcu doctor` says how to get it"
-    here = f"{folder.resolve()}/"  # the linker names sources so
+    here = f"{folder.resolve()}/"  # prefix of sources in the linker's messages
     found = ([line.removeprefix(here) for line in lines if mark.search(line)] for mark in _MARKS)
     errors = next(filter(None, found), lines[-_ERRORS_SHOWN:])
     shown = [f"  {line[:_WIDTH]}" for line in dict.fromkeys(errors)][:_ERRORS_SHOWN]
@@ -129,14 +129,14 @@ def _build_failed(folder: Path, log: str, command: str) -> str:
 
 @dataclass(frozen=True)
 class _Unit:
-    """A source file, and where its object goes; both relative to the project."""
+    """A source file and its object file, both relative to the project."""
 
     source: str
     object: str
 
 
 class _Build:
-    """One build. Raises InputError for what is missing."""
+    """One build of a project. Raises InputError for missing files."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -162,7 +162,7 @@ class _Build:
         self._gcc = _chosen(given.get("PREFIX", ""))
 
     def run(self) -> str:
-        """Compile and link; the compiler's output. Raises BuildError, InputError."""
+        """Compile and link; return the compiler's output. Raises BuildError, InputError."""
         self._forget_the_old_file()
         units = list(self._units())
         inputs, stamp = self._inputs(), self._folder / "build" / self._bus / "inputs.sha256"
@@ -189,14 +189,14 @@ class _Build:
         return log + text
 
     def _forget_the_old_file(self) -> None:
-        """After a failed build, ``fcu run lab3.elf`` must not run the program of before."""
+        """Delete the old ELF file, so that ``fcu run lab3.elf`` does not run it after a failed build."""
         try:
             (self._folder / ELF).unlink(missing_ok=True)
         except OSError as error:
             raise InputError(f"cannot replace {self._folder / ELF}: {error.strerror or error}") from error
 
     def _units(self) -> Iterator[_Unit]:
-        """In the order in which the Makefile links them."""
+        """Yield the units in the Makefile's link order."""
         for path in sorted(self._folder.glob("*.c")):
             yield _Unit(path.name, f"build/{self._bus}/{path.stem}.o")
         buses = [f"sensor_bus_{bus.lower()}" for bus in _BUSES]
@@ -237,7 +237,7 @@ def _write_text(file: Path, text: str) -> None:
 
 
 def _chosen(prefix: str) -> Path:
-    """The compiler of the Makefile's or the environment's PREFIX, else the one that is found."""
+    """Return the compiler of the Makefile's or the environment's PREFIX, otherwise the first one found."""
     prefix = os.environ.get("PREFIX", "") or prefix
     if prefix and prefix != "arm-none-eabi-":
         return Path(f"{prefix}gcc")
@@ -248,5 +248,5 @@ def _chosen(prefix: str) -> Path:
 
 
 def _prefix(compiler: Path) -> str:
-    """What make's PREFIX has to be for it."""
+    """Return make's PREFIX for this compiler."""
     return (compiler.parent / "arm-none-eabi-").as_posix()

@@ -1,7 +1,7 @@
-"""The diagnoses that explain failed checks, for the screen of ``fcu check`` and for the live page.
+"""Diagnoses that explain failed checks, for the screen of ``fcu check`` and for the live page.
 
-Decision: a diagnosis that names a LED is left out if no failed check is about this LED. The run of an
-exercise shows both LEDs, and that of the other exercise is not what the student works on.
+Decision: a diagnosis that names a LED is omitted if no failed check is about this LED. The run of an exercise
+shows both LEDs, but the student works on one exercise.
 """
 
 from __future__ import annotations
@@ -30,6 +30,6 @@ def _leds(text: str) -> set[str]:
 
 
 def _without_numbers(text: str) -> str:
-    """Return the text by which two causes are the same: without numbers, but with the LED's."""
+    """Return a key for equal causes: the text without numbers, except the LED's."""
     leds = sorted(_leds(text))
     return " ".join([*leds, "".join(char for char in text if not char.isdigit())])

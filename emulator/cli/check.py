@@ -1,12 +1,12 @@
-"""``fcu check``: which exercises of the lab are done, in one screen of plain words, and what to do next.
+"""``fcu check``: show in one screen which exercises of the lab are done, and the next step.
 
-A folder is built first, with make if there is one, else as :mod:`fcu_emulator.emulator.cli.build` does it; its own
-sources always, so that the compiler's warnings are known. Details are shown of the first exercise that is not
-done: that is where work goes on; ``--exercise`` shows another.
+A folder is built first, with make if it is installed, otherwise by :mod:`fcu_emulator.emulator.cli.build`.
+Its own sources are always compiled, so that the compiler's warnings are known. The screen shows details of
+the first exercise that is not done, the one to work on next; ``--exercise`` selects another.
 
-Decision: what keeps the program from its samples, or main() from running, is said before the checks that
-fail, and their hints are left out: a hint about a formula leads away from a callback that is too slow. Other
-causes stand below the checks, whose hints they make precise.
+Decision: a problem that keeps samples from the program, or main() from running, is shown before the failed
+checks, whose hints are then omitted: a hint about a formula would distract from a callback that is too slow.
+Other causes follow the checks, because they make the hints more precise.
 """
 
 from __future__ import annotations
@@ -42,24 +42,24 @@ from fcu_emulator.emulator.text import visible
 
 _WIDTH = 98
 _WRONG = ("failed", "partial")
-_CHECKS_SHOWN = 4  # that failed, of an exercise
+_CHECKS_SHOWN = 4  # failed checks of an exercise
 _CAUSES_SHOWN = 2
-_SENTENCES_SHOWN = 4  # of a cause
+_SENTENCES_SHOWN = 4  # of one cause
 _COMPARED = 60  # characters of a warning
 _FUNCTION = re.compile(r"(\w+)\(")
 _NOT_BEGUN = frozenset({"missing", "stopped", "never lit", "blinks", "prerequisite"})
-"""Findings of an exercise that nothing has been written for."""
+"""Findings of an exercise for which the student has not written code yet."""
 _NOT_OF_THE_FORMULA = frozenset({"wrong format", "stopped", "prerequisite"})
-"""Findings for which the further steps of a hint are no help."""
+"""Findings for which the further steps of a hint do not help."""
 
 
 def _rubric_of(options: CheckOptions) -> str:
-    """Return the name or file of the rubric: as typed, else the project's, else LAB3's."""
+    """Return the name or file of the rubric: the option's, otherwise the project's, otherwise LAB3's."""
     return options.rubric if options.rubric is not None else rubric_of(options.target)
 
 
 def _again(options: CheckOptions) -> str:
-    """Return the command without the options that choose exercises, boards and hints."""
+    """Return the command without the options for exercises, boards and hints."""
     words = ["fcu", "check", *([options.target] if options.target != "." else [])]
     return command_line(
         [*words, *(["--rubric", options.rubric] if options.rubric not in (None, "lab3") else [])]
@@ -67,7 +67,7 @@ def _again(options: CheckOptions) -> str:
 
 
 def check_program(options: CheckOptions) -> ExitCode:
-    """Build if it is a folder, judge, say what is right, what is wrong, and what to do next.
+    """Build a folder, judge the program, and print successes, problems and the next step.
 
     Raises InputError.
     """
@@ -75,7 +75,7 @@ def check_program(options: CheckOptions) -> ExitCode:
         raise InputError("--boards shows a table alone; leave out --json, --save and --hint")
     rubric = load_rubric(_rubric_of(options))
     for name in options.exercises:
-        rubric.exercise(name)  # before anything is built
+        rubric.exercise(name)  # fails before the build
     firmware, build_log = _built(options.target)
     if options.boards is not None:
         return _on_boards(firmware, build_log, rubric, options, options.boards)
@@ -111,7 +111,7 @@ def _judged(
 def _on_boards(
     firmware: str, build_log: str | None, rubric: Rubric, options: CheckOptions, count: int
 ) -> ExitCode:
-    """Judge on several boards, and say on which of them points are lost."""
+    """Judge on several boards, and show the boards on which points are lost."""
     boards = BoardsTable(f"{rubric.title}: {firmware}", "have all points", "loses points")
     for seed in range(options.seed, options.seed + count):
         shown = _judged(firmware, build_log, rubric, options, seed).for_student()
@@ -120,7 +120,7 @@ def _on_boards(
 
 
 def exit_code(verdict: Verdict) -> ExitCode:
-    """Of a verdict's checks that give points."""
+    """Return the exit code for a verdict's checks that give points."""
     outcomes = {check.outcome for check in verdict.checks if check.max_points > 0}
     if outcomes & {"failed", "partial"}:
         failed_itself = any(run.stopped or any(one.fatal for one in run.causes) for run in verdict.evidence)
@@ -168,7 +168,7 @@ def _law_scenario(firmware: str, law: Property) -> str:
 
 
 def _table(rubric: Rubric, check: CheckResult) -> CheckTable:
-    """The rubric's table of a check."""
+    """Return the rubric's table of a check."""
     tables = rubric.exercise(check.exercise).check
     return next(one for one in tables if f"{check.exercise}.{one.id}" == check.check)
 
@@ -177,7 +177,7 @@ def _table(rubric: Rubric, check: CheckResult) -> CheckTable:
 
 
 def _built(target: str) -> tuple[str, str | None]:
-    """The firmware of a folder or a file, and what the compiler said. Raises InputError."""
+    """Return the firmware of a folder or a file, and the compiler's output. Raises InputError."""
     folder = Path(target)
     if not folder.is_dir():
         return target, None
@@ -194,7 +194,7 @@ def _built(target: str) -> tuple[str, str | None]:
 
 
 def _first_warning(log: str) -> str:
-    """The compiler's first warning about a file of the student's own."""
+    """Return the compiler's first warning about a file of the student."""
     warnings = (visible(line.strip()) for line in log.splitlines() if "warning:" in line)
     return next((line for line in warnings if not line.startswith("support/")), "")
 
@@ -203,14 +203,14 @@ def _first_warning(log: str) -> str:
 
 
 class _Progress:
-    """One line on stderr, rewritten in place; nothing where nobody watches."""
+    """Progress on one line of stderr, rewritten in place; silent if stderr is not a terminal."""
 
     def __init__(self) -> None:
         self._watched = sys.stderr is not None and sys.stderr.isatty()
         self._shown = False
 
     def update(self, progress: JudgeProgress) -> None:
-        """Show which run it is, and how far."""
+        """Show the current run and the percentage."""
         if self._watched:
             share = 100 * progress.done_s / progress.total_s
             self._show(f"checking: {progress.run}, {share:.0f} %")
@@ -222,7 +222,7 @@ class _Progress:
             self._show("")
 
     def _show(self, text: str) -> None:
-        with suppress(OSError):  # stderr may be full or gone
+        with suppress(OSError):  # stderr may be full or closed
             click.echo(f"\r{text}\033[K", err=True, nl=False)
 
 
@@ -230,7 +230,7 @@ class _Progress:
 
 
 class _Screen:
-    """What is printed about a verdict."""
+    """The output about a verdict."""
 
     def __init__(
         self,
@@ -286,7 +286,7 @@ class _Screen:
         return f"{text}."
 
     def _exercise(self, name: str) -> Iterator[str]:
-        """What is wrong with one exercise, and why."""
+        """Yield the problems of one exercise and their causes."""
         checks = [check for check in self._verdict.of(name) if check.max_points > 0]
         wrong = [check for check in checks if check.outcome in _WRONG]
         causes = self._causes(name)
@@ -319,23 +319,23 @@ class _Screen:
                 yield from _cause(cause)
 
     def _causes(self, name: str) -> list[DiagnosedCause]:
-        """The diagnoses of the runs that an exercise has not passed, the fatal ones first."""
+        """Return the diagnoses of the runs that an exercise has not passed, the fatal ones first."""
         causes = (cause for run in self._failed_runs(name) for cause in (*_stop(run), *run.causes))
         return relevant_causes(causes, self._not_passed(name))
 
     def _not_passed(self, name: str) -> list[CheckResult]:
-        """The checks of an exercise that give points and have not passed."""
+        """Return the checks of an exercise that give points and have not passed."""
         return [one for one in self._verdict.of(name) if one.max_points and one.outcome != "passed"]
 
     def _failed_runs(self, name: str) -> list[RunEvidence]:
-        """The runs that the checks look at which an exercise has not passed."""
+        """Return the evidence of the runs with failed checks of an exercise."""
         wrong = {one.check for one in self._not_passed(name)}
         table = self._rubric.exercise(name)
         runs = {self._rubric.run_of(table, one) for one in table.check if f"{name}.{one.id}" in wrong}
         return [run for run in self._verdict.evidence_of(name) if run.run in runs]
 
     def _remarks(self) -> Iterator[str]:
-        """What costs no points; none of a program that is stuck."""
+        """Yield the failed checks without points; nothing for a stuck program."""
         if any(run.stopped for run in self._verdict.evidence):
             return
         remarks = [one for one in self._verdict.checks if one.max_points == 0]
@@ -343,7 +343,7 @@ class _Screen:
         if failed:
             yield ""
             yield "Not graded:"
-            for check in failed:  # a hint about edges leads away from what is wrong everywhere
+            for check in failed:  # a hint about special cases distracts from a general error
                 yield from _check(check, self._hints(check) if self._verdict.is_done(check.exercise) else [])
                 if check.check in self._laws:
                     yield f"      run: {self._run(self._laws[check.check])}"
@@ -351,13 +351,13 @@ class _Screen:
 
     @staticmethod
     def _hints_are_shown(causes: Sequence[DiagnosedCause]) -> bool:
-        """Whether hints help: not before the program runs and its samples arrive."""
+        """Return whether to show hints: only after the program runs and its samples arrive."""
         return not any(cause.fatal or cause.kind in KEEPS_SAMPLES_AWAY for cause in causes)
 
     def _hints(self, check: CheckResult) -> list[tuple[str, str]]:
-        """The hint of the finding, and the further steps that were asked for, each with its label.
+        """Return the hint of the finding and the requested further steps, each with its label.
 
-        None if hints are hidden.
+        Empty if the check has no hint.
         """
         if not check.hint:
             return []
@@ -368,12 +368,12 @@ class _Screen:
         return [(f"hint {number} of {len(hints)}", hint) for number, hint in enumerate(asked_for, 1)]
 
     def _steps(self, check: CheckResult) -> list[str]:
-        """The further steps of a hint; none where nothing, or only the format, is wrong."""
+        """Return the further steps of a hint; empty if there is no output, or only its format is wrong."""
         wrong = check.finding not in _NOT_OF_THE_FORMULA
         return _table(self._rubric, check).hint_steps if wrong else []
 
     def _more_hints(self, name: str) -> bool:
-        """Whether the failed checks of an exercise have a further step."""
+        """Return whether the failed checks of an exercise have a further step."""
         wrong = [
             one for one in self._verdict.of(name) if one.max_points and one.outcome in _WRONG and one.hint
         ]
@@ -384,12 +384,12 @@ class _Screen:
         return command_line([*words, "--scenario", str(scenario)] if scenario else words)
 
     def _is_said(self, remark: CheckResult) -> bool:
-        """Whether it is about the compiler's warning on top of the screen."""
+        """Return whether the remark is about the compiler's warning at the top of the screen."""
         done = all(self._verdict.is_done(name) for name in self._names)
         return bool(self._warning) and not done and self._warning[:_COMPARED] in remark.actual
 
     def _unjudged_remarks(self) -> Iterator[str]:
-        """Remarks that are missing, of exercises that are begun: machines must not differ in silence."""
+        """Yield remarks that this machine cannot check, for exercises with points, to show differences of machines."""
         begun = {one.exercise for one in self._verdict.checks if one.points}
         for check in self._verdict.unjudged:
             if not check.max_points and check.exercise in begun:
@@ -397,7 +397,7 @@ class _Screen:
                 yield from _wrapped(f"Not checked (no points): {check.title}: {check.unjudged_because}.", "")
 
     def _is_written(self, name: str, advice: str) -> bool:
-        """Whether an exercise has points, the functions that the advice names, or lines that are wrong."""
+        """Return whether an exercise has points, the functions that the advice names, or wrong lines."""
         if any(one.points for one in self._verdict.of(name)):
             return True
         functions = _FUNCTION.findall(advice)
@@ -435,14 +435,14 @@ class _Screen:
             yield f"  {again} --exercise {name}{seed} --save motions     to run its motions by hand"
 
     def _next_hint(self, name: str, command: str) -> Iterator[str]:
-        """The command for the next hint; once hints were asked for, that there are no more."""
+        """Yield the command for the next hint, or a note after the last one."""
         if self._more_hints(name):
             yield f"  {command}{' --hint' * (self._options.hints + 1)}     for the next hint"
         elif self._options.hints:
             yield f"  There are no more hints for exercise {name}."
 
     def _after_success(self, again: str) -> Iterator[str]:
-        """The exercises that were not asked for; then the same on another board."""
+        """Yield the command for the exercises that were not selected, and for another board."""
         asked = "".join(f" --exercise {name}" for name in self._options.exercises)
         if asked:
             yield "Everything asked for is right. Next, all exercises:"
@@ -453,7 +453,7 @@ class _Screen:
         yield f"  {again}{asked} --seed {self._options.seed + 1}"
 
     def _not_replayed(self, name: str) -> Iterator[str]:
-        """The checks that failed and of which the saved scenarios expect nothing."""
+        """Yield the failed checks that the saved scenarios cannot evaluate."""
         wrong = [one for one in self._verdict.of(name) if one.max_points and one.outcome in _WRONG]
         left_out = [
             one.title

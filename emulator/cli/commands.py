@@ -1,7 +1,7 @@
-"""The commands of ``fcu`` and their arguments; what each does lies beside this file.
+"""The commands of ``fcu`` and their arguments; the modules beside this file implement them.
 
-Everything heavy is imported inside the commands, so that ``fcu --help`` answers at once. A command returns
-its exit code.
+Large modules are imported inside the commands, so that ``fcu --help`` answers at once. A command returns its
+exit code.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ _Result = TypeVar("_Result")
 
 
 class _Option(click.Option):
-    """An option that knows its name of the previous release, or None."""
+    """An option with its name of the previous release, or None."""
 
     def __init__(self, *names: Any, renamed_from: str | None = None, **settings: Any) -> None:
         super().__init__(*names, **settings)
@@ -54,7 +54,7 @@ def argument(**settings: Any) -> Any:
 
 
 def _absent(settings: dict[str, Any]) -> Any:
-    """The value of an option that the user has not typed."""
+    """Return the value of an option that the user has not typed."""
     if settings.get("is_flag"):
         return False
     if settings.get("count"):
@@ -79,7 +79,7 @@ def reads(options: type[_Options]) -> Callable[[Callable[[_Options], _Result]], 
 
 
 class Command(click.Command):
-    """A command that understands renamed options, with a warning that names the new one."""
+    """A command that accepts the old names of renamed options, with a warning that shows the new name."""
 
     def renamed_options(self) -> dict[str, str]:
         """Return the current name of each renamed option, by the old one."""

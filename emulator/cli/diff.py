@@ -1,4 +1,4 @@
-"""``fcu diff A B``: two firmwares on the same scenario, and where they first do something else."""
+"""``fcu diff A B``: run two firmwares on the same scenario, and show their first differences."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ from fcu_emulator.emulator.scenario.run_view import escaped
 from fcu_emulator.emulator.text import visible
 from fcu_emulator.emulator.time.clock import PS_PER_S, parse_duration, seconds
 
-_LONGEST = 100  # characters of an entry that are shown
+_LONGEST = 100  # maximum of shown characters of an entry
 
 
 def compare_firmwares(options: DiffOptions) -> ExitCode:
-    """Run both and print what differs; PASSED when nothing does and both came to the end. Raises FcuError."""
+    """Run both and print the differences; PASSED if there are none and both came to the end. Raises FcuError."""
     rules = Rules(
         _duration("--time-tolerance", options.time_tolerance),
         (SINGLE_PRECISION if options.replay else {}) | tolerances(map(_tolerance, options.tolerance)),
@@ -91,7 +91,7 @@ def _board(firmware: str, plan: Scenario, options: DiffOptions) -> Board:
     return board
 
 
-# -- for people ---------------------------------------------------------------------------------------------
+# -- output for people --------------------------------------------------------------------------------------
 
 
 def _report(
@@ -143,7 +143,7 @@ def _sides(difference: Difference) -> Iterator[str]:
 
 
 def _numbers(observed: tuple[Observation, Observation], rules: Rules) -> Iterator[str]:
-    """How far the printed numbers are apart over the whole run: what a tolerance would have to be."""
+    """Yield lines with the largest differences of printed numbers over the whole run, for use as tolerances."""
     apart = {name: value for name, value in largest_deviations(*observed).items() if value}
     if apart:
         yield ""

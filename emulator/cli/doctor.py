@@ -1,4 +1,4 @@
-"""``fcu doctor``: what works on this machine, and what to install for the rest."""
+"""``fcu doctor``: check this machine, and say what to install."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _OPTIONAL_PACKAGES = {
     "PyYAML": ("yaml", "with it fcu grade reads downloads of Gradescope"),
     "distributed": ("distributed", "with it fcu grade --dask judges on a cluster"),
 }
-"""Of grading: module and purpose."""
+"""Optional packages for grading: module and purpose."""
 _TERMINALS = {
     **({"screen": "screen", "minicom": "minicom"} if sys.platform != "win32" else {"ttermpro": "Tera Term"}),
     "putty": "PuTTY",
@@ -43,7 +43,7 @@ _SPEED_TEST_S = 2.0
 
 @dataclass(frozen=True)
 class MachineCheck:
-    """One line of the report; ``needed`` findings decide whether the board can run at all."""
+    """One line of the report; the board can run if all ``needed`` checks pass."""
 
     ok: bool
     text: str
@@ -51,7 +51,7 @@ class MachineCheck:
 
 
 def examine() -> bool:
-    """Print the report; True when everything the board needs is there."""
+    """Print the report; return True if all needed parts are installed."""
     findings = [_python(), *(_package(name) for name in _PACKAGES)]
     findings += [
         _library(),

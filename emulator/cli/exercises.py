@@ -45,7 +45,7 @@ class LabExercises:
         ]
 
     def start(self, exercise: str, firmware: str, seed: int) -> None:
-        """Start to judge a copy of the firmware, so that it may change meanwhile. Raises InputError."""
+        """Start to judge a copy of the firmware, so that the file may change meanwhile. Raises InputError."""
         self._rubric.exercise(exercise)
         if self._running is not None:
             raise InputError(
@@ -87,18 +87,18 @@ class LabExercises:
             self._running = None
 
     def _question(self, exercise: str) -> str:
-        """Return the question of the run that the exercise names, else of its first check; "" without one."""
+        """Return the question of the exercise's run, otherwise of its first check's run; "" without one."""
         table = self._rubric.exercise(exercise)
         run = table.run or self._rubric.run_of(table, table.check[0])
         question = self._rubric.scenario(run, 0).question
-        return "" if question == run else question  # a run without a question has its name
+        return "" if question == run else question  # for a run without a question this is its name
 
 
 def judged(firmware: str, rubric: str, exercise: str, seed: int) -> Verdict:
-    """Judge one exercise as ``fcu check`` does; called in a worker's process. Raises InputError."""
+    """Judge one exercise like ``fcu check``; called in a worker's process. Raises InputError."""
     try:
         return judge(firmware, load_rubric(rubric), seed=seed, exercises=[exercise]).for_student()
-    except FcuError as error:  # of which not all can be pickled
+    except FcuError as error:  # some of them cannot be pickled
         raise InputError(str(error).splitlines()[0]) from None
 
 
@@ -132,7 +132,7 @@ def _check(check: CheckResult) -> dict[str, str]:
 
 
 def _causes(verdict: Verdict) -> list[dict[str, Any]]:
-    """Return the diagnoses of the runs, each once, the worst first."""
+    """Return the diagnoses of the runs, each once, the most severe first."""
     causes = (cause for run in verdict.evidence for cause in run.causes)
     failed = [one for one in verdict.checks if one.max_points and one.outcome != "passed"]
     worst_first = relevant_causes(causes, failed)[:_MOST_CAUSES]

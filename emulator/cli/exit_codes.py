@@ -1,22 +1,22 @@
-"""What ``fcu`` tells whoever started it, in one number.
+"""Exit codes of ``fcu`` for the calling program.
 
 ======  ==================================================================================================
-0       everything that was expected was seen; with ``diff``: no difference
+0       all expectations are met; with ``diff``: no difference
 1       an expectation failed; with ``diff``: the firmwares differ
-2       wrong use: the command, the scenario or the firmware's file cannot be used
-3       the firmware failed: it crashed, hung, or went beyond a limit that is the same on every machine
+2       usage error: the command, the scenario or the firmware's file cannot be used
+3       the firmware failed: it crashed, hung, or exceeded a limit that is the same on every machine
 4       it could not be judged: output was lost, the machine's resources or time ran out, the run ended
-        before the expectations could be looked at, or fcu itself has a bug
+        before the expectations could be evaluated, or fcu itself has a bug
 130     Ctrl-C, SIGTERM or SIGHUP, before anything was judged
 141     the reader of standard output has closed it, as in ``fcu ... | head``
 ======  ==================================================================================================
 
-Decision: 1 and 3 speak of the firmware only, and are given only when the firmware is at fault; whatever goes
-wrong around it is 4, so that a grader can tell "wrong" from "try again". Lost output turns a 0 or a 1 into a
-4. The road not taken, 1 for every failure, is Python's own code for an error nobody caught.
+Decision: exit codes 1 and 3 always describe the firmware, and every failure outside it is 4, so that a grader
+can tell "wrong" from "try again". Lost output turns a 0 or a 1 into a 4. Rejected alternative: 1 for every
+failure, which is Python's own code for an uncaught error.
 
-Decision: a live board (``fcu web``) says at its end how its scenario's expectations stand, and ends with 0
-all the same: a hand may have moved the board or held up its time, and then they say nothing of the firmware.
+Decision: a live board (``fcu web``) reports its scenario's expectations at the end, but exits with 0, because
+the user may have moved the board or paused it. Then failed expectations do not describe the firmware.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from fcu_emulator.emulator.errors import ExpectationError, FcuError, InputError,
 
 
 class ExitCode(IntEnum):
-    """The codes; see the module."""
+    """Exit codes, described in the module."""
 
     PASSED = 0
     FAILED = 1
@@ -35,16 +35,16 @@ class ExitCode(IntEnum):
     FIRMWARE_FAILED = 3
     NOT_JUDGED = 4
     INTERRUPTED = 130
-    """The shell's own code for a program that Ctrl-C ended; of other requests to end as well."""
+    """The shell's code for a program ended by Ctrl-C; used for other requests to end as well."""
     READER_GONE = 141
-    """The shell's own code for a program that SIGPIPE ended."""
+    """The shell's code for a program ended by SIGPIPE."""
 
 
 def code_of(error: FcuError) -> ExitCode:
-    """The code of an error of ours; everything else that is raised is a bug, and NOT_JUDGED."""
+    """Return the code of a known error; any other exception is a bug, and NOT_JUDGED."""
     if isinstance(error, NotJudgedError):
         return ExitCode.NOT_JUDGED
-    if isinstance(error, LimitError) and error.limit == "wall_s":  # says as much about the machine
+    if isinstance(error, LimitError) and error.limit == "wall_s":  # also describes the machine
         return ExitCode.NOT_JUDGED
     if isinstance(error, InputError):
         return ExitCode.USAGE_ERROR
@@ -52,7 +52,7 @@ def code_of(error: FcuError) -> ExitCode:
 
 
 def with_losses(code: ExitCode, lost: int, reader_gone: bool = False) -> ExitCode:
-    """``code`` of a run of which ``lost`` bytes of output did not arrive; the reader may have left."""
+    """Return ``code``, changed if ``lost`` bytes of output did not arrive or the reader has gone."""
     if not lost or code not in (ExitCode.PASSED, ExitCode.FAILED):
         return code
     return ExitCode.READER_GONE if reader_gone else ExitCode.NOT_JUDGED

@@ -1,4 +1,4 @@
-"""``fcu grade``: a class is judged by a rubric; with ``--gradescope`` one submission, as its autograder."""
+"""``fcu grade``: judge a class by a rubric; with ``--gradescope`` one submission, as its autograder."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from click._termui_impl import ProgressBar
 
 _OF_A_WORKER = WorkerLimits(memory_bytes=1 << 30, cpu_s=1800, file_bytes=256 << 20)
-"""LAB3's rubric takes some ten seconds of processor time and 150 MB."""
+"""LAB3's rubric takes about ten seconds of processor time and 150 MB."""
 _MOST_LISTED = 20
 _TENTHS = 10
 _LINES_APART_S, _LONGEST_SILENCE_S = 10.0, 120.0
@@ -54,7 +54,7 @@ _LARGEST_METADATA = 1 << 20
 
 
 def grade(options: GradeOptions) -> ExitCode:
-    """Grade as asked. Raises FcuError."""
+    """Grade as the options say. Raises FcuError."""
     if options.gradescope:
         return _grade_for_gradescope(options, options.autograder)
     if options.gradescope_zip is not None:
@@ -86,7 +86,7 @@ def _graded_class(
     found: dict[str, Graded],
     overrides: Mapping[str, tuple[Override, ...]],
 ) -> GradedClass:
-    """``found`` is filled as submissions are done, by their students' ids."""
+    """Grade the class and write the reports; each finished result is added to ``found`` by its student's id."""
     reports = Reports(out, rubric.title, after_due_date=not options.before_due_date)
     shown = _pseudonyms(out / "kept", submissions) if options.anonymous else None
     salt = secret(options.salt or out / "kept" / "salt.key")
@@ -106,7 +106,7 @@ def _graded_class(
             advance(graded)
     lines = with_copies((one.path or one.student.id, found[one.student.id]) for one in submissions)
     if options.anonymous:
-        lines.sort(key=lambda one: one.id)  # the roster's order would say who is who
+        lines.sort(key=lambda one: one.id)  # the roster's order would identify the students
     whole = GradedClass(
         rubric=rubric.name,
         rubric_title=rubric.title,
@@ -151,7 +151,7 @@ def _earlier(
 
 
 def _check_known(file: Path | None, ids: Iterable[str], submissions: Sequence[Submission]) -> None:
-    """Raise InputError for a student whom the class does not have: a line of the file would be lost."""
+    """Raise InputError for an unknown student, because this line of the file would be lost."""
     unknown = set(ids) - {one.student.id.casefold() for one in submissions}
     if unknown:
         names = ", ".join(one_line(name, 40) for name in sorted(unknown)[:3])
@@ -159,7 +159,7 @@ def _check_known(file: Path | None, ids: Iterable[str], submissions: Sequence[Su
 
 
 def _timed(graded: Graded, submission: Submission, options: GradeOptions, rubric: Rubric) -> Graded:
-    """Return the result with the time at which it was handed in, how late that was, and what it costs."""
+    """Return the result with its time of submission, the delay, and the penalty."""
     at, deadline = submission.submitted(), options.deadline
     late_by_s = round((at - deadline).total_seconds()) if at is not None and deadline is not None else 0
     changed = {
@@ -170,7 +170,7 @@ def _timed(graded: Graded, submission: Submission, options: GradeOptions, rubric
 
 
 def _with_lateness(graded: Graded, late_by_s: float, rubric: Rubric) -> Graded:
-    """Return the result with how late it is, in seconds, and the late penalty of the rubric."""
+    """Return the result with its delay in seconds, and the late penalty of the rubric."""
     if late_by_s <= 0:
         return graded
     penalty = late_penalty(rubric.late, late_by_s, rubric.max_points) if rubric.late is not None else 0.0
@@ -179,10 +179,10 @@ def _with_lateness(graded: Graded, late_by_s: float, rubric: Rubric) -> Graded:
 
 
 def _reported(reports: Reports, graded: Graded) -> Graded:
-    """Write one student's report; a report that cannot be composed costs only this submission."""
+    """Write one student's report; an error in composing it affects only this submission."""
     try:
         return reports.student(graded)
-    except FcuError:  # a full disk, which ends the class: no report can be written any more
+    except FcuError:  # a full disk ends the class: no further report can be written
         raise
     except Exception as error:
         reason = f"its report cannot be composed, please report this: {type(error).__name__}: {error}"
@@ -198,7 +198,7 @@ def _grader(
     kept: Path | None = None,
     shown: dict[str, Student] | None = None,
 ) -> Iterator[Grader]:
-    """Workers and everything else; closed at the end."""
+    """Yield a grader with workers; close it at the end."""
     with _workers(options) as workers:
         grader = Grader(
             rubric=rubric,
@@ -222,7 +222,7 @@ def _grader(
 
 @contextmanager
 def _workers(options: GradeOptions) -> Iterator[LocalWorkers | DaskWorkers]:
-    """The workers; those of this machine leave no temporary files, even if they are killed."""
+    """Yield the workers; those of this machine leave no temporary files, even if they are killed."""
     if options.dask is not None:
         with DaskWorkers(options.dask) as cluster:
             yield cluster
@@ -235,7 +235,7 @@ def _workers(options: GradeOptions) -> Iterator[LocalWorkers | DaskWorkers]:
 
 
 def _pseudonyms(kept: Path, submissions: list[Submission]) -> dict[str, Student]:
-    """Return the students that the reports show instead, by id; a table for the teacher says who is who."""
+    """Return the students' replacements in the reports, by id; write a table of both for the teacher."""
     key = secret(kept / "pseudonym.key")
     students = {one.student.id: one.student for one in submissions}
     shown = {name: pseudonym(student, key) for name, student in students.items()}
@@ -246,7 +246,7 @@ def _pseudonyms(kept: Path, submissions: list[Submission]) -> dict[str, Student]
 
 @contextmanager
 def _progress(length: int) -> Iterator[Callable[[Graded], None]]:
-    """A bar on stderr; a line now and then where that is no terminal, as in a log of CI."""
+    """Show a bar on stderr, or occasional lines if it is not a terminal, for example in a CI log."""
     if sys.stderr is None or not sys.stderr.isatty():
         yield _ProgressLines(length).advance
         return
@@ -258,10 +258,9 @@ def _progress(length: int) -> Iterator[Callable[[Graded], None]]:
 
 
 class _ProgressLines:
-    """A line at each tenth of a class and after two minutes without one, never two within ten seconds.
+    """Prints a line at each tenth of a class and after two minutes without one, never two within ten seconds.
 
-    What a log is read for is that something goes on, and how far it is; a line for each student would bury
-    everything else.
+    A log shows that work continues and how far it is; a line for each student would hide everything else.
     """
 
     def __init__(self, length: int) -> None:
@@ -270,7 +269,7 @@ class _ProgressLines:
         self._began_s = self._told_s = monotonic()
 
     def advance(self, graded: Graded) -> None:
-        """One more is done; the last one is told by the summary."""
+        """Count one more; the summary replaces the last line."""
         del graded
         self._done += 1
         now_s = monotonic()
@@ -287,7 +286,7 @@ def _progress_name(graded: Graded | None) -> str | None:
 
 
 def _conclude(whole: GradedClass, out: Path) -> ExitCode:
-    """Say how it went; the exit code is about the grading, not about the programs."""
+    """Print the summary; the exit code describes the grading, not the programs."""
     for line in summary(whole):
         click.echo(visible(line))
     for one in whole.not_judged[:_MOST_LISTED]:
@@ -310,7 +309,7 @@ def _say(line: str) -> None:
 
 
 def _grade_for_gradescope(options: GradeOptions, autograder: Path) -> ExitCode:
-    """The submission in ``autograder``/submission, judged into ``autograder``/results/results.json."""
+    """Judge the submission in ``autograder``/submission and write ``autograder``/results/results.json."""
     rubric = load_rubric(options.rubric)
     folder = autograder / "submission"
     if not folder.is_dir():
@@ -343,7 +342,7 @@ def _pack_for_gradescope(options: GradeOptions, file: Path) -> ExitCode:
 
 
 def _submitter(metadata: Path) -> Student:
-    """Whom Gradescope names; of a group the one with the lowest id, so that the board stays the same."""
+    """Return the student that Gradescope names; of a group the one with the lowest id, which keeps the board the same."""
     try:
         users = [user for user in _metadata(metadata)["users"] if isinstance(user, dict)]
         first = min(users, key=lambda user: str(user["id"]))
@@ -353,7 +352,7 @@ def _submitter(metadata: Path) -> Student:
 
 
 def _late_by_s(metadata: Path) -> float:
-    """Seconds after the due date, of a group the latest one with its extensions; 0 if Gradescope names none."""
+    """Return the seconds after the due date; for a group the latest one with its extensions; 0 without a due date."""
     try:
         table = _metadata(metadata)
         own = [user.get("assignment", {}).get("due_date") for user in table["users"]]
@@ -366,7 +365,7 @@ def _late_by_s(metadata: Path) -> float:
 
 
 def _metadata(file: Path) -> dict[str, Any]:
-    """Gradescope's table of a submission. Raises OSError, ValueError."""
+    """Return Gradescope's table of a submission. Raises OSError, ValueError."""
     with file.open("rb") as source:
         table = json.loads(source.read(_LARGEST_METADATA))
     if not isinstance(table, dict):

@@ -1,4 +1,4 @@
-"""``--isolate``: the same command in a worker process, and what is said when the worker dies."""
+"""``--isolate``: run the same command in a worker process, and report the worker's death."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fcu_emulator.emulator.host.isolation import (
 
 
 def limits_of_run(settings: Sequence[str], isolate: bool) -> tuple[WorkerLimits | None, tuple[str, ...]]:
-    """What a worker is to be limited to, None if this process is to run the board; and the board's settings.
+    """Return the worker's limits (None if this process must run the board), and the settings for the board.
 
     Raises InputError for limits of a process without ``--isolate``.
     """
@@ -32,9 +32,9 @@ def limits_of_run(settings: Sequence[str], isolate: bool) -> tuple[WorkerLimits 
 
 
 def limits_of_process(settings: Sequence[str], isolate: bool) -> WorkerLimits | None:
-    """The same for a command that leaves the board's own limits to others, such as a rubric.
+    """Return the worker's limits for a command in which the rubric sets the board's limits.
 
-    Raises InputError for one of these, too.
+    Raises InputError for a limit of the board.
     """
     limits, others = limits_of_run(settings, isolate)
     if others:
@@ -56,7 +56,7 @@ def in_worker(limits: WorkerLimits) -> ExitCode:
 
 
 def announcement() -> Iterator[str]:
-    """What a worker says of itself, nothing elsewhere."""
+    """Yield lines about a worker's limits; none in any other process."""
     limits = limits_of_worker()
     if limits is None:
         return

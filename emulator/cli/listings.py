@@ -1,4 +1,4 @@
-"""The commands that print what there is: register maps, shipped scenarios, the schema of scenario files."""
+"""Commands that print lists: register maps, shipped scenarios, the schemas of scenario and rubric files."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ _ACCESS = {"rw": "RW", "r": "R ", "w": " W"}
 
 
 def print_fidelity() -> None:
-    """Print what is modelled of all parts and of the chip, as Markdown tables."""
+    """Print the modelled features of all sensors and of the chip, as Markdown tables."""
     click.echo(f"{table()}\n\n{chip_table()}")
 
 
 def print_registers(name: str | None) -> None:
-    """Print the map of the sensor or peripheral called ``name``, or the registers called so.
+    """Print the map of the sensor or peripheral ``name``, or the registers with that name.
 
-    Raises InputError naming what is known.
+    Raises InputError with the known names.
     """
     wanted = (name or "").strip().upper()
     peripheral = next((one for own, one in DECLARED.items() if own.upper() == wanted), None)
@@ -50,7 +50,7 @@ def print_registers(name: str | None) -> None:
 
 
 def _called(wanted: str) -> Iterator[str]:
-    """The lines of all registers of that name, and where they are."""
+    """Yield the lines of all registers with that name, and their place."""
     for part in PARTS.values():
         for title, bank in part.maps().items():
             for register in bank.registers:
@@ -81,7 +81,7 @@ def _print_part(part: type[Part]) -> None:
 
 
 def _reached(bus: Bus) -> list[str]:
-    """How a part is reached, a sentence for each bus."""
+    """Return how to access a sensor, with a sentence for each bus."""
     ways = []
     if bus.i2c_addresses:
         addresses = " or ".join(f"0x{address:02X}" for address in bus.i2c_addresses)

@@ -1,4 +1,4 @@
-"""``fcu move``: the board that runs is moved from another terminal."""
+"""``fcu move``: move the running board from another terminal."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _ANGLES = ("roll_deg", "pitch_deg", "yaw_deg")
 
 
 def move(options: MoveOptions) -> None:
-    """Move the board that runs, and say from where; without a move, how it lies. Raises InputError.
+    """Move the running board and print its old attitude; without a move, print its attitude. Raises InputError.
 
-    A word of an earlier release is taken with a warning that names the new one.
+    A word of an earlier release is accepted with a warning that shows the new one.
     """
     new_word = OLD_WORDS.get(options.gesture or "")
     if new_word is not None:
@@ -35,7 +35,7 @@ def move(options: MoveOptions) -> None:
 
 
 def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]:
-    """The timeline entries that the arguments mean, for a board that lies as ``truth`` says."""
+    """Return the timeline entries for the arguments; ``truth`` is the board's current state."""
     if options.duration is not None:
         try:
             parse_duration(options.duration)
@@ -63,14 +63,14 @@ def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]
 
 
 def _turn(angles: dict[str, float | None], duration: str | None, truth: dict[str, Any]) -> dict[str, Any]:
-    """To the angles given, the others as they are."""
+    """Return an entry that turns to the given angles, with all other angles unchanged."""
     target = {name: truth[name] if angle is None else angle for name, angle in angles.items()}
     how = {"do": "follow_attitude"} if duration is None else {"do": "rotate_to", "for": duration}
     return how | target
 
 
 def _asked(board: RunningBoard, message: dict[str, Any]) -> dict[str, Any]:
-    """How the board lies, after what it was told. Raises InputError with the board's own words."""
+    """Send a message and return the board's state. Raises InputError with the board's own message."""
     (answer,) = board.ask(message)
     if "error" in answer:
         raise InputError(str(answer["error"]))

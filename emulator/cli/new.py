@@ -1,7 +1,7 @@
-"""``fcu new DIR``: a student's project, ready to build with ``fcu build`` or make.
+"""``fcu new DIR``: create a student's project, ready to build with ``fcu build`` or make.
 
 Decision: the project gets its own copy of the support layer, so that it builds without this package, on the
-lab's computers and in CubeIDE, and a student can look into everything the chip executes.
+lab's computers and in CubeIDE. Students can also read all code that the chip executes.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ _MARKDOWN = re.compile(r"[\\`*_{}\[\]<>#|&]")
 
 
 def create_project(directory: Path, bus: str, rubric: str | None = None) -> None:
-    """Write the template into ``directory``, for sensors on ``bus``, and print what to do next.
+    """Write the template into ``directory``, for sensors on ``bus``, and print the next steps.
 
     ``rubric``: the file of the rubric that ``fcu check`` uses in the project; it and the files that it names
-    are copied. Raises InputError if there is already something in the directory, or it cannot be written.
+    are copied. Raises InputError if the directory is not empty, or cannot be written.
     """
     lab = None if rubric is None else load_rubric(rubric)
     beside = [] if lab is None else lab.files()
@@ -49,7 +49,7 @@ def create_project(directory: Path, bus: str, rubric: str | None = None) -> None
 
 
 def _copy_rubric(rubric: Rubric, beside: Sequence[Path], directory: Path) -> None:
-    """The rubric under the name that ``fcu check`` knows, and the files ``beside`` it that it needs."""
+    """Write the rubric under the name that ``fcu check`` expects, and the required files ``beside`` it."""
     for name in beside:
         target = directory / name
         if target.exists():
@@ -93,7 +93,7 @@ def _write_text(path: Path, text: str) -> None:
 
 
 def main_of(rubric: Rubric) -> str:
-    """Return main.c of a project with its own rubric. LAB3's line after set-up stays if the rubric asks for it."""
+    """Return main.c of a project with its own rubric. LAB3's line after set-up stays if the rubric expects it."""
     if arm.BOOT_LINE in lines_of(rubric):
         return arm.template_of(rubric.title, arm.BOOT_LINE)
     return arm.template_of(rubric.title)
@@ -129,7 +129,7 @@ fcu web lab3.elf                # shows the board in the browser, with the exerc
 
 
 def _points(exercise: ExerciseTable) -> str:
-    """The points of the checks that students see."""
+    """Return the points of the checks that students see."""
     return f"{sum(check.points for check in exercise.check if check.visible == 'always'):g}"
 
 
@@ -146,7 +146,7 @@ def workflow_of(rubric: Rubric, usual: str) -> str:
 
 
 def _markdown(text: str) -> str:
-    """A text as it is, also if it has characters of Markdown."""
+    """Return a text with Markdown characters escaped."""
     return _MARKDOWN.sub(r"\\\g<0>", text)
 
 

@@ -1,4 +1,4 @@
-"""The options of the commands that have more than three."""
+"""Options of the commands with more than three options."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ BUS = click.Choice(["I2C2", "SPI2"])
 GESTURES = ("lift", "tap", "shake", "free_fall", "figure_eight", "turn_over", "pass_magnet", "flat")
 
 Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]
-"""As in :mod:`fcu_emulator.emulator.analysis.compare`, which ``fcu --help`` must not load."""
+"""Copy from :mod:`fcu_emulator.emulator.analysis.compare`, which ``fcu --help`` must not load."""
 SubmissionType: TypeAlias = Literal["source", "firmware"]
-"""As in :mod:`fcu_emulator.emulator.grading.submissions`."""
+"""Copy from :mod:`fcu_emulator.emulator.grading.submissions`."""
 
 # -- Options of several commands ----------------------------------------------------------------------------
 
@@ -130,7 +130,7 @@ class RunOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class MoveOptions:
-    """The arguments of ``fcu move``; an angle that is None stays as it is."""
+    """The arguments of ``fcu move``; an angle of None stays unchanged."""
 
     gesture: str | None = argument(
         required=False,
@@ -302,7 +302,7 @@ class WebOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class CheckOptions:
-    """The arguments of ``fcu check``. ``rubric`` None: the project's, else LAB3's."""
+    """The arguments of ``fcu check``. ``rubric`` None: the project's, otherwise LAB3's."""
 
     target: str = argument(metavar="[FOLDER|FILE]", default=".")
     exercises: tuple[str, ...] = option(

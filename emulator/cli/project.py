@@ -1,4 +1,4 @@
-"""The project that a command works in: which rubric its exercises are from."""
+"""The project that a command works in, and the rubric of its exercises."""
 
 from __future__ import annotations
 
@@ -17,5 +17,5 @@ def rubric_of(target: str) -> str:
 
 
 def shown_exercises(rubric: Rubric) -> list[ExerciseTable]:
-    """Return the exercises of which a student sees a check that gives points or a remark."""
+    """Return the exercises with a check or remark that a student sees."""
     return [one for one in rubric.exercises if any(check.visible == "always" for check in one.check)]

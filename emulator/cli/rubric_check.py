@@ -16,7 +16,7 @@ _TEMPLATE = "template-arm"
 
 
 def check_rubric(file: str, programs: bool) -> None:
-    """Load a rubric, and with ``programs`` judge programs by it that do not solve the lab.
+    """Load a rubric; with ``programs``, judge programs by it that do not solve the lab.
 
     Raises RubricError naming file and key path.
     """
@@ -63,13 +63,13 @@ def _try(file: str, rubric: Rubric) -> None:
 
 
 def _given_away(tried: Sequence[Trial]) -> dict[str, int]:
-    """By check, to how many of the programs it gives points."""
+    """Return by check the number of programs that get points for it."""
     earned = [check for trial in tried for check in trial.earned]
     return {check: earned.count(check) for check in dict.fromkeys(earned)}
 
 
 def _failed_by_all(tried: Sequence[Trial]) -> str:
-    """The first check with points that none of the programs has passed; "" if there is none."""
+    """Return the first check with points that none of the programs has passed; "" if there is none."""
     given = _given_away(tried)
     checks = [check for check in tried[0].verdict.checks if check.max_points and check.check not in given]
     return next((check.check for check in checks if check.outcome == "failed"), "")

@@ -39,14 +39,14 @@ if TYPE_CHECKING:
 
 _SLOWEST, _FASTEST = 0.001, 1e6  # virtual over wall time
 _STOPPING = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
-"""Ctrl-C, kill, a terminal window that is closed; Windows: Ctrl-Break, and a console that is closed."""
+"""Ctrl-C, kill, a closed terminal window; on Windows: Ctrl-Break, and a closed console."""
 
 
 def run_board(options: RunOptions) -> ExitCode:
-    """Run the board as asked, judge it, and say how it went.
+    """Run the board with these options, evaluate the run, and print the result.
 
-    Nothing is opened before the arguments have been understood; the links come first, the files last. Raises
-    FcuError.
+    Arguments are checked before any file or port is opened; then the links are opened, and the files last.
+    Raises FcuError.
     """
     _check_files(options)
     board = create_board(options)
@@ -105,12 +105,12 @@ def run_board(options: RunOptions) -> ExitCode:
 
 
 def _unread(links: Sequence[ByteLink]) -> bool:
-    """Whether the only reader of the terminal's text has gone."""
+    """Return whether the only reader of the terminal's text has gone."""
     return bool(links) and all(isinstance(link, StdoutLink) and link.reader_gone for link in links)
 
 
 def _check_files(options: RunOptions) -> None:
-    """Two outputs in one file would destroy each other."""
+    """Refuse the same file for two outputs, which would destroy each other."""
     named: dict[Path, str] = {}
     for option in ("json", "trace", "vcd", "perfetto"):
         path: Path | None = getattr(options, option)
@@ -135,7 +135,7 @@ def create_board(options: RunOptions) -> Board:
 
 
 def run_end_ps(options: RunOptions, board: Board) -> int | None:
-    """When the run ends, in ps of virtual time; None for never. Raises InputError."""
+    """Return the end of the run in ps of virtual time; None for never. Raises InputError."""
     if options.duration is not None:
         try:
             return parse_duration(options.duration)
@@ -145,7 +145,7 @@ def run_end_ps(options: RunOptions, board: Board) -> int | None:
 
 
 def _speed(text: str | None, serial: tuple[str, ...], end_ps: int | None) -> float | None:
-    """Virtual over wall time, None for no pacing: who watches gets real time, a script does not wait."""
+    """Return virtual over wall time; None for no pacing. The default is real time if a user watches, else no pacing."""
     if text is None:
         in_terminal = sys.stdout is not None and sys.stdout.isatty()
         watched = in_terminal or any(spec != "stdout" and not spec.startswith("file:") for spec in serial)
@@ -168,7 +168,7 @@ def _open(spec: str, board: Board, say: Callable[[str], None], stack: ExitStack)
 
 
 def _door(board: Board, links: list[ByteLink], stack: ExitStack) -> ControlServer | None:
-    """How another fcu finds this board, which somebody watches; a run does without where it cannot be had."""
+    """Return the control server by which another fcu finds this board; None if it cannot be opened."""
     from fcu_emulator.emulator.links.control import ControlServer
     from fcu_emulator.emulator.live.moved import Moved
 
@@ -183,18 +183,18 @@ def _door(board: Board, links: list[ByteLink], stack: ExitStack) -> ControlServe
 
 
 class View(Protocol):
-    """A file for other tools that is written during the run."""
+    """An output file for other tools, written during the run."""
 
     def close(self) -> None:
-        """Write what is left. Raises OutputError."""
+        """Write the remaining data. Raises OutputError."""
 
     def report(self) -> list[str]:
-        """Return lines about what is not in it."""
+        """Return lines about data that the file lacks."""
         ...
 
 
 def _views(options: RunOptions, board: Board, limits: Limits | None, stack: ExitStack) -> list[View]:
-    """The views that are asked for; where the run fails, they are closed with ``stack``."""
+    """Return the requested views; ``stack`` closes them if the run fails."""
     most_bytes = limits.trace_bytes if limits else LARGEST_FILE
     views: list[View] = []
     if options.vcd is not None:
@@ -218,7 +218,7 @@ def _close_views(views: list[View], say: Callable[[str], None]) -> None:
 
 
 def _close(view: View) -> None:
-    with suppress(OutputError):  # the run has failed already, and says why
+    with suppress(OutputError):  # the run has failed already, with its own error
         view.close()
 
 
@@ -244,7 +244,7 @@ def _announcement(
 
 
 def set_limits(board: Board, settings: tuple[str, ...]) -> Limits | None:
-    """``--limit``: what the firmware may take. Firmware for the chip always has limits, the usual ones."""
+    """Apply ``--limit``: limits of the firmware. Firmware for the chip always has limits, by default the usual ones."""
     if not settings:
         return board.chip.limits if board.chip else None
     from fcu_emulator.emulator.chip.firmware import parse_limits
@@ -256,13 +256,13 @@ def set_limits(board: Board, settings: tuple[str, ...]) -> Limits | None:
 
 
 def exceeded_limit(board: Board, limits: Limits | None, paced: bool) -> Callable[[float], str]:
-    """What is asked between two slices. The chip asks for its own firmware, more often and more exactly."""
+    """Return a check that is called between two slices. The chip checks its own limits more often and more exactly."""
     plan = board.scenario
 
     def exceeded(wall_s: float) -> str:
         if limits is not None and board.chip is None:
             limits.check_printed(board.terminal.uart.received_count())
-            if not paced:  # else the time spent is the wall clock's
+            if not paced:  # a paced run spends the time waiting
                 limits.check_wall(wall_s)
         return plan.exceeded(board, wall_s) if plan else ""
 
@@ -279,7 +279,7 @@ class Judgement:
 
 
 def judge_run(board: Board, runner: Runner) -> Judgement:
-    """Judge a run by the expectations of its scenario, if it came to the scenario's end."""
+    """Evaluate a run by the expectations of its scenario, if it came to the scenario's end."""
     plan = board.scenario
     if plan is None:
         return Judgement(ExitCode.PASSED)
@@ -296,7 +296,7 @@ def judge_run(board: Board, runner: Runner) -> Judgement:
 
 
 def _judge_and_say(board: Board, runner: Runner, record: RunRecord) -> ExitCode:
-    """Judge a run and print its findings."""
+    """Evaluate a run and print its findings."""
     judgement = judge_run(board, runner)
     record.result, record.unchecked = judgement.result, judgement.unchecked
     if judgement.unchecked:
@@ -307,7 +307,7 @@ def _judge_and_say(board: Board, runner: Runner, record: RunRecord) -> ExitCode:
 
 
 class Stoppable(Protocol):
-    """A run that can be ended from a signal handler."""
+    """A run that a signal handler can end."""
 
     def stop(self) -> None:
         """End the run at the next opportunity."""
@@ -316,12 +316,12 @@ class Stoppable(Protocol):
 
 @contextmanager
 def interruptible(run: Stoppable) -> Iterator[list[str]]:
-    """Give a list that has the signal's name when one has ended the run.
+    """Yield a list that contains the signal's name after a signal has ended the run.
 
     Ctrl-C ends the run at the next slice, with its summary; a second one ends the program.
 
-    A signal that is ignored already stays so: that is how ``nohup`` says that the run is to outlive the
-    terminal, and a script's ``&`` that Ctrl-C is not for it.
+    A signal that is ignored at the start stays ignored: ``nohup`` asks so to continue after the terminal has
+    closed, and a script's ``&`` to ignore Ctrl-C.
     """
 
     def stop(number: int, frame: FrameType | None) -> None:
@@ -337,7 +337,7 @@ def interruptible(run: Stoppable) -> Iterator[list[str]]:
     known = [getattr(signal, name) for name in _STOPPING if hasattr(signal, name)]
     numbers = [number for number in known if signal.getsignal(number) is not signal.SIG_IGN]
     before = {number: signal.signal(number, stop) for number in numbers}
-    if limits_of_worker() is not None:  # its parent passes on what may have ended the run already
+    if limits_of_worker() is not None:  # the parent may pass on the signal that has already ended the run
         before[signal.SIGTERM] = signal.SIG_IGN
     try:
         yield ended
@@ -351,8 +351,8 @@ def _silently(line: str) -> None:
 
 
 def to_stderr(line: str) -> None:
-    """A line for the user, with who says it; control characters in names become escapes."""
-    with suppress(OSError):  # stderr may be full or gone; the run goes on
+    """Print a line for the user with the prefix ``fcu:``; control characters in names become escapes."""
+    with suppress(OSError):  # stderr may be full or closed; the run continues
         click.echo(f"fcu: {visible(line)}", err=True)
 
 
@@ -360,9 +360,9 @@ def to_stderr(line: str) -> None:
 
 
 def open_debugger(board: Board, port: int | None, halt: bool, stack: ExitStack) -> GdbServer | None:
-    """The server, closed with ``stack``; None if nobody wants one.
+    """Return the server, which ``stack`` closes; None without ``port``.
 
-    Raises InputError if there is nothing to debug, or the port cannot be had.
+    Raises InputError if debugging is impossible, or the port is not available.
     """
     if port is None:
         if halt:
@@ -376,6 +376,6 @@ def open_debugger(board: Board, port: int | None, halt: bool, stack: ExitStack) 
 
 
 def announcement(server: GdbServer) -> str:
-    """What the user has to type in gdb."""
+    """Return the command that the user must type in gdb."""
     waits = ", the firmware waits for it" if server.halted else ""
     return f"gdb: target remote 127.0.0.1:{server.port}{waits}"

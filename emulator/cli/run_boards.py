@@ -1,7 +1,7 @@
-"""``fcu run --scenario S --boards N``: one program on N boards, whose sensors differ by their tolerances.
+"""``fcu run --scenario S --boards N``: run one program on N boards, whose sensors differ by their tolerances.
 
-Each board is a separate run, as fast as possible, judged as ``fcu run`` does; nothing of the terminal is
-shown. The table is that of ``fcu check --boards``.
+Each board is a separate run at full speed, evaluated like ``fcu run``; the terminal's output is not shown.
+The table is that of ``fcu check --boards``.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _OF_ONE_BOARD: dict[str, tuple[object, ...]] = {
     "halt": (False,),
     "verbose": (False,),
 }
-"""Options that concern a single run, with the values that are possible for several boards."""
+"""Options for a single run only, with the values that several boards allow."""
 
 
 def run_on_boards(options: RunOptions, count: int) -> ExitCode:
@@ -67,7 +67,7 @@ def _refuse_useless(options: RunOptions) -> None:
 
 
 def _on_board(options: RunOptions, board: Board) -> BoardResult:
-    """Run one board to its end and judge it. Raises InputError."""
+    """Run one board to its end and evaluate it. Raises InputError."""
     limits = set_limits(board, options.limit)
     exceeded = exceeded_limit(board, limits, paced=False)
     runner = Runner(board, [], run_end_ps(options, board), None, exceeded)
@@ -94,7 +94,7 @@ def _failed(board: Board, error: FirmwareError | NotJudgedError) -> BoardResult:
 
 
 def _again(options: RunOptions) -> str:
-    """The command for one board, without ``--seed``."""
+    """Return the command for one board, without ``--seed``."""
     words = ["fcu", "run", *([options.firmware] if options.firmware is not None else [])]
     words += ["--scenario", str(options.scenario)]
     for name in ("wiring", "duration"):

@@ -1,13 +1,11 @@
-"""The figures that the lab's slides ask of a run: the bus's clock, how long a read takes, and how busy the
-serial line and the timer's callback are.
+"""Figures of a run that the lab's slides ask for: bus clock, duration of a read, load of serial line and callback.
 
-The bus's clock follows from the registers that the firmware has set, the duration of a read from the latest
-reads on the wire. How long the callback takes is estimated by sampling: the board is looked at many times, at
-moments spread over the timer's period, and the share of looks that find the callback running is its share of
-the time. So that figure has two digits.
+The bus clock follows from the registers that the firmware has set, the duration of a read from the latest
+reads on the wire. The callback's load is estimated by sampling: the share of samples in which the callback
+runs, at moments spread over the timer's period. So that figure has two digits.
 
-Decision: it is not given for firmware in Python, whose time passes in calls of the HAL and nowhere else: the
-share would be that of the bus, and would look like that of a processor.
+Decision: the callback's load is not given for Python firmware, whose time passes only in calls of the HAL:
+the share would be the load of the bus, but would look like that of a processor.
 """
 
 from __future__ import annotations
@@ -20,11 +18,11 @@ from fcu_emulator.emulator.buses.i2c import I2CBus
 from fcu_emulator.emulator.buses.spi import SpiBus
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
-_FEWEST_LOOKS = 100  # for two digits of a share
+_FEWEST_LOOKS = 100  # enough for two digits of a share
 
 
 def figures(board: Board, recorder: TruthRecorder) -> Iterator[str]:
-    """The lines of the summary that have numbers."""
+    """Return the lines of the summary that have numbers."""
     for i2c in board.signals.i2c.values():
         yield from _bus(i2c)
     for spi in board.signals.spi.values():

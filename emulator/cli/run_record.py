@@ -1,8 +1,8 @@
-"""``fcu run --json FILE``: everything that is said about a run, for programs.
+"""``fcu run --json FILE``: the results of a run, for programs.
 
-One JSON object. ``schema`` is 1 and grows when a key changes its meaning or goes; new keys may come at any
-time. Times are in seconds, as numbers. The file is opened before anything runs and written when the verdict
-is known; a file that stayed empty is a run that was killed.
+One JSON object. ``schema`` is 1 and grows when a key changes its meaning or is removed; new keys may be added
+at any time. Times are in seconds, as numbers. The file is opened before the run and written after the
+verdict, so an empty file means a killed run.
 
 ==============  ==========================================================================================
 exit_code       as the program's own, see :mod:`fcu_emulator.emulator.cli.exit_codes`; ``verdict`` is the same as a word
@@ -10,17 +10,17 @@ error           the error that ended the run, or null
 board           wiring, firmware and its notes, scenario, seed, and whether the sensors are ideal
 virtual_s       virtual time that passed; ``wall_s`` is the time that this took
 timer           the lab's timer: its rate, ticks, ticks late and lost, the longest wait
-chip            resets and the like: text, time of the first, how many
+chip            resets and similar events: text, time of the first, how many
 bus_errors      failed transfers by bus and kind; ``bytes_lost`` on the way to the firmware
-notes           what a part refuses, forbids or does not model: what, device, text, how many
-serial          what was lost of the terminal's text, for each link
+notes           operations that a sensor refuses, forbids or does not model: kind, device, text, how many
+serial          lost terminal text, for each link
 expectations    how many there are and hold, and for each that does not: key, kind, fault, expected, seen,
-                diff; null when they were not looked at, and ``unchecked`` then says why
+                diff; null if they were not evaluated, and ``unchecked`` then says why
 printed         the lab's lines, the latest 1,000: label, time, values by field (null if the line has another
                 format), and of each field the truth, from its smallest to its largest value of the moments
                 before
-leds            when the LEDs changed, as far as looked at (20 times a second): time, then each LED's state
-lines           everything else that was said on stderr, or would have been without ``--quiet``
+leds            when the LEDs changed, sampled 20 times a second: time, then each LED's state
+lines           all further lines on stderr, including those that ``--quiet`` hides
 ==============  ==========================================================================================
 """
 
@@ -40,14 +40,14 @@ from fcu_emulator.emulator.cli.run_report import chip_events, failed_transfers, 
 from fcu_emulator.emulator.errors import LinkError, OutputError
 from fcu_emulator.emulator.links import ByteLink
 
-if TYPE_CHECKING:  # pydantic, which a plain run does without
+if TYPE_CHECKING:  # pydantic, which is slow to import and not needed in a plain run
     from fcu_emulator.emulator.scenario import Result
 
 SCHEMA = 1
 
 
 class RunRecord:
-    """What is said about one run of ``board``; goes to the file ``path`` if there is one.
+    """Record of one run of ``board``, for the file ``path`` if it is given.
 
     Raises LinkError if it cannot be opened.
     """
@@ -71,11 +71,11 @@ class RunRecord:
             stack.callback(self._file.close)
 
     def hear(self, line: str) -> None:
-        """Keep a line that is said about the run."""
+        """Record a line about the run."""
         self._lines.append(line)
 
     def hear_and(self, say: Callable[[str], None]) -> Callable[[str], None]:
-        """What keeps a line and says it, too."""
+        """Return a function that records a line and then calls ``say``."""
 
         def both(line: str) -> None:
             self.hear(line)
@@ -92,12 +92,12 @@ class RunRecord:
             self._file.write("\n")
             self._file.flush()
         except OSError as failure:
-            with suppress(OSError):  # which would be this one again
+            with suppress(OSError):  # it would raise the same error again
                 self._file.close()
             raise OutputError(f"--json {self._path}: {failure.strerror or failure}") from failure
 
     def _contents(self, code: ExitCode, error: str | None) -> dict[str, Any]:
-        from importlib.metadata import version  # dear to load, and only a run with --json asks
+        from importlib.metadata import version  # slow to import, and only --json needs it
 
         board, timer = self._board, self._board.timer
         return {

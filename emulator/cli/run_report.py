@@ -1,8 +1,8 @@
-"""What ``fcu run`` says on stderr besides errors: progress, the explanation of a failure, the summary.
+"""Output of ``fcu run`` on stderr besides errors: progress, the explanation of a failure, the summary.
 
-A firmware that hangs or has crashed is explained at once while somebody watches, and at the end of the run.
-The terminal's silence is what a user notices, so that is what asks the question: after three virtual seconds
-without a byte, and, when the answer is that nothing is wrong, again after twice the time.
+Firmware that hangs or has crashed is explained at once if a user watches, otherwise at the end of the run.
+The firmware is diagnosed after three virtual seconds without a byte of output, and if there is no problem,
+again after twice the time.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from fcu_emulator.emulator.links.runner import Progress
 from fcu_emulator.emulator.links.stdout import StdoutLink
 from fcu_emulator.emulator.trace import BusTransfer, DeviceNote, Fault
 
-# -- Progress, never in the terminal's text -----------------------------------------------------------------
+# -- Progress, never mixed with the terminal's text ---------------------------------------------------------
 
 
-_FIRST_AFTER_S = 1.0  # a short run shows nothing
+_FIRST_AFTER_S = 1.0  # a short run shows no progress
 _EVERY_TTY_S = 0.2
 _EVERY_LOG_S = 10.0
 
@@ -38,9 +38,9 @@ def _is_terminal(stream: TextIO | None) -> bool:
 
 
 class ProgressDisplay:
-    """One line rewritten in place on a terminal; a line every ten seconds in a log.
+    """Progress on one line that is rewritten in place on a terminal; a line every ten seconds in a log.
 
-    Nothing is rewritten in place while the board's text goes to the same terminal.
+    Lines are not rewritten while the board's text goes to the same terminal.
     """
 
     def __init__(self) -> None:
@@ -49,14 +49,14 @@ class ProgressDisplay:
         self._shown = False
 
     def update(self, progress: Progress) -> None:
-        """Show how far the run is, if it is time to."""
+        """Show the progress of the run, if it is due."""
         if progress.wall_s < self._next_s:
             return
         self._next_s = progress.wall_s + (_EVERY_TTY_S if self._in_place else _EVERY_LOG_S)
         factor = progress.virtual_s / progress.wall_s
         whole = "" if progress.total_s is None else f" of {progress.total_s:.0f}"
         text = f"fcu: {progress.virtual_s:.0f}{whole} s of virtual time, {factor:.1f} x real time"
-        with suppress(OSError):  # stderr may be full or gone; the run goes on
+        with suppress(OSError):  # stderr may be full or closed; the run continues
             click.echo(f"\r{text}\033[K" if self._in_place else text, err=True, nl=not self._in_place)
         self._shown = True
 
@@ -73,7 +73,7 @@ class ProgressDisplay:
 def summary(
     board: Board, links: Sequence[ByteLink], wall_s: float, recorder: TruthRecorder, all_notes: bool = False
 ) -> Iterator[str]:
-    """The lines of the summary. ``all_notes``: also those that come with every right run."""
+    """Yield the lines of the summary. ``all_notes``: also those of every correct run."""
     factor = board.now_s / wall_s if wall_s > 0 else 0.0
     yield f"{board.now_s:.3f} s of virtual time in {wall_s:.2f} s, {factor:.1f} x real time"
     yield from _ticks(board)
@@ -82,7 +82,7 @@ def summary(
     yield from _bus_errors(board)
     yield from _notes(board, all_notes)
     for link in links:
-        if not (isinstance(link, StdoutLink) and link.reader_gone):  # it wanted no more
+        if not (isinstance(link, StdoutLink) and link.reader_gone):  # the reader wanted no more
             yield from link.report()
 
 
@@ -115,7 +115,7 @@ def _bus_errors(board: Board) -> Iterator[str]:
 
 
 _USUAL_NOTES = {("forbidden", "LIS2MDL", "CFG_REG_A: measuring with COMP_TEMP_EN = 0")}
-"""What comes with every right run: the lab's own start-up sets that bit after it has switched the part on."""
+"""Notes in every correct run: the lab's own start-up sets that bit after it has switched the sensor on."""
 
 
 def _notes(board: Board, all_notes: bool) -> Iterator[str]:
@@ -127,7 +127,7 @@ def _notes(board: Board, all_notes: bool) -> Iterator[str]:
 
 
 def chip_events(board: Board) -> dict[str, tuple[float, int]]:
-    """What happened to the chip (resets and the like): when first, in seconds, and how often."""
+    """Return the chip's events (resets and the like): first time in seconds, and count."""
     found: dict[str, tuple[float, int]] = {}
     for event in board.trace.of(Fault):
         if event.where == CHIP_NAME:
@@ -137,18 +137,18 @@ def chip_events(board: Board) -> dict[str, tuple[float, int]]:
 
 
 def failed_transfers(board: Board) -> Counter[tuple[str, str]]:
-    """How many transfers failed, by bus and what went wrong."""
+    """Return the number of failed transfers, by bus and result."""
     return Counter((event.bus, event.result) for event in board.trace.of(BusTransfer) if event.result != "ok")
 
 
 def received_bytes_lost(board: Board) -> int:
-    """How many bytes the firmware did not take in time."""
+    """Return the number of bytes that the firmware did not read in time."""
     name = board.terminal.uart.name
     return sum(1 for event in board.trace.of(Fault) if event.where == name)
 
 
 def notes(board: Board) -> Counter[tuple[str, str, str]]:
-    """What a part refuses, forbids or does not model (what, device, text), and how often it was touched."""
+    """Return operations that a sensor refuses, forbids or does not model (kind, device, text), with their count."""
     return Counter((note.what, note.device, note.text) for note in board.trace.of(DeviceNote))
 
 
@@ -159,7 +159,7 @@ _FIRST_QUESTION_S = 3.0
 
 
 class Explainer:
-    """Watches one run of a board. ``say`` gets the lines of an explanation."""
+    """Explains failures in one run of a board. ``say`` gets the lines of an explanation."""
 
     def __init__(self, board: Board, say: Callable[[str], None]) -> None:
         self._board = board
@@ -171,7 +171,7 @@ class Explainer:
         self._patience_s = _FIRST_QUESTION_S
 
     def look(self) -> None:
-        """Between two slices: has the firmware been silent for long, and can it never speak again?"""
+        """Diagnose silent firmware between two slices, and explain it if it is stuck."""
         board = self._board
         if board.chip is None:
             return
@@ -186,12 +186,12 @@ class Explainer:
                 self._tell(str(diagnosis))
 
     def conclude(self) -> None:
-        """At the end of the run: every mistake it has shown.
+        """Explain every mistake of the run at its end.
 
-        Raises FirmwareError when the firmware has failed for good.
+        Raises FirmwareError if the firmware has failed permanently.
         """
         from fcu_emulator.emulator.analysis.mistakes import (
-            explain,  # with the chip's diagnosis: runs start sooner without
+            explain,  # loads the chip's diagnosis: a later import lets runs start sooner
         )
 
         for diagnosis in explain(self._board, self.recorder):

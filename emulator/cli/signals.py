@@ -1,12 +1,12 @@
 """Requests to end: ``kill`` and a closed terminal window end a command as Ctrl-C does.
 
-Python's reaction to SIGTERM and SIGHUP ends the process at once: temporary folders, and the files by which
-other programs find a board, remain, and nothing is said. Here both raise :class:`Terminated`, so every
-``finally`` is executed, and the command ends with the exit code of an interruption. A command that ends in
-order, such as ``fcu run``, replaces the reaction while its board runs.
+By default Python ends the process at once on SIGTERM and SIGHUP. Temporary folders and the files by which
+other programs find a board would remain, without a message. Here both raise :class:`Terminated`, so every
+``finally`` is executed, and the command ends with the exit code of an interruption. A command with its own
+orderly end, such as ``fcu run``, replaces this handler while its board runs.
 
-Decision: a signal that is ignored at the start stays ignored: with ``nohup`` the user wants the command to
-outlive the terminal.
+Decision: a signal that is ignored at the start stays ignored, because with ``nohup`` the user wants the
+command to outlive the terminal.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Terminated(BaseException):
 
 
 def end_in_order() -> None:
-    """From now on raise :class:`Terminated` in the main thread when the process is asked to end."""
+    """From now on raise :class:`Terminated` in the main thread on a request to end."""
     for name in _NAMES:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is signal.SIG_DFL:
@@ -43,7 +43,7 @@ def end_in_order() -> None:
 
 
 def end_at_once() -> None:
-    """From now on end the process at such a request: nothing is left to do in order."""
+    """From now on end the process at once on a request to end, because all work is done."""
     for name in _NAMES:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is _raise:
@@ -51,10 +51,10 @@ def end_at_once() -> None:
 
 
 def ask_again(unraisable: sys.UnraisableHookArgs) -> None:
-    """A request that comes while Python cannot raise anything, in a destructor for one, comes again later.
+    """Repeat a request to end that arrived while Python could not raise it, for example in a destructor.
 
-    Python would print it and continue, and the program would not end. Another thread has to send it: here it
-    would be raised at once, and be dropped once more.
+    By default Python prints the exception and continues, so the program would not end. Another thread must
+    repeat it: raised here, it would be dropped again.
     """
     error = unraisable.exc_value
     if isinstance(error, KeyboardInterrupt | Terminated):
@@ -69,16 +69,17 @@ def ask_again(unraisable: sys.UnraisableHookArgs) -> None:
 
 def _raise(number: int, frame: FrameType | None) -> None:
     del frame
-    if _raised and _is_worker():  # its parent has passed on what it had got already
+    if _raised and _is_worker():  # the parent has passed on its signal, which the worker had already received
         return
     _raised.append(number)
     raise Terminated(number)
 
 
 def _is_worker() -> bool:
-    """Tell whether this is a worker of :mod:`fcu_emulator.emulator.host.isolation`, which loads that module first.
+    """Return whether this is a worker of :mod:`fcu_emulator.emulator.host.isolation`, which loads that module first.
 
-    Nothing is imported: a signal may come while a module is loaded that the import would find half loaded.
+    This function must not import: a signal may come while the import system has loaded that module only in
+    part.
     """
     limits_of_worker = getattr(
         sys.modules.get("fcu_emulator.emulator.host.isolation"), "limits_of_worker", None

@@ -1,11 +1,11 @@
-"""``fcu terminal``: a terminal for whoever has none. What is typed goes to the board key by key.
+"""``fcu terminal``: a serial terminal for users without one. Typed keys go to the board one by one.
 
-Decision: output is left to the console as it is, so lines that end with LF alone do not form a staircase;
-where standard output is no console, every byte arrives as it was sent. The road not taken, a translation of
-our own, would change what is recorded.
+Decision: output is passed to the console unchanged, so lines that end with LF alone do not form a staircase;
+if standard output is not a console, every byte arrives as it was sent. Rejected alternative: a translation in
+fcu, which would change recordings.
 
-Decision: a thread for the keyboard, and the port in the main one. ``select`` knows neither the console of
-Windows nor files there, and a terminal needs nothing faster.
+Decision: the keyboard has a separate thread, and the port is in the main thread, because ``select`` supports
+neither the console of Windows nor files there. A terminal needs nothing faster.
 """
 
 from __future__ import annotations
@@ -46,15 +46,15 @@ class Port(Protocol):
     """One end of the line to a board."""
 
     def read(self) -> bytes | None:
-        """What has come, b"" if nothing for a while, None when the other end has gone."""
+        """Return the received bytes, b"" if there are none for a while, None if the other end has gone."""
         ...
 
     def write(self, data: bytes) -> None:
-        """Send all of ``data``; waits while the board takes none. Raises OSError."""
+        """Send all of ``data``; wait while the board accepts none. Raises OSError."""
         ...
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close the port of the board."""
         ...
 
 
@@ -78,7 +78,7 @@ class _TcpPort:
             return None
 
     def write(self, data: bytes) -> None:
-        while data:  # not sendall: the timeout is for reading, and what was sent before it is not known
+        while data:  # not sendall: the timeout is for reading, and hides how much was sent before it
             with contextlib.suppress(TimeoutError):
                 data = data[self._socket.send(data) :]
 
@@ -99,7 +99,7 @@ class _SerialPort:
             raise LinkError(f"{name}: {getattr(error, 'strerror', None) or error}") from error
 
     def read(self) -> bytes | None:
-        try:  # no more than has come: at the end, pyserial forgets what it has read of a longer piece
+        try:  # only the available bytes: at the end of a port, pyserial loses the partial data of a longer read
             data: bytes = self._device.read(max(1, min(self._device.in_waiting, _CHUNK)))
         except self._errors:
             return None
@@ -113,7 +113,7 @@ class _SerialPort:
 
 
 class _DoorPort:
-    """The terminal of a board that has no port, by the door through which it is moved."""
+    """Terminal of a board without a port, through the board's control server."""
 
     def __init__(self, board: RunningBoard) -> None:
         self._conversation = ControlClient(board)
@@ -126,7 +126,7 @@ class _DoorPort:
                 answer = self._conversation.ask({"type": "text", "position": self._position})
         except LinkError:
             return None
-        if "text" not in answer:  # of another version of fcu
+        if "text" not in answer:  # the answer of another version of fcu
             return None
         self._position, data = int(answer["position"]), str(answer["text"]).encode("latin-1")
         if not data:
@@ -149,7 +149,7 @@ class _DoorPort:
 
 
 def open_port(where: str | None, board: str | None = None) -> tuple[str, Port]:
-    """A port by its name, and its name; without one, that of the board that runs. Raises InputError."""
+    """Return a port by its name, and its name; without one, that of the running board. Raises InputError."""
     if where is None:
         running = the_running_board(board)
         if not running.serial:
@@ -164,7 +164,7 @@ def open_port(where: str | None, board: str | None = None) -> tuple[str, Port]:
 
 
 def converse(where: str | None, board: str | None = None) -> ExitCode:
-    """Be a terminal until Ctrl-], or until the board has gone. Raises InputError."""
+    """Run a terminal until Ctrl-], or until the board has gone. Raises InputError."""
     name, port = open_port(where, board)
     over = threading.Event()
     with contextlib.closing(port), _ended_by_signals(over), Console() as console:
@@ -184,7 +184,7 @@ def converse(where: str | None, board: str | None = None) -> ExitCode:
 
 @contextlib.contextmanager
 def _ended_by_signals(over: threading.Event) -> Iterator[None]:
-    """A terminal that is killed, or whose window is closed, still puts the console back as it was."""
+    """Restore the console also if the terminal is killed, or its window is closed."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -198,7 +198,7 @@ def _ended_by_signals(over: threading.Event) -> Iterator[None]:
 
 
 def _type(console: Console, port: Port, over: threading.Event) -> None:
-    """Give the board what is typed, until the user leaves or nothing more comes."""
+    """Send typed data to the board, until the user leaves or the input ends."""
     with contextlib.suppress(OSError):
         while not over.is_set() and (data := console.read()):
             before, leave, _ = data.partition(LEAVE) if console.is_keyboard else (data, b"", b"")
@@ -212,14 +212,14 @@ def _type(console: Console, port: Port, over: threading.Event) -> None:
 
 
 class Console:
-    """Standard input and output: single keys where they are a console, and otherwise bytes as they are."""
+    """Standard input and output: single keys on a console, otherwise unchanged bytes."""
 
     def __init__(self) -> None:
         self.is_keyboard = sys.stdin is not None and sys.stdin.isatty()
         if sys.stdout is None:
             raise InputError("there is no standard output; give it somewhere to go, such as > FILE")
         self._out = sys.stdout.buffer
-        self._restore: Callable[[], object] = bool  # which does nothing
+        self._restore: Callable[[], object] = bool  # does nothing
 
     def __enter__(self) -> Console:
         if sys.platform == "win32":
@@ -234,12 +234,12 @@ class Console:
         self._restore()
 
     def write(self, data: bytes) -> None:
-        """Show what the board has printed."""
+        """Show output of the board."""
         self._out.write(data)
         self._out.flush()
 
     def read(self) -> bytes:
-        """What has been typed, after waiting for it; b"" when nothing more will come."""
+        """Wait for typed data and return it; b"" at the end of the input."""
         if sys.stdin is None:
             return b""
         if sys.platform == "win32" and self.is_keyboard:
@@ -250,7 +250,7 @@ class Console:
 if sys.platform != "win32":
 
     def _raw(descriptor: int) -> Callable[[], None]:
-        """Let a terminal give each key at once, Ctrl-C too; what undoes it. Output stays as it was."""
+        """Make a terminal return each key at once, also Ctrl-C; return a function that undoes it. Output is unchanged."""
         before = termios.tcgetattr(descriptor)
         tty.setraw(descriptor, termios.TCSADRAIN)
         now = termios.tcgetattr(descriptor)
@@ -260,14 +260,15 @@ if sys.platform != "win32":
 
 
 _ESCAPES = {"H": "A", "P": "B", "M": "C", "K": "D", "G": "H", "O": "F"}
-"""Of keys without a character, what Windows calls them, and how their sequence ends (as xterm sends it): the
-arrows up, down, right and left, Home and End."""
+"""For keys without a character: Windows' code, and the last character of xterm's sequence. The keys are the
+arrows up, down, right and left, Home and End.
+"""
 
 
 def key(getwch: Callable[[], str], kbhit: Callable[[], bool]) -> bytes:
-    """One key of a Windows console as a serial line's bytes; a key that has none is passed over.
+    """Return the next key of a Windows console as a serial line's bytes; keys without bytes are skipped.
 
-    A key without a character comes as two at once, the first of which may also be a letter of its own.
+    A key without a character arrives as two codes at once, the first of which may also be a letter.
     """
     while True:
         character = getwch()
@@ -275,6 +276,6 @@ def key(getwch: Callable[[], str], kbhit: Callable[[], bool]) -> bytes:
             if ending := _ESCAPES.get(getwch()):
                 return f"\x1b[{ending}".encode()
             continue
-        if "\ud800" <= character <= "\udbff":  # of a character beyond 16 bits, the other half follows
+        if "\ud800" <= character <= "\udbff":  # half of a character beyond 16 bits; the other half follows
             character += getwch()
         return character.encode("utf-16", "surrogatepass").decode("utf-16", "replace").encode()

@@ -1,8 +1,8 @@
-"""The compiler for the chip, arm-none-eabi-gcc: on the PATH, or where its makers' installers put it.
+"""The compiler for the chip, arm-none-eabi-gcc: on the PATH, or in the default folders of its installers.
 
-STM32CubeIDE, Arm's installer, xPack and PlatformIO leave the PATH as it is, so a machine of the lab may have
-a compiler that a shell does not find. Folders are those of the makers' documentation; of several versions in
-one place, the newest is taken.
+STM32CubeIDE, Arm's installer, xPack and PlatformIO do not change the PATH, so a machine of the lab may have a
+compiler that a shell does not find. The folders are those of the vendors' documentation; of several versions
+in one place, the newest is used.
 """
 
 from __future__ import annotations
@@ -53,10 +53,10 @@ _PLACES: Mapping[str, tuple[str, ...]] = {
 def find_compiler(
     environment: Mapping[str, str] = os.environ, system: str = sys.platform, root: Path = Path("/")
 ) -> Path | None:
-    """The path of arm-none-eabi-gcc, None if there is none.
+    """Return the path of arm-none-eabi-gcc, None if it is not installed.
 
     ``environment``: PATH, HOME and Windows' variables. ``system``: as ``sys.platform`` names it. ``root``:
-    where absolute folders of Linux and macOS begin.
+    parent of the absolute folders of Linux and macOS.
     """
     name = COMPILER + (".exe" if system == "win32" else "")
     found = shutil.which(COMPILER, path=environment.get("PATH", os.defpath))
@@ -80,12 +80,12 @@ def _folders(environment: Mapping[str, str], system: str, root: Path) -> Iterato
             begin = root
         try:
             yield from sorted(begin.glob(pattern), key=_version, reverse=True)
-        except OSError:  # a folder that may not be read
+        except OSError:  # an unreadable folder
             continue
 
 
 def _version(folder: Path) -> tuple[tuple[int, ...], str]:
-    """Sorts folders by the numbers in their names: 13.3 after 9.3."""
+    """Return a key that sorts folders by the numbers in their names: 13.3 after 9.3."""
     return tuple(map(int, re.findall(r"\d+", str(folder)))), str(folder)
 
 

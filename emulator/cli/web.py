@@ -1,4 +1,4 @@
-"""``fcu web``: a live board and its page, until Ctrl-C."""
+"""``fcu web``: serve a live board and its page, until Ctrl-C."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from fcu_emulator.emulator.time.clock import PS_PER_S, parse_duration
 
 
 def serve_board(options: WebOptions) -> ExitCode:
-    """Serve a board until somebody ends it. Raises FcuError."""
+    """Serve a board until the user ends it. Raises FcuError."""
     if options.halt and options.gdb is None:
         raise InputError("--halt waits for a debugger; give --gdb PORT as well, such as --gdb 3333")
     setup = Setup(
@@ -62,7 +62,7 @@ def serve_board(options: WebOptions) -> ExitCode:
         for line in session.ways():
             to_stderr(line)
         session.door = _door(session, links, stack)
-        if not options.no_browser and limits_of_worker() is None:  # a browser would be under the limits, too
+        if not options.no_browser and limits_of_worker() is None:  # a browser would have the same limits
             threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
         with interruptible(session) as ended:
             to_stderr("Ctrl-C ends it")
@@ -77,9 +77,9 @@ def serve_board(options: WebOptions) -> ExitCode:
 
 
 def _exercises(firmware: str | None) -> Exercises | None:
-    """The exercises of the firmware's project; None if its rubric cannot be used."""
+    """Return the exercises of the firmware's project; None if its rubric cannot be used."""
     from fcu_emulator.emulator.cli.exercises import (
-        LabExercises,  # with all that judges: not before a board is served
+        LabExercises,  # slow: loads all of grading, so only when a board is served
     )
     from fcu_emulator.emulator.cli.project import rubric_of
 
@@ -91,7 +91,7 @@ def _exercises(firmware: str | None) -> Exercises | None:
 
 
 def _door(session: LiveSession, links: list[ByteLink], stack: ExitStack) -> ControlServer | None:
-    """How another fcu finds this board; a session does without where it cannot be had."""
+    """Return the control server by which another fcu finds this board; None if it cannot be opened."""
     serial = [link.address for link in links if isinstance(link, Addressed)]
     try:
         door = ControlServer(session.board.booted.name, serial, session.answer)

@@ -1,4 +1,4 @@
-"""Grading: rubrics, and what a program gets by them.
+"""Grading: rubrics, and the verdicts on programs.
 
 ::
 
@@ -9,5 +9,5 @@
     print(verdict.points, "of", verdict.max_points)
 
 ``rubric`` reads the file, ``checks`` has the kinds of checks that scenarios lack, ``judge`` runs the board,
-and ``verdict`` is what comes of it. Nothing is loaded by importing the package: ``judge`` is a module here.
+and ``verdict`` holds the result. Importing the package loads no module, because ``judge`` is a module here.
 """

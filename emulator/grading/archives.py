@@ -1,12 +1,13 @@
-"""Archives from strangers: a zip file's regular files, in bounded memory, time and space, inside one folder.
+"""Untrusted archives: unpack a zip file's regular files into one folder, in bounded memory, time and space.
 
-Refused as a whole, with a reason, is what no honest archive of a lab has: names that lead out, links and
-devices, encrypted or twice-named files, more than the allowed number of entries or bytes, and a ratio of
-compression that only bombs have. What counts is what is really unpacked, not what the directory promises.
+An archive is refused as a whole, with a reason, if it has a property that no normal archive of a lab has.
+These are names that lead out of the folder, links and devices, encrypted or duplicate files, more than the
+allowed number of entries or bytes, and a compression ratio of zip bombs. The limits apply to the unpacked
+data, not to the sizes in the directory.
 
-Decision: entries are counted by their signature before the directory is parsed, for parsing is what takes
-memory; a file that has the four bytes elsewhere is only counted too high. The road not taken, ``shutil`` or
-``ZipFile.extractall``, mends names silently and has no bounds.
+Decision: entries are counted by their signature before the directory is parsed, because parsing needs the
+memory. A file that contains the four bytes elsewhere is only counted too high. Rejected alternative:
+``shutil`` or ``ZipFile.extractall``, which change names silently and have no limits.
 """
 
 from __future__ import annotations
@@ -30,35 +31,36 @@ _DIRECTORY_ENTRY = re.compile(re.escape(b"PK\x01\x02"))
 _ENCRYPTED = 0x1
 _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _PIECE = 1 << 16
-_HONEST = 1 << 20  # bytes that any archive may unpack to, whatever the ratio
+_HONEST = 1 << 20  # bytes that any archive may unpack to, independent of the ratio
 _LONGEST_NAME = 240
 _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\..*)?")  # Windows opens devices by these names
 
 
 class ArchiveError(InputError):
-    """An archive that is not unpacked; the message says why, without the archive's name."""
+    """Reason for refusing an archive; the message does not contain the archive's name."""
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """What an archive may come to."""
+    """Size limits of an archive."""
 
     entries: int
     bytes: int
-    """Of the archive, and of all that it unpacks to."""
+    """Limit in bytes for the archive and for its unpacked files."""
     ratio: float = 200.0
-    """Unpacked over packed. Text comes to 10, an ELF file to 4, a HEX file of zeros to 150."""
+    """Unpacked size over packed size. Text has 10, an ELF file 4, a HEX file of zeros 150."""
 
 
 SUBMISSION: Final = Bounds(entries=2_000, bytes=64 << 20)
 CLASS: Final = Bounds(entries=100_000, bytes=4 << 30)
-"""A learning platform's archive of all submissions."""
+"""Limits for a learning platform's archive of all submissions."""
 
 
 def unpack(archive: Path, into: Path, bounds: Bounds = SUBMISSION) -> None:
-    """Write the archive's files into the folder ``into``, which is made.
+    """Write the archive's files into the new folder ``into``.
 
-    Raises ArchiveError if the archive is at fault, NotJudgedError if this machine is (a full disk, say).
+    Raises ArchiveError if the archive is at fault, NotJudgedError if this machine is (a full disk, for
+    example).
     """
     try:
         size = archive.stat().st_size
@@ -71,7 +73,7 @@ def unpack(archive: Path, into: Path, bounds: Bounds = SUBMISSION) -> None:
         raise
     except OSError as error:
         reason = one_line(error.strerror or str(error), 120)
-        if error.errno is None or is_about_the_name(error):  # None: zipfile's own, about the contents
+        if error.errno is None or is_about_the_name(error):  # None: zipfile's own error about the contents
             raise ArchiveError(f"cannot be unpacked: {reason}") from error
         raise NotJudgedError(f"this machine cannot unpack the archive: {reason}") from error
     except Exception as error:  # zipfile raises a dozen kinds of errors for damaged archives
@@ -115,15 +117,15 @@ def _unpack(opened: zipfile.ZipFile, into: Path, bounds: Bounds, packed: int) ->
 
 
 def _set_time(target: Path, entry: zipfile.ZipInfo) -> None:
-    """Give a file the time that the archive says; platforms write there when it was handed in."""
+    """Set a file's time to the archive's; platforms store the time of submission there."""
     with suppress(OSError, ValueError, OverflowError):
         at = datetime(*entry.date_time).timestamp()
         os.utime(target, (at, at))
 
 
 def _checked_name(entry: zipfile.ZipInfo) -> tuple[str, ...]:
-    """The parts of an entry's path. Raises ArchiveError for what no honest archive has."""
-    name = entry.filename.replace("\\", "/")  # as some Windows programs write it
+    """Return the parts of an entry's path. Raises ArchiveError for a path that no normal archive has."""
+    name = entry.filename.replace("\\", "/")  # some Windows programs write backslashes
     kind = stat.S_IFMT(entry.external_attr >> 16)
     if kind not in (0, stat.S_IFREG, stat.S_IFDIR):
         raise ArchiveError(f"has {_shown(entry)}, which is a link or a device")

@@ -1,12 +1,12 @@
-"""The autograder of Gradescope as one zip file: scripts, rubric, scenarios, secret, and the package.
+"""The Gradescope autograder as one zip file: scripts, rubric, scenarios, secret, and the package.
 
-Gradescope unpacks it to ``/autograder/source``, runs ``setup.sh`` once to make an image, and for each
+Gradescope unpacks it to ``/autograder/source``, runs ``setup.sh`` once to create an image, and for each
 submission ``run_autograder``, which writes ``/autograder/results/results.json``
 (https://gradescope-autograders.readthedocs.io/en/latest/specs/).
 
-Decision: the package is a wheel that the teacher gives, of the version that makes the archive, or that
-version from a package index. The road not taken, to pack the installed files into a wheel, would put the
-library of this system into a container of Linux.
+Decision: the package is a wheel of the version that creates the archive, given by the teacher, or that
+version from a package index. Rejected alternative: packing the installed files into a wheel, which would put
+this system's C library into a Linux container.
 """
 
 from __future__ import annotations
@@ -50,9 +50,9 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)  # the same contents give the same bytes
 def write_autograder(
     file: Path, rubric: Rubric, salt: bytes, *, wheel: Path | None, bus: str, take: str | None
 ) -> list[str]:
-    """Write the archive; the names of its files. Raises InputError, OutputError.
+    """Write the archive and return the names of its files. Raises InputError, OutputError.
 
-    ``wheel``: of this version, for Linux; None: ``pip`` fetches this version from its index.
+    ``wheel``: a wheel of this version, for Linux; None: ``pip`` fetches this version from its index.
     """
     package = f"fcu-emulator=={version('fcu-emulator')}"
     contents: dict[str, bytes] = {}
@@ -70,7 +70,7 @@ def write_autograder(
         for name, data in contents.items():
             entry = zipfile.ZipInfo(name, _EPOCH)
             entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.create_system = 3  # Unix, whose permissions follow
+            entry.create_system = 3  # Unix, so that the permissions are used
             entry.external_attr = (0o100755 if name in ("setup.sh", "run_autograder") else 0o100644) << 16
             target.writestr(entry, data)
     write_atomically(file, sink.getvalue(), private=True)
@@ -97,7 +97,7 @@ def _contents(file: Path) -> bytes:
 
 
 def _files_of(rubric: Rubric) -> Mapping[str, bytes]:
-    """Return the rubric and all files that it and its scenarios name, by their places in its folder."""
+    """Return the rubric and all files that it and its scenarios name, by their paths relative to its folder."""
     folder = rubric.path.resolve().parent
     found: dict[str, bytes] = {}
     waiting = [rubric.path.resolve()]
@@ -115,7 +115,7 @@ def _files_of(rubric: Rubric) -> Mapping[str, bytes]:
 
 
 def _named(path: Path) -> Iterator[Path]:
-    """The files that the values of a TOML file name."""
+    """Yield the files that the values of a TOML file name."""
     for text in _texts(read_toml(path, "a rubric or scenario")):
         if 0 < len(text) < 256 and "\n" not in text and "\0" not in text and "." in text:
             named = (path.parent / text).resolve()

@@ -1,20 +1,20 @@
-"""Build submissions that are source: the student's C files with our Makefile, in a sandbox.
+"""Build submitted source: the student's C files with our Makefile, in a sandbox.
 
-The compiler reads a stranger's source, and ``#include`` and ``.incbin`` can name any file. So it runs under
-bubblewrap: no network, of the file system only the tools, read-only, and a folder for the build; with limits
-on time, memory and size of files. A student's Makefile is never run. Without bubblewrap, only
-``sandbox=False`` gives a compiler that is not confined in this way; the limits hold all the same, and root
-compiles as user nobody, who reads only public files.
+The compiler reads untrusted source, and ``#include`` and ``.incbin`` can name any file. So it runs under
+bubblewrap without network. It sees only the tools, read-only, and a folder for the build, and has limits on
+time, memory and file size. A student's Makefile is never run. Only ``sandbox=False`` runs the compiler
+without bubblewrap. The limits still apply, and root compiles as user nobody, who reads only public files.
 
 Decision: the support layer is compiled once and its objects are copied into each build, which takes a tenth
-of the time; the paths in the debug information are always the same, so the same source gives the same bytes,
-and an earlier build is found again by content. The road not taken, a container for each build, needs a
-service with privileges.
+of the time. The paths in the debug information are always the same, so the same source gives the same bytes,
+and an earlier build can be found by content. Rejected alternative: a container for each build, which needs a
+privileged service.
 
-Decision: "does not compile" is final and is kept, so it must never be the machine's fault (a full disk, a
-compiler that the system kills). After a failure a control program is compiled in the same way, and then the
-submission a second time. Only if the control compiles and the submission fails again, the submission is at
-fault. The road not taken, to search the compiler's messages for "No space left", lets source forge them.
+Decision: the result "does not compile" is final and kept, so it must never be caused by the machine (a full
+disk, a compiler that the system kills). After a failure a control program is compiled in the same way, and
+then the submission a second time. The submission is at fault only if the control program compiles and the
+submission fails again. Rejected alternative: searching the compiler's messages for "No space left", which
+source can forge.
 """
 
 from __future__ import annotations
@@ -47,15 +47,15 @@ from fcu_emulator.firmware_model import arm
 
 COMPILER: Final = "arm-none-eabi-gcc"
 SANDBOX: Final = "bwrap"
-_LONGEST_S = 60  # of wall time; the lab takes one
+_LONGEST_S = 60  # of wall time; the lab takes one second
 _CPU_S = 30  # of processor time, for each process of the build
 _MEMORY_KIB = 1 << 20  # of address space, for each process of the build
 _FILE_BLOCKS = 65_536  # of 512 bytes: 32 MiB for a file
-_LONGEST_LOG = 16_000  # characters that are kept of what the compiler says
+_LONGEST_LOG = 16_000  # characters kept of the compiler's output
 _NOBODY = 65534
 _OF_MAKE = ("make:", "make[", "  CC", "  LINK", "collect2: ")
 _FORMAT = 3  # of kept builds
-_HERE = "/build"  # where the compiler thinks it is
+_HERE = "/build"  # the paths that the compiler sees
 _TEMPLATE = "/template"
 _FAILURE = re.compile(
     r"(?i)error:|undefined reference|multiple definition|out of memory|memory exhausted|overflowed by|stopped"
@@ -65,7 +65,7 @@ _TWICE = re.compile(
     r" (\S+\.o:)?(?P<there>[\w+.-]+\.c)?"
 )
 _UNDEFINED = re.compile(r"(?m)^(?P<where>[\w+.-]+\.c(:\d+)?)?\S* undefined reference to [`'](?P<name>[^']+)'")
-_A_FILE = "another file"  # of which the linker says no name
+_A_FILE = "another file"  # errors for which the linker names no file
 _LINKER = re.compile(r"(?m)^(?:/\S*/)?(?:arm-none-eabi-)?ld: (?:in function [`'].*:$\n?)?")
 _OBJECT = re.compile(r"\bbuild/\w+/(\w[\w+.-]*)\.o\b")
 _LIMITED = (
@@ -74,7 +74,7 @@ _LIMITED = (
 )
 """The hard limit of time is later than the soft one, so that SIGXCPU ends a process, not SIGKILL."""
 _SYSTEM = ("/usr", "/bin", "/lib", "/lib32", "/lib64", "/etc/alternatives")
-"""Folders that a distribution's compiler needs; without /etc/alternatives there is no math.h on Debian."""
+"""Folders that a distribution's compiler needs; on Debian math.h is found only with /etc/alternatives."""
 _OF_A_TOOLCHAIN = (
     *(f"bin/{COMPILER.removesuffix('gcc')}*", "arm-none-eabi", "lib/arm-none-eabi"),
     *("lib/gcc/arm-none-eabi", "libexec/gcc/arm-none-eabi", "lib/*.so*", "libexec/*.so*"),
@@ -86,8 +86,8 @@ code=$?
 [ $code -le 128 ] || echo $((code - 128)) >>signals
 exit $code
 """
-"""Runs each program of the compiler. A signal that ends one is noted; source can forge the message only."""
-_MADE_ERRORS = 2  # make's exit code when a command has failed
+"""Script that runs each program of the compiler and records the signal that ends it. Source can forge only the message."""
+_MADE_ERRORS = 2  # make's exit code for a failed command
 _CONTROL = {"main.c": b"int main(void) { return 0; }\n"}
 _STOPS = {
     "SIGXCPU": f"error: the compiler was stopped after {_CPU_S} s of processor time",
@@ -96,21 +96,21 @@ _STOPS = {
         ("SIGSEGV", "SIGABRT", "SIGILL", "SIGFPE"), "error: the compiler crashed on this program"
     ),
 }
-"""What the source did to the compiler, by the signal; other signals come from outside."""
+"""Effect of the source on the compiler, by signal; other signals come from outside."""
 
 
 class CompileError(RejectedError):
     """The program does not compile; ``log`` holds the compiler's messages."""
 
     def __init__(self, log: str) -> None:
-        # lines of an excerpt begin with a space: what they quote is the student's
+        # lines of an excerpt begin with a space: they quote the student's source
         first = next((line for line in log.splitlines() if line[:1] != " " and _FAILURE.search(line)), "")
         super().__init__(_link_error(log) or "does not compile" + (f": {one_line(first)}" if first else ""))
         self.log = log
 
 
 def _link_error(log: str) -> str:
-    """Return in one sentence why the files do not make one program; "" if the linker says nothing of it."""
+    """Describe in one sentence why the files cannot be linked to one program; "" if there is no linker error."""
     twice = list(_TWICE.finditer(log))
     if twice:
         match = next((one for one in twice if one["name"] == "main"), twice[0])
@@ -134,14 +134,14 @@ def _link_error(log: str) -> str:
 
 @dataclass(frozen=True)
 class Built:
-    """A program from source. ``log``: warnings; empty for none."""
+    """A program built from source. ``log``: warnings; empty for none."""
 
     firmware: SubmittedFirmware
     log: str
 
 
 class _Made(NamedTuple):
-    """One run of make. ``stop``: how the source stopped the compiler, by a limit or a crash."""
+    """Result of one run of make. ``stop``: how the source stopped the compiler, by a limit or a crash."""
 
     folder: Path
     code: int
@@ -150,9 +150,9 @@ class _Made(NamedTuple):
 
 
 class Builder:
-    """Builds for one wiring. ``kept``: a folder in which what was built is kept by content; None: nowhere.
+    """Builder for one wiring. ``kept``: a folder in which programs are kept by content; None: nowhere.
 
-    Raises InputError, saying what to install, when this machine cannot build; so does the first build.
+    The constructor and the first build raise InputError with installation hints if this machine cannot build.
     """
 
     def __init__(
@@ -169,7 +169,7 @@ class Builder:
         self.sandbox = sandbox
         self._kept = kept
         self._folder = TemporaryDirectory(prefix="fcu-build-")
-        Path(self._folder.name).chmod(0o755)  # for nobody
+        Path(self._folder.name).chmod(0o755)  # for user nobody
         self._template = Path(self._folder.name) / "template"
         try:
             self._lay_out_template()
@@ -184,14 +184,14 @@ class Builder:
         self._objects = Path(self._folder.name) / "objects"
 
     def _lay_out_template(self) -> None:
-        """Copy what all builds share to a place where user nobody can read it."""
+        """Copy the files that all builds share to a folder that user nobody can read."""
         sources = arm.sources()
         shutil.copytree(sources / "support", self._template / "support")
         shutil.copyfile(sources / "scaffold" / "Makefile", self._template / "Makefile")
         (self._template / "watch").write_text(_WATCH)
 
     def close(self) -> None:
-        """Remove what was only needed for building."""
+        """Remove the temporary folder of the builds."""
         self._folder.cleanup()
 
     def build(self, source: SubmittedSource) -> Built:
@@ -214,7 +214,7 @@ class Builder:
         raise CompileError(built.log)
 
     def stop(self) -> None:
-        """End all compilers, now and from now on; their programs are not judged."""
+        """Stop all compilers, now and from now on; their programs are not judged."""
         self._stopped = True
         with self._processes_lock:
             for process in self._processes:
@@ -240,7 +240,7 @@ class Builder:
     # -- the compiler
 
     def _compile_support(self) -> None:
-        """Compile the support layer, which every program is linked with; once. Raises InputError."""
+        """Compile the support layer, which every program is linked with, once. Raises InputError."""
         with self._support:
             if self._objects.exists():
                 return
@@ -266,7 +266,7 @@ class Builder:
         return built
 
     def _build_once(self, files: Mapping[str, bytes], *, final: bool = False) -> Built | None:
-        """Build once. A failure that may be the machine's is None, unless ``final``."""
+        """Build once. Return None for a failure that the machine may have caused, unless ``final``."""
         with self._attempt(files) as made:
             elf = made.folder / "lab3.elf"
             if made.code == 0 and elf.is_file():
@@ -277,7 +277,7 @@ class Builder:
             return Built(SubmittedFirmware("lab3.elf", b""), log)
 
     def _check_machine(self) -> None:
-        """Compile the control program where there is room for the largest file. Raises NotJudgedError."""
+        """Compile the control program with enough space for the largest file. Raises NotJudgedError."""
         with self._attempt(_CONTROL, ballast=_FILE_BLOCKS * 512) as made:
             if made.code:
                 reason = _last_line(made.log)
@@ -300,7 +300,7 @@ class Builder:
             yield self._make(work)
 
     def _make(self, work: Path) -> _Made:
-        """Run make in ``work``. Raises NotJudgedError if it was ended from outside, or not even started."""
+        """Run make in ``work``. Raises NotJudgedError if make did not start or was killed from outside."""
         here, template = (_HERE, _TEMPLATE) if self.sandbox else (str(work), str(self._template))
         compiler = _toolchain_of_path().compiler
         command = [
@@ -345,7 +345,7 @@ class Builder:
                 stdin=subprocess.DEVNULL,
                 stdout=sink,
                 stderr=subprocess.STDOUT,
-                start_new_session=True,  # so that all of it can be ended
+                start_new_session=True,  # so that all its processes can be ended
                 **as_nobody,
             )
         with self._processes_lock:
@@ -366,12 +366,12 @@ class Builder:
 
 
 def _quoted(path: str) -> str:
-    """Return a path for a recipe of make."""
+    """Return a path quoted for a recipe of make."""
     return shlex.quote(path).replace("$", "$$")
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End a process and all that it has started."""
+    """End a process and all its child processes."""
     if sys.platform != "win32":
         with suppress(OSError):
             os.killpg(process.pid, signal.SIGKILL)
@@ -386,7 +386,7 @@ def _signals(file: Path) -> list[str]:
 
 
 def _as_nobody(work: Path) -> dict[str, Any]:
-    """What lets root run a command in ``work`` as nobody; nothing for others."""
+    """Prepare ``work`` for user nobody and return the process arguments, if this process is root; otherwise {}."""
     if sys.platform != "win32" and os.geteuid() == 0:
         for path in (work, *work.rglob("*")):
             os.chown(path, _NOBODY, _NOBODY)
@@ -395,7 +395,7 @@ def _as_nobody(work: Path) -> dict[str, Any]:
 
 
 def _sandbox(work: Path, template: Path) -> list[str]:
-    """Return bubblewrap's command line before the command."""
+    """Return the bubblewrap arguments that precede a command."""
     tools = [*_SYSTEM, *_toolchain_of_path().files]
     return [
         SANDBOX,
@@ -421,8 +421,8 @@ class _Toolchain(NamedTuple):
 def _toolchain_of_path() -> _Toolchain:
     """Return the toolchain of the compiler on the PATH, which may be a link or a script.
 
-    Never its prefix as a whole: with a compiler in ``~/bin`` that is the home folder. GCC, "Directory
-    Options": ``-print-search-dirs``; its first line names ``PREFIX/lib/gcc/arm-none-eabi/VERSION``.
+    Never return its prefix as a whole: for a compiler in ``~/bin`` that is the home folder. GCC, "Directory
+    Options": the first line of ``-print-search-dirs`` names ``PREFIX/lib/gcc/arm-none-eabi/VERSION``.
     """
     found = Path(shutil.which(COMPILER) or COMPILER).resolve()
     said = subprocess.run([found, "-print-search-dirs"], capture_output=True, text=True, check=False).stdout
@@ -438,7 +438,7 @@ def _toolchain_of_path() -> _Toolchain:
 
 
 def _toolchain(template: Path, bus: str) -> str:
-    """A digest of all that makes the same source another program."""
+    """Return a digest of everything except the source that decides the built program."""
     digest = hashlib.sha256(bus.encode())
     digest.update(_compiler_version().encode())
     for path in sorted(template.rglob("*")):
@@ -454,7 +454,7 @@ def _compiler_version() -> str:
 
 
 def _readable(said: str, here: str, template: str) -> str:
-    """The compiler's words without our paths and make's own lines."""
+    """Return the compiler's output without internal paths and make's own lines."""
     text = visible(said, lines=True)
     for folder in (here, template, _HERE, _TEMPLATE):
         text = text.replace(f"{folder}/", "")
@@ -471,7 +471,7 @@ def _last_line(log: str) -> str:
 
 
 def _to_install(missing: Sequence[str]) -> str:
-    """What to install, and what else there is to do; the sandbox is a thing of Linux."""
+    """Return installation hints and alternatives; the sandbox exists on Linux only."""
     to_be_had = [name for name in missing if name != SANDBOX or sys.platform.startswith("linux")]
     what = f"building source needs {' and '.join(missing)}"
     ways = [f"{what}: {how_to_install_all(to_be_had)}" if to_be_had else what]

@@ -1,8 +1,8 @@
-"""The kinds of checks that a rubric has beside those of scenarios.
+"""Kinds of checks that a rubric has in addition to a scenario's expectations.
 
-Schema and judgement of a kind stand in one class, as with :mod:`fcu_emulator.emulator.scenario.expectations`: a new kind
-is one class and its name in the union at the end. What a kind wants to see during the run, it watches from
-:meth:`Check.watch` on; everything else it finds in :class:`Judged`.
+One class holds the schema and the evaluation of a kind, as in
+:mod:`fcu_emulator.emulator.scenario.expectations`. To add a kind, write a class and add its name to the union
+at the end. :meth:`Check.watch` observes the run; :class:`Judged` holds all other data.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ from fcu_emulator.emulator.scenario.schema import Kinds
 from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
 
-# -- What every kind has in common --------------------------------------------------------------------------
+# -- Shared by all kinds ------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A run that is over: the board, what scenarios see of it, and what is seen to be wrong.
+    """A finished run: the board, its run view for scenarios, and the diagnosis.
 
-    ``watched``: what the check's own :meth:`Check.watch` has returned.
+    ``watched``: result of the check's own :meth:`Check.watch`.
     """
 
     firmware: str | Path | FirmwareFactory
@@ -50,43 +50,44 @@ class Judged:
 
 
 class Check(Table, ABC):
-    """One entry of ``expect`` that scenarios do not have."""
+    """An entry of ``expect`` of a kind that scenarios do not have."""
 
     def watch(self, board: Board) -> Any:
-        """Called before the run; what it returns is ``watched`` at the end."""
+        """Start watching before the run; the result is ``watched`` at the end."""
         del board
         return None
 
     @abstractmethod
     def judge(self, run: Judged) -> Failure | None:
-        """How it is not met; None when it is. Raises NotJudgedError when nothing can be said."""
+        """Return the failure, or None if the check is met. Raises NotJudgedError if it cannot be evaluated."""
 
 
-# -- The program as a whole: it runs on, nothing is diagnosed, it builds without warnings -------------------
+# -- The program as a whole: no fault, no diagnosis, no compiler warnings -----------------------------------
 
 
 class NoFault(Check):
-    """The firmware neither crashes nor hangs, and is not reset."""
+    """The firmware does not crash, hang or reset."""
 
     kind: Literal["no_fault"]
 
     def judge(self, run: Judged) -> Failure | None:
-        """By the diagnosis at the end of the run."""
+        """Check the diagnosis at the end of the run."""
         fatal = next((one for one in run.diagnoses if one.fatal), None)
         return None if fatal is None else Failure("wrong value", "a program that runs on", fatal.summary)
 
 
 class NoDiagnosis(Check):
-    """The diagnosis has nothing of these kinds to say at the end of the run.
+    """The diagnosis at the end of the run contains none of these kinds.
 
-    Of a program that cannot go on it says that alone, so such a program does not pass either.
+    The diagnosis of a stuck program contains only the reason for that, so such a program does not pass
+    either.
     """
 
     kind: Literal["no_diagnosis"]
     of: list[Kind] = Field(min_length=1)
 
     def judge(self, run: Judged) -> Failure | None:
-        """The first one that it has."""
+        """Return the first of these diagnoses as the failure."""
         found = next((one for one in run.diagnoses if one.fatal or one.kind in self.of), None)
         if found is None:
             return None
@@ -94,7 +95,7 @@ class NoDiagnosis(Check):
 
 
 class NoWarnings(Check):
-    """The compiler had nothing to say about the program; unjudged where it was not built here."""
+    """The compiler printed no warnings; unjudged if the program was not built here."""
 
     RENAMED: ClassVar[Mapping[str, str]] = {"most": "max"}
 
@@ -102,11 +103,13 @@ class NoWarnings(Check):
     max: int = Field(0, ge=0)
 
     def judge(self, run: Judged) -> Failure | None:
-        """Lines with ``warning:`` in what the build printed."""
+        """Count the lines with ``warning:`` in the build's output."""
         if run.build_log is None:
             raise NotJudgedError("the program was not built here")
         lines = run.build_log.splitlines()
-        warnings = [line for line in lines if "warning:" in line and line[:1] != " "]  # a space: an excerpt
+        warnings = [
+            line for line in lines if "warning:" in line and line[:1] != " "
+        ]  # a line with a space is an excerpt
         if len(warnings) <= self.max:
             return None
         count = f"{len(warnings)} warning{'s' * (len(warnings) > 1)}, the first: {escaped(warnings[0])[:200]}"
@@ -117,19 +120,19 @@ class NoWarnings(Check):
 
 
 _LOOK_PS = Fraction(PS_PER_MS, 10)
-_FEW = 8  # looks, 0.8 ms
-_BYTES = 4  # within these, from inside the callback: a byte takes 0.09 ms, and main() stands still
+_FEW = 8  # polls, 0.8 ms
+_BYTES = 4  # sent during these polls, all inside the callback: a byte takes 0.09 ms, and main() is suspended
 
 
 class QuietCallback(Check):
-    """Nothing is printed in the timer's callback: while it runs, the serial line comes to rest."""
+    """The timer's callback prints nothing: the serial line becomes idle while it runs."""
 
     kind: Literal["quiet_callback"]
     from_: Duration = Field(2 * PS_PER_S, alias="from")
     for_: Length = Field(1_200 * PS_PER_MS, alias="for")
 
     def watch(self, board: Board) -> list[float]:
-        """Look every 0.1 ms whether bytes go out while the timer's interrupt is being handled."""
+        """Poll every 0.1 ms for bytes sent while the timer's interrupt is handled."""
         caught: list[float] = []
         counts: list[int] = []
 
@@ -153,7 +156,7 @@ class QuietCallback(Check):
         return caught
 
     def judge(self, run: Judged) -> Failure | None:
-        """The first time that it was seen."""
+        """Return the first such moment as the failure."""
         if not run.watched:
             return None
         place = _print_in_callback(run.board)
@@ -162,7 +165,7 @@ class QuietCallback(Check):
 
 
 def _print_in_callback(board: Board) -> str:
-    """Where the callback of the HAL prints; "" if that is not seen."""
+    """Return the print call in the HAL's callback and its place; "" if none is found."""
     if board.chip is None:
         return ""
     places = Places(board.chip.image)
@@ -172,7 +175,7 @@ def _print_in_callback(board: Board) -> str:
 
 
 def _sends_by_itself(arm: ArmFirmware) -> bool:
-    """Whether the terminal's USART is fed by DMA or by its own interrupt, so that text goes on meanwhile."""
+    """Return whether DMA or the USART's own interrupt feeds the terminal, so that text continues in the callback."""
     usart = arm.chip.core.peripherals[arm.signals.board.serial.peripheral]
     interrupt, dma = usart.peek(0x0C) >> 7, usart.peek(0x14) >> 7  # CR1.TXEIE, CR3.DMAT
     return bool((interrupt | dma) & 1)
@@ -191,7 +194,7 @@ PROPERTIES = (
     "altitude_is_0_where_it_was_zeroed",
     "less_pressure_is_more_altitude",
 )
-"""Of :mod:`fcu_emulator.emulator.testing.lab3`, without ``test_``."""
+"""Names in :mod:`fcu_emulator.emulator.testing.lab3`, without ``test_``."""
 
 
 def _known_property(name: str) -> str:
@@ -203,7 +206,7 @@ def _known_property(name: str) -> str:
 class Property(Check):
     """A law of the lab's arithmetic holds for the compiled functions (:mod:`fcu_emulator.emulator.testing.lab3`).
 
-    The same ``examples`` for everybody. Unjudged if the firmware has no such function, or Hypothesis is not
+    All students get the same ``examples``. Unjudged if the firmware lacks the function, or Hypothesis is not
     installed.
     """
 
@@ -214,7 +217,7 @@ class Property(Check):
     examples: int = Field(100, ge=1, le=10_000)
 
     def judge(self, run: Judged) -> Failure | None:
-        """Hypothesis looks for a counter-example, and makes it small."""
+        """Search for a counter-example with Hypothesis, and minimise it."""
         if not isinstance(run.firmware, str | Path):
             raise NotJudgedError("firmware in Python has no compiled functions")
         try:

@@ -1,11 +1,12 @@
-"""Copies: programs and sources of a class that are identical, and those that are the product's own.
+"""Copies: identical programs and sources in a class, and submissions of the template or solution of fcu.
 
 Two programs are identical if the same bytes are loaded into the chip's memories: an ELF, a HEX and a BIN file
-of one build are, whatever their debug information says. Two sources are identical if they are after removal
-of comments and layout; names and order of the files do not count. Nothing is said about likeness beyond that.
+of one build are identical, whatever debug information they contain. Two sources are identical if their C
+tokens are: comments and layout, names and order of the files do not count. Similar programs are not reported.
 
-Decision: each program has a digest of its normal form, so a class of hundreds costs one pass. The road not
-taken, a measure of similarity, finds more and accuses students who wrote the few lines of a lab alike.
+Decision: each program has a digest of its normal form, so a class of hundreds needs one pass. Rejected
+alternative: a measure of similarity, which finds more copies, but accuses students who wrote the few lines of
+a lab alike.
 """
 
 from __future__ import annotations
@@ -33,11 +34,11 @@ _TOKEN = re.compile(
     re.DOTALL,
 )
 _OF_SOLUTION: Final = arm.sources() / "prebuilt" / "solution-source.sha256"
-"""A digest of the solution's source, which a wheel does not contain; a test keeps it current."""
+"""Digest of the solution's source, which a wheel does not contain; a test keeps it current."""
 
 
 def program_digest(firmware: SubmittedFirmware) -> str:
-    """Return a digest of the bytes that are loaded; "" for a file that is no firmware."""
+    """Return a digest of the loaded bytes; "" for a file that is not firmware."""
     try:
         image = parse_firmware(firmware.data, firmware.name)
     except FcuError:
@@ -76,9 +77,9 @@ def shipped_digests() -> Mapping[str, str]:
 
 
 def with_copies(graded: Iterable[tuple[Hashable, Graded]]) -> list[Graded]:
-    """Return the results with the ids of identical ones. The first of each pair: what was handed in.
+    """Return the results with the ids of identical submissions. Each pair has a key of the submitted files and a result.
 
-    Students of a team have handed in the same thing, which is not a copy.
+    Students of a team have submitted the same program, which does not count as a copy.
     """
     pairs = list(graded)
     sources: dict[str, list[tuple[Hashable, str]]] = {}

@@ -1,7 +1,7 @@
-"""Judging one program by a rubric, in this process.
+"""Evaluation of one program by a rubric, in this process.
 
-Limits are virtual time and what the firmware does (work, instructions, bytes, resets), never wall time: the
-verdict is the same on a loaded machine. Each run of the rubric that the wanted exercises need is made once.
+Limits are virtual time and the firmware's activity (work, instructions, bytes, resets), never wall time: the
+verdict is the same on a loaded machine. Each run that the selected exercises need is simulated once.
 """
 
 from __future__ import annotations
@@ -52,19 +52,19 @@ from fcu_emulator.emulator.scenario.schema import ReportTable
 from fcu_emulator.emulator.scenario.toml_writer import names_files, scenario_text
 from fcu_emulator.emulator.time.clock import PS_PER_S, seconds, to_ps
 
-_SLICE_S = 0.25  # of virtual time, between two words about progress
+_SLICE_S = 0.25  # of virtual time, between two progress reports
 _NO_WALL_S = 1e12
 _NOT_REPLAYED = frozenset({"expect", "report", "firmware"})
-"""Of a scenario's file: a rubric's checks and a student's program take their place."""
+"""Keys of a scenario's file that a rubric's checks and a student's program replace."""
 
 
 Program: TypeAlias = str | Path | FirmwareFactory
-"""A name, a file, or what makes firmware in Python for a HAL."""
+"""Firmware: a name, a file, or a function that creates Python firmware for a HAL."""
 
 
 @dataclass(frozen=True)
 class JudgeProgress:
-    """How far a judgement is: which run, and virtual seconds done of all runs together."""
+    """Progress of an evaluation: the current run, and virtual seconds done of all runs together."""
 
     run: str
     done_s: float
@@ -82,9 +82,9 @@ def judge(
 ) -> Verdict:
     """Judge a firmware (a file, a shipped one by name, or one in Python) on the board ``seed``.
 
-    ``exercises``: only these, by their ids. ``build_log``: what the compiler said, where the program was
-    built; checks about it are unjudged without. Raises InputError for a file that is no firmware for this
-    board, or an unknown exercise. A check that a wanted one requires is judged as well.
+    ``exercises``: ids of the exercises to judge; None for all. ``build_log``: the compiler's output if the
+    program was built here; without it, checks about it are unjudged. A check that a selected one requires is
+    judged as well. Raises InputError for a file that is not firmware for this board, or an unknown exercise.
     """
     wanted = [rubric.exercise(name) for name in exercises] if exercises is not None else rubric.exercises
     digest = firmware_digest(firmware)
@@ -130,7 +130,7 @@ def judge(
 
 
 def reworded(verdict: Verdict, rubric: Rubric) -> Verdict:
-    """A verdict with the titles, hints, visibility and detail of a rubric of the same judging digest."""
+    """Return a verdict with titles, hints, visibility and detail of a rubric with the same judging digest."""
     tables = {f"{exercise.id}.{check.id}": check for exercise in rubric.exercises for check in exercise.check}
     checks = (
         result.model_copy(
@@ -158,15 +158,15 @@ def reworded(verdict: Verdict, rubric: Rubric) -> Verdict:
 
 
 def _actual(result: CheckResult, tables: Mapping[str, CheckTable]) -> str:
-    """What was seen, with the current titles of the checks that it names."""
+    """Return the observation, with the current titles of the checks that it names."""
     unmet = [(one, tables[one].title) for one in result.requires_unmet]
     return requires_text(unmet) if unmet else result.actual
 
 
 def firmware_digest(firmware: Program) -> str:
-    """SHA-256 of the file; of a firmware in Python, of its name and the version it comes with.
+    """Return the SHA-256 of the file; for Python firmware, of its name and fcu's version.
 
-    Raises InputError for what is no firmware.
+    Raises InputError for a file that is not firmware.
     """
     choice = choose(Board.description, firmware, None)
     if choice.image is None:
@@ -176,7 +176,7 @@ def firmware_digest(firmware: Program) -> str:
 
 @dataclass
 class _JudgedRun:
-    """One run of the board, for all checks that look at it."""
+    """One run of the board, for all checks that use it."""
 
     firmware: Program
     rubric: Rubric
@@ -209,7 +209,7 @@ class _JudgedRun:
         self.recorder = TruthRecorder(self.board)
 
     def make(self, told: Callable[[float], None]) -> None:
-        """Run the board to its end, or to what stops it."""
+        """Run the board to its end, or until it stops."""
         board = self.board
         if board.chip is not None:
             from fcu_emulator.emulator.chip.firmware import Limits
@@ -237,7 +237,7 @@ class _JudgedRun:
         board.close()
 
     def _died_ps(self) -> int | None:
-        """When the program has crashed, hung or been stopped; None if it has run to the end."""
+        """Return the time at which the program crashed, hung or was stopped; None if it ran to the end."""
         if self.stopped:
             return self.board.clock.now_ps
         fatal = next((one for one in self.diagnoses if one.fatal), None)
@@ -248,7 +248,7 @@ class _JudgedRun:
         )
 
     def result(self, exercise: ExerciseTable, check: CheckTable) -> CheckResult:
-        """What one check says about this run."""
+        """Return the result of one check in this run."""
         outcome: Outcome = "passed"
         share, unjudged = 1.0, self.unjudged
         misses: list[Failure | None] = []
@@ -259,7 +259,7 @@ class _JudgedRun:
                 unjudged = unjudged or str(error).splitlines()[0]
         failed = [miss for miss in misses if miss is not None]
         if failed and not check.partial and not self.unjudged:
-            unjudged = ""  # one expectation that is not met decides, whatever the others are
+            unjudged = ""  # one failed expectation decides, independent of the rest
         if unjudged:
             outcome, share, failed = "unjudged", 0.0, []
         elif failed:
@@ -285,9 +285,9 @@ class _JudgedRun:
         )
 
     def _judged(self, check: AnyCheck, enough_ps: int | None) -> Failure | None:
-        """How one expectation is not met; None if it is.
+        """Return the failure of one expectation; None if it is met.
 
-        Raises NotJudgedError, also for an unexpected error inside the check: it costs this check alone.
+        Raises NotJudgedError, also for an unexpected error inside the check: only this check is lost.
         """
         enough = self.died_ps is None or (enough_ps is not None and self.died_ps >= enough_ps)
         on_terminal = isinstance(check, Expectation) and check.ON_TERMINAL
@@ -304,7 +304,7 @@ class _JudgedRun:
             raise NotJudgedError(f"the check {check.kind} failed: {type(error).__name__}: {said}") from error
 
     def _seen_before_the_end(self, check: AnyCheck, enough_ps: int) -> AnyCheck:
-        """The check of a program that has died before its window has had a print: from ``enough_ps`` on."""
+        """Return the check with its window begun at ``enough_ps``, if the program died before a print in the window."""
         if self.died_ps is None or not isinstance(check, Windowed):
             return check
         begun = any(check.covers(line.at_ps) and line.at_ps < self.died_ps for line in self.seen.lines)
@@ -337,12 +337,12 @@ class _JudgedRun:
         return f"the program ran until {seconds(self.died_ps or 0)}: {fatal.summary}"
 
     def _shown_diagnoses(self) -> list[Diagnosis]:
-        """What has ended the program hides the rest."""
+        """Return the diagnosis that ended the program, otherwise all of them."""
         fatal = [one for one in self.diagnoses if one.fatal]
         return fatal[:1] or self.diagnoses
 
     def evidence(self, exercises: tuple[str, ...]) -> RunEvidence:
-        """What a reader needs to understand the run."""
+        """Return the evidence that a reader needs to understand the run."""
         timer = self.board.timer
         return RunEvidence(
             run=self.name,
@@ -365,13 +365,13 @@ class _JudgedRun:
         )
 
     def _following(self) -> tuple[Following, ...]:
-        """LEDs and lines against the conditions that they have to follow, each once."""
+        """Return the LEDs and lines with the conditions that they must follow, each once."""
         expected = (one for check in self.checks for one in check.expect)
         kinds = (ExpectLedFollows, ExpectLineFollows)
         followed = []
         for one in expected:
             if isinstance(one, kinds):
-                with suppress(TimeoutError):  # of a pattern, which its check says
+                with suppress(TimeoutError):  # the check reports a pattern that takes too long
                     followed.append(one.followed(self.seen))
         return tuple(
             Following(
@@ -381,9 +381,9 @@ class _JudgedRun:
         )
 
     def _replay(self) -> str:
-        """The run as a scenario: what was drawn, and those of the checks that scenarios can expect."""
+        """Return the run as a scenario: drawn numbers, and those of the checks that scenarios can evaluate."""
         if names_files(self.scenario.contents.timeline):
-            return ""  # which the rubric's author has, and no student
+            return ""  # only the rubric's author has these files
         expected = [one for check in self.checks for one in check.expect]
         known = [one for one in expected if isinstance(one, Expectation) and not isinstance(one, ExpectText)]
         others = dict.fromkeys(one.kind for one in expected if one not in known)
@@ -399,7 +399,7 @@ class _JudgedRun:
     def _series(self, number: ExpectField) -> Series:
         line_format = number.number_format()
         points = []
-        with suppress(TimeoutError):  # of a pattern, which its check says
+        with suppress(TimeoutError):  # the check reports a pattern that takes too long
             for line in self.seen.lines:
                 if line_format.is_begun_by(line.text) and number.quantity in line.truth:
                     value = line_format.number(line.text)
@@ -422,7 +422,7 @@ def _in_s(spans: Sequence[tuple[int, int]]) -> tuple[tuple[float, float], ...]:
 
 
 def _first_printed(miss: Failure) -> str:
-    """The first line that is wrong; how far it is off is told elsewhere."""
+    """Return the first wrong line; another text reports its deviation."""
     line = next((line[1:] for line in miss.diff if line.startswith("+")), "")
     text, _, when = line.partition("  (off by")[0].rpartition("  at ")
     return f'"{text}" at {when}' if text else f'"{when}"' if when else ""

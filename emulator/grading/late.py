@@ -4,12 +4,13 @@
 
     [late]
     penalty_per_day = "10 %"   # of all points of the rubric, for each day that has begun; or points, such as 2
-    grace_minutes = 15         # as late as this is in time
-    max_penalty = "50 %"       # no more than this
+    grace_minutes = 15         # a submission this late is still in time
+    max_penalty = "50 %"       # upper limit of the penalty
     at_most_days = 7           # later than this: no points
 
-Decision: a percentage is one of all points of the rubric, as in Canvas and MarkUs, and not of the earned ones. So a
-day costs everybody the same, and the penalty says nothing about checks that a student does not see.
+Decision: a percentage refers to all points of the rubric, as in Canvas and MarkUs, not to the earned points.
+So a day costs every student the same, and the penalty reveals nothing about checks that a student does not
+see.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ _PERCENTAGE = re.compile(r"(100|[0-9]{1,2}([.][0-9]+)?) ?%")
 
 
 def _amount(value: object) -> float | str:
-    """The value of a key, if it is points or a percentage. Raises ValueError."""
+    """Return the value of a key, if it is points or a percentage. Raises ValueError."""
     if isinstance(value, str) and _PERCENTAGE.fullmatch(value):
         return value
     if isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= _MOST_POINTS:
@@ -52,7 +53,7 @@ Amount = Annotated[
         }
     ),
 ]
-"""Points, or a percentage of all points of the rubric."""
+"""Number of points, or a percentage of all points of the rubric."""
 
 
 class LateTable(Table):
@@ -68,7 +69,7 @@ def late_penalty(rule: LateTable, late_by_s: float, max_points: float) -> float:
     """Return the points that a submission loses, from 0 to ``max_points``.
 
     ``late_by_s``: seconds after the deadline; ``max_points``: all points of the rubric. Each day that has
-    begun counts from the deadline, also if there is a grace period.
+    begun counts from the deadline, also with a grace period.
     """
     if late_by_s <= rule.grace_minutes * _MINUTE_S:
         return 0.0
@@ -80,7 +81,7 @@ def late_penalty(rule: LateTable, late_by_s: float, max_points: float) -> float:
 
 
 def after_penalty(points: float, penalty: float) -> float:
-    """Return the points that are left, at least 0."""
+    """Return the remaining points, at least 0."""
     return round(max(points - penalty, 0.0), 4)
 
 

@@ -1,11 +1,11 @@
-"""Margins with which a rubric's checks of a threshold test nothing, or fail correct programs.
+"""Warnings about margins with which a rubric's threshold checks test nothing, or fail correct programs.
 
-A condition may hold or not within its margin. A threshold lets the board rest at a margin from its value. If
-the first margin is not smaller than the second, the check does not see the rests at the threshold. If the
-sensors deviate by more than a margin, a correct program can be wrong there.
+A condition is undefined within its margin. A threshold lets the board rest at a margin from its value. If the
+first margin is not smaller than the second, the check ignores the rests at the threshold. If the sensors
+deviate by more than a margin, a correct program can be wrong there.
 
-Decision: the sensors' error is the largest of :data:`BOARDS` boards, drawn as for the boards of a class, with
-the noise at three standard deviations. The alternative, the sum of all limits, is an error that no board of a
+Decision: the sensors' error is the largest of :data:`BOARDS` boards, drawn like the boards of a class, with
+noise at three standard deviations. Rejected alternative: the sum of all limits, an error that no board of a
 class has.
 """
 
@@ -35,8 +35,8 @@ from fcu_emulator.sensors.lps22hb.declaration import LPS22HBErrors
 from fcu_emulator.sensors.lsm6dsl.declaration import LSM6DSLErrors
 
 BOARDS = 200
-"""How many boards are drawn for the largest error: those of the seeds from 0 on."""
-_TEMPLATE_ACC_HZ = 20.0  # noise bandwidth of the accelerometer as the template sets it up: ODR / 400
+"""Number of drawn boards for the largest error: those of the seeds from 0 on."""
+_TEMPLATE_ACC_HZ = 20.0  # noise bandwidth of the accelerometer with the template's settings: ODR / 400
 _TEMPLATE_BAROMETER = BarometerSettings(Fraction(25), low_current=False, divisor=0)
 _METRES_PER_HPA = 8.4
 _ON_BOARD = next(
@@ -44,10 +44,10 @@ _ON_BOARD = next(
     for mounted in FCU001V1.parts
     if mounted.part.ERRORS is LSM6DSLErrors
 )
-"""From the board's axes to those of the accelerometer."""
+"""Rotation from the board's axes to those of the accelerometer."""
 
 
-# -- By how much a correct program is wrong -----------------------------------------------------------------
+# -- Error of a correct program -----------------------------------------------------------------------------
 
 
 def sensor_error(quantity: str, value: float, settings: SensorSettings) -> float | None:
@@ -71,7 +71,7 @@ def _largest(part: Any, key: str, settings: SensorSettings, error: Callable[[Any
 
 
 def _tilt_error(errors: LSM6DSLErrors, quantity: str, value: float) -> float:
-    """Degrees, at plus and at minus the value, with the other inclination 0."""
+    """Return the error in degrees, at plus and at minus the value, with the other inclination 0."""
     column = 0 if quantity.lower() == "pitch" else 1
     angles = np.radians([value, -value])
     force_g = np.zeros((2, 3))
@@ -92,12 +92,12 @@ def _pressure_noise(errors: LPS22HBErrors) -> float:
 
 
 def _pressure_error(errors: LPS22HBErrors) -> float:
-    """The hPa of the offset, of the line through the range at its ends, and of the noise."""
+    """Return the error in hPa of the offset, of the line through the range at its ends, and of the noise."""
     return abs(errors.pressure_bias_hpa) + abs(errors.pressure_relative_hpa) + _pressure_noise(errors)
 
 
 def _altitude_error(errors: LPS22HBErrors) -> float:
-    """The metres of the noise, now and in the pressure at the floor; an offset is in both."""
+    """Return the error in metres of the noise, now and in the pressure at the floor; an offset cancels."""
     return _METRES_PER_HPA * math.sqrt(2) * _pressure_noise(errors)
 
 
@@ -115,7 +115,7 @@ class _Margin(NamedTuple):
 
 
 def margin_warnings(rubric: Rubric) -> Iterator[str]:
-    """Yield a warning for each margin that makes a check useless, and for each run with too small ones."""
+    """Yield a warning for each margin that makes a check useless, and for each run with too small margins."""
     for run in rubric.runs:
         thresholds = [
             _of_threshold(run, number, *ends) for number, ends in enumerate(_thresholds(rubric, run))
@@ -161,7 +161,7 @@ def _of_threshold(run: str, number: int, low: ThresholdTable, high: ThresholdTab
 
 
 def _conditions(rubric: Rubric, run: str) -> Iterator[_Margin]:
-    """The margins of the conditions that checks of a run have, each once."""
+    """Yield the margins of the conditions in the checks of a run, each once."""
     for exercise in rubric.exercises:
         for check in exercise.check:
             if rubric.run_of(exercise, check) == run:

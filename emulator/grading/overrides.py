@@ -1,8 +1,9 @@
-"""The teacher's overrides: points that a person gives, with a comment, instead of those of the rubric.
+"""The teacher's overrides: points with a comment that replace those of the rubric.
 
-A CSV file with the columns ``id`` (the student's), ``what`` (``total``, an exercise such as ``2``, a check such as
-``2.pitch``, or ``late penalty``), ``points`` and ``comment``. An override of a check counts in its exercise, that of an
-exercise in the total, and that of the total stands for everything, also for a submission that is not judged.
+A CSV file with the columns ``id`` (the student's), ``what`` (``total``, an exercise such as ``2``, a check
+such as ``2.pitch``, or ``late penalty``), ``points`` and ``comment``. An override of a check counts in its
+exercise, and an override of an exercise in the total. An override of the total replaces all points, also of
+an unjudged submission.
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ def _override(where: str, row: Mapping[str, str | None], rubric: Rubric) -> tupl
 
 
 def with_overrides(graded: Graded, overrides: tuple[Override, ...]) -> Graded:
-    """Return a result with its overrides; those of checks are in the verdict, too."""
+    """Return a result with its overrides; overrides of checks are in the verdict, too."""
     points = {one.what: one.points for one in overrides}
     verdict = graded.verdict
     if verdict is not None:
@@ -76,7 +77,9 @@ def with_overrides(graded: Graded, overrides: tuple[Override, ...]) -> Graded:
         verdict = verdict.model_copy(update={"checks": checks})
     changed: dict[str, object] = {"overrides": overrides, "verdict": verdict}
     changed["late_penalty"] = points.get(LATE_PENALTY, graded.late_penalty)
-    if graded.status == "partly" and verdict is not None and verdict.counts:  # what was missing is given
+    if (
+        graded.status == "partly" and verdict is not None and verdict.counts
+    ):  # the missing points are now given
         changed |= {"status": "judged", "reason": ""}
     return graded.model_copy(update=changed)
 

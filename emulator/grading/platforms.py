@@ -1,4 +1,4 @@
-"""Layouts of class folders: the entries that were handed in, and the student whom each entry names.
+"""Layouts of class folders: the submitted entries, and the student whom each entry names.
 
 A class folder is collected by hand, with an entry named after each student, or it is a download:
 
@@ -12,9 +12,9 @@ A class folder is collected by hand, with an entry named after each student, or 
   in ``Team 12/``; late files begin with ``Late Submission - ``;
 - Gradescope: ``submission_1234/...`` with ``submission_metadata.yml`` beside them (needs PyYAML).
 
-Decision: a student chooses the names of files, and on some platforms the name in the profile. Only the
-platform's own parts of a name decide whose it is. A name that can be read in two ways is a problem, and its
-entry is a submission under its whole name: a guess could take another student's place.
+Decision: only the platform's parts of a name identify the student, because students choose file names, and on
+some platforms also the name in the profile. A name that can be read in two ways is a problem, and its entry
+becomes a submission under its whole name: a guess could take another student's place.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ from fcu_emulator.emulator.text import one_line
 
 _METADATA = "submission_metadata.yml"
 _LARGEST_METADATA = 16 << 20
-_LARGEST_TEXT = 1 << 16  # bytes that are read of a text of Blackboard
+_LARGEST_TEXT = 1 << 16  # bytes read of a Blackboard text
 _OF_SYSTEMS: Final = {
     *(_METADATA, "thumbs.db", "desktop.ini", ".ds_store", ".localized", ".directory"),
     *(".gitignore", ".gitattributes", ".gitkeep"),
 }
 _TABLES: Final = {".xlsx", ".xls", ".csv", ".md"}
-"""Kinds of files that Ilias puts beside the students' folders."""
+"""Kinds of files that Ilias puts next to the students' folders."""
 _MOODLE = re.compile(r"(?P<name>.*?)_(?P<id>\d+)_assignsubmission_", re.DOTALL | re.ASCII)
 _MOODLES_FILE = re.compile(r".*?_assignsubmission_(file|onlinetext)_(?P<file>.+)", re.DOTALL)
 _CANVAS = re.compile(
@@ -52,17 +52,17 @@ _ATTEMPT = re.compile(r"_attempt_(?P<at>\d{4}-\d\d-\d\d-\d\d-\d\d-\d\d)(?=[_.]|$
 _BLACKBOARDS_NAME = re.compile(r"Name:\s*(?P<name>.*)\((?P<login>[^()\s]+)\)\s*")
 _ILIAS = re.compile(r"(?P<last>[^_]+)_(?P<rest>.+)_(?P<id>\d+)", re.DOTALL | re.ASCII)
 _LATE_MARK = re.compile(r"^(Late Submission|Versp(ä|ae|a)tete Abgabe) - ")
-"""What Ilias writes before the name of a late file, in English and German."""
+"""Ilias' prefix of a late file, in English and German."""
 _TEAM = re.compile(r"\w+ \d+")
 _GRADESCOPE = re.compile(r"submission_(?P<id>\d+)", re.ASCII)
 
 
 @dataclass(frozen=True)
 class HandedIn:
-    """One file or folder that was handed in, or one that a platform lists and that is not there.
+    """One submitted file or folder, or one that a platform lists but that is missing.
 
-    ``ids`` and ``names``: what a roster may know the student by; the platform gives ids, a student may have
-    chosen the name. ``group``: equal for the entries of one submission; "" for an entry that is a whole one.
+    ``ids`` and ``names``: possible keys of the student in a roster; the platform gives ids, a student may
+    have chosen the name. ``group``: equal for the entries of one submission; "" for a separate entry.
     ``own_name``: the student's name of a file that the platform has renamed. ``attempt``: the last one of a
     group is judged.
     """
@@ -78,19 +78,19 @@ class HandedIn:
     team: str = ""
     """The student whose board is the team's, for a submission that several students share."""
     handed_in: datetime | None = field(default=None, compare=False)
-    """When, by the clock of this machine's time zone; None if the platform does not say."""
+    """Time of submission in this machine's time zone; None if the platform does not say."""
     late: bool = False
-    """The platform marks it as late."""
+    """Whether the platform marks it as late."""
     is_there: bool = True
 
     @property
     def has_own_time(self) -> bool:
-        """Whether the platform or the file says when it was handed in."""
+        """Return whether the platform or the file gives the time of submission."""
         return self.is_there and not self.group.startswith("canvas")
 
     @property
     def is_renamed(self) -> bool:
-        """Whether files in this folder may have a mark of the platform before the student's own name."""
+        """Return whether the platform may have put a mark before the student's own file names in this folder."""
         return self.group.startswith("ilias")
 
     def without_mark(self, name: str) -> str:
@@ -132,18 +132,18 @@ def entries(folder: Path) -> list[HandedIn]:
 
 
 def stem(path: Path) -> str:
-    """Return the name of an entry by which it is known without a platform: that of a file without suffix."""
+    """Return the name of an entry without platform marks; for a file, without suffix."""
     name = path.name if path.is_dir() else path.stem
     return name if name.strip() else repr(name)
 
 
 def shown_name(name: str) -> str:
-    """Return the name of a file or folder as reports show it; one of spaces in quotes."""
+    """Return the name of a file or folder as reports show it; a name of spaces is quoted."""
     return one_line(name, 200) or repr(name)
 
 
 def _handed_in(folder: Path) -> list[Path]:
-    """Return all paths in a class folder but those of operating systems, version control and platforms."""
+    """Return all paths in a class folder except files of operating systems, version control and platforms."""
     return [path for path in sorted(folder.iterdir()) if not _is_of_a_system(path)]
 
 
@@ -153,7 +153,7 @@ def _is_of_a_system(path: Path) -> bool:
 
 
 def _by_name(path: Path) -> HandedIn:
-    """An entry of a folder that was collected by hand, or a folder of Gradescope without its table."""
+    """Return an entry of a folder that was collected by hand, or a Gradescope folder without its table."""
     name = stem(path)
     if match := _GRADESCOPE.fullmatch(name):
         return HandedIn(path, Student(match["id"]), ids=(match["id"],))
@@ -180,7 +180,7 @@ def _moodle(path: Path) -> HandedIn | None:
 
 
 def _canvas(paths: Sequence[Path]) -> dict[Path, HandedIn]:
-    """Entries of Canvas: each id has one name, and each file a number that no other file has."""
+    """Return the entries of Canvas: each id has one name, and each file a unique number."""
     matches = {path: match for path in paths if (match := _CANVAS.fullmatch(path.name)) and not path.is_dir()}
     names: dict[str, set[str]] = {}
     for match in matches.values():
@@ -202,7 +202,7 @@ def _canvas(paths: Sequence[Path]) -> dict[Path, HandedIn]:
 
 
 def _blackboard(paths: Sequence[Path]) -> dict[Path, HandedIn]:
-    """Entries of Blackboard. The login begins after the assignment's name, which all names begin with."""
+    """Return the entries of Blackboard. The login follows the assignment's name, with which all names begin."""
     found = {path: list(_ATTEMPT.finditer(path.name)) for path in paths if not path.is_dir()}
     found = {path: matches for path, matches in found.items() if matches}
     sure = {path: matches[0] for path, matches in found.items() if len(matches) == 1}
@@ -231,7 +231,7 @@ def _blackboard(paths: Sequence[Path]) -> dict[Path, HandedIn]:
 
 
 class _Who(NamedTuple):
-    """``logins``: the likely one, and others if the name can be read in several ways."""
+    """Student of a file. ``logins``: the likely one, and further ones if the name can be read in several ways."""
 
     logins: tuple[str, ...]
     name: str = ""
@@ -281,11 +281,11 @@ def _beginning(path: Path) -> str:
 class _Ilias(NamedTuple):
     entries: dict[Path, HandedIn]
     teams: dict[Path, list[Path]]
-    """The members' folders in the folder of each team."""
+    """Folders of the members, in the folder of each team."""
 
 
 def _ilias(paths: Sequence[Path]) -> _Ilias:
-    """Entries of Ilias, if most folders have its names, each with another number at the end."""
+    """Return the entries of Ilias, if most folders have its names, each with a unique number at the end."""
     teams = {path: _handed_in(path) for path in paths if _TEAM.fullmatch(path.name) and _is_folder(path)}
     teams = {
         path: members
@@ -302,7 +302,7 @@ def _ilias(paths: Sequence[Path]) -> _Ilias:
 
 
 def _iliass_entry(path: Path, match: re.Match[str]) -> HandedIn:
-    """``Last_First_login_id``. Names and logins may have underscores: each way to read them is tried."""
+    """Parse ``Last_First_login_id``. Names and logins may have underscores: each way to read them is tried."""
     words = match["rest"].split("_")
     first = " ".join(words[: max(1, len(words) - 1)])
     logins = tuple("_".join(words[number:]) for number in range(1, len(words)))
@@ -316,7 +316,7 @@ def _iliass_entry(path: Path, match: re.Match[str]) -> HandedIn:
 
 
 def _is_ilias(path: Path) -> bool:
-    if path.name.startswith("multi_feedback_"):  # the folder that holds them all
+    if path.name.startswith("multi_feedback_"):  # the common parent folder
         return False
     return path.name.count("_") >= 3 and bool(_ILIAS.fullmatch(path.name)) and _is_folder(path)
 
@@ -326,7 +326,7 @@ def _is_folder(path: Path) -> bool:
 
 
 def _ilias_folder(folder: Path) -> Path:
-    """Return the folder with the students' folders: in a download of Ilias at most two below its top."""
+    """Return the folder with the students' folders: in an Ilias download at most two levels below the top."""
     here = folder
     for _ in range(3):
         paths = _handed_in(here)
@@ -347,7 +347,7 @@ def _is_table(path: Path) -> bool:
 
 
 def _gradescope_submitters(folder: Path) -> dict[str, list[HandedIn]]:
-    """Return the students by the names of their folders, all of a team; nothing if there is no table."""
+    """Return the students, all of a team, by the names of their folders; empty without a table."""
     file = folder / _METADATA
     if not file.is_file():
         return {}
@@ -378,7 +378,7 @@ def _yaml(file: Path) -> Any:
         raise InputError(f"{file}: must have at most {_LARGEST_METADATA >> 20} MiB")
     try:
         import yaml
-    except ImportError as error:  # without it, grades would go to numbers instead of students
+    except ImportError as error:  # without PyYAML, grades would go to numbers instead of students
         problem = f"{file}: reading it needs PyYAML; install it with: pip install PyYAML"
         raise InputError(problem, kind="not_installed") from error
     try:
@@ -395,12 +395,12 @@ def _submitter(folder: str, entry: Mapping[object, object]) -> Student:
 
 
 def _word(value: object) -> str:
-    """Return text or a number of a YAML file as text; a nested value could be huge, and says nothing."""
+    """Return text or a number of a YAML file as text; nested values are ignored, because they could be huge."""
     return str(value) if isinstance(value, str | int) else ""
 
 
 def _time(text: str, form: str = "") -> datetime | None:
-    """Return a time of a platform as this machine's clock shows it; None if it is not one."""
+    """Return a platform's time in this machine's time zone; None if it is invalid."""
     try:
         at = datetime.strptime(text, form) if form else datetime.fromisoformat(text)
     except ValueError:

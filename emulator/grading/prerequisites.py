@@ -1,4 +1,4 @@
-"""Prerequisites of checks: a check that ``requires`` others earns points only if all of them have passed.
+"""Prerequisites of checks: a check with ``requires`` earns points only if all required checks have passed.
 
 ::
 
@@ -8,8 +8,9 @@
     requires = ["alarm", "2"]   # a check of the same exercise; every check of exercise 2 that gives points
     expect = [{ kind = "never", pattern = "ALARM", to = "2s" }]
 
-Decision: a rubric names what a check requires. The road not taken, to give no points to a check that the
-template passes, makes a grade depend on a second program, and its reason is hard to explain to a student.
+Decision: a rubric names the checks that a check requires. Rejected alternative: no points for a check that
+the template passes. Then a grade would depend on a second program, and the reason would be hard to explain to
+a student.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from fcu_emulator.emulator.grading.verdict import CheckResult, requires_text
 from fcu_emulator.emulator.text import shown
 
 PREREQUISITE = "prerequisite"
-"""The kind of finding of a check that has no points because of another one."""
+"""Kind of finding for a check without points because a required check has not passed."""
 
 
 class PrerequisiteError(ValueError):
@@ -33,10 +34,10 @@ class PrerequisiteError(ValueError):
 
 
 class Prerequisites:
-    """What each check requires, by the full names of checks such as "1.alarm".
+    """Required checks of each check, by the full names of checks such as "1.alarm".
 
-    ``requires``: by check, as the rubric has it; ``counted``: the checks that give points, for which the id
-    of an exercise is short. Raises PrerequisiteError.
+    ``requires``: by check, as the rubric has it; ``counted``: the checks that give points; the id of an
+    exercise means all of its counted checks. Raises PrerequisiteError.
     """
 
     def __init__(self, requires: Mapping[str, Sequence[str]], counted: Collection[str]) -> None:
@@ -47,7 +48,7 @@ class Prerequisites:
             self._refuse_circle(check)
 
     def needed(self, checks: Iterable[str]) -> set[str]:
-        """Return these checks and all that they require, directly or by way of others."""
+        """Return these checks and all checks that they require, directly or indirectly."""
         found: set[str] = set()
         waiting = list(checks)
         while waiting:
@@ -84,14 +85,14 @@ class Prerequisites:
         return tuple(dict.fromkeys(found))
 
     def _named(self, name: str, exercise: str) -> list[str]:
-        """The checks that an entry names: one, or those of an exercise."""
+        """Return the checks that an entry names: one, or those of an exercise."""
         one = next((full for full in (name, f"{exercise}.{name}") if full in self._requires), None)
         if one is not None:
             return [one]
         return [check for check in self._counted if check.partition(".")[0] == name]
 
     def _names(self, check: str) -> list[str]:
-        """What an entry of this check may name."""
+        """Return the valid names for an entry of this check."""
         exercises = dict.fromkeys(one.partition(".")[0] for one in self._counted)
         others = (one for one in exercises if one != check.partition(".")[0])
         return [*(one for one in self._requires if one != check), *others]
@@ -104,7 +105,7 @@ class Prerequisites:
 
 
 def _withheld(result: CheckResult, required: Sequence[CheckResult], hint: str) -> CheckResult:
-    """The result of a check, given those that it requires."""
+    """Return the result of a check, given the results of its required checks."""
     if result.outcome == "failed":
         return result
     missing = [one for one in required if one.outcome in ("failed", "partial")]

@@ -1,8 +1,8 @@
-"""What grading a class has found: a line for each student, and the whole; as ``grade.json``.
+"""Results of grading a class: a line for each student, and the whole as ``grade.json``.
 
-``grade.json`` is versioned (``schema``): the number grows when a key changes its meaning or goes; new keys
-may come at any time. The evidence of each judgement (terminal, plots, diagnosis) lies beside it, in
-``students/NAME.json``, as :class:`fcu_emulator.emulator.grading.verdict.Verdict` writes it.
+``grade.json`` is versioned (``schema``): the number grows when a key changes its meaning or is removed; new
+keys may be added at any time. The evidence of each judgement (terminal, plots, diagnosis) is in separate
+files, ``students/NAME.json``, written by :class:`fcu_emulator.emulator.grading.verdict.Verdict`.
 """
 
 from __future__ import annotations
@@ -22,8 +22,10 @@ from fcu_emulator.emulator.host.install_hints import command_line
 from fcu_emulator.emulator.text import visible
 
 Status: TypeAlias = Literal["judged", "partly", "unjudged", "rejected", "missing"]
-"""Everything is judged; some checks could not be; none could be, through no fault of the program; what was
-handed in is nothing that can be judged; nothing was handed in. Only the first has points that count."""
+"""Status of a submission. judged: all checks have a result. partly: some checks could not be judged. unjudged:
+no check could be judged, through no fault of the program. rejected: the submission cannot be judged. missing:
+there is none. Only "judged" has points that count.
+"""
 
 
 class _ResultModel(BaseModel):
@@ -31,15 +33,15 @@ class _ResultModel(BaseModel):
 
 
 TOTAL = "total"
-"""What an override of all points is of."""
+"""Value of :attr:`Override.what` for all points."""
 LATE_PENALTY = "late penalty"
-"""What an override of the points that are lost for handing in late is of."""
+"""Value of :attr:`Override.what` for the late penalty."""
 
 
 class Override(_ResultModel):
-    """Points that the teacher gives: of a check, an exercise or everything (:data:`TOTAL`).
+    """Points that the teacher gives for a check, an exercise or everything (:data:`TOTAL`).
 
-    Of :data:`LATE_PENALTY`, points that the teacher takes off.
+    For :data:`LATE_PENALTY`, points that the teacher takes off.
     """
 
     what: str
@@ -48,15 +50,15 @@ class Override(_ResultModel):
 
 
 class Graded(_ResultModel):
-    """One student. ``verdict`` is None unless something was judged, and is kept here without evidence.
+    """Result of one student. ``verdict`` is None if nothing was judged, and has no evidence here.
 
-    ``reason``: why it is not judged, or not wholly. ``report``: the name of the student's files, without
-    suffix. ``on_roster``: whether the roster has the student; None without a roster. ``files``: the
-    names of what was handed in; none in anonymous reports, so ``handed_in`` counts them. ``submitted``: ISO
-    8601, in local time, as the platform or the file says. ``late``: after the deadline, or so the platform
-    says; ``late_by_s``: None if it is not known by how much. ``late_penalty``: by the rubric, in points, or as
-    the teacher gives it; :attr:`lost_by_lateness` is what it has cost. ``shipped``: "template" or "solution" if it is
-    that of fcu. ``same_source``, ``same_program``: the ids of students who have handed in the same.
+    ``reason``: why it is not judged, or only partly. ``report``: the name of the student's files, without
+    suffix. ``on_roster``: whether the roster has the student; None without a roster. ``files``: the names of
+    the submitted files; empty in anonymous reports, so ``handed_in`` counts them. ``submitted``: ISO 8601, in
+    local time, from the platform or the file. ``late``: after the deadline, or marked late by the platform;
+    ``late_by_s``: None if the delay is unknown. ``late_penalty``: in points, by the rubric or by the teacher;
+    :attr:`lost_by_lateness` is its effect. ``shipped``: "template" or "solution" if the submission is fcu's.
+    ``same_source``, ``same_program``: the ids of students with an identical submission.
     """
 
     id: str
@@ -86,7 +88,7 @@ class Graded(_ResultModel):
 
     @property
     def points(self) -> float | None:
-        """The points, where they count; never a zero for what was not judged."""
+        """Return the points that count; None if the submission was not fully judged, never zero instead."""
         if (total := self._given(TOTAL)) is not None:
             return total
         earned = self._earned
@@ -94,21 +96,21 @@ class Graded(_ResultModel):
 
     @property
     def lost_by_lateness(self) -> float:
-        """The points that the late penalty has cost; 0 if the teacher has given the total."""
+        """Return the points that the late penalty has cost; 0 if the teacher has given the total."""
         if self._given(TOTAL) is not None or self._earned is None:
             return 0.0
         return round(self._earned - after_penalty(self._earned, self.late_penalty), 4)
 
     @property
     def _earned(self) -> float | None:
-        """The points before the late penalty."""
+        """Return the points before the late penalty."""
         if self.verdict is None or self.status != "judged":
             return None
         points = (self.points_of(one.exercise) for one in self.verdict.exercises)
         return round(sum(one for one in points if one is not None), 4)
 
     def points_of(self, exercise: str) -> float | None:
-        """Return the points of an exercise; None if it was not judged, or not wholly."""
+        """Return the points of an exercise; None if it was not fully judged."""
         given = self._given(exercise)
         return given if given is not None or self.verdict is None else self.verdict.points_of(exercise)
 
@@ -117,14 +119,14 @@ class Graded(_ResultModel):
 
     @property
     def late_by(self) -> str:
-        """How late it is, in words: "3 d 4 h", "late" if that is not known; "" for in time."""
+        """Describe the delay: "3 d 4 h", or "late" if it is unknown; "" for in time."""
         if not self.late:
             return ""
         return duration_text(self.late_by_s) if self.late_by_s is not None else "late"
 
     @property
     def late_words(self) -> str:
-        """How late it is and the points that it costs: "1 d 2 h: 2 points less"; "" for in time."""
+        """Describe the delay and its points: "1 d 2 h: 2 points less"; "" for in time."""
         if self._given(TOTAL) is None and (self._given(LATE_PENALTY) is not None or self.late_penalty):
             less = f"{self.late_penalty:g} {'point' if self.late_penalty == 1 else 'points'} less"
             return f"{self.late_by}: {less}" if self.late else less
@@ -132,7 +134,7 @@ class Graded(_ResultModel):
 
     @property
     def copies(self) -> str:
-        """What is identical with what was handed in, in words; "" for nothing."""
+        """Describe the submissions and shipped programs that are identical; "" if there are none."""
         if self.shipped:
             return f"is the {self.shipped} that comes with fcu"
         said = []
@@ -144,7 +146,7 @@ class Graded(_ResultModel):
 
     @property
     def again(self) -> str:
-        """The command that judges the same again; "" where the rubric is the teacher's alone."""
+        """Return the command that judges the firmware again; "" for a rubric that only the teacher has."""
         verdict = self.verdict
         if verdict is None or verdict.seed is None or not is_shipped(verdict.rubric, verdict.rubric_digest):
             return ""
@@ -153,12 +155,12 @@ class Graded(_ResultModel):
 
     @property
     def shown_name(self) -> str:
-        """Name and id on one line, as far as they are known."""
+        """Return name and id on one line, as far as they are known."""
         return visible(f"{self.name} ({self.id})" if self.name and self.name != self.id else self.id)
 
 
 class GradedClass(_ResultModel):
-    """``grade.json``."""
+    """Contents of the file ``grade.json``."""
 
     schema_: Literal[1] = Field(default=1, alias="schema")
     rubric: str
@@ -169,16 +171,16 @@ class GradedClass(_ResultModel):
     exercises: tuple[ExerciseTitle, ...]
     anonymous: bool = False
     handed_in: int = 0
-    """How many files and folders were handed in; one of a team counts once."""
+    """Number of submitted files and folders; one of a team counts once."""
     submissions: tuple[Graded, ...]
 
     def of(self, *statuses: Status) -> list[Graded]:
-        """The submissions with one of these statuses, in order."""
+        """Return the submissions with one of these statuses, in order."""
         return [one for one in self.submissions if one.status in statuses]
 
     @property
     def not_judged(self) -> list[Graded]:
-        """The list of its own: of whom there is no grade yet, and why."""
+        """Submissions without a grade, with reasons; reports list them separately."""
         return [one for one in self.submissions if one.status != "judged" and one.points is None]
 
     def to_json(self) -> str:
@@ -187,7 +189,7 @@ class GradedClass(_ResultModel):
 
     @classmethod
     def from_json(cls, text: str | bytes) -> GradedClass:
-        """What :meth:`to_json` has written. Raises ValueError for anything else."""
+        """Read the text of :meth:`to_json`. Raises ValueError for any other text."""
         return cls.model_validate_json(text)
 
 
@@ -196,7 +198,7 @@ def _ids(ids: tuple[str, ...]) -> str:
 
 
 def duration_text(seconds: int) -> str:
-    """Return how late something is: 3 d 4 h 5 min."""
+    """Return a delay as text: 3 d 4 h 5 min."""
     minutes = -(-seconds // 60)
     days, hours, minutes = minutes // 1440, minutes // 60 % 24, minutes % 60
     parts = ((days, "d"), (hours, "h"), (minutes, "min"))
@@ -204,7 +206,7 @@ def duration_text(seconds: int) -> str:
 
 
 def report_name(student: str) -> str:
-    """A file name made of an id: the same on every system, and another one for every other id."""
+    """Return a file name for an id: the same on every system, and unique for each id."""
     plain = re.sub(r"[^A-Za-z0-9_-]+", "-", student).strip("-")[:60]
     if plain == student and plain.islower() | plain.isdigit():
         return plain
@@ -212,6 +214,6 @@ def report_name(student: str) -> str:
 
 
 def pseudonym(student: Student, key: bytes) -> Student:
-    """The student without name and email, under an id that says nothing to those without ``key``."""
+    """Return the student without name and email; only ``key`` links the new id to the student."""
     digest = hmac.new(key, student.id.encode("utf-8", "surrogatepass"), hashlib.sha256).hexdigest()
     return Student(f"student-{digest[:10]}")

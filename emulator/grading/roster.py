@@ -1,11 +1,11 @@
-"""The class: a CSV file with a line for each student, as learning platforms export it.
+"""Roster of a class: a CSV file with a line for each student, as learning platforms export it.
 
 Columns are found by their names, in any order and case: an id (``id``, ``sid``, ``student id``,
-``identifier``, ``username``), a name (``name``, ``full name``, or ``first name`` and ``last name``), an
-``email``, and, where files are called otherwise, the ``submission``: the name of the student's file or
-folder. Only the id is needed. Other columns are left alone.
+``identifier``, ``username``), a name (``name``, ``full name``, or ``first name`` and ``last name``) and an
+``email``. If files have other names, the column ``submission`` has the name of the student's file or folder.
+Only the id is required. All further columns are ignored.
 
-A file that is no UTF-8 is read as Windows-1252, which spreadsheets write; a note says so.
+A file that is not UTF-8 is read as Windows-1252, which spreadsheets write; a note says so.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Student:
     name: str = ""
     email: str = ""
     submission: str = ""
-    """What the student's file or folder is called, where it is not called after id, name or email."""
+    """Name of the student's file or folder, if it differs from id, name and email."""
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -55,7 +55,7 @@ class Student:
 
 
 class Roster:
-    """The class, in the order of its file."""
+    """All students of a class, in the order of the file."""
 
     def __init__(self, students: Iterable[Student], notes: Iterable[str] = ()) -> None:
         self.students = tuple(students)
@@ -65,21 +65,21 @@ class Roster:
             ids = {student.id, student.id.removeprefix(_IDENTIFIER_PREFIX)}
             for key in ids | {student.name, student.email, student.email.partition("@")[0]} - {""}:
                 known = self._by_key.setdefault(_key(key), student)
-                if known is not student:  # two of that name: it says nothing
+                if known is not student:  # two students have this name: it identifies neither
                     self._by_key[_key(key)] = None
-        for student in self.students:  # ids and explicit names win over namesakes
+        for student in self.students:  # ids and explicit names win over equal student names
             self._by_key[_key(student.id)] = student
             if student.submission:
                 self._by_key[_key(student.submission)] = student
 
     def find(self, *keys: str) -> Student | None:
-        """Whom the first of ``keys`` that means exactly one student means."""
+        """Return the student for the first of ``keys`` that identifies exactly one student."""
         found = (self._by_key.get(_key(key)) for key in keys if key.strip())
         return next(filter(None, found), None)
 
 
 def load_roster(path: Path) -> Roster:
-    """The roster in a CSV file. Raises InputError that names file and line, and what would be right."""
+    """Read the roster in a CSV file. Raises InputError with file, line and correct values."""
     text, notes = read_csv(path)
     lines = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter(text), strict=True)
     students: dict[str, Student] = {}

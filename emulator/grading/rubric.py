@@ -1,4 +1,4 @@
-"""Rubrics: TOML files that say how the programs of a class are judged, exercise by exercise.
+"""Rubrics: TOML files with the rules for judging the programs of a class, exercise by exercise.
 
 ::
 
@@ -8,12 +8,12 @@
     verdict = judge("lab3.elf", load_rubric("lab3"), seed=7)
     print(verdict.points, "of", verdict.max_points)
 
-A rubric has runs (scenarios, by name, by file, or written out) and exercises with checks. A check asks
-something of one run; a run is made once, whatever number of checks look at it. The seed makes the board of
-the class, so each submission may have another one (:meth:`Rubric.seed_for`).
+A rubric has runs (scenarios, by name, by file, or inline) and exercises with checks. A check evaluates one
+run; a run is simulated once for all of its checks. The seed selects the board's offsets and noise, so each
+submission may have another board (:meth:`Rubric.seed_for`).
 
-Decision: checks reuse the scenario's expectations, key for key, instead of a language of their own: what a
-teacher has tried with ``fcu run --scenario`` is copied into a rubric as it is.
+Decision: checks reuse the scenario's expectations, key for key, instead of a separate language, so a teacher
+can copy an expectation that was tried with ``fcu run --scenario`` into a rubric unchanged.
 """
 
 from __future__ import annotations
@@ -55,16 +55,16 @@ from fcu_emulator.emulator.scenario.schema import json_schema as scenario_schema
 from fcu_emulator.emulator.text import shown
 
 PROJECT_RUBRIC = "rubric.toml"
-"""The file in a project that `fcu check` uses without being told."""
+"""Default rubric of `fcu check`: a file in the project."""
 MOST_EXERCISES = 50
 MOST_CHECKS = 100  # of one exercise
 MOST_POINTS = 1_000.0
 _NOT_OF_A_RUN = frozenset({"schema", "expect", "report", "firmware", "seed"})
-"""Keys of a scenario's file that are the rubric's."""
+"""Keys of a scenario's file that the rubric replaces."""
 _FILE_KEYS = frozenset({"csv", "file"})
 """Keys of a scenario that name a file beside it."""
 _WORDS = frozenset({"title", "hint", "hint_steps", "next", "visible", "detail"})
-"""Keys that say how a check is shown and decide nothing."""
+"""Keys that affect the display of a check, but not its outcome."""
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,39}$")]
 Title = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f-\x9f]+$")]
@@ -86,8 +86,9 @@ FindingKind: TypeAlias = Literal[
     "seldom read",
     "prerequisite",
 ]
-"""How an expectation may be missed; of a LED and of reads on the bus more exactly; and that a required check
-has not passed."""
+"""Kinds of failure of an expectation, with details for LEDs and for reads on the bus; and the kind for a
+required check that has not passed.
+"""
 
 _TABLES_OF_A_RUN = ("board", "bus", "firmware_settings", "sensors", "world")
 _ARRAYS_OF_A_RUN = ("threshold", "timeline")
@@ -104,21 +105,21 @@ _OF_A_CHECK = {
     **{name: f"{name} = ... in [[exercise.check]]" for name in ("points", "requires")},
 }
 _CHECK = {"check": "[[exercise.check]]"}
-"""Where keys belong that are often written in another table."""
+"""Correct tables of keys that are often written in another table."""
 
 # -- The file -----------------------------------------------------------------------------------------------
 
 
 class CheckTable(Table):
-    """One ``[[exercise.check]]``: what is expected of one run, and what it is worth.
+    """One ``[[exercise.check]]``: expectations of one run, and their points.
 
-    ``partial``: points for the share of its expectations that are met, instead of all or nothing. ``hint``: a
-    text for every finding but a missing prerequisite, or a table of texts by kind of finding; ``hint_steps``:
-    further texts, one more of which `fcu check` shows each time it is asked. ``enough``: when the run has shown
-    all that the check needs; a program that crashes later is judged by its output until then. ``requires``: the
-    checks or exercises that must have passed, or this check has no points
-    (:mod:`fcu_emulator.emulator.grading.prerequisites`). Without ``expect`` it takes the expectations of the
-    scenario that its run names.
+    ``partial``: points for the share of met expectations, instead of all or nothing. ``hint``: a text for
+    every finding except a missing prerequisite, or a table of texts by kind of finding. ``hint_steps``:
+    further texts; `fcu check` shows one more of them each time. ``enough``: the time at which the run has
+    shown all that the check needs; a program that crashes later is judged by its output until then.
+    ``requires``: the checks or exercises that must have passed, otherwise this check has no points
+    (:mod:`fcu_emulator.emulator.grading.prerequisites`). Without ``expect`` the check uses the expectations
+    of the scenario that its run names.
     """
 
     MISPLACED: ClassVar[Mapping[str, str]] = {**_OF_A_RUN, **_OF_THE_TOP}
@@ -139,8 +140,8 @@ class CheckTable(Table):
     def hint_for(self, finding: str, fault: str = "") -> str:
         """Return the hint for a kind of finding; "" if there is none.
 
-        A table without the finding has the hint of its ``fault``, the general kind. A text is about the
-        check itself, so it is no hint if only a prerequisite is missing.
+        A table without the finding uses the hint of its ``fault``, the general kind. A text is about the
+        check itself, so it is not used if only a prerequisite is missing.
         """
         if isinstance(self.hint, str):
             return "" if finding == PREREQUISITE else self.hint
@@ -149,7 +150,7 @@ class CheckTable(Table):
 
 
 class ExerciseTable(Table):
-    """One ``[[exercise]]``; ``next``: what to do while it is not done; ``run``: that of its checks."""
+    """One ``[[exercise]]``; ``next``: instruction until it is done; ``run``: default run of its checks."""
 
     MISPLACED: ClassVar[Mapping[str, str]] = {**_OF_A_RUN, **_OF_THE_TOP, **_OF_A_CHECK}
 
@@ -161,7 +162,7 @@ class ExerciseTable(Table):
 
 
 class RubricLimits(Table):
-    """[limits]: what each run may take, in the firmware's own measure and never in wall time."""
+    """[limits]: limits of each run, in the firmware's own measures and never in wall time."""
 
     instructions: int = Field(10**11, ge=1)
     terminal_bytes: int = Field(1 << 20, ge=1, le=8 << 20)
@@ -170,7 +171,7 @@ class RubricLimits(Table):
 
 
 class RubricFile(Table):
-    """The file."""
+    """Root table of a rubric file."""
 
     MISPLACED: ClassVar[Mapping[str, str]] = {**_OF_A_RUN, **_OF_A_CHECK, **_CHECK}
 
@@ -205,15 +206,15 @@ def _refuse_twice(names: list[str], what: str) -> None:
         raise ValueError(f'has the {what} "{twice[0]}" twice; give each an id of its own')
 
 
-# -- A rubric that can be used ------------------------------------------------------------------------------
+# -- A checked rubric ---------------------------------------------------------------------------------------
 
 
 class Rubric:
-    """A rubric, checked: its runs can be made and its checks fit them.
+    """A checked rubric: its runs can be created and its checks fit them.
 
-    ``name`` is the file's name without ``.toml``. ``digest`` changes with everything in it and with the
-    scenario files it names; ``judging_digest`` only with what decides an outcome: verdicts of the same
-    judging digest differ in words (:meth:`fcu_emulator.emulator.grading.judge.reworded`).
+    ``name`` is the file's name without ``.toml``. ``digest`` changes with all of its contents and with the
+    scenario files that it names; ``judging_digest`` only with contents that decide an outcome. Verdicts with
+    the same judging digest differ in text only (:meth:`fcu_emulator.emulator.grading.judge.reworded`).
     """
 
     def __init__(self, contents: RubricFile, table: dict[str, Any], path: Path) -> None:
@@ -237,7 +238,7 @@ class Rubric:
         for name in contents.run:
             self.scenario(name, 0)
         self.uncounted: dict[str, int] = {}
-        """How many expectations a scenario has of its file that no check takes, by run."""
+        """By run, the number of expectations in the scenario's file that no check uses."""
         self.exercises = self._with_expectations()
 
     @property
@@ -245,7 +246,7 @@ class Rubric:
         return round(sum(check.points for exercise in self.exercises for check in exercise.check), 4)
 
     def exercise(self, name: str) -> ExerciseTable:
-        """One exercise. Raises InputError naming the known ones."""
+        """Return one exercise. Raises InputError naming the known ones."""
         for one in self.exercises:
             if one.id == name:
                 return one
@@ -253,9 +254,9 @@ class Rubric:
         raise InputError(f"unknown exercise {name!r}; the rubric {self.name} has {known}")
 
     def run_of(self, exercise: ExerciseTable, check: CheckTable) -> str:
-        """The name of the run that a check looks at."""
+        """Return the name of the run that a check evaluates."""
         name = check.run or exercise.run
-        assert name is not None  # which the constructor has made sure of
+        assert name is not None  # guaranteed by the constructor
         return name
 
     @property
@@ -263,20 +264,20 @@ class Rubric:
         return list(self._runs)
 
     def table_of(self, run: str) -> dict[str, Any]:
-        """The table of a run's scenario, as in the file that has it."""
+        """Return the table of a run's scenario, as its file has it."""
         named: dict[str, Any] | None = self._source(run)
         return self._runs[run] if named is None else named
 
     @property
     def same_for_all(self) -> bool:
-        """Whether everybody has the same board."""
+        """Whether all students have the same board."""
         return isinstance(self._seed, int)
 
     def seed_for(self, student: str, firmware: bytes, salt: bytes) -> int:
         """Return the seed of a submission's board and motions; the rubric's own number if it has one.
 
         ``student``: the id; ``firmware``: the program's bytes; ``salt``: the teacher's secret. A program
-        cannot contain a recording of the run that judges it: other bytes are another run.
+        cannot contain a recording of the run that judges it, because other bytes get another run.
         """
         if isinstance(self._seed, int):
             return self._seed
@@ -284,15 +285,15 @@ class Rubric:
         return int.from_bytes(hmac.digest(salt, message, "sha256")[:4], "big")
 
     def scenario(self, run: str, seed: int) -> Scenario:
-        """The scenario of a run on the board ``seed``. Raises RubricError."""
-        if seed != self._seed_of_scenarios:  # one student after the other
+        """Return the scenario of a run on the board ``seed``. Raises RubricError."""
+        if seed != self._seed_of_scenarios:  # students are judged one after the other
             self._scenarios, self._seed_of_scenarios = {}, seed
         if run not in self._scenarios:
             self._scenarios[run] = self._load(run, seed)
         return self._scenarios[run]
 
     def duration_s(self, seed: int) -> float:
-        """Virtual time of all runs together."""
+        """Return the virtual time of all runs together."""
         return sum(self.scenario(name, seed).duration_s for name in self._runs)
 
     def _load(self, run: str, seed: int) -> Scenario:
@@ -319,7 +320,7 @@ class Rubric:
         return self.path.parent / name if is_path(name) else name
 
     def _source(self, run: str) -> Any:
-        """What a run is made of, for the digest: the contents of the file that it names."""
+        """Return the contents of the file that a run names, for the digest."""
         named = self._runs[run].get("scenario")
         if not isinstance(named, str):
             return None
@@ -341,7 +342,7 @@ class Rubric:
                     raise RubricError(self.file, key, problem, kind="unknown_run")
 
     def _with_expectations(self) -> list[ExerciseTable]:
-        """The exercises, with the expectations of scenarios in checks that have none. Raises RubricError."""
+        """Return the exercises; checks without expectations get those of the scenario. Raises RubricError."""
         taken: set[str] = set()
         changed = []
         for number, exercise in enumerate(self.exercises):
@@ -368,9 +369,9 @@ class Rubric:
         return changed
 
     def files(self) -> list[Path]:
-        """Return the files beside the rubric that it needs, by their paths from its folder.
+        """Return the files that the rubric needs beside it, by their paths relative to its folder.
 
-        Raises RubricError for one that is not in the folder.
+        Raises RubricError for a file outside the folder.
         """
         found: list[Path] = []
         for run, table in self._runs.items():
@@ -393,7 +394,7 @@ class Rubric:
         return [name for name in dict.fromkeys(found) if (self.path.parent / name).is_file()]
 
     def _prerequisites(self) -> Prerequisites:
-        """What each check requires. Raises RubricError."""
+        """Return the prerequisites of all checks. Raises RubricError."""
         tables = {f"{one.id}.{check.id}": check for one in self.exercises for check in one.check}
         requires = {name: check.requires for name, check in tables.items()}
         try:
@@ -410,7 +411,7 @@ class Rubric:
 
 
 def _named_files(value: Any) -> list[str]:
-    """The files that a scenario's table names, in any of its tables."""
+    """Yield the files that a scenario's table names, in any of its tables."""
     if isinstance(value, list):
         return [name for one in value for name in _named_files(one)]
     if not isinstance(value, dict):
@@ -420,7 +421,7 @@ def _named_files(value: Any) -> list[str]:
 
 
 def load_rubric(name: str | os.PathLike[str]) -> Rubric:
-    """A shipped rubric by name, or a file by path: what ends in ``.toml`` or has a separator is a path.
+    """Load a shipped rubric by name, or a file by path: a path ends in ``.toml`` or has a separator.
 
     Raises RubricError naming file and key path, InputError for an unknown name.
     """
@@ -438,7 +439,7 @@ def load_rubric(name: str | os.PathLike[str]) -> Rubric:
 
 
 def _with_rules(table: dict[str, Any], file: str) -> dict[str, Any]:
-    """A rubric with the rules that its checks name put in place. Raises ScenarioError."""
+    """Return a rubric in which the rules that its checks name are replaced by their tables. Raises ScenarioError."""
     exercises = table.get("exercise")
     if not isinstance(exercises, list):
         return table
@@ -465,7 +466,7 @@ def rubric_names() -> list[str]:
 
 
 def is_shipped(name: str, digest: str) -> bool:
-    """Whether everybody who has this package has the rubric of that name and digest."""
+    """Return whether this package contains the rubric with that name and digest."""
     return name in rubric_names() and _shipped_digest(name) == digest
 
 
@@ -475,7 +476,7 @@ def _shipped_digest(name: str) -> str:
 
 
 def json_schema() -> dict[str, Any]:
-    """The file's JSON schema (draft 2020-12), for an editor's completion and checks."""
+    """Return the file's JSON schema (draft 2020-12), for an editor's completion and checks."""
     scenario = scenario_schema(FCU001V1)
     rubric = as_written(RubricFile.model_json_schema(by_alias=True), FCU001V1)
     keys = [key for key in scenario["properties"] if key not in _NOT_OF_A_RUN]

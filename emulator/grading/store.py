@@ -1,8 +1,8 @@
-"""Verdicts kept by content: what was judged once is not judged again, today or after an interruption.
+"""Verdicts stored by content: a judged program is not judged again, neither today nor after an interruption.
 
-A verdict is found by what decides it: the firmware's bytes, the rubric's judging part, the seed, what the
-compiler said, and the version of the emulator. Words of the rubric (titles, hints, visibility) are no part
-of that: they are put into the kept verdict.
+The key of a verdict is everything that decides it: the firmware's bytes, the rubric's judging part, the seed,
+the compiler's messages, and the version of the emulator. Texts of the rubric (titles, hints, visibility) are
+not part of the key; they are inserted into the stored verdict.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ _FORMAT = 1
 
 
 class Store:
-    """A folder of verdicts."""
+    """A folder of stored verdicts."""
 
     def __init__(self, folder: Path, rubric: Rubric) -> None:
         self._folder = folder
         self._rubric = rubric
 
     def find(self, task: Task) -> Verdict | None:
-        """The verdict on a task, in the rubric's words of today; None if there is none that can be read."""
+        """Return the verdict on a task, with the rubric's current texts; None if there is none that can be read."""
         from fcu_emulator.emulator.grading.judge import reworded
 
         try:
@@ -39,7 +39,7 @@ class Store:
             return None
 
     def keep(self, task: Task, verdict: Verdict) -> None:
-        """Keep a verdict; one that is no grade, because something could not be judged, is not worth it."""
+        """Store a verdict, unless it is not a grade because a check could not be judged."""
         if verdict.counts:
             write_atomically(self._path(task), verdict.to_json())
 

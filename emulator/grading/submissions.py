@@ -1,16 +1,17 @@
-"""What was handed in: finding each student's program among folders, archives and files.
+"""Submissions: find each student's program among folders, archives and files.
 
 SUBMISSIONS is a folder with an entry for each student (a folder, a zip file, a ``.c``, ``.elf``, ``.hex`` or
 ``.bin`` file), collected by hand or downloaded from a learning platform
-(:mod:`fcu_emulator.emulator.grading.platforms`). Every entry is in one submission, graded or rejected with a reason; only
-a team's entry is in the submission of each of its students.
+(:mod:`fcu_emulator.emulator.grading.platforms`). Every entry belongs to one submission, which is graded or
+rejected with a reason. Only a team's entry belongs to the submission of each member.
 
-A submission is what is in it: **source** if there is one ``main.c`` (or just one C file), with the C files
-and headers beside it; otherwise **firmware**, the one ELF, HEX or BIN file. What the build made (``build``,
-``support``), what systems leave behind (``__MACOSX``, names with a dot) and everything else is not looked at.
+The contents decide the type of a submission. It is **source** if there is one ``main.c`` or just one C file:
+this file, with the C files and headers beside it. Otherwise it is **firmware**, the one ELF, HEX or BIN file.
+Build folders (``build``, ``support``), system files (``__MACOSX``, names with a dot) and all other files are
+ignored.
 
-Decision: source goes before firmware, because an ELF in a student's folder is as old as the last ``make``.
-Everything that cannot be taken has a reason of one line and costs only itself.
+Decision: source takes precedence over firmware, because an ELF file in a student's folder is as old as the
+last ``make``. A submission that cannot be read gets a reason of one line and does not affect the rest.
 """
 
 from __future__ import annotations
@@ -37,24 +38,24 @@ from fcu_emulator.emulator.text import one_line
 Take: TypeAlias = Literal["source", "firmware"]
 
 _FIRMWARE: Final = (".elf", ".axf", ".out", ".hex", ".bin")
-"""In the order of preference where one build made several."""
+"""Suffixes in the order of preference, if one build made several files."""
 _SOURCE: Final = (".c", ".h")
 _MADE = {"build", "support"}
 _FOREIGN_ARCHIVES = {".rar", ".7z", ".tar", ".gz", ".tgz", ".xz", ".bz2"}
 _OTHER_LANGUAGES = {".cpp", ".cc", ".cxx", ".ino", ".py", ".rs"}
-_MOST_ENTRIES = 5_000  # of one submission's folders
+_MOST_ENTRIES = 5_000  # limit for one submission's folders
 _DEEPEST = 12
-_LARGEST = 64 << 20  # bytes, of one file
-_LARGEST_SOURCE = 4 << 20  # of all C files together
+_LARGEST = 64 << 20  # bytes of one file
+_LARGEST_SOURCE = 4 << 20  # bytes of all C files together
 
 
 class RejectedError(InputError):
-    """A submission that cannot be judged as it was handed in; the message says why, for the student."""
+    """A submission that cannot be judged as it was handed in; the message tells the student why."""
 
 
 @dataclass(frozen=True)
 class SubmittedFirmware:
-    """A built program: the file's bytes, and what it is called."""
+    """A built program: the file's bytes and its name."""
 
     name: str
     data: bytes = field(repr=False)
@@ -77,50 +78,50 @@ class SubmittedSource:
 
 @dataclass(frozen=True)
 class Submission:
-    """What one student handed in. ``path`` is None if there is nothing."""
+    """Submission of one student. ``path`` is None if it is missing."""
 
     student: Student
     path: Path | None
     known: bool | None = None
     """Whether the student is on the roster; None without a roster."""
     problem: str = ""
-    """Why it cannot be taken, known already from where it lies."""
+    """Reason for a rejection that is known from the file's place alone."""
     entries: tuple[HandedIn, ...] = ()
-    """All files and folders of the student, if there is more to know of them than ``path``."""
+    """All files and folders of the student, if they have more data than ``path``."""
 
     @property
     def files(self) -> tuple[str, ...]:
-        """The names of the files and folders that were handed in."""
+        """Return the names of the submitted files and folders."""
         if self.entries:
             return tuple(entry.path.name for entry in self.entries if entry.is_there)
         return (self.path.name,) if self.path is not None else ()
 
     @property
     def board(self) -> str:
-        """The id that chooses the board: the student's, or one for all students of a team."""
+        """Return the id that selects the board: the student's, or one for all students of a team."""
         return next((entry.team for entry in self.entries if entry.team), self.student.id)
 
     @property
     def note(self) -> str:
-        """What the student and the teacher should know about the files that are judged; or ""."""
+        """Return a note for student and teacher about the judged files; or ""."""
         attempts = {entry.attempt for entry in self.entries}
         return f"the last of {len(attempts)} attempts is judged" if len(attempts) > 1 else ""
 
     @property
     def counted(self) -> list[HandedIn]:
-        """The entries that are judged: of several attempts the last."""
+        """Return the judged entries: of several attempts the last."""
         last = max((entry.attempt for entry in self.entries), default="")
         return [entry for entry in self.entries if entry.attempt == last and entry.is_there]
 
     @property
     def is_marked_late(self) -> bool:
-        """Whether the platform says that it is late."""
+        """Whether the platform marks the submission as late."""
         return any(entry.late for entry in self.counted)
 
     def submitted(self) -> datetime | None:
-        """Return when it was handed in, in local time: as the platform says, else as the newest file does.
+        """Return the time of submission in local time: from the platform, otherwise from the newest file.
 
-        None if neither says: Canvas gives its files the time of the download.
+        None if neither is known: Canvas gives its files the time of the download.
         """
         times = []
         for entry in self.counted:
@@ -130,10 +131,10 @@ class Submission:
         return max(times, default=None)
 
     def content(self, scratch: Path, take: Take | None = None) -> SubmittedFirmware | SubmittedSource:
-        """Return the program in it; archives are unpacked into ``scratch``, an empty folder.
+        """Return the submitted program; archives are unpacked into ``scratch``, an empty folder.
 
-        ``take``: only source, or only firmware; None: what there is, source first. Raises RejectedError if
-        the submission is at fault, NotJudgedError if this machine is.
+        ``take``: only source, or only firmware; None: either, source first. Raises RejectedError if the
+        submission is at fault, NotJudgedError if this machine is.
         """
         if self.problem:
             raise RejectedError(self.problem, kind="problem")
@@ -153,7 +154,7 @@ class Submission:
             raise NotJudgedError(f"the submission {reason}") from error
 
 
-# -- who ----------------------------------------------------------------------------------------------------
+# -- students -----------------------------------------------------------------------------------------------
 
 
 def _newest(path: Path) -> datetime:
@@ -163,7 +164,7 @@ def _newest(path: Path) -> datetime:
 
 
 class _Resolved(NamedTuple):
-    """An entry and its student. ``sure``: not found by a name alone, which a student may have chosen."""
+    """An entry and its student. ``sure``: False if found by a name alone, which a student may have chosen."""
 
     entry: HandedIn
     student: Student
@@ -232,9 +233,9 @@ def _class_folder(where: Path, scratch: Path) -> Path:
 
 
 def _resolved(entry: HandedIn, roster: Roster | None) -> _Resolved:
-    """Find the student of an entry: the teacher's word counts, then the platform's ids, then names."""
+    """Find the student of an entry: the teacher's table counts first, then the platform's ids, then names."""
     unknown = Student(platforms.stem(entry.path))
-    if entry.problem and entry.is_there:  # its name can be read in two ways
+    if entry.problem and entry.is_there:  # the name can be read in two ways
         return _Resolved(entry, unknown, None if roster is None else False, entry.problem)
     if roster is None:
         return _Resolved(entry, entry.student, None, entry.problem)
@@ -284,7 +285,7 @@ def _own_files(handed_in: Sequence[HandedIn]) -> Iterator[tuple[Path, str]]:
             yield path, entry.without_mark(path.relative_to(entry.path).as_posix())
 
 
-# -- what ---------------------------------------------------------------------------------------------------
+# -- programs -----------------------------------------------------------------------------------------------
 
 
 def _content(path: Path, scratch: Path, take: Take | None) -> SubmittedFirmware | SubmittedSource:
@@ -306,7 +307,7 @@ def _content(path: Path, scratch: Path, take: Take | None) -> SubmittedFirmware 
 
 
 def _choose(folder: Path, scratch: Path | None, take: Take | None) -> SubmittedFirmware | SubmittedSource:
-    """The one program in a folder. ``scratch``: where an archive in it may be unpacked; None: it may not."""
+    """Return the only program in a folder. ``scratch``: folder for unpacking an archive in it; None: not allowed."""
     files = list(_walk(folder))
     own = [path for path in files if not _MADE & set(path.relative_to(folder).parts[:-1])]
     if take != "firmware":
@@ -330,7 +331,7 @@ def _choose(folder: Path, scratch: Path | None, take: Take | None) -> SubmittedF
 
 
 def _walk(folder: Path) -> Iterator[Path]:
-    """Ordinary files, links not followed, in alphabetical order; bounded in number and depth."""
+    """Yield ordinary files in alphabetical order without following links; number and depth are bounded."""
     count = 0
     for where, folders, files in os.walk(folder, onerror=_raise):
         here = Path(where)
@@ -348,12 +349,12 @@ def _walk(folder: Path) -> Iterator[Path]:
 
 
 def _raise(error: OSError) -> None:
-    """Let :func:`os.walk` fail; left alone, it takes a folder that it cannot read for an empty one."""
+    """Make :func:`os.walk` fail for an unreadable folder, which it takes for an empty one by default."""
     raise error
 
 
 def _source(main: Path) -> SubmittedSource:
-    """``main`` with the C files and headers beside it; ``main.c`` if make cannot take its name."""
+    """Return ``main`` with the C files and headers beside it, as ``main.c`` if make cannot take its name."""
     left = _LARGEST_SOURCE
     files = {}
     for path in sorted(main.parent.iterdir()):
@@ -376,7 +377,7 @@ def _source(main: Path) -> SubmittedSource:
 
 
 def _firmware(images: list[Path], folder: Path) -> SubmittedFirmware:
-    """The one program that ``images`` are: a build may have made several forms and copies of it."""
+    """Return the only program in ``images``: a build may have made several forms and copies of it."""
     kinds = {path.suffix.casefold() for path in images}
     preferred = next(suffix for suffix in _FIRMWARE if suffix in kinds)
     of_kind = [path for path in images if path.suffix.casefold() == preferred]

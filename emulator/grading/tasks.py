@@ -1,4 +1,4 @@
-"""One judgement as a task: what travels to a worker process or a cluster, and what comes back."""
+"""One judgement as a task: the data sent to a worker process or a cluster, and the returned verdict."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ _SHOWING = ("emulator/cli", "emulator/links", "emulator/testing", "emulator/grad
 
 @dataclass(frozen=True)
 class Task:
-    """A program and what it is judged by.
+    """A program and the data for judging it.
 
-    ``rubric``: a shipped one's name, or a path that the worker has, too. ``code``: :func:`code_digest` of who
-    sends it, so that no worker with another version answers.
+    ``rubric``: a shipped rubric's name, or a path that the worker has, too. ``code``: :func:`code_digest` of
+    the sender, so that a worker with another version refuses the task.
     """
 
     firmware: bytes = field(repr=False)
@@ -42,7 +42,7 @@ class Task:
 
 
 def judge_task(task: Task) -> str:
-    """The verdict, as JSON. Raises RejectedError for what is no firmware for this board, NotJudgedError."""
+    """Return the verdict as JSON. Raises RejectedError for a file that is not firmware for this board, NotJudgedError."""
     if task.limits is not None:
         task.limits.apply()
     if task.code != code_digest():
@@ -58,25 +58,25 @@ def judge_task(task: Task) -> str:
             try:
                 return judge(path, rubric, seed=task.seed, build_log=task.build_log).to_json()
             except FirmwareFileError as error:
-                if isinstance(error.__cause__, OSError):  # the file is our own and can be read
+                if isinstance(error.__cause__, OSError):  # a temporary file, which is always readable
                     raise error.__cause__ from None
                 raise RejectedError(str(error).replace(f"{path}", path.name)) from None
-            except InputError as error:  # of this machine, such as a C library that is missing
+            except InputError as error:  # an error of this machine, such as a missing C library
                 raise NotJudgedError(str(error), kind=error.kind) from error
     except OSError as error:
         raise NotJudgedError(f"this machine has run out of something: {error}") from error
     finally:
-        gc.collect()  # boards refer to themselves; left to the collector's own time, their memory doubles
+        gc.collect()  # boards have reference cycles; without an explicit collection, memory use doubles
 
 
 def use_temporary_folder(folder: str) -> None:
-    """Let this process make its temporary files in ``folder``, which its parent removes."""
+    """Set the folder of this process' temporary files; its parent removes ``folder``."""
     tempfile.tempdir = folder
 
 
 @functools.cache
 def code_digest() -> str:
-    """The version, and a digest of all that can change a verdict: code, scenarios, the chip's library."""
+    """Return the version with a digest of all that can change a verdict: code, scenarios, the C library."""
     digest = hashlib.sha256()
     for package in _DECIDING:
         for path in sorted((_ROOT / package).rglob("*")):
@@ -97,6 +97,6 @@ def _rubric(name: str, digest: str) -> Rubric:
 
 
 def _file_name(name: str) -> str:
-    """A name that is a file's on every system; what a message shows is close to what was handed in."""
+    """Return a valid file name on every system, similar to the submitted name that messages show."""
     plain = "".join(sign if sign.isalnum() or sign in "._-" else "_" for sign in name)[-60:].lstrip(".-")
     return plain or "firmware"

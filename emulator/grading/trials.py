@@ -1,11 +1,12 @@
-"""Programs that do not solve a lab, judged by its rubric: it gives away the points that they earn.
+"""Trial programs that do not solve a lab: a rubric gives away the points that they earn.
 
-The template of the lab, and four that read no sensor: they print nothing, or every line that the rubric asks
-for, all the time and with the number 0; and their LEDs are off or on. A check that one of them passes says
-nothing about a student's program, unless it requires another one (:mod:`fcu_emulator.emulator.grading.prerequisites`).
+The programs are the lab's template and four programs that read no sensor. These print nothing, or repeatedly
+every line that the rubric asks for with the number 0; and their LEDs are off or on. A check that one of them
+passes says nothing about a student's program, unless it requires another one
+(:mod:`fcu_emulator.emulator.grading.prerequisites`).
 
-Decision: the programs print the lines of the rubric's checks, so they are generated for each rubric. They are
-firmware in Python, which needs no compiler.
+Decision: the trial programs are generated for each rubric, because they print the lines of its checks. They
+are Python firmware, which needs no compiler.
 """
 
 from __future__ import annotations
@@ -38,19 +39,19 @@ _ANCHORS = re.compile(r"^\^|\$$")
 
 @dataclass(frozen=True)
 class Trial:
-    """A program and the verdict on it."""
+    """A trial program and its verdict."""
 
     program: str
     verdict: Verdict
 
     @property
     def earned(self) -> dict[str, float]:
-        """The points that it has got, by check."""
+        """Return the earned points by check."""
         return {check.check: check.points for check in self.verdict.checks if check.points}
 
 
 class _Constant:
-    """Firmware that switches the LEDs once and prints the same lines all the time."""
+    """Firmware that switches the LEDs once and prints the same lines repeatedly."""
 
     def __init__(self, hal: VirtualHal, lines: Sequence[str], lit: bool) -> None:
         self._hal = hal
@@ -58,7 +59,7 @@ class _Constant:
         self._lit = lit
 
     def main(self) -> None:
-        """Print the lines without an end."""
+        """Print the lines in an endless loop."""
         for port, pin in Board.description.leds.values():
             self._hal.HAL_GPIO_Init(port, pin)
             self._hal.HAL_GPIO_WritePin(port, pin, 0 if self._lit else 1)
@@ -68,7 +69,7 @@ class _Constant:
             self._hal.HAL_Delay(_EVERY_MS)
 
     def HAL_TIM_PeriodElapsedCallback(self) -> None:
-        """No timer is started."""
+        """Do nothing: no timer is started."""
 
 
 def _constant(lines: Sequence[str], lit: bool) -> FirmwareFactory:
@@ -85,7 +86,7 @@ def trials(rubric: Rubric, template: str, seed: int = 0) -> Iterator[Trial]:
 
 
 def lines_of(rubric: Rubric) -> list[str]:
-    """Return the lines that the checks of a rubric ask for, each once, every number 0."""
+    """Return the lines that the checks of a rubric ask for, each once, with 0 for every number."""
     found: dict[str, None] = {}
     for exercise in rubric.exercises:
         for check in exercise.check:
@@ -97,7 +98,7 @@ def lines_of(rubric: Rubric) -> list[str]:
 
 
 def _line(expectation: object) -> str:
-    """A line that an expectation may be about; "" if it asks for none, or a pattern does not show one."""
+    """Return a line that meets an expectation; "" if none is expected, or the pattern is too complex."""
     if isinstance(expectation, ExpectLine):
         return expectation.text.strip()
     if isinstance(expectation, ExpectField | ExpectPrinted | ExpectWithin):
@@ -112,7 +113,7 @@ def _line(expectation: object) -> str:
 
 
 def _matching(pattern: TextPattern) -> str:
-    """A line in which a simple pattern is found, such as one of plain words and one number."""
+    """Return a line that matches a simple pattern, for example one of plain words and one number."""
     plain = re.sub(r"\(\?P<\w+>", "(", _ANCHORS.sub("", pattern.text))
     plain = re.sub(r"\((?:[^()]*\\d[^()]*|[^()]*\[0-9\][^()]*)\)", "0", plain)
     plain = re.sub(r"(?:-\?)?(?:\\d|\[0-9\])[+*]?", "0", plain).replace("\\", "")

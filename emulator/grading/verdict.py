@@ -1,10 +1,10 @@
-"""What a judged program got, check by check, with what a reader needs to understand it; as JSON and back.
+"""Verdict on a program, check by check, with evidence for the reader; as JSON and back.
 
-A verdict holds everything; :meth:`Verdict.for_student` is what may be shown, and leaves out the rest. It has
-no wall time and no paths: the same firmware, rubric, seed and version give the same bytes on every machine.
+A verdict holds all data; :meth:`Verdict.for_student` returns the part that the student may see. It has no
+wall time and no paths: the same firmware, rubric, seed and version give the same bytes on every machine.
 
-Decision: what could not be judged is an outcome of its own and takes its points out of the sum, in
-``unjudged_points``: a program is never given a zero for what nobody looked at.
+Decision: the outcome "unjudged" is separate, and its points are excluded from the sum (``unjudged_points``),
+so a program never gets a zero for a check that was not evaluated.
 """
 
 from __future__ import annotations
@@ -22,21 +22,20 @@ Detail: TypeAlias = Literal["full", "actual", "name", "none"]
 
 
 class _VerdictModel(BaseModel):
-    """Frozen, strict, and without unknown keys."""
+    """Base class: frozen, strict, and without unknown keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class CheckResult(_VerdictModel):
-    """One check of a rubric.
+    """Result of one check of a rubric.
 
     ``check`` is unique in the rubric ("3.pitch"). ``expected`` and ``actual`` are sentences for people, empty
-    where the check passed. ``printed``: the first line of the terminal that is wrong, in quotes, and when;
-    control characters as escapes. ``finding``: how it is not met, in a word or two by which rubrics choose a
-    hint, such as "missing" or "one side", and ``fault`` the general kind of it; both "" if it passed.
-    ``detail`` says how much of it a student sees:
-    everything, all but what was expected, only that the check is there and its outcome, or not even its
-    title. ``unjudged_because``: why nothing can be said; empty for every other outcome.
+    if the check passed. ``printed``: the first wrong line of the terminal, in quotes with its time; control
+    characters as escapes. ``finding``: the kind of failure by which rubrics choose a hint, such as "missing"
+    or "one side", and ``fault`` its general kind; both "" if it passed. ``detail``: the part that a student
+    sees: everything, all but the expected value, only title and outcome, or not even the title.
+    ``unjudged_because``: why the check could not be evaluated; empty for every other outcome.
     """
 
     check: str
@@ -55,7 +54,7 @@ class CheckResult(_VerdictModel):
     detail: Detail = "full"
     unjudged_because: str = ""
     requires_unmet: tuple[str, ...] = ()
-    """The checks that this one requires and that have not passed, if that is why it has no points."""
+    """The required checks that have not passed, if this check has no points because of them."""
 
 
 def requires_text(unmet: Iterable[tuple[str, str]]) -> str:
@@ -68,9 +67,9 @@ def _without(names: Iterable[str]) -> str:
 
 
 class Series(_VerdictModel):
-    """A printed number against the truth. All lists have one entry for each print; None: no number.
+    """A printed number against the truth. All lists have one entry for each print; None: not a number.
 
-    ``unit``: of ``printed`` and ``truth``. At most :data:`MOST_PRINTS`, evenly taken from all.
+    ``unit``: of ``printed`` and ``truth``. At most :data:`MOST_PRINTS` entries, evenly selected.
     """
 
     name: str
@@ -81,9 +80,10 @@ class Series(_VerdictModel):
 
 
 class Following(_VerdictModel):
-    """A LED or a line that has to follow a condition: when that holds, and when it is lit or printed.
+    """Input of a plot of a LED or line that must follow a condition: periods of the condition, and of LED or line.
 
-    Times in s, from and until; of a printed line both are its begin. At most :data:`MOST_PRINTS` of each.
+    Times in s, from and until; for a printed line both are the begin of printing. At most :data:`MOST_PRINTS`
+    of each.
     """
 
     name: str
@@ -93,7 +93,7 @@ class Following(_VerdictModel):
 
 
 class DiagnosedCause(_VerdictModel):
-    """What the diagnosis says: one line with function and source line where they are known, and sentences."""
+    """One diagnosis: a line with function and source line if they are known, and sentences."""
 
     kind: str
     summary: str
@@ -102,13 +102,13 @@ class DiagnosedCause(_VerdictModel):
 
 
 class RunEvidence(_VerdictModel):
-    """What one run of the board showed; several exercises may be judged by it.
+    """Evidence of one run of the board, which several exercises may use.
 
-    ``terminal``: begin and end of what was printed, Latin-1 decoded, control characters as they came: whoever
-    shows it escapes it. ``stopped``: what ended the run before its time, or "". ``replay``: the scenario as
-    TOML, with the numbers that were drawn from the seed, which ``fcu run --scenario`` plays; shown to a
-    student only when all checks of the run are (``for_student`` empties it otherwise), and empty for a run
-    that plays files of the rubric's author.
+    ``terminal``: begin and end of the output, decoded as Latin-1, with raw control characters: the viewer
+    must escape them. ``stopped``: reason for an early end of the run, or "". ``replay``: the scenario as TOML
+    for ``fcu run --scenario``, with the numbers drawn from the seed. A student sees it only if all checks of
+    the run are shown (otherwise ``for_student`` empties it). It is empty for a run that plays files of the
+    rubric's author.
     """
 
     run: str
@@ -128,18 +128,18 @@ class RunEvidence(_VerdictModel):
 
 
 class ExerciseTitle(_VerdictModel):
-    """An exercise of the rubric that was judged, in its order."""
+    """Title of a judged exercise, in the rubric's order."""
 
     exercise: str
     title: str
 
 
-MOST_PRINTS = 200  # of a series
-MOST_TERMINAL = 8_000  # characters of a run's text: the first and the last ones
+MOST_PRINTS = 200  # limit of entries in a series
+MOST_TERMINAL = 8_000  # limit for a run's text: its first and last characters
 
 
 class Verdict(_VerdictModel):
-    """A program judged by a rubric."""
+    """Verdict on a program by a rubric."""
 
     schema_: Literal[1] = 1
     rubric: str
@@ -147,14 +147,14 @@ class Verdict(_VerdictModel):
     rubric_digest: str
     firmware_digest: str
     seed: int | None
-    """None in anonymous reports: it is made of the student's id."""
+    """Seed of the board; None in anonymous reports, because it is derived from the student's id."""
     version: str
-    """Of the emulator."""
+    """Version of the emulator."""
     exercises: tuple[ExerciseTitle, ...]
     checks: tuple[CheckResult, ...]
     evidence: tuple[RunEvidence, ...] = ()
     hidden_checks: int = 0
-    """How many checks :meth:`for_student` has left out."""
+    """Number of checks that :meth:`for_student` has omitted."""
 
     @property
     def points(self) -> float:
@@ -162,17 +162,17 @@ class Verdict(_VerdictModel):
 
     @property
     def max_points(self) -> float:
-        """What could be got, by everything that was judged."""
+        """Return the maximum points of all judged checks."""
         return _sum(check.max_points for check in self.checks if check.outcome != "unjudged")
 
     @property
     def unjudged_points(self) -> float:
-        """What could not be judged is worth so much."""
+        """Return the points of the checks that could not be judged."""
         return _sum(check.max_points for check in self.checks if check.outcome == "unjudged")
 
     @property
     def unjudged(self) -> tuple[CheckResult, ...]:
-        """The checks of which nothing can be said."""
+        """Return the checks that could not be judged."""
         return tuple(check for check in self.checks if check.outcome == "unjudged")
 
     @property
@@ -181,29 +181,29 @@ class Verdict(_VerdictModel):
         return not any(check.max_points for check in self.unjudged)
 
     def points_of(self, exercise: str) -> float | None:
-        """What an exercise has got; None if it was not judged, or not wholly."""
+        """Return the points of an exercise; None if it was not fully judged."""
         checks = self.of(exercise)
         if not checks or any(check.outcome == "unjudged" and check.max_points for check in checks):
             return None
         return _sum(check.points for check in checks)
 
     def of(self, exercise: str) -> tuple[CheckResult, ...]:
-        """The checks of one exercise."""
+        """Return the checks of one exercise."""
         return tuple(check for check in self.checks if check.exercise == exercise)
 
     def is_done(self, exercise: str) -> bool:
-        """Whether every check of an exercise that gives points has passed; False if there is none."""
+        """Return whether every check of an exercise that gives points has passed; False if it has none."""
         counted = [check for check in self.of(exercise) if check.max_points > 0]
         return bool(counted) and all(check.outcome == "passed" for check in counted)
 
     def evidence_of(self, exercise: str) -> tuple[RunEvidence, ...]:
-        """The runs by which an exercise was judged."""
+        """Return the evidence of the runs by which an exercise was judged."""
         return tuple(one for one in self.evidence if exercise in one.exercises)
 
     def for_student(self, after_due_date: bool = False) -> Verdict:
-        """What may be shown: neither hidden checks, nor more of the others than the rubric allows.
+        """Return the student's part: no hidden checks, and of the rest only the detail that the rubric allows.
 
-        A run of which a student may not know everything shows no truth, no replay and no scenario.
+        A run with a hidden part shows no truth, no replay and no scenario.
         """
         shown = {"always", "after_due_date"} if after_due_date else {"always"}
         unnamed = {one.check for one in self.checks if one.visibility not in shown or one.detail == "none"}
@@ -224,22 +224,22 @@ class Verdict(_VerdictModel):
         return self.model_copy(update=changed)
 
     def without_seed(self) -> Verdict:
-        """Without what says which board of the class it was, and so whose: for anonymous reports."""
+        """Return the verdict without data that identifies the board, and so the student: for anonymous reports."""
         evidence = tuple(one.model_copy(update={"replay": ""}) for one in self.evidence)
         return self.model_copy(update={"seed": None, "evidence": evidence})
 
     def allowed(self) -> tuple[CheckResult, ...]:
-        """All checks, with as much detail as a student may see who is shown the check."""
+        """Return all checks with the maximum detail for a student who may see them."""
         unnamed = {one.check for one in self.checks if one.visibility != "always" or one.detail == "none"}
         return tuple(_for_student(check, unnamed) for check in self.checks)
 
     def to_json(self) -> str:
-        """As JSON, on several lines."""
+        """Return the verdict as JSON on several lines."""
         return self.model_dump_json(indent=1) + "\n"
 
     @classmethod
     def from_json(cls, text: str | bytes) -> Verdict:
-        """What :meth:`to_json` has written. Raises ValueError for anything else."""
+        """Read the text of :meth:`to_json`. Raises ValueError for any other text."""
         return cls.model_validate_json(text)
 
 
@@ -248,7 +248,7 @@ def _is_open(check: CheckResult, shown: set[str]) -> bool:
 
 
 def _for_student(check: CheckResult, unnamed: Collection[str] = ()) -> CheckResult:
-    """As much of a check as a student may see; ``unnamed``: the checks that are not to be named."""
+    """Return the part of a check that a student may see; ``unnamed``: the checks that must not be named."""
     if any(one in unnamed for one in check.requires_unmet):
         actual = _without(["a check that is not shown"])
         check = check.model_copy(update={"actual": actual, "requires_unmet": ()})
@@ -263,5 +263,5 @@ def _for_student(check: CheckResult, unnamed: Collection[str] = ()) -> CheckResu
 
 
 def _sum(points: Iterable[float]) -> float:
-    """Rounded to what a rubric can give, so that tenths add up."""
+    """Return the sum, rounded to the rubric's precision, so that tenths add up."""
     return round(sum(points), 4)

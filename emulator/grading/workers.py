@@ -1,12 +1,13 @@
-"""Who does the judging: processes on this machine, or the workers of a Dask cluster, behind one interface.
+"""Workers that judge programs: processes on this machine or the workers of a Dask cluster, behind one interface.
 
-Both are executors as in :mod:`concurrent.futures`: ``submit(function, *arguments)`` gives a future, which
-holds the result, the error that the function raised, or a NotJudgedError if it was not the function's fault.
+Both are executors like those of :mod:`concurrent.futures`: ``submit(function, *arguments)`` returns a future.
+It holds the result, the error that the function raised, or a NotJudgedError if it was not the function's
+fault.
 
-Decision: a process for each job, kept warm, and a pipe to each. What a submission does to a process, such as
-eating its memory, ends that process alone: the task is tried once more in a fresh one and then given up,
-while the others go on. The road not taken, ``ProcessPoolExecutor``, breaks as a whole when one of its
-processes dies. Processes are spawned, not forked: the parent has threads.
+Decision: each job has one warm process with one pipe, so a submission that exhausts the memory ends only its
+own process. The task is tried once more in a new process and then given up, while all further tasks continue.
+Rejected alternative: ``ProcessPoolExecutor``, which breaks as a whole when one of its processes dies.
+Processes are spawned, not forked, because the parent has threads.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from fcu_emulator.emulator.errors import InputError, NotJudgedError
 from fcu_emulator.emulator.text import one_line
 
 _ATTEMPTS: Final = 2
-_END_S: Final = 5.0  # how long a process may take to end by itself
+_END_S: Final = 5.0  # time for a process to end by itself
 
 
 @dataclass(frozen=True)
@@ -36,10 +37,10 @@ class _Task:
 
 
 class LocalWorkers(Executor):
-    """``jobs`` processes on this machine.
+    """Executor with ``jobs`` processes on this machine.
 
-    ``initializer``: called in each new process, such as to limit it. ``longest_s``: wall time that one task
-    may take, the last resort against a loop of our own; the firmware's limits are others.
+    ``initializer``: called in each new process, for example to limit it. ``longest_s``: maximum wall time of
+    one task, the last resort against an endless loop of fcu; the firmware has separate limits.
     """
 
     def __init__(
@@ -59,17 +60,17 @@ class LocalWorkers(Executor):
 
     @property
     def slots(self) -> int:
-        """How many tasks are done at a time."""
+        """Number of parallel tasks."""
         return len(self._threads)
 
     @property
     def pids(self) -> list[int]:
-        """The processes that there are just now."""
+        """Return the ids of the current processes."""
         with self._lock:
             return [worker.pid for worker in self._workers]
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """As :meth:`concurrent.futures.Executor.submit`; function and arguments are pickled."""
+        """Submit a task as :meth:`concurrent.futures.Executor.submit` does; function and arguments are pickled."""
         if kwargs:
             raise TypeError("arguments are given by position")
         if self._closed:
@@ -79,7 +80,7 @@ class LocalWorkers(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes: when all tasks are done, or at once with ``cancel_futures``."""
+        """End the processes after all tasks, or at once with ``cancel_futures``."""
         self._closed = True
         if cancel_futures:
             while True:
@@ -100,14 +101,14 @@ class LocalWorkers(Executor):
                 thread.join()
 
     def _serve(self) -> None:
-        """One of the threads: hands tasks to its process, and replaces it when it has died."""
+        """Thread function: send tasks to its process, and replace the process if it dies."""
         worker: _Worker | None = None
         while (task := self._tasks.get()) is not None:
             if not task.future.set_running_or_notify_cancel():
                 continue
             try:
                 worker = self._do(task, worker)
-            except Exception as error:  # a future that is never done would be waited for without end
+            except Exception as error:  # without this the caller would wait for the future forever
                 task.future.set_exception(error)
                 worker = None
         if worker is not None:
@@ -115,12 +116,12 @@ class LocalWorkers(Executor):
             self._end(worker)
 
     def _do(self, task: _Task, worker: _Worker | None) -> _Worker | None:
-        """Let a process do a task; that process, or None if there is none any more."""
+        """Let a process do a task; return that process, or None if it has ended."""
         kind = problem = ""
         for _ in range(_ATTEMPTS):
             try:
                 worker = worker or self._new_worker()
-            except Exception as error:  # no process, no pipe
+            except Exception as error:  # process or pipe cannot be created
                 reason = one_line(getattr(error, "strerror", None) or str(error))
                 kind, problem = "no_worker", f"this machine cannot start a worker process: {reason}"
                 continue
@@ -155,19 +156,19 @@ class LocalWorkers(Executor):
         worker = _Worker(self._initializer)
         with self._lock:
             self._workers.add(worker)
-            if self._cancelled:  # while the process was being started
+            if self._cancelled:  # during the start of the process
                 worker.kill()
         return worker
 
     def _end(self, worker: _Worker) -> None:
-        """Make sure that a process is no more."""
+        """Ensure that a process has ended."""
         worker.kill()
         with self._lock:
             self._workers.discard(worker)
 
 
 class _DiedError(Exception):
-    """The process ended before it had answered; ``out_of_time``: at its limit of processor time."""
+    """The process ended before it answered; ``out_of_time``: at its limit of processor time."""
 
     def __init__(self, cause: str) -> None:
         self.out_of_time = cause == "SIGXCPU"
@@ -175,7 +176,7 @@ class _DiedError(Exception):
 
 
 class _Worker:
-    """One process, and the pipe to it."""
+    """One worker process and the pipe to it."""
 
     def __init__(self, initializer: Callable[[], None] | None) -> None:
         context = multiprocessing.get_context("spawn")
@@ -192,7 +193,7 @@ class _Worker:
     def call(
         self, function: Callable[..., Any], arguments: tuple[Any, ...], longest_s: float
     ) -> tuple[bool, Any]:
-        """Whether the function returned, and what: its result, or the exception."""
+        """Return whether the function returned, and its result or exception."""
         try:
             self._pipe.send((function, arguments))
             if not self._pipe.poll(longest_s):
@@ -206,20 +207,20 @@ class _Worker:
         return answer
 
     def close(self) -> None:
-        """Let the process end; it has nothing to do."""
+        """Let an idle process end."""
         self._pipe.close()
         self._process.join(_END_S)
 
     def kill(self) -> None:
-        """End the process whatever it does."""
+        """End the process at once, even during a task."""
         if self._process.is_alive():
             self._process.kill()
             self._process.join(_END_S)
 
 
 def _work(pipe: Connection, initializer: Callable[[], None] | None) -> None:
-    """The process: one task after the other, until the pipe is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends us
+    """Process function: do one task after the other, until the pipe is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C and ends this process
     if initializer is not None:
         initializer()
     while True:
@@ -254,7 +255,7 @@ def _cause(code: int | None) -> str:
 class DaskWorkers(Executor):
     """The workers of the Dask cluster whose scheduler is at ``address`` ("tcp://host:8786").
 
-    Dask itself repeats what was lost with a worker, three times by its usual setting
+    Dask repeats tasks that were lost with a worker, by default three times
     (``distributed.scheduler.allowed-failures``). Raises InputError without Dask or without an answer.
     """
 
@@ -274,7 +275,7 @@ class DaskWorkers(Executor):
 
     @property
     def slots(self) -> int:
-        """How many tasks are done at a time, by the workers that there are now."""
+        """Number of parallel tasks of the current workers."""
         threads: dict[str, int] = self._client.nthreads()
         return max(1, sum(threads.values()))
 
@@ -284,6 +285,6 @@ class DaskWorkers(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Leave the cluster, which goes on."""
+        """Leave the cluster, which continues to run."""
         self._executor.shutdown(wait=wait and not cancel_futures)
         self._client.close()

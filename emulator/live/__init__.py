@@ -1,6 +1,6 @@
-"""A board that lives: it runs in real time, is moved by hand, typed to and looked at while it runs.
+"""Live boards: a board runs in real time while users move it, type to it and watch it.
 
-``messages``: what is said to it and what it says, as data; ``session``: the board, its pace, and what is
-done with it; ``view``: what is shown of a board; ``recording``: the session as a scenario; ``server``: the
-same messages over a WebSocket, with the page.
+``messages``: commands and events of a session, as data; ``session``: the board, its pace, and the execution
+of commands; ``view``: the visible state of a board; ``recording``: the session as a scenario; ``server``: the
+messages over a WebSocket, with the page.
 """

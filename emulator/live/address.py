@@ -1,10 +1,10 @@
-"""Where a session with a page is reached: its port and token, kept in a folder that is this user's alone.
+"""Address of a session with a page: its port and token, stored in a private folder of the user.
 
-So a page that was left open finds the server again when it is started again on the same port. A program that
-may read the folder could open the page just as well.
+So an open page finds the server again after a restart on the same port. A program that can read the folder
+could open the page as well, so the file adds no risk.
 
-The printed address has the token in its fragment, which no browser sends to a server; the socket gets it as a
-subprotocol (:mod:`fcu_emulator.emulator.live.requests`).
+The printed address has the token in its fragment, which browsers never send to a server; the socket gets it
+as a subprotocol (:mod:`fcu_emulator.emulator.live.requests`).
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from fcu_emulator.emulator.links.runtime_folder import read_own_file, runtime_fo
 from fcu_emulator.emulator.live.listening import LOCAL
 
 PROTOCOL = "fcu"
-"""The subprotocol of the socket, which the server selects."""
+"""Subprotocol of the socket, which the server selects."""
 TOKEN_PREFIX = "fcu.token."
-"""Begins the other subprotocol that a client offers, which has the token."""
+"""Prefix of the second subprotocol that a client offers, which contains the token."""
 _TOKEN_LENGTH = 32
 _TOKEN_SIGNS = frozenset(string.ascii_letters + string.digits + "-_")
 _LARGEST_FILE = 4096
@@ -32,7 +32,7 @@ _LARGEST_FILE = 4096
 
 @dataclass(frozen=True)
 class Address:
-    """``http://HOST:PORT/#token=TOKEN``."""
+    """Address ``http://HOST:PORT/#token=TOKEN`` of a session."""
 
     port: int
     token: str
@@ -40,22 +40,22 @@ class Address:
 
     @property
     def page(self) -> str:
-        """The URL that opens the page."""
+        """Return the URL that opens the page."""
         return f"http://{self.host}:{self.port}/#token={self.token}"
 
     @property
     def socket(self) -> str:
-        """The WebSocket, for programs; it wants :attr:`protocols`."""
+        """Return the URL of the WebSocket, for programs; clients must offer :attr:`protocols`."""
         return f"ws://{self.host}:{self.port}/session"
 
     @property
     def protocols(self) -> tuple[str, str]:
-        """The subprotocols that a client of :attr:`socket` has to offer."""
+        """Return the subprotocols that a client of :attr:`socket` must offer."""
         return PROTOCOL, TOKEN_PREFIX + self.token
 
 
 def address_for(port: int, host: str = LOCAL) -> Address:
-    """The address on ``port``, with the token of an earlier server there, if this user's folder tells."""
+    """Return the address on ``port``, with the token of an earlier server if the user's folder has it."""
     folder = _folder()
     token = ""
     if folder is not None:
@@ -66,12 +66,12 @@ def address_for(port: int, host: str = LOCAL) -> Address:
 
 
 def fresh(port: int, host: str = LOCAL) -> Address:
-    """An address with a new token."""
+    """Return an address with a new token."""
     return Address(port, secrets.token_urlsafe(24), host)
 
 
 def publish(address: Address) -> None:
-    """Keep it for the next server on this port; without a folder of this user's own it is not kept."""
+    """Store the address for the next server on this port; without a private folder it is not stored."""
     folder = _folder()
     if folder is not None:
         with suppress(OutputError):
@@ -79,7 +79,7 @@ def publish(address: Address) -> None:
 
 
 def withdraw(address: Address) -> None:
-    """Forget an address, of a port that nobody will ask for again."""
+    """Delete the stored address of a port that will not be reused."""
     folder = _folder()
     if folder is not None:
         with suppress(OSError):
@@ -91,7 +91,7 @@ def _file(folder: Path, port: int) -> Path:
 
 
 def _folder() -> Path | None:
-    """A folder that nobody else can look into; None where there is none, or somebody else made it."""
+    """Return the user's private folder; None if it is missing or belongs to another user."""
     try:
         return runtime_folder("fcu web", "the page's token is not kept")
     except LinkError:

@@ -1,5 +1,7 @@
-"""What everybody who looks at a live board is sent, and when: frames fifty times a second while something
-changes, registers and bus more slowly, verdicts and findings now and then. Looking changes nothing.
+"""Events for the clients of a live board, and their timing.
+
+Frames are sent fifty times a second while something changes, registers and bus more slowly, verdicts and
+findings every few seconds. Sending changes nothing on the board.
 """
 
 from __future__ import annotations
@@ -16,29 +18,27 @@ from fcu_emulator.emulator.live.past import Past
 from fcu_emulator.emulator.scenario.run_view import FORMATS, TRUTH
 
 Publish = Callable[[SessionEvent, object | None], None]
-"""``publish(event, client)``: to one client, or to all when ``client`` is None."""
+"""Function ``publish(event, client)``: send to one client, or to all if ``client`` is None."""
 
 # Wall time, s:
 _FRAME_S = 0.02  # between two frames (a State and the text until then) while something changes
-_ANSWER_S = 0.005  # between a frame and the next one that shows what a command has done
-_HEARTBEAT_S = 0.5  # beyond _FRAME_S, while nothing changes
-_SLOWLY_S = 0.1  # between two looks at registers and bus
-_FINDINGS_S, _VERDICTS_S = 2.0, 0.5  # between two looks at these
-_FAILURE_S = (
-    0.5  # between two looks for a firmware that is stuck; a fault of the core is seen in the next frame
-)
-_UNSEEN_S = 0.1  # between two states that are kept while there is no client
+_ANSWER_S = 0.005  # from a frame to the next one, which shows the effect of a command
+_HEARTBEAT_S = 0.5  # in addition to _FRAME_S, while nothing changes
+_SLOWLY_S = 0.1  # between two updates of registers and bus
+_FINDINGS_S, _VERDICTS_S = 2.0, 0.5  # between two updates of findings, of verdicts
+_FAILURE_S = 0.5  # between two checks for stuck firmware; the next frame reports a fault of the core
+_UNSEEN_S = 0.1  # between two stored states while there are no clients
 _PACE_S = 1.0  # over which the pace is measured
 
-_HISTORY = 64 << 10  # bytes of the terminal for a client that comes later
-_LONGEST_LINE = 4096  # bytes of a line whose end has not come yet
+_HISTORY = 64 << 10  # bytes of the terminal for a client that connects later
+_LONGEST_LINE = 4096  # bytes of an incomplete line
 
 
 class Broadcast:
-    """The ``run_number``-th board of a session, as its clients see it.
+    """Events of the ``run_number``-th board of a session, as its clients see it.
 
-    ``clients``: what each of them watches; it is the session's, and changes as they come and go.
-    ``wall_s``: now, as everywhere here; the same clock at each call.
+    ``clients``: the watched items of each client; the session owns it and changes it as clients come and go.
+    ``wall_s``: current wall time, in all methods from the same clock.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class Broadcast:
         self._transfers = transfers.Transfers(board)
         self._load = view.Load(board, self._witness)
         self.changed = True
-        """Whether a frame would show something new."""
+        """Whether a frame would show a change."""
         self._done = 0
         self._position = 0
         self._line_rest = b""
@@ -79,10 +79,10 @@ class Broadcast:
         self._transfers.close()
         self._witness.close()
 
-    # -- what the session says of it ------------------------------------------------------------------------
+    # -- called by the session ------------------------------------------------------------------------------
 
     def greet(self, client: object, hello: messages.Hello, status: messages.StatusEvent) -> None:
-        """Send a client everything that has been sent already."""
+        """Send a new client all earlier events."""
         self._publish(hello, client)
         self._publish(status, client)
         self._publish(self._past.message(), client)
@@ -93,35 +93,35 @@ class Broadcast:
         self._next_frame_s = 0.0
 
     def look_again(self) -> None:
-        """Somebody watches something else: registers and bus are sent at once, and whole."""
+        """Send registers and bus completely with the next update: a client has changed its watched items."""
         self._registers.clear()
         self._next_slow_s = 0.0
 
     def answer(self, number: int) -> None:
-        """The command of this number has been carried out: the next frame says so, and comes soon."""
+        """Confirm the command of this number in the next frame, and send this frame soon."""
         self._done = number
         self._next_frame_s = min(self._next_frame_s, self._last_frame_s + _ANSWER_S)
 
     def measure_pace(self, wall_s: float) -> None:
-        """From here on: the board has begun to run, or goes at another speed."""
+        """Restart the measurement of the pace, because the board has started or its speed has changed."""
         self._paced_from = wall_s, self._board.now_s
 
     def frame_in_s(self, wall_s: float) -> float:
-        """Wall time until the next frame is due; infinite while there is nothing to show, or nobody."""
+        """Return the wall time until the next frame is due; infinite without changes or clients."""
         frame_s = self._next_frame_s - wall_s
-        if self._clients and (frame_s > 0.0 or self.changed):  # else one is overdue, but has nothing new
+        if self._clients and (frame_s > 0.0 or self.changed):  # otherwise the overdue frame has no changes
             return frame_s
         return math.inf
 
-    # -- what is due ----------------------------------------------------------------------------------------
+    # -- due events -----------------------------------------------------------------------------------------
 
     def show(self, wall_s: float, running: bool) -> None:
-        """Send what is due. ``running``: whether the board is to run at all, and so has a pace."""
+        """Send the due events. ``running``: whether the board should run, and so has a pace."""
         if not self._clients:
             self._keep_unseen(wall_s, running)
             return
         if wall_s >= self._next_frame_s and (self.changed or wall_s >= self._next_frame_s + _HEARTBEAT_S):
-            # Counted from when it was due: else a frame that comes a little late lets the next be left out.
+            # Count from the due time: otherwise a slightly late frame would skip the next one.
             due_s = max(self._next_frame_s, wall_s - _FRAME_S / 2)
             self._last_frame_s, self._next_frame_s = wall_s, due_s + _FRAME_S
             self.changed = False
@@ -138,7 +138,7 @@ class Broadcast:
             self.look_for_findings()
 
     def _keep_unseen(self, wall_s: float, running: bool) -> None:
-        """Keep the past for the next client, while there is none. The greeting has all text until then."""
+        """Store the past for the next client while there are no clients. The greeting has all text until then."""
         self.show_text()
         if running and wall_s >= self._next_frame_s:
             self._next_frame_s = wall_s + _UNSEEN_S
@@ -150,7 +150,7 @@ class Broadcast:
         self._publish(state, None)
 
     def _has_failed(self, wall_s: float) -> bool:
-        """Return whether the firmware has crashed or is stuck since the findings were sent."""
+        """Return whether the firmware has crashed or become stuck since the findings were sent."""
         arm = self._board.chip
         if arm is None:
             return False
@@ -170,7 +170,9 @@ class Broadcast:
             self._pace = (board.now_s - from_s) / (wall_s - from_wall_s)
             self.measure_pace(wall_s)
         if not self._truth or not board.world.rests(self._truth_s, board.now_s):
-            self._truth = view.truth(board)  # else what was shown last is still true: evaluating it is dear
+            self._truth = view.truth(
+                board
+            )  # otherwise the last truth is still valid: evaluating it is expensive
         self._truth_s = board.now_s
         names = dict.fromkeys(name for watch in self._clients.values() for name in watch.variables)
         values: dict[str, float] = {}
@@ -253,8 +255,8 @@ class Broadcast:
             self._publish(verdicts, None)
 
     def look_for_findings(self) -> None:
-        """Send what is wrong with the firmware, where that is something else than was sent before."""
-        from fcu_emulator.emulator.analysis.mistakes import explain  # with the chip's diagnosis: dear to load
+        """Send the problems of the firmware if they differ from the last ones."""
+        from fcu_emulator.emulator.analysis.mistakes import explain  # slow import: loads the diagnosis
 
         found = [
             {"kind": one.kind, "summary": one.summary, "details": list(one.details), "fatal": one.fatal}

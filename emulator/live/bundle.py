@@ -1,4 +1,4 @@
-"""The page's files, compressed once for browsers that accept it."""
+"""The page's files, compressed once for browsers that accept gzip."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _FILES = {
 
 @dataclass(frozen=True)
 class PageFile:
-    """A file of the page as a response has it: headers and body."""
+    """A file of the page in the form of a response: headers and body."""
 
     headers: tuple[tuple[str, str], ...]
     body: bytes
 
 
 class Bundle:
-    """The page's files, read and compressed when it is made. Raises OSError if they cannot be read."""
+    """The page's files, read and compressed by the constructor. Raises OSError if they cannot be read."""
 
     def __init__(self) -> None:
         page = files("fcu_emulator.emulator.live").joinpath("page")

@@ -1,6 +1,6 @@
-"""Interface to what judges the exercises of a lab while a session runs.
+"""Interface to the judge of a lab's exercises during a session.
 
-The rubric and the judgement are above this package: ``fcu web`` hands them in
+Rubrics and judges are in packages above this one: ``fcu web`` passes them in
 (:mod:`fcu_emulator.emulator.cli.exercises`), and a session works without them.
 """
 
@@ -12,7 +12,7 @@ from fcu_emulator.emulator.live.messages import Checked
 
 
 class Exercises(Protocol):
-    """The exercises of a lab, and a judge that works beside the session."""
+    """The exercises of a lab, with a judge that works in parallel to the session."""
 
     def offered(self) -> list[dict[str, Any]]:
         """Return ``id``, ``title``, ``question`` and ``next`` of each exercise, in the lab's order."""
@@ -26,9 +26,9 @@ class Exercises(Protocol):
         ...
 
     def finished(self) -> list[Checked]:
-        """Return the results that have come since the last call."""
+        """Return the results since the last call."""
         ...
 
     def close(self) -> None:
-        """End a judgement that is still running."""
+        """Cancel a running judgement."""
         ...

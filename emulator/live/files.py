@@ -1,4 +1,4 @@
-"""Firmware files of a session: one that is watched on the disk, and one that came from the page."""
+"""Firmware files of a session: a file that is watched on the disk, or an upload from the page."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from fcu_emulator.emulator.text import one_line
 
 
 class FileWatch:
-    """Tells when a file has been written anew and is at rest: a linker writes for a while.
+    """Detects when a file has changed and is complete: a linker writes for a while.
 
-    Asked from time to time; the road not taken, the system's notifications, are another interface on each
-    system and see a folder on a network not at all.
+    The file is polled. Rejected alternative: the system's notifications, which have another interface on each
+    system and do not work for network folders.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -23,11 +23,11 @@ class FileWatch:
 
     @property
     def exists(self) -> bool:
-        """Whether there is such a file: a firmware's name need not be one."""
+        """Return whether the file exists: a firmware's name need not be a file."""
         return self._loaded is not None or self._stamp() is not None
 
     def changed(self) -> bool:
-        """Whether the file is another one, and the same as when asked before; true once for each."""
+        """Return whether the file has changed, but not since the previous call; True once for each change."""
         stamp = self._stamp()
         settled = stamp == self._seen
         self._seen = stamp
@@ -45,9 +45,9 @@ class FileWatch:
 
 
 class UploadedFile:
-    """A firmware file from a page, in its own temporary folder; of its name only the end counts.
+    """A firmware file from a page, in a separate temporary folder; only the suffix of its name is used.
 
-    Raises OSError, and leaves nothing behind, if it cannot be written.
+    Raises OSError without leaving files if it cannot be written.
     """
 
     def __init__(self, name: str, content: bytes) -> None:
@@ -61,7 +61,7 @@ class UploadedFile:
             raise
 
     def shown(self, board: Board) -> str:
-        """The name for people, where it is this firmware that runs."""
+        """Return the file's original name if this firmware runs, otherwise the name of the running firmware."""
         return self.name if board.booted.name == str(self.path) else board.booted.name
 
     def remove(self) -> None:

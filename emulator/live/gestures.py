@@ -1,7 +1,7 @@
 """Gestures: motions with one word each, for ``fcu move`` and for the buttons of a page.
 
-The words are the scenario's: what a gesture does is the timeline entry of that name
-(``docs/scenarios.md``), with usual values. Only ``flat`` is two entries.
+The words are the scenario's: a gesture is the timeline entry of the same name (``docs/scenarios.md``) with
+default values. Only ``flat`` consists of two entries.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ Entries = Callable[[float, str | None, str | None], list[dict[str, Any]]]
 
 @dataclass(frozen=True)
 class Gesture:
-    """Timeline entries computed from (amount, time, axis); None stands for the usual time or axis."""
+    """Function that computes timeline entries from (amount, time, axis); None selects the default time or axis."""
 
     usual: float | None
-    """The amount if none is given; None: the gesture takes no amount."""
+    """Default amount; None: the gesture takes no amount."""
     entries: Entries
     takes_time: bool = True
     takes_axis: bool = False
     interrupts: bool = False
-    """Whether it can interrupt a motion that is under way."""
+    """Whether the gesture can interrupt a motion in progress."""
 
 
 GESTURES = {
@@ -74,7 +74,7 @@ GESTURES = {
         takes_time=False,
     ),
 }
-"""By their words."""
+"""All gestures by their words."""
 
 OLD_WORDS = {
     "fall": "free_fall",
@@ -83,7 +83,7 @@ OLD_WORDS = {
     "magnet": "pass_magnet",
     "reset": "flat",
 }
-"""Words of earlier releases; ``fcu move`` takes them for one release more."""
+"""Words of earlier releases; ``fcu move`` accepts them for one more release."""
 
 _BUTTONS: tuple[tuple[str, float | None, str | None, str], ...] = (
     ("flat", None, None, "Lay the board flat on the floor, X to the north"),

@@ -1,7 +1,8 @@
-"""Network address on which the page is served: this machine alone, or one address that a user names.
+"""Network address on which the page is served: this machine only, or one address that the user names.
 
-Decision: one address of this machine, and neither all of them nor a host name. So a request's Host header can
-be compared with a literal address, which no foreign name that leads here can have (DNS rebinding).
+Decision: the page is served on one address of this machine, neither on all addresses nor on a host name. So a
+request's Host header can be compared with a literal address, which no foreign name that leads here can have
+(DNS rebinding).
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ LOCAL = "127.0.0.1"
 
 
 def checked(listen: str) -> str:
-    """Return an address in its usual spelling. Raises InputError for what is not one address."""
+    """Return an address in its normal form. Raises InputError if the text is not exactly one address."""
     try:
         address = ipaddress.ip_address(listen)
     except ValueError as error:
@@ -35,18 +36,18 @@ def checked(listen: str) -> str:
 
 
 def host(listen: str) -> str:
-    """Return an address as a URL has it: IPv6 in brackets."""
+    """Return an address as in a URL: IPv6 in brackets."""
     return f"[{listen}]" if ":" in listen else listen
 
 
 def hosts(listen: str, port: int) -> tuple[str, ...]:
-    """Return the values of the Host header that a request may have."""
+    """Return the valid values of a request's Host header."""
     names = (LOCAL, "localhost") if listen == LOCAL else (host(listen),)
     return tuple(f"{name}:{port}" for name in names)
 
 
 def warning(listen: str) -> str:
-    """Return the line that is printed when other machines can reach the page; empty if they cannot."""
+    """Return the warning if other machines can reach the page; "" if they cannot."""
     if ipaddress.ip_address(listen).is_loopback:
         return ""
     return (

@@ -1,13 +1,13 @@
-"""What a page says to a session, and what a session says to it: data, whatever carries it.
+"""Messages between a page and a session: commands and events as data, independent of the transport.
 
-Each message is a JSON object with ``type``, the class's name below in snake case without Command or Event, and
-the class's fields. A session takes commands and gives events; both are declared here and nowhere else. A
-WebSocket carries them now (:mod:`fcu_emulator.emulator.live.server`); whatever else does, a worker in a browser
-for one, needs this file only.
+Each message is a JSON object with ``type``, the class's name below in snake case without Command or Event,
+and the class's fields. A session takes commands and sends events; all of them are declared in this file. The
+transport is a WebSocket (:mod:`fcu_emulator.emulator.live.server`); another one, such as a worker in a
+browser, would need only this file.
 
-What a user does to the board is a timeline entry as in a scenario file, without a time (:class:`Do`): its
-words are those of ``docs/scenarios.md``, and a recorded session is a scenario without being translated. The
-road not taken, a command for each gesture, would have said everything twice.
+A user's action on the board is a timeline entry as in a scenario file, without a time (:class:`Do`). Its
+words are those of ``docs/scenarios.md``, so a recorded session is a scenario without translation. Rejected
+alternative: a command for each gesture, which would define every gesture twice.
 
 Times are seconds of virtual time, bytes of the terminal Latin-1, one character each; angles are in degrees.
 """
@@ -28,19 +28,17 @@ from typing import Any, Literal
 from fcu_emulator.emulator.errors import InputError, failure_text
 from fcu_emulator.emulator.text import visible
 
-MOST_VARIABLES = 16  # that one page watches
-LARGEST_FIRMWARE = 8 << 20  # bytes; ST's stock firmware with all its debug information has 4 MB
-LONGEST_COMMAND = 64 << 10  # characters, all but an upload
-LONGEST_UPLOAD = LARGEST_FIRMWARE * 4 // 3 + 4096  # characters of one in base64
-_MOST_PIECES = (
-    1000  # commas, quotes and brackets of a message that is longer than a command: an upload has 15
-)
+MOST_VARIABLES = 16  # watched by one page
+LARGEST_FIRMWARE = 8 << 20  # bytes; ST's stock firmware with full debug information has 4 MB
+LONGEST_COMMAND = 64 << 10  # characters of any command except an upload
+LONGEST_UPLOAD = LARGEST_FIRMWARE * 4 // 3 + 4096  # characters of an upload in base64
+_MOST_PIECES = 1000  # commas, quotes and brackets in a message longer than a command: an upload has 15
 FIRMWARE_FILES = (".elf", ".axf", ".out", ".hex", ".bin")
 _LONGEST_NAME = 200
 
 
 class MessageError(InputError):
-    """A message that is none; the text says what is wrong with it."""
+    """Error in a message; the text says what is wrong with it."""
 
 
 # -- To the session -----------------------------------------------------------------------------------------
@@ -48,12 +46,12 @@ class MessageError(InputError):
 
 @dataclass(frozen=True)
 class PageCommand:
-    """What a page asks for. Raises MessageError for values that no session could use."""
+    """Base class of a page's commands. Raises MessageError for values that are invalid in any session."""
 
 
 @dataclass(frozen=True)
 class Do(PageCommand):
-    """Do something to the board: a timeline entry without ``at``. ``id`` comes back in ``State.done``."""
+    """Perform an action on the board: a timeline entry without ``at``. ``State.done`` returns ``id``."""
 
     entry: dict[str, Any]
     id: int = 0
@@ -61,24 +59,24 @@ class Do(PageCommand):
 
 @dataclass(frozen=True)
 class Run(PageCommand):
-    """Go on, at the speed set."""
+    """Continue at the current speed."""
 
 
 @dataclass(frozen=True)
 class Pause(PageCommand):
-    """Stand still."""
+    """Pause the run."""
 
 
 @dataclass(frozen=True)
 class StepCommand(PageCommand):
-    """Run to the next tick of the callback's timer, line of text, or for a second; then stand still."""
+    """Run to the next tick of the callback's timer, the next line of text, or for a second; then pause."""
 
     of: Literal["tick", "line", "second"]
 
 
 @dataclass(frozen=True)
 class Speed(PageCommand):
-    """Virtual over wall time, 0.01 to 10; null: as fast as possible."""
+    """Set the ratio of virtual to wall time, 0.01 to 10; null: as fast as possible."""
 
     factor: float | None
 
@@ -89,19 +87,19 @@ class Speed(PageCommand):
 
 @dataclass(frozen=True)
 class Reset(PageCommand):
-    """Begin again at power-on. The board stays where the hand holds it, unless it plays a scenario."""
+    """Restart at power-on. The board keeps its position in the user's hand, unless it plays a scenario."""
 
 
 @dataclass(frozen=True)
 class FirmwareCommand(PageCommand):
-    """Begin again with a shipped firmware, by its name."""
+    """Restart with a shipped firmware, by its name."""
 
     name: str
 
 
 @dataclass(frozen=True)
 class Upload(PageCommand):
-    """Begin again with a firmware file: its name (which says the kind) and its bytes in base64."""
+    """Restart with a firmware file: its name (with the suffix of the file type) and its bytes in base64."""
 
     name: str
     data: str
@@ -111,7 +109,7 @@ class Upload(PageCommand):
             raise MessageError(f"{self.name[:40]!r} is no firmware file; drop an ELF, HEX or BIN")
 
     def content(self) -> bytes:
-        """The file. Raises MessageError for what is no base64, or too large."""
+        """Return the bytes of the file. Raises MessageError for invalid base64, or a file that is too large."""
         try:
             content = b64decode(self.data, validate=True)
         except (binascii.Error, ValueError) as error:
@@ -123,14 +121,14 @@ class Upload(PageCommand):
 
 @dataclass(frozen=True)
 class Play(PageCommand):
-    """Begin again with a shipped scenario, by its name; null: without one."""
+    """Restart with a shipped scenario, by its name; null: without one."""
 
     scenario: str | None
 
 
 @dataclass(frozen=True)
 class Watch(PageCommand):
-    """Show these: global variables by name (``pitch``, ``acc.AXIS_X``), the registers of a sensor or of a
+    """Watch these items: global variables by name (``pitch``, ``acc.AXIS_X``), the registers of a sensor or of a
     peripheral of the chip by its name, the bus, the pins.
     """
 
@@ -146,12 +144,12 @@ class Watch(PageCommand):
 
 @dataclass(frozen=True)
 class RecordCommand(PageCommand):
-    """Give the session since power-on as a scenario."""
+    """Request the session since power-on as a scenario."""
 
 
 @dataclass(frozen=True)
 class CheckCommand(PageCommand):
-    """Judge the loaded firmware by an exercise of the lab, beside the session; :class:`Checked` answers."""
+    """Judge the loaded firmware by an exercise of the lab, in parallel; :class:`Checked` is the answer."""
 
     exercise: str
 
@@ -161,12 +159,12 @@ class CheckCommand(PageCommand):
 
 @dataclass(frozen=True)
 class SessionEvent:
-    """What a session says."""
+    """Base class of a session's events."""
 
 
 @dataclass(frozen=True)
 class Hello(SessionEvent):
-    """The first message: what does not change. ``parts``: the sensors' names; ``outputs``: what they measure,
+    """First message, with constant data. ``parts``: the sensors' names; ``outputs``: their measured quantities,
     see :func:`fcu_emulator.emulator.live.transfers.outputs`.
     """
 
@@ -178,7 +176,7 @@ class Hello(SessionEvent):
     parts: list[str]
     outputs: list[dict[str, Any]]
     ways: list[str]
-    """The commands that open the serial port and the debugger from elsewhere."""
+    """The commands with which other programs open the serial port and the debugger."""
     gestures: list[dict[str, Any]]
     """Motions for buttons, see :func:`fcu_emulator.emulator.live.gestures.buttons`."""
     exercises: list[dict[str, Any]]
@@ -187,10 +185,10 @@ class Hello(SessionEvent):
 
 @dataclass(frozen=True)
 class StatusEvent(SessionEvent):
-    """What the board is: comes at the beginning, and whenever something of it changes.
+    """Description of the board, sent at the beginning and after each change.
 
-    ``run``: counts power-ons. ``state`` is ``running``, ``paused``, ``failed``, where ``problem``
-    says why, or ``halted`` while a debugger holds the board.
+    ``run``: counts power-ons. ``state`` is ``running``, ``paused``, ``failed`` (``problem`` says why), or
+    ``halted`` while a debugger holds the board.
     """
 
     run: int
@@ -207,17 +205,17 @@ class StatusEvent(SessionEvent):
     variables: list[str]
     """Names of the firmware's global variables."""
     peripherals: list[str]
-    """Names of the chip's peripherals; none with firmware in Python."""
+    """Names of the chip's peripherals; empty for firmware in Python."""
     recording: str
 
 
 @dataclass(frozen=True)
 class State(SessionEvent):
-    """Where the board is now, 50 times a second: of several that wait, the latest will do.
+    """Current state of the board, 50 times a second; of several waiting ones only the latest is needed.
 
-    ``truth``: see :func:`fcu_emulator.emulator.live.view.truth`. ``samples``: what the firmware has read last, by the ids
-    of the outputs in :class:`Hello`. ``load``: callback, timer and bus. ``done``: the id of the latest
-    :class:`Do`.
+    ``truth``: see :func:`fcu_emulator.emulator.live.view.truth`. ``samples``: the firmware's latest readings,
+    by the ids of the outputs in :class:`Hello`. ``load``: callback, timer and bus. ``done``: the id of the
+    latest :class:`Do`.
     """
 
     run: int
@@ -233,7 +231,7 @@ class State(SessionEvent):
 
 @dataclass(frozen=True)
 class Text(SessionEvent):
-    """Bytes of the terminal, those before ``position`` having come already or been lost."""
+    """Bytes of the terminal from ``position`` on; earlier bytes were already sent or lost."""
 
     run: int
     position: int
@@ -242,7 +240,7 @@ class Text(SessionEvent):
 
 @dataclass(frozen=True)
 class PrintedEvent(SessionEvent):
-    """Numbers of a line in the lab's format, by field, with the truth of that moment."""
+    """Numbers of a line in the lab's format, by field, with the truth at that moment."""
 
     t_s: float
     values: dict[str, float]
@@ -251,8 +249,8 @@ class PrintedEvent(SessionEvent):
 
 @dataclass(frozen=True)
 class PastEvent(SessionEvent):
-    """States and printed numbers of the run until now, for a client that comes later: fields of
-    :class:`State` and :class:`PrintedEvent` that are plotted, see :mod:`fcu_emulator.emulator.live.past`.
+    """States and printed numbers of the run so far, for a client that connects later: plotted fields of
+    :class:`State` and :class:`PrintedEvent`, see :mod:`fcu_emulator.emulator.live.past`.
     """
 
     run: int
@@ -262,18 +260,18 @@ class PastEvent(SessionEvent):
 
 @dataclass(frozen=True)
 class Unknown(SessionEvent):
-    """Names of a :class:`Watch` that are not watched: no such variable, or one without numbers."""
+    """Names of a :class:`Watch` that cannot be watched: unknown variables, or variables without numbers."""
 
     variables: list[str]
 
 
 @dataclass(frozen=True)
 class Checked(SessionEvent):
-    """An exercise's judgement: ``state`` is ``checking``, ``done``, ``begun``, ``not yet``, ``unjudged`` (a
-    check that gives points could not be judged) or ``error``, where ``problem`` says why.
+    """Result of judging an exercise: ``state`` is ``checking``, ``done``, ``begun``, ``not yet``, ``unjudged``
+    (a check that gives points could not be judged) or ``error`` (``problem`` says why).
 
     ``checks``: those that give points: title, outcome, expected, seen, hint. ``causes``: diagnoses of the
-    runs that failed, the worst first: summary, details, fatal. ``outdated``: another firmware has been
+    failed runs, the most severe first: summary, details, fatal. ``outdated``: another firmware has been
     loaded since.
     """
 
@@ -289,14 +287,14 @@ class Checked(SessionEvent):
 
 @dataclass(frozen=True)
 class Declared(SessionEvent):
-    """The registers of a sensor (its main bank) or of a peripheral, see ``registers.declaration``."""
+    """Declaration of the registers of a sensor (its main bank) or of a peripheral, see ``registers.declaration``."""
 
     part: dict[str, Any]
 
 
 @dataclass(frozen=True)
 class RegistersEvent(SessionEvent):
-    """The registers of a sensor or of a peripheral by name, in hexadecimal; ``note``: what is to be known."""
+    """Values of the registers of a sensor or peripheral by name, in hexadecimal; ``note``: remark for the user."""
 
     part: str
     values: dict[str, str]
@@ -319,7 +317,7 @@ class BusEvent(SessionEvent):
 
 @dataclass(frozen=True)
 class Verdicts(SessionEvent):
-    """A scenario's expectations as they stand."""
+    """Current state of a scenario's expectations."""
 
     verdicts: list[dict[str, str]]
     over: bool
@@ -327,14 +325,14 @@ class Verdicts(SessionEvent):
 
 @dataclass(frozen=True)
 class Findings(SessionEvent):
-    """What is seen to be wrong with the firmware, the worst first: summary and details."""
+    """Problems found in the firmware, the most severe first: summary and details."""
 
     findings: list[dict[str, Any]]
 
 
 @dataclass(frozen=True)
 class Recorded(SessionEvent):
-    """The session as a scenario."""
+    """The session as a scenario file."""
 
     text: str
 
@@ -354,13 +352,13 @@ class Notice(SessionEvent):
 
 
 def encode(event: SessionEvent) -> str:
-    """An event as JSON."""
+    """Return an event as JSON."""
     fields = {one.name: getattr(event, one.name) for one in dataclasses.fields(event)}
     return json.dumps({"type": _snake(type(event)), **fields}, separators=(",", ":"))
 
 
 def decode(text: str) -> PageCommand:
-    """A command from JSON. Raises MessageError, of one line, for everything that is none."""
+    """Return a command from JSON. Raises MessageError, of one line, for any other text."""
     is_long = len(text) > LONGEST_COMMAND
     if len(text) > LONGEST_UPLOAD or (is_long and _pieces(text) > _MOST_PIECES):
         raise _too_long(text)
@@ -388,7 +386,7 @@ def decode(text: str) -> PageCommand:
 
 
 def failure(error: Exception) -> Notice:
-    """Return the notice for a page whose command could not be carried out."""
+    """Return the notice for a page whose command failed."""
     return Notice("error", failure_text(error))
 
 
@@ -398,13 +396,13 @@ def _too_long(text: str) -> MessageError:
 
 
 def _pieces(text: str) -> int:
-    """Return a bound on the number of values in JSON: how much memory it takes beyond its length."""
+    """Return an upper bound of the values in JSON, for their memory beyond the text's length."""
     return sum(text.count(sign) for sign in ',"[{')
 
 
 @cache
 def commands() -> dict[str, type[PageCommand]]:
-    """All commands by the name of their type."""
+    """Return all commands by the name of their type."""
     return {_snake(kind): kind for kind in PageCommand.__subclasses__()}
 
 
@@ -419,7 +417,7 @@ def _snake(kind: type[object]) -> str:
 
 
 def _fits(value: Any, hint: Any) -> bool:
-    """Whether a value of JSON is of a type of the commands above."""
+    """Return whether a JSON value has one of the types of the commands above."""
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if origin is Literal:
         return isinstance(value, str) and value in arguments

@@ -1,13 +1,13 @@
-"""A board that runs is spoken to from elsewhere: what is asked of its door, and what it answers.
+"""Control server of a running board: requests of other programs, and the answers.
 
-The messages are those of a session (:mod:`fcu_emulator.emulator.live.messages`): ``do`` with a timeline entry, which
-happens at once, between two slices of the run. ``truth`` asks how the board lies; each of both is answered
-with how it lies then. ``text`` asks for what has been printed since a position, and is answered with the text
-(Latin-1) and the position after it. What is wrong is answered with ``error``.
+The messages are those of a session (:mod:`fcu_emulator.emulator.live.messages`). ``do`` has a timeline entry,
+which is performed at once, between two slices of the run. ``truth`` asks for the board's state; both are
+answered with the current truth. ``text`` asks for the output since a position; the answer is the text
+(Latin-1) and the position after it. The answer to an invalid message is ``error``.
 
-Decision: a board that ``fcu run`` lets play a scenario is not moved by hand. What the scenario expects is
-judged, and a hand in between would make a right program wrong; for both at a time there is ``fcu web``, which
-judges nothing that was disturbed.
+Decision: a board that plays a scenario in ``fcu run`` cannot be moved by hand, because a manual motion could
+make a correct program fail the scenario's expectations. ``fcu web`` allows both, and does not judge a
+disturbed scenario.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ _MOST_TEXT = 8192  # bytes of one answer
 
 
 class Moved:
-    """Answers messages for ``board``; to be asked between slices only."""
+    """Answers messages for ``board``; call it only between slices."""
 
     def __init__(self, board: Board) -> None:
         self._board = board
 
     def answer(self, message: Mapping[str, Any]) -> dict[str, Any]:
-        """Do what a message says. Raises InputError for what cannot be done."""
+        """Execute a message and return the answer. Raises InputError if this is impossible."""
         return answered(self._board, message, self._do)
 
     def _do(self, table: Mapping[str, Any]) -> None:
@@ -50,8 +50,8 @@ class Moved:
 def answered(
     board: Board, message: Mapping[str, Any], do: Callable[[Mapping[str, Any]], None]
 ) -> dict[str, Any]:
-    """The answer to a message, of which ``do`` carries out an entry. Raises InputError."""
-    from fcu_emulator.emulator.live import (  # with all that a session needs: not before somebody asks
+    """Return the answer to a message; ``do`` performs a timeline entry. Raises InputError."""
+    from fcu_emulator.emulator.live import (  # slow to import, so only on the first message
         messages,
         view,
     )
@@ -68,7 +68,7 @@ def answered(
 
 
 def _text(board: Board, position: object) -> dict[str, Any]:
-    """What was printed from ``position`` on, for long enough to remain a message; without one, nothing."""
+    """Return the text from ``position`` on, up to the size of a message; no text without a position."""
     if not isinstance(position, int) or isinstance(position, bool) or position < 0:
         return {"text": "", "position": board.terminal.position}
     data, end = board.terminal.since(position)

@@ -1,11 +1,11 @@
-"""Messages that wait for one page, bounded: a page that is slow or asleep gets the latest ones."""
+"""Queue of messages for one page, bounded: a slow or sleeping page gets the latest ones."""
 
 from __future__ import annotations
 
 import asyncio
 
-TEXT_KEPT = 256 << 10  # characters of the terminal that wait for one page
-MOST_KEPT = 2000  # other messages that wait for it
+TEXT_KEPT = 256 << 10  # characters of the terminal in the queue of one page
+MOST_KEPT = 2000  # limit of all further messages in the queue
 
 
 class Outbox:
@@ -18,7 +18,7 @@ class Outbox:
         self._text = 0
 
     def put(self, key: str, message: str) -> None:
-        """Let a message wait. ``key``: what it replaces; empty: nothing; "text": of the terminal."""
+        """Add a message. ``key``: replace the waiting message with this key; "": replace none; "text": terminal text."""
         if key and key != "text":
             self._waiting.pop(key, None)
         else:
@@ -34,7 +34,7 @@ class Outbox:
         self.filled.set()
 
     def take(self) -> str | None:
-        """The message that has waited longest; None if there is none."""
+        """Return the oldest message; None if the queue is empty."""
         for key in self._waiting:
             return self._remove(key)
         self.filled.clear()

@@ -1,7 +1,7 @@
-"""The past of a run, for the plot of a page that comes later: states and printed numbers, a bounded number.
+"""Past of a run, for the plot of a page that connects later: a bounded number of states and printed numbers.
 
-A state is kept ten times a second, of virtual or of wall time, whichever is more often: at real time the last
-five minutes, which is the longest span that the plot shows.
+A state is stored ten times a second, of virtual or of wall time, whichever is more often. At real time these
+are the last five minutes, the longest span that the plot shows.
 """
 
 from __future__ import annotations
@@ -13,12 +13,14 @@ from fcu_emulator.emulator.live import messages
 
 MOST_STATES = 3000
 MOST_PRINTS = 1000
-_EVERY_S = 0.0999  # of virtual or of wall time; a little less than 0.1, which frames meet only nearly
+_EVERY_S = (
+    0.0999  # of virtual or of wall time; slightly less than 0.1, because frames do not come exactly then
+)
 _NOT_PLOTTED = frozenset({"rotation", "magnet_m"})
 
 
 class Past:
-    """The kept states and printed numbers of one run."""
+    """The stored states and printed numbers of one run."""
 
     def __init__(self, run_number: int) -> None:
         self._run_number = run_number
@@ -28,7 +30,7 @@ class Past:
         self._kept_wall_s = -1.0
 
     def add_state(self, state: messages.State, wall_s: float) -> None:
-        """Keep a state, unless the last one that was kept is nearly the same moment."""
+        """Store a state, unless the previous stored one is almost from the same moment."""
         passed_s = state.t_s - self._kept_s
         if passed_s < _EVERY_S and (passed_s <= 0 or wall_s - self._kept_wall_s < _EVERY_S):
             return
@@ -38,9 +40,9 @@ class Past:
         self._states.append(plotted)
 
     def add_printed(self, printed: messages.PrintedEvent) -> None:
-        """Keep the numbers of a printed line."""
+        """Store the numbers of a printed line."""
         self._prints.append({"t_s": printed.t_s, "values": printed.values})
 
     def message(self) -> messages.PastEvent:
-        """Return everything that is kept, the oldest first."""
+        """Return all stored data, the oldest first."""
         return messages.PastEvent(self._run_number, list(self._states), list(self._prints))

@@ -1,9 +1,8 @@
-"""The levels of the board's pins: what is soldered to the chip, what else the firmware drives, and the
-sensors' own pins.
+"""Levels of the board's pins: connected chip pins, further pins that the firmware drives, and the sensors' pins.
 
-A sensor is brought up to now before its pins are looked at, which nobody else can notice: what it does then
-has become due already. Pins are not watched, so a pulse between two looks is not seen; the wires over time
-are in ``fcu run --vcd``.
+A sensor is updated to the current time before its pins are read. This has no visible effect, because the
+sensor only does work that was due already. Pins are polled, so a pulse between two polls is not seen; ``fcu
+run --vcd`` records all edges.
 """
 
 from __future__ import annotations
@@ -16,10 +15,10 @@ from fcu_emulator.emulator.boards.description import Pin
 
 
 def pins(board: Board) -> list[dict[str, Any]]:
-    """Of each pin ``name``, ``use``, ``mode`` and ``level``: 0, 1, or null where nobody drives or pulls it.
+    """Return ``name``, ``use``, ``mode`` and ``level`` of each pin; level: 0, 1, or null if it floats.
 
-    ``mode`` is ``output``, ``input``, ``AF4`` (an alternate function by its number), or ``sensor`` for a pin
-    that leads nowhere.
+    ``mode`` is ``output``, ``input``, ``AF4`` (an alternate function by its number), or ``sensor`` for an
+    unconnected pin of a sensor.
     """
     return [*_of_chip(board), *_of_sensors(board)]
 
@@ -48,7 +47,7 @@ def _of_sensors(board: Board) -> Iterator[dict[str, Any]]:
 
 
 def _uses(board: Board) -> Iterator[tuple[Pin, str]]:
-    """What is soldered to the chip's pins, as the board's file says."""
+    """Return the connections of the chip's pins from the board's file."""
     description, wiring = board.description, board.booted.wiring
     for led, where in description.leds.items():
         yield where, f"{led}, lit while low"

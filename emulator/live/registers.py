@@ -1,11 +1,11 @@
-"""The registers of the sensors and of the chip's peripherals, as declared and as they stand.
+"""Registers of the sensors and of the chip's peripherals: declarations and current values.
 
-Looking reads nothing: registers are shown as they stand in the part's memory, so an output register has the
-sample that was read last, and reading a status here clears no bit. Peripherals of the chip are looked at as by a
-debugger (``peek``).
+Viewing has no side effects: register values come from the sensor's memory, so an output register has the last
+read sample, and viewing a status clears no bit. Peripherals of the chip are read like by a debugger
+(``peek``).
 
-A page gets the declaration of what it looks at, once, and then values. The road not taken, all declarations
-at the beginning, are 700 kB for the chip.
+A page gets the declaration of a viewed sensor or peripheral once, then only values. Rejected alternative:
+sending all declarations at the beginning, which are 700 kB for the chip.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def peripheral_names(board: Board) -> list[str]:
-    """The peripherals of the chip that can be looked at; none with firmware in Python."""
+    """Return the chip's peripherals that can be viewed; empty for firmware in Python."""
     if board.chip is None:
         return []
     from fcu_emulator.emulator.chip.registers import DECLARED
@@ -32,15 +32,15 @@ def peripheral_names(board: Board) -> list[str]:
 
 
 def known(board: Board, name: str) -> bool:
-    """Whether there is a sensor or a peripheral of this name."""
+    """Return whether a sensor or a peripheral has this name."""
     return _part(board, name) is not None or name in peripheral_names(board)
 
 
 def declaration(board: Board, name: str) -> dict[str, Any]:
-    """Registers and fields of a known sensor or peripheral, in the order of its document.
+    """Return registers and fields of a known sensor or peripheral, in the order of its document.
 
-    ``name``, ``doc``, ``place``, and of each register ``name``, ``address``, ``size``, ``reset``, ``access``,
-    ``doc``, ``modelled`` and ``fields``.
+    Keys: ``name``, ``doc``, ``place``, and for each register ``name``, ``address``, ``size``, ``reset``,
+    ``access``, ``doc``, ``modelled`` and ``fields``.
     """
     part = _part(board, name)
     if part is not None:
@@ -62,7 +62,7 @@ def declaration(board: Board, name: str) -> dict[str, Any]:
 
 
 def values(board: Board, name: str) -> dict[str, str]:
-    """The registers of a known sensor or peripheral by name, in hexadecimal."""
+    """Return the registers of a known sensor or peripheral by name, in hexadecimal."""
     part = _part(board, name)
     if part is not None:
         memory = part.registers.mem
@@ -79,7 +79,7 @@ def values(board: Board, name: str) -> dict[str, str]:
 
 
 def note(board: Board, name: str) -> str:
-    """What is to be known about a peripheral as it is now; empty if nothing is."""
+    """Return a remark on the current state of a peripheral; "" if none applies."""
     peripheral = _peripheral(board, name) if _part(board, name) is None else None
     if peripheral is None or peripheral.clocked:
         return ""

@@ -1,14 +1,14 @@
-"""Answers to HTTP requests: the page's files for every browser, a socket for those that know the token.
+"""Answers to HTTP requests: the page's files for every browser, a socket for clients with the token.
 
-The page's files have no secret in them, so they are given to each request for this host and port (a foreign
-name that leads here has another Host). The socket moves the board, so it needs the token, which the page has
-from the fragment of the printed address and offers as a subprotocol of the WebSocket.
+The page's files are public, so each request for this host and port gets them (a foreign name that leads here
+has another Host header). The socket moves the board, so it needs the token. The page reads it from the
+fragment of the printed address and offers it as a subprotocol of the WebSocket.
 
-Decision: the token is a subprotocol and never a cookie. Cookies are for a host name, whatever the port: each
-other server on this machine, of another user too, would get it with each request of the browser. A fragment
-is sent to no server, and session storage belongs to one origin, port included. The road not taken, the token
-as the first message, opens a socket for each caller, which then needs a time limit and a bound on what it may
-send; in the handshake, a caller without the token never has a socket.
+Decision: the token is a subprotocol and never a cookie, because browsers send a host's cookies to every port:
+each other server on this machine would get it, also one of another user. A fragment is not sent to any
+server, and session storage belongs to one origin, port included. Rejected alternative: the token as the first
+message, which opens a socket for each caller and then needs a limit on time and data. With the token in the
+handshake, a caller without it never gets a socket.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ _TEXT = "text/plain; charset=utf-8"
 
 
 class Headers(Protocol):
-    """The headers of a request."""
+    """Interface to the headers of a request."""
 
     def get_all(self, key: str) -> list[str]:
-        """Return the values of a header, in any case."""
+        """Return the values of a header; its name is case-insensitive."""
         ...
 
 
@@ -47,7 +47,7 @@ class Answer:
 class Requests:
     """Answers requests to the server at ``address``. Raises OSError if the page's files cannot be read.
 
-    ``hosts``: the values that the Host header of a request may have.
+    ``hosts``: valid values of a request's Host header.
     """
 
     def __init__(self, address: Address, hosts: Sequence[str]) -> None:
@@ -57,7 +57,7 @@ class Requests:
         self._bundle = Bundle()  # read once: a request needs no file descriptor
 
     def answer(self, method: str, target: str, headers: Headers, has_room: bool) -> Answer | None:
-        """Return the answer to a request; None: a socket is to be opened.
+        """Return the answer to a request; None: open a socket.
 
         ``has_room``: whether one more page may be open.
         """
@@ -75,7 +75,7 @@ class Requests:
         return self._respond(HTTPStatus.OK, file.body, file.headers)
 
     def failure(self) -> Answer:
-        """Return the answer to a request at which the server itself failed."""
+        """Return the answer to a request for which the server failed."""
         return self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR, "the server cannot answer this request")
 
     def _reason_against(self, headers: Headers, has_room: bool) -> Answer | None:
@@ -105,7 +105,7 @@ class Requests:
         sockets = " ".join(f"ws://{host}" for host in self._hosts)
         policy = (
             "default-src 'none'; script-src 'self'; img-src 'self' data: blob:; "
-            "style-src 'self' 'unsafe-inline'; "  # xterm.js writes a style sheet into the page
+            "style-src 'self' 'unsafe-inline'; "  # xterm.js inserts a style sheet into the page
             f"connect-src 'self' {sockets}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
         )
         usual = [

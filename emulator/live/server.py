@@ -1,20 +1,20 @@
-"""The page and its WebSocket, on 127.0.0.1 or on the address a user names, in a thread beside the session.
+"""Server of the page and its WebSocket, on 127.0.0.1 or on the user's address, in a thread beside the session.
 
-Requests are answered by :mod:`fcu_emulator.emulator.live.requests`: a socket is opened only for the token of the printed
-address. Scripts come from here alone (Content-Security-Policy). Nothing but messages of
-:mod:`fcu_emulator.emulator.live.messages` goes in, and of files only firmware.
+:mod:`fcu_emulator.emulator.live.requests` answers requests: a socket needs the token of the printed address.
+Scripts come from this server only (Content-Security-Policy). The server accepts only messages of
+:mod:`fcu_emulator.emulator.live.messages`, and as files only firmware.
 
-A caller that sends something else than a request, or slowly, is hung up on: a request may take
-:data:`_REQUEST_S`, and of more than :data:`_MOST_CALLERS` connections without a socket the oldest ends. What
-the terminal says of callers is one line each, limited in rate (:mod:`fcu_emulator.emulator.links.limited_lines`).
+Slow or invalid requests are disconnected: a request may take :data:`_REQUEST_S`. If more than
+:data:`_MOST_CALLERS` connections have no socket, the oldest is closed. Each problem is one line on the
+terminal, limited in rate (:mod:`fcu_emulator.emulator.links.limited_lines`).
 
-A page that is slow or asleep gets less, and never slows the board: of what changes all the time it gets the
-latest, and of the terminal's text the latest 256 KiB; what is missing shows in the positions. A page that
-sends too fast waits: its messages are read at most 250 times a second.
+A slow or sleeping page gets fewer messages and never slows the board. It gets the latest values of changing
+data, and the latest 256 KiB of the terminal's text; positions show the gaps. A page that sends too fast
+waits: at most 250 of its messages are read per second.
 
-Library: ``websockets``, one package without dependencies, made and maintained by the one who wrote the
-protocol's asyncio implementation of reference; it serves the few files as well. The road not taken, a web
-framework, brings some fifty packages and answers a foreign Host.
+Library: ``websockets``, one package without dependencies, by the author of asyncio's reference implementation
+of the protocol. It also serves the few files. Rejected alternative: a web framework, which brings about fifty
+packages and answers requests with a foreign Host.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ if TYPE_CHECKING:
     from websockets.asyncio.server import Server, ServerConnection
     from websockets.http11 import Request, Response
 
-_REQUEST_S = 5.0  # wall time for a request to arrive
+_REQUEST_S = 5.0  # wall time for a complete request
 _MOST_CALLERS = 64  # connections without a socket; a browser opens six for a page
-_MESSAGES_AHEAD = 4  # of one page, read before they are taken; each may be an upload
-_PER_SECOND = 250  # messages that are taken from one page
+_MESSAGES_AHEAD = 4  # messages of one page that are read ahead; each may be an upload
+_PER_SECOND = 250  # messages per second from one page
 _BURST = 50
 _MOST_PAGES = 32
 _LATEST = {
@@ -57,23 +57,23 @@ _LATEST = {
 
 
 class Controls(Protocol):
-    """Who carries out what pages ask for: :class:`fcu_emulator.emulator.live.session.LiveSession` is one."""
+    """Receiver of the pages' commands; :class:`fcu_emulator.emulator.live.session.LiveSession` is one."""
 
     def post(self, client: object, command: PageCommand) -> bool:
-        """Hand over a command; False if too many wait already."""
+        """Queue a command; return False if the queue is full."""
         ...
 
     def attach(self, client: object) -> None:
-        """Tell a new client everything."""
+        """Send a new client the current state."""
         ...
 
     def detach(self, client: object) -> None:
-        """Forget a client that has left."""
+        """Remove a client that has left."""
         ...
 
 
 def websockets_missing() -> InputError:
-    """For who has not got the library."""
+    """Return the error for a missing library."""
     return InputError(
         "fcu web needs the package websockets; install it with: pip install websockets", kind="not_installed"
     )
@@ -82,10 +82,10 @@ def websockets_missing() -> InputError:
 class PageServer:
     """Serves the page and its sockets until :meth:`close`.
 
-    ``port`` 0: any free one. ``say(line)`` hears of callers that were refused, and of failures. ``listen``:
-    the address of this machine to listen on. Raises InputError where the library is missing or ``listen`` is
-    not an address, LinkError for an address or a port that cannot be had. ``controls`` may be given later,
-    before the first page comes.
+    ``port`` 0: any free one. ``say(line)`` receives lines about refused callers and failures. ``listen``: the
+    address of this machine to listen on. ``controls`` may be set later, before the first page connects.
+    Raises InputError if the library is missing or ``listen`` is not an address, LinkError for an address or
+    port that is not available.
     """
 
     def __init__(
@@ -122,11 +122,11 @@ class PageServer:
 
     @property
     def url(self) -> str:
-        """The first URL, with the token."""
+        """Return the first URL, with the token."""
         return self.address.page
 
     def publish(self, event: SessionEvent, client: object | None = None) -> None:
-        """Send an event to one page, or to all; from any thread, without waiting."""
+        """Send an event to one page, or to all; thread-safe and without waiting."""
         if not self._outboxes:
             return
         key = _LATEST.get(type(event), "")
@@ -138,7 +138,7 @@ class PageServer:
             self._loop.call_soon_threadsafe(self._put, key, messages.encode(event), client)
 
     def close(self) -> None:
-        """End all connections and the thread; a second call does nothing."""
+        """Close all connections and end the thread; a second call does nothing."""
         if self._thread.is_alive():
             self._loop.call_soon_threadsafe(self._stop.set)
             self._thread.join()
@@ -149,7 +149,7 @@ class PageServer:
 
     def _serve(self, port: int) -> None:
         try:
-            with asyncio.Runner(loop_factory=lambda: self._loop) as runner:  # ends tasks of late callers, too
+            with asyncio.Runner(loop_factory=lambda: self._loop) as runner:  # also ends tasks of late callers
                 runner.run(self._run(port))
         except OSError as error:
             self._problems.append(error)
@@ -179,7 +179,9 @@ class PageServer:
         async with server:
             self._begin(server)
             await self._stop.wait()
-            for caller in list(self._callers):  # else each may be waited for as long as a request may take
+            for caller in list(
+                self._callers
+            ):  # otherwise closing could wait for each request until its time limit
                 caller.transport.abort()
 
     def _begin(self, server: Server) -> None:
@@ -191,7 +193,7 @@ class PageServer:
         self._ready.set()
 
     def _hear_of_failure(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """Say what asyncio would print with a traceback, such as that no connection can be accepted."""
+        """Report an error of asyncio in one line instead of a traceback, for example if it cannot accept a connection."""
         del loop
         self._say(f"page: {_failure(str(context.get('message')), context.get('exception'))}")
 
@@ -207,10 +209,10 @@ class PageServer:
     # -- HTTP -------------------------------------------------------------------------------------------
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
-        """Answer a request; None: open the socket."""
+        """Answer a request; return None to open the socket."""
         del connection
         try:
-            method = getattr(request, "method", "GET")  # older versions of the library refuse others
+            method = getattr(request, "method", "GET")  # older versions of the library refuse other methods
             has_room = len(self._outboxes) < _MOST_PAGES
             answer = self._requests.answer(method, request.path, request.headers, has_room)
         except Exception as error:
@@ -279,7 +281,7 @@ def _response(answer: Answer) -> Response:
 
 
 def _counted(callers: dict[ServerConnection, None]) -> type[ServerConnection]:
-    """Return the class of connections that are in ``callers`` until they have a socket, or end."""
+    """Return a connection class that keeps a connection in ``callers`` until it has a socket, or ends."""
     from websockets.asyncio.server import ServerConnection
 
     class Connection(ServerConnection):
@@ -299,7 +301,7 @@ def _counted(callers: dict[ServerConnection, None]) -> type[ServerConnection]:
 
 
 class _OneLine(logging.Handler):
-    """Says a record in one line, without a traceback."""
+    """Formats a log record in one line, without a traceback."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
         super().__init__(logging.WARNING)
@@ -311,7 +313,7 @@ class _OneLine(logging.Handler):
 
 
 def _logger(say: Callable[[str], None]) -> logging.Logger:
-    """Return the library's log, which reaches no other one."""
+    """Return the library's logger, separate from all further loggers."""
     logger = logging.Logger("fcu web", logging.WARNING)
     logger.addHandler(_OneLine(say))
     return logger

@@ -1,15 +1,15 @@
-"""A board that runs in real time, and everything that may be done with it while it does.
+"""Session of a board that runs in real time, and execution of all commands on it.
 
-One thread runs the session and owns the board; others post commands (:meth:`Session.post`) and get events
-through ``publish``, which is called in the session's thread and must not wait.
+One thread runs the session and owns the board. Any thread may post commands (:meth:`LiveSession.post`). Events
+are sent through ``publish``, which is called in the session's thread and must not wait.
 
-Decision: a command that changes the board becomes an event of the virtual clock one picosecond after the
-board has stopped for it, and is recorded with that time. So it does not matter how the run was sliced, and
-the recording, played without any pace, has the same events at the same times in the same order. The road
-not taken, changing the board between two slices, gives the same bytes only as long as nothing else happens
-at that picosecond, and cannot be written down as an entry of a scenario.
+Decision: a command that changes the board becomes an event of the virtual clock, one picosecond after the
+stop of the board, and is recorded with that time. So the slicing of the run has no effect. The recording,
+played at full speed, has the same events at the same times in the same order. Rejected alternative: changing
+the board between two slices. This gives the same bytes only if there is no other event at that picosecond,
+and a scenario cannot contain it as an entry.
 
-Wall time decides only when a command arrives, never what it does.
+Wall time decides only when a command arrives, never its effect.
 """
 
 from __future__ import annotations
@@ -47,25 +47,25 @@ if TYPE_CHECKING:
     from fcu_emulator.emulator.links.control import ControlServer
 
 # Wall time, s:
-_SLICE_S = 0.02  # of a slice of the run; a command cuts it short
-_STANDING_S = 0.1  # the longest pause of a board that stands
-_WATCH_S = 0.2  # between two looks at the firmware's file
-_LAG_FORGIVEN_S = 0.25  # a board that is later than this is not hurried to catch up
-_STEP_WALL_S = 5.0  # of one step, at most
-# Virtual time of one step, at most, and how far the board runs between two looks whether it is done:
+_SLICE_S = 0.02  # of a slice of the run; a command shortens it
+_STANDING_S = 0.1  # longest wait of a paused board
+_WATCH_S = 0.2  # between two checks of the firmware's file
+_LAG_FORGIVEN_S = 0.25  # a board that is later than this does not catch up
+_STEP_WALL_S = 5.0  # maximum of one step
+# Virtual time: maximum of one step, and the run between two checks for its end:
 _STEP_PS = {"second": PS_PER_S, "line": 10 * PS_PER_S, "tick": PS_PER_S}
 _STEP_SLICE_PS = {"second": 10 * PS_PER_MS, "line": PS_PER_MS, "tick": PS_PER_MS // 20}
 
-_TYPED_AHEAD = 2048  # bytes of a link on their way to the board
+_TYPED_AHEAD = 2048  # bytes of a link that wait for the board
 _MOST_WAITING = 1000  # commands
-_MOST_UPLOADS = 2  # of these, each with up to 11 MiB
+_MOST_UPLOADS = 2  # uploads, each with up to 11 MiB
 
 
 class LiveSession:
-    """A board, its pace, and what is done with it. Raises FcuError when the first board cannot be built.
+    """A board with its pace and its commands. Raises FcuError if the first board cannot be created.
 
-    ``record``: the file that gets the session as a scenario, at its end and at each power-on. ``links``:
-    others who share the terminal. ``exercises``: judges what a page asks for; the session closes it.
+    ``record``: the file for the session as a scenario, written at its end and at each power-on. ``links``:
+    further programs on the terminal. ``exercises``: judges exercises for pages; the session closes it.
     """
 
     setup: Setup
@@ -88,7 +88,7 @@ class LiveSession:
     ) -> None:
         self._publish = publish
         self.door: ControlServer | None = None
-        """Where other programs speak to the board; served here, closed by whoever has opened it."""
+        """Control server for other programs; the session serves it, its creator closes it."""
         self._debugger: GdbServer | None = None
         self._halted = False
         self._record = record
@@ -111,10 +111,10 @@ class LiveSession:
         self._told = ""
         self._begin(setup)
 
-    # -- from other threads -----------------------------------------------------------------------------
+    # -- called from any thread -------------------------------------------------------------------------
 
     def post(self, client: object, command: PageCommand) -> bool:
-        """Hand over a command; False if too many wait already."""
+        """Queue a command; return False if the queue is full."""
         if len(self._commands) >= _MOST_WAITING:
             return False
         if isinstance(command, messages.Upload) and self._uploads_waiting() >= _MOST_UPLOADS:
@@ -127,17 +127,17 @@ class LiveSession:
         return sum(isinstance(command, messages.Upload) for _, command in tuple(self._commands))
 
     def attach(self, client: object) -> None:
-        """Tell a new client everything."""
+        """Send a new client the current state."""
         self._commands.append((client, _Attach()))
         self._wake.set()
 
     def detach(self, client: object) -> None:
-        """Forget a client that has left."""
+        """Remove a client that has left."""
         self._commands.append((client, _Detach()))
         self._wake.set()
 
     def stop(self) -> None:
-        """End the run soon; from a signal handler, too."""
+        """End the run soon; also callable from a signal handler."""
         self.stopped = True
         self._wake.set()
 
@@ -146,7 +146,7 @@ class LiveSession:
     def run(self) -> None:
         """Run until :meth:`stop`. Raises OutputError if the recording cannot be written.
 
-        Nothing that a page, a link or another program sends ends the run: what fails is told to the pages.
+        Data from pages, links and other programs cannot end the run: failures are reported to the pages.
         """
         with ExitStack() as stack:
             for close in (
@@ -156,7 +156,7 @@ class LiveSession:
                 self._close_exercises,
                 self.save,
             ):
-                stack.callback(close)  # the last one first
+                stack.callback(close)  # the latest one first
             while not self.stopped and self.board.now_s < self.end_s:
                 self._advance()
                 self._guard(self._serve_links)
@@ -169,14 +169,14 @@ class LiveSession:
                 self._wait()
 
     def _guard(self, action: Callable[[], object], client: object | None = None) -> None:
-        """Do one thing; what goes wrong is told to ``client``, or to all, and the session continues."""
+        """Run one action; report an error to ``client``, or to all, and continue the session."""
         try:
             action()
         except FirmwareError as error:
             self._fail(str(error))
         except Exception as error:
             notice = messages.failure(error)
-            if client is not None or notice.text != self._told:  # not the same in each turn of the loop
+            if client is not None or notice.text != self._told:  # not again in each cycle of the loop
                 self._publish(notice, client)
             self._told = notice.text if client is None else self._told
 
@@ -199,12 +199,12 @@ class LiveSession:
             self._uploaded.remove()
 
     def save(self) -> None:
-        """Write the recording, if one is wanted. Raises OutputError."""
+        """Write the recording, if a file is given. Raises OutputError."""
         if self._record is not None:
             self.recording.save(self._record)
 
     def _serve_links(self) -> None:
-        """What is printed goes to the links; what they bring is typed, and recorded."""
+        """Send printed text to the links; type and record their input."""
         terminal = self.board.terminal
         if not self._links:
             return
@@ -225,7 +225,7 @@ class LiveSession:
         self._wake.clear()
 
     def _pause_s(self) -> float:
-        """Wall time until the next slice or frame is due, whichever is earlier; 0 or less if one is due."""
+        """Return the wall time until the next slice or frame is due, whichever is earlier; 0 or less if one is due."""
         running = self.state == "running"
         if running and self.speed is None:
             return 0.0
@@ -239,7 +239,7 @@ class LiveSession:
         return self._origin_wall_s + (virtual_s - self._origin_s) / self.speed
 
     def _advance(self) -> None:
-        """Let the board come to where the wall clock is; a slow machine does not race to catch up."""
+        """Run the board up to the wall clock; a slow machine does not try to catch up."""
         if self.state != "running":
             if self._debugger is not None:
                 self._guard(partial(self._run_debugged, self._debugger, self.board.clock.now_ps))
@@ -266,7 +266,9 @@ class LiveSession:
                 self._run_debugged(self._debugger, at_ps)
             elif at_ps > self.board.clock.now_ps:
                 self.board.run_until_ps(at_ps)
-        except Exception as error:  # of the firmware, of a scenario that a hand has disturbed, of the machine
+        except (
+            Exception
+        ) as error:  # of the firmware, of a scenario that the user has disturbed, of the machine
             self._fail(failure_text(error))
         self._broadcast.changed = True
 
@@ -280,17 +282,17 @@ class LiveSession:
 
     def _fail(self, problem: str) -> None:
         self.state, self.problem = "failed", problem
-        self._guard(self._broadcast.show_text)  # before the end is marked
+        self._guard(self._broadcast.show_text)  # before the status marks the end
         self._guard(self._say_status)
         self._guard(self._broadcast.look_for_findings)
 
     def _set_origin(self) -> None:
         self._origin_wall_s, self._origin_s = self._wall_s(), self.board.now_s
 
-    # -- a board begins ---------------------------------------------------------------------------------
+    # -- power-on ---------------------------------------------------------------------------------------
 
     def _begin(self, setup: Setup, hold: bool = False) -> None:
-        """Power on. With ``hold`` the world is as it was: a hand has the board. Raises FcuError."""
+        """Power on. ``hold``: keep the world, because the user's hand holds the board. Raises FcuError."""
         if self._debugger is not None and setup.gdb is not None:
             setup = replace(setup, gdb=self._debugger.port, halt=False)
         board = setup.power_on()
@@ -308,7 +310,7 @@ class LiveSession:
         if is_first:
             self._debug(board)
         elif board.chip is not None:
-            self._guard(lambda: self._debug(board))  # its port may have been taken meanwhile
+            self._guard(lambda: self._debug(board))  # another program may have taken its port
         self.recording = SessionRecording(board, setup.ideal)
         self.run_number += 1
         self._set_origin()
@@ -330,9 +332,9 @@ class LiveSession:
         self._halted = self._debugger is not None and self._debugger.halted
 
     def _again(self, setup: Setup, why: str, hold: bool = True, loaded: bool = False) -> None:
-        """Power on with another firmware or scenario; what cannot be used is reported, and all stays.
+        """Power on with another firmware or scenario; if this fails, report it and change nothing.
 
-        ``loaded``: the firmware may be another one, so that earlier judgements are outdated.
+        ``loaded``: the firmware may be a different one, so that earlier judgements are outdated.
         """
         try:
             self._begin(setup, hold)
@@ -398,7 +400,7 @@ class LiveSession:
                 self._clients.pop(client, None)
 
     def _watch(self, client: object, watch: messages.Watch) -> None:
-        """Watch what a client asks for; raises InputError for variables that are not watched."""
+        """Watch the items that a client requests; raises InputError for variables that cannot be watched."""
         known = [name for name in watch.variables if view.can_be_watched(self.board, name)]
         self._clients[client] = replace(watch, variables=known)
         self._broadcast.look_again()
@@ -408,7 +410,7 @@ class LiveSession:
             raise InputError(view.why_not_watched(self.board, unknown[0]))
 
     def _check(self, exercise: str) -> None:
-        """Judge the loaded firmware beside the session. Raises InputError."""
+        """Judge the loaded firmware in parallel to the session. Raises InputError."""
         if self._exercises is None:
             raise InputError("cannot check exercises: this board has no lab")
         if callable(self.setup.firmware):
@@ -425,7 +427,7 @@ class LiveSession:
         self._publish(checked, None)
 
     def answer(self, message: Mapping[str, Any]) -> dict[str, Any]:
-        """What :attr:`door` answers, as :class:`fcu_emulator.emulator.live.moved.Moved` does. Raises InputError."""
+        """Answer a request of :attr:`door`, as :class:`fcu_emulator.emulator.live.moved.Moved` does. Raises InputError."""
         return answered(self.board, message, lambda table: self._perform(self._entry(table)))
 
     def _entry(self, table: Mapping[str, Any]) -> TimelineAction:
@@ -438,7 +440,7 @@ class LiveSession:
             raise InputError("gdb holds the board; let it go on there (continue), or end gdb")
 
     def _perform(self, entry: TimelineAction) -> None:
-        """Do something to the board, one picosecond from now. Raises InputError."""
+        """Perform an entry on the board, one picosecond from now. Raises InputError."""
         board = self.board
         self._refuse_if_it_stands()
         if not self.recording.room and not self._full:
@@ -449,7 +451,7 @@ class LiveSession:
         clock = board.clock
         at_ps = max(clock.now_ps + 1, self._last_ps)
         while at_ps != self._last_ps and at_ps in (clock.next_ps, clock.deferred_ps):
-            at_ps += 1  # its place among other events of that time would not be the same in a recording
+            at_ps += 1  # a recording would not have the same order of events at that time
         self._last_ps = at_ps
         refused: list[FcuError] = []
         perform_at(board, CollectedErrors(entry, refused), at_ps)
@@ -459,7 +461,7 @@ class LiveSession:
         self.recording.add(at_ps, entry)
 
     def _step(self, of: str) -> None:
-        """Run to the next tick, line or second, for ten seconds of virtual time at most; then stand still."""
+        """Run to the next tick, line or second, for ten seconds of virtual time at most; then pause."""
         self._refuse_if_it_stands()
         board, began_s = self.board, self._wall_s()
         end_ps = board.clock.now_ps + _STEP_PS[of]
@@ -501,10 +503,10 @@ class LiveSession:
         elif before is not None:
             before.remove()
 
-    # -- what is said of it -----------------------------------------------------------------------------
+    # -- status and events ------------------------------------------------------------------------------
 
     def ways(self) -> list[str]:
-        """The commands that open the serial port and the debugger from elsewhere."""
+        """Return the commands with which other programs open the serial port and the debugger."""
         ways = [line for link in self._links for line in link.announce()]
         if self._debugger is not None:
             waits = ", the firmware waits for it" if self._debugger.halted else ""
@@ -512,7 +514,7 @@ class LiveSession:
         return ways
 
     def verdict(self) -> list[str]:
-        """How the scenario's expectations stand now; no lines without a scenario. Raises InputError."""
+        """Return the current state of the scenario's expectations; empty without a scenario. Raises InputError."""
         plan = self.board.scenario
         return plan.standing(self.board) if plan else []
 
@@ -546,8 +548,8 @@ class LiveSession:
 
 
 class _Attach(PageCommand):
-    """A client has come."""
+    """A client has connected."""
 
 
 class _Detach(PageCommand):
-    """A client has gone."""
+    """A client has disconnected."""

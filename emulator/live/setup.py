@@ -1,4 +1,4 @@
-"""What a session runs, how it powers on, and how a board is brought to where another one was held."""
+"""Setup of a session: firmware, scenario, power-on, and moving a new board to the place of the previous one."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ class Setup:
     ideal: bool = False
     kind: type[Board] = Board
     gdb: int | None = None
-    """The port for a debugger, 0 for any; None: nobody may debug."""
+    """Port for a debugger, 0 for any; None: debugging is off."""
     halt: bool = False
-    """Whether the firmware waits for the debugger, the first time."""
+    """Whether the firmware waits for the debugger at the first power-on."""
 
     def power_on(self) -> Board:
-        """A new board, whose firmware may run and print without an end. Raises FcuError."""
+        """Return a new board whose firmware has no limits of time and output. Raises FcuError."""
         plan = None
         if self.scenario is not None:
             plan = load_scenario(self.scenario, self.kind.description)
@@ -50,7 +50,7 @@ class Setup:
         return board
 
     def debugger(self, board: Board) -> GdbServer | None:
-        """What lets gdb debug a board, where that is wanted. Raises FcuError."""
+        """Return a gdb server for a board, None if debugging is off. Raises FcuError."""
         if self.gdb is None:
             return None
         from fcu_emulator.emulator.chip.gdb.attach import serve
@@ -58,7 +58,7 @@ class Setup:
         return serve(board, self.gdb, self.halt)
 
     def watched(self) -> FileWatch | None:
-        """The file of the firmware, to be loaded again when it changes."""
+        """Return the watch of the firmware's file, which is loaded again after a change."""
         firmware = self._firmware()
         return FileWatch(firmware) if isinstance(firmware, str | Path) else None
 
@@ -69,18 +69,18 @@ class Setup:
 
 
 class CollectedErrors:
-    """An entry that keeps what the world refuses, for who commanded it, instead of ending the run."""
+    """A timeline action that collects the world's errors for its caller instead of ending the run."""
 
     def __init__(self, entry: TimelineAction, refused: list[FcuError]) -> None:
         self._entry = entry
         self._refused = refused
 
     def plan(self, world: World, start_s: float) -> None:
-        """Change the world as the action says."""
+        """Change the world by the wrapped action."""
         self._try(partial(self._entry.plan, world, start_s))
 
     def act(self, board: BoardView, from_ps: int) -> None:
-        """Act on the board as the action says."""
+        """Perform the wrapped action on the board."""
         self._try(partial(self._entry.act, board, from_ps))
 
     def _try(self, action: Callable[[], None]) -> None:
@@ -91,7 +91,7 @@ class CollectedErrors:
 
 
 def as_it_is(board: Board) -> list[dict[str, Any]]:
-    """The entries that bring another board where this one is held."""
+    """Return the entries that move another board to the position of this one."""
     now = view.instant(board)
     world = board.world
     roll, pitch, yaw = (round(float(one), 2) + 0.0 for one in world.attitude_deg(now)[0])

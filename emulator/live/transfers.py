@@ -1,8 +1,8 @@
-"""What the buses carry, decoded for people: transfers, and the samples in them.
+"""Decoded bus traffic for people: transfers, and the samples in them.
 
-Samples are what the firmware itself has read last, decoded by what the parts declare (``Quantity.output``)
-with the full scale of the moment. The road not taken, asking the sensors, would show samples that no firmware
-has seen.
+Samples are the firmware's latest readings, decoded by the sensors' declarations (``Quantity.output``) with
+the current full scale. Rejected alternative: reading the sensors, which would show samples that the firmware
+has not read.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from fcu_emulator.sensors.declaration import Quantity
 from fcu_emulator.sensors.part import Part
 from fcu_emulator.sensors.register import ADDRESSES, RegisterMap
 
-_REMEMBERED = 16  # transfers of firmware in Python: those of a few ticks
+_REMEMBERED = 16  # transfers of Python firmware: those of a few ticks
 _SHOWN_UNITS = {
     "g": ("mg", 1000.0),
     "dps": ("mdps", 1000.0),
@@ -26,11 +26,11 @@ _SHOWN_UNITS = {
     "degC": ("°C", 1.0),
     "percent": ("%", 1.0),
 }
-"""The units that the lab prints, and how many of them are one of the parts' own."""
+"""Units that the lab prints, by the sensors' units, with the factor to convert them."""
 
 
 class Sample(NamedTuple):
-    """A quantity that a part measures, and the values of all axes that have been read, in ``unit``."""
+    """A measured quantity of a sensor, with the values of all axes that were read, in ``unit``."""
 
     id: str
     values: list[float]
@@ -38,7 +38,7 @@ class Sample(NamedTuple):
 
 
 def outputs(board: Board) -> list[dict[str, Any]]:
-    """Everything that the board's parts measure, for the page to label samples with."""
+    """Return all measured quantities of the board's sensors, for the labels of samples on the page."""
     return [
         {
             "id": _id(part, quantity),
@@ -65,7 +65,7 @@ def _shown(quantity: Quantity) -> tuple[str, float]:
 
 
 class Transfers:
-    """The latest transfers. Buses of the chip keep a few, those of firmware in Python while this lives."""
+    """Latest transfers. The chip's buses keep a few; those of Python firmware are kept while this object exists."""
 
     def __init__(self, board: Board) -> None:
         self._board = board
@@ -86,7 +86,7 @@ class Transfers:
 
 
 def transfers(board: Board, latest: Sequence[BusTransfer]) -> list[dict[str, Any]]:
-    """The latest transfers on all buses, for people."""
+    """Return the latest transfers on all buses, for people."""
     return [_transfer(board, one) for one in latest]
 
 
@@ -113,12 +113,12 @@ def _transfer(board: Board, transfer: BusTransfer) -> dict[str, Any]:
 
 
 def samples(board: Board, latest: Sequence[BusTransfer]) -> dict[str, list[float]]:
-    """What the firmware has read last, by the ids of :func:`outputs`, in the sensor's own axes."""
+    """Return the firmware's latest readings, by the ids of :func:`outputs`, in the sensor's own axes."""
     found: dict[str, list[float]] = {}
     seen = set()
     for transfer in reversed(latest):
         kind = transfer.device, transfer.register, len(transfer.read)
-        if kind not in seen:  # of several alike, the latest
+        if kind not in seen:  # of several with the same id, the latest
             seen.add(kind)
             for sample in decoded(board, transfer):
                 found.setdefault(sample.id, sample.values)
@@ -126,7 +126,7 @@ def samples(board: Board, latest: Sequence[BusTransfer]) -> dict[str, list[float
 
 
 def decoded(board: Board, transfer: BusTransfer) -> Iterator[Sample]:
-    """The samples that a read of output registers has brought; none for any other transfer."""
+    """Yield the samples in a read of output registers; none for any other transfer."""
     part = next((part for part in board.sensors if transfer.device == part.NAME), None)
     first = _addresses(part.MAP).get(transfer.register) if part is not None else None
     if part is None or first is None or not transfer.read:
@@ -146,7 +146,7 @@ def decoded(board: Board, transfer: BusTransfer) -> Iterator[Sample]:
 
 
 def _passed(board: Board, part: Part, transfer: BusTransfer, first: int) -> Iterable[int]:
-    """The sub-addresses of a burst from ``first`` on, without an end."""
+    """Yield the sub-addresses of a burst from ``first`` on, without end."""
     bit = part.BUS.i2c_increment_bit if transfer.bus in board.description.i2c else part.BUS.spi_increment_bit
     stays = bit and not (transfer.written and transfer.written[0] & bit)
     while True:

@@ -1,5 +1,6 @@
-"""What is shown of a board while it runs: the world, variables, how busy everything is. Looking changes
-nothing. Transfers, registers and pins are in files of their own.
+"""Visible state of a running board: world, variables, and load. Viewing has no side effects.
+
+Transfers, registers and pins are in separate files.
 """
 
 from __future__ import annotations
@@ -21,12 +22,12 @@ from fcu_emulator.emulator.time.clock import PS_PER_S
 from fcu_emulator.emulator.world.attitude import matrix_to_euler
 from fcu_emulator.emulator.world.track import Array
 
-_MOST_LEAVES = 16  # numbers of one variable that are shown
-_LOOKS_OF_LOAD = 400  # of the recorder: two seconds of virtual time
+_MOST_LEAVES = 16  # limit of shown numbers of one variable
+_LOOKS_OF_LOAD = 400  # kept by the recorder: two seconds of virtual time
 
 
 def hello(board: Board, ways: list[str], exercises: list[dict[str, Any]]) -> messages.Hello:
-    """What does not change while a session lives; ``ways``: how else its serial line is reached."""
+    """Return the constant data of a session; ``ways``: further connections to its serial line."""
     from importlib.metadata import version
 
     return messages.Hello(
@@ -47,10 +48,10 @@ def hello(board: Board, ways: list[str], exercises: list[dict[str, Any]]) -> mes
 
 
 def truth(board: Board) -> dict[str, Any]:
-    """What the world is at this moment, in the board's axes where it has any.
+    """Return the current state of the world, in the board's axes where it has any.
 
-    ``rotation``: board to world (x north, y west, z up), nine numbers by rows.
-    ``magnet_m``: north, west and up of the board; null for none.
+    ``rotation``: board to world (x north, y west, z up), nine numbers by rows. ``magnet_m``: position
+    relative to the board, as north, west and up; null for none.
     """
     world, now = board.world, instant(board)
     rotation = world.rotation(now)
@@ -72,7 +73,7 @@ def truth(board: Board) -> dict[str, Any]:
 
 
 def instant(board: Board) -> Array:
-    """Now, as the world takes times: (1,)."""
+    """Return the current time in the world's form, an array (1,)."""
     return np.array([board.now_s])
 
 
@@ -88,7 +89,7 @@ def _vector(values: Any) -> list[float]:
 
 
 def variable_names(board: Board) -> list[str]:
-    """Global variables of the firmware, in alphabetical order; of firmware in Python its numbers."""
+    """Return the firmware's global variables, in alphabetical order; for Python firmware, its numbers."""
     if board.chip is not None:
         symbols = board.chip.image.symbols
         return sorted({one.name for one in symbols.variables() if one.size}) if symbols else []
@@ -108,9 +109,9 @@ def _has(board: Board, name: str) -> bool:
 
 
 def variable(board: Board, path: str) -> dict[str, float]:
-    """The numbers of a variable by path: ``pitch``, or ``acc.AXIS_X`` of a structure, ``a[0]`` of an array.
+    """Return the numbers of a variable by path: ``pitch``, ``acc.AXIS_X`` of a structure, ``a[0]`` of an array.
 
-    Nothing if there is no such variable, or none of its numbers is finite.
+    Empty for an unknown variable, or one without finite numbers.
     """
     return {name: value for name, value in _numbers(board, path).items() if np.isfinite(value)}
 
@@ -121,7 +122,7 @@ def can_be_watched(board: Board, path: str) -> bool:
 
 
 def why_not_watched(board: Board, path: str) -> str:
-    """Return the message for a variable that cannot be watched, with names that are nearly the same."""
+    """Return the message for a variable that cannot be watched, with similar names."""
     names = variable_names(board)
     name = re.split(r"[.\[]", path, maxsplit=1)[0]
     if name in names:
@@ -160,11 +161,11 @@ def _leaves(name: str, value: Any, depth: int = 3) -> Iterator[tuple[str, float]
                 yield from _leaves(f"{name}.{key}", one, depth - 1)
 
 
-# -- How busy everything is ---------------------------------------------------------------------------------
+# -- Load ---------------------------------------------------------------------------------------------------
 
 
 class Load:
-    """How busy callback, chip and serial line are, of the latest two seconds or so."""
+    """Load of callback, chip and serial line during the latest two seconds of virtual time."""
 
     def __init__(self, board: Board, recorder: TruthRecorder) -> None:
         self._board = board
@@ -175,7 +176,7 @@ class Load:
         self._line = 0.0
 
     def figures(self) -> dict[str, float]:
-        """Numbers by name: the timer's, the callback's time in ms, the share of the line that was busy."""
+        """Return numbers by name: of the timer, the callback's time in ms, the busy share of the line."""
         board, timer = self._board, self._board.timer
         looks, seen = self._witness.looks_at_callback, self._witness.callback_seen
         if looks - self._before[0] >= _LOOKS_OF_LOAD:
@@ -205,9 +206,9 @@ class Load:
 
 
 def _speeds(board: Board) -> dict[str, float]:
-    """Clock rates of the buses that the firmware uses, and the serial line's bit rate.
+    """Return the clock rates of the buses that the firmware uses, and the serial line's bit rate.
 
-    Firmware in Python uses its wiring's bus; its transfers are kept only while somebody looks at them.
+    Python firmware uses its wiring's bus; its transfers are kept only while a client watches them.
     """
     found: dict[str, float] = {"baud": round(10 * PS_PER_S / board.terminal.uart.frames_ps(1))}
     buses: list[Any] = [*board.signals.i2c.values(), *board.signals.spi.values()]

@@ -1,4 +1,4 @@
-"""Scenarios: TOML files that say what happens to the board, and what is expected of its firmware.
+"""Scenarios: TOML files with the events on the board and the expectations of its firmware.
 
 ::
 
@@ -9,10 +9,9 @@
     print("\\n".join(result.lines))
     assert result.passed
 
-Files are a thin layer over the Python interface: a timeline entry is a call of the world's method of that
-name, so tests in Python and in files cannot disagree.
+A timeline entry calls the world's method of the same name, so tests in Python and in files cannot disagree.
 
-Names are loaded when they are first used: schemas need pydantic, and what reads printed numbers does not.
+Names are loaded on first use: schemas need pydantic, the reader of printed numbers does not.
 """
 
 from __future__ import annotations

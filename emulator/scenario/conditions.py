@@ -1,4 +1,4 @@
-"""Conditions on the truth: when a quantity is beyond a threshold, or a LED is lit.
+"""Conditions on the truth: a quantity is beyond a threshold, or a LED is lit.
 
 ::
 
@@ -6,7 +6,8 @@
     when = { quantity = "Altitude", above = 3, margin = 0.3 }
     when = { led = "led1" }
 
-Within ``margin`` of the threshold a condition neither holds nor does not hold: what follows it may be either.
+Within ``margin`` of the threshold the condition is undefined: the LED or line that follows it may be in
+either state.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ LedName = Annotated[str, AfterValidator(_known_led), Field(json_schema_extra={"e
 
 
 def led_states(seen: RunView, led: str) -> Iterator[tuple[int, int, bool]]:
-    """Yield (from, until, lit) one after the other, by the edges of the pin; first the LED is dark."""
+    """Yield (from, until, lit) in order of time, from the edges of the pin; the LED is dark at first."""
     pin = seen.board.led(led.upper()).pin
     begin_ps, lit = 0, False
     for edge in seen.board.trace.of(GpioEdge):
@@ -60,9 +61,9 @@ class Stretch(NamedTuple):
 
 
 class Followed(NamedTuple):
-    """What has to follow a condition: when that holds, and when the LED is lit or the line is printed.
+    """Input of a check that something follows a condition: periods of the condition, and of the LED or line.
 
-    Times in ps, from and until; of a printed line both are its begin.
+    Times in ps, from and until; for a printed line both are the begin of printing.
     """
 
     name: str
@@ -72,7 +73,7 @@ class Followed(NamedTuple):
 
 
 def unit_text(quantity: str) -> str:
-    """The unit of a quantity as it follows a number in a message: " degrees", " hPa"."""
+    """Return the unit of a quantity as it follows a number in a message: " degrees", " hPa"."""
     return " degrees" if quantity.lower() in ("pitch", "roll", "yaw") else f" {unit_of(quantity)}"
 
 
@@ -99,11 +100,11 @@ class Condition(Table):
 
     @property
     def limit(self) -> float:
-        """The threshold. A LED has none."""
+        """Return the threshold, or None for a LED."""
         return next(one for one in (self.beyond, self.above, self.below, 0.0) if one is not None)
 
     def text(self) -> str:
-        """The condition as findings say it."""
+        """Describe the condition for findings."""
         if self.led is not None:
             return f"{self.led.upper()} is lit"
         if self.beyond is not None:
@@ -111,14 +112,14 @@ class Condition(Table):
         return f"{self.quantity} is {'above' if self.above is not None else 'below'} {self.limit:g}"
 
     def holds(self, value: float) -> bool | None:
-        """Whether it holds for a value of the quantity; None within the margin."""
+        """Return whether the condition holds for a value of the quantity; None within the margin."""
         over = (abs(value) if self.beyond is not None else value) - self.limit
         if abs(over) < self.margin:
             return None
         return over < 0 if self.below is not None else over > 0
 
     def stretches(self, seen: RunView) -> Iterator[Stretch]:
-        """Yield the parts of a run, one after the other, to its end."""
+        """Yield the parts of a run in order of time, up to its end."""
         if self.led is not None:
             for begin_ps, until_ps, lit in led_states(seen, self.led):
                 if begin_ps < seen.end_ps:
@@ -136,7 +137,7 @@ class Condition(Table):
         return tuple((one.begin_ps, one.end_ps) for one in self.stretches(seen) if one.holds)
 
     def value_text(self, seen: RunView, at_ps: int) -> str:
-        """The state at a moment, for findings: " with a true roll of 44.2 degrees"."""
+        """Describe the state at a moment for findings: " with a true roll of 44.2 degrees"."""
         if self.led is not None:
             return ""
         name = self.quantity or ""

@@ -1,8 +1,8 @@
-"""Expectations: what the terminal shows, which numbers it prints, what the hardware does.
+"""Expectations about terminal output, printed numbers and hardware.
 
-Schema and judgement of a kind of expectation are in one class. A new kind is one class and its name in
-``Kinds`` of :mod:`fcu_emulator.emulator.scenario.schema`; those about LEDs and timers are in
-:mod:`fcu_emulator.emulator.scenario.hardware`.
+One class holds the schema and the evaluation of a kind of expectation. To add a kind, write a class and add
+its name to ``Kinds`` of :mod:`fcu_emulator.emulator.scenario.schema`. Expectations about LEDs and timers are
+in :mod:`fcu_emulator.emulator.scenario.hardware`.
 """
 
 from __future__ import annotations
@@ -60,12 +60,12 @@ from fcu_emulator.emulator.scenario.text_diff import (
 from fcu_emulator.emulator.text import shown, visible
 from fcu_emulator.emulator.time.clock import PS_PER_MS, seconds
 
-# -- What every expectation has in common: how it is missed, a view of the run, a window --------------------
+# -- Shared by all expectations: failure, view of the run, window -------------------------------------------
 
 
 @dataclass(frozen=True)
 class Failure:
-    """How an expectation is not met."""
+    """Reason for a failed expectation."""
 
     fault: Fault
     expected: str
@@ -73,14 +73,13 @@ class Failure:
     diff: tuple[str, ...] = ()
     """Lines in the style of a unified diff: "-" expected, "+" printed, " " around them."""
     for_good: bool = False
-    """Nothing that is printed or lit later can make up for it, so the verdict falls while the run is on."""
+    """Whether the failure is final: no later output or LED state can correct it, so it is reported during the run."""
     finding: str = ""
-    """How it is not met, more exactly than ``fault`` says: of a LED "never lit", "one side", "late" ...; such
-    kinds choose a rubric's hint."""
+    """Details beyond ``fault``: for a LED "never lit", "one side", "late" and so on. They select a rubric's hint."""
 
     @property
     def kind(self) -> str:
-        """The finding, or the fault if that is all that is known."""
+        """Return the finding, or the fault if there is no finding."""
         return self.finding or self.fault
 
     def __str__(self) -> str:
@@ -96,42 +95,42 @@ class RunView:
     end_ps: int
     patience: TimeBudget = field(default_factory=TimeBudget)
     tilts: Sequence[TiltSample] = ()
-    """The board's inclination in steps of 10 ms, if an expectation asks for it."""
+    """The board's inclination in steps of 10 ms, if an expectation needs it."""
     samples: Mapping[str, Sequence[float]] = field(default_factory=dict)
-    """The quantities that conditions ask for, likewise."""
+    """The quantities that conditions need, in the same steps."""
     watched: Mapping[int, Any] = field(default_factory=dict)
-    """What :meth:`Expectation.watch` has returned, by the expectation's identity."""
+    """Results of :meth:`Expectation.watch`, by the identity of the expectation."""
 
 
 class Expectation(Table, ABC):
-    """One ``[[expect]]`` table: schema and judgement in one class.
+    """One ``[[expect]]`` table: schema and evaluation in one class.
 
-    ``ON_TERMINAL``: whether it reads what is printed, of which nothing more comes after a crash.
+    ``ON_TERMINAL``: whether it reads terminal output, which ends with a crash.
     """
 
     ON_TERMINAL: ClassVar[bool] = False
 
     def watch(self, board: BoardView) -> Any:
-        """Called at power-on for expectations that watch the run themselves; kept in ``Seen.watched``."""
+        """Start watching at power-on, for expectations that observe the run; the result is kept in ``Seen.watched``."""
         del board
         return None
 
     @abstractmethod
     def wording(self) -> str:
-        """What is expected, as verdicts and the page say it."""
+        """Describe the expectation for verdicts and for the page."""
 
     @abstractmethod
     def judge(self, seen: RunView) -> Failure | None:
-        """How it is not met; None when it is."""
+        """Return the failure, or None if the expectation is met."""
 
 
 class Windowed(Window, Expectation):
-    """Looks at a part of the run only: lines whose printing began in the window."""
+    """Expectation about one part of the run: only lines whose printing began in the window count."""
 
     ON_TERMINAL = True
 
     def lines_in_window(self, seen: RunView) -> list[PrintedLine]:
-        """The lines that count."""
+        """Return the lines whose printing began in the window."""
         return [line for line in seen.lines if self.covers(line.at_ps)]
 
 
@@ -142,7 +141,7 @@ class ExpectLine(Windowed):
     """A line with exactly this text appears; with ``count`` exactly so often."""
 
     kind: Literal["line"]
-    text: str = Field(max_length=255)  # what PRINTF can send at once
+    text: str = Field(max_length=255)  # longest text of one PRINTF
     count: int | None = Field(None, ge=1)
 
     def wording(self) -> str:
@@ -150,7 +149,7 @@ class ExpectLine(Windowed):
         return f"the line {shown_line(same_banner(self.text.strip()))}{times}{self.window_text()}"
 
     def judge(self, seen: RunView) -> Failure | None:
-        """Compares whole lines, blanks around them aside."""
+        """Compare whole lines without leading and trailing blanks."""
         wanted = same_banner(self.text.strip())
         lines = [same_banner(line.text) for line in self.lines_in_window(seen)]
         found = lines.count(wanted)
@@ -164,7 +163,7 @@ class ExpectLine(Windowed):
 
 
 def nearly_printed(wanted: str, lines: Sequence[str], expected: str, patience: TimeBudget) -> Failure | None:
-    """How the line most like the wanted one differs from it; None if no line is like it."""
+    """Describe the difference to the most similar line; None if no line is similar."""
     near = None
     if not patience.exhausted:
         with patience.limited():
@@ -179,7 +178,7 @@ class _Matching(Windowed):
     pattern: PatternText
 
     def matches(self, seen: RunView) -> list[PrintedLine]:
-        """The lines in the window in which the pattern is found."""
+        """Return the lines in the window that contain the pattern."""
         lines = self.lines_in_window(seen)
         return [line for line in lines if self._found_in(line.text, seen.patience)]
 
@@ -189,13 +188,13 @@ class _Matching(Windowed):
 
 
 class ExpectRegex(_Matching):
-    """The pattern is found in a line; ``count``: in exactly so many."""
+    """A line contains the pattern; with ``count``, exactly so many lines contain it."""
 
     kind: Literal["regex"]
     count: int | None = Field(None, ge=1)
 
     def wording(self) -> str:
-        """The pattern, and in how many lines."""
+        """Describe the pattern and the number of lines."""
         times = "" if self.count is None else f" in {self.count} line{'s' * (self.count > 1)}"
         return f'a match of "{visible(self.pattern.text)}"{times}{self.window_text()}'
 
@@ -209,7 +208,7 @@ class ExpectRegex(_Matching):
 
 
 class ExpectNever(_Matching):
-    """The pattern is found in no line."""
+    """No line contains the pattern."""
 
     kind: Literal["never"]
 
@@ -226,7 +225,7 @@ class ExpectNever(_Matching):
 
 
 class ExpectText(Expectation):
-    """Everything printed equals a file, byte by byte; its path counts from the scenario's folder."""
+    """The whole output equals a file, byte by byte; the path is relative to the scenario's folder."""
 
     ON_TERMINAL = True
 
@@ -250,12 +249,12 @@ class ExpectText(Expectation):
             printed_lines[index] if index < len(printed_lines) else None,
         )
         count = f"{len(printed_lines)} lines, {len(printed)} bytes"
-        ended = index < len(printed_lines) - 1  # the line that differs, which is not being printed any more
+        ended = index < len(printed_lines) - 1  # the first different line that is complete
         return Failure(fault, self.wording(), count, difference(wanted_lines, printed_lines), for_good=ended)
 
 
 def shown_line(text: str) -> str:
-    """A line in a message."""
+    """Return a line as messages show it."""
     return f'"{escaped(text)}"'
 
 
@@ -285,9 +284,9 @@ FieldName = Annotated[str, AfterValidator(_known_field), Field(json_schema_extra
 
 
 class _Number(Windowed):
-    """A printed number: one of the slides by ``name``, or by a ``format`` string or a ``pattern`` of a lab.
+    """A printed number: a number of the slides by ``name``, or one of a lab by ``format`` string or ``pattern``.
 
-    ``number``: which number of the format is meant, counted from 1.
+    ``number``: index of the number in the format, counted from 1.
     """
 
     name: FieldName | None = None
@@ -306,30 +305,30 @@ class _Number(Windowed):
         return self
 
     def number_format(self, patience: TimeBudget | None = None) -> NumberFormat:
-        """How the number is found in a line."""
+        """Return the format that finds the number in a line."""
         if self.format is not None:
             return PrintfFormat(self.format, self.number, patience)
         return NamedFormat(self.name) if self.name else PatternFormat(self._pattern(), patience)
 
     @property
     def title(self) -> str:
-        """The number as findings call it."""
+        """Name the number for findings."""
         if self.name is not None:
             return self.name
         which = f" (number {self.number})" if self.number > 1 else ""
         return shown_format(self.format or self._pattern().text) + which
 
     def _pattern(self) -> TextPattern:
-        assert self.pattern is not None  # which the validator has made sure of
+        assert self.pattern is not None  # guaranteed by the validator
         return self.pattern
 
 
 class ExpectField(_Number):
-    """A number printed in the window is near ``value``, or near the truth, each time it is printed.
+    """Each print of a number in the window is near ``value``, or near the truth.
 
-    Near the truth means: within ``tolerance`` of a value that the truth had in the time ``settle`` before the
-    line's printing began, because what is printed was measured a little earlier (LPS22HB: 40 ms). ``truth``
-    is a quantity by its name, or true for that of the number's name; what is printed is ``scale`` times it.
+    Near the truth means: within ``tolerance`` of a true value in the time ``settle`` before printing began.
+    The measurement is a little older than its print (LPS22HB: 40 ms). ``truth`` names a quantity, or is true
+    for the quantity with the number's name. The printed number is ``scale`` times the quantity.
     """
 
     kind: Literal["field"]
@@ -353,11 +352,11 @@ class ExpectField(_Number):
 
     @property
     def quantity(self) -> str:
-        """The quantity of the truth; "" if it is compared with a value."""
+        """Return the name of the true quantity; "" for a comparison with a value."""
         return (self.name or "") if self.truth is True else self.truth or ""
 
     def wording(self) -> str:
-        """What the number is compared with, and how near it has to be."""
+        """Describe the reference and the tolerance."""
         unit = f" {unit_of(self.name)}" if self.name else ""
         return f"{self.title} within {self.tolerance:g}{unit} of {self._target()}{self.window_text()}"
 
@@ -371,7 +370,7 @@ class ExpectField(_Number):
         return f"the true {self.quantity}{scaled}" + (f" ({recent})" if recent else "")
 
     def judge(self, seen: RunView) -> Failure | None:
-        """Missing when it is never printed; a line that begins like it in another format fails too."""
+        """Fail as missing if the number is never printed; also fail for a line that begins like it in another format."""
         line_format = self.number_format(seen.patience)
         lines = [line for line in self.lines_in_window(seen) if line_format.is_begun_by(line.text)]
         if not lines:
@@ -399,7 +398,7 @@ class ExpectField(_Number):
         return Failure("wrong value", self.wording(), seen_text, diff, for_good=True)
 
     def _compared(self, line: PrintedLine, printed: float, error: float) -> str:
-        """The worst print and its reference side by side."""
+        """Return the worst print and its reference."""
         what = "the truth is" if self.truth else "expected is"
         worst = f"{self.title} is {printed:.6g} and {what} {self._wanted(printed, error):.6g}"
         return f"the worst by {abs(error):.6g} at {seconds(line.at_ps)}: {worst}"
@@ -423,7 +422,7 @@ class ExpectField(_Number):
 
 
 class ExpectPrinted(_Number):
-    """A number is printed, in its format, at least every ``max_gap``."""
+    """A number is printed in its format at least every ``max_gap``."""
 
     RENAMED: ClassVar[Mapping[str, str]] = {"longest_gap": "max_gap"}
 
@@ -431,12 +430,12 @@ class ExpectPrinted(_Number):
     max_gap: Length
 
     def wording(self) -> str:
-        """The line's format, and how often it comes."""
+        """Describe the format of the line and its interval."""
         every = f"at least every {seconds(self.max_gap)}"
         return f'a line "{self.number_format().text}" {every}{self.window_text()}'
 
     def judge(self, seen: RunView) -> Failure | None:
-        """From the window's begin to its end, or the run's."""
+        """Check from the window's begin to its end, or to the run's end."""
         line_format, expected = self.number_format(seen.patience), self.wording()
         lines = [line for line in self.lines_in_window(seen) if line_format.is_begun_by(line.text)]
         earlier = [line for line in seen.lines if line.at_ps < self.from_]
@@ -457,7 +456,7 @@ class ExpectPrinted(_Number):
 
 
 class ExpectWithin(_Number):
-    """Each print of a number is from ``min`` to ``max``; two of them differ by ``min_difference`` or more."""
+    """Each print of a number is from ``min`` to ``max``; two prints differ by ``min_difference`` or more."""
 
     RENAMED: ClassVar[Mapping[str, str]] = {"least": "min", "most": "max", "apart": "min_difference"}
 
@@ -471,7 +470,7 @@ class ExpectWithin(_Number):
         return f"{self.title} from {self.min:g} to {self.max:g}{apart}{self.window_text()}"
 
     def judge(self, seen: RunView) -> Failure | None:
-        """Missing when it is never printed."""
+        """Fail as missing if the number is never printed."""
         line_format, expected = self.number_format(seen.patience), self.wording()
         parsed = [(line, line_format.number(line.text)) for line in self.lines_in_window(seen)]
         values = [(line, number) for line, number in parsed if number is not None]
@@ -491,7 +490,7 @@ class ExpectWithin(_Number):
 def _not_printed(
     line_format: NumberFormat, expected: str, lines: Sequence[PrintedLine], seen: RunView
 ) -> Failure:
-    """Nothing in the window begins like the format: there is another form of it, or none."""
+    """Report that no line of the window begins like the format: the output has another form, or none."""
     near = [line for line in lines if line_format.is_meant_by(line.text)]
     if not near:
         text = f'no line "{line_format.text}" among {len(lines)} lines'
@@ -503,7 +502,7 @@ def _not_printed(
 
 
 def _malformed(line_format: NumberFormat, expected: str, wrong: Sequence[PrintedLine], count: int) -> Failure:
-    """Lines that are meant as the format and are not in it, with what is another."""
+    """Report lines with the format's beginning that do not follow it, and the difference."""
     what = format_difference(line_format.text, wrong[0].text)
     seen_text = f"{len(wrong)} of {count} lines in another format" + (f": {what}" if what else "")
     diff = (f"-{line_format.text}", *map(_printed, wrong[:_DIFF_LINES]))

@@ -1,18 +1,19 @@
-"""What may stand in a scenario's tables: strict types, quantities with units, files beside it, patterns.
+"""Field types of scenario tables: strict types, quantities with units, files next to the scenario, patterns.
 
-Unknown keys are refused by name. A scenario may come from a stranger, and what is wrong with a file it names
-is shown to whoever runs it. So a name is relative, has no ``..``, and no link on its way leads out of the
-scenario's folder: a scenario can show nothing that was not sent along with it. Road not taken: a setting that
-allows more, which every grader would have to know of.
+Unknown keys are errors that name the key. A scenario may come from an untrusted author, and its error
+messages may show parts of a named file. So a file name is relative, has no ``..``, and no link on its path
+leads out of the scenario's folder: a scenario can only show files that were sent with it. Rejected
+alternative: a setting that allows other paths, which every grader would have to know.
 
-Bounds: a text has at most 1 MiB, a recording 64 MiB and ten million numbers, all files of one scenario
-together 64 MiB. Reading a recording of ten million numbers takes 180 MB of memory and some ten seconds.
+Limits: a text has at most 1 MiB, a recording 64 MiB and ten million numbers. All files of one scenario have
+at most 64 MiB together. Reading a recording of ten million numbers takes 180 MB of memory and about ten
+seconds.
 
-A pattern costs memory when it is compiled: whatever must be repeated at least n times is laid out n times,
-at some 500 bytes for each element (``regex`` 2026; ``(?:a?){9999999}`` took 4 GB). The elements are counted
-from above before compiling, as if all repeated groups were nested: at most 10,000 in one pattern and 100,000
-in a scenario, which are 50 MB and a tenth of a second. A search may never end, so the search of a line and
-all searches of a run have their time (:class:`TimeBudget`).
+Compiling a pattern costs memory: the compiler repeats an element n times if it must match at least n times,
+at about 500 bytes each (``regex`` 2026; ``(?:a?){9999999}`` took 4 GB). An upper bound of the elements is
+computed before compiling, as if all repeated groups were nested. The limit is 10,000 in one pattern and
+100,000 in a scenario, which cost 50 MB and a tenth of a second. A search may never end, so the search of a
+line and all searches of a run have a time limit (:class:`TimeBudget`).
 """
 
 from __future__ import annotations
@@ -63,19 +64,19 @@ from fcu_emulator.emulator.world.limits import Range
 
 
 class Table(BaseModel):
-    """One table. Strict: no string becomes a number; NaN, infinity and unknown keys are errors."""
+    """Base class of all tables. Strict: strings do not become numbers; NaN, infinity and unknown keys are errors."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
     RENAMED: ClassVar[Mapping[str, str]] = {}
-    """Current names of keys, by those of the previous release."""
+    """Current names of keys, by the names of the previous release."""
     MISPLACED: ClassVar[Mapping[str, str]] = {}
-    """Where keys belong that are often written here instead."""
+    """Correct tables of keys that are often written in this table."""
 
     @model_validator(mode="before")
     @classmethod
     def _refuse_unknown_keys(cls, data: Any) -> Any:
-        """Name the known keys, which the library's message does not; replace renamed ones."""
+        """Refuse unknown keys with a list of the known ones (pydantic's message has none); replace renamed keys."""
         if not isinstance(data, dict):
             return data
         if data.keys() & cls.RENAMED.keys():
@@ -93,11 +94,11 @@ class Table(BaseModel):
 
 
 LED_NAMES, PART_NAMES = ["a LED of the board"], ["a part of the board"]
-"""Stand for the names of a board's file in the JSON schema, until it is known which board it is for."""
+"""Placeholders in the JSON schema for names from a board's file, until the board is known."""
 
 
 def board_of(info: ValidationInfo) -> BoardDescription:
-    """The board that a file is for."""
+    """Return the board that a file is for."""
     board: BoardDescription = (info.context or {}).get("board", FCU001V1)
     return board
 
@@ -106,17 +107,17 @@ def board_of(info: ValidationInfo) -> BoardDescription:
 
 
 def within(allowed: Range) -> FieldInfo:
-    """The world's own range of a quantity, so that file and world accept the same."""
+    """Return the world's own range of a quantity, so that file and world accept the same values."""
     info: FieldInfo = Field(ge=allowed.low, le=allowed.high)
     return info
 
 
-# TOML has arrays, not tuples: the outer type alone is taken leniently, its elements stay strict.
+# TOML has arrays, not tuples: only the outer type is lenient, its elements stay strict.
 Vector = Annotated[tuple[float, float, float], Strict(False)]
 
 
 class FieldTable(Table):
-    """A magnetic field, NED in uT."""
+    """A magnetic field vector, NED in uT."""
 
     north_ut: Annotated[float, within(limits.FIELD)]
     east_ut: Annotated[float, within(limits.FIELD)]
@@ -127,7 +128,7 @@ class FieldTable(Table):
 
 
 def parse_length(value: Any) -> int:
-    """A duration in ps of what must take some time."""
+    """Return a duration of at least 1 us, in ps."""
     length_ps = parse_duration(value)
     if length_ps < PS_PER_US:
         raise ValueError(f'is {shown(value)}; give at least "1us"')
@@ -159,11 +160,11 @@ class Window(Table):
         return self
 
     def covers(self, at_ps: int) -> bool:
-        """Whether this moment counts."""
+        """Return whether the window contains this moment."""
         return self.from_ <= at_ps and (self.to is None or at_ps <= self.to)
 
     def window_text(self) -> str:
-        """The window for messages; empty when it is the whole run."""
+        """Describe the window for messages; empty for the whole run."""
         if self.from_ == 0 and self.to is None:
             return ""
         end = "the end" if self.to is None else seconds(self.to)
@@ -181,7 +182,7 @@ _FASTEST_BUS_HZ = 1_000_000
 
 
 def parse_bus_speed(value: Any) -> int:
-    """A bus speed in Hz, 10 kHz to 1 MHz; ValueError says what would be right."""
+    """Return a bus speed in Hz, 10 kHz to 1 MHz; ValueError names the valid values."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         raise ValueError(f"is the bare number {shown(value)}; {_FREQUENCY_HELP}")
     match = re.fullmatch(_FREQUENCY, value) if isinstance(value, str) else None
@@ -202,7 +203,7 @@ BusSpeed = Annotated[
 
 
 def _parse_address(value: object, info: ValidationInfo) -> int:
-    """A part's name, or a 7-bit address -> the address. ValueError says what would be right."""
+    """Return the address for a sensor's name or a 7-bit address; ValueError names the valid values."""
     known = board_of(info).addresses
     if isinstance(value, str) and value in known:
         return known[value]
@@ -219,19 +220,19 @@ Address = Annotated[
 ]
 
 
-# -- What one scenario may take while it is read ------------------------------------------------------------
+# -- Limits while a scenario is read ------------------------------------------------------------------------
 
 
-_MAX_FILE_BYTES = 1 << 20  # of a scenario or a text it names
+_MAX_FILE_BYTES = 1 << 20  # of a scenario or of a text file that it names
 _MAX_TOTAL_BYTES = 64 << 20  # of all files that a scenario names
 _MAX_ELEMENTS = 10_000  # of one compiled pattern
 _MAX_TOTAL_ELEMENTS = 100_000  # of all patterns of a scenario
 
 
 class Resources:
-    """What lies beside a scenario, and how much of it all it may use.
+    """Files next to a scenario, and limits on their total use.
 
-    All methods raise ValueError that says why something cannot be used.
+    All methods raise ValueError with the reason if a file or pattern cannot be used.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -242,7 +243,7 @@ class Resources:
         self._recordings: dict[Path, Recording] = {}
 
     def text(self, name: str, what: str) -> bytes:
-        """The bytes of a small file, which is ``what`` the error asks for."""
+        """Return the bytes of a small file; ``what`` names the file in errors."""
         path = self._inside(name)
         if path not in self._texts:
             self._count(path, name)
@@ -250,7 +251,7 @@ class Resources:
         return self._texts[path]
 
     def recording(self, name: str) -> Recording:
-        """A CSV recording; the same object however often it is named."""
+        """Return a CSV recording; the same object for every use of its name."""
         path = self._inside(name)
         if path not in self._recordings:
             self._count(path, name)
@@ -261,7 +262,7 @@ class Resources:
         return self._recordings[path]
 
     def allow_pattern(self, pattern: str) -> None:
-        """Count a pattern that is about to be compiled."""
+        """Count a pattern before it is compiled."""
         elements = _elements(pattern)
         self._elements_left -= elements
         if elements > _MAX_ELEMENTS:
@@ -270,10 +271,13 @@ class Resources:
             raise ValueError(f"is {shown(pattern)}, with which the patterns are too long; give fewer of them")
 
     def _inside(self, name: str) -> Path:
-        """The file itself, all links on its way followed."""
+        """Return the path of the file with all links resolved."""
         if "\0" in name:
             raise ValueError(f'is {shown(name)}; give a path in quotes, such as "golden.txt"')
-        for flavour in (PurePosixPath(name), PureWindowsPath(name)):  # a file means the same on every system
+        for flavour in (
+            PurePosixPath(name),
+            PureWindowsPath(name),
+        ):  # a name means the same file on every system
             if flavour.is_absolute() or flavour.anchor or ".." in flavour.parts:
                 raise ValueError(f"is {shown(name)}; give the name of a file in the scenario's folder")
         try:
@@ -289,7 +293,7 @@ class Resources:
         try:
             size = path.stat().st_size
         except OSError:
-            return  # reading it says what is wrong
+            return  # the read reports the error
         self._bytes_left -= size
         if self._bytes_left < 0:
             most = f"{_MAX_TOTAL_BYTES >> 20} MiB"
@@ -297,15 +301,15 @@ class Resources:
 
 
 def resources_of(info: ValidationInfo) -> Resources:
-    """Those of the scenario that is being read; without a file, the working directory's."""
+    """Return the resources of the scenario that is being read; without a file, those of the working directory."""
     resources = (info.context or {}).get("resources")
     return resources if isinstance(resources, Resources) else Resources(Path())
 
 
 def read_bounded(path: Path, name: str, what: str) -> bytes:
-    """A small regular file's bytes; ValueError says why ``name`` cannot be used."""
+    """Return the bytes of a small regular file; ValueError says why ``name`` cannot be used."""
     try:
-        if path.exists() and not path.is_file():  # a pipe or a terminal would keep us waiting
+        if path.exists() and not path.is_file():  # opening a pipe or a terminal would block
             raise ValueError(f"{name} is not a regular file; give {what}")
         with path.open("rb") as stream:
             data = stream.read(_MAX_FILE_BYTES + 1)
@@ -316,7 +320,7 @@ def read_bounded(path: Path, name: str, what: str) -> bytes:
     return data
 
 
-# -- A file that it names -----------------------------------------------------------------------------------
+# -- A file that a scenario names ---------------------------------------------------------------------------
 
 
 Content = TypeVar("Content")
@@ -324,7 +328,7 @@ Content = TypeVar("Content")
 
 @dataclass(frozen=True, eq=False)
 class Named(Generic[Content]):
-    """What a file holds, and the path under which the scenario names it."""
+    """Contents of a file, and its path as the scenario names it."""
 
     path: str
     content: Content
@@ -356,15 +360,15 @@ RecordingFile = Annotated[Named[Recording], PlainValidator(_named_recording), _A
 
 
 _LONGEST_PATTERN = 500
-_LINE_PATIENCE_S = 0.5  # for one line; a sane pattern takes microseconds
+_LINE_PATIENCE_S = 0.5  # for one line; a normal pattern takes microseconds
 _RUN_PATIENCE_S = 10.0  # for all patterns of a scenario on all lines of a run
 
-_COUNT = re.compile(r"(\)?)\{(\d+)")  # a repetition's least count, and whether it repeats a group
-_SCATTERED = re.compile(r"\(\?(#|[\w-]*x)")  # comments and spaces may stand between a group and its count
+_COUNT = re.compile(r"(\)?)\{(\d+)")  # a repetition's minimum count, and whether it repeats a group
+_SCATTERED = re.compile(r"\(\?(#|[\w-]*x)")  # comments and spaces may separate a group and its count
 
 
 def _elements(pattern: str) -> int:
-    """How many elements ``pattern`` has when it is compiled, or more."""
+    """Return an upper bound of the elements of ``pattern`` after compiling."""
     counts = [(bool(group), max(int(count), 1)) for group, count in _COUNT.findall(pattern)]
     if _SCATTERED.search(pattern):
         counts = [(True, count) for _, count in counts]
@@ -373,7 +377,7 @@ def _elements(pattern: str) -> int:
 
 
 class TimeBudget:
-    """The wall time that is left for searching a run's text: a pattern from a stranger may never end."""
+    """Remaining wall time for searches in a run's text: an untrusted pattern may never end."""
 
     def __init__(self, clock_s: Callable[[], float] = time.monotonic) -> None:
         self._clock_s = clock_s
@@ -385,7 +389,7 @@ class TimeBudget:
 
     @contextmanager
     def limited(self) -> Iterator[float]:
-        """How long the search inside may take. Raises TimeoutError when nothing is left."""
+        """Return the time limit of the enclosed search. Raises TimeoutError when no time is left."""
         if self.exhausted:
             raise TimeoutError
         began_s = self._clock_s()
@@ -396,14 +400,14 @@ class TimeBudget:
 
 
 class TextPattern:
-    """A regular expression and the text it was made of."""
+    """A regular expression with its source text."""
 
     def __init__(self, text: str) -> None:
         self.text = text
         self._compiled = regex.compile(text)
 
     def found_in(self, line: str, patience: TimeBudget) -> bool:
-        """Searches one line. Raises TimeoutError when that takes too long."""
+        """Search one line. Raises TimeoutError if the search takes too long."""
         with patience.limited() as timeout_s:
             return self._compiled.search(line, timeout=timeout_s) is not None
 
@@ -413,7 +417,7 @@ class TextPattern:
         return names.keys()
 
     def group_in(self, line: str, name: str, patience: TimeBudget) -> str | None:
-        """Return what a group is in a line, None if the pattern is not found. Raises TimeoutError."""
+        """Return the text of a group in a line, None if the pattern is not found. Raises TimeoutError."""
         with patience.limited() as timeout_s:
             match = self._compiled.search(line, timeout=timeout_s)
         return None if match is None else match[name]

@@ -1,4 +1,4 @@
-"""Lines that follow a condition: printed again and again while it holds, and not otherwise."""
+"""Expectation for lines that follow a condition: printed repeatedly while it holds, and not otherwise."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class ExpectLineFollows(Windowed):
     """A line is printed at least every ``max_gap`` while a condition holds, and never otherwise.
 
     The line has exactly the ``text``, or matches the ``pattern``. For ``settle`` after the condition has
-    changed, and within its margin, the line may be printed or not. If the board rests on both sides of the
-    condition, the finding says as of a LED which mistake it is.
+    changed, and within its margin, the line is optional. If the board rests on both sides of the threshold,
+    the finding names the kind of mistake, as for a LED.
     """
 
     RENAMED: ClassVar[Mapping[str, str]] = {"longest_gap": "max_gap"}
@@ -44,12 +44,12 @@ class ExpectLineFollows(Windowed):
         return self
 
     def wording(self) -> str:
-        """The line, how often, and when."""
+        """Describe the line, its interval and the condition."""
         every = f"at least every {seconds(self.max_gap)} while {self.when.text()}, and not otherwise"
         return f"{self._line()} {every}{self.window_text()}"
 
     def judge(self, seen: RunView) -> Failure | None:
-        """The first line that is missing, or else the first that is printed at another time."""
+        """Return the first missing line as a failure, otherwise the first line at a wrong time."""
         lines = [line for line in self.lines_in_window(seen) if self._is_it(line, seen)]
         stretches = list(self._settled(seen))
         wrong = [
@@ -75,13 +75,13 @@ class ExpectLineFollows(Windowed):
         return Failure("wrong value", self.wording(), text, diff, for_good=True, finding=finding)
 
     def followed(self, seen: RunView) -> Followed:
-        """When the line is printed, and when it has to be, margin and settling aside."""
+        """Return the periods of the line and of the condition, with margin and settling time applied."""
         at_ps = (line.at_ps for line in seen.lines if self._is_it(line, seen))
         shown = tuple((one, one) for one in at_ps)
         return Followed(self._line(), self.when.text(), self.when.held(seen), shown)
 
     def _settled(self, seen: RunView) -> list[Stretch]:
-        """The parts of the window in which the line has to be printed, or not to be."""
+        """Yield the parts of the window in which the line is mandatory or forbidden."""
         last_ps = seen.end_ps if self.to is None else min(self.to, seen.end_ps)
         cut = (
             Stretch(max(one.begin_ps + self.settle, self.from_), min(one.end_ps, last_ps), one.holds)
@@ -91,7 +91,7 @@ class ExpectLineFollows(Windowed):
         return [one for one in cut if one.begin_ps < one.end_ps]
 
     def _longest_silence(self, stretches: list[Stretch], lines: list[PrintedLine]) -> tuple[int, int] | None:
-        """(length, begin) of the longest time without the line while the condition holds; None if short."""
+        """Return (length, begin) of the longest time without the line while the condition holds; None if short enough."""
         silences = [
             (after - before, before)
             for begin_ps, end_ps, holds in stretches
@@ -111,7 +111,7 @@ class ExpectLineFollows(Windowed):
         return f"{where}{value}{count}"
 
     def _nearly(self, seen: RunView) -> Failure | None:
-        """A line that is almost the wanted one, and is printed in its place."""
+        """Return a line that is similar to the wanted line and printed instead of it."""
         if self.text is None:
             return None
         lines = [same_banner(line.text) for line in self.lines_in_window(seen)]
@@ -119,7 +119,7 @@ class ExpectLineFollows(Windowed):
         return None if miss is None else replace(miss, for_good=True)
 
     def _mistake(self, seen: RunView, stretches: list[Stretch], lines: list[PrintedLine]) -> tuple[str, str]:
-        """Which mistake the rests of the board show, by its kind and as the message says it; "" if none."""
+        """Return kind and message text of the mistake that the rests of the board show; "" for an unknown one."""
         if self.when.quantity is None:
             return "", ""
         at_ps = [line.at_ps for line in lines]
@@ -137,7 +137,7 @@ class ExpectLineFollows(Windowed):
         return mistake(rests, self.when)
 
     def _other(self, seen: RunView, at_ps: int) -> float:
-        """The other inclination at a moment; 0 for a quantity that has none."""
+        """Return the other inclination at a moment; 0 for a quantity without one."""
         other = {"pitch": "roll", "roll": "pitch"}.get(self.when.quantity or "")
         return seen.samples[other][at_ps // SAMPLE_STEP_PS] if other is not None else 0.0
 

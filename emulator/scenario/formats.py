@@ -1,10 +1,11 @@
-"""Formats of printed numbers: how a number is found in a line of the terminal.
+"""Formats of printed numbers: rules that find a number in a line of terminal output.
 
 A number of the slides has a name (``name = "Pitch"``). A lab with other lines gives the format string of its
 ``printf`` (``format = "tilt=%d cdeg"``), or a regular expression with a group called ``number``.
 
-Decision: a format string is exact, from the beginning of a line to its end: "%.2f" has two decimals. Another
-form of the line is a finding, as it is for the lines of the slides. A pattern is for lines that may vary.
+Decision: a format string is exact from the beginning of a line to its end: "%.2f" means two decimals. A line
+in another form is a finding, as for the lines of the slides. For lines that may vary, a rubric gives a
+pattern.
 """
 
 from __future__ import annotations
@@ -18,21 +19,21 @@ from fcu_emulator.emulator.scenario.fields import PatternText, TextPattern, Time
 from fcu_emulator.emulator.scenario.run_view import FORMAT_OF_FIELD
 from fcu_emulator.emulator.text import shown, visible
 
-# -- What a format is asked ---------------------------------------------------------------------------------
+# -- Interface of a format ----------------------------------------------------------------------------------
 
 
 class NumberFormat(Protocol):
-    """How one number is printed."""
+    """Print format of one number."""
 
     text: str
     """The format as findings show it."""
 
     def is_begun_by(self, line: str) -> bool:
-        """Whether a line is one of this format, or is meant to be."""
+        """Return whether a line begins like this format."""
         ...
 
     def is_meant_by(self, line: str) -> bool:
-        """Whether a line that does not begin so has the same number in another form."""
+        """Return whether a line with another beginning has the same number in another form."""
         ...
 
     def number(self, line: str) -> float | None:
@@ -41,7 +42,7 @@ class NumberFormat(Protocol):
 
 
 class NamedFormat:
-    """A number of the slides, by its name."""
+    """A number of the slides, identified by its name."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -49,15 +50,15 @@ class NamedFormat:
         self.text = self._line.text
 
     def is_begun_by(self, line: str) -> bool:
-        """By the first word."""
+        """Return whether the line begins with the format's first word."""
         return line.startswith(self._line.label)
 
     def is_meant_by(self, line: str) -> bool:
-        """By the name of one of the line's numbers."""
+        """Return whether the line has the name of one of the format's numbers."""
         return self._line.is_meant_by(line)
 
     def number(self, line: str) -> float | None:
-        """The number of that name."""
+        """Return the number with this name."""
         fields = self._line.parse(line)
         return None if fields is None else fields[self._name]
 
@@ -76,7 +77,7 @@ _MOST_DIGITS = 2  # of a width
 
 
 class PrintfFormat:
-    """A format string of ``printf``, and which of its numbers is meant, counted from 1. Raises ValueError.
+    """A format string of ``printf`` and the index of the number, counted from 1. Raises ValueError.
 
     The conversions of a format may be ambiguous, such as "%s%s", so a search in a line has a time limit.
     """
@@ -103,7 +104,7 @@ class PrintfFormat:
         self._meant = re.compile(meant, re.IGNORECASE) if meant else None
 
     def _conversion(self, match: re.Match[str]) -> str:
-        """The pattern of what one conversion prints; the number that is meant is a group."""
+        """Return a pattern for the output of one conversion; the wanted number is a group."""
         kind = match["kind"]
         if kind not in _KINDS:
             raise ValueError(
@@ -138,15 +139,15 @@ class PrintfFormat:
         return rf"(?:[0-9]+{decimals}{exponent}|inf|nan|INF|NAN)"
 
     def is_begun_by(self, line: str) -> bool:
-        """By the text before the first conversion; without one, by the whole format."""
+        """Return whether the line begins with the text before the first conversion; without one, with the whole format."""
         return line.startswith(self._label) if self._label else self.number(line) is not None
 
     def is_meant_by(self, line: str) -> bool:
-        """By the first word before the first conversion, and a number after it."""
+        """Return whether the line has the first word before the first conversion, and a number after it."""
         return self._meant is not None and self._meant.search(line[:_LONGEST_MEANT]) is not None
 
     def number(self, line: str) -> float | None:
-        """The number at its place."""
+        """Return the number at its place in the format."""
         found = self._line.group_in(line, "number", self._patience)
         if found is None:
             return None
@@ -155,7 +156,7 @@ class PrintfFormat:
 
 
 def printed_with_zeros(text: str) -> str:
-    """Return what a format string prints if every number is 0, and every text "x"."""
+    """Return the output of a format string with 0 for every number, and "x" for every text."""
 
     def printed(match: re.Match[str]) -> str:
         kind = match["kind"]
@@ -179,16 +180,16 @@ class PatternFormat:
         self._patience = TimeBudget() if patience is None else patience
 
     def is_begun_by(self, line: str) -> bool:
-        """Whether the pattern is found."""
+        """Return whether the line contains the pattern."""
         return self.number(line) is not None
 
     def is_meant_by(self, line: str) -> bool:
-        """A pattern does not say what else could be meant."""
+        """Return False: a pattern does not define similar lines."""
         del line
         return False
 
     def number(self, line: str) -> float | None:
-        """The group, if it is a number."""
+        """Return the group, if it is a number."""
         text = self._pattern.group_in(line, "number", self._patience)
         try:
             return None if text is None else float(text)
@@ -196,7 +197,7 @@ class PatternFormat:
             return None
 
 
-# -- What a file may have -----------------------------------------------------------------------------------
+# -- The keys of a file -------------------------------------------------------------------------------------
 
 
 def _prints_a_number(text: str) -> str:
@@ -215,5 +216,5 @@ NumberPattern = Annotated[PatternText, AfterValidator(_has_a_number)]
 
 
 def shown_format(text: str) -> str:
-    """A format in a message."""
+    """Return a format as messages show it."""
     return f'"{visible(text.strip(_BLANKS))}"'

@@ -1,4 +1,4 @@
-"""Expectations about the hardware: LEDs, the timer's ticks, the hard iron that was found."""
+"""Expectations about hardware: LEDs, timer ticks, hard-iron calibration, sensor reads."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class ExpectLed(Windowed):
         return f"{self.led} {self.state}{self.window_text()}"
 
     def judge(self, seen: RunView) -> Failure | None:
-        """From the edges of its pin in the trace; before the pin is set up the LED is dark."""
+        """Check the edges of the pin in the trace; the LED is dark until the pin is configured."""
         wanted = self.state == "on"
         end_ps = seen.end_ps if self.to is None else min(self.to, seen.end_ps)
         for begin_ps, until_ps, lit in led_states(seen, self.led):
@@ -48,7 +48,7 @@ class ExpectLed(Windowed):
 
 
 class _LedLook(NamedTuple):
-    """A moment at which a LED has to be in one of its states: ``steep`` is what it has to show.
+    """A moment at which the LED must have a definite state: lit if ``steep`` is true.
 
     ``angle``: the inclination, or another quantity that the LED follows.
     """
@@ -60,21 +60,21 @@ class _LedLook(NamedTuple):
     other_steep: bool
     """Whether the other angle is beyond the threshold."""
     since_ps: int
-    """When the board has come to this side of the threshold."""
+    """Time at which the board reached this side of the threshold."""
     changed: tuple[int, float]
-    """When the LED has changed to this state, and the angle then; this moment if not since the look before."""
+    """Time and angle of the LED's change to this state; this moment if it has not changed since the previous sample."""
 
     def at_change(self) -> _LedLook:
-        """Return the look with time and angle of the LED's change."""
+        """Return the sample with time and angle of the LED's change."""
         return self._replace(at_ps=self.changed[0], angle=self.changed[1])
 
 
 class ExpectLedFollows(Windowed):
-    """A LED is lit while the board is inclined by more than ``beyond_deg``, to either side, and only then.
+    """A LED is lit if and only if the board is inclined by more than ``beyond_deg``, to either side.
 
     ``angle``: pitch is the X axis' inclination, roll the Y axis' (the slides' formulas of the true force).
-    Within ``margin_deg`` of the threshold, and for ``settle`` after the board has come to a side of it, the
-    LED may be either. In place of an angle, ``when`` gives any condition on a quantity.
+    Within ``margin_deg`` of the threshold, and for ``settle`` after the board has crossed it, the LED may be
+    in either state. Instead of an angle, ``when`` gives any condition on a quantity.
     """
 
     ON_TERMINAL = False
@@ -99,13 +99,13 @@ class ExpectLedFollows(Windowed):
 
     @property
     def condition(self) -> Condition:
-        """When the LED has to be lit."""
+        """Return the condition under which the LED must be lit."""
         if self.when is not None:
             return self.when
         return Condition(quantity=self.angle, beyond=self.beyond_deg, margin=self.margin_deg)
 
     def wording(self) -> str:
-        """When the LED has to be lit."""
+        """Describe the condition under which the LED must be lit."""
         if self.when is not None:
             return (
                 f"{self.led.upper()} lit while {self.when.text()} and dark otherwise, "
@@ -117,13 +117,16 @@ class ExpectLedFollows(Windowed):
         )
 
     def followed(self, seen: RunView) -> Followed:
-        """When the LED is lit for 1 ms or more, and when it has to be, margin and settling aside."""
+        """Return the periods of at least 1 ms in which the LED is lit, and those in which it must be lit.
+
+        Margin and settling time are applied.
+        """
         states = ((begin, min(until, seen.end_ps)) for begin, until, lit in led_states(seen, self.led) if lit)
         lit = tuple((begin, until) for begin, until in states if until - begin >= PS_PER_MS)
         return Followed(self.led.upper(), self.condition.text(), self.condition.held(seen), lit)
 
     def judge(self, seen: RunView) -> Failure | None:
-        """Every 10 ms, by the true inclination."""
+        """Compare the LED with the true inclination every 10 ms."""
         looks = list(self._looks(seen))
         wrong = _wrong(looks, self.settle)
         if not wrong:
@@ -137,7 +140,7 @@ class ExpectLedFollows(Windowed):
         return Failure("wrong value", self.wording(), text, for_good=True, finding=finding)
 
     def _looks(self, seen: RunView) -> Iterator[_LedLook]:
-        """Those away from the threshold, in the window."""
+        """Yield the samples in the window that are away from the threshold."""
         condition = self.condition
         changes = list(led_states(seen, self.led))
         begins = [begin for begin, _, _ in changes]
@@ -159,13 +162,13 @@ class ExpectLedFollows(Windowed):
             before_ps, before = at_ps, value
 
     def _growing(self, looks: Sequence[_LedLook]) -> Sequence[_LedLook]:
-        """The looks with a LED that is lit above the threshold, if this one is to be lit below it."""
+        """Return the samples of a LED that is lit above the threshold; invert them if this LED must be lit below it."""
         if self.condition.below is None:
             return looks
         return [look._replace(lit=not look.lit, steep=not look.steep) for look in looks]
 
     def _values(self, seen: RunView) -> Iterator[tuple[int, float, float]]:
-        """(time, value, the other inclination or 0) every 10 ms."""
+        """Yield (time, value, the other inclination or 0) every 10 ms."""
         name = self.condition.quantity or ""
         if name in ("pitch", "roll"):
             for tilt in seen.tilts:
@@ -197,21 +200,21 @@ class ExpectLedFollows(Windowed):
         return here + more.get(finding, "")
 
 
-_SLOW_PS = 1_300 * PS_PER_MS  # once a second, and the time for the text
-_STALE_PS = 2_400 * PS_PER_MS  # two passes of main's loop: an angle of one, shown in the next
+_SLOW_PS = 1_300 * PS_PER_MS  # period of one second, plus the time for the text
+_STALE_PS = 2_400 * PS_PER_MS  # two passes of main's loop: read the angle in one, show it in the next
 _PROMPT_PS = 300 * PS_PER_MS
-_RESTING_DEG = 0.01  # in 10 ms; a LED of a moving board lags behind
+_RESTING_DEG = 0.01  # change in 10 ms; the LED of a moving board lags behind
 _MOSTLY = 0.8
 _FEWEST_CHANGES = 3
 
 
 class _OneSided(NamedTuple):
-    """A LED that is right beyond one end of the scale, at once or late, and dark beyond the other."""
+    """A LED that is right beyond one end of the scale, on time or late, and dark beyond the other."""
 
     first: _LedLook
-    """The first of the looks beyond the other end."""
+    """First sample beyond the other end."""
     late_ps: int
-    """How late it is where it is right; 0 if it is in time."""
+    """Delay of the LED on the correct side; 0 if it is on time."""
 
 
 def _finding(
@@ -220,7 +223,7 @@ def _finding(
     one_sided: _OneSided | None,
     growing: Sequence[_LedLook],
 ) -> str:
-    """Which kind of mistake it is; "" if none of these. ``growing``: the looks, lit above the threshold."""
+    """Return the kind of mistake; "" if unknown. ``growing``: the samples of a LED that is lit above the threshold."""
     settled = _settled(looks)
     inverted = sum(look.lit is not look.steep for look in settled)
     kinds = (
@@ -237,12 +240,12 @@ def _finding(
 
 
 def _wrong(looks: Sequence[_LedLook], settle_ps: int) -> list[_LedLook]:
-    """The looks with the wrong state of the LED, once it has had time to settle."""
+    """Return the samples with a wrong LED state after the settling time."""
     return [look for look in looks if look.at_ps - look.since_ps >= settle_ps and look.lit is not look.steep]
 
 
 def _settled(looks: Sequence[_LedLook]) -> list[_LedLook]:
-    """The looks by which a LED that is switched once a second is right."""
+    """Return the samples at which a LED that is updated once a second must be right."""
     return [look for look in looks if look.at_ps - look.since_ps >= _SLOW_PS]
 
 
@@ -251,19 +254,19 @@ def _latest_ps(wrong: Sequence[_LedLook]) -> int:
 
 
 def _is_late(looks: Sequence[_LedLook], wrong: Sequence[_LedLook]) -> bool:
-    """Whether the LED follows, as late as one that is switched in main's loop."""
+    """Return whether the LED follows with the delay of a LED that main's loop updates."""
     catches_up = all(look.lit is look.steep for look in _settled(looks)) and _catches_up(looks, wrong)
     return catches_up or _shows_the_past(looks)
 
 
 def _catches_up(looks: Sequence[_LedLook], wrong: Sequence[_LedLook]) -> bool:
-    """Whether the LED became right before the board left the side on which it was wrong."""
+    """Return whether the LED became right before the board left the side on which it was wrong."""
     last = {look.since_ps: look for look in looks}
     return all(last[look.since_ps].lit is look.steep for look in wrong)
 
 
 def _shows_the_past(looks: Sequence[_LedLook]) -> bool:
-    """Whether the LED always shows a side on which the board has been shortly before."""
+    """Return whether the LED always shows a side on which the board was shortly before."""
     last_ps: dict[bool, int] = {}
     for look in looks:
         last_ps[look.steep] = look.at_ps
@@ -273,10 +276,10 @@ def _shows_the_past(looks: Sequence[_LedLook]) -> bool:
 
 
 def _threshold(looks: Sequence[_LedLook]) -> tuple[float, float] | None:
-    """Between which angles the LED changes, if it is lit above and dark below, to both sides.
+    """Return the angles between which the LED changes, if it is lit above and dark below, to both sides.
 
-    None if the right threshold may be among them. A LED that is switched on while the angle grows, or off
-    while it falls, shows an angle of the past: its threshold is not beyond the angle at that moment.
+    Return None if the correct threshold may be between them. A LED that is switched on while the angle grows,
+    or off while it falls, shows an earlier angle: its threshold is not beyond the angle at that moment.
     """
     sure = [look for before, look in pairwise(looks) if _is_sure(before, look)]
     lit = min((look for look in sure if look.lit), key=lambda look: abs(look.angle), default=None)
@@ -287,7 +290,7 @@ def _threshold(looks: Sequence[_LedLook]) -> tuple[float, float] | None:
 
 
 def _is_sure(before: _LedLook, look: _LedLook) -> bool:
-    """Whether a look limits the LED's threshold: it rests, or has just switched as it moves."""
+    """Return whether a sample limits the LED's threshold: the board rests, or the LED has just changed in a motion."""
     grows = abs(look.angle) - abs(before.angle)
     if abs(grows) < _RESTING_DEG:
         return look.at_ps - look.since_ps >= _PROMPT_PS
@@ -303,28 +306,28 @@ def _threshold_text(growing: Sequence[_LedLook], condition: Condition) -> str:
 
 
 def _follows_other(looks: Sequence[_LedLook]) -> bool:
-    """Whether the LED is lit while the other angle is beyond the threshold, and hardly else."""
+    """Return whether the LED is lit while the other angle is beyond the threshold, and rarely otherwise."""
     lit = [look for look in looks if look.lit]
     other = sum(look.other_steep for look in looks)
     return bool(other) and sum(look.other_steep for look in lit) >= _MOSTLY * max(len(lit), other)
 
 
 def _stays_lit(looks: Sequence[_LedLook]) -> bool:
-    """Whether the LED, once lit, is lit to the end, although the board leaves the steep side."""
+    """Return whether the LED, once lit, stays lit to the end although the board leaves the steep side."""
     since = next((number for number, look in enumerate(looks) if look.lit), len(looks))
     rest = looks[since:]
     return all(look.lit for look in rest) and any(a.steep and not b.steep for a, b in pairwise(rest))
 
 
 def _blinks(looks: Sequence[_LedLook]) -> bool:
-    """Whether the LED changes again and again while the board stays on one side."""
+    """Return whether the LED changes repeatedly while the board stays on one side."""
     stretches = groupby(looks, key=lambda look: look.since_ps)
     changes = (sum(one.lit is not other.lit for one, other in pairwise(stretch)) for _, stretch in stretches)
     return any(count >= _FEWEST_CHANGES for count in changes)
 
 
 def _one_sided(looks: Sequence[_LedLook], settle_ps: int) -> _OneSided | None:
-    """How the LED follows one end of the scale only; None if it follows both or neither."""
+    """Return the details if the LED follows one end of the scale only; None if it follows both or neither."""
     for positive in (True, False):
         of_side = _with_one_side(looks, positive)
         wrong = _wrong(of_side, settle_ps)
@@ -338,7 +341,7 @@ def _one_sided(looks: Sequence[_LedLook], settle_ps: int) -> _OneSided | None:
 
 
 def _with_one_side(looks: Sequence[_LedLook], positive: bool) -> list[_LedLook]:
-    """The looks as if the LED had to be lit beyond one end of the scale only."""
+    """Return the samples of a LED that must be lit beyond one end of the scale only."""
     found: list[_LedLook] = []
     for look in looks:
         steep = look.steep and (look.angle > 0) is positive
@@ -351,7 +354,7 @@ def _with_one_side(looks: Sequence[_LedLook], positive: bool) -> list[_LedLook]:
 
 
 class ExpectTicks(Expectation):
-    """How the timer's interrupt did: ticks late and lost, and its rate as configured."""
+    """The timer's interrupt: late ticks, lost ticks, and the configured rate."""
 
     kind: Literal["ticks"]
     late_min: int | None = Field(None, ge=0)
@@ -370,7 +373,7 @@ class ExpectTicks(Expectation):
         return self
 
     def wording(self) -> str:
-        """The rate, then what is asked of late and of lost ticks; a miss names only what is missed."""
+        """Describe the rate and the limits of late and lost ticks; a failure names only its own part."""
         rate = [] if self.rate_hz is None else [f"ticks at {self.rate_hz:g} Hz"]
         bounds = (
             ("at least", self.late_min, "late"),
@@ -383,7 +386,7 @@ class ExpectTicks(Expectation):
         return ", ".join(rate + share + counts)
 
     def judge(self, seen: RunView) -> Failure | None:
-        """Of the callback's timer at the end of the run."""
+        """Check the timer of the callback at the end of the run."""
         timer = seen.board.timer
         if timer.ticks == 0:
             return Failure("missing", f"ticks of {timer.name}", "the timer was never started")
@@ -409,17 +412,17 @@ def _outside(what: str, count: int, low: int | None, high: int | None) -> Failur
 
 
 class ExpectHardIron(Expectation):
-    """At the end MagCalibration's centre is the board's hard iron, on each axis."""
+    """At the end, the centre of MagCalibration equals the board's hard iron on each axis."""
 
     kind: Literal["hard_iron"]
     within_mgauss: float = Field(ge=0)
 
     def wording(self) -> str:
-        """How near the centre has to be."""
+        """Describe the tolerance of the centre."""
         return f"hard iron found within {self.within_mgauss:g} mgauss on each axis"
 
     def judge(self, seen: RunView) -> Failure | None:
-        """(mag_min + mag_max) / 2 of the firmware's variables against the world."""
+        """Compare (mag_min + mag_max) / 2 of the firmware's variables with the world."""
         expected = self.wording()
         try:
             low, high = (_axes(seen.board.variable(name)) for name in ("mag_min", "mag_max"))
@@ -445,7 +448,7 @@ def _vector(values: np.ndarray[Any, np.dtype[np.float64]]) -> str:
 
 @cache
 def _outputs() -> dict[str, tuple[str, int, str]]:
-    """What can be read, as files call it: part, address of its first byte, and the datasheet's name."""
+    """Return the readable outputs by their names in files: sensor, address of the first byte, datasheet name."""
     found = {}
     for name, part, first in (
         ("accelerometer", "LSM6DSL", "OUTX_L_XL"),
@@ -460,9 +463,9 @@ def _outputs() -> dict[str, tuple[str, int, str]]:
 
 
 class ExpectReads(Expectation):
-    """The outputs of a sensor are read so often, counted on the bus in a part of the run.
+    """The outputs of a sensor are read at a given rate, counted on the bus in a part of the run.
 
-    A transfer counts when it has the output's first byte, alone or in a burst.
+    A transfer counts if it contains the output's first byte, alone or in a burst.
     """
 
     RENAMED: ClassVar[Mapping[str, str]] = {"least_hz": "min_hz", "most_hz": "max_hz"}
@@ -480,7 +483,7 @@ class ExpectReads(Expectation):
         return f"{part} {register} (0x{address:02X}) read {bounds} times a second"
 
     def watch(self, board: BoardView) -> list[int]:
-        """Count from ``from`` on. Watching every transfer costs time, hence only a part of the run."""
+        """Count from ``from`` on. Watching every transfer costs time, so only a part of the run is watched."""
         part, address, _ = _outputs()[self.sensor]
         counted = [0]
 
@@ -496,7 +499,7 @@ class ExpectReads(Expectation):
         return counted
 
     def judge(self, seen: RunView) -> Failure | None:
-        """The count over the time, once that is over."""
+        """Compare the rate (count divided by the window's length) with the limits, after the window's end."""
         part, address, register = _outputs()[self.sensor]
         watched: list[int] = seen.watched.get(id(self), [0])
         if seen.end_ps < self.from_ + self.for_:
@@ -514,7 +517,7 @@ class ExpectReads(Expectation):
 
 
 def _reaches(transfer: BusTransfer, address: int) -> bool:
-    """Whether a read has the byte at ``address``; the sub-address's top bit is no part of it."""
+    """Return whether a read includes the byte at ``address``; the sub-address's top bit is not part of it."""
     if not transfer.written or not transfer.read:
         return False
     first = transfer.written[0] & 0x7F

@@ -1,22 +1,22 @@
-"""From a file to a scenario: finding it, reading it, drawing its numbers from the seed, saying what is wrong.
+"""Loading of scenarios: find and read the file, draw its numbers from the seed, report errors.
 
-A scenario file may come from anybody (a student, a download), so reading it is bounded in bytes and in time,
-and whatever is wrong with it is a ScenarioError of one line.
+A scenario file may come from an untrusted source (a student, a download), so reading it is bounded in bytes
+and in time. Every error in it is a ScenarioError of one line.
 
-Some motions are to be known by nobody before the board is made. Wherever a scenario's ``[world]``,
-``[[timeline]]`` and ``[[threshold]]`` have a number or a duration, they may have a draw instead::
+Some motions must stay unknown until the board is created. Every number and duration in a scenario's
+``[world]``, ``[[timeline]]`` and ``[[threshold]]`` can be a draw instead::
 
     pitch_deg = { uniform = [20, 70], random_sign = true }   # 20 to 70, or -70 to -20
     for = { uniform = ["1s", "3s"] }
     metres = { one_of = [3, 4.5] }
 
-What is drawn is checked as if it stood in the file, and the world refuses what is not possible, so a scenario
-with draws is also tried with the ends of all its draws when it is read.
+Drawn values are checked like written values, and the world refuses impossible ones. So a scenario with draws
+is also tried with the lowest and highest value of all draws when it is read.
 
-Decision: each number comes from the seed, the scenario's name and its own key path, by SHA-512
-(:class:`random.Random` with a text as seed), so that it is the same on every machine and version of Python,
-and does not change when another entry is added after it. The road not taken, a motion of random poses as an
-entry of its own, cannot say which of its numbers matter.
+Decision: each drawn number is computed from the seed, the scenario's name and the number's key path by
+SHA-512 (:class:`random.Random` with a text as seed), so it is the same on every machine and version of
+Python, and later entries do not change it. Rejected alternative: an entry for a motion of random poses. Such
+an entry cannot say which of its numbers matter.
 """
 
 from __future__ import annotations
@@ -55,10 +55,10 @@ from fcu_emulator.emulator.time.clock import PS_PER_MS, format_duration, parse_d
 def load_scenario(
     name: str | os.PathLike[str], board: BoardDescription = FCU001V1, seed: int | None = None
 ) -> Scenario:
-    """A shipped scenario by name, or a file by path: what ends in ``.toml`` or has a separator is a path.
+    """Load a shipped scenario by name, or a file by path: a path ends in ``.toml`` or has a separator.
 
-    ``board``: whose parts, LEDs and firmware it may name. ``seed``: what its draws come from, instead of its
-    own seed. Raises ScenarioError naming file and key path.
+    ``board``: defines the sensors, LEDs and firmware that the file may name. ``seed``: replaces the
+    scenario's own seed for draws. Raises ScenarioError with file and key path.
     """
     path = Path(name) if is_path(name) else _shipped(str(name))
     return scenario_of(read_toml(path, "a scenario file"), path, board, seed=seed)
@@ -71,9 +71,9 @@ def scenario_of(
     name: str | None = None,
     seed: int | None = None,
 ) -> Scenario:
-    """A scenario from what stands in a file at ``path``; ``name``: its own, if it is not the file's.
+    """Create a scenario from the contents of a file at ``path``; ``name`` replaces the file's name.
 
-    ``seed``: what its draws come from, instead of its own seed. Raises ScenarioError with file and key path.
+    ``seed``: replaces the scenario's own seed for draws. Raises ScenarioError with file and key path.
     """
     if "expect" in table:
         table = {**table, "expect": with_rules(table["expect"], str(path), "expect")}
@@ -81,7 +81,7 @@ def scenario_of(
         return _scenario(table, path, board, name)
     if seed is None:
         given = table.get("seed", 0)
-        seed = given if isinstance(given, int) else 0  # of another type: refused below
+        seed = given if isinstance(given, int) else 0  # a value of another type is refused below
     for pick in (_lowest, _highest):
         _drawn_scenario(table, pick, path, board, name)
     return _drawn_scenario(table, _by_seed(seed, name or path.stem), path, board, name)
@@ -104,7 +104,7 @@ def _drawn_scenario(
             raise
         raise ScenarioError(
             error.file, f"threshold[{of[0]}]", error.problem, kind=error.kind
-        ) from error  # as in the file
+        ) from error  # as written in the file
     for part in parts:
         _refuse_disturbed(part, scenario)
     return scenario
@@ -127,7 +127,7 @@ def _thresholds(table: Mapping[str, Any], file: str) -> list[ThresholdTable]:
 
 
 def _refuse_disturbed(part: ThresholdSection, scenario: Scenario) -> None:
-    """Refuse another motion of the board while it rests at a threshold. Raises ScenarioError."""
+    """Refuse other motions of the board while it rests at a threshold. Raises ScenarioError."""
     for step in scenario.steps:
         if step.number in part.entries or not step.entry.moves & {"attitude", "altitude"}:
             continue
@@ -146,14 +146,14 @@ def _scenario(table: dict[str, Any], path: Path, board: BoardDescription, name: 
     return Scenario(contents, path, name, table)
 
 
-# -- Finding it ---------------------------------------------------------------------------------------------
+# -- Find the file ------------------------------------------------------------------------------------------
 
 
 _SHOWN = 80  # characters of an unknown name that a message repeats
 
 
 def scenario_names() -> dict[str, str]:
-    """The shipped scenarios and the question each asks, in alphabetical order."""
+    """Return the shipped scenarios with their questions, in alphabetical order."""
     names = {}
     for path in sorted(_folder().glob("*.toml")):
         names[path.stem] = str(_parse(path.read_bytes(), str(path))["question"])
@@ -165,7 +165,7 @@ def _folder() -> Path:
 
 
 def is_path(name: str | os.PathLike[str]) -> bool:
-    """Whether a file is named, and not something that is shipped."""
+    """Return whether the text is a path, not the name of a shipped scenario."""
     text = os.fspath(name)
     return not isinstance(name, str) or text.endswith(".toml") or "/" in text or os.sep in text
 
@@ -182,7 +182,7 @@ def _shipped(name: str) -> Path:
     )
 
 
-# -- Reading it ---------------------------------------------------------------------------------------------
+# -- Read the file ------------------------------------------------------------------------------------------
 
 
 _MOST_DOTS = 64  # in one line; tomllib takes cubic time for keys of thousands of dotted parts
@@ -190,7 +190,7 @@ _MOST_LINES = 20_000
 
 
 def read_toml(path: Path, what: str) -> dict[str, Any]:
-    """A TOML file, which is ``what`` the error asks for. Raises ScenarioError."""
+    """Read a TOML file; ``what`` names the file in errors. Raises ScenarioError."""
     file = str(path)
     try:
         data = read_bounded(path, file, what)
@@ -219,48 +219,48 @@ def _parse(data: bytes, file: str) -> dict[str, Any]:
         raise ScenarioError(
             file, "", "is nested too deeply; a scenario needs four levels", kind="too_deep"
         ) from error
-    except ValueError as error:  # TOMLDecodeError, and a number of thousands of digits
+    except ValueError as error:  # TOMLDecodeError, or ValueError for a number of thousands of digits
         problem = re.sub(r"\s+", " ", str(error))
         raise ScenarioError(file, "", f"is not valid TOML: {problem}", kind="invalid_toml") from error
 
 
-# -- Drawing its numbers ------------------------------------------------------------------------------------
+# -- Draw its numbers ---------------------------------------------------------------------------------------
 
 
 _DRAWN_IN = ("world", "timeline", "threshold")
 _DRAW_KEYS = {"uniform", "one_of", "random_sign"}
 _RENAMED = {"draw": "uniform", "either_sign": "random_sign"}
-_DRAWN_DIGITS = 2  # of a drawn number, after the point: it is read by people, too
+_DRAWN_DIGITS = 2  # decimals of a drawn number: people read it, too
 _DRAW_HELP = "give uniform = [min, max], two numbers or two durations, or one_of = [...]"
 
 Pick: TypeAlias = Callable[[str, int], float]
-"""By a key path and a purpose, where in a range from 0 to 1."""
+"""Function of key path and purpose: a position in a range, from 0 to 1."""
 
 
 def _by_seed(seed: int, name: str) -> Pick:
-    """What the seed draws in the scenario ``name``."""
+    """Return the draws of a seed in the scenario ``name``."""
     return lambda path, purpose: random.Random(f"{seed}/{name}/{path}/{purpose}").random()
 
 
 def _lowest(path: str, purpose: int) -> float:
-    """The least that each draw can give."""
+    """Return the lowest value of each draw."""
     del path, purpose
     return 0.0
 
 
 def _highest(path: str, purpose: int) -> float:
-    """The most that each draw can give."""
+    """Return the highest value of each draw."""
     del path, purpose
     return 1.0 - 2**-53
 
 
 def _has_draws(table: Mapping[str, Any]) -> bool:
-    """Whether anything of a scenario's table depends on the seed."""
+    """Return whether any value of a scenario's table depends on the seed."""
     return "threshold" in table or any(_any_draw(table.get(place)) for place in _DRAWN_IN)
 
 
 def drawn(table: Mapping[str, Any], pick: Pick, file: str) -> dict[str, Any]:
-    """A scenario's table with numbers instead of draws. Raises ScenarioError for a draw that is wrong."""
+    """Return a scenario's table with numbers instead of draws. Raises ScenarioError for an invalid draw."""
     changed = dict(table)
     for place in _DRAWN_IN:
         if place in table:
@@ -336,7 +336,7 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-# -- Saying what is wrong: what pydantic has found, as one line with a key path -----------------------------
+# -- Report errors: pydantic's errors as one line with a key path -------------------------------------------
 
 
 _TAGGED = {"timeline", "expect"}  # arrays whose entries pydantic's path names by index and tag
@@ -356,7 +356,7 @@ _WANTED = {
 
 
 def scenario_error(file: str, error: ValidationError) -> ScenarioError:
-    """The first problem; how many more there are stands behind it."""
+    """Return the first problem and the number of further ones."""
     problems = error.errors(include_url=False)
     path, text = _explain(problems[0])
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
@@ -420,5 +420,5 @@ def _without_tags(path: list[str | int]) -> list[str | int]:
 
 
 def _printable(part: str) -> str:
-    """A key from the file: bounded, on one line."""
+    """Return a key of the file, shortened and on one line."""
     return part if part.isidentifier() and len(part) <= 40 else shown(part)

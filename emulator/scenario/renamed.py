@@ -1,4 +1,4 @@
-"""Keys of scenarios and rubrics that have another name now. The old name works for one release, with a warning."""
+"""Renamed keys of scenarios and rubrics. The old name works for one release, with a warning."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Any
 
 
 class RenamedWarning(FutureWarning):
-    """A file uses the name of the previous release."""
+    """A file uses a name of the previous release."""
 
 
 def with_current_keys(table: Mapping[str, Any], renamed: Mapping[str, str]) -> dict[str, Any]:
-    """Return the table with current names of its keys; ``renamed`` gives them by the old ones.
+    """Return the table with the current names of its keys; ``renamed`` maps old names to current ones.
 
     Warns of each old name. Raises ValueError if the table has both.
     """
@@ -26,7 +26,7 @@ def with_current_keys(table: Mapping[str, Any], renamed: Mapping[str, str]) -> d
 
 
 def current_name(name: Any, renamed: Mapping[str, str]) -> Any:
-    """Return the current name, and warn if ``name`` is the old one; anything else is returned as it is."""
+    """Return the current name, and warn if ``name`` is the old one; return any other name unchanged."""
     new = renamed.get(name) if isinstance(name, str) else None
     if new is None:
         return name
@@ -43,7 +43,7 @@ _ACTIONS = {
 
 
 def with_current_action(entry: Any) -> Any:
-    """Return an entry of a timeline with the current name of what it does."""
+    """Return a timeline entry with the current name of its action."""
     if isinstance(entry, dict) and str(entry.get("do")) in _ACTIONS:
         return {**entry, "do": current_name(entry["do"], _ACTIONS)}
     return entry

@@ -1,9 +1,9 @@
-"""Where a board rests while a line has to follow a condition: which mistake the lines there show.
+"""Classification of mistakes in lines that follow a condition, from the rests of the board.
 
 The kinds of mistakes are those of LEDs (:mod:`fcu_emulator.emulator.scenario.hardware`).
 
-Decision: a LED has a state at each moment, a line only where it is due and none comes. So lines are compared
-at rests that are longer than the longest gap between two of them, and LEDs at all moments.
+Decision: lines are evaluated at rests longer than their longest gap, LEDs at all moments. A LED has a state
+at each moment, but a missing line shows only when it is due.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from typing import NamedTuple
 from fcu_emulator.emulator.scenario.conditions import Condition, Stretch
 from fcu_emulator.emulator.scenario.run_view import SAMPLE_STEP_PS
 
-_RESTING = 1e-3  # change of the quantity in 10 ms; it is the truth, without noise
+_RESTING = 1e-3  # largest change of the quantity in 10 ms; the true value has no noise
 
 
 class Rest(NamedTuple):
-    """A time in which a quantity does not change."""
+    """A period in which a quantity does not change."""
 
     value: float
     other: float
-    """The other inclination."""
+    """The other inclination of the board."""
     holds: bool
     printed: bool | None
-    """Whether the line is printed all the time (True), not at all (False), or some of the time (None)."""
+    """Whether the line is printed all the time (True), not at all (False), or part of the time (None)."""
 
 
 def resting(samples: Sequence[float], stretch: Stretch) -> Iterator[tuple[float, int, int]]:
@@ -41,7 +41,7 @@ def resting(samples: Sequence[float], stretch: Stretch) -> Iterator[tuple[float,
 
 
 def is_printed(lines_ps: Sequence[int], begin_ps: int, end_ps: int, max_gap_ps: int) -> bool | None:
-    """Return :attr:`Rest.printed` of a line that is printed at these times."""
+    """Return :attr:`Rest.printed` for a line that is printed at these times."""
     within = [at_ps for at_ps in lines_ps if begin_ps <= at_ps < end_ps]
     if not within:
         return False
@@ -50,7 +50,7 @@ def is_printed(lines_ps: Sequence[int], begin_ps: int, end_ps: int, max_gap_ps: 
 
 
 def mistake(rests: Sequence[Rest], condition: Condition) -> tuple[str, str]:
-    """Return the kind of the mistake, and how a message ends with it; both "" if it is none of these."""
+    """Return the kind of mistake and the end of its message; both "" for an unknown one."""
     wrong = [rest for rest in rests if rest.printed is not rest.holds]
     shown = [rest for rest in rests if rest.printed]
     silent = [rest for rest in rests if rest.printed is False]
@@ -72,12 +72,12 @@ def mistake(rests: Sequence[Rest], condition: Condition) -> tuple[str, str]:
 
 
 def _follows_other(rests: Sequence[Rest], beyond: float) -> bool:
-    """Whether the line is printed if and only if the other inclination is beyond the threshold."""
+    """Return whether the line is printed if and only if the other inclination is beyond the threshold."""
     return all((abs(rest.other) > beyond) is rest.printed for rest in rests)
 
 
 def _is_one_sided(wrong: Sequence[Rest], shown: Sequence[Rest]) -> bool:
-    """Whether the line is right beyond one end of the scale, and never printed beyond the other."""
+    """Return whether the line is right beyond one end of the scale, and never printed beyond the other."""
     silent_sides = {rest.value > 0 for rest in wrong}
     shown_sides = {rest.value > 0 for rest in shown}
     return all(rest.holds for rest in wrong) and len(silent_sides) == 1 and not silent_sides & shown_sides

@@ -1,4 +1,4 @@
-"""Rules of the lab: what is right for a fact, in one place for scenarios, rubrics and the page.
+"""Rules of the lab: correct values of a fact, in one place for scenarios, rubrics and the page.
 
 An entry of ``expect`` may name a rule instead of a kind::
 
@@ -6,11 +6,11 @@ An entry of ``expect`` may name a rule instead of a kind::
     rule = "Yaw"
     from = "12.1s"
 
-It becomes the rule's own table, with the other keys added or replaced. The rules are in
+The entry is replaced by the rule's table, with the entry's other keys added or replaced. The rules are in
 ``scenarios/rules/lab3.toml``.
 
-Decision: a rule is a table of data that is put in place when a file is read. The road not taken, a default
-tolerance in each kind of expectation, would hide the lab's numbers in the code.
+Decision: a rule is a table of data that replaces the entry when a file is read. Rejected alternative: a
+default tolerance in each kind of expectation, which would hide the lab's numbers in the code.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ def _rules() -> dict[str, dict[str, Any]]:
 
 
 def rule_names() -> list[str]:
-    """The rules that there are."""
+    """Return the names of all rules."""
     return list(_rules())
 
 
 def with_rules(entries: Any, file: str, key: str) -> Any:
-    """Entries of ``expect`` with each rule replaced by its table; anything else is left for the schema.
+    """Return the entries of ``expect`` with each rule replaced by its table; the schema checks all else.
 
     ``key``: the place of the entries in ``file``. Raises ScenarioError for an unknown rule.
     """

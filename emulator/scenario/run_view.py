@@ -1,32 +1,31 @@
-"""What a scenario sees of a board: as much of it as playing and judging need, and the lines that it prints.
+"""The scenario's view of a board and its printed lines, for playing the timeline and evaluating the run.
 
-Of a board that is enough to play the timeline and to judge what the firmware did (:class:`BoardView`). Of a
-printed line it is the format, the numbers, when it was printed, and the truth at that time, with which a
-table for people compares the numbers.
+:class:`BoardView` lists the parts of a board that are needed for this. A printed line has a format, numbers,
+the time of printing and the truth at that time; a table for people compares the numbers with the truth.
 
-A number is a field of a line that has its exact format from beginning to end, never a piece of text that
-looks right: "4" is not found in "164", and a sign cannot get lost. A line that begins like one of the formats
-and does not follow it is malformed, which is another fault than a wrong value.
+A number is a field of a line that has its exact format from beginning to end, not any text that looks right:
+"4" is not found in "164", and a sign cannot get lost. A line that begins like a format but does not follow it
+is malformed, which is a different fault from a wrong value.
 
-The truth is what the firmware's numbers would be if sensors, firmware and formulas were perfect: the world's
-own value in the unit that is printed, yaw from magnetic north as a compass shows it. Two are not what the
-lab's firmware can reach: its roll stays within 90 degrees, and MAG (after MagCalibration) is the field
-without the board's hard iron.
+The truth is the value that the firmware would print if sensors, firmware and formulas were perfect: the
+world's value in the printed unit, with yaw from magnetic north like a compass. The lab's firmware cannot
+reach two of these: its roll stays within 90 degrees, and MAG (after MagCalibration) is the field without the
+board's hard iron.
 
-The board keeps text without times, and the world forgets its past when it is changed; so a recorder looks at
-the terminal every millisecond of virtual time (SysTick's period, a fraction of a line's time on the wire),
-and takes the truth of new lines once a second, well within what the world remembers. Looking changes nothing
-on the board.
+The board keeps text without times, and the world forgets its past when it is changed. So a recorder polls the
+terminal every millisecond of virtual time (SysTick's period, a fraction of a line's time on the wire). It
+takes the truth of new lines once a second, well within the world's memory. Polling changes nothing on the
+board.
 
-Decision: the board loads a scenario by its name and brings itself to it, so a scenario knows a board only as
-a protocol. The road not taken, a board that knows a scenario only as a protocol, leaves nobody who may
-turn ``Board(scenario="stairs")`` into a file; a third room above both would be there for that one call.
+Decision: a scenario knows a board only as a protocol, because the board loads the scenario by its name and
+passes itself to it. Rejected alternative: a board that knows a scenario only as a protocol. Then
+``Board(scenario="stairs")`` would need a third package above both, only to turn the name into a file.
 
-Decision: blanks and carriage returns around a line do not count here; terminals do not show them. Whoever
-wants every byte compares whole texts.
+Decision: blanks and carriage returns around a line are ignored, because terminals do not show them. A
+whole-text comparison checks every byte.
 
-Decision: the terminal's length is polled. Recording every byte's event would also record every bus transfer,
-a hundred times as many.
+Decision: the length of the terminal's text is polled, because recording an event for every byte would also
+record every bus transfer, a hundred times as many events.
 """
 
 from __future__ import annotations
@@ -55,13 +54,13 @@ from fcu_emulator.emulator.world.track import Array
 
 
 class TerminalView(SerialEnd, Protocol):
-    """The end of the serial line, with all that has been printed."""
+    """The end of the serial line, with all received text."""
 
     uart: Uart
 
     @property
     def text(self) -> str:
-        """Everything printed since power-on, in Latin-1."""
+        """Return all text printed since power-on, in Latin-1."""
         ...
 
 
@@ -72,27 +71,27 @@ class BoardView(RunnableBoard, Protocol):
     trace: Trace
 
     def i2c(self) -> I2CMaster:
-        """The master of the board's first I2C bus, which a scenario may break."""
+        """The controller of the board's first I2C bus; a scenario may inject faults into it."""
         ...
 
     def led(self, name: str) -> Led:
-        """A LED by its name in the board's file."""
+        """Return a LED by its name in the board's file."""
         ...
 
     @property
     def terminal(self) -> TerminalView:
-        """At the other end of the serial line."""
+        """The terminal at the other end of the serial line."""
         ...
 
     @property
     def timer(self) -> TickCounts: ...
 
     def motor_duties(self) -> tuple[float, ...]:
-        """The duty of the PWM of each motor, 0 to 1."""
+        """Return the PWM duty of each motor, 0 to 1."""
         ...
 
     def variable(self, name: str) -> Any:
-        """A global variable of the firmware by its C name. Raises KeyError."""
+        """Return a global variable of the firmware by its C name. Raises KeyError."""
         ...
 
 
@@ -114,7 +113,7 @@ _FORMATS: tuple[tuple[str, tuple[str, ...]], ...] = (
 
 
 class LineFormat:
-    """One kind of line: its format string, what it begins with, and the fields it carries."""
+    """Format of one kind of line: its format string, its beginning, and its fields."""
 
     def __init__(self, text: str, fields: tuple[str, ...]) -> None:
         self.text = text
@@ -128,11 +127,11 @@ class LineFormat:
         self._meant = re.compile(rf"\b(?:{names})\w*[^\w\n][^\n]*?\d", re.ASCII | re.IGNORECASE)
 
     def is_meant_by(self, line: str) -> bool:
-        """Whether a line has the name of one of the fields, and a number after it."""
+        """Return whether a line has the name of one of the fields, and a number after it."""
         return self._meant.search(line[:_LONGEST_MEANT]) is not None
 
     def parse(self, line: str) -> dict[str, float] | None:
-        """The fields' values; None when the line does not follow the format."""
+        """Return the values of the fields; None if the line does not follow the format."""
         match = self._pattern.fullmatch(line)
         return dict(zip(self.fields, map(float, match.groups()), strict=True)) if match else None
 
@@ -145,12 +144,12 @@ _BANNER = re.compile(r"STEVAL-FCU001V1 FW(?= rev\.)")
 
 
 def same_banner(text: str) -> str:
-    """The text with ST's "FW" banner as the slides' "FH": every comparison takes either."""
+    """Replace ST's "FW" banner by the slides' "FH": every comparison accepts both."""
     return _BANNER.sub("STEVAL-FCU001V1 FH", text)
 
 
 def escaped(text: str) -> str:
-    """A line as an escaped string: every byte can be told from every other, backslashes too."""
+    """Return a line as an escaped string: all bytes are distinguishable, including backslashes."""
     return text.encode("unicode_escape").decode("ascii")
 
 
@@ -158,7 +157,7 @@ def escaped(text: str) -> str:
 
 
 _Law: TypeAlias = Callable[[World, Array], Array]
-MOVING_G = "moving"  # printed by nobody; tells whether the accelerometer is a tilt sensor at that moment
+MOVING_G = "moving"  # never printed; tells whether the accelerometer is a tilt sensor at that moment
 
 
 def _compass(column: int) -> _Law:
@@ -197,12 +196,13 @@ QUANTITIES: dict[str, _Law] = {
     "pitch": _inclination(0),
     "roll": _inclination(1),
 }
-"""What a printed number or a condition may be compared with: the numbers of the slides by their names, and
-the inclination of the X axis (``pitch``) and of the Y axis (``roll``), as LEDs are judged by."""
+"""Quantities for comparison with printed numbers and for conditions: the numbers of the slides by their names,
+and the inclination of the X axis (``pitch``) and of the Y axis (``roll``) for LEDs.
+"""
 
 
 class TiltSample(NamedTuple):
-    """Pitch and roll in degrees at a moment, as the slides' formulas have them of the true force."""
+    """Pitch and roll in degrees at a moment, from the true force by the slides' formulas."""
 
     at_ps: int
     pitch: float
@@ -213,7 +213,7 @@ TILT_STEP_PS = SAMPLE_STEP_PS = 10 * PS_PER_MS
 
 
 def tilts_of(world: World, at_ps: Sequence[int]) -> list[TiltSample]:
-    """The inclination at these moments, which the world has to remember."""
+    """Return the inclination at these moments, which must be within the world's memory."""
     if not at_ps:
         return []
     pitch, roll = lab_angles(world.specific_force_g(np.array(at_ps) / PS_PER_S))
@@ -221,7 +221,7 @@ def tilts_of(world: World, at_ps: Sequence[int]) -> list[TiltSample]:
 
 
 def lab_angles(force: Array, mu: float = 1.0) -> tuple[Array, Array]:
-    """The lab's pitch and roll in degrees, of forces (N, 3); ``mu`` weighs X in the roll."""
+    """Return the lab's pitch and roll in degrees for forces (N, 3); ``mu`` weighs X in the roll."""
     x, y, z = force.T
     pitch = np.degrees(np.arctan2(-x, np.hypot(y, z)))
     roll = np.degrees(np.arctan2(y, np.sqrt(mu * x * x + z * z)))
@@ -229,22 +229,22 @@ def lab_angles(force: Array, mu: float = 1.0) -> tuple[Array, Array]:
 
 
 def deviation(field: str, printed: float, wanted: float) -> float:
-    """``printed`` minus ``wanted``, signed; of angles the shorter way round, within +-180 degrees."""
+    """Return ``printed`` minus ``wanted``, signed; for angles the shorter way round, within +-180 degrees."""
     difference = printed - wanted
     return (difference + 180.0) % 360.0 - 180.0 if field in ANGLES else difference
 
 
 def nearest_truth(settle_ps: int) -> str:
-    """What :meth:`PrintedLine.error` holds a number against, in words."""
+    """Describe the reference value of :meth:`PrintedLine.error`."""
     return f"the truth of the last {settle_ps / PS_PER_MS:g} ms"
 
 
 def unit_of(field: str) -> str:
-    """A field's unit; the lab prints MAG in mgauss and calls it mg."""
+    """Return a field's unit; the lab prints MAG in mgauss and calls it mg."""
     return "mgauss" if field.startswith("MAG") else FORMAT_OF_FIELD[field].text.split()[-1]
 
 
-# -- When each line was printed -----------------------------------------------------------------------------
+# -- Time of printing ---------------------------------------------------------------------------------------
 
 
 _LOOK_PS = Fraction(PS_PER_MS)
@@ -255,16 +255,16 @@ MAX_SETTLE_PS = PS_PER_S  # the world remembers five seconds
 
 @dataclass(frozen=True)
 class PrintedLine:
-    """A line of the terminal: its text without blanks around it, and when its printing began."""
+    """A line of the terminal: its text without surrounding blanks, and the time at which its printing began."""
 
     number: int  # counted from 1
     text: str
     at_ps: int
     truth: Mapping[str, tuple[Array, Array]] = field(default_factory=dict)
-    """For each field of interest: instants (N,) in s up to the moment of printing, and the truth (N,)."""
+    """For each field of interest: instants (N,) in s up to the moment of printing, and true values (N,)."""
 
     def error(self, name: str, printed: float, settle_ps: int) -> float:
-        """Smallest deviation from the truth of the last ``settle_ps`` before the line was printed."""
+        """Return the smallest deviation from the truth of the last ``settle_ps`` before the line was printed."""
         t_s, values = self.truth[name]
         recent = values[t_s >= t_s[-1] - settle_ps / PS_PER_S - 1e-9]
         return min((deviation(name, printed, float(value)) for value in recent), key=abs)
@@ -279,10 +279,9 @@ class Wanted(NamedTuple):
 
 
 class Recorder:
-    """Watches one board until ``until_ps``; ``wanted``: the truth that is recorded with the lines.
+    """Recorder of one board until ``until_ps``; ``wanted``: quantities recorded with the lines.
 
-    ``tilts``: whether the inclination is to be recorded as well; ``sampled``: quantities to be recorded every
-    ``SAMPLE_STEP_PS``.
+    ``tilts``: whether to record the inclination. ``sampled``: quantities to record every ``SAMPLE_STEP_PS``.
     """
 
     def __init__(
@@ -297,7 +296,7 @@ class Recorder:
         self._world, self._uart, self._clock = board.world, board.terminal.uart, board.clock
         self._wanted = wanted
         self._lines: list[PrintedLine] = []
-        self._looks: list[tuple[int, int]] = [(0, 0)]  # (bytes received, time of the look before)
+        self._looks: list[tuple[int, int]] = [(0, 0)]  # (bytes received, time of the previous poll)
         self._last_look_ps = 0
         self._collected = 0  # bytes, counted from power-on
         self._stopped = False
@@ -310,19 +309,19 @@ class Recorder:
         self._clock.schedule(until_ps, self._stop, last=True)
 
     def lines(self) -> list[PrintedLine]:
-        """The complete lines printed by now, until ``until_ps`` at the latest."""
+        """Return the complete lines printed so far, until ``until_ps`` at the latest."""
         if not self._stopped:
             self._collect()
         return self._lines
 
     def tilts(self) -> Sequence[TiltSample]:
-        """The inclination by now; empty if it is not recorded."""
+        """Return the inclination so far; empty if it is not recorded."""
         if not self._stopped:
             self._collect()
         return self._tilts or ()
 
     def samples(self) -> Mapping[str, Sequence[float]]:
-        """The sampled quantities by now, from power-on in steps of ``SAMPLE_STEP_PS``."""
+        """Return the sampled quantities so far, from power-on in steps of ``SAMPLE_STEP_PS``."""
         if not self._stopped:
             self._collect()
         return self._samples
@@ -356,7 +355,7 @@ class Recorder:
         self._looks = [look for look in self._looks if look[0] > self._collected] or self._looks[-1:]
 
     def _add(self, raw: bytes, position: int) -> None:
-        """One line; "\\n\\r" puts a return in front of the next line that is not its beginning."""
+        """Add one line. In "\\n\\r" the return comes before the next line, and is not part of it."""
         begin = position + len(raw) - len(raw.lstrip(b"\r"))
         first_seen = bisect_right(self._looks, begin, key=lambda look: look[0])
         at_ps = self._looks[first_seen][1]
@@ -388,13 +387,14 @@ _RIGHT_DEG = 1.0  # an angle that is as near needs no explanation
 
 
 def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, window: str = "") -> list[str]:
-    """A table of prints: time, printed, truth at that time, error (printed - truth); then a summary.
+    """Return a table of prints: time, printed, truth at that time, error (printed - truth); then a summary.
 
-    ``window``: which part of the run the lines are of, for the title.
+    ``window``: the part of the run that the lines are from, for the title.
 
-    Decision: the error is that at the moment of printing, which shows how old a number of a moving board is;
-    where the nearest truth of the time ``settle_ps`` before, by which expectations judge, gives another
-    largest error, a line says so. One definition for both would hide the delay, or blame a filter for it.
+    Decision: the error in the table is the error at the moment of printing, which shows the age of a moving
+    board's number. Expectations use the nearest truth of the time ``settle_ps`` before instead. If that gives
+    another largest error, an extra line says so. One definition for both would hide the delay, or blame a
+    filter for it.
     """
     rows, judged = [], []
     for line in lines:
@@ -425,15 +425,16 @@ def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, wind
 
 
 def _largest(errors: Iterable[float]) -> float:
-    """The error that is farthest from 0; of what is no number, none."""
+    """Return the error farthest from 0, ignoring values that are not numbers; NaN if there are none."""
     return max(filter(math.isfinite, errors), key=abs, default=math.nan)
 
 
 def _flag(field: str, line: PrintedLine) -> str:
-    """An accelerometer shows the tilt of a board that nothing but gravity accelerates.
+    """Return a note for an angle that was printed while the board accelerated: the accelerometer measures no tilt then.
 
-    The slides ("eCompass math") look at the modulus, which is all that firmware has; it hides what acts to
-    the side: 0.36 g turn the vertical by 20 degrees and make the modulus 1.06 g. Here the motion is known.
+    The slides ("eCompass math") check the modulus, the only measure that firmware has. It hides sideways
+    acceleration: 0.36 g turns the vertical by 20 degrees but makes the modulus only 1.06 g. Here the motion
+    is known.
     """
     if field not in ANGLES:
         return ""

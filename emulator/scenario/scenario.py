@@ -1,17 +1,17 @@
-"""A scenario that is ready to be played on any number of boards, running a board through it, and the verdict.
+"""Scenarios ready to be played on any number of boards, runs of a board through a scenario, and the verdict.
 
-How it is played: motions are planned on the world when the board is built, with absolute start times, so
-that the truth can be asked for ahead of time. From the first jump of the world on (``set_...``), every step
-is done when its time comes, because a jump drops what was planned for its quantity, and a motion begins from
-the state in force. Bus faults and typing are always done when their time comes.
+Playing: motions are planned on the world when the board is created, with absolute start times, so that the
+truth can be computed ahead of time. From the first jump of the world (``set_...``), every step is performed
+at its time: a jump drops the plans for its quantity, and a motion begins from the current state. Bus faults
+and typing are always performed at their time.
 
-Every step is tried on a world of its own before the scenario is used: whatever the world refuses is an error
-of the file, with its key path, and not a surprise in the middle of a run.
+Every step is tried on a separate world before the scenario is used. If the world refuses a step, this is an
+error of the file with its key path, not a surprise during the run.
 
-The limits are looked at between slices of virtual time; Python firmware that loops without ever calling the
-HAL lets no virtual time pass, and is beyond what a look between slices can stop.
+Limits are checked between slices of virtual time. Python firmware that loops without any call of the HAL lets
+no virtual time pass, so these checks cannot stop it.
 
-The verdict is what the checks of a run have found, for people and for programs.
+The verdict contains the findings of a run, for people and for programs.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, format_duration, s
 from fcu_emulator.emulator.world import World, earth_field
 from fcu_emulator.sensors.errors import Grade
 
-# -- From timeline entries to steps with absolute times -----------------------------------------------------
+# -- Steps with absolute times, from timeline entries -------------------------------------------------------
 
 
 CreateWorld = Callable[[Clock], World]
@@ -47,7 +47,7 @@ CreateWorld = Callable[[Clock], World]
 
 @dataclass(frozen=True)
 class TimelineStep:
-    """Entry ``number`` (its index in the file) from ``at_ps`` to ``end_ps``."""
+    """Entry ``number`` (its index in the file), active from ``at_ps`` to ``end_ps``."""
 
     number: int
     entry: TimelineAction
@@ -60,13 +60,13 @@ class TimelineStep:
 
     @property
     def name(self) -> str:
-        """Its place and kind, for messages about others."""
+        """Place and kind of the step, for messages about other steps."""
         kind = getattr(self.entry, "do", "")
         return f"{self.key} ({kind})"
 
 
 def steps_of(entries: Sequence[TimelineAction], duration_ps: int, file: str) -> list[TimelineStep]:
-    """Steps in order of time; raises ScenarioError for a step after the end, or two motions at once."""
+    """Return the steps in order of time; raises ScenarioError for a step after the end, or two motions at once."""
     steps = []
     end_ps = 0
     for number, entry in enumerate(entries):
@@ -99,7 +99,7 @@ def _refuse_overlaps(steps: Sequence[TimelineStep], file: str) -> None:
 
 
 def rehearse(steps: Sequence[TimelineStep], create_world: CreateWorld, file: str) -> None:
-    """Let a world of its own follow all steps; what it refuses becomes a ScenarioError."""
+    """Perform all steps on a separate world; an error of that world becomes a ScenarioError."""
     clock = Clock()
     world = create_world(clock)
     for step in steps:
@@ -114,10 +114,10 @@ def rehearse(steps: Sequence[TimelineStep], create_world: CreateWorld, file: str
 
 
 class Scenario:
-    """One file, checked: its board's settings, its timeline, its expectations.
+    """One checked file: its board's settings, its timeline, its expectations.
 
-    ``name`` is the file's name without ``.toml``, unless another is given; ``file`` is how messages call it.
-    Raises ScenarioError when the parts do not fit together or the world cannot follow the timeline.
+    ``name`` is the file's name without ``.toml``, unless another is given; messages name the file by
+    ``file``. Raises ScenarioError if the parts do not fit together or the world cannot perform the timeline.
     """
 
     def __init__(
@@ -134,19 +134,20 @@ class Scenario:
         self.seed = contents.seed
         self.firmware = contents.firmware
         self.powered_on_ps = None if contents.uptime is None else -contents.uptime
-        """When board and sensors have got their supply; None: long ago."""
+        """Time at which board and sensors got their supply; None: long ago."""
         self.duration_ps = contents.duration
         self.i2c_speed_hz = contents.bus.speed
         self.limits: LimitsTable = contents.limits
         self.expectations: list[AnyExpectation] = contents.expect
         self.reports: list[ReportTable] = contents.report
         self.table = table or {}
-        """As in the file, what is drawn from the seed replaced by what was drawn."""
+        """The file's table, with drawn values in place of draws."""
         self.contents = contents
-        """The file as it was read."""
+        """The file's table as it was read."""
         self.ahead = True
-        """Whether motions may be planned ahead of their time. On a live board they may not: a hand that turns
-        the board would drop what is planned for later."""
+        """Whether motions may be planned ahead of their time. False on a live board: a user's motion would drop
+        the plans.
+        """
         self._recorders: WeakKeyDictionary[TerminalView, Recorder] = WeakKeyDictionary()
         self._watched: WeakKeyDictionary[TerminalView, dict[int, Any]] = WeakKeyDictionary()
         if self.duration_ps > self.limits.duration:
@@ -159,23 +160,23 @@ class Scenario:
 
     @property
     def duration_s(self) -> float:
-        """How long it lasts, in seconds of virtual time."""
+        """Return the length of the run in seconds of virtual time."""
         return self.duration_ps / PS_PER_S
 
     def firmware_settings(self) -> dict[str, Any]:
-        """What the file sets about the firmware."""
+        """Return the file's firmware settings."""
         return self.contents.firmware_settings.model_dump(exclude_unset=True)
 
     def sensor_settings(self) -> SensorSettings:
-        """How the sensors deviate."""
+        """Return the file's deviations of the sensors."""
         return self.contents.sensors.settings()
 
     def board_errors(self, grade: Grade, seed: int) -> BoardErrors:
-        """How the board itself deviates: drawn, but for what the file gives."""
+        """Return the deviations of the board itself: values from the file, drawn values for the rest."""
         return replace(BoardErrors.of_grade(grade, seed), **self.contents.board)
 
     def create_world(self, clock: Clock, own: BoardErrors | None = None) -> World:
-        """The world at power-on, of a board with these deviations where the file gives none."""
+        """Create the world at power-on. ``own``: deviations of the board, used for values that the file does not give."""
         table = self.contents.world
         own = own or BoardErrors()
         try:
@@ -193,17 +194,17 @@ class Scenario:
                 world.set_temperature(table.temperature_degc)
             if table.humidity_percent is not None:
                 world.set_humidity(table.humidity_percent)
-            if table.pressure_hpa is not None:  # after the temperature, on which the air's density depends
+            if table.pressure_hpa is not None:  # after the temperature, which sets the air's density
                 world.set_pressure(table.pressure_hpa)
         except InputError as error:
             raise ScenarioError(self.file, "world", str(error), kind=error.kind) from error
         return world
 
     def play(self, board: BoardView) -> None:
-        """Bring the timeline to a board at power-on, and watch it.
+        """Schedule the timeline on a board at power-on, and record the board.
 
-        The board may be a weak proxy, so that what is scheduled does not keep it alive. Its terminal, which
-        no other board has, stands for it here: a proxy is no key.
+        The board may be a weak proxy, so that scheduled calls do not keep it alive. A proxy cannot be a key,
+        so the terminal, which is unique to the board, is the key.
         """
         tilts = any(isinstance(one, ExpectLedFollows) for one in self.expectations)
         recorder = Recorder(board, self.duration_ps, self._truth_wanted(), tilts, self._sampled())
@@ -219,7 +220,7 @@ class Scenario:
                 board.clock.schedule(step.at_ps, partial(step.entry.act, board, step.at_ps))
 
     def exceeded(self, board: BoardView, wall_s: float) -> str:
-        """The limit that a run of ``wall_s`` seconds of wall time has exceeded by now; empty if none."""
+        """Return the limit that a run of ``wall_s`` seconds of wall time has exceeded by now; "" if none."""
         if board.terminal.uart.received_count() > self.limits.terminal_bytes:
             return f"{self.limits.terminal_bytes} bytes of text, limits.terminal_bytes"
         if wall_s > self.limits.wall / PS_PER_S:
@@ -227,10 +228,10 @@ class Scenario:
         return ""
 
     def check(self, board: BoardView, limit: str = "") -> Result:
-        """All expectations and reports about a board that plays this scenario, as of now.
+        """Evaluate all expectations and reports now, for a board that plays this scenario.
 
-        A board that has not come to the end is judged by what it did so far, and a finding says so; ``limit``
-        is what kept it from the end. Raises InputError for a board that plays another scenario.
+        A board that has not reached the end is evaluated up to now, with a finding that says so; ``limit`` is
+        the reason. Raises InputError for a board that plays another scenario.
         """
         seen = self.seen(board)
         now_ps = board.clock.now_ps
@@ -253,7 +254,7 @@ class Scenario:
         return Result(len(self.expectations), tuple(findings), tuple(reports))
 
     def seen(self, board: BoardView) -> RunView:
-        """What a board that plays this scenario has done. Raises InputError if it plays another one."""
+        """Return the run view of a board that plays this scenario. Raises InputError if it plays another one."""
         recorder = self._recorders.get(board.terminal)
         if recorder is None:
             raise InputError(f"this board does not play the scenario {self.name}", kind="other_scenario")
@@ -269,23 +270,23 @@ class Scenario:
         )
 
     def asking(self, expectations: Sequence[AnyExpectation], reports: Sequence[ReportTable] = ()) -> Scenario:
-        """The same scenario with other expectations and reports. Raises ScenarioError."""
+        """Return the same scenario with other expectations and reports. Raises ScenarioError."""
         changed = {"expect": list(expectations), "report": list(reports)}
         return Scenario(self.contents.model_copy(update=changed), self.path, self.name, self.table)
 
     def verdicts(self, board: BoardView) -> list[ExpectationResult]:
-        """Every expectation as it stands now, on a board that plays this scenario. Raises InputError."""
+        """Return the current state of every expectation on a board that plays this scenario. Raises InputError."""
         seen, over = self.seen(board), self.is_over(board)
         return [
             _verdict(f"expect[{number}]", one, seen, over) for number, one in enumerate(self.expectations)
         ]
 
     def is_over(self, board: BoardView) -> bool:
-        """Whether a board that plays it has come to its end."""
+        """Return whether a board that plays this scenario has reached the end."""
         return board.clock.now_ps >= self.duration_ps
 
     def standing(self, board: BoardView) -> list[str]:
-        """The result's lines, for people; before the end what has failed already, and how many are open.
+        """Return the result's lines for people; before the end, the final failures and the number of open expectations.
 
         Raises InputError for a board that plays another scenario.
         """
@@ -298,7 +299,7 @@ class Scenario:
         return [*(line for one in verdicts for line in one.lines), count]
 
     def _refuse_windows_after_the_end(self) -> None:
-        """An expectation that looks at nothing must not pass for one that is met, nor a report be empty."""
+        """Refuse windows after the end: an expectation without lines must not pass, nor a report be empty."""
         tables = [
             *((f"expect[{number}]", one) for number, one in enumerate(self.expectations)),
             *((f"report[{number}]", one) for number, one in enumerate(self.reports)),
@@ -312,7 +313,7 @@ class Scenario:
                 raise ScenarioError(self.file, f"{name}.from", problem, kind="after_end")
 
     def _truth_wanted(self) -> list[Wanted]:
-        """Quantities that printed lines are compared with, and for how long before each print."""
+        """Return the quantities that printed lines are compared with, and the time before each print."""
         compared = [one for one in self.expectations if isinstance(one, ExpectField) and one.truth]
         return [
             *(Wanted(one.field, SETTLE_PS, NamedFormat(one.field).is_begun_by) for one in self.reports),
@@ -325,11 +326,11 @@ class Scenario:
         names = [one.quantity for one in found if one.quantity is not None]
         both = (
             ["pitch", "roll"] if {"pitch", "roll"} & {*names} else []
-        )  # a finding says which one is followed
+        )  # findings name the followed condition
         return list(dict.fromkeys([*names, *both]))
 
     def _magnetic_field(self) -> tuple[float, float, float] | None:
-        """NED in uT; None for the world's default."""
+        """Return the field, NED in uT; None for the world's default."""
         table = self.contents.world
         if table.field is not None:
             return table.field.north_ut, table.field.east_ut, table.field.down_ut
@@ -344,30 +345,30 @@ class Scenario:
 
 
 def _may_be(number: NumberFormat, line: str) -> bool:
-    """Whether the truth is wanted for a line; it is if a pattern takes too long, which the verdict says."""
+    """Return whether a line needs the truth; True if the pattern takes too long, which the verdict reports."""
     try:
         return number.is_begun_by(line)
     except TimeoutError:
         return True
 
 
-# -- An entry when its time has come ------------------------------------------------------------------------
+# -- Performing an entry at its time ------------------------------------------------------------------------
 
 
 class TimelineAct(Protocol):
-    """What an entry does when its time has come."""
+    """Actions of a timeline entry at its time."""
 
     def plan(self, world: World, start_s: float) -> None:
         """Change the world from the action's time on."""
         ...
 
     def act(self, board: BoardView, from_ps: int) -> None:
-        """Do what concerns the rest of the board."""
+        """Perform the part of the action outside the world."""
         ...
 
 
 def perform_at(board: BoardView, entry: TimelineAct, at_ps: int) -> None:
-    """Let an entry happen on a board when its time ``at_ps`` comes, in order with all other events."""
+    """Schedule an entry on a board for its time ``at_ps``, in order with all other events."""
     board.clock.schedule(at_ps, partial(_perform, board, entry, at_ps))
 
 
@@ -376,7 +377,7 @@ def _perform(board: BoardView, entry: TimelineAct, at_ps: int) -> None:
     entry.act(board, at_ps)
 
 
-# -- What the checks found, for people and for programs -----------------------------------------------------
+# -- Results of the checks, for people and for programs -----------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -401,7 +402,7 @@ Standing = Literal["open", "met", "failed"]
 
 @dataclass(frozen=True)
 class ExpectationResult:
-    """An expectation while the run is on: place, kind, what it says, how it stands, how it has failed."""
+    """State of an expectation during the run: place, kind, text, status, failure."""
 
     key: str
     kind: str
@@ -411,13 +412,13 @@ class ExpectationResult:
 
     @property
     def lines(self) -> list[str]:
-        """For people, as of the result: how it has failed."""
+        """Return the failure as lines for people, as in the final result."""
         return Finding(self.key, self.kind, self.miss).lines if self.miss else []
 
 
 @dataclass(frozen=True)
 class Result:
-    """A run judged: ``checks`` is how many expectations there are, ``reports`` what to tell."""
+    """Result of a run: ``checks`` is the number of expectations, ``reports`` are texts for people."""
 
     checks: int
     findings: tuple[Finding, ...]
@@ -430,12 +431,12 @@ class Result:
 
     @property
     def judged(self) -> bool:
-        """Whether every expectation could be looked at: the run came to its end, no search took too long."""
+        """Whether every expectation could be evaluated: the run came to its end, no search took too long."""
         return all(finding.miss.fault != "stopped" for finding in self.findings)
 
     @property
     def failed_count(self) -> int:
-        """How many expectations are not met; a run that was stopped is none of them."""
+        """Number of failed expectations; a stopped run does not count as one."""
         return sum(finding.miss.fault != "stopped" for finding in self.findings)
 
     @property
@@ -444,13 +445,13 @@ class Result:
 
     @property
     def lines(self) -> list[str]:
-        """The whole result for people: reports, findings, and the count last."""
+        """Return the whole result for people: reports, findings, and the count last."""
         found = [line for finding in self.findings for line in finding.lines]
         return [*self.reports, *found, f"{self.passed_count} of {self.checks} expectations met"]
 
 
 def judged(expectation: Expectation, seen: RunView) -> Failure | None:
-    """How an expectation is not met, None when it is; a search that takes too long is "stopped"."""
+    """Return the failure of an expectation, None if it is met; a search that takes too long is "stopped"."""
     try:
         return expectation.judge(seen)
     except TimeoutError:
@@ -472,16 +473,16 @@ def _verdict(key: str, expectation: AnyExpectation, seen: RunView, over: bool) -
 
 
 class ScenarioBoard(BoardView, Protocol):
-    """A board that says which scenario it plays."""
+    """A board that knows which scenario it plays."""
 
     @property
     def scenario(self) -> Scenario | None: ...
 
 
 def run(board: ScenarioBoard, wall_clock_s: Callable[[], float] = time.monotonic) -> Result:
-    """Run a board to the end of its scenario, or into a limit, and judge it.
+    """Run a board to the end of its scenario or to a limit, and evaluate it.
 
-    Raises FirmwareError when the firmware fails, InputError when the board has no scenario.
+    Raises FirmwareError if the firmware fails, InputError if the board has no scenario.
     """
     plan = _scenario(board)
     runner = Runner(board, [], plan.duration_ps, None, partial(plan.exceeded, board), wall_clock_s)
@@ -490,7 +491,7 @@ def run(board: ScenarioBoard, wall_clock_s: Callable[[], float] = time.monotonic
 
 
 def check(board: ScenarioBoard) -> list[Finding]:
-    """The expectations of its scenario that a board has not met by now; see Scenario.check."""
+    """Return the failed expectations of a board's scenario as of now; see Scenario.check."""
     return list(_scenario(board).check(board).findings)
 
 

@@ -1,8 +1,9 @@
-"""A whole scenario file, version 1, and its JSON schema for editors.
+"""Schema of a scenario file, version 1, and its JSON schema for editors.
 
-Decision: TOML, read by the standard library, with comments and without implicit typing; pydantic for the
-schema, because its errors carry the key path and it exports the JSON schema. The tables are data; what a
-timeline entry or an expectation does stands in its own class, under the same keys.
+Decision: scenarios are TOML, because the standard library reads it, and it has comments and no implicit
+typing. The schema is written with pydantic, whose errors carry the key path, and which exports the JSON
+schema. The tables are data; the class of a timeline entry or expectation, with the same keys, holds its
+behaviour.
 """
 
 from __future__ import annotations
@@ -67,7 +68,9 @@ from fcu_emulator.sensors.errors import Figure, Grade, PartErrors
 # -- Tables about the board at power-on: firmware, bus, world, sensors; and the run's limits ----------------
 
 
-LARGEST_FIGURE = 1e6  # of any sensor's deviation, in its unit: beyond every full scale, and no overflow
+LARGEST_FIGURE = (
+    1e6  # limit of any sensor's deviation, in its unit: beyond every full scale, without overflow
+)
 LONGEST_RUN_PS = 24 * 3600 * PS_PER_S
 
 Row = Annotated[tuple[float, float, float], Strict(False)]
@@ -75,9 +78,9 @@ Matrix = Annotated[tuple[Row, Row, Row], Strict(False)]
 
 
 class Figures:
-    """Marks a table whose keys are the fields of a sensor's error class; only the keys given are kept.
+    """Marker for a table whose keys are the fields of a sensor's error class; only the given keys are kept.
 
-    The table's model is made from the declared figures, so that a new figure of a sensor is a new key here.
+    The table's model is generated from the declared figures, so a new figure of a sensor is a new key here.
     """
 
     def __init__(self, errors: type[PartErrors]) -> None:
@@ -89,7 +92,7 @@ class Figures:
         self._model: type[BaseModel] = create_model(errors.__name__, __base__=Table, **fields)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Pydantic's hook: validate by the model, keep what was given."""
+        """Pydantic's hook: validate by the model, keep the given keys."""
         model = handler.generate_schema(self._model)
         given = core_schema.plain_serializer_function_ser_schema(dict)
         return core_schema.no_info_after_validator_function(_as_given, model, serialization=given)
@@ -100,12 +103,12 @@ def _as_given(table: BaseModel) -> dict[str, Any]:
 
 
 def _meaning(figure: Figure) -> str:
-    """What an editor shows of a key."""
+    """Return the description of a key for editors."""
     return f"{figure.doc}, {figure.unit}; {figure.size} ({figure.source})"
 
 
 def _number(figure: Figure) -> Any:
-    """The type of a key: one number or three, within what makes sense."""
+    """Return the type of a key: one number or three, within plausible limits."""
     lowest = 0.0 if figure.is_strength else -LARGEST_FIGURE
     low, high = figure.allowed or (lowest, LARGEST_FIGURE)
     number = Annotated[float, Field(ge=low, le=high)]
@@ -113,7 +116,7 @@ def _number(figure: Figure) -> Any:
 
 
 class FirmwareTable(Table):
-    """[firmware_settings]: what may be chosen about the firmware model; only what is given is passed on."""
+    """[firmware_settings]: options of the firmware model; only the given keys are passed on."""
 
     mu: float = Field(1.0, ge=0.01, le=1)
     led1_axis: Literal["pitch", "roll"] = "pitch"
@@ -124,15 +127,15 @@ class FirmwareTable(Table):
 
 
 class BusTable(Table):
-    """[bus]."""
+    """[bus]: the speed of the sensor bus."""
 
     speed: BusSpeed = FAST_MODE_HZ
 
 
 class PlaceTable(Table):
-    """Where and when on Earth: the field by the World Magnetic Model 2025; the floor's height above the sea.
+    """Place and date on Earth: the field by the World Magnetic Model 2025; the floor's height above the sea.
 
-    Without ``altitude_m`` the field is that at sea level, and the floor is where it is without a place.
+    Without ``altitude_m`` the field is that at sea level, and the floor has its default height.
     """
 
     latitude_deg: Annotated[float, within(limits.LATITUDE)]
@@ -143,9 +146,9 @@ class PlaceTable(Table):
 
 
 class WorldTable(Table):
-    """[world]: the state at power-on; what is not given is the world's default (Zurich, flat, 25 degC).
+    """[world]: the state at power-on; missing values are the world's defaults (Zurich, flat, 25 degC).
 
-    Iron that is not given is drawn by the sensors' grade, none on an ideal board.
+    Missing iron values are drawn by the sensors' grade; an ideal board has none.
     """
 
     roll_deg: Annotated[float, within(limits.ANGLE)] = 0.0
@@ -171,16 +174,16 @@ class WorldTable(Table):
 
 
 class SensorsTable(Table):
-    """[sensors]: the grade fills every figure, the parts' own tables replace single ones.
+    """[sensors]: the grade sets all figures, the sensors' tables replace single ones.
 
-    The tables of the parts, and the keys of mountings that can be chosen, are the board's:
+    The board defines the tables of the sensors, and the keys for mountings that can be chosen:
     :func:`sensors_table`.
     """
 
     grade: Grade = "typical"
 
     def settings(self) -> SensorSettings:
-        """All of it, as a board takes it."""
+        """Return all settings in the form that a board takes."""
         given = {name: getattr(self, name) for name in type(self).model_fields if name != "grade"}
         figures = {name: value for name, value in given.items() if isinstance(value, dict)}
         mountings = {name: value for name, value in given.items() if isinstance(value, str)}
@@ -188,7 +191,7 @@ class SensorsTable(Table):
 
 
 def sensors_table(board: BoardDescription) -> type[SensorsTable]:
-    """[sensors] of a board: a table for each part, a key for each choice of mounting."""
+    """Return the class of [sensors] for a board: a table for each sensor, a key for each choice of mounting."""
     keys: dict[str, Any] = {}
     for mounted in board.parts:
         if mounted.mounting_key:
@@ -201,14 +204,14 @@ def sensors_table(board: BoardDescription) -> type[SensorsTable]:
 
 
 class LimitsTable(Table):
-    """[limits]: what a run may take; beyond it the run is stopped and says so.
+    """[limits]: resource limits of a run; beyond a limit the run is stopped with a message.
 
-    ``duration`` is virtual time and checked on loading; ``wall`` is looked at between slices of 0.1 s virtual
+    ``duration`` is virtual time and checked on loading; ``wall`` is checked between slices of 0.1 s virtual
     time.
     """
 
     duration: Length = 600 * PS_PER_S
-    terminal_bytes: int = Field(4 << 20, ge=1, le=8 << 20)  # the board keeps 8 MiB of text for certain
+    terminal_bytes: int = Field(4 << 20, ge=1, le=8 << 20)  # the board always keeps 8 MiB of text
     wall: Length = 300 * PS_PER_S
 
     @model_validator(mode="after")
@@ -221,7 +224,7 @@ class LimitsTable(Table):
 # -- The file -----------------------------------------------------------------------------------------------
 
 
-MOST_ENTRIES = 10_000  # of the timeline: five minutes of a hand on a live board
+MOST_ENTRIES = 10_000  # entries of the timeline: five minutes of mouse motion on a live board
 MOST_EXPECTATIONS = 1_000
 
 Kinds = (
@@ -239,25 +242,27 @@ Kinds = (
     | ExpectPrinted
     | ExpectWithin
 )
-"""All kinds of expectations, told apart by ``kind``."""
+"""All kinds of expectations, distinguished by ``kind``."""
 
 AnyExpectation = Annotated[Kinds, Field(discriminator="kind")]
 
 
 class ReportTable(Window):
-    """One ``[[report]]``: tell how a printed field compares with the truth, in a small table."""
+    """One ``[[report]]``: compare a printed field with the truth in a small table."""
 
     field: FieldName
     against: Literal["truth"]
 
 
 class ScenarioFile(Table):
-    """The file."""
+    """Root table of a scenario file."""
 
     RENAMED: ClassVar[Mapping[str, str]] = {"powered_for": "uptime"}
 
     schema_: Literal[1] = Field(alias="schema")
-    question: str = Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f-\x9f]+$")  # printed
+    question: str = Field(
+        min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f-\x9f]+$"
+    )  # read by people in the list of scenarios
     firmware: str = ""
     seed: int = Field(0, ge=0, lt=2**63)
     uptime: Duration | None = None
@@ -277,7 +282,7 @@ class ScenarioFile(Table):
 
 @cache
 def scenario_file(board: BoardDescription) -> type[ScenarioFile]:
-    """The file for a board: with its firmware, its parts and its mountings."""
+    """Return the class of the file for a board: with its firmware, sensors and mountings."""
 
     def known(name: str) -> str:
         if name not in board.firmware:
@@ -296,7 +301,7 @@ def scenario_file(board: BoardDescription) -> type[ScenarioFile]:
 
 
 def json_schema(board: BoardDescription = FCU001V1) -> dict[str, Any]:
-    """The file's JSON schema (draft 2020-12), for an editor's completion and checks."""
+    """Return the file's JSON schema (draft 2020-12), for an editor's completion and checks."""
     schema = as_written(scenario_file(board).model_json_schema(by_alias=True), board)
     parts = schema["$defs"]
     with_draws = [WorldTable, PlaceTable, FieldTable, ThresholdTable, *get_args(get_args(AnyEntry)[0])]
@@ -337,7 +342,7 @@ def may_be_rule(table: dict[str, Any]) -> None:
 
 
 def _may_be_drawn(schema: Any) -> Any:
-    """The schema of a table of which each number and each duration may be drawn."""
+    """Return the schema of a table in which each number and duration can be a draw."""
     if isinstance(schema, list):
         return [_may_be_drawn(one) for one in schema]
     if not isinstance(schema, dict):
@@ -349,7 +354,7 @@ def _may_be_drawn(schema: Any) -> Any:
 
 
 def as_written(schema: Any, board: BoardDescription) -> Any:
-    """The schema with the board's names; defaults of durations and speeds as they stand in a file."""
+    """Return the schema with the board's names, and with defaults of durations and speeds in the file's notation."""
     if isinstance(schema, list):
         return [as_written(entry, board) for entry in schema]
     if not isinstance(schema, dict):

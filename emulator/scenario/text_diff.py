@@ -1,4 +1,4 @@
-"""How texts and lines differ, in bounded time for texts of any length."""
+"""Differences between texts and lines, computed in bounded time for texts of any length."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from typing import Literal, TypeAlias
 from fcu_emulator.emulator.scenario.run_view import escaped
 
 Fault: TypeAlias = Literal["missing", "wrong value", "wrong format", "stopped"]
-"""Not there at all; there with another value; there in another form; the run ended too soon."""
+"""Missing; present with another value; present in another form; not evaluated because the run ended too soon."""
 
 
 _CONTEXT = 3
 _SHOWN = 6  # lines of each side after the first difference
-_CANDIDATES = 500  # distinct lines among which a similar one is looked for
+_CANDIDATES = 500  # distinct lines in the search for a similar one
 _LONGEST = 300  # characters of a line that are compared for similarity
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 
 
 def first_difference(expected: Sequence[str], printed: Sequence[str]) -> int:
-    """Index of the first line that differs."""
+    """Return the index of the first different line."""
     common = min(len(expected), len(printed))
     return next((index for index in range(common) if expected[index] != printed[index]), common)
 
 
 def difference(expected: Sequence[str], printed: Sequence[str]) -> tuple[str, ...]:
-    """The place of the first difference, as a unified diff with a few lines of context."""
+    """Return the first difference as a unified diff with a few lines of context."""
     index = first_difference(expected, printed)
     begin, end = max(index - _CONTEXT, 0), index + _SHOWN
     old, new = (list(map(escaped, side[begin:end])) for side in (expected, printed))
@@ -36,7 +36,7 @@ def difference(expected: Sequence[str], printed: Sequence[str]) -> tuple[str, ..
 
 
 def nearest(wanted: str, lines: Sequence[str]) -> str | None:
-    """The line most like the wanted one, the same but for its numbers first; None when none is like it."""
+    """Return the most similar line, preferably one that differs only in numbers; None if none is similar."""
     distinct = list(dict.fromkeys(line[:_LONGEST] for line in lines if line))[:_CANDIDATES]
     same_form = [line for line in distinct if _form(line) == _form(wanted)]
     folded = {line.casefold(): line for line in same_form or distinct}
@@ -45,7 +45,7 @@ def nearest(wanted: str, lines: Sequence[str]) -> str | None:
 
 
 def fault_between(wanted: str, found: str | None) -> Fault:
-    """Which of the faults it is that ``found`` stands in place of ``wanted``."""
+    """Return the fault that describes ``found`` instead of ``wanted``."""
     if found is None:
         return "missing"
     return "wrong value" if _form(wanted) == _form(found) else "wrong format"
@@ -63,7 +63,7 @@ _MOST_DIFFERENCES = 3
 
 
 def format_difference(wanted: str, line: str) -> str:
-    """How a printed line differs from a format string, in words; "" if that cannot be said."""
+    """Describe the difference between a printed line and a format string; "" if there is no description."""
     tokens, printed = _TOKEN.findall(wanted), _TOKEN.findall(line[:_LONGEST])
     found = dict.fromkeys(filter(None, map(_token_difference, tokens, printed)))
     if not found and len(tokens) == len(printed):

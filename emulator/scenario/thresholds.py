@@ -1,4 +1,4 @@
-"""Thresholds that a run is to show: the board rests just inside and just outside of each.
+"""Threshold tables: in the run, the board rests just inside and just outside of each threshold.
 
 ::
 
@@ -8,12 +8,12 @@
     margin = 1
 
 becomes motions of the timeline: the board rests for ``rest`` at 44, 46, -44 and -46 degrees of roll, once ten
-margins beyond, and once with the pitch at 46 degrees instead, in an order that is drawn from the seed. A program with
-another threshold, for one side only or for the other axis is wrong at one of these rests.
+margins beyond, and once with the pitch at 46 degrees instead. The order is drawn from the seed. A program
+with another threshold, for one side only or for the other axis is wrong at one of these rests.
 
-Decision: a threshold is put in place as entries of the timeline when a file is read, as a rule is as an
-expectation: a saved run shows them, and nothing else has to know them. The road not taken, to draw poses and
-hope for one near the threshold, passed a threshold of 40 degrees for 45.
+Decision: a threshold becomes entries of the timeline when a file is read, as a rule becomes an expectation,
+so a saved run shows them, and no other module needs to know thresholds. Rejected alternative: random poses,
+in the hope that one is near the threshold. They passed a threshold of 40 degrees for 45.
 """
 
 from __future__ import annotations
@@ -33,10 +33,11 @@ _FAR = 10  # margins beyond a threshold
 
 
 class ThresholdTable(Table):
-    """One ``[[threshold]]``: a quantity that the board can be moved to, the threshold, and how near it rests.
+    """One ``[[threshold]]``: the quantity that the board is moved to, the threshold, and the distance of the rests.
 
-    ``both_sides``: whether minus the value is a threshold as well; of angles it is. ``at``: when it begins;
-    the first at 2 s, others after the one before. Each motion takes ``turn``, each rest ``rest``.
+    ``both_sides``: whether minus the value is a threshold as well; True for angles. ``at``: begin of the
+    first motion, 2 s for the first threshold; a later one follows the previous one. Each motion takes
+    ``turn``, each rest ``rest``.
     """
 
     quantity: Literal["pitch", "roll", "Altitude"]
@@ -59,11 +60,11 @@ class ThresholdTable(Table):
 
     @property
     def is_angle(self) -> bool:
-        """Whether it is an inclination of the board."""
+        """Return whether the quantity is an inclination of the board."""
         return self.quantity != "Altitude"
 
     def poses(self) -> list[tuple[str, float]]:
-        """(quantity, value) of each rest."""
+        """Return (quantity, value) of each rest."""
         both = self.is_angle if self.both_sides is None else self.both_sides
         inside, outside = self.value - self.margin, self.value + self.margin
         signs = (1, -1) if both else (1,)
@@ -74,12 +75,12 @@ class ThresholdTable(Table):
         return [(name, round(value, _DIGITS)) for name, value in poses]
 
     def _far(self) -> float:
-        """A value well beyond the threshold, where a wrong threshold can be told from none."""
+        """Return a value well beyond the threshold, where a wrong threshold differs from a missing one."""
         far = self.value + _FAR * self.margin
         return min(far, (self.value + self.margin + _STEEPEST_DEG) / 2) if self.is_angle else far
 
 
-MOST_THRESHOLDS = 20  # of a scenario
+MOST_THRESHOLDS = 20  # limit for one scenario
 _Tables = Annotated[list[ThresholdTable], Field(max_length=MOST_THRESHOLDS)]
 _TABLES: TypeAdapter[list[ThresholdTable]] = TypeAdapter(_Tables)
 
@@ -90,7 +91,7 @@ def parse_thresholds(value: Any) -> list[ThresholdTable]:
 
 
 class ThresholdSection(NamedTuple):
-    """The part of a run that threshold ``number`` takes, and its entries of the timeline, by their index."""
+    """The part of a run for threshold ``number``, and its entries of the timeline, by their index."""
 
     number: int
     begin_ps: int
@@ -104,7 +105,7 @@ def put_in_place(
     pick: Callable[[str, int], float],
     file: str,
 ) -> tuple[dict[str, Any], list[ThresholdSection]]:
-    """Return a scenario's table with motions for its thresholds, and the part of each.
+    """Return a scenario's table with motions for its thresholds, and the part of the run for each.
 
     ``pick`` draws the order of the rests. Without a ``duration`` the run ends after the last rest. Raises
     ScenarioError.
@@ -139,7 +140,7 @@ def _lift(metres: float) -> dict[str, Any]:
 
 
 def _turn(angle: str, value: float, table: Mapping[str, Any]) -> dict[str, Any]:
-    """With the other angle 0, so that both are the inclinations of the board's axes."""
+    """Return a motion with the other angle at 0, so that both angles are the inclinations of the board's axes."""
     world = table.get("world")
     yaw_deg = world.get("yaw_deg", 0.0) if isinstance(world, dict) else 0.0
     return {"do": "rotate_to", f"{angle}_deg": value, "yaw_deg": yaw_deg}

@@ -1,7 +1,7 @@
 """Timeline entries: motions of the board and of magnets near it, jumps of the world, bus faults, typing.
 
-Schema and behaviour of a kind of entry stand in one class, so that a new kind is one class and its name in
-the union at the end. A motion calls the world's motion of the same name.
+One class holds schema and behaviour of a kind of entry. To add a kind, write a class and add its name to the
+union at the end. A motion calls the world's motion of the same name.
 """
 
 from __future__ import annotations
@@ -39,39 +39,39 @@ from fcu_emulator.emulator.world.air import DOOR_HPA
 from fcu_emulator.emulator.world.hand import TREMOR_HZ, TREMOR_MG, WRIST_M
 from fcu_emulator.emulator.world.magnetism import MOMENT_AM2, Magnet
 
-# -- What every entry has: when it is, how long it takes, what it moves, what it does -----------------------
+# -- Shared by all entries: start time, duration, moved quantities, action ----------------------------------
 
 
 class TimelineAction(Table):
     """One ``[[timeline]]`` table."""
 
     LIVE: ClassVar[bool] = False
-    """Whether it can only be done when its time has come (a jump of the world)."""
+    """Whether the action can only be performed at its time (a jump of the world)."""
 
     MOVES: ClassVar[frozenset[str]] = frozenset()
-    """The quantities that every entry of its kind moves."""
+    """The quantities that every entry of this kind moves."""
 
     at: Duration | None = None
-    """Virtual time since power-on; without it, the end of the entry before it in the file."""
+    """Virtual time since power-on; without it, the end of the previous entry in the file."""
 
     interrupts: bool = False
-    """Whether it may cut short a motion that is still going on, which is refused otherwise."""
+    """Whether the entry may cut short a motion in progress; otherwise this is refused."""
 
     @property
     def length_ps(self) -> int:
-        """How long it takes; 0 for what happens at once."""
+        """Return the duration; 0 for an instantaneous action."""
         return 0
 
     @property
     def moves(self) -> frozenset[str]:
-        """The quantities it moves, of which each can follow one motion at a time."""
+        """Return the moved quantities; each can follow only one motion at a time."""
         return self.MOVES
 
     def plan(self, world: World, start_s: float) -> None:
         """Change the world from ``start_s`` on. Raises InputError."""
 
     def act(self, board: BoardView, from_ps: int) -> None:
-        """Do what concerns the rest of the board; the time is ``from_ps``."""
+        """Perform the part of the action outside the world; the time is ``from_ps``."""
 
 
 # -- Motions ------------------------------------------------------------------------------------------------
@@ -86,7 +86,7 @@ HAND_PS = 100 * PS_PER_S // 1000
 
 
 class MotionAction(TimelineAction):
-    """Something that takes a given time."""
+    """Base class of actions with a given duration."""
 
     for_: Length = Field(alias="for")
 
@@ -96,18 +96,18 @@ class MotionAction(TimelineAction):
 
     @property
     def for_s(self) -> float:
-        """The duration as the world takes it."""
+        """Return the duration in seconds, as the world takes it."""
         return self.for_ / PS_PER_S
 
 
 class Hold(MotionAction):
-    """Let time pass."""
+    """Let time pass without a motion."""
 
     do: Literal["hold"]
 
 
 class RotateTo(MotionAction):
-    """Turn by the shortest arc, as a hand does."""
+    """Rotate by the shortest arc, like a hand."""
 
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
     do: Literal["rotate_to"]
@@ -120,7 +120,7 @@ class RotateTo(MotionAction):
 
 
 class SweepAction(MotionAction):
-    """Change one Euler angle."""
+    """Change one Euler angle over time."""
 
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
     do: Literal["sweep"]
@@ -133,7 +133,7 @@ class SweepAction(MotionAction):
 
 
 class TurnOver(MotionAction):
-    """Turn half round about the board's own X axis."""
+    """Rotate by half a turn about the board's own X axis."""
 
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
     do: Literal["turn_over"]
@@ -143,7 +143,7 @@ class TurnOver(MotionAction):
 
 
 class FigureEight(MotionAction):
-    """The calibration's figure-of-eight, ``turns`` times."""
+    """Perform the calibration's figure-of-eight, ``turns`` times."""
 
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
     do: Literal["figure_eight"]
@@ -166,7 +166,7 @@ class LiftAction(MotionAction):
 
 
 class FreeFallAction(MotionAction):
-    """Let go for a time, then be caught in the time ``catch``."""
+    """Drop the board for a time, then catch it within the time ``catch``."""
 
     MOVES: ClassVar[frozenset[str]] = ALTITUDE
     do: Literal["free_fall"]
@@ -181,7 +181,7 @@ class FreeFallAction(MotionAction):
 
 
 class ShakeAction(MotionAction):
-    """Accelerate to and fro along a world axis, on top of every other motion."""
+    """Accelerate back and forth along a world axis, in addition to every other motion."""
 
     do: Literal["shake"]
     axis: Literal["north", "west", "up"]
@@ -193,7 +193,7 @@ class ShakeAction(MotionAction):
 
 
 class TapAction(MotionAction):
-    """A fingertip's blow along a world axis, on top of every other motion."""
+    """Tap with a fingertip along a world axis, in addition to every other motion."""
 
     do: Literal["tap"]
     for_: Length = Field(TAP_PS, alias="for")
@@ -216,7 +216,7 @@ class DisturbField(MotionAction):
 
 
 class PassMagnet(TimelineAction):
-    """Move a magnet past the board; distance and speed say how long it takes."""
+    """Move a magnet past the board; distance and speed set the duration."""
 
     do: Literal["pass_magnet"]
     moment_am2: Annotated[float, within(limits.MOMENT)]
@@ -225,7 +225,7 @@ class PassMagnet(TimelineAction):
 
     @property
     def length_ps(self) -> int:
-        """From beyond the reach of its field to beyond it again."""
+        """Return the time from one end of the magnet's range to the other."""
         magnet = Magnet.starting_at(0.0, self.moment_am2, self.distance_m, self.speed_m_s)
         return to_ps(2.0 * magnet.closest_s)
 
@@ -234,7 +234,7 @@ class PassMagnet(TimelineAction):
 
 
 class Weather(MotionAction):
-    """Let the air's pressure rise or fall, smoothly."""
+    """Raise or lower the air's pressure smoothly."""
 
     MOVES: ClassVar[frozenset[str]] = frozenset({"weather"})
     do: Literal["change_pressure"]
@@ -245,7 +245,7 @@ class Weather(MotionAction):
 
 
 class Blow(MotionAction):
-    """A gusty wind."""
+    """Add pressure noise of a gusty wind."""
 
     do: Literal["blow_wind"]
     speed_m_s: Annotated[float, within(limits.WIND)]
@@ -255,7 +255,7 @@ class Blow(MotionAction):
 
 
 class ShutDoor(TimelineAction):
-    """A door is shut, or with a negative push torn open."""
+    """Shut a door, or tear it open with a negative push."""
 
     do: Literal["slam_door"]
     push_hpa: Annotated[float, within(limits.PUSH)] = DOOR_HPA
@@ -265,7 +265,7 @@ class ShutDoor(TimelineAction):
 
 
 class Replay(TimelineAction):
-    """Give a recording's signals, or follow its attitude; the path counts from the scenario's folder."""
+    """Replay a recording's signals, or follow its attitude; the path is relative to the scenario's folder."""
 
     do: Literal["replay"]
     csv: RecordingFile
@@ -276,7 +276,7 @@ class Replay(TimelineAction):
 
     @property
     def moves(self) -> frozenset[str]:
-        """What its columns replace or move; measured signals count as motions of their own."""
+        """Return the quantities of its columns; measured signals count as separate motions."""
         return frozenset(self.csv.content.groups)
 
     def plan(self, world: World, start_s: float) -> None:
@@ -284,7 +284,7 @@ class Replay(TimelineAction):
 
 
 class TakeInHand(TimelineAction):
-    """A hand holds the board from now on: it turns about the wrist, and trembles."""
+    """Let a hand hold the board from now on: it turns about the wrist, and trembles."""
 
     MOVES: ClassVar[frozenset[str]] = ALTITUDE
     do: Literal["take_in_hand"]
@@ -297,7 +297,7 @@ class TakeInHand(TimelineAction):
 
 
 class PutDown(TimelineAction):
-    """No hand holds the board any more."""
+    """Put the board down: it is not held by a hand from now on."""
 
     MOVES: ClassVar[frozenset[str]] = ALTITUDE
     do: Literal["put_down"]
@@ -311,7 +311,7 @@ FOLLOWED_EVERY_PS = 10 * PS_PER_S // 1000
 
 
 class RunMotors(TimelineAction):
-    """The four motors run from now on: one throttle for all, four, or as the firmware's own PWM says."""
+    """Run the four motors from now on: one throttle for all, four, or the firmware's PWM."""
 
     LIVE: ClassVar[bool] = True
     MOVES: ClassVar[frozenset[str]] = frozenset({"motors"})
@@ -319,7 +319,7 @@ class RunMotors(TimelineAction):
     throttle: Share | Annotated[tuple[Share, Share, Share, Share], Strict(False)] | Literal["firmware"]
 
     def plan(self, world: World, start_s: float) -> None:
-        """World.run_motors; what firmware does is not known before."""
+        """Call World.run_motors for given throttles; the firmware's PWM is not known ahead."""
         world.run_motors(0.0 if self.throttle == "firmware" else self.throttle, start_s)
 
     def act(self, board: BoardView, from_ps: int) -> None:
@@ -329,7 +329,7 @@ class RunMotors(TimelineAction):
 
 
 def follow_motors(board: BoardView, at_ps: int, before: tuple[float, ...]) -> None:
-    """Let the motors run as the PWM says at ``at_ps``, and from then on, until somebody else runs them."""
+    """Set the motors to the PWM at ``at_ps`` and keep following it, until another action sets the motors."""
     if board.world.throttle != before:
         return
     duties = board.motor_duties()
@@ -342,7 +342,7 @@ def follow_motors(board: BoardView, at_ps: int, before: tuple[float, ...]) -> No
 # -- What happens at one moment -----------------------------------------------------------------------------
 
 
-LONGEST_INPUT = 4096  # characters of one send
+LONGEST_INPUT = 4096  # limit for the text of one send
 
 
 class Jump(TimelineAction):
@@ -352,7 +352,7 @@ class Jump(TimelineAction):
 
 
 class SetAttitude(Jump):
-    """Another attitude without a motion in between."""
+    """Set another attitude without a motion in between."""
 
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
     do: Literal["set_attitude"]
@@ -366,7 +366,7 @@ class SetAttitude(Jump):
 
 
 class Hand(Jump):
-    """A hand that is followed: rate and acceleration are continuous over commands that follow one another."""
+    """A motion by hand: rate and acceleration are continuous over successive commands."""
 
     interrupts: bool = True
     time_constant: Length = HAND_PS
@@ -377,7 +377,7 @@ class Hand(Jump):
 
 
 class FollowAttitude(Hand):
-    """Turn towards an attitude, until another one is given."""
+    """Turn towards an attitude until another one is given."""
 
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
     do: Literal["follow_attitude"]
@@ -391,7 +391,7 @@ class FollowAttitude(Hand):
 
 
 class FollowAltitude(Hand):
-    """Rise or sink towards a height above the floor, until another one is given."""
+    """Rise or sink towards a height above the floor until another one is given."""
 
     MOVES: ClassVar[frozenset[str]] = ALTITUDE
     do: Literal["follow_altitude"]
@@ -402,7 +402,7 @@ class FollowAltitude(Hand):
 
 
 class FollowMagnet(Hand):
-    """Move a magnet to a place seen from the board, until another one is given."""
+    """Move a magnet to a place relative to the board until another one is given."""
 
     MOVES: ClassVar[frozenset[str]] = MAGNET
     do: Literal["follow_magnet"]
@@ -417,7 +417,7 @@ class FollowMagnet(Hand):
 
 
 class TakeMagnetAway(Jump):
-    """No hand holds a magnet near the board any more."""
+    """Take the hand-held magnet away from the board."""
 
     MOVES: ClassVar[frozenset[str]] = MAGNET
     do: Literal["take_magnet_away"]
@@ -427,7 +427,7 @@ class TakeMagnetAway(Jump):
 
 
 class SetPressure(Jump):
-    """The weather's pressure at the board's altitude of that moment."""
+    """Set the weather's pressure at the board's current altitude."""
 
     do: Literal["set_pressure"]
     pressure_hpa: Annotated[float, within(limits.PRESSURE)]
@@ -438,7 +438,7 @@ class SetPressure(Jump):
 
 
 class SetTemperature(Jump):
-    """The air's temperature."""
+    """Set the air's temperature."""
 
     do: Literal["set_temperature"]
     temperature_degc: Annotated[float, within(limits.TEMPERATURE)]
@@ -449,7 +449,7 @@ class SetTemperature(Jump):
 
 
 class SetHumidity(Jump):
-    """The air's relative humidity."""
+    """Set the air's relative humidity."""
 
     do: Literal["set_humidity"]
     humidity_percent: Annotated[float, within(limits.HUMIDITY)]
@@ -460,7 +460,7 @@ class SetHumidity(Jump):
 
 
 class SetField(Jump):
-    """Another field of the Earth."""
+    """Set another field of the Earth."""
 
     do: Literal["set_field"]
     field: FieldTable
@@ -471,7 +471,7 @@ class SetField(Jump):
 
 
 class FaultAction(TimelineAction):
-    """Break the sensor bus, for a time or for good; see I2CFault for the kinds."""
+    """Break the sensor bus, for a time or permanently; see I2CFault for the kinds."""
 
     do: Literal["inject_fault"]
     kind: FaultKind
@@ -481,7 +481,7 @@ class FaultAction(TimelineAction):
 
     @property
     def length_ps(self) -> int:
-        """As given; for good counts as a moment, so that the timeline goes on."""
+        """Return the given duration; a permanent fault counts as a moment, so that the timeline continues."""
         return self.for_ or 0
 
     def act(self, board: BoardView, from_ps: int) -> None:

@@ -1,9 +1,8 @@
-"""Scenarios as text: a timeline entry from data, and a file from entries, as a live board records them.
+"""Scenarios as text: a timeline entry from data, and a file from the entries that a live board records.
 
-Decision: a file is written here by hand, in the few forms of TOML that a scenario needs. Basic strings of
-TOML are those of JSON but for one control character, so the standard library's encoder does the quoting.
-The road not taken is a library that writes TOML in general, for which everybody would install one more
-package.
+Decision: this module writes TOML itself, in the few forms that a scenario needs, because a general TOML
+writer would be one more package to install. Basic strings of TOML are those of JSON except for one control
+character, so the standard library's JSON encoder does the quoting.
 """
 
 from __future__ import annotations
@@ -27,10 +26,10 @@ _ENTRY: TypeAdapter[TimelineAction] = TypeAdapter(AnyEntry)
 
 
 def parse_entry(table: Mapping[str, Any], board: BoardDescription = FCU001V1) -> TimelineAction:
-    """A timeline entry such as ``{"do": "lift", "metres": 2, "for": "1s"}``, checked as one of a file is.
+    """Check a timeline entry such as ``{"do": "lift", "metres": 2, "for": "1s"}`` like an entry of a file.
 
-    ``at`` is left out: it happens when somebody performs it. Raises ScenarioError of one line, and InputError
-    for an entry that reads a file: who commands a board from elsewhere names no files on this machine.
+    ``at`` is omitted: the caller sets the time when it performs the entry. Raises ScenarioError of one line.
+    Raises InputError for an entry that reads a file: a remote client must not name files on this machine.
     """
     if isinstance(table, Mapping) and table.get("do") == "replay":
         raise InputError("a live board plays no recordings; put the replay into a scenario")
@@ -45,13 +44,13 @@ def parse_entry(table: Mapping[str, Any], board: BoardDescription = FCU001V1) ->
 
 
 def _of_entry(error: ValidationError) -> InputError:
-    """Without the place in a file: pydantic's path begins with the kind of the entry."""
+    """Return pydantic's path without the kind of the entry, with which it begins."""
     problem = scenario_error("", error)
     return InputError(f"{problem.key.partition('.')[2] or problem.key}: {problem.problem}")
 
 
 def entry_line(entry: TimelineAction, at_ps: int, interrupts: bool = False) -> str:
-    """The entry as an inline table of one line, to happen at ``at_ps``."""
+    """Return the entry as an inline table of one line, with the time ``at_ps``."""
     table = entry.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
     table = {"do": table.pop("do"), "at": format_duration(at_ps), **table}
     if interrupts:
@@ -60,7 +59,7 @@ def entry_line(entry: TimelineAction, at_ps: int, interrupts: bool = False) -> s
 
 
 def timeline(entries: Iterable[tuple[int, TimelineAction]]) -> str:
-    """``timeline = [...]``, a line for each (time in ps, entry); those that cut others short say so."""
+    """Return ``timeline = [...]`` with one line for each (time in ps, entry); an entry that cuts a motion short says so."""
     busy_until: dict[str, int] = {}
     lines = []
     for at_ps, entry in sorted(entries, key=lambda one: one[0]):
@@ -72,7 +71,7 @@ def timeline(entries: Iterable[tuple[int, TimelineAction]]) -> str:
 
 
 def scenario_text(table: Mapping[str, Any]) -> str:
-    """A whole file from what stands in it, such as ``Scenario.table``; each table of an array has a line."""
+    """Return a whole file from its table, such as ``Scenario.table``; each table of an array has one line."""
     keys = {key: value for key, value in table.items() if not isinstance(value, Mapping)}
     tables = {key: value for key, value in table.items() if isinstance(value, Mapping)}
     return "".join((*map(_top_level, keys, keys.values()), *map(table_text, tables, tables.values())))
@@ -86,17 +85,17 @@ def _top_level(key: str, value: Any) -> str:
 
 
 def names_files(entries: Iterable[TimelineAction]) -> bool:
-    """Whether one of them reads a file beside its scenario."""
+    """Return whether an entry reads a file next to its scenario."""
     return any(isinstance(entry, Replay) for entry in entries)
 
 
 def table_text(name: str, table: Mapping[str, Any]) -> str:
-    """``[name]`` with its keys; tables inside are written inline."""
+    """Return ``[name]`` with its keys; inner tables are inline."""
     return f"\n[{name}]\n" + "".join(f"{_key(key)} = {_value(value)}\n" for key, value in table.items())
 
 
 def key_text(key: str, value: Any) -> str:
-    """``key = value``, a line."""
+    """Return the line ``key = value``."""
     return f"{_key(key)} = {_value(value)}\n"
 
 
