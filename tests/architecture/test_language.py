@@ -54,9 +54,9 @@ def docstrings() -> str:
     """Return the strings of all files that are statements: docstrings, and descriptions of attributes."""
     found = []
     for path in product_files():
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
-                found.append(str(node.value.value))
+        nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        statements = (node.value for node in nodes if isinstance(node, ast.Expr))
+        found += [str(value.value) for value in statements if isinstance(value, ast.Constant)]
     return "\n".join(found)
 
 
