@@ -113,12 +113,12 @@ __all__ = [
 ]
 
 
-_OLD_NAMES = {"Miss": "Failure"}
+OLD_NAMES = {"Miss": "Failure"}
 
 
 def __getattr__(name: str) -> Any:
-    if name in _OLD_NAMES:
-        new = _OLD_NAMES[name]
+    if name in OLD_NAMES:
+        new = OLD_NAMES[name]
         warnings.warn(f"{name} is now called {new}; use that name", DeprecationWarning, stacklevel=2)
         name = new
     if name in __all__:

@@ -28,7 +28,7 @@ _PARTS = ("emulator", "sensors", "firmware_model", "scenarios")
 def __getattr__(name: str) -> Any:
     if not name.startswith("__") and name not in _PARTS:  # a part is imported as a submodule
         emulator = import_module("fcu_emulator.emulator")
-        if name in emulator.__all__:
+        if name in emulator.__all__ or name in emulator.OLD_NAMES:
             return getattr(emulator, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 

@@ -83,11 +83,11 @@ def check_program(options: CheckOptions) -> ExitCode:
     if options.json is not None:
         _write(options.json, shown)
     laws, saved = _save(options.save, shown, rubric, firmware) if options.save is not None else ({}, [])
+    if options.save is not None:
+        click.echo(visible(f"fcu: saved in {options.save}: {', '.join(saved) or 'nothing'}"), err=True)
     warning = _first_warning(build_log or "")
     for line in _Screen(shown, rubric, options, firmware, laws, warning).lines():
         click.echo(visible(line, lines=True))
-    if options.save is not None:
-        click.echo(f"Saved in {visible(str(options.save))}: {visible(', '.join(saved) or 'nothing')}")
     return exit_code(shown)
 
 
@@ -307,9 +307,9 @@ class _Screen:
         for check in wrong[:_CHECKS_SHOWN]:
             yield from _check(check, self._hints(check) if self._hints_are_shown(causes) else [])
         if wrong[_CHECKS_SHOWN:]:
-            yield from _wrapped(
-                "Also not right: " + "; ".join(one.title for one in wrong[_CHECKS_SHOWN:]), "  "
-            )
+            more = wrong[_CHECKS_SHOWN:]
+            told = "; ".join(one.title for one in more) if self._options.exercises else f"{len(more)} more"
+            yield from _wrapped(f"Also not right: {told}", "  ")
         for check in checks:
             if check.outcome == "unjudged":
                 yield from _wrapped(f"{check.title}: could not be judged: {check.unjudged_because}", "  ")

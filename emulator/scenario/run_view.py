@@ -383,7 +383,6 @@ class Recorder:
 
 _MOST_ROWS = 12
 _STILL_G = 0.05
-_RIGHT_DEG = 1.0  # an angle that is as near needs no explanation
 
 
 def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, window: str = "") -> list[str]:
@@ -402,8 +401,7 @@ def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, wind
         if fields is not None:
             truth = round(float(line.truth[field][1][-1]), 3) + 0.0  # not -0.000
             error = line.error(field, fields[field], 0)
-            flag = _flag(field, line) if abs(error) > _RIGHT_DEG else ""
-            rows.append((line.at_ps / PS_PER_S, fields[field], truth, error, flag))
+            rows.append((line.at_ps / PS_PER_S, fields[field], truth, error, _flag(field, line)))
             judged.append(line.error(field, fields[field], settle_ps))
     if not rows:
         return [f"{field} against the truth{window}: never printed"]
