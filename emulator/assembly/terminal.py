@@ -55,7 +55,7 @@ class Terminal:
             self.uart.type(data.encode("latin-1") if isinstance(data, str) else bytes(data))
         except UnicodeEncodeError as error:
             raise InputError(
-                f"{error.object[error.start]!r} is no Latin-1 character; give bytes, as a serial line does",
+                f"{error.object[error.start]!r} is not a Latin-1 character; give bytes, as a serial line does",
                 kind="not_latin_1",
             ) from error
 
@@ -84,7 +84,7 @@ class Terminal:
         try:
             compiled = re.compile(pattern)
         except re.error as error:
-            raise InputError(f"{pattern!r} is no regular expression: {error}", kind="pattern") from error
+            raise InputError(f"{pattern!r} is not a regular expression: {error}", kind="pattern") from error
         deadline_ps = self._clock.now_ps + to_ps(timeout_s)
         start = self._start() if since is None else since
         while True:

@@ -430,7 +430,9 @@ def checked_count(count: object, least: int) -> int:
 def checked_address(number: object) -> int:
     """Return a checked 7-bit I2C address."""
     if not isinstance(number, int):
-        raise InputError(f"I2C address {number!r} is no integer; give 0x00 to 0x7F", kind="i2c_address")
+        raise InputError(
+            f"I2C address must be an integer from 0x00 to 0x7F, not {number!r}", kind="i2c_address"
+        )
     if not 0 <= number <= 0x7F:
         raise InputError(
             f"I2C address {number:#x} has more than 7 bits; give 0x00 to 0x7F, no R/W bit", kind="i2c_address"

@@ -195,3 +195,24 @@ def put_compiler(folder: Path, system: str) -> Path:
     compiler.write_text("#!/bin/sh\n")
     compiler.chmod(0o755)
     return compiler
+
+
+@pytest.mark.skipif(shutil.which(COMPILER) is None, reason=f"{COMPILER} is not installed")
+@pytest.mark.parametrize("fails", [False, True])
+def test_a_file_that_is_restored_with_its_old_time_is_compiled_again(project: Path, fails: bool) -> None:
+    """Also after a build that has failed when it had compiled the changed file."""
+    main, board, elf = project / "main.c", project / "support" / "board.c", project / "lab3.elf"
+    kept, times, right = board.read_text(), (board.stat().st_atime, board.stat().st_mtime), main.read_text()
+    fcu("build", folder=project)
+    before = elf.read_bytes()
+    board.write_text(kept.replace("115200", "9600"))
+    main.write_text(f"{right}\nwrong" if fails else right)
+    changed = fcu("build", folder=project)
+    board.write_text(kept)
+    os.utime(board, times)
+    main.write_text(right)
+    fcu("build", folder=project)
+
+    assert (changed.returncode != 0) is fails
+    assert "115200" in kept
+    assert elf.read_bytes() == before

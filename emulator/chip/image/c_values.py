@@ -107,7 +107,7 @@ def _float(kind: Float, value: Any, name: str) -> bytes:
 def _integer(value: Any, bits: int, signed: bool, name: str) -> int:
     """Return the value as an unsigned number of so many bits."""
     if not isinstance(value, Integral):
-        raise InputError(f"{name}: {value!r} is no integer", kind="not_an_integer")
+        raise InputError(f"{name} must be an integer, not {value!r}", kind="not_an_integer")
     number = int(value)
     low, high = (-(1 << bits - 1), (1 << bits - 1) - 1) if signed else (0, (1 << bits) - 1)
     if not low <= number <= high:
