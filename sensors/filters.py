@@ -1,7 +1,7 @@
 """Digital filters as biquad sections, evaluated in blocks on demand.
 
 Decision: every filter of the sensors is a second-order Butterworth section by the bilinear transform, with -3
-dB exactly at the documented cut-off, because no datasheet gives order or shape. A cut-off at or above half
+dB exactly at the documented cut-off. No datasheet gives order or shape. A cut-off at or above half
 the sample rate has no visible effect at that rate, so its section is omitted.
 
 A cascade of sections runs as a state-space system over pages of 32 blocks of 64 samples. It computes the

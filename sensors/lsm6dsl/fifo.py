@@ -6,9 +6,9 @@ mode.
 
 Decisions where the documents are silent or disagree:
 
-* FIFO mode stops as soon as the next trigger's sets would fill the memory (FIFO_FULL_SMART), which is 2046
-  words with one set (AN5040 figures 28 and 29; its Table 64 continues to 2047 and an overrun). It stays
-  stopped until bypass, even if words are read meanwhile.
+* FIFO mode stops as soon as the next trigger's sets would fill the memory (FIFO_FULL_SMART). With one set that
+  is at 2046 words (AN5040 figures 28 and 29; its Table 64 continues to 2047 and an overrun). It stays stopped
+  until bypass, even if words are read meanwhile.
 * The sample that raises the event is the first of the new mode.
 * A configuration changed outside bypass is noted; the words stay and the pattern restarts after them.
 * Signals used by the FIFO come from features before it in the model's list, not after it.
