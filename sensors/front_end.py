@@ -50,7 +50,7 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import TypeAlias
 
@@ -71,6 +71,9 @@ Array: TypeAlias = NDArray[np.float64]
 CONVERTER_HZ = 6664
 ANALOG_OVER = 4
 """Oversampling of the world relative to the converter's rate: sufficient for 10 kHz, the fastest vibration."""
+
+USUAL_DECIMATION = 0.5
+"""Cut-off of the low-pass before decimation over the output rate."""
 
 _FORGOTTEN = 1e-7  # part of a filter's response that is cut off
 _SLOW = 25.0  # a motion this many times slower than the filters' delay passes them with an error below 1e-3
@@ -168,29 +171,40 @@ def kernel(
     analog_hz: float | None,
     digital_hz: float | None,
     highest: float,
-    delay_s: float = 0.0,
+    late_s: float = 0.0,
     rate_factor: float = 1.0,
+    decimation: float = USUAL_DECIMATION,
 ) -> Kernel:
     """Return the kernel for a nominal rate of ``output_hz`` samples per second.
 
     ``analog_hz``: cut-off of the analog stage, None for no stage;
     ``digital_hz``: cut-off of a second-order low-pass before decimation, None for the usual one at half the
     output rate;
-    ``delay_s``: total delay, if it is longer than that of the filters;
+    ``late_s``: delay before the filters;
     ``rate_factor``: speed of the sensor's clock relative to the nominal one. It scales all but the analog
-    stage.
+    stage;
+    ``decimation``: cut-off of the usual low-pass before decimation over the output rate.
     """
-    conversions = max(round(CONVERTER_HZ / output_hz), 1)
+    conversions = conversions_per_sample(output_hz)
     converter_hz = output_hz * rate_factor * conversions
     look_s = 1 / (converter_hz * ANALOG_OVER)
     analog = (low_pass(analog_hz * look_s),) if analog_hz else ()
     digital: tuple[Section, ...] = ()
     if digital_hz is not None:
         digital = (low_pass(digital_hz * rate_factor / converter_hz),)
-    elif conversions > 1:
-        digital = fourth_order_low_pass(0.5 / conversions)
-    own = Kernel(look_s, analog, digital, conversions, 0.0, highest)
-    return replace(own, late_s=max(delay_s - own.delay_s, 0.0))
+    else:
+        digital = before_decimation(conversions, decimation)
+    return Kernel(look_s, analog, digital, conversions, late_s, highest)
+
+
+def conversions_per_sample(output_hz: float) -> int:
+    """Return the number of conversions per sample at a nominal output rate."""
+    return max(round(CONVERTER_HZ / output_hz), 1)
+
+
+def before_decimation(conversions: int, cutoff: float = USUAL_DECIMATION) -> tuple[Section, ...]:
+    """Return the low-pass on the conversions before decimation; ``cutoff`` is over the output rate."""
+    return fourth_order_low_pass(cutoff / conversions) if conversions > 1 else ()
 
 
 def _delay(sections: tuple[Section, ...]) -> float:

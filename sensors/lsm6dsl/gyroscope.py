@@ -13,8 +13,10 @@ The low-pass filters start from rest with the drive, so the first samples are to
 Hz, as AN5040's Table 16 says. Approximation: from 1666 Hz on, Table 16 gives 81 ms (up to 540 samples). The
 samples here settle within a few periods; only DRDY_MASK hides the full time.
 
-Filters (AN5040 3.8): the overall cut-off of Table 19 is one low-pass. Its documented phase at 20 Hz minus the
-phase of that filter is a plain delay. LPF1 switched off has no phase table: it is delayed as FTYPE = 3.
+Filters (AN5040 3.8): one low-pass, which gives the overall cut-off of Table 19 together with the filter before
+decimation. The documented phase at 20 Hz minus the phase of both is a plain delay; where it would be negative
+(52 to 208 Hz), the cut-off of the filter before decimation is higher. LPF1 switched off has no phase table: it
+is delayed as FTYPE = 3.
 
 Samples to be discarded (AN5040 3.9, Tables 14 to 16). Decision: out of sleep into low power, as many samples
 are to be discarded as out of power-down; the tables are silent.
@@ -40,8 +42,18 @@ from fcu_emulator.sensors.filters import (
     low_pass,
     response,
 )
-from fcu_emulator.sensors.front_end import Deviation, Flicker, FrontEnd, NoiseSource, kernel, noise_key
-from fcu_emulator.sensors.lsm6dsl.accelerometer import ODR_HZ, PowerMode, add_low_pass
+from fcu_emulator.sensors.front_end import (
+    USUAL_DECIMATION,
+    Deviation,
+    Flicker,
+    FrontEnd,
+    NoiseSource,
+    before_decimation,
+    conversions_per_sample,
+    kernel,
+    noise_key,
+)
+from fcu_emulator.sensors.lsm6dsl.accelerometer import ODR_HZ, PowerMode
 from fcu_emulator.sensors.lsm6dsl.declaration import LSM6DSLErrors
 from fcu_emulator.sensors.lsm6dsl.registers import CTRL2_G, CTRL4_C, CTRL5_C, CTRL6_C, CTRL7_G
 from fcu_emulator.sensors.part import Signal
@@ -106,29 +118,34 @@ _PHASE_DEG = {
     10: (7, 9, 11, 5),
 }
 _FIRST_PHASE_CODE, _FIRST_PHASE_ODR_HZ = 3, 52  # below: the same delay in sample periods
+_HIGHEST_DECIMATION, _BISECTIONS = 4.0, 40
 
 
 class GyroscopeFilter(NamedTuple):
-    """``chain`` of the output, None without filter; its input is the rate of ``delay_s`` ago."""
+    """``chain`` of the output, None without filter; its input is the rate of ``delay_s`` ago.
+
+    ``late_s`` is the part of this delay that the filter before decimation does not cause;
+    ``decimation``: its cut-off over the output rate.
+    """
 
     chain: Chain | None
     delay_s: float
+    late_s: float
+    decimation: float
 
 
 def gyroscope_filter(mem: bytearray, code: int, odr_hz: float, *, high_performance: bool) -> GyroscopeFilter:
     """Return the gyroscope's filters at ODR code ``code`` (1 to 10), from the main register bank."""
     if not odr_hz:
-        return GyroscopeFilter(None, 0.0)
+        return GyroscopeFilter(None, 0.0, 0.0, USUAL_DECIMATION)
     lpf1 = high_performance and mem[CTRL4_C.addr] & CTRL4_C.LPF1_SEL_G.mask
     column = 1 + CTRL6_C.FTYPE.get(mem[CTRL6_C.addr]) if lpf1 else _LPF1_OFF
-    low: list[Section] = []
-    add_low_pass(low, _CUTOFF_HZ[code][column], odr_hz)
-    delay_s = _delay_s(tuple(low), code, column, odr_hz)
+    low, delay_s, late_s, decimation = _design(code, column, odr_hz)
     control = mem[CTRL7_G.addr]
     if high_performance and control & CTRL7_G.HP_EN_G.mask:
         corner = high_pass(_HIGH_PASS_HZ[CTRL7_G.HPM_G.get(control)] / odr_hz)
-        return GyroscopeFilter(chain((corner, *low), "zero"), delay_s)
-    return GyroscopeFilter(chain(tuple(low), "settled") if low else None, delay_s)
+        return GyroscopeFilter(chain((corner, *low), "zero"), delay_s, late_s, decimation)
+    return GyroscopeFilter(chain(low, "settled") if low else None, delay_s, late_s, decimation)
 
 
 def high_pass_is_idle(mem: bytearray) -> bool:
@@ -138,17 +155,55 @@ def high_pass_is_idle(mem: bytearray) -> bool:
     return bool(control & CTRL7_G.HP_EN_G.mask and low_power)
 
 
+class _Design(NamedTuple):
+    """The low-pass at the output rate, the delay before it, and the filter before decimation, as `GyroscopeFilter`."""
+
+    low: tuple[Section, ...]
+    delay_s: float
+    late_s: float
+    decimation: float
+
+
 @cache
-def _delay_s(low: tuple[Section, ...], code: int, column: int, odr_hz: float) -> float:
-    """Return the documented phase at 20 Hz minus the low-pass filter's, as a delay."""
+def _design(code: int, column: int, odr_hz: float) -> _Design:
+    """Return the filters that have the documented cut-off, and the documented phase at 20 Hz."""
     if code < _FIRST_PHASE_CODE:
-        first, periods = _FIRST_PHASE_ODR_HZ, _FIRST_PHASE_ODR_HZ / odr_hz
-        same = (low_pass(_CUTOFF_HZ[_FIRST_PHASE_CODE][column] / first),)
-        return _delay_s(same, _FIRST_PHASE_CODE, column, first) * periods
-    documented = _PHASE_DEG[code][column - 1]  # LPF1 off uses the last one
-    gain = response(low, np.array([_PHASE_HZ / odr_hz]))
-    own = -float(np.degrees(np.angle(gain[0])))
-    return (documented - own) / 360 / _PHASE_HZ
+        periods = _FIRST_PHASE_ODR_HZ / odr_hz
+        first = _design(_FIRST_PHASE_CODE, column, _FIRST_PHASE_ODR_HZ)
+        low = _low_pass(_CUTOFF_HZ[code][column], odr_hz, first.decimation)
+        return _Design(low, first.delay_s * periods, first.late_s * periods, first.decimation)
+    documented_s = _PHASE_DEG[code][column - 1] / 360 / _PHASE_HZ  # LPF1 off uses the last one
+    lowest, highest = USUAL_DECIMATION, _HIGHEST_DECIMATION
+    for decimation in (lowest, *(0.0,) * _BISECTIONS):
+        cutoff = decimation or (lowest + highest) / 2
+        low = _low_pass(_CUTOFF_HZ[code][column], odr_hz, cutoff)
+        delay_s = documented_s - _phase_s(low, odr_hz)
+        conversions = conversions_per_sample(odr_hz)
+        late_s = delay_s - _phase_s(before_decimation(conversions, cutoff), odr_hz * conversions)
+        if decimation and late_s >= 0:
+            break
+        lowest, highest = (cutoff, highest) if late_s < 0 else (lowest, cutoff)
+    return _Design(low, delay_s, max(late_s, 0.0), cutoff)
+
+
+def _low_pass(cutoff_hz: float, odr_hz: float, decimation: float) -> tuple[Section, ...]:
+    """Return the low-pass that has its cut-off at ``cutoff_hz`` together with the filter before decimation."""
+    if cutoff_hz >= odr_hz / 2:
+        return ()
+    conversions = conversions_per_sample(odr_hz)
+    before = response(
+        before_decimation(conversions, decimation), np.array([cutoff_hz / (odr_hz * conversions)])
+    )
+    # |H|^2 of a Butterworth low-pass is 1 / (1 + (tan(pi f) / tan(pi fc))^4), and must be 1 / (2 |before|^2).
+    excess = 2 * float(np.abs(before[0])) ** 2 - 1
+    tangent = math.tan(math.pi * cutoff_hz / odr_hz) / excess**0.25
+    return (low_pass(math.atan(tangent) / math.pi),)
+
+
+def _phase_s(sections: tuple[Section, ...], rate_hz: float) -> float:
+    """Return the delay of a 20 Hz signal by a cascade at ``rate_hz``."""
+    gain = response(sections, np.array([_PHASE_HZ / rate_hz]))
+    return -float(np.angle(gain[0])) / (2 * math.pi * _PHASE_HZ)
 
 
 # -- the sensor ---------------------------------------------------------------------------------------------
@@ -230,7 +285,9 @@ class Gyroscope:
         self._turn_on_ps = round(errors.gyro_turn_on_ms * _PS_PER_MS)
         self._rate_factor = errors.rate_factor
         self._drive_ready_ps = 0
-        self.settings = GyroscopeSettings(0, 0, GyroscopeFilter(None, 0.0), 0.0, 0, driven=False, mode=_OFF)
+        self.settings = GyroscopeSettings(
+            0, 0, GyroscopeFilter(None, 0.0, 0.0, USUAL_DECIMATION), 0.0, 0, driven=False, mode=_OFF
+        )
 
     @property
     def rate(self) -> Fraction:
@@ -257,9 +314,17 @@ class Gyroscope:
             self._filter.restart(filters, number)
         self.settings = settings
         if settings.odr_hz:
-            highest, delay_s = 32768 * MDPS_PER_LSB[settings.scale] / 1000, settings.filters.delay_s
-            before = kernel(settings.odr_hz, None, None, highest, delay_s, float(self._rate_factor))
-            self._front_end.configure(before, delay_s)
+            highest, filters = 32768 * MDPS_PER_LSB[settings.scale] / 1000, settings.filters
+            before = kernel(
+                settings.odr_hz,
+                None,
+                None,
+                highest,
+                filters.late_s,
+                float(self._rate_factor),
+                filters.decimation,
+            )
+            self._front_end.configure(before, filters.delay_s)
 
     def drive_start_ps(self, now_ps: int) -> int:
         """Return the remaining time of the drive's start before sampling can begin."""
