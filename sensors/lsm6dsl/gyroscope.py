@@ -9,9 +9,10 @@ ms of AN5040's Tables 14 to 16 were rejected: they are a safe wait for a driver.
 shows 0 in the lab's first line of text; the board shows its rates there. Samples from the first period on,
 invalid until the drive runs, were also rejected; AN5040 does not decide between the two.
 
-The low-pass filters start from rest with the drive, so the first samples are too small: 3 of them up to 833
-Hz, as AN5040's Table 16 says. Approximation: from 1666 Hz on, Table 16 gives 81 ms (up to 540 samples). The
-samples here settle within a few periods; only DRDY_MASK hides the full time.
+The first samples out of power-down are too small, by the step response of the low-pass filter, and exact
+after the number of samples that AN5040's Table 16 gives: 3 to 9 up to 833 Hz. Approximation: from 1666 Hz on,
+Table 16 gives 81 ms (up to 540 samples). The samples here settle within a few periods; only DRDY_MASK hides
+the full time.
 
 Filters (AN5040 3.8): one low-pass, which gives the overall cut-off of Table 19 together with the filter before
 decimation. The documented phase at 20 Hz minus the phase of both is a plain delay; where it would be negative
@@ -33,6 +34,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fcu_emulator.sensors.filters import (
+    PAGE,
     Array,
     Chain,
     SampledFilter,
@@ -146,6 +148,15 @@ def gyroscope_filter(mem: bytearray, code: int, odr_hz: float, *, high_performan
         corner = high_pass(_HIGH_PASS_HZ[CTRL7_G.HPM_G.get(control)] / odr_hz)
         return GyroscopeFilter(chain((corner, *low), "zero"), delay_s, late_s, decimation)
     return GyroscopeFilter(chain(low, "settled") if low else None, delay_s, late_s, decimation)
+
+
+def _rise(filters: Chain | None, discards: int) -> Array:
+    """Return the share of the rate in each of the first samples out of power-down or sleep, which are discarded."""
+    if filters is None or filters.start == "zero":
+        return np.empty(0)
+    low = chain(filters.sections, "zero")
+    response, _ = low.run(np.ones((1, PAGE)), low.at_rest(1))
+    return response[0, : min(discards, low.settling)]
 
 
 def high_pass_is_idle(mem: bytearray) -> bool:
@@ -285,6 +296,7 @@ class Gyroscope:
         self._turn_on_ps = round(errors.gyro_turn_on_ms * _PS_PER_MS)
         self._rate_factor = errors.rate_factor
         self._drive_ready_ps = 0
+        self._rise: tuple[int, Array] = (0, np.empty(0))
         self.settings = GyroscopeSettings(
             0, 0, GyroscopeFilter(None, 0.0, 0.0, USUAL_DECIMATION), 0.0, 0, driven=False, mode=_OFF
         )
@@ -308,10 +320,9 @@ class Gyroscope:
         if (settings.filters, settings.odr_hz) == (old.filters, old.odr_hz):
             self._filter.split(number)
         else:
-            filters = settings.filters.chain
-            if filters is not None and not old.odr_hz:
-                filters = chain(filters.sections, "zero")
-            self._filter.restart(filters, number)
+            self._filter.restart(settings.filters.chain, number)
+            if not old.odr_hz:
+                self._rise = number, _rise(settings.filters.chain, discards)
         self.settings = settings
         if settings.odr_hz:
             highest, filters = 32768 * MDPS_PER_LSB[settings.scale] / 1000, settings.filters
@@ -335,6 +346,12 @@ class Gyroscope:
         settings = self.settings
         filtered = settings.filters.chain is not None
         dps = self._filter.block(number, len(t_s)) if filtered else self._sampled(number, t_s)
+        first, rise = self._rise
+        if number < first + len(rise):
+            shares = np.ones(len(t_s))
+            rising = rise[number - first :][: len(t_s)]
+            shares[: len(rising)] = rising
+            dps = dps * shares
         return words(dps * (1000 / MDPS_PER_LSB[settings.scale]), len(t_s))
 
     def _unfiltered(self, number: int, count: int) -> Array:
