@@ -3,7 +3,7 @@
 A sensor has registers, accessed at a given virtual time, and physical signals, given to its constructor. It needs only
 numpy.
 
-================= ================================================================
+================  ================================================================
 part              base class of every sensor, and the I2C protocol
 spi               the SPI protocol
 register_file     memory, hooks, and the rules for reading and writing bursts
@@ -15,7 +15,7 @@ errors            deviations of a real sensor: offset, scale, drift, noise
 declaration       a sensor's declarations: signals, bus, functions
 pin               interrupt and data-ready pins
 registry          ``PARTS``, the sensors by name
-================= ================================================================
+================  ================================================================
 """
 
 if not __name__.startswith("fcu_emulator."):  # imported by its former name
