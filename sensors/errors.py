@@ -1,16 +1,15 @@
 """Deviations of a real sensor: offset, scale, drift with temperature, and noise.
 
-A dataclass for each sensor declares its numbers. Quality ``ideal`` has no error. ``typical`` is drawn from the seed:
-normally distributed up to three standard deviations, with typical strengths. ``worst`` has three standard deviations of
-random sign and 1.5 times the typical strengths (no datasheet has a maximum noise).
+Quality ``ideal`` has no error. ``typical`` is drawn from the seed: normally distributed up to three standard
+deviations, with typical strengths. ``worst`` has three standard deviations of random sign and 1.5 times the typical
+strengths.
 
-Decision: a limit counts as three standard deviations; ST's "standard deviation" and a typical value, which no datasheet
-guarantees, count as one. Reading all as limits would make boards three times better than real ones.
+Decision: a limit counts as three standard deviations; ST's "standard deviation" and a typical value count as one.
+Reading all as limits would make boards three times better than real ones.
 
 Decision: the standard deviation of output data rates is 2.5 % (:func:`rate_deviation`), because ST gives no tolerance.
-Published single sensors have +3.7 % (LSM6DS3TR-C, the LSM6DSL's registers and identity), +1 and -1 % (same family), +4
-% (ISM330DHCX). No known sensor reaches the 19 % limit of INTERNAL_FREQ_FINE; exact rates would keep 416 Hz and a
-program's 800 Hz in phase.
+Published sensors have +3.7 % (LSM6DS3TR-C, the LSM6DSL's identity), +1 and -1 % (same family), +4 % (ISM330DHCX). Exact
+rates would keep 416 Hz and a program's 800 Hz in phase.
 """
 
 from __future__ import annotations
@@ -67,7 +66,6 @@ class Figure:
 
     @property
     def sigma(self) -> float:
-        """Standard deviation over many sensors."""
         return self.deviation / SIGMAS if self.kind == "limit" else self.deviation
 
     @property
@@ -154,7 +152,7 @@ class PartErrors:
 
     @property
     def heating(self) -> float:
-        """Share of the board's heating that is added at the sensor's place."""
+        """Share of the board's heating that is added at this sensor."""
         return float(getattr(self, "heating_percent", 0.0)) / 100.0
 
     @classmethod
@@ -181,7 +179,6 @@ class GradeDraw:
         self._random = np.random.default_rng([seed & (2**63 - 1), zlib.crc32(part.encode())])
 
     def scalar(self, sigma: float) -> float:
-        """Draw a deviation of standard deviation ``sigma``."""
         normal, is_positive = self._random.standard_normal(), self._random.integers(2)
         while abs(normal) > SIGMAS:
             normal = self._random.standard_normal()

@@ -1,13 +1,12 @@
 """Digital filters as biquad sections, evaluated in blocks.
 
 Decision: every filter of the sensors is a second-order Butterworth section by the bilinear transform, with -3 dB at the
-documented cut-off, because no datasheet gives order or shape. A section with a cut-off of at least half the sample rate
-is omitted.
+documented cut-off, because no datasheet gives order or shape.
 
-A cascade runs as a state-space system over pages: matrix products without a loop. scipy's ``sosfilt`` would add 30 MB.
+A cascade runs as a state-space system, without a loop; scipy's ``sosfilt`` would add 30 MB.
 
-Decision: a filtered sample is a pure function of its number (:class:`SampledFilter`). After sixteen pages or more a new
-segment begins with a warm-up. A reader that skips an hour thus pays for one segment and gets the same bits.
+Decision: a filtered sample is a pure function of its number (:class:`SampledFilter`). Segments of sixteen pages or more
+begin with a warm-up, so a reader that skips an hour pays for one segment.
 """
 
 from __future__ import annotations
@@ -109,7 +108,7 @@ class Chain:
 
     @cached_property
     def settling(self) -> int:
-        """Number of samples after which earlier ones have no effect."""
+        """Number of samples until earlier ones have no effect."""
         slowest = max(float(np.abs(np.roots((1.0, *section[3:]))).max()) for section in self.sections)
         return math.ceil(math.log(_FORGOTTEN) / math.log(slowest)) if slowest else 2
 
@@ -120,11 +119,9 @@ class Chain:
         return float(np.sqrt(np.mean(np.abs(response(self.sections, frequency)) ** 2)))
 
     def at_rest(self, axes: int) -> Array:
-        """Return the state before the first sample."""
         return np.zeros((axes, self.order))
 
     def run(self, page: Array, state: Array) -> tuple[Array, Array]:
-        """Return the output of ``PAGE`` samples, and the state after them."""
         if not (state.any() or page.any()):  # a still world minus its reference
             return np.zeros_like(page), state
         blocks = page.reshape(len(page), _BLOCKS, _BLOCK)
@@ -134,7 +131,6 @@ class Chain:
         return output.reshape(page.shape), states[:, -1]
 
     def after(self, signal: Array, state: Array) -> Array:
-        """Return the state after at most ``PAGE`` samples."""
         axes, count = signal.shape
         page = np.zeros((axes, PAGE))
         page[:, :count] = signal
@@ -183,7 +179,7 @@ _KEPT = 4  # pages: the stream's block, and the lag of a second reader
 
 
 class _Page:
-    """One page; arrays are replaced, never changed, because snapshots refer to them."""
+    """One page; arrays are replaced, never changed, as snapshots refer to them."""
 
     __slots__ = ("after", "known", "output", "samples")
 
@@ -195,7 +191,7 @@ class _Page:
 
 
 class SampledFilter:
-    """The samples of ``source`` through a chain, by the stream's numbers."""
+    """The samples of ``source`` through a chain, by number."""
 
     def __init__(self, source: Source, axes: int = 3) -> None:
         self._source = source
@@ -230,7 +226,6 @@ class SampledFilter:
         self._pages.clear()
 
     def forget(self, number: int) -> None:
-        """Discard samples computed ahead from ``number`` on."""
         if number <= self._started:
             self._reference = None
             self._pages.clear()
@@ -285,7 +280,6 @@ class SampledFilter:
         return state
 
     def _input(self, page: int) -> _Page:
-        """Return a page with all of its input samples."""
         entry = self._pages.get(page)
         if entry is None:
             while len(self._pages) >= _KEPT:

@@ -1,23 +1,20 @@
 """The signal chain before a sample: analog stage, clipping converter, filter before decimation, deviation and noise.
 
-The world is sampled at :data:`ANALOG_OVER` times the converter's rate. Every n-th value behind the analog low-pass is
-clipped and then decimated behind a digital low-pass, against aliasing. The documents leave three things open.
-Decisions:
+The documents leave three things open. Decisions:
 
 * The converter of the LSM6DSL runs at its highest output rate, 6664 Hz by its own oscillator.
 * Analog stages are second-order Butterworth low-passes; the digital filter has fourth order and -3 dB at half the
-  output rate, so that narrower filters after it keep their cut-off within 0.2 dB.
+  output rate, so that later filters keep their cut-off within 0.2 dB.
 * A signal is clipped at the limits of the converter's 16 bits, before any digital filter. A clip at the output would
-  average strong vibration to a value that seems right.
+  average strong vibration to a plausible value.
 
-In a slow world the chain is a pure delay. Values of a plain function count as already filtered.
+In a slow world the chain is a pure delay. A plain function's values count as filtered.
 
 Noise is a pure function of a key and the sample index (Philox), so a world change does not shift it.
 
-Bias instability has equal power in every octave. It is a sum of twelve linearly interpolated noises with values 1 s, 2
-s ... 2048 s apart. Values of standard deviation w at distance T have the density w^2 T sinc^4(f T), their sum w^2 / (3
-ln 2 f). IEEE Std 952 defines B by the density B^2 / (2 pi f), so w = sqrt(3 ln 2 / (2 pi)) B. Values of a Gauss-Markov
-process would need the ones before them.
+Bias instability, equal in every octave, is a sum of twelve interpolated noises with values T = 1 s, 2 s ... 2048 s
+apart. Each has the density w^2 T sinc^4(f T), their sum w^2 / (3 ln 2 f). IEEE Std 952 defines B by B^2 / (2 pi f), so
+w = sqrt(3 ln 2 / (2 pi)) B. A Gauss-Markov process would need its earlier values.
 """
 
 from __future__ import annotations
@@ -57,9 +54,8 @@ _PRODUCTS_AT_ONCE = 1 << 16
 class Kernel:
     """The mapping from signal to sample.
 
-    ``look_s``: time between signal values, in seconds; ``analog``: low-pass on these; ``digital``: low-pass on
-    conversions, of which every ``conversions``-th is a sample; ``late_s``: extra delay; ``highest``: limit in both
-    directions.
+    ``look_s``: time between signal values; ``analog``: low-pass on these; ``digital``: low-pass on conversions,
+    ``conversions`` per sample; ``late_s``: extra delay; ``highest``: limit in both directions.
     """
 
     look_s: float
@@ -77,7 +73,7 @@ class Kernel:
 
     @cached_property
     def memory_s(self) -> float:
-        """Time from the earliest value that a sample depends on to the sample."""
+        """Time from a sample's earliest value to the sample."""
         looks = _length(self.digital) * ANALOG_OVER + _length(self.analog)
         return looks * self.look_s + self.late_s
 
@@ -92,7 +88,7 @@ class Kernel:
         return math.ceil(self.memory_s / (self.looks * self.look_s))
 
     def samples(self, signal: Signal, t_s: Times) -> Array:
-        """Return the samples at ``t_s[lead:]``, (n, axes), from consecutive times."""
+        """Return the samples at ``t_s[lead:]``, (n, axes)."""
         at_once = max(_LOOKS_AT_ONCE // self.looks, self.lead)
         groups = range(self.lead, len(t_s), at_once)
         return np.concatenate(
@@ -121,7 +117,7 @@ class Kernel:
 
 
 def _filtered(values: Array, weights: Array, step: int) -> Array:
-    """Return weighted sums of values (n, axes), at the last and every ``step``-th before it."""
+    """Return weighted sums of values (n, axes), at the last and every ``step``-th before."""
     begin = (len(values) - len(weights)) % step
     sums = []
     for axis in values[begin:].T:
@@ -143,8 +139,8 @@ def kernel(
 ) -> Kernel:
     """Return the kernel for a nominal rate.
 
-    ``analog_hz``, ``digital_hz``: cut-offs, None for no analog stage and for half the output rate; ``delay_s``: least
-    total delay; ``rate_factor``: true over nominal clock.
+    ``analog_hz``: None for no stage; ``digital_hz``: None for half the output rate; ``delay_s``: least total delay;
+    ``rate_factor``: true over nominal clock.
     """
     conversions = max(round(CONVERTER_HZ / output_hz), 1)
     converter_hz = output_hz * rate_factor * conversions
@@ -167,7 +163,7 @@ def _delay(sections: tuple[Section, ...]) -> float:
 
 
 def _length(sections: tuple[Section, ...]) -> int:
-    """Return the impulse response's length in steps; poles are complex, of modulus sqrt(a2)."""
+    """Return the impulse response's length in steps; poles have modulus sqrt(a2)."""
     if not sections:
         return 1
     slowest = math.sqrt(max(section[4] for section in sections))
@@ -175,7 +171,7 @@ def _length(sections: tuple[Section, ...]) -> int:
 
 
 def _weights(sections: tuple[Section, ...]) -> Array:
-    """Return the impulse response, latest weight last, with sum 1."""
+    """Return the impulse response, latest weight last, sum 1."""
     weights = np.zeros(_length(sections))
     weights[0] = 1.0
     for b0, b1, b2, a1, a2 in sections:
@@ -189,7 +185,7 @@ def _weights(sections: tuple[Section, ...]) -> Array:
 
 
 class FrontEnd:
-    """A sensor's samples without its own errors; ``times_s(number, count)`` returns their times."""
+    """A sensor's samples without its own errors."""
 
     def __init__(self, signal: Signal, times_s: Callable[[int, int], Times]) -> None:
         self._signal = signal
@@ -199,7 +195,7 @@ class FrontEnd:
         self._delay_s = 0.0
 
     def configure(self, use: Kernel, delay_s: float = 0.0) -> None:
-        """Use another kernel for later samples; a plain function is delayed by ``delay_s``."""
+        """Set the kernel of later samples; ``delay_s`` is for a plain function."""
         self._kernel, self._delay_s = use, delay_s
 
     def block(self, number: int, t_s: Times) -> Array:
@@ -227,7 +223,7 @@ def _touched(moving: list[tuple[float, float]], t_s: Times, memory_s: float) -> 
 
 
 def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the beginning and end of each run of true flags."""
+    """Return the bounds of each run of true flags."""
     edges = np.flatnonzero(np.diff(flags, prepend=False, append=False))
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
@@ -237,7 +233,7 @@ _SLOW_CONVERSIONS = 50.0  # as _SLOW, in conversions, for averaged ones
 
 
 def averaged(signal: Signal, t_s: Times, conversion_s: float) -> Array:
-    """Return the signal's mean over a conversion before each of ``t_s`` (n,), if it is a :class:`DynamicSignal`."""
+    """Return the mean of a :class:`DynamicSignal` over a conversion before each of ``t_s`` (n,)."""
     if not isinstance(signal, DynamicSignal):
         return signal(t_s)
     samples = signal(t_s - conversion_s / 2)
@@ -264,8 +260,8 @@ _REFERENCE_DEGC = 25.0  # all three datasheets give their figures at 25 degC
 class Deviation:
     """Offset, scale and cross-axis errors of three axes.
 
-    ``bias`` and ``bias_drift`` (per degC) are in the signal's unit; ``cross_axis_percent`` couples XY, XZ, YZ in both
-    directions. Blocks are (3, n), which numpy handles five times faster.
+    ``bias`` is in the signal's unit, drifts are per degC; ``cross_axis_percent`` couples XY, XZ, YZ. Blocks are (3, n),
+    which numpy handles five times faster.
     """
 
     def __init__(
@@ -306,7 +302,7 @@ class Deviation:
         return deviating
 
     def _seen_across(self, rows: Array) -> Array:
-        """Return the coupling of the axes; a matrix product's rounding would depend on n."""
+        """Return the coupling; a matrix product's rounding would depend on n."""
         xy, xz, yz = self._cross_axis
         x, y, z = rows
         return np.stack((xy * y + xz * z, xy * x + yz * z, xz * x + yz * y))
@@ -334,7 +330,7 @@ class NoiseSource:
         self._pages: dict[int, Array] = {}
 
     def block(self, first: int, count: int) -> Array:
-        """Return ``count`` samples from ``first`` on, shape (channels, count)."""
+        """Return ``count`` samples, shape (channels, count)."""
         start, end = first // self._length, (first + count - 1) // self._length
         pages = [self._page(number) for number in range(start, end + 1)]
         offset = first - start * self._length
@@ -384,7 +380,7 @@ class Flicker:
         return np.stack([np.interp(t_s, np.arange(first, end), row) for row in values])
 
     def _at(self, seconds: NDArray[np.int64]) -> Array:
-        """Return values at consecutive seconds, counted from ``_BEFORE_S`` before time 0."""
+        """Return values at seconds counted from ``_BEFORE_S`` before time 0."""
         total = np.zeros((len(self._at_seconds), len(seconds)))
         for octave, source in enumerate(self._octaves):
             apart_s = 1 << octave

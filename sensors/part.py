@@ -1,10 +1,7 @@
-"""Base of all sensors: measured signals, registers, and the I2C protocol (LSM6DSL datasheet 6.2, LIS2MDL 6.1, LPS22HB
-7.2).
-
-Bit 7 of the sub-address has no meaning for these three sensors; others may need it to increment.
+"""Base of all sensors: signals, registers, and the I2C protocol (LSM6DSL datasheet 6.2, LIS2MDL 6.1, LPS22HB 7.2).
 
 Decision: a sensor that loads its trimming values after power-on does not acknowledge its address. The documents only
-say "not accessible" (AN5040 5.7, AN5069 3) and do not mention clock stretching.
+say "not accessible" (AN5040 5.7, AN5069 3).
 """
 
 from __future__ import annotations
@@ -46,9 +43,7 @@ A plain function gives filtered values, a :class:`DynamicSignal` unfiltered ones
 class DynamicSignal(Protocol):
     """A signal that reports when it moves fast and must be sampled densely."""
 
-    def __call__(self, t_s: Times, /) -> NDArray[np.float64]:
-        """Return the values at these times, as :data:`Signal`."""
-        ...
+    def __call__(self, t_s: Times, /) -> NDArray[np.float64]: ...
 
     def agitated(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
         """Return the intervals with jumps, or with moves from rest to rest in less than ``pace_s``."""
@@ -86,7 +81,7 @@ class Part:
     """One sensor behind its bus.
 
     The register file's methods are instance attributes, because an extra call costs time at 800 Hz. While a pin is
-    wired, nothing is prefetched, because the sensor must see every access.
+    wired, nothing is prefetched, as the sensor must see every access.
     """
 
     NAME: ClassVar[str]
@@ -148,13 +143,12 @@ class Part:
         return registers.write
 
     def watch(self, accessed: Callable[[], None]) -> None:
-        """Call ``accessed()`` after every access, because it can move the next pin change forward."""
+        """Call ``accessed()`` after every access, which can move the next pin change forward."""
         self._accessed = accessed
         self.version[0] += 1
         self._activate(self.active)
 
     def files(self) -> tuple[RegisterFile, ...]:
-        """Return the register files of all banks."""
         return (self.registers,)
 
     def observe(self, note: NoteCallback, write_log: WriteLog | None) -> None:
@@ -163,20 +157,19 @@ class Part:
             registers.note, registers.write_log = note, write_log
 
     def register_name(self, address: int) -> str:
-        """Return the datasheet's name of a register of the active bank."""
         return self.active.map.name(address & 0x7F)
 
     def accessible(self, now_ps: int) -> bool:
-        """Return whether trimming values are loaded; only the bus interfaces check it."""
+        """Return whether trimming values are loaded; only bus interfaces check it."""
         return now_ps >= self._accessible_ps
 
     def refuse(self, now_ps: int) -> None:
-        """Note an access to a sensor that is not accessible yet."""
+        """Note an access before the sensor is accessible."""
         from_ms = self._accessible_ps / _PS_PER_MS
         self.registers.note(now_ps, "not accessible", f"trimming values are loaded until {from_ms:g} ms")
 
     def supply_current_ua(self) -> float:
-        """Return the configured sensor's supply current in microampere."""
+        """Return the configured supply current in microampere."""
         raise AssertionError(f"{type(self).__name__} has no supply")
 
     def spi_wires(self) -> Wires:
@@ -187,10 +180,10 @@ class Part:
         return ()
 
     def catch_up(self, now_ps: int) -> None:
-        """Do all work due until ``now_ps``: FIFO, event detection, pins."""
+        """Do all work due until ``now_ps``."""
 
     def next_event_ps(self) -> int:
-        """Return the earliest time at which a wired pin may change, or ``NEVER_PS``."""
+        """Return when a wired pin may change, or ``NEVER_PS``."""
         return NEVER_PS
 
     def world_changed(self, now_ps: int | None = None) -> None:
@@ -203,7 +196,7 @@ class Part:
             stream.world_changed(now_ps)
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
-        """Return the lowest value, highest value and LSB of ``channel`` as configured, in its unit."""
+        """Return lowest value, highest value and LSB of ``channel``, in its unit."""
         raise KeyError(channel)
 
 
@@ -264,7 +257,6 @@ class SelfClearingBits:
         self._due.append((until_ps, mask))
 
     def pending(self, mask: int, now_ps: int) -> bool:
-        """Return whether any bit of ``mask`` still reads 1."""
         return any(until > now_ps and bits & mask for until, bits in self._due)
 
     def before_read(self, first: int, end: int, now_ps: int) -> None:
@@ -314,7 +306,6 @@ class _IncrementBit:
         return self._part.register_name(address & ~self._bit)
 
     def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
-        """Prefetch one byte if the bit is clear."""
         data, until_ps, quiet = self._part.prefetch(address & ~self._bit, count, now_ps)
         if address & self._bit:
             return data, until_ps, quiet
@@ -359,7 +350,7 @@ class SubaddressTarget:
         return answers
 
     def write(self, data: bytes) -> int:
-        """Accept bytes and return their number, as all are acknowledged."""
+        """Accept bytes, all of which are acknowledged."""
         payload = data
         if self._expects_subaddress and data:
             self.last_burst = (data[0] & self.address_mask, 0)
@@ -372,16 +363,13 @@ class SubaddressTarget:
         return len(data)
 
     def read(self, count: int) -> bytes:
-        """Return bytes from the current sub-address on."""
         address = self.position
         data = self.part.read(address, count, self._now_ps())
         self.last_burst = (address, count)
         return data
 
     def prefetch(self, subaddress: int, count: int, now_ps: int) -> Prefetched:
-        """Return the next one-byte reads from ``subaddress``; see
-        :meth:`fcu_emulator.sensors.register_file.RegisterFile.prefetch`.
-        """
+        """Return the next one-byte reads; see :meth:`fcu_emulator.sensors.register_file.RegisterFile.prefetch`."""
         if not self.answers():
             return NOTHING_PREFETCHED
         return self.part.prefetch(subaddress & self.address_mask, count, now_ps)
@@ -394,18 +382,17 @@ class SubaddressTarget:
         self.advance_past(address, count)
 
     def advance_past(self, subaddress: int, count: int) -> None:
-        """Advance the sub-address past prefetched bytes that were read without side effects."""
+        """Advance past prefetched bytes that were read without side effects."""
         self.last_burst = (subaddress & self.address_mask, count)
         self._expects_subaddress = False
 
     @property
     def version(self) -> array[int]:
-        """Version of the sensor's state; a change invalidates prefetched bytes."""
+        """Version of the state; a change invalidates prefetched bytes."""
         return self.part.version
 
     @property
     def position(self) -> int:
-        """Sub-address at which the next read begins."""
         address, count = self.last_burst
         if count:
             address = self.part.advance(address, count)
@@ -413,11 +400,10 @@ class SubaddressTarget:
         return address
 
     def stop(self) -> None:
-        """End the transfer; the sub-address is kept."""
         self._expects_subaddress = False
 
     def read_from(self, subaddress: int, count: int, now_ps: int) -> bytes | None:
-        """Do a whole "write sub-address, repeated start, read"; None if the sensor does not answer."""
+        """Write a sub-address and read; None if the sensor does not answer."""
         if not self.answers():
             return None
         address = subaddress & self.address_mask
@@ -431,7 +417,7 @@ class SubaddressTarget:
         return self.part.register_name(address)
 
     def answers(self) -> bool:
-        """Return whether the sensor acknowledges; then only a write to it changes that."""
+        """Return whether the sensor acknowledges; only a write can change True."""
         if self._booting:
             self._booting = not self.part.accessible(self._now_ps())
         return not self._booting and not self.part.i2c_off

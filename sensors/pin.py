@@ -1,4 +1,4 @@
-"""An interrupt or data-ready pin: its level over virtual time, and its listeners.
+"""An interrupt or data-ready pin.
 
 A lazy sensor may report an edge late, but with its true time. Listeners can call ``catch_up`` at ``next_event_ps``.
 """

@@ -73,11 +73,9 @@ class Bits:
         self.name = self.name or name
 
     def get(self, value: int) -> int:
-        """Return the field of a register value."""
         return (value & self.mask) >> self.lsb
 
     def put(self, value: int, field: int) -> int:
-        """Return ``value`` with the field set to ``field``."""
         return (value & ~self.mask) | ((field << self.lsb) & self.mask)
 
     def numbered(self, number: int) -> str:
@@ -89,7 +87,7 @@ class Register:
     """Base of every declared register.
 
     ``addr``: first sub-address or offset, None for a base class; ``size``: bytes; ``reset``: little endian; ``names``:
-    of the bytes of a larger register; ``modelled=False``: no behaviour; ``count``, ``step`` (bytes), ``first``: as for
+    of a larger register's bytes; ``modelled=False``: no behaviour; ``count``, ``step`` (bytes), ``first``: as for
     :class:`Bits`.
     """
 
@@ -112,7 +110,6 @@ class Register:
 
     @classmethod
     def meaning(cls) -> str:
-        """Return the first line of the docstring."""
         return (cls.__doc__ or "").strip().partition("\n")[0]
 
     def __init_subclass__(
@@ -168,7 +165,6 @@ class Register:
 
     @classmethod
     def unmodelled_mask(cls) -> int:
-        """Return the bits that can be written but have no behaviour."""
         if not cls.modelled:
             return cls.write_mask
         mask = 0
@@ -211,7 +207,7 @@ class RegisterMap:
 
     @classmethod
     def of(cls, namespace: ModuleType | type) -> RegisterMap:
-        """Return the map of all registers declared in a module or class."""
+        """Return the map of a module's or class's registers."""
         return cls(
             value
             for value in vars(namespace).values()

@@ -1,9 +1,9 @@
 """Registers in memory, and the rules for reading and writing bursts.
 
-A burst is planned once per address and length, as slices with a hook before and after each. One read method per byte
-would cost six times as much at 800 Hz x 4 bursts.
+A burst is planned once per address and length. One read method per byte would cost six times as much at 800 Hz x 4
+bursts.
 
-Masters cache bytes: ``prefetch`` returns the results of one-byte reads, and ``consumed`` applies their side effects.
+Masters cache bytes: ``prefetch`` returns the results of one-byte reads, ``consumed`` applies their effects.
 """
 
 from __future__ import annotations
@@ -52,21 +52,15 @@ EACH_ALONE: Final = 1
 class Prefetcher(Protocol):
     """Source of a register's bytes before they are read."""
 
-    def prefetch(self, first: int, end: int, now_ps: int) -> Prefetched:
-        """Return bytes ``first`` to ``end - 1``."""
-        ...
+    def prefetch(self, first: int, end: int, now_ps: int) -> Prefetched: ...
 
     def valid_until_ps(self, first: int, end: int) -> int:
         """Return how long these bytes can be read again without effect; 0 if unknown."""
         ...
 
-    def consumed(self, first: int, count: int) -> None:
-        """Report that ``count`` bytes were read one by one."""
-        ...
+    def consumed(self, first: int, count: int) -> None: ...
 
-    def burst_reader(self, first: int, end: int) -> BurstReader | None:
-        """Return a fast reader of these bytes, or None."""
-        ...
+    def burst_reader(self, first: int, end: int) -> BurstReader | None: ...
 
 
 BurstReader: TypeAlias = Callable[[int], tuple[bytes, int]]
@@ -123,16 +117,15 @@ class _Plain:
 
 
 def every_length(count: int) -> int:
-    """Return the mask of reads of every length up to ``count``: bits 1 to ``count``."""
+    """Return the mask of reads of every length up to ``count``."""
     return (2 << count) - 2
 
 
 class RegisterFile:
     """A register map's memory with its hooks.
 
-    ``wrap``: address jumps within a burst. ``mem`` is public, because models read bytes without a call. ``version``
-    counts events that invalidate prefetched bytes: writes, and reads that hold or release words. All banks share it; C
-    reads it at its fixed address.
+    ``wrap``: address jumps within a burst. Models read ``mem`` without a call. ``version`` counts events that
+    invalidate prefetched bytes, in all banks; C reads it at its fixed address.
     """
 
     def __init__(
@@ -171,7 +164,7 @@ class RegisterFile:
     # -- wiring -----------------------------------------------------------------------------------------
 
     def before_read(self, register: type[Register], hook: ReadHook) -> None:
-        """Call ``hook`` before a read of ``register``, to bring it up to date."""
+        """Call ``hook`` before a read of ``register``, to update it."""
         self._before[register.addr : register.addr + register.size] = [hook] * register.size
         self._forget_plans()
 
@@ -191,13 +184,13 @@ class RegisterFile:
         self._forget_plans()
 
     def on_write(self, register: type[Register], hook: WriteHook) -> None:
-        """Call ``hook`` after a byte of ``register`` has been written."""
+        """Call ``hook`` after a write to a byte of ``register``."""
         for address in range(register.addr, register.addr + register.size):
             self._on_write[address] = hook
 
     @property
     def increment(self) -> bool:
-        """Return whether the sub-address increments after each byte (IF_INC, IF_ADD_INC)."""
+        """Whether the sub-address increments (IF_INC, IF_ADD_INC)."""
         return self._increment
 
     @increment.setter
@@ -235,10 +228,9 @@ class RegisterFile:
         return bytes(pieces)
 
     def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
-        """Return the results of one-byte reads from ``address`` on, without reading them.
+        """Return about ``count`` one-byte reads, or none: the bytes, their end of validity (ps), and a mask.
 
-        The results are about ``count`` bytes, or none; their end of validity (ps); and a mask. Its bit n marks reads of
-        the first n bytes without side effects, ``EACH_ALONE`` a fixed sub-address.
+        Bit n marks reads of the first n bytes without side effects, ``EACH_ALONE`` a fixed sub-address.
         """
         region = self._regions[address] if address in self._regions else self._region(address)
         if region is None:
@@ -257,7 +249,7 @@ class RegisterFile:
         return data, until_ps, quiet
 
     def consumed(self, address: int, count: int) -> None:
-        """Apply the side effects of prefetched bytes read one by one."""
+        """Apply the effects of prefetched bytes read one by one."""
         while count:
             region = self._regions.get(address) or self._region(address)
             assert region is not None, "bytes that were never prefetched"
@@ -286,7 +278,6 @@ class RegisterFile:
             address = self._next[address]
 
     def advance(self, address: int, count: int) -> int:
-        """Return the address after a burst."""
         if count == 1:
             return self._next[address]
         for _ in range(count):
@@ -294,7 +285,7 @@ class RegisterFile:
         return address
 
     def reset(self, *registers: type[Register]) -> None:
-        """Set ``registers`` (default: all) to their reset values, without side effects."""
+        """Reset ``registers`` (default: all), without side effects."""
         for register in registers or self.map.registers:
             end = register.addr + register.size
             self.mem[register.addr : end] = self.map.reset[register.addr : end]
@@ -314,7 +305,6 @@ class RegisterFile:
         self._regions.clear()
 
     def _region(self, address: int) -> _Region | None:
-        """Return the prefetcher of the bytes from ``address`` on, and their end."""
         source, end = self._source_of(address), address + 1
         region = None
         if source is not None:
@@ -326,7 +316,6 @@ class RegisterFile:
         return region
 
     def _leads_to(self, address: int) -> bool:
-        """Return whether ``address`` follows the one before it, or the sub-address is fixed."""
         return not self._increment or self._next[address - 1] == address
 
     def _source_of(self, address: int) -> _Source | None:
@@ -338,7 +327,7 @@ class RegisterFile:
         return source if source is not None and source[1:] == (before, after) else None
 
     def _valid_until_ps(self, address: int, count: int) -> int:
-        """Return how long (ps) a burst just read can be repeated without effect."""
+        """Return how long (ps) a burst can be repeated without effect."""
         key = address << _COUNT_BITS | count
         sources = (
             self._burst_sources[key] if key in self._burst_sources else self._find_sources(address, count)
@@ -351,7 +340,6 @@ class RegisterFile:
         return until_ps
 
     def _find_sources(self, address: int, count: int) -> _BurstSources | None:
-        """Return the prefetcher of each piece, or None if one has none."""
         first_piece, rest = self._plan(address, count)
         pieces = [(self._source_of(first), first, end) for _, first, end, _ in (first_piece, *rest)]
         sources = tuple((source[0], first, end) for source, first, end in pieces if source is not None)
@@ -361,7 +349,7 @@ class RegisterFile:
         return found
 
     def _read_bytewise(self, address: int, count: int, now_ps: int) -> bytes:
-        """Read byte by byte, because a burst can release a held word and then show newer data."""
+        """Read byte by byte, as a burst can release a held word and show newer data."""
         data = bytearray()
         for _ in range(count):
             data += self.read(address, 1, now_ps)

@@ -1,16 +1,11 @@
 """Samples at an output data rate, and the registers that show the latest one.
 
-Times are integers computed from the index, never added up, so 6664 Hz is exact after an hour. A value is a pure
-function of sample number, configuration and world, not of the order of reads. Numbers continue over restarts, so that
-two one-shot measurements have different noise.
+Times are integers computed from the index, so 6664 Hz is exact after an hour. A value is a pure function of sample
+number, configuration and world, not of the order of reads. Numbers continue over restarts, so that one-shot
+measurements differ in noise.
 
-Output registers share these rules (AN5040 4.3-4.5, AN5069 6.3-6.5):
-
-* A new sample sets the data-ready flags; reading any high byte clears them.
-* With BDU, a word is held between the reads of its two bytes.
-* BLE swaps the two bytes of every word.
-
-Lazy evaluation: a sample is written to the registers when it is read.
+A sample is written to the registers when it is read (lazy evaluation). Any high byte's read clears data-ready; with
+BDU, a word is held between the reads of its two bytes (AN5040 4.3-4.5, AN5069 6.3-6.5).
 """
 
 from __future__ import annotations
@@ -100,7 +95,7 @@ class SampleStream:
         self._block_length = _SMALLEST_BLOCK
 
     def start_in_step(self, other: SampleStream, now_ps: int, rate_hz: Fraction) -> None:
-        """Start in phase with ``other``, whose rate is a multiple or a fraction."""
+        """Start in phase with ``other``, whose rate is a multiple or fraction."""
         period = PS_PER_S / rate_hz
         num, den = period.numerator, period.denominator
         periods = 1 - (other.raster_ps - now_ps) * den // num
@@ -110,7 +105,6 @@ class SampleStream:
         self._block_length = _SMALLEST_BLOCK
 
     def start_single(self, now_ps: int, delay_ps: int) -> None:
-        """Take exactly one sample, available after ``delay_ps``."""
         self._begin(now_ps + delay_ps, NEVER_PS, 1)
         self._block_length = 1
 
@@ -123,7 +117,7 @@ class SampleStream:
         self._block_end = self._block_first
 
     def stop(self) -> None:
-        """Stop sampling; ``data`` keeps the last sample, as in power-down."""
+        """Stop; ``data`` keeps the last sample, as in power-down."""
         self.next_ps = NEVER_PS
 
     @property
@@ -136,7 +130,7 @@ class SampleStream:
         return Fraction(PS_PER_S * self._den, self._num) if self.running else Fraction(0)
 
     def stamp_with(self, stamp: Stamp) -> None:
-        """Pass every later block through ``stamp(number, data)``."""
+        """Pass every later block through ``stamp``."""
         produce = self._produce
 
         def produce_stamped(number: int, t_s: Times) -> bytes:
@@ -151,18 +145,18 @@ class SampleStream:
         self._block_length = min(self._block_length, _SMALLEST_BLOCK)
 
     def world_changed(self, now_ps: int | None) -> None:
-        """Discard samples computed ahead: the signals change at ``now_ps``, or after the last read."""
+        """Discard samples after ``now_ps``, or after the last read: the signals change."""
         number = self.next_number(now_ps)
         for forget in self._forgetting:
             forget(number)
         self.invalidate()
 
     def when_world_changes(self, forget: Callable[[int], None]) -> None:
-        """Call ``forget(number)`` when values computed ahead from sample ``number`` on become invalid."""
+        """Call ``forget(number)`` when samples from ``number`` on become invalid."""
         self._forgetting.append(forget)
 
     def time_ps(self, index: int) -> int:
-        """Return the time at which sample ``index`` becomes available."""
+        """Return when sample ``index`` becomes available."""
         return self._origin_ps - (-(index - self._origin_index) * self._num // self._den)
 
     def advance(self, now_ps: int) -> int:
@@ -198,7 +192,6 @@ class SampleStream:
         return max(-1, self._origin_index + (at_ps - self._origin_ps) * self._den // self._num)
 
     def _fill(self, first: int) -> None:
-        """Compute a block; blocks grow as long as they stay valid."""
         # Whole multiples of ``_num`` are exact, and small numbers keep Python's integers fast.
         spans = (first - self._origin_index) // self._den
         self._origin_ps += spans * self._num
@@ -210,20 +203,19 @@ class SampleStream:
         self._block_first, self._block_end = first, first + count
 
     def times_s(self, number: int, count: int) -> Times:
-        """Return the times of samples of the present run by producer number."""
+        """Return the times of samples by producer number, in the present run."""
         return self._times_s(number - self._earlier, count)
 
     @property
     def settled_index(self) -> int:
-        """Index of the first sample that need not be discarded."""
+        """Index of the first sample to keep."""
         return self.settled_number - self._earlier
 
     def number(self, index: int) -> int:
-        """Return the producer's number of sample ``index``."""
         return self._earlier + index
 
     def next_number(self, now_ps: int | None = None) -> int:
-        """Return the producer's number of the first sample after ``now_ps``, or of the next one."""
+        """Return the producer's number of the next sample after ``now_ps``."""
         if now_ps is None or not self.running:
             return self._earlier + self.index + 1
         return self._earlier + self.latest(now_ps) + 1
@@ -288,7 +280,7 @@ class DataReady:
         return mask
 
     def keep(self) -> bytes:
-        """Return the status bits that a read of each byte keeps."""
+        """Return the status bits kept by a read of each byte."""
         masks = bytearray()
         for flag in self.words:
             cleared = flag | self.any
@@ -368,7 +360,6 @@ class OutputWords:
         self.stream.data = bytes(self._end - self._first)
 
     def refresh(self, now_ps: int) -> None:
-        """Write the latest sample at ``now_ps`` to the registers."""
         stream = self.stream
         if now_ps < stream.next_ps:
             return
@@ -384,9 +375,7 @@ class OutputWords:
             self._after_sample()
 
     def before_read(self, first: int, end: int, now_ps: int) -> bytes | None:
-        """Refresh the registers and apply the read's effects. A read of the whole block, the usual case, gets the
-        sample itself.
-        """
+        """Refresh, and apply the read's effects. The usual read, of the whole block, gets the sample itself."""
         stream = self.stream
         if now_ps >= stream.next_ps:
             self.refresh(now_ps)
@@ -401,7 +390,7 @@ class OutputWords:
         return None
 
     def prefetch(self, first: int, end: int, now_ps: int) -> Prefetched:
-        """Return the bytes until the next sample; reads have no side effect once data-ready is cleared."""
+        """Return the bytes until the next sample; cleared data-ready means no side effect."""
         stream = self.stream
         if now_ps >= stream.next_ps:
             self.refresh(now_ps)
@@ -417,16 +406,15 @@ class OutputWords:
         return bytes(self._mem[first:end]), stream.next_ps, quiet
 
     def valid_until_ps(self, first: int, end: int) -> int:
-        """Return the time of the next sample: a burst has cleared the flags."""
+        """Return the next sample's time, as a burst has cleared the flags."""
         del first, end
         return self.stream.next_ps
 
     def burst_reader(self, first: int, end: int) -> BurstReader | None:
-        """Return a reader of the whole block."""
         return self._read_burst if (first, end) == (self._first, self._end) else None
 
     def _read_burst(self, now_ps: int) -> tuple[bytes, int]:
-        """Do the same as ``before_read``, without setting flags that this read would clear."""
+        """Do the same as ``before_read``, without setting flags only to clear them."""
         if self._half_read or self._big_endian:
             return self._registers.read(self._first, self._end - self._first, now_ps), 0
         stream = self.stream
@@ -462,7 +450,7 @@ class OutputWords:
                 self._mem[word : word + 2] = words[offset : offset + 2]
 
     def _account(self, address: int) -> None:
-        """Clear the flags of one byte read, and hold its word."""
+        """Clear the flags of one byte, and hold its word."""
         offset = address - self._first
         self._mem[self._status] &= self._keep[offset]
         if self._bdu:

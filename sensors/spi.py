@@ -1,7 +1,7 @@
 """ST's SPI protocol, common to all sensors (LSM6DSL datasheet 6.3, LIS2MDL 6.2, LPS22HB 7.3).
 
-A sensor answers on SDO (4-wire) or SDI (3-wire); a host that reads the other line gets 0xFF. Writes work in both cases,
-so a 3-wire host can configure a sensor by a blind write.
+A sensor answers on SDO (4-wire) or SDI (3-wire); a host that reads the other line gets 0xFF. Writes always work, so a
+3-wire host begins with a blind write.
 
 Decision: a sensor that loads its trimming values after power-on drives nothing and ignores commands, so the host reads
 0xFF. The documents only say "not accessible" (AN5040 5.7, AN5069 3).
@@ -22,7 +22,7 @@ UNDRIVEN: Final = 0xFF
 
 
 class SpiTarget:
-    """SPI interface of one sensor, at the bytes between two edges of its chip select."""
+    """SPI interface of one sensor, between two edges of its chip select."""
 
     def __init__(self, part: Part, now_ps: Callable[[], int]) -> None:
         bit = part.BUS.spi_increment_bit
@@ -35,7 +35,7 @@ class SpiTarget:
 
     @property
     def version(self) -> array[int]:
-        """Version of the sensor's state; a change invalidates prefetched bytes."""
+        """Version of the state; a change invalidates prefetched bytes."""
         return self.part.version
 
     def answers(self) -> bool:
@@ -52,7 +52,6 @@ class SpiTarget:
                 self.part.refuse(now_ps)
 
     def write(self, data: bytes, mode: Mode) -> None:
-        """Accept bytes from a host that does not read."""
         if mode not in self._modes or not data or self._booting:
             return
         if self._command is None:
@@ -63,7 +62,6 @@ class SpiTarget:
             self._address = self.part.advance(self._address, len(data))
 
     def read(self, count: int, mode: Mode, wires: Wires) -> bytes:
-        """Return ``count`` bytes as a host with ``wires`` receives them."""
         if mode not in self._modes or self._command is None or not self._command & READ:
             return bytes([UNDRIVEN]) * count
         data = self.part.read(self._address, count, self._now_ps())
@@ -84,6 +82,6 @@ class SpiTarget:
         self.advance_past(address, count)
 
     def advance_past(self, address: int, count: int) -> None:
-        """Advance past prefetched bytes that were read in this message without side effects."""
+        """Advance past prefetched bytes that were read without side effects."""
         self._command = READ | address
         self._address = self.part.advance(address & ~READ, count)

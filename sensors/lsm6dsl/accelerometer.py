@@ -1,16 +1,15 @@
 """The LSM6DSL's accelerometer: from specific force to counts (datasheet Table 3; AN5040 sections 3 and 4).
 
-Samples pass the front end (``sensors.front_end``), then deviation, noise, self-test, the selected filters and the user
-offset. Noise is white and has the datasheet's density in high performance, otherwise its RMS.
+Samples pass the front end, deviation, noise, self-test, the selected filters and the user offset. Noise has the
+datasheet's density in high performance, otherwise its RMS.
 
 Decisions about order and shape of filters (AN5040 3.7): LPF1 at ODR/2, or at 740 Hz outside high performance, precedes
 decimation, and all other filters run at the output rate; low-pass filters start settled, others with zero.
 
 Decision: the event functions' filters, switched on while the accelerometer runs, start settled on the next sample.
-Without events they cost nothing.
 
 Decision: after a change of rate within low power, or of bandwidth, as many samples are to be discarded as after a
-turn-on; the tables (AN5040 3.9) are silent. Of a range the larger number is used.
+turn-on. Of a range the larger number is used (AN5040 3.9).
 """
 
 from __future__ import annotations
@@ -141,7 +140,7 @@ class EventSamples:
     # -- for the accelerometer --------------------------------------------------------------------------
 
     def settings_change(self, filters: EventFilters, number: int, *, restarts: bool) -> None:
-        """Report that the source changes its settings at sample ``number``."""
+        """Report that the settings change at sample ``number``."""
         anew = restarts or filters != self._filters
         self._filters = filters
         if self._watched:
@@ -150,7 +149,6 @@ class EventSamples:
             _follow(self._after, filters.after_lpf2, number, anew=anew)
 
     def forget(self, number: int) -> None:
-        """Discard samples computed ahead from ``number`` on."""
         if self._watched:
             self._before.forget(number)
         if self._low_passed:
@@ -172,7 +170,7 @@ class EventSamples:
         return self._before.block(number, count)
 
     def after_lpf2(self, number: int, count: int) -> Array:
-        """Return samples through LPF2, independently of the output's filter."""
+        """Return samples through LPF2, whatever the output's filter."""
         return self._after.block(number, count)
 
 
@@ -284,13 +282,12 @@ class AccelerometerSettings:
     user_offset_mg: tuple[float, float, float]
 
     def kernel(self, rate_factor: float) -> Kernel:
-        """Return the analog stage, and LPF1 before decimation."""
         lpf1_hz = _LPF1_LOW_POWER_HZ if self.analog_hz is None else None
         highest = 32768 * MG_PER_LSB[self.scale] / 1000
         return kernel(self.odr_hz, self.analog_hz, lpf1_hz, highest, rate_factor=rate_factor)
 
     def noise_chain(self) -> Chain | None:
-        """Return the analog stage's effect on white noise at the output rate."""
+        """Return the analog stage's effect on white noise."""
         sections: list[Section] = []
         if self.analog_hz is not None and self.odr_hz:
             add_low_pass(sections, self.analog_hz, self.odr_hz)
@@ -381,7 +378,7 @@ class Accelerometer:
         return Fraction(self.settings.odr_hz).limit_denominator(10) * self.rate_factor
 
     def configure(self, mem: bytearray) -> None:
-        """Apply the main bank's settings from the next sample on."""
+        """Apply the main bank's settings to later samples."""
         settings, old = AccelerometerSettings.decode(mem), self.settings
         if settings == old:
             return

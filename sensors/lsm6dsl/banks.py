@@ -1,9 +1,7 @@
 """The LSM6DSL's embedded banks A and B, and rounding of bursts (datasheet 9.1, sections 11 and 12).
 
-FUNC_CFG_ACCESS is in each bank, because only it can leave the bank.
-
-Decision: with ROUNDING the last address of a pattern leads to its first, for every start of the burst (AN5040 4.7 does
-not distinguish starts). FIFO_DATA_OUT always rounds.
+Decision: with ROUNDING the last address of a pattern leads to its first, for every start of the burst (AN5040 4.7).
+FIFO_DATA_OUT always rounds.
 """
 
 from __future__ import annotations
@@ -267,7 +265,6 @@ class Banks:
         return (self.main, *self.embedded.values())
 
     def select(self, value: int, now_ps: int) -> RegisterFile:
-        """Select the bank after a write to FUNC_CFG_ACCESS."""
         if value == FUNC_CFG_ACCESS.FUNC_CFG_EN_B.mask:
             self.main.note(now_ps, "forbidden", "FUNC_CFG_ACCESS = 0x20 selects no bank")
         for registers_ in self.files():  # the register is visible in every bank
@@ -338,7 +335,7 @@ class Rounding:
         """Do nothing: rounding has no due work."""
 
     def reset(self, now_ps: int) -> None:
-        """Do nothing: the registers have their reset values, and ``configure`` reads them."""
+        """Do nothing: ``configure`` reads the registers' reset values."""
 
     def next_event_ps(self) -> int:
         return NEVER_PS

@@ -36,11 +36,11 @@ _SISTER = "datasheet of the ISM330DHCX"
 
 @dataclass(frozen=True)
 class LSM6DSLErrors(PartErrors):
-    """Deviations of an LSM6DSL, with axes in the sensor's frame.
+    """Deviations of an LSM6DSL, axes in the sensor's frame.
 
-    Table 3 gives typical values. Section 4.6 calls the zero-g offset's tolerance a standard deviation and the
-    sensitivity's a range. The bias instability of the gyroscope and the cross-axis sensitivity come from the
-    ISM330DHCX, a later sensor of the same principle. The accelerometer's bias instability has no source.
+    Table 3 is typical; by 4.6 the zero-g offset's tolerance is a standard deviation, the sensitivity's a range.
+    Gyroscope bias instability and cross-axis sensitivity come from the ISM330DHCX. Accelerometer bias instability has
+    no source.
     """
 
     PART: ClassVar[str] = "LSM6DSL"

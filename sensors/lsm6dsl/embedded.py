@@ -1,15 +1,13 @@
 """Embedded functions: pedometer, significant motion, tilt and absolute wrist tilt (AN5040 section 6).
 
 Decision: the four embedded functions are one feature, so that their events come in the order of time on a shared pin.
-Each gets output samples at 26 Hz; one that was off starts again (assumptions).
+One that was off starts again (assumption).
 
-Decision: the pedometer's step is a peak of the acceleration's magnitude (6.1), as ST does not publish the algorithm.
-The magnitude must fall by the threshold after a peak and rise by it before the next; a threshold above the mean would
-need a high-pass filter.
+Decision: the pedometer's step is a peak of the acceleration's magnitude (6.1), as ST does not publish the algorithm. It
+must fall by the threshold after a peak and rise by it before the next, which needs no high-pass filter.
 
-Significant motion (6.2) needs more than SM_THS debounced steps, tilt (6.3) a turn by 35 degrees since the last event,
-the first time for 2 s. Wrist tilt (6.4; datasheet 12) needs an acceleration above the threshold, a sine, for the
-latency.
+Tilt (6.3) is a turn by 35 degrees since the last event, the first time for 2 s. Wrist tilt (6.4; datasheet 12) is an
+acceleration above the threshold, a sine, for the latency.
 """
 
 from __future__ import annotations
@@ -124,7 +122,7 @@ class DeltaTime:
         self._stepped = False
 
     def configure(self, period_ps: int, now_ps: int) -> None:
-        """Start windows of this length, if it is new; 0: none."""
+        """Start windows of this length, if new; 0: none."""
         if period_ps != self._period_ps:
             self._period_ps, self._stepped = period_ps, False
             self.end_ps = now_ps + period_ps if period_ps else NEVER_PS
@@ -133,7 +131,7 @@ class DeltaTime:
         self._stepped = True
 
     def close(self) -> bool:
-        """Start the next window; return whether the present one had a step."""
+        """Start the next window; return whether the last had a step."""
         self.end_ps += self._period_ps
         stepped, self._stepped = self._stepped, False
         return stepped
@@ -152,7 +150,6 @@ class SignificantMotion:
         self._steps = 0
 
     def feed(self, steps: int, threshold: int) -> bool:
-        """Add ``steps``; return whether they cause an event."""
         self._steps += steps
         if self._steps <= threshold:
             return False
@@ -250,7 +247,7 @@ class WristTilt:
 
 
 def _over(acceleration_mg: Vec3, threshold_mg: float) -> int:
-    """Return the directions above the threshold, as bits of WRIST_TILT_IA."""
+    """Return the directions above the threshold."""
     over = 0
     for axis, value in enumerate(acceleration_mg):
         if value > threshold_mg:
@@ -444,7 +441,6 @@ class EmbeddedFunctions:
         self._mem[STEP_COUNTER.addr : STEP_COUNTER.addr + 2] = steps.to_bytes(2, "little")
 
     def _copy_timestamp(self, at_ps: int) -> None:
-        """Store bits 23 to 8 of the timestamp."""
         for byte in range(2):
             (value,) = self._chip.registers.read(TIMESTAMP1_REG.addr + byte, 1, at_ps)
             self._mem[STEP_TIMESTAMP.addr + byte] = value

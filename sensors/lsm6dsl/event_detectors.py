@@ -3,14 +3,13 @@
 Decision: a duration of N/ODR ends N periods after the first sample at which the condition was true. Counting N samples
 would make 0 and 1 equal.
 
-The slope (a[n] - a[n-1]) / 2, or a high-pass, assumed to have one pole, removes gravity (3.7). After switching on,
-a[-1] is 0, which causes a spurious wake-up, as on silicon.
+The slope (a[n] - a[n-1]) / 2, or a high-pass of one pole, removes gravity (3.7). After switching on, a[-1] is 0, which
+causes a spurious wake-up, as on silicon.
 
-Decision: an axis is over the threshold if it measures more than cos(SIXD_THS) of 1 g; the documents give the angle only
-(5.4). Decision: the first position found after switching on also counts as a change.
+Decision: an axis is over the threshold if it measures more than cos(SIXD_THS) of 1 g (5.4). Decision: the first
+position found after switching on also counts as a change.
 
-Tap (5.5): a slope rises over TAP_THS and falls back within SHOCK. An event lasts for QUIET; a second tap then begins
-within DUR.
+Tap (5.5): a slope rises over TAP_THS and falls back within SHOCK; a second tap follows QUIET within DUR.
 """
 
 from __future__ import annotations
@@ -49,7 +48,6 @@ class DurationCounter:
         self._run = 0
 
     def step(self, condition: bool) -> bool:
-        """Return whether the condition has lasted ``periods`` periods."""
         self._run = self._run + 1 if condition else 0
         return self._run > self.periods
 
@@ -119,7 +117,7 @@ class FreeFall:
         self._duration.reset()
 
     def step(self, sample: Axes) -> int:
-        """Process the next sample in mg; return bits of WAKE_UP_SRC."""
+        """Process a sample in mg; return bits of WAKE_UP_SRC."""
         x, y, z = sample
         limit = self._threshold_mg
         falling = -limit < x < limit and -limit < y < limit and -limit < z < limit
@@ -149,7 +147,7 @@ class WakeUp:
         self._duration.reset()
 
     def step(self, motion: Axes) -> int:
-        """Process the next filtered sample in mg; return bits of WAKE_UP_SRC."""
+        """Process a filtered sample in mg; return bits of WAKE_UP_SRC."""
         x, y, z = motion
         limit = self._threshold_mg
         axes = 0
@@ -245,7 +243,7 @@ class Tap:
         self._state, self._count, self._over, self._bits = "idle", 0, False, 0
 
     def step(self, slope: Axes) -> int:
-        """Process the next slope in mg; return bits of TAP_SRC while an event lasts."""
+        """Process a slope in mg; return bits of TAP_SRC while an event lasts."""
         over = self._exceeds(slope)
         begins = over and not self._over
         self._over = over
@@ -276,7 +274,6 @@ class Tap:
         self._state, self._count = state, 0
 
     def _begin(self, slope: Axes, *, is_second: bool) -> None:
-        """Start a shock: store its axes and sign."""
         self._is_second = is_second
         sizes = [abs(value) if on else 0.0 for value, on in zip(slope, self._enabled, strict=True)]
         self._bits = TAP_SRC.TAP_IA.mask
@@ -321,7 +318,7 @@ class Activity:
         self._still.reset()
 
     def step(self, motion: Axes) -> bool:
-        """Process the next filtered sample in mg; return whether ``inactive`` has changed."""
+        """Process a filtered sample in mg; return whether ``inactive`` changed."""
         if not self.enabled:
             return False
         x, y, z = motion

@@ -1,7 +1,7 @@
-"""The event functions as one feature, fed with every accelerometer sample before LPF2.
+"""The event functions as one feature, fed with every accelerometer sample before LPF2 (AN5040 section 5).
 
-INTERRUPTS_ENABLE switches them on together (AN5040 section 5). A latched event (LIR) is held until its source register
-is read, if it is routed to a pin. SINGLE_DOUBLE_TAP latches the double tap, not the single one (5.5.3, not 5.5.1).
+A latched event (LIR) is held until its source register is read, if it is routed to a pin. SINGLE_DOUBLE_TAP latches the
+double tap, not the single one (5.5.3, not 5.5.1).
 """
 
 from __future__ import annotations
@@ -61,12 +61,10 @@ class EventOutput:
         self._signals.set(self._name, bits != 0, at_ps)
 
     def acknowledge(self, at_ps: int) -> None:
-        """Release the latch after a read."""
         if self.latched:
             self.drop(at_ps)
 
     def drop(self, at_ps: int) -> None:
-        """End the event, latched or not."""
         self.bits = 0
         self._signals.set(self._name, False, at_ps)
 
@@ -220,7 +218,7 @@ class Events:
         return list(zip(*(counts * self._mg_per_lsb).tolist(), strict=True))
 
     def _step(self, sample: Axes, tilt: Axes, at_ps: int) -> bool:
-        """Process one sample, in mg; return whether the sensor fell asleep or woke up.
+        """Process one sample, in mg; return whether activity changed.
 
         ``tilt``: the same sample for orientation.
         """

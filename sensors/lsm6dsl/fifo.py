@@ -45,9 +45,8 @@ from fcu_emulator.sensors.register_file import NEVER_PS
 class FifoBuffer:
     """Words, oldest first; those that do not fit overwrite the oldest.
 
-    The count has 11 bits, so a full memory reads 0 with OVER_RUN (AN5040 Table 64). Reading a low byte moves the word
-    to an output buffer, so that both bytes match; reading the high byte removes it. ``gone``: words removed since the
-    memory was cleared.
+    A full memory reads 0 with OVER_RUN, as the count has 11 bits (AN5040 Table 64). A low byte's read moves the word to
+    an output buffer, a high byte's removes it. ``gone``: words removed.
     """
 
     def __init__(self) -> None:
@@ -66,7 +65,6 @@ class FifoBuffer:
         return len(self._words)
 
     def store(self, words: Iterable[int]) -> None:
-        """Append words; the oldest leave if it is full."""
         self._words.extend(words)
         lost = len(self._words) - self.depth
         if lost > 0:
@@ -76,20 +74,19 @@ class FifoBuffer:
             self.overrun = True
 
     def skip(self, words: int) -> None:
-        """Count words that passed through a full FIFO; the caller refills it."""
+        """Count words that passed through a full FIFO."""
         self.gone += words
 
     def readable(self) -> bool:
-        """Return whether the next byte is one of a stored word."""
         return bool(self._words) or self._taken is not None
 
     def low(self) -> int:
-        """Take the next word when FIFO_DATA_OUT_L is read."""
+        """Take the next word (FIFO_DATA_OUT_L)."""
         self._take()
         return self._output & 0xFF
 
     def high(self) -> int:
-        """Return the high byte and remove the word, unless already overwritten."""
+        """Return the high byte and remove the word, unless overwritten."""
         self._take()
         if self._taken == self.gone and self._words:
             self._words.popleft()
@@ -142,7 +139,7 @@ class FifoFlags:
             self._signals.set("FIFO_OVR", bool(bits & _OVERRUN), at_ps)
 
     def triggers_to_next(self, widest: int) -> int:
-        """Return a lower bound of the triggers until a flag changes; 0: none changes.
+        """Return a lower bound of the triggers until a flag changes, or 0.
 
         ``widest``: maximum words per trigger.
         """
@@ -239,7 +236,7 @@ class Fifo:
         self._update_flags(now_ps)
 
     def next_event_ps(self) -> int:
-        """Return when a routed flag may change; rarely too early, never too late."""
+        """Return when a routed flag may change; never too late."""
         settings = self._settings
         if not settings.on_pin or settings.layout.writer is not Writer.DATA_READY or not self._collects():
             return NEVER_PS  # waiting for an event of another function, which knows its time
@@ -301,7 +298,7 @@ class Fifo:
             self._store(self._samples.take(min(due, _TRIGGERS_AT_ONCE)))
 
     def _skip(self, due: int) -> int:
-        """Skip patterns that are overwritten before any read; return their triggers."""
+        """Skip overwritten patterns; return their triggers."""
         pattern = self._pattern
         if not self._buffer.overrun or not pattern.length:
             return 0
@@ -324,7 +321,6 @@ class Fifo:
     # -- reading ----------------------------------------------------------------------------------------
 
     def _update_flags(self, at_ps: int) -> None:
-        """Update flags and signals, and stop in FIFO mode."""
         ahead = self._pattern.words(self._trigger) if self.active and not self._waits() else None
         self._flags.update(ahead, at_ps)
         self._stopped = self._stopped or (self._flags.full and self._stops_when_full())

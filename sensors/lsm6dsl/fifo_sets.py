@@ -1,11 +1,11 @@
 """Contents of the LSM6DSL's FIFO and times of storage (AN5040 Rev 3, section 8; datasheet 5.5, 9.4 to 9.8).
 
 Decisions where the documents are silent or disagree: reserved modes (2, 5, 7) act as bypass, reserved rates as off; a
-watermark of 0 is never reached; the faster sensor limits the rate (figure 32, not datasheet 5.5); ONLY_HIGH_DATA does
-not remove a second set.
+watermark of 0 is never reached; the faster sensor limits the rate (figure 32, not 5.5); ONLY_HIGH_DATA does not remove
+a second set.
 
-A trigger stores the latest samples, or the output registers of a sensor that is off. With DRDY_MASK words to be
-discarded are 7FFF. The faster sensor leads, or the gyroscope; ODR_FIFO selects every 2nd, 4th ... sample.
+The faster sensor leads, or the gyroscope; ODR_FIFO selects every 2nd, 4th ... sample. DRDY_MASK replaces words to be
+discarded by 7FFF.
 """
 
 from __future__ import annotations
@@ -244,7 +244,7 @@ _UNSETTLED = np.frombuffer(b"\xff\x7f" * 3, dtype=np.uint8)
 
 
 class LatestSample:
-    """A stream's latest sample at any time since ``mark``, at a change of configuration."""
+    """A stream's latest sample at any time since ``mark``."""
 
     def __init__(self, stream: SampleStream, gates: Gates) -> None:
         self._sensor, self._gates = stream, gates
@@ -358,13 +358,11 @@ class SampleTriggers:
         self._next = self._leader.latest(at_ps - 1) + 1
 
     def due(self, until_ps: int) -> int:
-        """Return the number of unprocessed triggers until ``until_ps``."""
         if not self._every:
             return 0
         return max(0, (self._leader.latest(until_ps) - self._next) // self._every + 1)
 
     def take(self, count: int) -> list[int]:
-        """Process the next ``count`` triggers and return their times."""
         first, self._next = self._next, self._next + count * self._every
         return [self._leader.time_ps(sample) for sample in range(first, self._next, self._every)]
 

@@ -1,7 +1,7 @@
 """FUNC_SRC1, FUNC_SRC2 and WRIST_TILT_IA: how events of embedded functions and sensor hub end.
 
 With TAP_CFG.LIR = 0 the signal is a pulse of 150 us and the bit reads 1 for 1/26 s, or 1/100 s (AN5040 6, 7.5.3). With
-LIR = 1 a routed event stays until its register is read.
+LIR = 1 a routed event stays until it is read.
 
 Decisions where the documents are silent: reading a bit that is not latched does not clear it; a latched event ends when
 its latching or its function is switched off.
@@ -135,7 +135,6 @@ class FunctionSources:
     # -- for the functions ------------------------------------------------------------------------------
 
     def happened(self, source: FunctionSource, at_ps: int) -> None:
-        """Set bit and signal of an event, and plan their end."""
         self.catch_up(at_ps)
         self._mem[source.register.addr] |= source.mask
         if source in self._latching:
@@ -153,7 +152,6 @@ class FunctionSources:
             self._set_bit(source, on=on)
 
     def fall(self, sources: Iterable[FunctionSource], at_ps: int) -> None:
-        """Clear bits and signals of ``sources``."""
         self.catch_up(at_ps)
         for source in sources:
             self._held.discard(source)

@@ -1,14 +1,12 @@
 """The LSM6DSL's gyroscope: from angular rate to counts (datasheet Table 3; AN5040 section 3).
 
-After power-down the drive starts within ``LSM6DSLErrors.gyro_turn_on_ms``, 35 ms in Table 4. The 70 ms of AN5040's
-Tables 14 to 16 are a driver's safe wait; the board shows rates by then.
-
-Low-pass filters start from rest with the drive, so the first samples are too small. Approximation: from 1666 Hz on they
-settle within a few periods, not 81 ms (Table 16).
+After power-down the drive starts within ``LSM6DSLErrors.gyro_turn_on_ms``, 35 ms in Table 4; the 70 ms of AN5040 are a
+driver's safe wait. Low-pass filters start from rest, so the first samples are too small. Approximation: from 1666 Hz on
+they settle within a few periods, not 81 ms (Table 16).
 
 The overall cut-off of Table 19 is one low-pass; the rest of its phase at 20 Hz is a delay (3.8).
 
-Decision: out of sleep into low power, as many samples are to be discarded as out of power-down; the tables are silent.
+Decision: out of sleep into low power, as many samples are to be discarded as out of power-down.
 """
 
 from __future__ import annotations
@@ -229,7 +227,7 @@ class Gyroscope:
         return Fraction(self.settings.odr_hz).limit_denominator(10) * self._rate_factor
 
     def configure(self, mem: bytearray, now_ps: int) -> None:
-        """Apply the main bank's settings from the next sample on."""
+        """Apply the main bank's settings to later samples."""
         settings, old = GyroscopeSettings.decode(mem), self.settings
         if settings == old:
             return
@@ -253,7 +251,6 @@ class Gyroscope:
             self._front_end.configure(before, delay_s)
 
     def drive_start_ps(self, now_ps: int) -> int:
-        """Return the remaining time of the drive's start."""
         return max(0, self._drive_ready_ps - now_ps)
 
     def produce(self, number: int, t_s: Times) -> bytes:

@@ -1,14 +1,11 @@
 """The LSM6DSL's sensor hub: an I2C master that reads other sensors by itself (AN5040 section 7).
 
-A trigger starts a round over the slaves, whose results appear together at its end; a trigger during a round is lost.
-The auxiliary bus runs at 116.3 kHz (datasheet Table 8).
+A trigger starts a round over the slaves, whose results appear together at its end. It is data-ready, at 104 Hz at most,
+or INT2 (7.1). Decision: INT2 triggers when it rises, or when it is high as the hub is switched on.
 
 Decisions where the documents are silent: a hub slave that does not answer keeps its bytes; a trigger without a slave in
 turn starts no round; switching off aborts the round. SENSORHUB_END_OP is a level, 1 while idle, or with correction a
 pulse of 1/100 s.
-
-Triggers (7.1) are the accelerometer's or gyroscope's data-ready, at 104 Hz at most, or INT2. Decision: INT2 triggers
-when it rises, or when it is high as the hub is switched on. Continuous rounds would keep the bus busy.
 
 Iron correction (7.5): calibrated = SI * (M - HI), uncalibrated = SI * (M - HI) + HI.
 
@@ -71,7 +68,7 @@ class AuxiliaryBus:
         self._now_ps = 0
 
     def attach(self, address: int, device: Part) -> None:
-        """Connect a sensor; ValueError if the address is not 7-bit, or in use."""
+        """Connect a sensor; ValueError if the address is wrong or in use."""
         if not 0 <= address < 0x80:
             raise ValueError(f"auxiliary bus: address 0x{address:02X} is not in 0x00 to 0x7F")
         if address in self._targets:
@@ -83,7 +80,7 @@ class AuxiliaryBus:
         return target is not None and not target.part.i2c_off
 
     def read(self, address: int, subaddress: int, count: int, at_ps: int) -> bytes:
-        """Read from a sensor that answers; the transfer ends at ``at_ps``."""
+        """Read from a sensor that answers, until ``at_ps``."""
         target = self._begin(address, at_ps)
         target.write(bytes((subaddress,)))
         target.start(read=True)
@@ -92,7 +89,6 @@ class AuxiliaryBus:
         return data
 
     def write(self, address: int, subaddress: int, value: int, at_ps: int) -> None:
-        """Write a byte to a sensor that answers."""
         target = self._begin(address, at_ps)
         target.write(bytes((subaddress, value)))
         target.stop()
@@ -185,7 +181,7 @@ class Plan:
 
     @classmethod
     def decode(cls, mem: bytearray) -> Plan:
-        """Decode bank A; slaves fill the outputs one after the other."""
+        """Decode bank A; slaves fill the outputs in turn."""
         config = mem[BankA.SLAVE0_CONFIG.addr]
         extra = BankA.SLAVE0_CONFIG.Aux_sens_on.get(config)
         slaves: list[Slave] = []
@@ -206,7 +202,7 @@ class Plan:
 
 
 def _slave(mem: bytearray, number: int, place: int) -> Slave | None:
-    """Return slave ``number``; None if it has no turn."""
+    """Return slave ``number``, or None without a turn."""
     offset = _BYTES_PER_SLAVE * number
     config = mem[BankA.SLAVE0_CONFIG.addr + offset]
     reads = bool(mem[BankA.SLV0_ADD.addr + offset] & BankA.SLV0_ADD.rw_0.mask)
@@ -249,12 +245,11 @@ class Trigger:
         self.aim(now_ps)
 
     def aim(self, after_ps: int) -> None:
-        """Set the next trigger after ``after_ps``; a restarted stream counts from 0."""
+        """Set the next trigger after ``after_ps``."""
         following = self._stream.latest(after_ps) + 1
         self._next = -(-following // self._every) * self._every
 
     def next_ps(self) -> int:
-        """Return the time of the next triggering sample."""
         return NEVER_PS if self.by_pin else self._stream.time_ps(self._next)
 
 
@@ -262,7 +257,7 @@ class Trigger:
 
 
 def violations(mem: bytearray, plan: Plan, *, enabled: bool, active: bool) -> dict[str, bool]:
-    """Return every violation, and whether it is present; ``active``: enabled, with a triggering sensor."""
+    """Return every violation, and whether it is present."""
     control = mem[MASTER_CONFIG.addr]
     iron = bool(control & MASTER_CONFIG.IRON_EN.mask)
     soft = bool(mem[CTRL9_XL.addr] & CTRL9_XL.SOFT_EN.mask)
@@ -291,7 +286,6 @@ _FIRST_CORRECTION, _LAST_CORRECTION = BankA.MAG_SI_XX.addr, BankA.MAG_OFFZ_H.add
 
 
 def _set_up_by(bank: RegisterMap) -> list[type[Register]]:
-    """Return the hub's registers in bank A."""
     return [
         register
         for register in bank.registers
@@ -419,7 +413,7 @@ class SensorHub:
         self._show_results(at_ps)
 
     def _transfers(self, trigger: int, at_ps: int) -> Iterator[int]:
-        """Yield each transfer's end; the transfer is done at the next step."""
+        """Yield each transfer's end; the next step does the transfer."""
         plan = self._plan
         for slave in plan.slaves:
             if trigger % slave.every or (not slave.length and plan.write_once and self._written):
@@ -463,7 +457,6 @@ class SensorHub:
             self._sources.happened(IRON, at_ps)
 
     def _correct(self) -> bool:
-        """Correct slave 0's bytes; return whether there were any."""
         raw, self._magnetometer = self._magnetometer, None
         if self._correction is None or raw is None:
             return False

@@ -1,4 +1,4 @@
-"""Plain measuring: both sensors and the thermometer (AN5040 9) behind output registers, and the supply current.
+"""Plain measuring: both sensors and the thermometer (AN5040 9), and the supply current.
 
 Approximation (datasheet Tables 3 and 4): outside high performance both sensors take the sum of their currents, at most
 650 uA, and a sleeping gyroscope that of its slowest low-power mode.
@@ -87,7 +87,6 @@ class Measuring:
         registers.before_read(STATUS_REG, self._before_status)
 
     def refresh(self, now_ps: int) -> None:
-        """Show the latest samples in output registers and STATUS_REG."""
         for output in self._outputs:
             output.refresh(now_ps)
         if self._registers.mem[CTRL4_C.addr] & CTRL4_C.DRDY_MASK.mask:
@@ -98,7 +97,7 @@ class Measuring:
         self.refresh(now_ps)
 
     def apply(self, mem: bytearray, now_ps: int) -> None:
-        """Configure the measurement; samples until ``now_ps`` use the old settings."""
+        """Configure the measurement; earlier samples use the old settings."""
         was = self._rates()
         self._accelerometer.configure(mem)
         self._gyroscope.configure(mem, now_ps)
@@ -126,7 +125,6 @@ class Measuring:
             stream.start(now_ps, rate)
 
     def show_through(self, shown: Callable[[SampleStream], SampleStream]) -> None:
-        """Show ``shown(stream)`` of each stream from now on."""
         for output, stream in zip(self._outputs, self.streams, strict=True):
             output.stream = shown(stream)
 
@@ -137,12 +135,11 @@ class Measuring:
             output.set_format(bdu=bdu, big_endian=big_endian)
 
     def reset(self) -> None:
-        """Clear the outputs until the next samples."""
         for output in self._outputs:
             output.reset()
 
     def catch_up_before_reading(self, catch_up: Callable[[int], None]) -> None:
-        """Call ``catch_up(now_ps)`` before later reads, because inactivity changes rates without a write."""
+        """Call ``catch_up(now_ps)`` before later reads, as inactivity changes rates."""
         if self._catches_up_before_reading:
             return
         self._catches_up_before_reading = True

@@ -56,8 +56,7 @@ _FIFO_BURST = {FIFO_DATA_OUT.addr + 1: FIFO_DATA_OUT.addr}  # after FIFO_DATA_OU
 class Features:
     """All functions beyond plain measuring, called in one order.
 
-    ``rate_changed(at_ps)``: activity recognition changed the rates; ``stream_changed()``: data enable switched a
-    stream.
+    ``rate_changed(at_ps)``: of activity recognition; ``stream_changed()``: of data enable.
     """
 
     def __init__(
@@ -88,11 +87,10 @@ class Features:
         )
 
     def configuration(self) -> set[type[Register]]:
-        """Return the registers whose writes may change a feature."""
         return {register for feature in self._all for register in feature.CONFIGURATION}
 
     def configure(self, now_ps: int, because_of: type[Register] | None = None) -> None:
-        """Let all features, or those that ``because_of`` configures, decode their registers."""
+        """Let all features, or those that ``because_of`` configures, decode registers."""
         for feature in self._all:
             if because_of is None or because_of in feature.CONFIGURATION:
                 feature.configure(now_ps)
@@ -103,7 +101,7 @@ class Features:
                 feature.catch_up(now_ps)
 
     def catch_up_with_events(self, at_ps: int) -> None:
-        """Let the other features do their due work after the events."""
+        """Let the other features work after the events."""
         for feature in self._all:
             if feature.active and feature is not self.events:
                 feature.catch_up(at_ps)
@@ -182,14 +180,12 @@ class LSM6DSL(Part):
 
     @classmethod
     def maps(cls) -> dict[str, RegisterMap]:
-        """Return the register maps of the main bank and of banks A and B."""
         return titled_maps()
 
     def files(self) -> tuple[RegisterFile, ...]:
         return self._banks.files()
 
     def supply_current_ua(self) -> float:
-        """Return the configured supply current in microampere."""
         return supply_current_ua(self.registers.mem)
 
     def spi_wires(self) -> Wires:
@@ -206,11 +202,11 @@ class LSM6DSL(Part):
 
     @property
     def pass_through(self) -> bool:
-        """Whether the host's I2C is connected to the auxiliary bus (AN5040 7.3)."""
+        """Whether the host's I2C reaches the auxiliary bus (AN5040 7.3)."""
         return self._features.hub.pass_through
 
     def attach_auxiliary(self, address: int, device: Part) -> None:
-        """Connect ``device`` to the sensor hub's bus at a 7-bit I2C address."""
+        """Connect ``device`` to the sensor hub at a 7-bit address."""
         self._features.hub.bus.attach(address, device)
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
@@ -274,7 +270,6 @@ class LSM6DSL(Part):
         self._apply(now_ps)
 
     def _rate_changed(self, at_ps: int) -> None:
-        """Follow activity recognition, which changed the rates."""
         self._features.catch_up_with_events(at_ps)
         self._apply(at_ps)
 
@@ -291,7 +286,7 @@ class LSM6DSL(Part):
             self._measuring.catch_up_before_reading(self.catch_up)
 
     def _int2_applied(self, at_ps: int, level: int) -> None:
-        """React to a new level of INT2, like to a write if it is an input."""
+        """React to a new level of INT2, like to a write."""
         if not int2_is_input(self.registers.mem):
             self.registers.note(at_ps, "forbidden", "INT2 driven from outside while it is an output")
             return

@@ -1,11 +1,10 @@
 """The pins INT1 and INT2, and data-ready and boot signals (AN5040 4.2, 4.3, 5.7).
 
-Functions find early events late, so :class:`Routing`, last in the model's list, applies changes in the order of their
-times.
+:class:`Routing`, last in the model's list, applies changes in the order of their times.
 
-Decision: while INT2 is an input it is not driven and its sources are lost; the documents name no other output.
+Decision: while INT2 is an input it is not driven and its sources are lost.
 
-With DRDY_PULSED every sample gives a pulse of 75 us; with DRDY_MASK there is no signal until a sensor has settled.
+DRDY_PULSED selects pulses of 75 us; DRDY_MASK suppresses signals until a sensor has settled.
 """
 
 from __future__ import annotations
@@ -271,7 +270,6 @@ class DataReadySignals:
         )
 
     def _wire(self) -> None:
-        """Observe reads of samples once a signal is routed."""
         self._wired = True
         for register, source in zip((OUT_XL, OUT_G, OUT_TEMP), self._sources, strict=True):
             self._chip.registers.after_read(register, self._hook(source))
@@ -311,7 +309,7 @@ BOOT_PS = 15 * PS_PER_S // 10**3
 
 
 class Boot:
-    """The boot signal; ``active`` from the start of a boot until its end is observed."""
+    """The boot signal; ``active`` from a boot's start until its end is observed."""
 
     CONFIGURATION: tuple[type[Register], ...] = ()
 
