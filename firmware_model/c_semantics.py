@@ -1,14 +1,13 @@
 """C semantics that differ from Python: float32, integer division, division by zero, pow(), printf.
 
-A Python float is C's double, rounded at each store to a float32; products and quotients of two float32 are then exact,
-because a double has 2 * 24 + 2 bits or more.
+A Python float is C's double, rounded at each store to a float32. Products and quotients of two float32 are then exact:
+a double has more than 2 * 24 + 2 bits.
 
-``sprintf`` supports ``%d %i %u %x %X %c %s %f %F %e %E %g %G %%`` with flags, width, precision and the length modifiers
-hh, h, l, ll, for int and long of 32 bits (C11 7.21.6.1).
+``sprintf`` supports ``%d %i %u %x %X %c %s %f %F %e %E %g %G %%``, flags, width, precision and hh, h, l, ll, for int
+and long of 32 bits (C11 7.21.6.1).
 
-Decision: printf formatting does not use Python's ``%`` operator, because that differs from C in zero padding with a
-precision, a precision of 0, ``%#x`` of 0, negative ``%x``, and padding of infinities. Only a float's digits come from
-it.
+Decision: printf formatting does not use Python's ``%`` operator, because that differs from C. Differences are zero
+padding with a precision, a precision of 0, ``%#x`` of 0, negative ``%x``, and infinities.
 """
 
 from __future__ import annotations
@@ -51,7 +50,7 @@ def float_divide(dividend: float, divisor: float) -> float:
 
 
 def c_pow(base: float, exponent: float) -> float:
-    """Return math.h's ``pow`` (C11 7.12.7.4): a NaN for a negative base with a fractional exponent."""
+    """Return math.h's ``pow``: a NaN for a negative base with a fractional exponent."""
     try:
         return math.pow(base, exponent)
     except ValueError:
@@ -78,10 +77,10 @@ class _Spec(NamedTuple):
 
 
 def sprintf(fmt: str, *args: CArgument) -> bytes:
-    """Format ``args`` as C's ``sprintf`` would; extra ones are ignored.
+    """Format ``args`` as C's ``sprintf`` would.
 
-    ``%s`` takes str (sent as UTF-8) or bytes, ``%c`` an integer or a one-character str. Raises ValueError for an
-    unsupported specification, or a missing or wrong argument.
+    ``%s`` takes str (sent as UTF-8) or bytes, ``%c`` an integer or one character. Raises ValueError for an unsupported
+    specification, or a missing or wrong argument.
     """
     arguments = iter(args)
     # One character per byte, so that widths and precisions count bytes as C does.

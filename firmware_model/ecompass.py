@@ -1,7 +1,6 @@
 """The slides' mathematics: hard-iron calibration, eCompass, and the hypsometric altitude.
 
-Each right-hand side is computed in double and stored as float32; stores share a struct call, the slowest operation. A
-sample that a failed read did not refresh is corrected again, as in the slides' code.
+Each right-hand side is computed in double and stored as float32; stores share a struct call, the slowest operation.
 
 Decision: the slides' roll, atan2(Gy, sqrt(mu*Gx^2 + Gz^2)), is kept although it is an approximation. It never exceeds
 90 degrees; the exact atan2(Gy, Gz) would not match the lab.
@@ -24,7 +23,7 @@ MAG_MAX_START = -10000
 
 
 def MagCalibration(mag: AxesRaw_TypeDef, mag_min: AxesRaw_TypeDef, mag_max: AxesRaw_TypeDef) -> None:
-    """Widen the extremes by this sample in mgauss, then subtract their centre."""
+    """Widen the extremes by this sample (mgauss), then subtract their centre."""
     x, min_x, max_x = mag.AXIS_X, mag_min.AXIS_X, mag_max.AXIS_X
     y, min_y, max_y = mag.AXIS_Y, mag_min.AXIS_Y, mag_max.AXIS_Y
     z, min_z, max_z = mag.AXIS_Z, mag_min.AXIS_Z, mag_max.AXIS_Z
@@ -64,8 +63,8 @@ _EXPONENT = 1 / 5.257
 def eCompass(acc: AxesRaw_TypeDef, mag: AxesRaw_TypeDef, mu: float) -> tuple[float, float, float]:
     """Return pitch, roll and yaw in degrees (float32) from acceleration in mg and field in mgauss.
 
-    Frame: X right, Y forward, Z up, +1000 mg on the axis that points up; ``mu``: 0.01..1. Pitch and roll lie in
-    -90..90, yaw in -180..180: 0 when X points to magnetic north, counter-clockwise from above.
+    X right, Y forward, Z up, +1000 mg on the axis that points up. Yaw is 0 when X points to magnetic north, and grows
+    counter-clockwise from above.
     """
     return _angles(acc.AXIS_X, acc.AXIS_Y, acc.AXIS_Z, mag.AXIS_X, mag.AXIS_Y, mag.AXIS_Z, mu)
 
@@ -90,9 +89,9 @@ def _angles(
 
 
 def getAltitude(press: float, temperature: float, press_zero_level: float) -> float:
-    """Return the height in m (float32) above the place of ``press_zero_level``, by the hypsometric formula.
+    """Return the height in m (float32) above ``press_zero_level``, from hPa and degC.
 
-    Pressures in hPa, temperature in degC. As in C, a pressure of 0 gives an infinity, a negative one a NaN.
+    As in C, a pressure of 0 gives an infinity, a negative one a NaN.
     """
     ratio = float_divide(press_zero_level, press)
     return f32((c_pow(ratio, _EXPONENT) - 1) * (temperature + _KELVIN) / _LAPSE_RATE)

@@ -1,9 +1,6 @@
 """The lab's programs: the common base, the template, and the solution.
 
-State variables are attributes under their C names.
-
-Decision: each program of the lab is one class derived from ``LabFirmware``, which fixes the order of ``main``. Readers
-of one class would have to consider every switch.
+Decision: each program of the lab is one class derived from ``LabFirmware``, which fixes the order of ``main``.
 
 Decision: the angles are computed in the 800 Hz callback, because the LEDs must follow the tilt at once, and
 MagCalibration and eCompass need every sample.
@@ -108,10 +105,10 @@ LOOP_DELAY_MS = 1000
 
 
 class LabFirmware(ABC):
-    """The lab's program on a HAL.
+    """The lab's program on a HAL, with C names.
 
-    ``acc`` (mg), ``gyro`` (mdps), ``mag`` (mgauss): X right, Y forward, Z up. Pressures are in hPa, ``temperature`` in
-    degC, angles in degrees, ``alt`` in m: float32 values.
+    ``acc`` is in mg, ``gyro`` in mdps, ``mag`` in mgauss (X right, Y forward, Z up), pressures in hPa, ``temperature``
+    in degC, angles in degrees, ``alt`` in m.
     """
 
     def __init__(self, hal: Hal, settings: Settings | None = None) -> None:
@@ -145,11 +142,10 @@ class LabFirmware(ABC):
         """Handle TIM9's interrupt, 800 times per second."""
 
     def ReadSensorRawData(self) -> None:
-        """Refresh ``acc``, ``gyro``, ``mag`` and ``press``, except values that cannot be read."""
+        """Refresh the values that can be read."""
         self.press = self._sensors.ReadSensorRawData(self.acc, self.gyro, self.mag, self.press)
 
     def print_template_block(self) -> None:
-        """Print the template's block, as on the slides."""
         hal, acc, gyro, mag = self.hal, self.acc, self.gyro, self.mag
         PRINTF(hal, "*****\n\n\n")
         PRINTF(hal, "ACC[x,y,z] %d mg %d mg %d mg \n\r", acc.AXIS_X, acc.AXIS_Y, acc.AXIS_Z)
@@ -188,7 +184,7 @@ class Template(LabFirmware):
         self.ReadSensorRawData()
 
     def loop(self) -> None:
-        """Print the measured values, wait a second, toggle both LEDs."""
+        """Print the values, wait a second, toggle both LEDs."""
         self.print_template_block()
         self.hal.HAL_Delay(LOOP_DELAY_MS)
         self.led1.toggle()
@@ -210,7 +206,6 @@ class Lab3(LabFirmware):
         self._angles = (0.0, 0.0, 0.0)
 
     def HAL_TIM_PeriodElapsedCallback(self) -> None:
-        """Refresh, calibrate, compute the angles, show the tilt."""
         self.ReadSensorRawData()
         MagCalibration(self.mag, self.mag_min, self.mag_max)
         angles = eCompass(self.acc, self.mag, self._mu)
@@ -220,7 +215,6 @@ class Lab3(LabFirmware):
             self._show_tilt()
 
     def loop(self) -> None:
-        """Print both blocks and wait a second."""
         self.print_template_block()
         self._print_plot_block()
         self.hal.HAL_Delay(LOOP_DELAY_MS)

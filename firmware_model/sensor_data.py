@@ -1,13 +1,12 @@
 """The sensors of the lab's main.c: started, read, scaled, turned into the board's axes.
 
-Frame of all vectors: X right, Y forward, Z up out of the component side (COORDINATE_SYSTEM 3 of ST's firmware): out.X =
--raw.Y, out.Y = raw.X, out.Z = raw.Z, after the truncation to int32.
+Frame of all vectors: X right, Y forward, Z up out of the component side; out.X = -raw.Y, out.Y = raw.X, out.Z = raw.Z,
+after truncation to int32.
 
 Decision: sensors are read in bursts of 6, 6, 6 and 3 bytes. The 24 one-byte transactions of ST's firmware would not fit
-into 1.25 ms at 400 kHz.
+into 1.25 ms.
 
-Decision: scaling is a look-up in a table of all 65536 raw values, built on first use. It takes 12 ns instead of 290 ns,
-nine times per tick.
+Decision: scaling is a look-up in a table of all 65536 raw values, which takes 12 ns instead of 290 ns.
 """
 
 from __future__ import annotations
@@ -79,10 +78,9 @@ _SPIN_MS = 1000
 
 
 def initializeAllSensors(hal: Hal) -> None:
-    """Initialise the sensors; **never returns** if one is missing or of another type.
+    """Initialise the sensors; **never returns** if one is missing or wrong.
 
-    ST's code then hangs in ``while(1);`` without a message. Only HAL calls let virtual time pass, so the loop is
-    modelled by endless delays.
+    ST's code then hangs in ``while(1);``, here with delays, because only HAL calls let virtual time pass.
     """
     for init in (LSM6DSL_X_Init, LSM6DSL_G_Init, LIS2MDL_Init, LPS22HB_Init):
         if init(hal) != COMPONENT_OK:
@@ -91,7 +89,7 @@ def initializeAllSensors(hal: Hal) -> None:
 
 
 def enableAllSensors(hal: Hal) -> None:
-    """Start each sensor and print a message; like main.c it ignores the status."""
+    """Start each sensor and print a message, ignoring the status as main.c does."""
     LSM6DSL_X_Enable(hal)
     PRINTF(hal, "LSM6DSL MEMS Accelerometer initialized and enabled\n")
     LSM6DSL_G_Enable(hal)
@@ -105,7 +103,7 @@ def enableAllSensors(hal: Hal) -> None:
 
 
 def setUpForFlight(hal: Hal) -> None:
-    """Set the output rates, ranges and filters that the program needs."""
+    """Set the rates, ranges and filters of the program."""
     LSM6DSL_FlightSetup(hal)
     LIS2MDL_FlightSetup(hal)
 
@@ -117,7 +115,7 @@ _REMEMBERED = 4096  # samples of a sensor
 
 
 class AxesReader:
-    """A three-axis sensor, with samples in the board's axes; earlier samples are looked up."""
+    """A three-axis sensor in the board's axes; earlier samples are looked up."""
 
     def __init__(self, hal: Hal, device: int, register: int, sensitivity: float) -> None:
         self._hal = hal
@@ -153,9 +151,8 @@ class SensorReader:
     def ReadSensorRawData(
         self, acc: AxesRaw_TypeDef, gyro: AxesRaw_TypeDef, mag: AxesRaw_TypeDef, press: float
     ) -> float:
-        """Refresh ``acc`` (mg), ``gyro`` (mdps) and ``mag`` (mgauss); return the pressure in hPa.
-
-        A failed read leaves the old value, for the pressure ``press``.
+        """Refresh ``acc`` (mg), ``gyro`` (mdps) and ``mag`` (mgauss); return the pressure in hPa, ``press`` after a
+        failed read.
         """
         self._acc.read(acc)
         self._gyro.read(gyro)

@@ -28,7 +28,7 @@ _OF_LAB3 = {
 
 
 def template_of(title: str, boot_line: str = "Init...") -> str:
-    """Return the template's main.c for another lab, with its title and the line after set-up."""
+    """Return the template's main.c for another lab."""
     _, text = (sources() / "template" / "main.c").read_text(encoding="utf-8").split("*/\n", 1)
     for of_lab3, general in {**_OF_LAB3, BOOT_LINE: boot_line}.items():
         text = text.replace(of_lab3, general)
@@ -36,7 +36,7 @@ def template_of(title: str, boot_line: str = "Init...") -> str:
 
 
 def prebuilt(program: str, bus: str = "I2C2") -> Path:
-    """Return the ELF file of a program for a bus. Raises ValueError naming the known ones."""
+    """Return a program's ELF file for a bus. Raises ValueError."""
     if program not in PROGRAMS:
         raise ValueError(f"unknown firmware {program!r}; known: {', '.join(PROGRAMS)}")
     if bus not in BUSES:

@@ -1,5 +1,4 @@
 """Drivers of the three sensors.
 
-Register constants are transcribed from the datasheets again, because tests could not detect a wrong address shared with
-the models.
+Register constants are transcribed again, because tests could not detect a wrong address shared with the models.
 """

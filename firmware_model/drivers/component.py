@@ -1,7 +1,7 @@
 """Common functions of the three drivers: status codes and register updates.
 
 Decision: a driver's set-up is a table of steps, in the order of ST's drivers (STSW-FCU001). Each step is one read and
-one write, as on the board, even if the field already has its value.
+one write, as on the board.
 """
 
 from __future__ import annotations

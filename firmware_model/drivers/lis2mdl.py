@@ -55,6 +55,6 @@ def LIS2MDL_Enable(hal: Hal) -> int:
 
 
 def LIS2MDL_FlightSetup(hal: Hal) -> None:
-    """Set temperature compensation, 100 Hz, continuous mode and offset cancellation, ignoring the status as main.c does."""
+    """Set temperature compensation, 100 Hz, continuous mode and offset cancellation."""
     write_register(hal, LIS2MDL_ADDRESS, CFG_REG_A, CFG_REG_A_COMP_TEMP_100_HZ)
     write_register(hal, LIS2MDL_ADDRESS, CFG_REG_B, CFG_REG_B_OFF_CANC)

@@ -2,9 +2,8 @@
 
 Decision: the driver of the LPS22HB sets IF_ADD_INC in the transaction in which ST's driver clears it, for bursts.
 
-Decision: ``LPS22HB_WaitForData`` is an addition. ST's main.c reads its reference pressure some 10 ms after switching on
-a 25 Hz output, possibly before a conversion (758.4 hPa was seen). The wait is limited, because a dead sensor must not
-stop the boot.
+Decision: ``LPS22HB_WaitForData`` is an addition. ST's main.c reads its reference pressure possibly before the first
+conversion (758.4 hPa was seen). The wait is limited, so that a dead sensor does not stop the boot.
 """
 
 from __future__ import annotations
@@ -58,7 +57,7 @@ _INIT: tuple[Step, ...] = (
 
 
 def LPS22HB_Init(hal: Hal) -> int:
-    """Reset, wait 1 s, identify and set up the sensor, powered down; COMPONENT_ERROR if it is absent."""
+    """Reset, wait 1 s, identify and set up, powered down; COMPONENT_ERROR if absent."""
     if update_register(hal, LPS22HB_ADDRESS, (CTRL_REG2, BOOT_SWRESET, BOOT_SWRESET)) != COMPONENT_OK:
         return COMPONENT_ERROR
     hal.HAL_Delay(RESET_TIME_MS)
@@ -68,7 +67,7 @@ def LPS22HB_Init(hal: Hal) -> int:
 
 
 def LPS22HB_Enable(hal: Hal) -> int:
-    """Start 25 Hz and read the setting back, as ST does for pressure and for temperature."""
+    """Start 25 Hz and read the setting back, as ST does."""
     if update_register(hal, LPS22HB_ADDRESS, (CTRL_REG1, ODR, ODR_25_HZ)) != COMPONENT_OK:
         return COMPONENT_ERROR
     status, _ = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, CTRL_REG1, 1)
@@ -88,12 +87,12 @@ def LPS22HB_WaitForData(hal: Hal) -> int:
 
 
 def pressure_hpa(raw: int) -> float:
-    """Return the pressure in hPa (float32) of a 24-bit output: ``(float)((raw * 100) / 4096) / 100.0f``."""
+    """Return a 24-bit output in hPa (float32): ``(float)((raw * 100) / 4096) / 100.0f``."""
     return f32(int_divide(raw * 100, 4096) / 100.0)
 
 
 def temperature_degc(raw: int) -> float:
-    """Return the temperature in degC (float32) of a 16-bit output: ``(float)((raw * 10) / 100) / 10.0f``."""
+    """Return a 16-bit output in degC (float32): ``(float)((raw * 10) / 100) / 10.0f``."""
     return f32(int_divide(raw * 10, 100) / 10.0)
 
 
@@ -103,12 +102,12 @@ def _pressure_of(data: bytes) -> float:
 
 
 def LPS22HB_Get_Press(hal: Hal, press: float) -> float:
-    """Return the pressure in hPa (float32), or ``press`` if the read fails."""
+    """Return the pressure in hPa, or ``press`` if the read fails."""
     status, data = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, PRESS_OUT_XL, 3)
     return _pressure_of(data) if status == HAL_OK else press
 
 
 def LPS22HB_Get_Temp(hal: Hal, temperature: float) -> float:
-    """Return the temperature in degC (float32), or ``temperature`` if the read fails."""
+    """Return the temperature in degC, or ``temperature`` if the read fails."""
     status, data = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, TEMP_OUT_L, 2)
     return temperature_degc(int.from_bytes(data, "little", signed=True)) if status == HAL_OK else temperature

@@ -73,31 +73,31 @@ _FLIGHT_SETUP: tuple[Step, ...] = (
 
 
 def LSM6DSL_X_Init(hal: Hal) -> int:
-    """Identify the sensor and set the accelerometer up, powered down; COMPONENT_ERROR if it is absent."""
+    """Identify and set up the accelerometer, powered down; COMPONENT_ERROR if absent."""
     if check_who_am_i(hal, LSM6DSL_ADDRESS, WHO_AM_I, WHO_AM_I_VALUE) != COMPONENT_OK:
         return COMPONENT_ERROR
     return update_registers(hal, LSM6DSL_ADDRESS, _X_INIT)
 
 
 def LSM6DSL_G_Init(hal: Hal) -> int:
-    """Identify the sensor again, as ST's driver does, and set the gyroscope up, powered down."""
+    """Identify again, as ST's driver does, and set up the gyroscope, powered down."""
     if check_who_am_i(hal, LSM6DSL_ADDRESS, WHO_AM_I, WHO_AM_I_VALUE) != COMPONENT_OK:
         return COMPONENT_ERROR
     return update_registers(hal, LSM6DSL_ADDRESS, _G_INIT)
 
 
 def LSM6DSL_X_Enable(hal: Hal) -> int:
-    """Start the accelerometer at 104 Hz, the driver's default."""
+    """Start the accelerometer at 104 Hz."""
     return update_register(hal, LSM6DSL_ADDRESS, (CTRL1_XL, ODR, ODR_104_HZ))
 
 
 def LSM6DSL_G_Enable(hal: Hal) -> int:
-    """Start the gyroscope at 104 Hz, the driver's default."""
+    """Start the gyroscope at 104 Hz."""
     return update_register(hal, LSM6DSL_ADDRESS, (CTRL2_G, ODR, ODR_104_HZ))
 
 
 def LSM6DSL_FlightSetup(hal: Hal) -> None:
-    """Set 6.66 kHz, 4 g, LPF2 at ODR/400; 416 Hz, 2000 dps, ignoring the status as main.c does."""
+    """Set 6.66 kHz, 4 g, LPF2 at ODR/400; 416 Hz, 2000 dps."""
     for step in _FLIGHT_SETUP:
         update_register(hal, LSM6DSL_ADDRESS, step)
     write_register(hal, LSM6DSL_ADDRESS, CTRL2_G, CTRL2_G_416_HZ_2000_DPS)

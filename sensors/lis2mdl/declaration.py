@@ -36,9 +36,9 @@ _TABLE_3 = "datasheet Table 3"
 
 @dataclass(frozen=True)
 class LIS2MDLErrors(PartErrors):
-    """Deviations of a LIS2MDL, with axes in the sensor's frame (datasheet Table 3).
+    """Deviations of a LIS2MDL, axes in the sensor's frame (datasheet Table 3).
 
-    Without a source: the offset removed by cancellation, twice the remaining 60 mgauss, and 1 % coupling between axes.
+    Assumptions: 120 mgauss removed by cancellation, and 1 % coupling between axes.
     """
 
     PART: ClassVar[str] = "LIS2MDL"

@@ -1,13 +1,12 @@
 """The LIS2MDL's threshold interrupt and its pin INT/DRDY (datasheet 8.7 to 8.11; AN5069 6.3 and section 10).
 
-With IEL = 1 a crossing stays until INT_SOURCE_REG is read, and MROI (range overflow) always does. IEA is the active
-level of INT. Decisions:
+With IEL = 1 a crossing stays until it is read, and MROI (range overflow) always does. Decisions:
 
 * MROI needs IEN = 1 (AN5069 10.2); the datasheet calls it "always enabled".
 * the threshold has 16 bits, as the datasheet's Table 38 shows, unsigned; AN5069 says 15.
-* INT signals crossings only: an overflowing axis crosses every smaller threshold.
+* INT signals crossings only.
 * a changed interrupt setting acts from the next sample on, IEN = 0 and IEA at once.
-* with IEN = 0 and IEA = 0 bit INT reads 0, as every bit does after reset; ``idle_level`` can make it 1.
+* with IEN = 0 and IEA = 0 bit INT reads 0, as every bit does after reset, or ``idle_level``.
 """
 
 from __future__ import annotations
@@ -59,9 +58,9 @@ class InterruptSettings:
         )
 
     def compare(self, compared: NDArray[np.int16], measured: NDArray[np.float64]) -> bytes:
-        """Return INT_SOURCE_REG without INT, one byte per sample.
+        """Return a byte of INT_SOURCE_REG without INT per sample.
 
-        ``compared``, ``measured``: counts (3, n), the latter before saturation at 16 bits.
+        ``compared``, ``measured``: counts (3, n), the latter before saturation.
         """
         axes, counts = np.array(self.axes), compared.astype(np.int64)
         source = (_ABOVE * axes) @ (counts > self.threshold) + (_BELOW * axes) @ (counts < -self.threshold)
@@ -72,8 +71,8 @@ class InterruptSettings:
 class InterruptGenerator:
     """Generator of INT_SOURCE_REG and the INT signal.
 
-    ``compared``: stream of ``InterruptSettings.compare`` bytes; ``idle_level``: bit INT while IEN = 0 and IEA = 0;
-    ``edge``: called at each change by a sample.
+    ``compared``: bytes of ``InterruptSettings.compare``; ``idle_level``: bit INT while IEN = 0 and IEA = 0; ``edge``:
+    called at each change.
     """
 
     def __init__(
@@ -106,7 +105,7 @@ class InterruptGenerator:
             self._source = 0
 
     def after_reading_source(self) -> None:
-        """Clear latched flags after a read of INT_SOURCE_REG."""
+        """Clear latched flags after a read."""
         self._source &= 0 if self.settings.latched else _CROSSINGS
 
     def catch_up(self, now_ps: int) -> None:
@@ -121,7 +120,7 @@ class InterruptGenerator:
             self._edge(stream.time_ps(first + index), active if signals else 1 - active)
 
     def _take(self, sources: NDArray[np.uint8]) -> list[tuple[int, bool]]:
-        """Return where in ``sources`` the interrupt becomes active (True) or inactive."""
+        """Return where the interrupt becomes active (True) or inactive."""
         was = bool(self._source & _CROSSINGS)
         signals = (sources & _CROSSINGS) != 0
         everything = int(np.bitwise_or.reduce(sources))
@@ -140,7 +139,7 @@ Shown: TypeAlias = Literal["INT", "DRDY"]
 
 
 class IntDrdyPin:
-    """The pin: INT has priority over DRDY; high impedance without both, or in 4-wire SPI."""
+    """The pin: INT before DRDY; high impedance without both, or in 4-wire SPI."""
 
     def __init__(self) -> None:
         self.pin = Pin("INT/DRDY", level=None)
@@ -157,6 +156,5 @@ class IntDrdyPin:
             self.pin.drive(None, now_ps)
 
     def drive(self, signal: Shown, level: int, at_ps: int) -> None:
-        """Set the level of ``signal``, which the pin may show."""
         if self.shows == signal:
             self.pin.drive(level, at_ps)

@@ -1,19 +1,13 @@
 """The LIS2MDL's measurement: from magnetic field to counts (datasheet Table 3; AN5069 sections 3, 8 and 9).
 
-A measurement is the mean field, plus or minus Hoff by the polarity of the last pulse, plus noise. OFF_CANC gives the
-mean of two polarities, so Hoff cancels.
+A measurement is the mean field, plus or minus Hoff by the last pulse, plus noise. OFF_CANC averages two polarities, so
+Hoff cancels; without it there are set pulses only, every 63 samples or on leaving idle.
 
 Decisions: LPF of the LIS2MDL is the mean of two measurements. This has -3 dB at exactly ODR/4, and lowers noise as in
-Table 3. A single measurement has no neighbour: LPF has no effect, and with OFF_CANC_ONE_SHOT the host averages.
-
-With offset cancellation set and reset pulses alternate; without it there are set pulses only, every 63 samples or on
-leaving idle (AN5069 8).
+Table 3. It has no effect on single measurements.
 
 Decisions where the documents are silent: the 63 samples are counted from leaving idle, which is itself a pulse;
-alternation continues from the last polarity. Offsets left by strong fields are not modelled, as no document has
-figures.
-
-Thermometer (datasheet 8.16): 12 bits, sign-extended.
+alternation continues from the last polarity. Offsets left by strong fields are not modelled.
 """
 
 from __future__ import annotations
@@ -38,7 +32,7 @@ PULSE_EVERY: Final = 63
 
 
 class Pulses:
-    """Polarity of measurements by number: +1 after a set pulse, -1 after a reset pulse."""
+    """Polarity of measurements: +1 after a set pulse, -1 after a reset pulse."""
 
     def __init__(self) -> None:
         self.first = 0
@@ -49,18 +43,17 @@ class Pulses:
         self._periodic = True
 
     def configure(self, number: int, *, alternating: bool, periodic: bool) -> None:
-        """Set the pulses from measurement ``number`` on."""
         self._before = int(self.polarity(np.array([number - 1]))[0])
         self._from = number
         self._alternating = alternating
         self._periodic = periodic
 
     def leave_idle(self, number: int) -> None:
-        """Count from ``number``, the first measurement after idle; ``configure`` had it too."""
+        """Count from ``number``, the first measurement after idle."""
         self.first = number
 
     def polarity(self, numbers: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return +1 or -1 for ``numbers``, none before the last ``configure``."""
+        """Return +1 or -1 for ``numbers``, not before ``configure``."""
         since = numbers - self._from
         if self._alternating:
             return self._before * (1 - 2 * ((since + 1) % 2))
@@ -97,7 +90,7 @@ class MagnetometerSettings:
 
     @classmethod
     def decode(cls, mem: bytearray, rate_factor: Fraction = Fraction(1)) -> MagnetometerSettings:
-        """Decode the registers; ``rate_factor``: true rates over nominal ones."""
+        """Decode the registers; ``rate_factor``: true over nominal rates."""
         config, filters = mem[CFG_REG_A.addr], mem[CFG_REG_B.addr]
         low_power = bool(config & CFG_REG_A.LP.mask)
         continuous = CFG_REG_A.MD.get(config) == _CONTINUOUS
@@ -148,7 +141,7 @@ class Magnetometer:
         self.interrupt = InterruptSettings.decode(mem)
 
     def configure(self, mem: bytearray, number: int) -> None:
-        """Decode the registers; ``number`` is the first sample under the new settings."""
+        """Decode the registers, from sample ``number`` on."""
         settings = self.settings = MagnetometerSettings.decode(mem, self._rate_factor)
         self.interrupt = InterruptSettings.decode(mem)
         self.pulses.configure(number, alternating=settings.alternating, periodic=settings.periodic_set)
@@ -158,19 +151,19 @@ class Magnetometer:
         return words(self._without_offset(self._measure(number, t_s)))
 
     def compare(self, number: int, t_s: Times) -> bytes:
-        """Return the comparisons with the threshold: INT_SOURCE_REG without INT, a byte each."""
+        """Return a byte of INT_SOURCE_REG without INT per sample."""
         measured = np.rint(self._measure(number, t_s))
         compared = self._without_offset(measured) if self.interrupt.after_offset else measured
         return self.interrupt.compare(to_int16(compared), measured)
 
     def _without_offset(self, counts: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return counts minus the hard-iron offset (AN5069 section 9)."""
+        """Subtract the hard-iron offset (AN5069 section 9)."""
         if not any(self.settings.offset_counts):
             return counts
         return to_int16(counts) - np.array(self.settings.offset_counts, dtype=np.float64).reshape(3, 1)
 
     def _measure(self, number: int, t_s: Times) -> NDArray[np.float64]:
-        """Return counts, neither rounded nor saturated, shape (3, n)."""
+        """Return counts, not rounded or saturated, shape (3, n)."""
         settings = self.settings
         numbers = np.arange(number, number + len(t_s))
         signal, sign = (
@@ -193,7 +186,7 @@ class Magnetometer:
         return field / MGAUSS_PER_LSB
 
     def _noise_of(self, number: int, count: int) -> NDArray[np.float64]:
-        """Return noise of unit variance; averaged neighbours share a measurement, and so noise."""
+        """Return noise of unit variance; averaged neighbours share a measurement."""
         if not self.settings.averaging:
             return self._noise.block(number + 1, count)
         measured = self._noise.block(number, count + 1)

@@ -1,8 +1,8 @@
 """The LIS2MDL's behaviour behind its registers.
 
 Decisions where the documents are silent: triggering a single measurement does not clear Zyxda (ST's own examples poll
-in such a loop); a per-axis flag is cleared by its high byte; registers answer during REBOOT, for its bit, but not after
-power-on. Measuring with COMP_TEMP_EN = 0, which "must be 1" (datasheet 8.5), works and is noted.
+in such a loop); a per-axis flag is cleared by its high byte; registers answer during REBOOT, but not after power-on.
+Measuring with COMP_TEMP_EN = 0, which "must be 1" (datasheet 8.5), is noted.
 """
 
 from __future__ import annotations
@@ -112,7 +112,6 @@ class LIS2MDL(Part):
     # -- interface of the sensor ------------------------------------------------------------------------
 
     def supply_current_ua(self, single_hz: float = 0.0) -> float:
-        """Return the average supply current in microampere; ``single_hz``: rate of single measurements."""
         return _supply_current_ua(self.registers.mem, single_hz)
 
     def spi_wires(self) -> Wires:
@@ -122,13 +121,12 @@ class LIS2MDL(Part):
         return (self._pin.pin,)
 
     def catch_up(self, now_ps: int) -> None:
-        """Compare every due sample with the threshold, and update the pin."""
         self._interrupt.catch_up(now_ps)
         if self._pin.shows == "DRDY":
             self._outputs.field.refresh(now_ps)
 
     def next_event_ps(self) -> int:
-        """Return the time of the next sample, if it can move the pin."""
+        """Return when the next sample can move the pin."""
         if self._pin.pin.wired and self._pin.shows == "DRDY":
             return self._streams.field.next_ps
         if self._pin.pin.wired and self._pin.shows == "INT" and self._interrupt.settings.on:
@@ -197,7 +195,6 @@ class LIS2MDL(Part):
         self._modes.stop()
 
     def _configure(self, old: int, new: int, now_ps: int) -> None:
-        """Finish earlier work, then continue under the new settings."""
         del old, new
         self._interrupt.catch_up(now_ps)
         self._refresh(0, 0, now_ps)
@@ -275,10 +272,7 @@ _CONTINUOUS_UA = {  # by (low power, offset cancellation): at 10, 20, 50 and 100
 
 
 def _supply_current_ua(mem: bytearray, single_hz: float) -> float:
-    """Return the average supply current in microampere.
-
-    ``single_hz``: rate of single measurements, for which the current at 10 Hz is scaled.
-    """
+    """Return the average supply current in microampere, for single measurements scaled from 10 Hz."""
     config = mem[CFG_REG_A.addr]
     mode = bool(config & CFG_REG_A.LP.mask), bool(mem[CFG_REG_B.addr] & CFG_REG_B.OFF_CANC.mask)
     at_rate = _CONTINUOUS_UA[mode]

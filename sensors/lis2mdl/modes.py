@@ -1,8 +1,7 @@
-"""The LIS2MDL's modes: the next measurement, and its output registers (AN5069 sections 3, 6 and 7).
+"""The LIS2MDL's modes and its output registers (AN5069 sections 3, 6 and 7).
 
 Decisions where the documents are silent: a second MD = 01 during a single measurement does not restart it (ST's own
-examples poll in such a loop). REBOOT ends in idle after one measurement; another one requested meanwhile begins after
-it.
+examples poll in such a loop). REBOOT ends in idle after one measurement.
 """
 
 from __future__ import annotations
@@ -31,11 +30,11 @@ class Streams:
         return self.field, self.temperature, self.compared
 
     def next_number(self) -> int:
-        """Return the number of the next sample, counted over all runs."""
+        """Return the next sample's number over all runs."""
         return self.pulses.first + self.field.index + 1
 
     def start(self, now_ps: int, first_delay_ps: int, rate: Fraction | None, *, temperature: bool) -> None:
-        """Leave idle: one sample after ``first_delay_ps``, then more at ``rate``, if any."""
+        """Leave idle: one sample after ``first_delay_ps``, then more at ``rate``."""
         self.pulses.leave_idle(self.next_number())
         self.compared.index = self.field.index  # numbers continue, though this stream was not read
         self.temperature.stop()
@@ -81,7 +80,6 @@ class Outputs:
         self._temperature = OutputWords(registers, TEMP_OUT, streams.temperature, None)
 
     def configure(self) -> None:
-        """Set BDU and BLE from CFG_REG_C."""
         control = self._mem[CFG_REG_C.addr]
         for output in (self.field, self._temperature):
             output.set_format(
@@ -125,17 +123,15 @@ class Modes:
             self._streams.switch_temperature(now_ps, settings.rate, on=self._with_temperature())
 
     def boot(self, now_ps: int) -> None:
-        """Boot (REBOOT): 20 ms, one measurement, then idle."""
         self._mode, self._booted_ps = _AFTER_BOOT, now_ps + BOOT_PS
         self._start(now_ps, BOOT_PS, None)
 
     def stop(self) -> None:
-        """Become idle at once (SOFT_RST)."""
         self._mode = IDLE
         self._streams.stop()
 
     def measured(self) -> int:
-        """Process new samples; return the time of the first. A single measurement ends in idle (AN5069 3.3)."""
+        """Process new samples; return the first one's time. A single measurement ends in idle (AN5069 3.3)."""
         if self._mode != CONTINUOUS:
             self._mode = IDLE
             self._mem[CFG_REG_A.addr] = CFG_REG_A.MD.put(self._mem[CFG_REG_A.addr], IDLE)

@@ -1,15 +1,14 @@
 """The LPS22HB's measurement: from pressure and temperature to counts (datasheet Tables 3, 4, 17 and 18).
 
 Decision: the pressure's low-pass starts settled, with the first sample after the rate or the filter has been set or
-LPFP_RES has been read. One-shot measurements and the temperature do not pass it.
+LPFP_RES has been read.
 
 Decision: the other settings of the barometer are noisier by the factors of ``_NOISE``. The datasheet gives 0.0075 hPa
-RMS for one setting. The lab's setting (25 Hz, low current, no filter) gets 0.012 hPa, 10 cm, less than a step of a
-staircase. Factors from noise gain and supply current would let a board at rest wander by 40 cm.
+RMS for one setting; the lab's gets 0.012 hPa, 10 cm, less than a step of a staircase.
 
 Decision: a one-shot conversion takes 13 ms in low noise and 5 ms in low current, figures of the related LPS22HH.
 
-Approximation: supply current above power-down grows with the rate from the figures at 1 Hz (Table 3).
+Approximation: supply current above power-down grows with the rate (Table 3).
 """
 
 from __future__ import annotations
@@ -46,7 +45,6 @@ _NOISE = {  # output RMS over the datasheet's figure; by low current and filter 
 
 
 def _filter(divisor: int) -> Chain:
-    """Return the low-pass with its cut-off at ODR over ``divisor``."""
     return chain((low_pass(1 / divisor),), "settled")
 
 
@@ -73,7 +71,7 @@ class BarometerSettings:
         return _filter(self.divisor) if self.divisor else None
 
     def conversion_noise(self) -> float:
-        """Return the RMS noise before the filter, relative to the datasheet's figure."""
+        """Return the RMS noise before the filter over the datasheet's figure."""
         behind = _NOISE[self.low_current, self.divisor]
         return behind / _filter(self.divisor).noise_gain if self.divisor else behind
 
@@ -98,7 +96,7 @@ class Barometer:
         self.stream.when_world_changes(self._filter.forget)
 
     def configure(self, settings: BarometerSettings, now_ps: int) -> None:
-        """Apply the settings to later samples; another rate begins a new run."""
+        """Apply the settings to later samples."""
         was = self.settings
         if settings == was:
             return
@@ -120,7 +118,6 @@ class Barometer:
         self.stream.start_single(now_ps, _ONE_SHOT_PS[self.settings.low_current])
 
     def restart_filter(self) -> None:
-        """Restart the filter, settled, with the next sample."""
         self._filter.restart(self.settings.low_pass, self.stream.next_number())
         self.stream.invalidate()
 
@@ -137,7 +134,6 @@ class Barometer:
         return samples.tobytes()
 
     def _unfiltered(self, number: int, count: int) -> NDArray[np.float64]:
-        """Return the filter's input, (1, count)."""
         return self._measured_hpa(number, self.stream.times_s(number, count))[np.newaxis]
 
     def _measured_hpa(self, number: int, t_s: Times) -> NDArray[np.float64]:
@@ -148,7 +144,7 @@ class Barometer:
         return hpa
 
     def _deviating_hpa(self, pressure_hpa: NDArray[np.float64], t_s: Times) -> NDArray[np.float64]:
-        """Return ``pressure_hpa`` (n,) with the sensor's deviation, without noise."""
+        """Return ``pressure_hpa`` (n,) with the deviation, without noise."""
         errors = self._errors
         hpa = pressure_hpa + errors.pressure_bias_hpa
         if errors.pressure_relative_hpa:

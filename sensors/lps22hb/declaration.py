@@ -22,11 +22,11 @@ REFERENCE_DEGC, _FARTHEST_DEGC = 25.0, 65.0
 
 @dataclass(frozen=True)
 class LPS22HBErrors(PartErrors):
-    """Deviations of an LPS22HB, the typical values of Table 3. Decisions:
+    """Deviations of an LPS22HB, typical values of Table 3. Decisions:
 
     * the error of the LPS22HB that calibration removes is one number, ``pressure_bias_hpa``, here before calibration.
     * relative accuracy is a straight line through the middle of its range.
-    * the error by temperature is a straight line too, with 0.1 hPa at the end farther from 25 degC.
+    * the error by temperature is a straight line too, 0.1 hPa at the end farther from 25 degC.
     """
 
     PART: ClassVar[str] = "LPS22HB"

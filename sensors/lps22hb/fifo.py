@@ -1,8 +1,7 @@
 """The LPS22HB's FIFO: 32 levels of pressure and temperature (datasheet section 5, 9.8 and 9.16).
 
-The mode, and for some the interrupt (IA), selects a behaviour. FIFO stops at the first sample that does not fit, until
-it is left. Stream overwrites the oldest level; once it has been emptied, the next sample brings the last read level
-back. Dynamic stream does not.
+FIFO behaviour stops at the first sample that does not fit. Stream overwrites the oldest level; once emptied, it repeats
+the last read level. Dynamic stream does not.
 
 Decisions where the datasheet is silent or contradicts itself: FIFO mode stops when it is full (against 5.2);
 STOP_ON_FTH limits every behaviour to WTM + 1 levels; a read level ends OVR; mode 101b is bypass. Reading TEMP_OUT_H
@@ -41,7 +40,7 @@ _OFF = (Behaviour.BYPASS, Behaviour.BYPASS)
 
 
 class PressureFifo:
-    """The FIFO; ``on``: not in bypass; ``active``: may leave bypass, so it needs each sample."""
+    """The FIFO; ``on``: not in bypass; ``active``: may leave bypass."""
 
     def __init__(self) -> None:
         self._levels: deque[bytes] = deque()  # unread, oldest first
@@ -90,7 +89,6 @@ class PressureFifo:
                 self._overrun = True
 
     def pop(self) -> None:
-        """Remove the oldest level after its read."""
         if self._levels:
             self._last_read = self._levels.popleft()
             self._overrun = False
@@ -108,7 +106,7 @@ class PressureFifo:
         return value
 
     def signals(self) -> int:
-        """Return the signals for the pin, as bits of CTRL_REG3."""
+        """Return the pin's signals, as bits of CTRL_REG3."""
         value = CTRL_REG3.F_FSS5.mask if len(self._levels) == LEVELS else 0
         if self._at_watermark():
             value |= CTRL_REG3.F_FTH.mask

@@ -1,16 +1,16 @@
 """The LPS22HB's pressure interrupt: reference, comparison and pin (datasheet 9.1 to 9.15, figure 22).
 
-AUTOZERO and AUTORIFP capture the next pressure in REF_P, against which the interrupt then compares; AUTOZERO also
-subtracts it from the output, in place of RPDS.
+AUTOZERO and AUTORIFP capture REF_P, with which the interrupt compares; AUTOZERO also subtracts it from the output, in
+place of RPDS.
 
 Decisions where the datasheet is silent: the measured pressure is the one before RPDS; the captured sample is already
-shown relative to REF_P; firmware may overwrite REF_P; RESET_AZ clears REF_P and RESET_ARP does not.
+shown relative to REF_P; RESET_AZ clears REF_P and RESET_ARP does not.
 
 Decisions where the datasheet is silent: a difference equal to the threshold sets neither flag; switching a comparison
-off clears its flag unless latched; switching LIR off leaves it to the next sample.
+off clears its flag unless latched.
 
-Decisions: with INT_S = 0 the pin shows the enabled data signals ORed together, as in figure 22. Data-ready is P_DA. An
-open-drain pin is released instead of driven high.
+Decisions: with INT_S = 0 the pin shows the enabled data signals ORed together, as in figure 22. Data-ready is P_DA.
+Open drain releases a high pin.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _REF_P, _REF_P_END = REF_P.addr, REF_P.addr + REF_P.size
 
 
 class Reference:
-    """The reference; pressures are counts, samples the stream's five bytes."""
+    """The reference; pressures are counts, samples five bytes."""
 
     def __init__(self, mem: bytearray, rpds_counts_per_lsb: int) -> None:
         self._mem = mem
@@ -50,7 +50,7 @@ class Reference:
         self._subtracted = self._ref_p() if self._autozero else rpds * self._rpds_counts_per_lsb
 
     def take(self, sample: bytes) -> None:
-        """Capture a sample if firmware has requested that."""
+        """Capture a sample if firmware has requested it."""
         asked = self._mem[INTERRUPT_CFG.addr] & _CAPTURE
         if not asked:
             return
@@ -61,7 +61,7 @@ class Reference:
         self.configure()
 
     def output(self, sample: bytes) -> bytes:
-        """Return the sample as shown by output registers and FIFO."""
+        """Return the sample as shown."""
         if not self._subtracted:
             return sample
         counts = min(max(_pressure(sample) - self._subtracted, _LOWEST), _HIGHEST)
@@ -91,7 +91,7 @@ _PH, _PL, _IA = INT_SOURCE.PH.mask, INT_SOURCE.PL.mask, INT_SOURCE.IA.mask
 
 
 class PressureInterrupt:
-    """Comparison; ``source``: PH, PL and IA; ``on``: whether samples are compared."""
+    """Comparison of samples while ``on``; ``source``: PH, PL and IA."""
 
     def __init__(self) -> None:
         self.source = 0
@@ -118,7 +118,6 @@ class PressureInterrupt:
             self._show(self.source & self._enabled)
 
     def compare(self, difference: int) -> None:
-        """Process a sample; ``difference`` in counts."""
         found = 0
         if difference > self._threshold:
             found = _PH
@@ -127,7 +126,6 @@ class PressureInterrupt:
         self._show(found & self._enabled | (self.source if self._latched else 0))
 
     def acknowledge(self) -> None:
-        """Clear the flags after a read of INT_SOURCE."""
         if self._latched:
             self.source = 0
 
@@ -153,7 +151,6 @@ class IntDrdy:
         self.routed = bool(self._control & (_DATA | CTRL_REG3.INT_S.mask))
 
     def drive(self, status: int, fifo_signals: int, int_source: int, at_ps: int) -> None:
-        """Set the pin's level as of ``at_ps``."""
         interrupts = _INTERRUPTS[CTRL_REG3.INT_S.get(self._control)]
         if interrupts:
             active = bool(int_source & interrupts)

@@ -1,13 +1,11 @@
 """The LPS22HB's behaviour behind its registers.
 
-Lazy evaluation: samples are computed at a read, and due work is done before a write.
-
 Decisions where the datasheet is silent: while the FIFO is on and empty the output registers are unchanged; registers
-work during the boot after power-on, for INT_SOURCE.BOOT_STATUS.
+work during the boot after power-on.
 
 Decisions where the datasheet (9.1, 9.6) is silent: RESET_AZ and RESET_ARP act at once and read 1 for 10 us, as does
 SWRESET, which keeps RPDS and RES_CONF; a write to a busy ONE_SHOT has no effect, another rate ends it; BOOT takes one
-period of the data rate, or 1 ms in power-down, and changes no setting.
+period, or 1 ms in power-down, and changes no setting.
 """
 
 from __future__ import annotations
@@ -58,7 +56,7 @@ _BOOT, _SWRESET, _ONE_SHOT = CTRL_REG2.BOOT.mask, CTRL_REG2.SWRESET.mask, CTRL_R
 
 
 class Commands:
-    """Commands in ``registers``; ``configure(now_ps)`` updates the sensor after them."""
+    """Commands in ``registers``; ``configure(now_ps)`` follows them."""
 
     def __init__(
         self,
@@ -85,7 +83,6 @@ class Commands:
         return self._clearing.pending(_BOOT, now_ps)
 
     def write_interrupt_cfg(self, old: int, new: int, now_ps: int) -> None:
-        """Handle a write; all samples until now have been taken."""
         del old
         if new & INTERRUPT_CFG.RESET_AZ.mask:
             self._pipeline.reference.reset_autozero()
@@ -97,7 +94,6 @@ class Commands:
         self._configure(now_ps)
 
     def write_control2(self, old: int, new: int, now_ps: int) -> None:
-        """Handle a write; all samples until now have been taken."""
         del old
         mem, busy = self._registers.mem, self._one_shot
         if busy:
@@ -115,7 +111,6 @@ class Commands:
             self._start_one_shot(now_ps)
 
     def end_one_shot(self) -> None:
-        """End a one-shot measurement, completed or aborted."""
         if self._one_shot:
             self._one_shot = False
             self._registers.mem[CTRL_REG2.addr] &= ~_ONE_SHOT
@@ -139,8 +134,8 @@ _BURST_WRAP = {_TEMP_OUT_H: PRESS_OUT.addr}  # a burst wraps within the output (
 class LPS22HB(Part):
     """Barometer with thermometer; ``pressure_hpa`` and ``temperature_degc``: (n,).
 
-    ``rpds_counts_per_lsb``: 256, or 1 as in ST's driver; ``powered_on_ps``: None for long ago; ``trimming_ps``: how
-    long BOOT_STATUS is set then; ``power_on_counts``: PRESS_OUT before the first conversion (0x2F6666 was seen).
+    ``rpds_counts_per_lsb``: 256, or 1 as in ST's driver; ``powered_on_ps``: None for long ago; ``trimming_ps``:
+    duration of BOOT_STATUS then; ``power_on_counts``: first PRESS_OUT (0x2F6666 was seen).
     """
 
     NAME: ClassVar[str] = "LPS22HB"
@@ -182,7 +177,7 @@ class LPS22HB(Part):
         self._refresh(now_ps)
 
     def next_event_ps(self) -> int:
-        """Return the time of the next sample, if it can move the pin."""
+        """Return when the next sample can move the pin."""
         int_drdy = self._pipeline.int_drdy
         return self._stream.next_ps if int_drdy.routed and int_drdy.pin.wired else NEVER_PS
 
@@ -193,7 +188,7 @@ class LPS22HB(Part):
         return supply_current_ua(self._barometer.settings)
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
-        """Return the specified range of ``pressure_hpa``, or that of ``temperature_degc``."""
+        """Return the specified range of a channel."""
         return {
             "pressure_hpa": (260.0, 1260.0, 1 / COUNTS_PER_HPA),
             "temperature_degc": (-327.68, 327.67, 1 / COUNTS_PER_DEGC),

@@ -1,7 +1,7 @@
 """From a measured sample of the LPS22HB to its output registers and STATUS (datasheet 9.1 to 9.17).
 
-With BDU, pressure and temperature are held together, from the first byte read to PRESS_OUT_H. Decision: P_DA and T_DA
-are cleared by reading the high byte of their output, as in the LPS25H.
+With BDU, pressure and temperature are held from the first byte read to PRESS_OUT_H. Decision: P_DA and T_DA are cleared
+by reading the high byte of their output, as in the LPS25H.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from fcu_emulator.sensors.sampling import SampleStream
 
 
 class Pipeline:
-    """The functions that a sample passes: reference, interrupt, FIFO and pin.
+    """The path of a sample: reference, interrupt, FIFO and pin.
 
-    ``every_sample``: whether any needs each sample, not only the latest.
+    ``every_sample``: whether any of them needs each one.
     """
 
     def __init__(self, mem: bytearray, rpds_counts_per_lsb: int) -> None:
@@ -45,7 +45,7 @@ class Pipeline:
         self.drive(now_ps)
 
     def take(self, sample: bytes, at_ps: int) -> bytes:
-        """Process a measured sample; return it as the output registers show it."""
+        """Process a measured sample; return it as shown."""
         if not self.every_sample:
             return self.reference.output(sample)
         self.reference.take(sample)
@@ -59,12 +59,11 @@ class Pipeline:
         return output
 
     def level_was_read(self, now_ps: int) -> None:
-        """Remove the FIFO's oldest level after a read of its last byte."""
         self.fifo.pop()
         self.drive(now_ps)
 
     def int_source_was_read(self, now_ps: int) -> None:
-        """End a latched interrupt, and its effects on the FIFO."""
+        """End a latched interrupt, and its effects."""
         self.interrupt.acknowledge()
         self.fifo.trigger(on=self.interrupt.raised)
         self.drive(now_ps)
@@ -73,7 +72,7 @@ class Pipeline:
         self.int_drdy.drive(self._mem[STATUS.addr], self.fifo.signals(), self.interrupt.source, at_ps)
 
     def reset(self) -> None:
-        """Reset after SWRESET has reset the registers; ``configure`` follows."""
+        """Reset after SWRESET; ``configure`` follows."""
         self.reference.reset_autozero()
         self.reference.reset_autorifp()
 
@@ -93,7 +92,7 @@ _P_UNREAD, _T_UNREAD = 0xFF & ~P_READ, 0xFF & ~_T_READ
 
 
 class PressureOutput:
-    """The output registers; plain attributes, because every read uses them.
+    """The output registers.
 
     ``latest``: the latest sample, five bytes; ``stale``: the next read must update; ``held``: by BDU.
     """
@@ -113,12 +112,11 @@ class PressureOutput:
         self.stale = True
 
     def flag(self, fresh: int) -> None:
-        """Set the flags for ``fresh`` new samples."""
         unread = _NEW if fresh > 1 else self._mem[STATUS.addr] & _NEW
         self._mem[STATUS.addr] |= _NEW | unread << _OVERRUN_SHIFT
 
     def show(self, sample: bytes | None) -> None:
-        """Write ``sample`` unless the output is held; None changes nothing."""
+        """Write ``sample``, if any, unless the output is held."""
         self.stale = self.held
         if sample is not None and not self.held:
             self._mem[_FIRST:_END] = sample
@@ -142,10 +140,7 @@ class PressureOutput:
 
 
 class OutputPrefetch:
-    """Prefetcher of the output, while FIFO and pin are unused.
-
-    ``refresh(now_ps)`` takes due samples. A prefetch of held output ends with PRESS_OUT_H, which releases it.
-    """
+    """Prefetcher of the output, while FIFO and pin are unused; ``refresh(now_ps)`` takes due samples."""
 
     def __init__(
         self,
@@ -176,12 +171,11 @@ class OutputPrefetch:
         return bytes(self._mem[first:end]), stream.next_ps, quiet
 
     def valid_until_ps(self, first: int, end: int) -> int:
-        """Return the time of the next sample: a burst has cleared the flags."""
+        """Return the next sample's time, as a burst has cleared the flags."""
         del first, end
         return self._stream.next_ps if self._alone() else 0
 
     def burst_reader(self, first: int, end: int) -> BurstReader | None:
-        """Return a reader of the whole pressure."""
         return self._read_pressure if (first, end) == (_FIRST, _PRESS_OUT_H + 1) else None
 
     def _read_pressure(self, now_ps: int) -> tuple[bytes, int]:

@@ -2,11 +2,11 @@
 
 * level: the stamped axes' LSB is 1 while DEN is active.
 * latched: the LSB is 1 in the first sample after a pulse.
-* FIFO: it is only written while DEN is active; the LSB alternates between such windows, from 0 on.
+* FIFO: it is only written while DEN is active; the LSB alternates between such windows.
 * edge: only the first sample after each active edge is shown.
 
 Decisions where the documents are silent: data enable's stamp is also in the output registers; DEN_DRDY rises with a
-stamped sample taken with DEN active, and falls with any other and when a high byte is read.
+stamped sample, and falls with another and when a high byte is read.
 """
 
 from __future__ import annotations
@@ -60,7 +60,6 @@ class DenSettings:
 
     @classmethod
     def decode(cls, mem: bytearray) -> DenSettings:
-        """Decode the main bank; an invalid mode is off."""
         mode, control = _mode(mem), mem[CTRL9_XL.addr]
         return cls(
             mode=DenMode(mode) if mode in set(DenMode) else DenMode.OFF,
@@ -108,7 +107,6 @@ class Gate:
         self._pending = False
 
     def close(self, closed: bool, now_ps: int) -> None:
-        """Show only passed samples, or all again."""
         self.catch_up(now_ps)
         if closed:
             self.shown.data = self.source.data
@@ -118,13 +116,12 @@ class Gate:
         self.closed, self._pending = closed, False
 
     def open(self, at_ps: int) -> None:
-        """Pass the next sample after an edge."""
         if self.closed:
             self._pending = True
             self.aim(at_ps)
 
     def aim(self, now_ps: int) -> None:
-        """Set the passed sample to the first after ``now_ps``; its rate may have changed."""
+        """Set the passed sample to the first after ``now_ps``."""
         if self._pending and self.source.running:
             self._index = self.source.latest(now_ps) + 1
             self.shown.start_single(now_ps, self.source.time_ps(self._index) - now_ps)
@@ -148,7 +145,7 @@ _NONE = -1
 
 
 class DataEnable:
-    """Data enable; ``stream_changed`` is called when a sensor is shown through another stream."""
+    """Data enable; ``stream_changed`` is called when a sensor's visible stream changes."""
 
     CONFIGURATION: tuple[type[Register], ...] = (
         CTRL1_XL,
@@ -190,7 +187,7 @@ class DataEnable:
     # -- feature interface ------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
-        """Decode the registers; a marked or passed sample to come is kept."""
+        """Decode the registers; a marked sample to come is kept."""
         old, settings = self._settings, DenSettings.decode(self._mem)
         self._settings = settings
         if settings.begins_anew(old):
@@ -210,7 +207,6 @@ class DataEnable:
         self._violations.report(violations(self._mem), now_ps)
 
     def catch_up(self, now_ps: int) -> None:
-        """Set or clear DEN_DRDY by the new samples."""
         for gate in self._gates.values():
             gate.catch_up(now_ps)
         stream = self._shown()
@@ -258,7 +254,6 @@ class DataEnable:
             gate.aim(now_ps)
 
     def _wire(self) -> None:
-        """Connect the hooks when a mode is first selected."""
         self._wired = True
         chip = self._chip
         for stream, register in ((chip.xl, OUT_XL), (chip.g, OUT_G)):
@@ -274,7 +269,7 @@ class DataEnable:
         return stamp
 
     def _stamp(self, number: int, data: bytes) -> bytes:
-        """Return samples, all under the present level, with their stamps."""
+        """Return samples, all under the present level, with stamps."""
         words = np.frombuffer(data, dtype="<i2").reshape(-1, 3).copy()
         bits = np.zeros(len(words), dtype=np.int16)
         if self._settings.mode is DenMode.LATCHED:

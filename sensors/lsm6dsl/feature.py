@@ -1,8 +1,7 @@
 """Interface of an LSM6DSL function beyond plain measuring, and its context.
 
 The model calls ``catch_up`` before a write to registers that a feature declares; a feature calls ``chip.catch_up``
-before a read of its results. Functions exchange signals with event times, named as in the routing registers:
-``DRDY_XL``, ``FTH`` ...
+before a read of its results. Signals have the routing registers' names: ``DRDY_XL``, ``FTH`` ...
 """
 
 from __future__ import annotations
@@ -62,7 +61,7 @@ class Signals:
         self._listeners[name].append(listener)
 
     def set(self, name: SignalName, on: bool, at_ps: int) -> None:
-        """Set a signal's level as of ``at_ps``; listeners are called for changes only."""
+        """Set a signal's level; listeners are called for changes only."""
         if self._on[name] != on:
             self._on[name] = on
             for listener in self._listeners[name]:
@@ -83,7 +82,7 @@ class Gates:
             self._instead[stream] = instead
 
     def shown(self, stream: SampleStream) -> SampleStream:
-        """Return the visible stream of a sensor for registers, data-ready and FIFO."""
+        """Return the visible stream of a sensor."""
         return self._instead.get(stream, stream)
 
 
@@ -91,8 +90,8 @@ class Gates:
 class FeatureContext:
     """The environment of a feature.
 
-    ``banks``: embedded banks by FUNC_CFG_ACCESS value; ``xl``, ``g``, ``temperature``: streams of little-endian int16
-    words; ``rate_factor``: true over nominal rates; ``catch_up(now_ps)``: let all active features do their due work.
+    ``banks``: by FUNC_CFG_ACCESS value; ``xl``, ``g``, ``temperature``: streams of little-endian int16 words;
+    ``rate_factor``: true over nominal rates; ``catch_up(now_ps)``: let all active features work.
     """
 
     registers: RegisterFile
@@ -108,7 +107,7 @@ class FeatureContext:
     rate_factor: Fraction = Fraction(1)
 
     def nominal_hz(self, stream: SampleStream) -> Fraction:
-        """Return the nominal rate of a stream; 0 when stopped."""
+        """Return the nominal rate; 0 when stopped."""
         return stream.rate_hz / self.rate_factor
 
     def note(self, now_ps: int, kind: str, text: str) -> None:
@@ -120,13 +119,13 @@ class Feature(Protocol):
 
     active: bool
     CONFIGURATION: tuple[type[Register], ...]
-    """Main-bank registers whose writes may change the feature."""
+    """Registers whose writes may change the feature."""
 
     def configure(self, now_ps: int) -> None:
         """Decode the registers; all work before ``now_ps`` is done."""
 
     def catch_up(self, now_ps: int) -> None:
-        """Process all work due until ``now_ps``, while ``active``."""
+        """Process all work due until ``now_ps``."""
 
     def reset(self, now_ps: int) -> None:
         """Reset the feature (SW_RESET); ``configure`` follows."""
@@ -147,7 +146,7 @@ class Violations:
         self._present: set[str] = set()
 
     def report(self, found: Mapping[str, bool], now_ps: int) -> None:
-        """Note new violations; ``found``: each text, and whether it is present."""
+        """Note new violations; ``found``: whether each text applies."""
         for text, present in found.items():
             if present and text not in self._present:
                 self._chip.note(now_ps, "forbidden", text)
