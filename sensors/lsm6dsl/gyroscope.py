@@ -1,26 +1,15 @@
 """The LSM6DSL's gyroscope: from angular rate to counts (datasheet Table 3; AN5040 section 3).
 
-World, deviation, noise and self-test pass the selected filters as in the accelerometer. The world first
-passes a filter before decimation (``sensors.front_end``), whose delay is part of the one below.
+After power-down the drive starts within ``LSM6DSLErrors.gyro_turn_on_ms``, 35 ms in Table 4; the 70 ms of AN5040 are a
+driver's safe wait. The first samples, as many as Table 16 gives, follow the step response of the low-pass filter.
+Approximation: from 1666 Hz on they settle within a few periods, not 81 ms (Table 16).
 
-After power-down the drive takes 35 ms to start, the typical turn-on time of the datasheet's Table 4, then
-sampling begins; out of sleep it begins at once. ``LSM6DSLErrors.gyro_turn_on_ms`` sets another time. The 70
-ms of AN5040's Tables 14 to 16 were rejected: they are a safe wait for a driver. A sensor with this delay
-shows 0 in the lab's first line of text; the board shows its rates there. Samples from the first period on,
-invalid until the drive runs, were also rejected; AN5040 does not decide between the two.
+One low-pass and the filter before decimation give the overall cut-off of Table 19; the rest of the documented phase at
+20 Hz is a delay (3.8).
+Where the filter before decimation alone has more delay (12.5 to 208 Hz), its cut-off is higher. LPF1 switched off has no
+phase table: it is delayed as FTYPE = 3.
 
-The first samples out of power-down are too small, by the step response of the low-pass filter, and exact
-after the number of samples that AN5040's Table 16 gives: 3 to 9 up to 833 Hz. Approximation: from 1666 Hz on,
-Table 16 gives 81 ms (up to 540 samples). The samples here settle within a few periods; only DRDY_MASK hides
-the full time.
-
-Filters (AN5040 3.8): one low-pass, which gives the overall cut-off of Table 19 together with the filter before
-decimation. The documented phase at 20 Hz minus the phase of both is a plain delay; where it would be negative
-(52 to 208 Hz), the cut-off of the filter before decimation is higher. LPF1 switched off has no phase table: it
-is delayed as FTYPE = 3.
-
-Samples to be discarded (AN5040 3.9, Tables 14 to 16). Decision: out of sleep into low power, as many samples
-are to be discarded as out of power-down; the tables are silent.
+Decision: out of sleep into low power, as many samples are to be discarded as out of power-down.
 """
 
 from __future__ import annotations
@@ -63,7 +52,7 @@ from fcu_emulator.sensors.sampling import PS_PER_S, SampleStream, Times, words
 
 # -- samples to discard (AN5040 3.9, Tables 14 to 16) -------------------------------------------------------
 
-# Gyroscope in high performance by rate in Hz (Table 16): LPF1 off, LPF1 on.
+# High performance by rate in Hz (Table 16): LPF1 off, LPF1 on.
 _G_TURN_ON = {
     12.5: (2, 2),
     26.0: (3, 3),
@@ -76,11 +65,11 @@ _G_TURN_ON = {
     3332.0: (270, 270),
     6664.0: (540, 540),
 }
-_G_LOW_POWER, _G_CHANGE = 1, 2  # Table 14: in addition to the drive's start; change in high performance
+_G_LOW_POWER, _G_CHANGE = 1, 2  # Table 14: after the drive's start; change in high performance
 
 
 def gyroscope_discards(old: PowerMode, new: PowerMode) -> int:
-    """Return the samples to discard from ``old`` to ``new`` once the drive runs, 0 if they are equal."""
+    """Return the samples to discard after a change of mode, once the drive runs."""
     if new == old or not new.odr_hz:
         return 0
     if not new.high_performance:
@@ -92,7 +81,7 @@ def gyroscope_discards(old: PowerMode, new: PowerMode) -> int:
 
 _HIGH_PASS_HZ = (0.016, 0.065, 0.260, 1.04)  # CTRL7_G.HPM_G
 
-# Overall cut-off in Hz by ODR code (Table 19): LPF1 off, then FTYPE 0 to 3; the same up to 208 Hz.
+# Overall cut-off in Hz by ODR code (Table 19): LPF1 off, then FTYPE 0 to 3.
 _CUTOFF_HZ = {
     1: (4, 4, 4, 4, 4),
     2: (8, 8, 8, 8, 8),
@@ -124,10 +113,10 @@ _HIGHEST_DECIMATION, _BISECTIONS = 4.0, 40
 
 
 class GyroscopeFilter(NamedTuple):
-    """``chain`` of the output, None without filter; its input is the rate of ``delay_s`` ago.
+    """``chain`` of the output; its input is the rate of ``delay_s`` ago.
 
-    ``late_s`` is the part of this delay that the filter before decimation does not cause;
-    ``decimation``: its cut-off over the output rate.
+    ``late_s``: the part of the delay not caused by the filter before decimation; ``decimation``: that filter's cut-off
+    over the output rate.
     """
 
     chain: Chain | None
@@ -137,7 +126,7 @@ class GyroscopeFilter(NamedTuple):
 
 
 def gyroscope_filter(mem: bytearray, code: int, odr_hz: float, *, high_performance: bool) -> GyroscopeFilter:
-    """Return the gyroscope's filters at ODR code ``code`` (1 to 10), from the main register bank."""
+    """Return the filters at ODR code ``code`` (1 to 10)."""
     if not odr_hz:
         return GyroscopeFilter(None, 0.0, 0.0, USUAL_DECIMATION)
     lpf1 = high_performance and mem[CTRL4_C.addr] & CTRL4_C.LPF1_SEL_G.mask
@@ -160,7 +149,7 @@ def _rise(filters: Chain | None, discards: int) -> Array:
 
 
 def high_pass_is_idle(mem: bytearray) -> bool:
-    """Return whether HP_EN_G is set in low-power or normal mode, without a high-pass filter (AN5040 3.8)."""
+    """Return whether HP_EN_G is set without high performance (AN5040 3.8)."""
     control = mem[CTRL7_G.addr]
     low_power = control & CTRL7_G.G_HM_MODE.mask and CTRL2_G.ODR_G.get(mem[CTRL2_G.addr]) in range(1, 6)
     return bool(control & CTRL7_G.HP_EN_G.mask and low_power)
@@ -219,7 +208,7 @@ def _phase_s(sections: tuple[Section, ...], rate_hz: float) -> float:
 
 # -- the sensor ---------------------------------------------------------------------------------------------
 
-# CTRL2_G.FS_G: 250, 500, 1000, 2000 dps; the last entry is FS_125 (Table 3).
+# CTRL2_G.FS_G: 250, 500, 1000, 2000 dps, and FS_125 (Table 3).
 MDPS_PER_LSB = (8.75, 17.5, 35.0, 70.0, 4.375)
 _FS_125 = 4
 
@@ -239,7 +228,7 @@ class GyroscopeSettings:
     odr_hz: float
     scale: int  # FS_G code, or 4 for +-125 dps
     filters: GyroscopeFilter
-    noise_rms_factor: float  # before the chain: mdps RMS for each mdps/sqrt(Hz) of the sensor's noise density
+    noise_rms_factor: float  # before the chain: mdps RMS per mdps/sqrt(Hz)
     self_test: int
     driven: bool  # also in sleep
     mode: PowerMode
@@ -270,7 +259,7 @@ class GyroscopeSettings:
 
 
 class Gyroscope:
-    """The gyroscope and its ``stream`` of samples; ``angular_rate_dps`` in the sensor's axes."""
+    """The gyroscope; ``angular_rate_dps`` in the sensor's axes."""
 
     def __init__(
         self, angular_rate_dps: Signal, temperature_degc: Signal, errors: LSM6DSLErrors, seed: int
@@ -307,7 +296,7 @@ class Gyroscope:
         return Fraction(self.settings.odr_hz).limit_denominator(10) * self._rate_factor
 
     def configure(self, mem: bytearray, now_ps: int) -> None:
-        """Apply the settings of the main register bank from the next sample on."""
+        """Apply the main bank's settings to later samples."""
         settings, old = GyroscopeSettings.decode(mem), self.settings
         if settings == old:
             return
@@ -338,7 +327,6 @@ class Gyroscope:
             self._front_end.configure(before, filters.delay_s)
 
     def drive_start_ps(self, now_ps: int) -> int:
-        """Return the remaining time of the drive's start before sampling can begin."""
         return max(0, self._drive_ready_ps - now_ps)
 
     def produce(self, number: int, t_s: Times) -> bytes:
@@ -372,4 +360,4 @@ class Gyroscope:
 
 
 CONFIGURATION = (CTRL2_G, CTRL4_C, CTRL5_C, CTRL6_C, CTRL7_G)
-"""The registers that change the gyroscope's output."""
+"""Registers that change the gyroscope's output."""
