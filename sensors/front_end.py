@@ -37,6 +37,9 @@ from fcu_emulator.sensors.sampling import Times
 
 Array: TypeAlias = NDArray[np.float64]
 
+Measured: TypeAlias = Callable[[Array, Times], Array]
+"""``measured(signal, t_s)``: the signal (n, axes), or a single row, with the sensor's offset and scale errors."""
+
 # -- from the signal to a sample ----------------------------------------------------------------------------
 
 
@@ -48,6 +51,7 @@ USUAL_DECIMATION = 0.5
 """Cut-off of the low-pass before decimation over the output rate."""
 
 _FORGOTTEN = 1e-7  # part of a filter's response that is cut off
+_ALL_CLIPPED = 1 - 1e-9  # of full scale: rounding of the sum of a filter's weights
 _SLOW = 25.0  # motion this many times slower than the filters' delay has an error below 1e-3
 _LOOKS_AT_ONCE = 1 << 18  # this and the next bound the memory
 _PRODUCTS_AT_ONCE = 1 << 16
@@ -90,25 +94,26 @@ class Kernel:
         """``memory_s`` in sample periods, rounded up."""
         return math.ceil(self.memory_s / (self.looks * self.look_s))
 
-    def samples(self, signal: Signal, t_s: Times) -> Array:
+    def samples(self, signal: Signal, t_s: Times, measured: Measured) -> Array:
         """Return the samples at ``t_s[lead:]``, (n, axes)."""
         at_once = max(_LOOKS_AT_ONCE // self.looks, self.lead)
         groups = range(self.lead, len(t_s), at_once)
         return np.concatenate(
-            [self._samples(signal, t_s[first - self.lead : first + at_once]) for first in groups]
+            [self._samples(signal, t_s[first - self.lead : first + at_once], measured) for first in groups]
         )
 
-    def _samples(self, signal: Signal, t_s: Times) -> Array:
+    def _samples(self, signal: Signal, t_s: Times, measured: Measured) -> Array:
         earlier_s = np.arange(1 - self.looks, 1) * self.look_s - self.late_s
-        looked = signal((t_s[:, np.newaxis] + earlier_s).ravel())
-        count = len(t_s) - self.lead
+        times_s = (t_s[:, np.newaxis] + earlier_s).ravel()
+        looked = signal(times_s)
         if looked.shape[0] == 1:
-            return np.broadcast_to(self._clipped(looked), (count, *looked.shape[1:]))
-        converted = self._clipped(_filtered(looked, self._analog_weights, ANALOG_OVER))
-        return _filtered(converted, self._digital_weights, self.conversions)[-count:]
-
-    def _clipped(self, values: Array) -> Array:
-        return np.clip(values, -self.highest, self.highest)
+            still = np.clip(measured(looked, t_s[self.lead :]), -self.highest, self.highest)
+            return np.broadcast_to(still, (len(t_s) - self.lead, *still.shape[1:]))
+        weights = self._analog_weights
+        converted_s = times_s[len(weights) - 1 + (len(times_s) - len(weights)) % ANALOG_OVER :: ANALOG_OVER]
+        converted = measured(_filtered(looked, weights, ANALOG_OVER), converted_s)
+        clipped = np.clip(converted, -self.highest, self.highest)
+        return _filtered(clipped, self._digital_weights, self.conversions)[self.lead - len(t_s) :]
 
     @cached_property
     def _analog_weights(self) -> Array:
@@ -198,10 +203,13 @@ def _weights(sections: tuple[Section, ...]) -> Array:
 
 
 class FrontEnd:
-    """A sensor's samples without its own errors."""
+    """A sensor's samples with its offset and scale errors, without noise."""
 
-    def __init__(self, signal: Signal, times_s: Callable[[int, int], Times]) -> None:
+    def __init__(
+        self, signal: Signal, times_s: Callable[[int, int], Times], measured: Measured | None = None
+    ) -> None:
         self._signal = signal
+        self._measured: Measured = measured or _unchanged
         self._world = signal if isinstance(signal, DynamicSignal) else None
         self._times_s = times_s
         self._kernel: Kernel | None = None
@@ -215,16 +223,27 @@ class FrontEnd:
         """Return the samples at ``t_s``, (n, axes), or (1, axes) if all are equal."""
         use, world = self._kernel, self._world
         if use is None or world is None:
-            return self._signal(t_s - self._delay_s)
-        slow = self._signal(t_s - use.delay_s)
+            return self._measured(self._signal(t_s - self._delay_s), t_s)
+        slow = self._measured(self._signal(t_s - use.delay_s), t_s)
         moving = world.agitated(t_s[0] - use.memory_s, t_s[-1], use.delay_s * _SLOW)
         if not moving:
             return slow
         samples = np.array(np.broadcast_to(slow, (len(t_s), *slow.shape[1:])))
         for first, end in _runs(_touched(moving, t_s, use.memory_s)):
             times_s = self._times_s(number + first - use.lead, end - first + use.lead)
-            samples[first:end] = use.samples(self._signal, times_s)
+            samples[first:end] = use.samples(self._signal, times_s, self._measured)
         return samples
+
+
+def add_noise(values: Array, noise: Array, highest: float) -> Array:
+    """Return ``values + noise``, without noise where the converter clipped all of a sample."""
+    overload = np.abs(values) >= highest * _ALL_CLIPPED
+    noisy = values + noise
+    return np.where(overload, values, noisy) if overload.any() else noisy
+
+
+def _unchanged(signal: Array, _t_s: Times) -> Array:
+    return signal
 
 
 def _touched(moving: list[tuple[float, float]], t_s: Times, memory_s: float) -> NDArray[np.bool_]:

@@ -39,6 +39,7 @@ from fcu_emulator.sensors.front_end import (
     FrontEnd,
     Kernel,
     NoiseSource,
+    add_noise,
     kernel,
     noise_key,
 )
@@ -281,10 +282,14 @@ class AccelerometerSettings:
     self_test: int
     user_offset_mg: tuple[float, float, float]
 
+    @property
+    def highest_mg(self) -> float:
+        """Full scale of the converter."""
+        return 32768 * MG_PER_LSB[self.scale]
+
     def kernel(self, rate_factor: float) -> Kernel:
         lpf1_hz = _LPF1_LOW_POWER_HZ if self.analog_hz is None else None
-        highest = 32768 * MG_PER_LSB[self.scale] / 1000
-        return kernel(self.odr_hz, self.analog_hz, lpf1_hz, highest, rate_factor=rate_factor)
+        return kernel(self.odr_hz, self.analog_hz, lpf1_hz, self.highest_mg, rate_factor=rate_factor)
 
     def noise_chain(self) -> Chain | None:
         """Return the analog stage's effect on white noise."""
@@ -361,7 +366,7 @@ class Accelerometer:
         )
         self.rate_factor = errors.rate_factor
         self.stream = SampleStream(6, self.produce)
-        self._front_end = FrontEnd(acceleration_g, self.stream.times_s)
+        self._front_end = FrontEnd(acceleration_g, self.stream.times_s, self._measured_mg)
         self._analog_noise = SampledFilter(self._noise.block)
         self._filter = SampledFilter(self._unfiltered)
         self.for_events = EventSamples(self._unfiltered)
@@ -407,18 +412,22 @@ class Accelerometer:
             mg = mg + np.array(settings.user_offset_mg).reshape(3, 1)
         return words(mg / MG_PER_LSB[settings.scale], len(t_s))
 
+    def _measured_mg(self, acceleration_g: Array, t_s: Times) -> Array:
+        return self._deviation.apply(1000 * acceleration_g, t_s, self._temperature_degc).T
+
     def _unfiltered(self, number: int, count: int) -> Array:
         return self._sampled(number, self.stream.times_s(number, count))
 
     def _sampled(self, number: int, t_s: Times) -> Array:
         """Return unfiltered samples, (3, n), or (3, 1) if all are equal."""
         settings = self.settings
-        mg = self._deviation.apply(1000 * self._front_end.block(number, t_s), t_s, self._temperature_degc)
+        mg = np.ascontiguousarray(self._front_end.block(number, t_s).T)
         if self._density:
             noise = self._noise if self._noise_chain is None else self._analog_noise
-            mg = mg + self._density * settings.noise_rms_factor * noise.block(number, len(t_s))
+            white = self._density * settings.noise_rms_factor * noise.block(number, len(t_s))
+            mg = add_noise(mg, white, settings.highest_mg)
         if self._flicker is not None:
-            mg = mg + self._flicker.block(t_s)
+            mg = add_noise(mg, self._flicker.block(t_s), settings.highest_mg)
         if settings.self_test:
             mg += settings.self_test * SELF_TEST_MG
         return mg

@@ -39,6 +39,7 @@ from fcu_emulator.sensors.front_end import (
     Flicker,
     FrontEnd,
     NoiseSource,
+    add_noise,
     before_decimation,
     conversions_per_sample,
     kernel,
@@ -233,6 +234,11 @@ class GyroscopeSettings:
     driven: bool  # also in sleep
     mode: PowerMode
 
+    @property
+    def highest_dps(self) -> float:
+        """Full scale of the converter."""
+        return 32768 * MDPS_PER_LSB[self.scale] / 1000
+
     @classmethod
     def decode(cls, mem: bytearray) -> GyroscopeSettings:
         control = mem[CTRL2_G.addr]
@@ -279,7 +285,7 @@ class Gyroscope:
             errors.gyro_cross_axis_percent,
         )
         self.stream = SampleStream(6, self.produce)
-        self._front_end = FrontEnd(angular_rate_dps, self.stream.times_s)
+        self._front_end = FrontEnd(angular_rate_dps, self.stream.times_s, self._measured_dps)
         self._filter = SampledFilter(self._unfiltered)
         self.stream.when_world_changes(self._filter.forget)
         self._turn_on_ps = round(errors.gyro_turn_on_ms * _PS_PER_MS)
@@ -314,12 +320,12 @@ class Gyroscope:
                 self._rise = number, _rise(settings.filters.chain, discards)
         self.settings = settings
         if settings.odr_hz:
-            highest, filters = 32768 * MDPS_PER_LSB[settings.scale] / 1000, settings.filters
+            filters = settings.filters
             before = kernel(
                 settings.odr_hz,
                 None,
                 None,
-                highest,
+                settings.highest_dps,
                 filters.late_s,
                 float(self._rate_factor),
                 filters.decimation,
@@ -342,18 +348,21 @@ class Gyroscope:
             dps = dps * shares
         return words(dps * (1000 / MDPS_PER_LSB[settings.scale]), len(t_s))
 
+    def _measured_dps(self, angular_rate_dps: Array, t_s: Times) -> Array:
+        return self._deviation.apply(angular_rate_dps, t_s, self._temperature_degc).T
+
     def _unfiltered(self, number: int, count: int) -> Array:
         return self._sampled(number, self.stream.times_s(number, count))
 
     def _sampled(self, number: int, t_s: Times) -> Array:
         """Return unfiltered samples, (3, n), or (3, 1) if all are equal."""
         settings = self.settings
-        dps = self._deviation.apply(self._front_end.block(number, t_s), t_s, self._temperature_degc)
+        dps = np.ascontiguousarray(self._front_end.block(number, t_s).T)
         if self._density:
-            noise = self._noise.block(number, len(t_s))
-            dps = dps + self._density * settings.noise_rms_factor / 1000 * noise
+            white = self._density * settings.noise_rms_factor / 1000 * self._noise.block(number, len(t_s))
+            dps = add_noise(dps, white, settings.highest_dps)
         if self._flicker is not None:
-            dps = dps + self._flicker.block(t_s)
+            dps = add_noise(dps, self._flicker.block(t_s), settings.highest_dps)
         if settings.self_test:
             dps += settings.self_test * SELF_TEST_DPS[settings.scale]
         return dps
