@@ -1,4 +1,4 @@
-"""A small decoder of Thumb instructions that follows a loop: lengths, branches, stores (ARMv7-M ARM A5)."""
+"""A decoder of Thumb instructions for following a loop (ARMv7-M ARM A5)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import Enum, auto
 
 
 class Flow(Enum):
-    """The next instruction after an instruction."""
+    """What executes after an instruction."""
 
     NEXT = auto()
     JUMP = auto()  # to ``target``
@@ -21,7 +21,7 @@ class Flow(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Instruction:
-    """``stores``: it changes memory, or state outside of R0 to R12, SP, LR, PC and xPSR."""
+    """``stores``: it changes more than R0 to R12, SP, LR, PC and xPSR."""
 
     size: int
     flow: Flow = Flow.NEXT
@@ -31,7 +31,7 @@ class Instruction:
 
 
 def decode(address: int, first: int, second: int) -> Instruction:
-    """Return the instruction at ``address``, from its half-words; ``second`` matters only for those of 32 bits."""
+    """Return an instruction; only those of 32 bits need ``second``."""
     if first >> 11 in (0b11101, 0b11110, 0b11111):
         return _decode_32(address, first, second)
     return _decode_16(address, first)

@@ -1,4 +1,4 @@
-"""A fault of the core as a text: place, cause, status registers, registers, callers, consequences."""
+"""The text about a fault: place, cause, registers, callers and consequences."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ HFSR: Final[Mapping[str, str]] = {
 
 
 def decoded(register: type[Word], value: int, meanings: Mapping[str, str]) -> Iterator[str]:
-    """Return ``CFSR 0x00008200`` and a line for each bit that is set, the lowest first."""
+    """Return ``CFSR 0x00008200``, then a line for each set bit, lowest first."""
     yield f"{register.__name__} 0x{value:08X}"
     for bits in reversed(register.fields):
         if value & bits.mask:
@@ -71,7 +71,7 @@ _ERASED_FLASH = 0xFFFF
 
 
 def cause_of(record: FaultRecord, places: Places, code: ReadCode) -> Cause:
-    """Return the likely cause of a fault."""
+    """Return the likely cause."""
     status = record.fault.status
     if status & exceptions.PRECISERR and record.fault.address is not None:
         return _of_access(record, record.fault.address, places, code)
@@ -146,7 +146,7 @@ def _of_null(address: int) -> Cause:
 
 
 def stack_overflows(record: FaultRecord, places: Places) -> bool:
-    """Return whether the stack pointer is outside of the memory for the stack."""
+    """Return whether the stack pointer is outside of the stack's memory."""
     end = places.end_of_variables()
     return record.sp < (RAM_MEMORY.start if end is None else end)
 
@@ -245,7 +245,7 @@ _REGISTERS = (*(f"R{number}" for number in range(13)), "SP", "LR", "PC", "xPSR")
 
 
 def fault_report(core: Core, log: FaultLog, places: Places, transfers: list[str]) -> Diagnosis | None:
-    """Return the fault in which the firmware has ended; None without one, or after a recovery."""
+    """Return the fault that ended the firmware, unless it recovered."""
     record, latest = log.origin, log.latest
     if record is None or latest is None:
         return None
@@ -289,7 +289,7 @@ def _report(
 
 
 def _from_program(calls: Sequence[Call], callers: Sequence[str], places: Places) -> str:
-    """Return the first caller in the file of main(), for a fault in another file or in a library without lines."""
+    """Return the first caller in the file of main(), for a fault elsewhere."""
     start = places.address_of("main")
     own = places.file(start) if start is not None else ""
     if not own or places.file(calls[0].address) == own:

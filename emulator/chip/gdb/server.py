@@ -1,16 +1,12 @@
-"""The debugger's socket: TCP on 127.0.0.1, one debugger at a time, served between slices of virtual time.
+"""The debugger's TCP socket on 127.0.0.1, served between slices of virtual time.
 
-While the target is halted, the board is stopped: no instruction is executed, no event happens, virtual time
-does not pass. A run then only waits for the debugger, in short pieces of wall time, so that the runner can
-serve the other links and stop.
+While the target is halted, virtual time does not pass, and a run waits for the debugger in short pieces of wall time.
 
-Decision: a debugger whose connection breaks counts as detached, so its breakpoints are removed and the
-firmware continues. A board that is halted without a visible reason would be worse.
+Decision: a debugger whose connection breaks counts as detached, so its breakpoints are removed and the firmware
+continues.
 
-Decision: a new connection becomes the debugger only with its first valid packet. Until then it changes
-nothing: the board neither halts for it nor leaves ``halted``. A connection that does not begin like the
-protocol (a browser's request, a port scanner's greeting) is closed at once, before any of its bytes is taken
-for a packet. Any web page can send to a port of this machine.
+Decision: a new connection becomes the debugger only with its first valid packet. A connection with other data is
+closed, because any web page can send to a port of this machine.
 """
 
 from __future__ import annotations
@@ -35,7 +31,7 @@ _BEFORE_A_PACKET = b"+-\x03"  # acknowledgements, and Ctrl-C
 
 
 class _Caller:
-    """A connection that has not sent a packet yet."""
+    """A connection without a packet so far."""
 
     def __init__(self, connection: socket.socket) -> None:
         self.socket = connection
@@ -43,7 +39,7 @@ class _Caller:
         self._in_packet = False
 
     def accepts(self, data: bytes) -> bool:
-        """Return whether the bytes so far, with ``data``, begin like GDB's protocol."""
+        """Return whether the bytes begin like GDB's protocol."""
         if not self._in_packet:
             rest = data.lstrip(_BEFORE_A_PACKET)
             self._in_packet = rest.startswith(b"$")
@@ -51,15 +47,13 @@ class _Caller:
         return True
 
     def fileno(self) -> int:
-        """Return the file descriptor for ``select``."""
         return self.socket.fileno()
 
 
 class GdbServer:
-    """Serves ``target`` on ``port`` (0: any free one). Raises LinkError if the port is not available.
+    """Serves ``target`` on ``port``, 0 for a free one. Raises LinkError if it is not available.
 
-    ``halted``: the target waits for a debugger before its first instruction. ``killed`` is set when the
-    debugger has ended the run.
+    ``halted``: wait before the first instruction. ``killed``: the debugger has ended the run.
     """
 
     def __init__(
@@ -82,7 +76,6 @@ class GdbServer:
         return self._waits if self._session is None else self._session.halted
 
     def run_until(self, seconds: float) -> None:
-        """Run as the board's ``run_until``, in seconds since power-on."""
         self.run_until_ps(to_ps(seconds))
 
     def run_until_ps(self, at_ps: int) -> None:
@@ -101,7 +94,7 @@ class GdbServer:
             self._session.stopped(stop)
 
     def close(self) -> None:
-        """End the session after the run: report the end to a waiting debugger, and close the port."""
+        """Report the run's end to a waiting debugger, and close the port."""
         if self._session is not None and not self._session.halted:
             self._send_packet(EXITED)
         self._leave()
@@ -113,7 +106,6 @@ class GdbServer:
     # -- the connection ---------------------------------------------------------------------------------
 
     def _serve(self, patience_s: float) -> None:
-        """Wait at most this long, and process the received data."""
         waiting: list[socket.socket | _Caller] = [self._listener, *self._callers]
         if self._client is not None:
             waiting.append(self._client)

@@ -1,9 +1,7 @@
 """DBGMCU and the identity in system memory (RM0368 sections 23.6 and 24).
 
-The freeze bits have no effect, because virtual time stops for all timers while a debugger halts the core.
-
-Calibration values are those of a typical part by the STM32F401xB/C datasheet (V25 = 0.76 V, 2.5 mV/degC,
-reference 1.21 V, measured at 3.3 V); a real chip's differ by a few per cent.
+Freeze bits have no effect, because a halt stops virtual time. Calibration is typical (STM32F401xB/C datasheet); real
+chips differ by some per cent.
 """
 
 from __future__ import annotations
@@ -24,11 +22,11 @@ _FULL_SCALE, _VDDA = 4095, 3.3
 
 
 class Dbgmcu(Peripheral, declared=DECLARED["DBGMCU"]):
-    """Identity code and freeze bits; only the code has an effect."""
+    """Identity code, and freeze bits without effect."""
 
 
 def system_memory(board: int = 0) -> bytes:
-    """Return the 48 bytes from ``SYSTEM_MEMORY``: unique id of board ``board``, flash size, ADC calibration."""
+    """Return unique id, flash size and ADC calibration from ``SYSTEM_MEMORY``."""
     memory = bytearray(b"\xff" * 0x30)
     # the id of a real chip: wafer coordinates, never 0; wafer number; lot number in ASCII (24.1)
     coordinates = _FIRST_COORDINATES + board & 0xFFFF_FFFF
