@@ -25,16 +25,16 @@ _GENERATED = "emulator/chip/native/generated"
 
 
 class CustomBuildHook(BuildHookInterface[Any]):
-    """See building/library.py, and building/targets.py for other systems than this one."""
+    """Builds with building/library.py, and building/targets.py for other systems."""
 
     def dependencies(self) -> list[str]:
-        """Zig where no C compiler works; pip then fetches it, for as long as the wheel is built."""
+        """Return zig if no C compiler works; pip installs it for the build."""
         if self.target_name == "sdist":
             return []
         return [library.ZIG] if _target() or self._tried(library.own_compiler) is None else []
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """``version`` is "editable" for pip install -e."""
+        """Build the library; ``version`` is "editable" for pip install -e."""
         if self.target_name == "sdist":
             self._folder = Path(tempfile.mkdtemp())
             self._tried(lambda: library.write_headers(self._folder))
@@ -49,7 +49,7 @@ class CustomBuildHook(BuildHookInterface[Any]):
         for cache in ("ZIG_GLOBAL_CACHE_DIR", "ZIG_LOCAL_CACHE_DIR"):
             os.environ.setdefault(
                 cache, str(self._folder / "zig")
-            )  # else zig leaves 60 MB in the user's folder
+            )  # otherwise zig leaves 60 MB in the user's folder
         target = _target()
         compiler = self._tried(
             lambda: library.zig(target.system, *target.flags) if target else library.compiler()
@@ -61,7 +61,7 @@ class CustomBuildHook(BuildHookInterface[Any]):
         build_data["tag"] = f"py3-none-{target.tag if target else _platform()}"
 
     def finalize(self, version: str, *_: Any) -> None:
-        """Remove the files that the wheel or the source archive contains now."""
+        """Remove files that the distribution contains now."""
         if version != "editable":
             shutil.rmtree(self._folder)
 
@@ -83,5 +83,5 @@ def _compiler() -> library.Compiler:
 
 
 def _platform() -> str:
-    """This machine's; what the library needs of a Linux distribution was not looked at, so none is named."""
+    """Return this machine's tag, without a Linux baseline, which is unknown."""
     return next(tag for tag in platform_tags() if "manylinux" not in tag and "musllinux" not in tag)
