@@ -1,7 +1,6 @@
-"""Check that pip finds wheels of all run-time dependencies: python building/check_dependencies.py [FOLDER]
+"""Check that pip finds wheels of all dependencies: python building/check_dependencies.py [FOLDER]
 
-It resolves each wheel of building/wheels.py for each Python version, and refuses source distributions, which need a
-compiler.
+Source distributions are refused, because they need a compiler.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
-"""Install the wheel and the source archive, and run an example: python building/check_installation.py [FOLDER]
+"""Install each distribution and run an example: python building/check_installation.py [FOLDER]
 
-FOLDER is ``dist`` by default. Each gets a new virtual environment; pip fetches dependencies from its index. See
-docs/building.md.
+FOLDER is ``dist`` by default. See docs/building.md.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Check that all files name one version: python building/check_version.py [REF]
 
-``CITATION.cff``, a section of ``CHANGELOG.md`` and a tag REF (refs/tags/v0.2.0) must have the version of
-``pyproject.toml``.
+``CITATION.cff``, ``CHANGELOG.md`` and a tag REF (refs/tags/v0.2.0) must have the version of ``pyproject.toml``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Check the wheels in a folder: python building/check_wheels.py [FOLDER]
 
-Each must have one current library that needs only its platform's standard libraries. The source archive must have
-exactly the committed files. Needs lief and auditwheel; see docs/building.md.
+Each has one current library that needs only its platform's libraries; the source archive has the committed files. Needs
+lief and auditwheel; see docs/building.md.
 """
 
 from __future__ import annotations
@@ -59,7 +59,6 @@ def check(wheel: Path, target: Target) -> Iterator[str]:
 
 
 def _carried(wheel: Path) -> int:
-    """Return the number of files beside programs, all of which must be there."""
     root = Path(__file__).parents[1]
     folders = {
         "emulator/live/page": "*.*",

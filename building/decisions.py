@@ -1,7 +1,6 @@
 """Generate the index docs/decisions.md: python building/decisions.py
 
-A paragraph at the top of a file that begins with "Decision" records a decision; the index has its first sentence. A
-test fails when the page is not current.
+It has the first sentence of each paragraph that begins with "Decision". A test fails when the page is not current.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The build hook: compile the C library into the wheel, or beside its sources for pip install -e.
-
-A source archive gets the generated C headers.
-"""
+"""The build hook: compile the C library into the wheel, or in place for pip install -e."""
 
 from __future__ import annotations
 
@@ -28,7 +25,7 @@ class CustomBuildHook(BuildHookInterface[Any]):
     """Builds with building/library.py, and building/targets.py for other systems."""
 
     def dependencies(self) -> list[str]:
-        """Return zig if no C compiler works; pip installs it for the build."""
+        """Return zig if no C compiler works."""
         if self.target_name == "sdist":
             return []
         return [library.ZIG] if _target() or self._tried(library.own_compiler) is None else []
@@ -61,7 +58,6 @@ class CustomBuildHook(BuildHookInterface[Any]):
         build_data["tag"] = f"py3-none-{target.tag if target else _platform()}"
 
     def finalize(self, version: str, *_: Any) -> None:
-        """Remove files that the distribution contains now."""
         if version != "editable":
             shutil.rmtree(self._folder)
 
@@ -83,5 +79,5 @@ def _compiler() -> library.Compiler:
 
 
 def _platform() -> str:
-    """Return this machine's tag, without a Linux baseline, which is unknown."""
+    """Return this machine's tag; the Linux baseline is unknown."""
     return next(tag for tag in platform_tags() if "manylinux" not in tag and "musllinux" not in tag)

@@ -1,6 +1,6 @@
 """Put the four top-level folders into the package fcu_emulator, for wheels and type checkers.
 
-``python building/namespace.py`` links them below build/types, because mypy does not follow a search path.
+``python building/namespace.py`` links them below build/types for mypy.
 """
 
 from __future__ import annotations

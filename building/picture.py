@@ -1,6 +1,6 @@
-"""Draw the picture of a run in the README, docs/run.svg: python building/picture.py
+"""Draw docs/run.svg, a run of ``fcu``: python building/picture.py
 
-It runs ``fcu`` and shortens the output with three dots. Needs rich (extra ``docs``).
+Needs rich (extra ``docs``).
 """
 
 from __future__ import annotations

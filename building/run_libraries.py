@@ -1,8 +1,8 @@
 """Run the libraries of the wheels: .venv/bin/python building/run_libraries.py [FOLDER]
 
-building/run_library.c runs the kernels of tests/arm/kernels natively, under qemu-user, under wine and with musl.
-Checksums must match QEMU's Cortex-M4, and instruction counts must be equal. Needs the packages of .ci/wheels,
-``build/debian-*`` and ``build/venv``.
+They run the kernels of tests/arm/kernels natively, under qemu-user, under wine and with musl. Checksums must match
+QEMU's Cortex-M4, and instruction counts each other. Needs the packages of .ci/wheels, ``build/debian-*`` and
+``build/venv``.
 """
 
 from __future__ import annotations

@@ -16,7 +16,6 @@ class Target:
 
     @property
     def flags(self) -> tuple[str, ...]:
-        """Flags for zig."""
         named = ("-Wl,-install_name,@rpath/libfcu.dylib",) if self.system == "darwin" else ()
         return "-target", self.triple, *named
 

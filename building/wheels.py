@@ -1,7 +1,6 @@
 """Build the wheels of all systems with zig: python building/wheels.py [FOLDER [PLATFORM ...]]
 
-Writes to FOLDER (``dist``); the platform ``sdist`` is the source archive, which is also built by default. The
-environment and zig's cache are in ``build``. See docs/building.md.
+FOLDER is ``dist`` by default; the platform ``sdist`` is the source archive. See docs/building.md.
 """
 
 from __future__ import annotations

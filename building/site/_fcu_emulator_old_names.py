@@ -1,6 +1,6 @@
 """Find the packages by their former names, for one release. PYTEST_DONT_REWRITE
 
-Every start of Python loads this file, so :mod:`fcu_emulator._old_names` is only loaded when needed.
+Python loads this file at every start, and :mod:`fcu_emulator._old_names` when needed.
 """
 
 import sys

@@ -1,10 +1,9 @@
-"""The board's pins: drivers, levels, listeners (RM0368 section 8).
+"""The board's pins (RM0368 section 8).
 
-The lowest strong driver wins, as on an open-drain wire; without one the weak pull resistor decides. A floating input
-reads as 0, on the board as noise. The trace shows edges of the chip's output stage; a released pin shows 1. A chip
-keeps its own side (:class:`ChipPins`), this module the rest.
+The lowest strong driver wins; without one the pull resistor decides. A floating input reads as 0, on the board as
+noise. The trace shows edges of the chip's output stage; a released pin shows 1.
 
-Decision: two conflicting outputs on a pin are not an error but resolve to 0. No exercise can short two outputs on this
+Decision: two conflicting outputs on a pin are not an error but resolve to 0. No exercise can short outputs on this
 board.
 """
 
@@ -34,12 +33,10 @@ class ChipPins(Protocol):
         ...
 
     def watch(self, port: str, pin: int) -> None:
-        """Call :meth:`Gpio.tell` after every change of the input level."""
+        """Call :meth:`Gpio.tell` after every change."""
         ...
 
-    def frequent(self, port: str, pin: int) -> None:
-        """Report edges only while the trace is detailed."""
-        ...
+    def frequent(self, port: str, pin: int) -> None: ...
 
 
 class _Pin:
@@ -70,7 +67,6 @@ class _Pin:
         return self.pull if driven is None else driven
 
     def settle(self) -> None:
-        """Call the listeners after a change."""
         reads = self.level() or 0
         if reads != self.reads:
             self.reads = reads
@@ -90,7 +86,6 @@ class Gpio:
     # -- with a chip ------------------------------------------------------------------------------------
 
     def attach(self, chip: ChipPins) -> None:
-        """Use the pins of ``chip`` from now on."""
         self._chip = chip
         for (port, pin), one in self._pins.items():
             if one.frequent:
@@ -127,7 +122,6 @@ class Gpio:
         one.settle()
 
     def release(self, port: str, pin: int) -> None:
-        """Make a pin high impedance."""
         one = self._pins[port, pin]
         one.output = None
         if one.shown == 0:
@@ -135,7 +129,6 @@ class Gpio:
         one.settle()
 
     def set_pull(self, port: str, pin: int, pull: int | None) -> None:
-        """Connect pull-up (1), pull-down (0) or no resistor (None)."""
         one = self._pins[port, pin]
         one.pull = pull
         one.settle()
@@ -157,18 +150,18 @@ class Gpio:
         return self._pin(port, pin).output
 
     def driven(self, port: str, pin: int) -> int | None:
-        """Return the level without pull resistors, which cannot light a LED; None without a driver."""
+        """Return the level without pull resistors, which cannot light a LED."""
         return self._pin(port, pin).driven()
 
     def reads(self, port: str, pin: int) -> int:
-        """Return the chip's input level, 0 for a floating pin."""
+        """Return the input level, 0 for a floating pin."""
         return self.level(port, pin) or 0
 
     def alternate(self, port: str, pin: int) -> int | None:
         return self._pin(port, pin).alternate
 
     def drive(self, port: str, pin: int, level: int | None, by: str = "outside") -> None:
-        """Drive a pin from outside the chip as driver ``by``; None releases it."""
+        """Drive a pin from outside; None releases it."""
         one = self._pins[port, pin]
         if level is None:
             one.outside.pop(by, None)
@@ -180,13 +173,13 @@ class Gpio:
             self._chip.drive(port, pin, min(one.outside.values(), default=None))
 
     def listen(self, port: str, pin: int, changed: LevelCallback) -> None:
-        """Call ``changed(level)`` after every change, in the order of registration."""
+        """Call ``changed(level)`` after changes, in the order of registration."""
         self._pins[port, pin].listeners.append(changed)
         if self._chip is not None:
             self._chip.watch(port, pin)
 
     def frequent(self, port: str, pin: int) -> None:
-        """Show this pin's edges in a detailed trace only, because they are many."""
+        """Show edges in a detailed trace only, because they are many."""
         self._pins[port, pin].frequent = True
         if self._chip is not None:
             self._chip.frequent(port, pin)

@@ -1,8 +1,7 @@
 """I2C with whole transfers, their time on the wire, and faults.
 
-A byte takes nine clock periods; start, repeated start and stop take one each (NXP UM10204 3.1). A burst has the
-sensor's state at the start of the transfer. Masters that move single bytes use
-:mod:`fcu_emulator.emulator.buses.i2c_wire`.
+A byte takes nine clock periods; start, repeated start and stop one each (NXP UM10204 3.1). A burst has the sensor's
+state at its start.
 """
 
 from __future__ import annotations
@@ -42,26 +41,20 @@ class I2CTarget(Protocol):
     """A device on the bus."""
 
     def start(self, *, read: bool) -> bool:
-        """Handle a (repeated) start; return True to acknowledge."""
+        """Handle a (repeated) start; True acknowledges."""
         ...
 
     def write(self, data: bytes) -> int:
-        """Accept bytes; return the number of acknowledged ones."""
+        """Return the number of acknowledged bytes."""
         ...
 
-    def read(self, count: int) -> bytes:
-        """Return bytes for the master."""
-        ...
+    def read(self, count: int) -> bytes: ...
 
-    def stop(self) -> None:
-        """End the transfer after the master's stop."""
-        ...
+    def stop(self) -> None: ...
 
     def name(self) -> str: ...
 
-    def register_name(self, address: int) -> str:
-        """Return the name of the byte at a sub-address."""
-        ...
+    def register_name(self, address: int) -> str: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,14 +93,12 @@ class I2CFault:
     def in_ps(
         cls, kind: FaultKind, from_ps: int, until_ps: int, address: int | None = None, byte_index: int = 0
     ) -> Self:
-        """Return a rule with exact times."""
         fault = cls(kind, from_ps / PS_PER_S, until_ps / PS_PER_S, address, byte_index)
         object.__setattr__(fault, "from_ps", from_ps)
         object.__setattr__(fault, "until_ps", until_ps)
         return fault
 
     def hits(self, address: int, now_ps: int) -> bool:
-        """Return whether the rule breaks a transfer that starts at ``now_ps``."""
         return self.from_ps <= now_ps < self.until_ps and self.address in (None, address)
 
 
@@ -163,7 +154,6 @@ class I2CBus:
         self.set_speed(speed_hz)
 
     def set_speed(self, speed_hz: int) -> None:
-        """Set another clock rate, from the next transfer on."""
         self.speed_hz = speed_hz
         self._kept.clear()  # they contain durations
 
@@ -173,11 +163,9 @@ class I2CBus:
 
     @property
     def detailed(self) -> bool:
-        """Successful transfers are recorded."""
         return self._trace.detailed
 
     def attach(self, address: int, target: I2CTarget) -> None:
-        """Attach a device at a 7-bit address."""
         self._targets[address] = target
         self._kept.clear()
         for changed in self.when_changed:
@@ -194,7 +182,6 @@ class I2CBus:
         self._trace.add(Fault(fault.from_ps, self.name, f"{fault.kind}{where} {until}"))
 
     def duration_ps(self, bits: int) -> int:
-        """Return the time of ``bits`` clock periods."""
         return bits * PS_PER_S // self.speed_hz
 
     @property
@@ -205,15 +192,12 @@ class I2CBus:
         return self._targets.get(address)
 
     def faults(self, at_ps: int) -> list[I2CFault]:
-        """Return the rules active at ``at_ps``."""
         return [fault for fault in self._faults if fault.from_ps <= at_ps < fault.until_ps]
 
     # -- transfers --------------------------------------------------------------------------------------
 
     def read_from(self, address: int, subaddress: int, count: int) -> bytes:
-        """Write a sub-address, repeated start, read ``count`` bytes; unchanged bytes come from a cache. Raises
-        I2CError.
-        """
+        """Write a sub-address, repeated start, read bytes; unchanged ones come from a cache. Raises I2CError."""
         kept = self._kept.get((address, subaddress, count)) or self._keep(address, subaddress, count)
         if kept is None:
             return self.transfer(address, bytes((subaddress,)), count)
@@ -246,7 +230,6 @@ class I2CBus:
         return kept.data
 
     def _keep(self, address: int, subaddress: int, count: int) -> _CachedRead | None:
-        """Return an entry for such a read; None while faults are active."""
         target = self._targets.get(address)
         if self.has_faults or not isinstance(target, SubaddressTarget) or count > _SHORT:
             return None
@@ -256,7 +239,7 @@ class I2CBus:
         return kept
 
     def transfer(self, address: int, data: bytes, count: int = 0) -> bytes:
-        """Write ``data`` if any, then read ``count`` bytes if any. Raises I2CError."""
+        """Write ``data``, read ``count`` bytes; both may be empty. Raises I2CError."""
         start_ps = self._clock.now_ps
         try:
             received = self._run(address, data, count)
@@ -292,7 +275,7 @@ class I2CBus:
         return received
 
     def _fault(self, address: int, *, reading: bool) -> int | None:
-        """Raise for a broken transfer; else return the index of a byte to refuse."""
+        """Raise for a broken transfer; else return the byte to refuse."""
         now_ps = self._clock.now_ps
         nack_at: int | None = None
         for fault in self._faults:
@@ -317,13 +300,12 @@ class I2CBus:
         return I2CNackError(address, byte_index)
 
     def record(self, start_ps: int, address: int, data: bytes, received: bytes, result: str) -> None:
-        """Record a transfer that ended at ``end_ps``."""
         if self._remembers:
             self.recent.append((start_ps, self.end_ps, address, data, received, result))
         self._trace.add_transfer(*self._fields(start_ps, self.end_ps, address, data, received, result))
 
     def remember(self, count: int) -> None:
-        """Keep the latest ``count`` transfers; 0: a few of the chip's."""
+        """Keep the latest ``count`` transfers."""
         self._remembers = count > 0
         self.recent = deque(self.recent, maxlen=count or _RECENT)
 

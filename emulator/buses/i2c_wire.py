@@ -1,7 +1,4 @@
-"""An I2C bus one byte at a time; the master calls at the end of each byte on the wire.
-
-A write and a read of the same device with a repeated start are one message.
-"""
+"""An I2C bus one byte at a time; the master calls at the end of each byte."""
 
 from __future__ import annotations
 
@@ -29,17 +26,16 @@ class I2CWire:
         self._error: I2CError | None = None
 
     def held(self) -> bool:
-        """Return whether a line is held low."""
         return self.bus.has_faults and self.released_ps() > self.bus.now_ps
 
     def released_ps(self) -> int:
-        """Return when a held line is released; now, if none is."""
+        """Return when a held line is released."""
         now_ps = self.bus.now_ps
         faults = self.bus.faults(now_ps)
         return max((fault.until_ps for fault in faults if fault.kind == "stuck"), default=now_ps)
 
     def start(self, address: int, *, read: bool, start_ps: int) -> Answer:
-        """Send a start condition at ``start_ps`` and the address byte, which ends now."""
+        """Send a start at ``start_ps`` and the address byte, which ends now."""
         if self._open and self._address == address and read and not self._reading and self._error is None:
             self._reading = True
         else:
@@ -56,7 +52,6 @@ class I2CWire:
         return "nack"
 
     def write_byte(self, value: int) -> bool:
-        """Transfer a byte; return True if acknowledged."""
         assert self._target is not None, "a byte after an address that nobody acknowledged"
         self._written.append(value)
         index = len(self._written)
@@ -72,7 +67,7 @@ class I2CWire:
         return value
 
     def resume(self, address: int, start_ps: int, written: bytes, received: bytes, *, reading: bool) -> None:
-        """Continue a message that began without this object; the device already knows of ``received``."""
+        """Continue a message that began elsewhere; the device knows of ``received``."""
         self._open, self._start_ps, self._address, self._reading = True, start_ps, address, reading
         self._written, self._received, self._error = bytearray(written), bytearray(received), None
         self._target = target = self.bus.target(address)
@@ -89,17 +84,14 @@ class I2CWire:
         self._received += data
 
     def stop(self) -> None:
-        """End the message with a stop, which ends now."""
         self.finish(self.bus.now_ps)
 
     def abort(self) -> None:
-        """End the message without a stop."""
         if self._open and self._error is None:
             self._error = I2CError(self._address, "abandoned by the master without a stop")
         self.finish(self.bus.now_ps)
 
     def _broken(self, *, read: bool) -> Answer | None:
-        """Return a fault's effect on the address byte; store one on a later byte."""
         for fault in self.bus.faults(self._start_ps):
             if fault.address not in (None, self._address):
                 continue
@@ -117,7 +109,6 @@ class I2CWire:
         return None
 
     def finish(self, end_ps: int) -> None:
-        """End the message at ``end_ps``."""
         if not self._open:
             return
         self._open = False

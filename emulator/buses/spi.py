@@ -1,7 +1,6 @@
-"""SPI with one chip select per sensor, and three or four wires.
+"""SPI with one chip select per sensor; three or four wires, eight clock periods per byte.
 
-Transfers take eight clock periods per byte; by default 42 MHz / 16 in mode 3, as ST's firmware. The chip's own SPI
-moves single bytes (:mod:`fcu_emulator.emulator.chip.peripherals.spi`).
+By default the clock is 42 MHz / 16 in mode 3, as in ST's firmware.
 """
 
 from __future__ import annotations
@@ -58,7 +57,6 @@ class SpiBus:
         return self._targets[chip_select][1]
 
     def transfer(self, chip_select: str, data: bytes, count: int = 0) -> bytes:
-        """Select, write ``data``, read ``count`` bytes, deselect."""
         target = self.target(chip_select)
         start_ps = self._clock.now_ps
         target.select()
@@ -73,7 +71,6 @@ class SpiBus:
             self._trace.add_transfer(*self._fields(start_ps, self.end_ps, chip_select, written, received))
 
     def recent_transfers(self) -> list[BusTransfer]:
-        """Return the latest messages as trace events."""
         self.take_kept()
         return [
             BusTransfer(*self._fields(start_ps, end_ps, chip_select, bytes(written), bytes(received)))

@@ -1,10 +1,10 @@
-"""A USART's serial line: bytes on the wire and their times (RM0368 section 19).
+"""A USART's serial line (RM0368 section 19).
 
-A byte may be written when the one before is in the shift register (TXE); bytes without a gap are one run. A received
-byte is lost if the one before was not read (ORE).
+A byte may be written when the one before is in the shift register (TXE). A received byte is lost if the one before was
+not read (ORE).
 
 Decision: the terminal follows the chip's bit rate, so text sent at a wrong rate stays readable here, although a real
-terminal at 115200 baud shows garbage. The trace records another rate, which hints at the cause.
+terminal at 115200 baud shows garbage. The trace records the wrong rate.
 """
 
 from __future__ import annotations
@@ -40,15 +40,12 @@ class _ByteRun:
         self.waiting = bytearray()
 
     def count(self) -> int:
-        """Return the number of frames so far."""
         return self.done + len(self.waiting)
 
     def time_ps(self, frames: int) -> int:
-        """Return the end of the ``frames``-th frame."""
         return self.start_ps + frames * self.frame_ps.numerator // self.frame_ps.denominator
 
     def take(self, now_ps: int) -> bytearray:
-        """Return and remove the bytes complete at ``now_ps``."""
         ticks = (now_ps - self.start_ps + 1) * self.frame_ps.denominator - 1
         ready = max(ticks // self.frame_ps.numerator - self.done, 0)
         arrived = self.waiting[:ready]
@@ -65,19 +62,17 @@ class Transceiver(Protocol):
         ...
 
     def frame_ps(self) -> Fraction | None:
-        """Return the length of a frame; None without bit clock."""
+        """Return a frame's length; None without bit clock."""
         ...
 
-    def frame_bits(self) -> Fraction:
-        """Return a frame's bits, with start and stop bits."""
-        ...
+    def frame_bits(self) -> Fraction: ...
 
     def receive(self, value: int) -> bool:
-        """Receive a byte; return False if it is lost."""
+        """Receive a byte; False if it is lost."""
         ...
 
     def line_idle(self) -> None:
-        """Handle an idle line, a frame's time after the last byte."""
+        """Handle a frame's time without a byte."""
         ...
 
 
@@ -91,7 +86,7 @@ class _Typed:
     arrived: int = 0  # number of bytes before ``data``
 
     def arrives_ps(self, number: int) -> int:
-        """Return when byte ``number`` of ``data``, from 1, has been received."""
+        """Return when byte ``number``, from 1, has been received."""
         count = self.arrived + number
         return self.start_ps + count * self.frame_ps.numerator // self.frame_ps.denominator
 
@@ -118,7 +113,7 @@ class Uart:
         self._transceiver: Transceiver | None = None
 
     def frames_ps(self, count: int) -> int:
-        """Return the time of ``count`` frames; at the terminal's rate while the chip has none."""
+        """Return the time of frames; by default at the terminal's rate."""
         frame_ps = self._present_frame_ps()
         return count * frame_ps.numerator // frame_ps.denominator
 
@@ -138,10 +133,7 @@ class Uart:
     # -- sending ----------------------------------------------------------------------------------------
 
     def send(self, data: bytes, until_ps: int) -> int:
-        """Write bytes, each when the data register is empty, but none after ``until_ps``.
-
-        The caller has waited for ``txe_ps``, so one byte is always written. Returns the number written.
-        """
+        """Write bytes when the data register is empty, but none after ``until_ps``. Returns the number, at least one."""
         run = self._open_run()
         start_ps = self.idle_ps if run.count() else run.start_ps
         room = max(until_ps - start_ps, 0)
@@ -155,7 +147,7 @@ class Uart:
         return count
 
     def received(self) -> bytearray:
-        """Return the latest bytes received by the terminal. Do not change them."""
+        """Return the latest bytes; do not change them."""
         self.catch_up()
         now_ps = self._clock.now_ps
         for run in self._on_wire:
@@ -171,12 +163,11 @@ class Uart:
         return self._text
 
     def received_count(self) -> int:
-        """Return the number of received bytes, including those no longer kept."""
+        """Return the number, including bytes no longer kept."""
         kept = len(self.received())  # may drop some
         return self.dropped + kept
 
     def _open_run(self) -> _ByteRun:
-        """Return the run of the next frame: a new one after a gap."""
         if self._clock.now_ps > self.idle_ps:
             self._run = _ByteRun(self._clock.now_ps, self._frame_ps)
             self._on_wire.append(self._run)
@@ -188,17 +179,15 @@ class Uart:
         self._transceiver = transceiver
 
     def catch_up(self) -> None:
-        """Put all bytes sent by the chip on the line."""
+        """Put bytes sent by the chip on the line."""
         if self._transceiver is not None:
             self._transceiver.hand_over()
 
     def open_run(self, start_ps: int, frame_ps: Fraction, *, connected: bool) -> None:
-        """Start a run of the chip's consecutive frames."""
         self._run = _ByteRun(start_ps, frame_ps, connected)
         self._on_wire.append(self._run)
 
     def carry(self, data: bytes, *, detailed: bool) -> None:
-        """Append bytes to the chip's present run."""
         run = self._run
         first = run.count()
         run.waiting += data
@@ -213,7 +202,6 @@ class Uart:
     # -- receiving --------------------------------------------------------------------------------------
 
     def type(self, data: bytes) -> None:
-        """Send bytes from the terminal; a long text costs one event at a time."""
         if not data:
             return
         start_ps = max(self._clock.now_ps, self._rx_line_free_ps)
@@ -234,16 +222,14 @@ class Uart:
 
     @property
     def typing_left(self) -> int:
-        """The number of bytes on their way to the board."""
         return sum(len(typed.data) for typed in self._typed)
 
     @property
     def rxne(self) -> bool:
-        """A received byte waits in the data register."""
         return self._rx_data is not None
 
     def read_data(self) -> int | None:
-        """Read the data register; None when RXNE is not set."""
+        """Read the data register; None without RXNE."""
         value, self._rx_data = self._rx_data, None
         return value
 
@@ -270,6 +256,5 @@ class Uart:
             self._trace.add(Fault(self._clock.now_ps, self.name, text))
 
     def _line_idle(self) -> None:
-        """Report an idle frame unless another byte has begun."""
         if self._transceiver is not None and self._rx_line_free_ps < self._clock.now_ps:
             self._transceiver.line_idle()

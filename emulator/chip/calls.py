@@ -210,7 +210,6 @@ class Scratch:
         self._everything.write(*self._of_core.read())
 
     def variable(self, name: str) -> CValue:
-        """Raises KeyError for an unknown variable."""
         return _symbols(self._image).read_variable(name, self._read)
 
     def set_variable(self, name: str, value: Any) -> None:
@@ -218,7 +217,7 @@ class Scratch:
         set_variable(self._image, name, value, self._read, self._write)
 
     def call(self, name: str, *arguments: Any, max_instructions: int = INSTRUCTIONS) -> Any:
-        """Call a function; its changes of RAM remain. Raises InputError, CallError."""
+        """Call a function. Raises InputError, CallError."""
         address, signature = find_function(self._image, name, arguments)
         try:
             return self.run(name, address, signature, arguments, max_instructions)
@@ -301,7 +300,6 @@ class Caller:
 
     @contextmanager
     def scratch(self) -> Iterator[Scratch]:
-        """Return a copy, always the same object."""
         self._scratch.refresh()
         yield self._scratch
 
@@ -434,7 +432,6 @@ def _symbols(image: FirmwareImage) -> Symbols:
 
 
 def _is_one(target: CType, argument: Sequence[Any]) -> bool:
-    """Return whether a sequence is one structure, not several."""
     if isinstance(target, Array):
         return True
     simple = not any(isinstance(item, list | tuple | dict | SimpleNamespace) for item in argument)

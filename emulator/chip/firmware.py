@@ -73,9 +73,7 @@ class ArmFirmware:
         return str(self.diagnosis() or "")
 
     def findings(self) -> list[Diagnosis]:
-        """Return all problems of the firmware, the worst first; :func:`fcu_emulator.emulator.analysis.mistakes.explain`
-        adds those of world and sensors.
-        """
+        """Return all problems, the worst first; see also :func:`fcu_emulator.emulator.analysis.mistakes.explain`."""
         return list(findings(self))
 
     def handles(self, peripheral: str) -> bool:
@@ -83,7 +81,7 @@ class ArmFirmware:
         return any(peripheral in name for name in self.handled())
 
     def handled(self) -> list[str]:
-        """Return the active exceptions, including preempted ones: "HardFault", "TIM1_BRK_TIM9"."""
+        """Return the active exceptions: "HardFault", "TIM1_BRK_TIM9"."""
         return [exception_name(number) for number in bits(self.chip.core.active)]
 
     def variable(self, name: str) -> Any:
@@ -200,7 +198,7 @@ class LimitedRun:
         self._wall_s = 0.0
 
     def run_until_ps(self, at_ps: int, limits: Limits) -> None:
-        """Run up to and including ``at_ps``; a debugger can end it earlier. Raises LimitError."""
+        """Run up to and including ``at_ps``, or to a debugger's halt. Raises LimitError."""
         clock = self._clock
         while True:
             stop_ps = min(at_ps, clock.now_ps + _LOOK_EVERY_PS)

@@ -297,7 +297,6 @@ class FcuChip:
         return count
 
     def close(self) -> None:
-        """Free C's memory; the object is then unusable."""
         nothing = memoryview(b"")
         self.flash = self.ram = self.system_memory = self.shared = nothing
         self._memories = ()
@@ -312,7 +311,7 @@ class FcuChip:
         return memoryview(buffer).cast("B")
 
     def memory(self, address: int, size: int) -> memoryview[int] | None:
-        """Return bytes of RAM, flash or system memory; None elsewhere."""
+        """Return RAM, flash or system memory; None elsewhere."""
         for base, content in self._memories:
             offset = address - base
             if 0 <= offset <= len(content) - size:
@@ -320,7 +319,6 @@ class FcuChip:
         return None
 
     def forget_code(self) -> None:
-        """Decode code again after changes from outside."""
         self.library.fcu_forget_code(self.handle)
 
     def register_calls(self, names: tuple[str, ...]) -> RegisterCalls:
@@ -341,7 +339,6 @@ class FcuChip:
 
     @property
     def pc(self) -> int:
-        """The next instruction's address."""
         return self._pc.read()[0]
 
     @pc.setter
@@ -350,7 +347,7 @@ class FcuChip:
 
     @property
     def thumb(self) -> bool:
-        """EPSR.T, without which no instruction can execute."""
+        """EPSR.T, without which nothing executes."""
         return bool(self.library.fcu_thumb(self.handle))
 
     @thumb.setter
@@ -369,12 +366,11 @@ class FcuChip:
         self.clock.advance_to(at_ps)
 
     def enter(self) -> None:
-        """Pass Python's state to C before it lets time pass."""
+        """Pass Python's state to C."""
         shared, trace = self.shared, self.trace
         shared[1], shared[4], shared[7] = self.clock.next_ps, trace.detailed, trace.observed
 
     def settle(self) -> None:
-        """Carry out all events due now."""
         self.enter()
         self.library.fcu_settle(self.handle)
         self.raise_error()
@@ -386,14 +382,13 @@ class FcuChip:
         self.raise_error()
 
     def gate(self, peripherals: int, clocked: int) -> None:
-        """Switch clocks of peripherals: bit = index."""
+        """Bit = index of a peripheral."""
         self.library.fcu_gate(self.handle, peripherals, clocked)
 
     def gate_python(self, peripheral: Peripheral, clocked: bool) -> None:
         self.library.fcu_gate_python(self.handle, peripheral.base, clocked)
 
     def reset_peripherals(self, peripherals: int) -> None:
-        """Reset peripherals: bit = index."""
         self.library.fcu_reset_peripherals(self.handle, peripherals)
         self.raise_error()
 
@@ -415,7 +410,7 @@ class FcuChip:
         self.library.fcu_watch_irqs(self.handle, self.callback(IRQ_CHANGED, changed))
 
     def raise_error(self) -> None:
-        """Report reads to the sensors, then raise a callback's exception."""
+        """Report reads, then raise a callback's exception."""
         if self._unreported[0]:
             self.targets.settle()
         if self._error is not None:
@@ -424,12 +419,12 @@ class FcuChip:
             raise error
 
     def keep_error(self, error: BaseException) -> None:
-        """End the run, then raise ``error``; C cannot pass it on."""
+        """Raise ``error`` after the run, because C cannot pass it on."""
         self._error = self._error or error
         self.shared[3] = 1
 
     def callback(self, kind: Any, function: Callable[..., Any]) -> Any:
-        """Return a callback for C that sets the clock and never raises into C."""
+        """Return a callback that sets the clock and never raises into C."""
         clock, enter = self.clock, self.enter
         nothing = 0 if kind._restype_ is not None else None
 
@@ -506,24 +501,20 @@ class NativePeripheral(Peripheral):
         self._chip.reset_peripherals(1 << self.index)
 
     def read(self, offset: int) -> int:
-        """Return a word, with side effects."""
         self._chip.enter()
         value: int = self._chip.library.fcu_read_peripheral(self._chip.handle, self.index, offset)
         self._chip.raise_error()
         return value
 
     def read_with_validity(self, offset: int) -> tuple[int, int]:
-        """Return ``read`` and the end of the value's validity (ps)."""
         value = self.read(offset)
         return value, self._chip.shared[2]
 
     def peek(self, offset: int) -> int:
-        """Return a word without side effects."""
         value: int = self._chip.library.fcu_peek_peripheral(self._chip.handle, self.index, offset)
         return value
 
     def pure_read(self, offset: int) -> bool:
-        """Return whether reading has no side effect and the value does not change continuously."""
         return bool(self._chip.library.fcu_is_pure(self._chip.handle, self.index, offset))
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:

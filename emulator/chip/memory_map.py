@@ -1,7 +1,4 @@
-"""The memory map of the STM32F401CC (RM0368 table 1, section 2.3; DS9716 section 5; ARMv7-M ARM table B3-3).
-
-Notes name even peripherals without a model.
-"""
+"""The memory map of the STM32F401CC (RM0368 table 1, section 2.3; DS9716 section 5; ARMv7-M ARM table B3-3)."""
 
 from __future__ import annotations
 

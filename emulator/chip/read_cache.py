@@ -1,6 +1,6 @@
-"""The Python interface of the sensors' read cache (emulator/chip/native/peripherals/read_cache.h).
+"""The Python interface of the sensors' read cache in C.
 
-Before other Python code runs, sensors receive reads that have side effects, such as clearing data-ready.
+Reads with side effects, such as clearing data-ready, reach the sensors before other Python code runs.
 """
 
 from __future__ import annotations
@@ -47,9 +47,7 @@ class KeepingTarget(Protocol):
 
     def consumed(self, address: int, count: int, /) -> None: ...
 
-    def advance_past(self, address: int, count: int, /) -> None:
-        """Move past bytes read without side effects."""
-        ...
+    def advance_past(self, address: int, count: int, /) -> None: ...
 
     @property
     def position(self) -> int: ...
@@ -106,14 +104,12 @@ class Targets:
                     words[_ANSWERED + index] = target.version[0]  # reading does not switch a sensor off
 
     def tell_position(self, index: int) -> None:
-        """Set the sensor's sub-address to the one reached in C."""
         position = self._words[_POSITIONS + index]
         if position != _KNOWN:
             self._words[_POSITIONS + index] = _KNOWN
             self._targets[index].advance_past(position >> 8, position & 0xFF)
 
     def prefetch(self, index: int, address: int, count: int, now_ps: int) -> int:
-        """Store bytes for C; return how many are valid."""
         data, until_ps, quiet = self._targets[index].prefetch(address, count, now_ps)
         _PUT.pack_into(self._prefetched, 0, until_ps, quiet & _LENGTHS, address, data)
         return min(len(data), _BYTES)
@@ -122,7 +118,7 @@ class Targets:
         return self.prefetch(index, self._targets[index].position, 1, self._chip.clock.now_ps)
 
     def _prefetch_at(self, now_ps: int, index: int, address: int, skip: int, count: int) -> int:
-        """Prefetch for C; for speed without :meth:`FcuChip.callback`."""
+        """Prefetch without :meth:`FcuChip.callback`, for speed."""
         chip = self._chip
         clock = chip.clock
         try:

@@ -75,7 +75,7 @@ def secret(path: Path) -> bytes:
 
 
 def _is_device(path: Path) -> bool:
-    """Return whether ``path`` is a character device. Raises OutputError if it is not a file either."""
+    """Return whether this is a device. Raises OutputError if it is not a file either."""
     try:
         mode = path.stat().st_mode
     except OSError:  # the file is missing, or cannot be created: the write reports it
@@ -103,7 +103,7 @@ class BoundedFile:
             raise LinkError(f"{what}: {problem}; give a path that can be written") from error
 
     def write(self, text: str) -> int:
-        """Append all of the text or nothing; return its length. Raises OutputError."""
+        """Append all of the text or nothing. Raises OutputError."""
         self._left -= len(text)
         if self._left < 0:
             self.close()
@@ -117,14 +117,12 @@ class BoundedFile:
             raise self._failed(error) from error
 
     def flush(self) -> None:
-        """Flush the buffer to the system. Raises OutputError."""
         try:
             self._file.flush()
         except OSError as error:
             raise self._failed(error) from error
 
     def close(self) -> None:
-        """Write the rest, once. Raises OutputError."""
         try:
             self._file.close()
         except OSError as error:

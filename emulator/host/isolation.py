@@ -1,17 +1,15 @@
-"""A worker process for untrusted firmware, its limits and its end.
+"""A worker process for untrusted firmware.
 
-``run_isolated("fcu_emulator", arguments)`` runs a module under :class:`WorkerLimits`. A worker that died (killed,
-crashed, out of memory or time) gives no verdict on the firmware.
+A worker that died (killed, crashed, out of memory or time) gives no verdict on the firmware.
 
 Decision: the worker process adds a constant to its exit code. Otherwise exit code 1 of a library without memory would
-be the verdict "wrong". A pipe needs an inherited handle, which differs between systems.
+be the verdict "wrong".
 
 Decision: the worker process stays in the process group of its parent, so that Ctrl-C reaches both and typed text
-reaches the board. Other requests are passed on as SIGTERM. A pipe to the parent ends the worker if the parent is
-killed.
+reaches the board. A pipe ends the worker if the parent is killed.
 
 Decision: the worker process sets its own limits, before it loads anything. A function between fork and exec is unsafe
-with threads and does not exist on Windows.
+with threads.
 """
 
 from __future__ import annotations
@@ -67,7 +65,7 @@ class WorkerLimits:
             raise InputError(f"limit memory_bytes {problem}")
 
     def apply(self) -> tuple[str, ...]:
-        """Apply the limits to this process and its children; lower limits remain. Returns those not enforced.
+        """Apply the limits, and return those not enforced; lower limits remain.
 
         Call it before loading large modules. Processor time counts from the latest call.
         """
@@ -111,7 +109,6 @@ def parse_limits(settings: Sequence[str]) -> tuple[WorkerLimits | None, tuple[st
 if sys.platform != "win32":
 
     def _lower(kind: int, value: int, *, again: bool = False) -> None:
-        """Lower a limit; ``again``: a later call can change it."""
         import resource
 
         _, hard = resource.getrlimit(kind)
@@ -181,7 +178,7 @@ def _cause(status: int, limits: WorkerLimits) -> str:
 
 
 def _lifeline() -> tuple[int | None, int | None]:
-    """Create the pipe that the worker waits on; its ends are never standard streams."""
+    """Create the worker's pipe; its ends are never standard streams."""
     read: int | None = None
     write: int | None = None
     if sys.platform != "win32":
@@ -196,9 +193,8 @@ def _lifeline() -> tuple[int | None, int | None]:
 
 @contextmanager
 def _passed_on(asked: list[int]) -> Iterator[list[subprocess.Popen[bytes]]]:
-    """Pass requests to end on to the process in the list; a second one kills it.
-
-    On Windows the worker gets Ctrl-C itself. Ignored signals stay ignored.
+    """Pass requests to end on to the process in the list; a second one kills it. On Windows the worker gets Ctrl-C
+    itself.
     """
     to: list[subprocess.Popen[bytes]] = []
 

@@ -1,7 +1,7 @@
-"""The processor for Python firmware: blocking calls and preemption. Only waiting costs virtual time.
+"""The processor for Python firmware. Only waiting costs virtual time.
 
-Decision: Python firmware runs in a greenlet, not in a thread or a generator. A run can leave it anywhere. Threads need
-locks and switch ten times slower; generators need ``yield from`` before every HAL call.
+Decision: Python firmware runs in a greenlet, not in a thread or a generator. Threads need locks and switch ten times
+slower; generators need ``yield from`` before every HAL call.
 """
 
 from __future__ import annotations
@@ -30,7 +30,6 @@ class Interrupt:
         self._pending = cpu.pending
 
     def set_pending(self) -> None:
-        """Make it pending, for the next wait or :meth:`PythonCpu.take_interrupts`."""
         pending = self._pending
         if not pending:
             pending.append(self)
@@ -76,14 +75,14 @@ class PythonCpu:
         self._clock.advance_to(at_ps)  # after the firmware has returned, time passes without it
 
     def close(self) -> None:
-        """Unwind the firmware's stack, which the garbage collector does not visit."""
+        """Unwind the stack, which the garbage collector does not visit."""
         if self._context and not self._context.dead:
             with suppress(greenlet_error):  # it belongs to a thread that has ended
                 self._context.parent = getcurrent()  # return here, which may be inside another firmware
                 self._context.throw()
 
     def snapshot(self) -> None:
-        """Do nothing. Raises InputError if there is firmware."""
+        """Raises InputError if there is firmware."""
         if self._main is not None:
             raise InputError(
                 "firmware in Python runs on a stack that cannot be copied, so this board has no snapshots; "
@@ -92,7 +91,7 @@ class PythonCpu:
             )
 
     def restore(self, state: None) -> None:
-        """Do nothing, because without firmware there is no state."""
+        """Do nothing: without firmware there is no state."""
 
     def _pause(self) -> None:
         assert self._caller is not None
@@ -116,7 +115,6 @@ class PythonCpu:
     # -- functions for the firmware's HAL ---------------------------------------------------------------
 
     def take_interrupts(self) -> None:
-        """Run pending handlers that are more urgent than the running code."""
         pending = self.pending
         while pending and pending[0].priority < self._active:
             interrupt = pending.pop(0)
@@ -136,13 +134,12 @@ class PythonCpu:
         clock.now_ps = max(clock.now_ps, at_ps)
 
     def wait_for(self, condition: Callable[[], bool], until_ps: int) -> None:
-        """Wait until an event makes ``condition()`` true, at most until ``until_ps``."""
         clock = self._clock
         while not condition() and clock.now_ps < until_ps:
             self.wait_until(min(clock.next_ps, until_ps))
 
     def elapse(self, duration_ps: int) -> None:
-        """Be busy for ``duration_ps``, without the time of preempting handlers."""
+        """Be busy, without the time of preempting handlers."""
         clock = self._clock
         end_ps = clock.now_ps + duration_ps
         while clock.next_ps <= end_ps:

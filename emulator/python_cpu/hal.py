@@ -1,6 +1,6 @@
-"""The HAL calls of Python firmware, as in ST's STM32F4 HAL V1.6.0, the version of the board's firmware.
+"""The HAL calls of Python firmware, as in ST's STM32F4 HAL V1.6.0, with the same virtual time.
 
-Later versions add one tick to ``HAL_Delay``. Addresses have 8 bits. Calls take the same virtual time as on the board.
+Later versions add one tick to ``HAL_Delay``.
 """
 
 from __future__ import annotations
@@ -74,26 +74,21 @@ class VirtualHal(HalGpio):
         self.timer = IntervalTimer(timer.peripheral, clock, trace, timer.input_hz, interrupt.set_pending)
 
     def link(self, application: HostedApplication) -> None:
-        """Connect the firmware, whose callback is a weak symbol in C."""
         self._callback = application.HAL_TIM_PeriodElapsedCallback
 
     # -- time -------------------------------------------------------------------------------------------
 
     def HAL_GetTick(self) -> int:
-        """Return SysTick's milliseconds since reset."""
         return self._clock.now_ps // PS_PER_MS
 
     def HAL_Delay(self, delay_ms: int) -> None:
-        """Wait for ``delay_ms`` ticks: up to one tick less than that time."""
+        """Wait for ``delay_ms`` ticks, up to one tick less than that time."""
         self._cpu.wait_until((self.HAL_GetTick() + delay_ms) * PS_PER_MS)
 
     # -- I2C --------------------------------------------------------------------------------------------
 
     def HAL_I2C_Mem_Read(self, dev_address: int, mem_address: int, size: int) -> tuple[int, bytes]:
-        """Read ``size`` bytes from a register on; return (status, data).
-
-        During a transfer of main() a call from an interrupt returns HAL_BUSY.
-        """
+        """Return (status, data); HAL_BUSY from an interrupt during a transfer of main()."""
         if self._transferring:
             return HAL_BUSY, b""
         bus, clock = self._i2c, self._clock
@@ -109,7 +104,6 @@ class VirtualHal(HalGpio):
         return HAL_OK, data
 
     def HAL_I2C_Mem_Write(self, dev_address: int, mem_address: int, data: bytes) -> int:
-        """Write bytes from a register on."""
         if self._transferring:
             return HAL_BUSY
         try:
@@ -120,7 +114,6 @@ class VirtualHal(HalGpio):
         return HAL_OK
 
     def _transfer(self) -> None:
-        """Let the transfer take its time, with the handle locked."""
         self._transferring = True
         try:
             self._cpu.elapse(self._i2c.end_ps - self._clock.now_ps)
@@ -134,7 +127,7 @@ class VirtualHal(HalGpio):
     # -- serial line -----------------------------------------------------------------------------------------
 
     def HAL_UART_Transmit(self, data: bytes, timeout_ms: int) -> int:
-        """Send bytes and wait for the last; returns HAL_BUSY during another transmission."""
+        """Return after the last byte; HAL_BUSY during another transmission."""
         if self._sending:
             return HAL_BUSY
         deadline_ps = (self.HAL_GetTick() + timeout_ms + 1) * PS_PER_MS
@@ -151,7 +144,7 @@ class VirtualHal(HalGpio):
         return HAL_OK
 
     def HAL_UART_Receive(self, size: int, timeout_ms: int) -> tuple[int, bytes]:
-        """Wait for ``size`` bytes; return HAL_TIMEOUT and fewer if late."""
+        """Return HAL_TIMEOUT and fewer bytes if late."""
         deadline_ps = (self.HAL_GetTick() + timeout_ms + 1) * PS_PER_MS
         received = bytearray()
         while len(received) < size:
@@ -165,14 +158,10 @@ class VirtualHal(HalGpio):
     # -- the timer ---------------------------------------------------------------------------------------
 
     def HAL_TIM_Base_Init(self, prescaler: int, period: int) -> None:
-        """Configure the timer of the callback."""
         self.timer.configure(prescaler, period)
 
     def HAL_TIM_Base_Start_IT(self) -> None:
-        """Enable the timer's interrupt, then its counter.
-
-        The flag of ``HAL_TIM_Base_Init`` calls the callback before the first period.
-        """
+        """Enable the timer's interrupt, then its counter; the flag of ``HAL_TIM_Base_Init`` calls the callback at once."""
         self.timer.enable_interrupt()
         self._cpu.take_interrupts()
         self.timer.start()

@@ -1,7 +1,6 @@
 """An interval timer with its update interrupt (RM0368 section 14: TIM9 to TIM11).
 
-Update times are computed from their number, so nothing drifts. Lost updates are counted in the handler, so a short
-period costs little.
+Times are computed from the update's number, so nothing drifts.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ class IntervalTimer:
         return float(PS_PER_S / self._period_ps)
 
     def configure(self, prescaler: int, period: int) -> None:
-        """Write PSC and ARR and set the flag by an update (EGR.UG, RM0368 14.4.5)."""
+        """Write PSC and ARR, which sets the flag (EGR.UG, RM0368 14.4.5)."""
         self._period_ps = Fraction(PS_PER_S * (prescaler + 1) * (period + 1), self._input_hz)
         self._flag = True
         self._due_ps = self._clock.now_ps
@@ -60,7 +59,6 @@ class IntervalTimer:
 
     @property
     def longest_wait_s(self) -> float:
-        """Longest delay of a handler."""
         return self._longest_wait_ps / PS_PER_S
 
     def start(self) -> None:
@@ -74,7 +72,6 @@ class IntervalTimer:
         self._event = self._clock.schedule(self._origin_ps + self._num // self._den, self._update)
 
     def acknowledge(self) -> None:
-        """Clear the flag; count delay and lost ticks."""
         self._flag = False
         now_ps = self._clock.now_ps
         if now_ps > self._due_ps:

@@ -1,9 +1,7 @@
-"""Virtual time in integer picoseconds since power-on, its events, and the notation of durations.
-
-Simultaneous events fire in the order in which they were scheduled. The clock never reads the wall clock.
+"""Virtual time in integer picoseconds since power-on; it never reads the wall clock.
 
 Decision: the unit of virtual time is the picosecond. Nanoseconds round the 84 MHz core's 11.9 ns cycle by 8 %,
-picoseconds by 0.004 %; core cycles would depend on the firmware's clock setting.
+picoseconds by 0.004 %.
 
 Decision: a duration must have a unit, because a bare ``for = 50`` may mean seconds or milliseconds.
 """
@@ -49,7 +47,6 @@ class Event:
         self.action: Callable[[], None] | None = action
 
     def cancel(self) -> None:
-        """Cancel the call if it has not happened."""
         self.action = None
 
 
@@ -79,7 +76,6 @@ class Clock:
 
     @property
     def now_s(self) -> float:
-        """Seconds of virtual time since power-on."""
         return self.now_ps / PS_PER_S
 
     def schedule(self, at_ps: int, action: Callable[[], None], *, last: bool = False) -> Event:
@@ -93,7 +89,6 @@ class Clock:
         return event
 
     def _purge(self) -> None:
-        """Remove cancelled events, which would fill the queue."""
         self._queue[:] = [entry for entry in self._queue if entry[2].action is not None]
         heapq.heapify(self._queue)
         self._purge_at = max(_FEW, 2 * len(self._queue))
@@ -101,7 +96,7 @@ class Clock:
         self.next_ps = front[0] if front else self._queue[0][0] if self._queue else NEVER_PS
 
     def repeat(self, event: Event, at_ps: int) -> None:
-        """Queue an event that has just fired for a time not yet passed."""
+        """Queue an event that has just fired again."""
         self._order = order = self._order + 1
         queue = self._queue
         if self._front is None and (not queue or at_ps < queue[0][0]):
@@ -130,7 +125,7 @@ class Clock:
         self.now_ps = now_ps
 
     def fire_next(self) -> None:
-        """Execute the earliest event, or earlier deferred calls. Needs a queued event."""
+        """Execute the earliest event or deferred calls before it."""
         if self.deferred_ps <= self.next_ps:
             at_ps, _, event = heapq.heappop(self._deferred)
             self.deferred_ps = self._deferred[0][0] if self._deferred else NEVER_PS
@@ -177,7 +172,6 @@ class Periodic:
         self._event = clock.schedule(self.time_ps(1), self._fire)
 
     def time_ps(self, count: int) -> int:
-        """Return the time of the ``count``-th call."""
         return self._origin_ps + count * self._num // self._den
 
     def cancel(self) -> None:

@@ -60,23 +60,21 @@ class BareCore(FcuChip):
         self.on_access: Callable[[int, int, bool], None] = lambda _address, _size, _written: None
 
     def run(self, instructions: int, past: bool = False) -> Stop:
-        """Execute from ``pc``; with ``past``, ignore a breakpoint on the first instruction."""
+        """Execute from ``pc``; ``past``: ignore a breakpoint there."""
         stop = _STOPS[self.library.fcu_execute(self.handle, instructions, past)]
         self.raise_error()
         self.executed = self.count()
         return fetch_fault(self.pc) if stop is Stop.FETCH else stop
 
     def count(self) -> int:
-        """Return the instructions executed so far, during an access."""
         counted: int = self.library.fcu_executed(self.handle)
         return counted
 
     def cut(self) -> None:
-        """During an access: end the run after this instruction."""
         self.library.fcu_cut(self.handle)
 
     def enter_exception(self, number: int, vectors: int) -> bool:
-        """Save the context and enter a handler. Returns False if the stack or the table is not in memory."""
+        """Save the context and enter a handler; False if stack or table are not in memory."""
         return bool(self.library.fcu_enter_exception(self.handle, number, vectors))
 
     @property
@@ -89,7 +87,6 @@ class BareCore(FcuChip):
         self.library.fcu_watch_memory(self.handle, True, begin, end)
 
     def stop_before(self, address: int, on: bool = True) -> None:
-        """Set or remove a breakpoint."""
         self.library.fcu_set_breakpoint(self.handle, address, on)
 
     def _accessed(self, address: int, size: int, written: int) -> None:

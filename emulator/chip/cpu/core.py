@@ -80,10 +80,7 @@ class Core(FcuChip):
     def power_on(
         self, soc: Soc, peripherals: Iterable[Peripheral], on_reset: Callable[[str], None] | None = None
     ) -> None:
-        """Start with the first instruction; sets ``soc.irq`` and ``soc.memory``.
-
-        ``peripherals`` are those in Python. ``on_reset(reason)`` is called before later resets.
-        """
+        """Start; sets ``soc.irq`` and ``soc.memory``. ``on_reset(reason)`` is called before later resets."""
         self._on_reset = on_reset or self._on_reset
         self._python_peripherals = tuple(peripherals)
         self.python = PythonPeripherals(soc, self._python_peripherals)
@@ -112,7 +109,7 @@ class Core(FcuChip):
     # -- running ----------------------------------------------------------------------------------------
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps``; a debugger or ``work_limit`` can end it earlier."""
+        """Run up to and including ``at_ps``, or to a debugger's halt or ``work_limit``."""
         clock, shared = self.clock, self.shared
         self.enter()
         ended = self.library.fcu_run_until(self.handle, at_ps)
@@ -122,18 +119,16 @@ class Core(FcuChip):
             clock.advance_to(at_ps)
 
     def request_reset(self, reason: str) -> None:
-        """Reset the chip after the current instruction."""
         self.library.fcu_request_reset(self.handle, _REASONS.index(reason))
 
     def code_changed(self) -> None:
-        """Discard all decoded code; only between runs."""
         self.code_version += 1
         self.forget_code()
 
     # -- snapshots --------------------------------------------------------------------------------------
 
     def snapshot(self) -> bytes:
-        """Return all state in C, for this core; only between runs."""
+        """Return all state in C; only between runs."""
         buffer = ctypes.create_string_buffer(self.library.fcu_snapshot_size())
         self.library.fcu_save(self.handle, buffer)
         return buffer.raw
@@ -145,13 +140,11 @@ class Core(FcuChip):
     # -- the present state ------------------------------------------------------------------------------
 
     def status(self) -> ChipStatus:
-        """Return the core's state, always the same object."""
         self.library.fcu_status(self.handle, self._status)
         return self._status
 
     @property
     def now_ps(self) -> int:
-        """Start of the next instruction; only between runs."""
         return self.status().now_ps
 
     @property
@@ -160,17 +153,15 @@ class Core(FcuChip):
 
     @property
     def skipped(self) -> int:
-        """Retired instructions that were counted as repetitions, not executed."""
+        """Repetitions that were counted, not executed."""
         return self.status().skipped
 
     @property
     def work(self) -> int:
-        """In units of work.h, about one instruction each."""
         return self.shared[5]
 
     @property
     def work_limit(self) -> int:
-        """Work at which :meth:`run_until_ps` ends early."""
         return self.shared[6]
 
     @work_limit.setter
@@ -179,12 +170,10 @@ class Core(FcuChip):
 
     @property
     def thread_ps(self) -> int:
-        """Time of the last return to Thread mode."""
         return self.status().thread_ps
 
     @property
     def lowest_stack(self) -> int:
-        """The lowest address of the main stack at an exception entry."""
         return self.status().lowest
 
     @property
@@ -195,7 +184,6 @@ class Core(FcuChip):
 
     @property
     def asleep(self) -> bool:
-        """Waiting in WFI, WFE or after SLEEPONEXIT."""
         return bool(self.status().asleep)
 
     @property
@@ -224,14 +212,12 @@ class Core(FcuChip):
         return priority
 
     def preempts(self, exception: int) -> bool:
-        """Return whether an exception can be taken now."""
         group: int = self.library.fcu_priority_group(self.handle, self.priority(exception))
         return group < self.status().level
 
     # -- for debuggers ----------------------------------------------------------------------------------
 
     def halt(self) -> None:
-        """Halt before the next instruction, after any exception entry in progress."""
         self.enter()
         self.library.fcu_halt(self.handle)
         self.raise_error()
@@ -244,7 +230,6 @@ class Core(FcuChip):
 
     @property
     def halted(self) -> bool:
-        """While halted, no time passes."""
         return bool(self.library.fcu_is_halted(self.handle))
 
     def wake(self) -> None:
@@ -259,14 +244,12 @@ class Core(FcuChip):
         self.library.fcu_debug(self.handle, on)
 
     def met_breakpoint_instruction(self) -> bool:
-        """Return whether BKPT has halted the core since the last call."""
         return bool(self.library.fcu_met_breakpoint_instruction(self.handle))
 
     def set_breakpoint(self, address: int, on: bool) -> None:
         self.library.fcu_set_breakpoint(self.handle, address, on)
 
     def watch_memory(self, begin: int, end: int) -> None:
-        """Call ``on_access`` from ``begin`` to ``end``, both included."""
         self.library.fcu_watch_memory(self.handle, True, begin, end)
 
     def unwatch_memory(self) -> None:
@@ -275,14 +258,14 @@ class Core(FcuChip):
     # -- registers of peripherals, for debuggers, diagnoses and DMA -------------------------------------------
 
     def find(self, address: int) -> tuple[Peripheral, int] | None:
-        """Return the peripheral at an address, and the register's offset."""
+        """Return the peripheral and the register's offset."""
         peripheral: Peripheral | None
         index = self.library.fcu_peripheral_at(self.handle, address)
         peripheral = self.peripheral_by_index(index) if index >= 0 else self.python.find(address)
         return None if peripheral is None else (peripheral, address - peripheral.base & 0xFFFF_FFFC)
 
     def peek(self, address: int) -> int | None:
-        """Return a word without side effects; None without memory or register."""
+        """Return a word without side effects."""
         data = self.memory(address, 4)
         if data is not None:
             return int.from_bytes(data, "little")
@@ -292,7 +275,7 @@ class Core(FcuChip):
         return self.python.peek(address)
 
     def poke(self, address: int, data: bytes) -> bool:
-        """Write 1, 2 or 4 aligned bytes to a register with all effects; False without a register."""
+        """Write 1, 2 or 4 aligned bytes with all effects; False without a register."""
         stored = self.library.fcu_store(self.handle, address, len(data), int.from_bytes(data, "little"))
         self.raise_error()
         return bool(stored)

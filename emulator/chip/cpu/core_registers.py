@@ -35,12 +35,11 @@ class CoreRegisters:
         self.words, self.fetch, self._write = engine.register_calls(self.names)
 
     def read(self) -> memoryview[int]:
-        """Return the present values, always in the same memory."""
+        """Return the values, always in the same memory."""
         self.fetch()
         return self.words
 
     def write(self, *values: int) -> None:
-        """Write ``values`` or the contents of ``words``."""
         if values:
             self.words[:] = memoryview((ctypes.c_uint32 * len(values))(*values)).cast("B").cast("I")
         self._write()

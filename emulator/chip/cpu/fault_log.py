@@ -1,7 +1,4 @@
-"""The core's faults: the state at the latest one, and the number of repetitions.
-
-Registers and stack are recorded as the refused instruction left them.
-"""
+"""The core's faults, with the state before the exception entry."""
 
 from __future__ import annotations
 
@@ -55,7 +52,7 @@ class FaultRecord:
         return self.registers[_XPSR] & 0x1FF
 
     def follows(self, other: FaultRecord) -> bool:
-        """Return whether this fault is a consequence of the previous one."""
+        """Return whether this is a consequence of the previous fault."""
         if self.fault.status & STKERR:
             return self.t_ps - other.t_ps <= PS_PER_US
         return bool(self.active & FAULT_HANDLERS)

@@ -1,7 +1,4 @@
-"""The rarely accessed peripherals, written in Python, and addresses without a peripheral, for calls from C.
-
-Accesses to an unmodelled peripheral have no effect, and a note names it.
-"""
+"""The rarely accessed peripherals, in Python, and addresses without one."""
 
 from __future__ import annotations
 
@@ -36,7 +33,6 @@ class Absent(Peripheral):
         self._report(offset, f"0x{value & mask:X} written, forgotten")
 
     def is_silent(self) -> bool:
-        """Return whether further accesses are not reported."""
         return len(self._reported) > _MOST_REPORTED
 
     def _report(self, offset: int, what: str) -> None:
@@ -111,7 +107,7 @@ class PythonPeripherals:
         return next((one for one in self._reserved if one.base <= address < one.base + one.size), None)
 
     def read(self, address: int, size: int) -> tuple[int, int]:
-        """Return the value and its validity, or ``NOTHING_PS`` or ``SILENT_PAGE_PS`` without a register."""
+        """Return value and validity; the validity can be ``NOTHING_PS`` or ``SILENT_PAGE_PS``."""
         peripheral = self.find(address)
         assert peripheral is not None, f"0x{address:08X} is not on the bus"
         register = address - peripheral.base & 0xFFFF_FFFC
@@ -125,7 +121,6 @@ class PythonPeripherals:
         return value >> 8 * (address & 3) & _MASK[size], _validity(peripheral, until_ps)
 
     def write(self, address: int, size: int, value: int) -> int:
-        """Write, and return a validity like :meth:`read`."""
         peripheral = self.find(address)
         assert peripheral is not None, f"0x{address:08X} is not on the bus"
         register = address - peripheral.base & 0xFFFF_FFFC
@@ -166,7 +161,6 @@ class PythonPeripherals:
 
 
 def _validity(peripheral: Peripheral, until_ps: int) -> int:
-    """Return ``until_ps``, or a code if no register is there."""
     if isinstance(peripheral, UnmodelledPeripheral):
         return SILENT_PAGE_PS
     if isinstance(peripheral, Absent):

@@ -60,7 +60,6 @@ def _decode_16(address: int, code: int) -> Instruction:
 
 
 def _special_data_16(code: int) -> Instruction:
-    """Decode ADD, CMP, MOV of high registers; BX, BLX."""
     if code >> 7 & 7 == 0b110:
         return Instruction(2, Flow.RETURN if code >> 3 & 0xF == 14 else Flow.UNKNOWN)
     to_pc = code & 0x87 == 0x87 and code >> 8 & 3 != 1

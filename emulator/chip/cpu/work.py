@@ -1,4 +1,4 @@
-"""The costliest part of a run, from C's counts in units of one instruction (``work.h``)."""
+"""The costliest part of a run, as counted in C (``work.h``)."""
 
 from __future__ import annotations
 

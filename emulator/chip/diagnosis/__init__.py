@@ -7,8 +7,7 @@
     print(board.chip.diagnosis() or "all is well")
 
 Decision: a diagnosis is computed once, at the end of a run, from the state of the chip. Sampling the program counter
-would slow down correct runs and prove nothing. A copy of core and memory proves an endless loop (:mod:`probe`,
-:mod:`hang`).
+would slow down correct runs and prove nothing, but a copy of core and memory proves endless loops.
 """
 
 from fcu_emulator.emulator.chip.diagnosis.diagnose import diagnose, findings

@@ -1,8 +1,7 @@
 """Places in a program, and their chain of callers.
 
-Decision: callers are found by a search of the stack (ARMv7-M ARM B1.5.6, B1.5.8). Firmware has no frame pointers, and
-few student files have tables of frames. A word just behind a BL or BLX is a return address, unless the BL leads to
-another function. After an EXC_RETURN the search continues in the interrupted code.
+Decision: callers are found by a search of the stack (ARMv7-M ARM B1.5.6, B1.5.8), because student files rarely describe
+their frames. A word behind a BL or BLX is a return address unless the BL leads to another function.
 """
 
 from __future__ import annotations
@@ -35,7 +34,6 @@ class Places:
         return self._symbols.function_at(address) if self._symbols else None
 
     def function_name(self, address: int) -> str:
-        """Return the name, or ""."""
         found = self.function(address)
         return found.name if found else ""
 
@@ -50,12 +48,11 @@ class Places:
         return f"{function.name}(), {line}"
 
     def variable(self, address: int) -> str:
-        """Return the variable's name or address."""
         symbol = self._symbols.object_at(address) if self._symbols else None
         return symbol.name if symbol else f"the variable at 0x{address:08X}"
 
     def address_of(self, *names: str) -> int | None:
-        """Return the address of the first known symbol."""
+        """Return the first known symbol's address."""
         for name in names:
             try:
                 return self._symbols.address_of(name) if self._symbols else None
@@ -68,9 +65,7 @@ class Places:
         return self.address_of("_end", "end", "_ebss", "__bss_end__")
 
     def call_of(self, names: Container[str], start: int, code: ReadCode) -> tuple[int, str] | None:
-        """Return address and name of the call in ``start`` that leads to one of ``names``, also indirectly, but not by
-        pointer.
-        """
+        """Return the call in ``start`` that leads to one of ``names``, also indirectly, but not by pointer."""
         waiting, seen = deque([(start, 0)]), {start}
         while waiting and len(seen) < _MOST_FUNCTIONS:
             address, first_site = waiting.popleft()
@@ -88,25 +83,21 @@ class Places:
         return None
 
     def file(self, address: int) -> str:
-        """Return the source file without folder, or ""."""
         line = self._symbols.line_at(address) if self._symbols else None
         return line.file if line else ""
 
     def largest_variables(self, count: int) -> list[tuple[str, int]]:
-        """Return names and sizes in bytes."""
         objects = self._symbols.variables() if self._symbols else []
         largest = sorted(objects, key=lambda one: (-one.size, one.name))
         return [(one.name, one.size) for one in largest[:count]]
 
     def help(self) -> list[str]:
-        """Return hints for better names."""
         if self._symbols is None:
             return ["The file has no symbols, so these are addresses; run the ELF that was not stripped."]
         return []
 
 
 def _calls_of(function: FunctionAt, code: ReadCode) -> Iterator[tuple[int, int]]:
-    """Return (address, target) of calls in a function, and of jumps out of it."""
     address, end = function.start, function.start + function.size
     while address < end:
         content = code(address, 4)
@@ -163,20 +154,15 @@ class Backtrace:
         return found
 
     def lines(self, pc: int, lr: int, sp: int) -> list[str]:
-        """Return the callers as text."""
         return [self.line(call) for call in self.calls(pc, lr, sp)[1:]]
 
     def line(self, call: Call) -> str:
-        """Return a call as text; the first use reads all line numbers."""
         how = "interrupted" if call.interrupted else "called from"
         times = f", {call.times} times one in the other" if call.times > 1 else ""
         return f"{how} {self._places.place(call.address)}{times}"
 
     def _outward(self, pc: int, lr: int, sp: int) -> Iterator[Call]:
-        """Return all callers, also those of interrupted functions.
-
-        In Thread mode saved frames farther out are old.
-        """
+        """Return all callers; in Thread mode frames farther out are old."""
         current, address = pc, max(sp & ~3, RAM_MEMORY.start)
         frame, exc_return = 0, 0
         if lr in _EXC_RETURNS:  # a handler that has not saved it: the interrupted code is above
@@ -214,7 +200,6 @@ class Backtrace:
         return FLASH_MEMORY.holds(pc, pc + 2) and bool(xpsr & _THUMB)
 
     def _leads_to(self, word: int, current: int) -> bool:
-        """Return whether the call before ``word`` may have led to ``current``."""
         if not word & 1 or not FLASH_MEMORY.holds(word - 5, word - 1):
             return False
         code = self._code(word - 5, 4)
@@ -230,7 +215,6 @@ class Backtrace:
         return second & _BLX_MASK == _BLX and elsewhere
 
     def _ends_in(self, function: int, target: int) -> bool:
-        """Return whether a function jumps to ``target``."""
         found = self._places.function(function)
         if found is None or found.start != function:
             return False

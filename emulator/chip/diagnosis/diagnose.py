@@ -94,7 +94,6 @@ def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
 
 
 def _quiet_since_ps(arm: RunningFirmware, transfers: RecentTransfers) -> int:
-    """Return the time of the last event outside of the chip."""
     signals = arm.signals
     edges = [edge.t_ps for edge in signals.trace.of(GpioEdge)[-1:]]
     signals.uart.catch_up()
@@ -103,7 +102,6 @@ def _quiet_since_ps(arm: RunningFirmware, transfers: RecentTransfers) -> int:
 
 
 def _stack(arm: RunningFirmware, places: Places) -> Diagnosis | None:
-    """Report a main stack that has reached the variables."""
     lowest, end = arm.chip.core.lowest_stack, places.end_of_variables()
     if end is None or not RAM_MEMORY.start <= lowest < end < places.stack_top:
         return None
@@ -129,7 +127,6 @@ def _without_clock(notes: PeripheralNotes) -> Diagnosis | None:
 
 
 def _unanswered(arm: RunningFirmware, transfers: RecentTransfers) -> Diagnosis | None:
-    """Report transfers to addresses without a device."""
     signals = arm.signals
     failed = [
         event
@@ -150,14 +147,12 @@ def _unanswered(arm: RunningFirmware, transfers: RecentTransfers) -> Diagnosis |
 
 
 def _bus(cause: Cause, now_ps: int) -> Diagnosis | None:
-    """Report a wrongly configured bus."""
     if now_ps < _SET_UP_PS:
         return None
     return Diagnosis("bus", cause.short, tuple(cause.sentences), fatal=False)
 
 
 def _unselected(transfers: RecentTransfers) -> Diagnosis | None:
-    """Report sensors that are absent or do not answer."""
     cause = transfers.nobody_on_spi() or transfers.silent_sensors()
     return cause and Diagnosis("bus", cause.short, tuple(cause.sentences), fatal=False)
 
@@ -195,7 +190,6 @@ def slow_callback(chip: Chip, places: Places) -> Diagnosis | None:
 
 
 def _sometimes_slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis | None:
-    """Report lost ticks if the callback calls a waiting function."""
     waits = _waiting_call(chip, places)
     if waits is None:
         return None
@@ -212,7 +206,6 @@ def _sometimes_slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis | Non
 
 
 def _waiting_call(chip: Chip, places: Places) -> tuple[int, str] | None:
-    """Return the callback's call that leads to a waiting function."""
     callback = places.address_of(_CALLBACK)
     return places.call_of(_WAITING, callback, chip.core.memory) if callback is not None else None
 

@@ -75,12 +75,10 @@ class RecentTransfers:
 
     @property
     def last_ps(self) -> int:
-        """Last use of the buses; 0 for never."""
         unheard_ps = (bus.unheard[-1][0] for bus in self._spi if bus.unheard)
         return max([0, *unheard_ps, *(transfer.end_ps for transfer in self.latest)])
 
     def lines(self) -> list[str]:
-        """Return the transfers as text, the latest last."""
         lines = self.texts(self.latest)
         lines += [
             f"{at(bus.unheard[-1][0])}  {bus.name} {unheard}, while no sensor was selected"
@@ -110,10 +108,7 @@ class RecentTransfers:
         return None
 
     def silent_sensors(self) -> Cause | None:
-        """Report selected sensors that never answer.
-
-        0xFF is an undriven line. 0x00 counts only if WHO_AM_I was read, which is never 0x00.
-        """
+        """Report selected sensors without an answer: reads of 0xFF, or of 0x00 including WHO_AM_I, which is never 0x00."""
         reads = [transfer for transfer in self.latest if transfer.read]
         values = {value for transfer in reads for value in transfer.read}
         identified = any(transfer.register == "WHO_AM_I" for transfer in reads)
@@ -139,7 +134,6 @@ class RecentTransfers:
         ]
 
     def nobody_on_spi(self) -> Cause | None:
-        """Report bytes on an SPI bus without a sensor."""
         for bus in self._spi:
             if not bus.chip_selects and self._unheard(bus):
                 return Cause(
@@ -160,7 +154,6 @@ class RecentTransfers:
         return Cause(last.result, [why])
 
     def _unheard(self, bus: SpiBus) -> str:
-        """Return bytes after all transfers that reached no sensor."""
         since_ps = max((transfer.end_ps for transfer in self.latest), default=0)
         bytes_ = [value for t_ps, value in bus.unheard if t_ps > since_ps]
         sent = " ".join(f"{value:02X}" for value in bytes_ if value is not None)
@@ -230,7 +223,7 @@ class PeripheralNotes:
         ]
 
     def without_clock(self) -> list[str]:
-        """Return used peripherals that still have no clock."""
+        """Return peripherals that still have no clock."""
         names = dict.fromkeys(note.device for note in self._notes if _NO_CLOCK in note.text)
         return [name for name in names if not self._clocked[name]]
 

@@ -29,7 +29,6 @@ def exclusive_or(places: Places, code: ReadCode) -> str:
 
 
 def _found_in(function: FunctionAt, code: ReadCode) -> Iterator[int]:
-    """Return the addresses of exclusive ors, excluding loaded constants."""
     address, end = function.start, function.start + function.size
     constants: set[int] = set()
     while address < end:

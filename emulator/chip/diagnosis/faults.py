@@ -289,7 +289,6 @@ def _report(
 
 
 def _from_program(calls: Sequence[Call], callers: Sequence[str], places: Places) -> str:
-    """Return the first caller in the file of main(), for a fault elsewhere."""
     start = places.address_of("main")
     own = places.file(start) if start is not None else ""
     if not own or places.file(calls[0].address) == own:

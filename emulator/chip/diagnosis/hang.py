@@ -1,8 +1,7 @@
 """Firmware in an endless loop: its condition, and why it never becomes true.
 
 Decision: a loop in ``main()`` that reads nothing, while interrupts of peripherals are enabled, counts as correct.
-Without such interrupts it may be the intended end, and is reported but not as a failure. Code on the process stack is
-not checked, because an idle task is an endless loop.
+Without them it may be the intended end, so it is not a failure. Code on the process stack is not checked.
 """
 
 from __future__ import annotations
@@ -92,13 +91,12 @@ class Interrupts:
         return self._core.preempts(number)
 
     def from_peripherals(self, *, now: bool = True) -> list[int]:
-        """Return the enabled interrupts of peripherals; ``now``: only those that can be taken."""
+        """Return the enabled interrupts; ``now``: only those that can be taken."""
         enabled = self._core.enabled >> FIRST_INTERRUPT << FIRST_INTERRUPT
         return [number for number in bits(enabled) if not now or self.preempts(number)]
 
     @property
     def tick_on(self) -> bool:
-        """SysTick counts and its interrupt is enabled."""
         return (self._core.peek(_SYST_CSR) or 0) & _TICKING == _TICKING
 
     def why_no_tick(self) -> str:
@@ -135,7 +133,6 @@ class Waits:
         self._quiet_ps = quiet_ps
 
     def in_vain(self, loop: Loop) -> Cause | None:
-        """Return why the loop never ends; None if it may end."""
         if any(
             self._may_change(peripheral.clocked, peripheral.next_change_ps())
             for peripheral, _, _ in loop.registers
@@ -214,7 +211,6 @@ class Hang:
         self._callers = self._calls[1:]
 
     def diagnosis(self) -> Diagnosis | None:
-        """Return the loop in which the firmware is stuck."""
         if self._core.asleep:
             return self._sleeping()
         if not self._core.active:
@@ -259,7 +255,6 @@ class Hang:
         return self._read_once(loop) or self._endless(self._outermost(loop), cause)
 
     def _interrupted_thread(self) -> Diagnosis | None:
-        """Diagnose the code that a correct handler has interrupted."""
         below = [call.address for call in self._calls if call.interrupted]
         code = self._core.memory(below[-1], 4) if below else None
         if code is None:
@@ -278,7 +273,6 @@ class Hang:
         return once and self._report(self._outermost(loop), once)
 
     def _read_once_below(self, address: int) -> Diagnosis | None:
-        """Do the same for an interrupted loop in Thread mode."""
         core = self._core
         words = range(core.register(_SP) & ~3, self._places.stack_top - _FRAME_BYTES + 1, 4)
         frames = [at for at in words if core.peek(at + _FRAME_PC) == address]
@@ -314,18 +308,15 @@ class Hang:
         return self._report(place, why, fatal=not working or name in _WRONG_ENDS)
 
     def _tick_works(self) -> bool:
-        """Return whether SysTick's handler does more than count."""
         if not self._interrupts.tick_on:
             return False
         changed = Probe(self._core).handle(SYS_TICK)
         return changed is None or len({address & ~3 for address in changed}) > 1
 
     def _from_outside(self) -> Cause | None:
-        """Return why a program may have entered its ``while (1)``."""
         return self._notes.cause() or self._bus or self._transfers.cause()
 
     def _unhandled(self, number: int) -> Cause | None:
-        """Return whether only the start-up file's common handler serves an interrupt."""
         if self._places.function_name(self._pc) not in ("Default_Handler", "Infinite_Loop"):
             return None
         name = exception_name(number)
@@ -343,10 +334,7 @@ class Hang:
         )
 
     def _outermost(self, loop: Loop) -> int:
-        """Return the function of the loop that calls its other functions.
-
-        Without calls it is the loop's last instruction, which gives the same line each time.
-        """
+        """Return the loop's function that calls the others, or its last instruction, which is the same each time."""
         calls = [call.address for call in self._calls if call.address != self._pc]
         inside = [address for address in calls if {address, address - 2} & loop.code]
         return inside[-1] if inside else max(loop.code, default=self._pc)

@@ -1,7 +1,6 @@
-"""Numbers in the terminal's output that printf could not print, found by its format strings in flash.
+"""Numbers that printf could not print, found by its format strings in flash.
 
-The instruction that loads the format gives the source line. Matching never backtracks, so hostile formats cannot make
-it slow.
+Matching never backtracks, so hostile formats cannot make it slow.
 """
 
 from __future__ import annotations
@@ -56,7 +55,6 @@ class PrintedLines:
         self.lines = [printed for line in distinct if (printed := self._made_by(line)) is not None]
 
     def place(self, made_by: Format) -> str:
-        """Return where the program uses a format, or ""."""
         for literal in self._words(made_by.address):
             function = self._places.function(literal)
             if function is not None:
@@ -73,7 +71,6 @@ class PrintedLines:
         return max(found, key=lambda printed: len(printed.made_by.text), default=None)
 
     def _words(self, value: int) -> Iterator[int]:
-        """Return the aligned addresses in flash that contain a word."""
         wanted = value.to_bytes(4, "little")
         for segment in self._image.segments:
             at = segment.data.find(wanted)
@@ -83,7 +80,7 @@ class PrintedLines:
                 at = segment.data.find(wanted, at + 1)
 
     def _loads(self, start: int, literal: int) -> Iterator[int]:
-        """Return the instructions that load the word at ``literal`` (A7.7.44)."""
+        """Return the instructions that load the word (A7.7.44)."""
         address = start
         while address < literal:
             code = self._code(address)
@@ -103,7 +100,6 @@ class PrintedLines:
 
 
 def _formats(image: FirmwareImage) -> Iterator[Format]:
-    """Return the format strings with numbers."""
     count = 0
     for segment in image.segments:
         if not FLASH_MEMORY.holds(segment.address, segment.end):
@@ -118,7 +114,6 @@ def _formats(image: FirmwareImage) -> Iterator[Format]:
 
 
 def _match(one: Format, line: str) -> tuple[str, ...] | None:
-    """Return the text of each conversion; None without a match."""
     first, *rest = one.between
     first = first.lstrip()
     if not line.startswith(first) or not "".join(one.between).strip():

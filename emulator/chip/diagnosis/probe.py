@@ -1,7 +1,7 @@
 """A test for endless loops, in a copy of the core.
 
-The copy executes the loop until the state of core and RAM recurs. The loop is then endless unless a value that it reads
-changes. A loop that writes to a peripheral, or reads with side effects, is not idle.
+The loop is endless if the state of core and RAM recurs, unless a value that it reads changes. Writes to peripherals and
+reads with side effects are work.
 """
 
 from __future__ import annotations
@@ -62,7 +62,6 @@ class Probe:
     # -- execution in the copy --------------------------------------------------------------------------
 
     def loop(self) -> Loop | None:
-        """Return the core's loop; None if it does work."""
         with closing(self._copy) as copy:
             return self._loop(copy)
 
@@ -87,7 +86,7 @@ class Probe:
         return None
 
     def handle(self, exception: int) -> frozenset[int] | None:
-        """Handle an exception in the copy; return the changed addresses in RAM, None if it does more."""
+        """Handle an exception; return the changed addresses in RAM, None if it does more."""
         with closing(self._copy) as copy:
             return self._handle(copy, exception)
 
@@ -114,7 +113,6 @@ class Probe:
         return Loop(frozenset(code), frozenset(variables), frozenset(self._registers))
 
     def _on_stack(self, address: int, sp: int) -> bool:
-        """Return whether an address belongs to the stack in use."""
         top = int.from_bytes(self._copy.flash[:4], "little")
         return sp <= top and sp - _BELOW <= address < top
 

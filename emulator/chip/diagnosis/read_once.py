@@ -1,7 +1,7 @@
 """A variable that is read once before a loop: ``volatile`` is missing.
 
-A compiler may turn ``while (!ready) {}`` into one load and a loop that reads nothing. A copy of the core proves it:
-with the present RAM the instructions leave the loop, and with another value they stay.
+A compiler may turn ``while (!ready) {}`` into one load and a loop that reads nothing. Execution in a copy proves that
+another value would keep the loop.
 """
 
 from __future__ import annotations
@@ -44,7 +44,6 @@ def read_once(core: Core, places: Places, loop: frozenset[int]) -> Cause | None:
 
 
 def _instructions(core: Core, places: Places, begin: int) -> Iterator[int]:
-    """Return the instructions shortly before ``begin``, the farthest first."""
     function = places.function(begin)
     address = function.start if function is not None else begin - _FARTHEST
     while address < begin:
@@ -87,7 +86,6 @@ class _Condition:
         self._at = 0
 
     def decided_by(self, start: int) -> _Variable | None:
-        """Return the variable whose present value leaves the loop."""
         if self._stays(start) is not False:
             return None
         address, size, load = self._loads[0]

@@ -1,6 +1,6 @@
-"""Peripherals that were never or wrongly configured for the board.
+"""Peripherals that were never or wrongly configured.
 
-The linker keeps only called functions, so these show the program's intention.
+The functions that the linker kept show the program's intention.
 """
 
 from __future__ import annotations
@@ -101,7 +101,6 @@ def clock_of(name: str, chip: Chip) -> int:
 
 
 def _other_bus_on(chip: Chip, signals: BoardSignals) -> str:
-    """Return an I2C or SPI that is on but not connected."""
     wired = {*signals.board.buses(), *(part.spi for part in signals.board.absent)}
     for name, peripheral in chip.core.peripherals.items():
         bit = {"I2C": _PE, "SPI": _SPE}.get(name[:3], 0)

@@ -67,7 +67,6 @@ def where(firmware: ArmFirmware) -> str:
 
 
 def _replaced(firmware: ArmFirmware) -> bool:
-    """Return whether a debugger has loaded another program."""
     engine = firmware.chip.core
     flashed = (segment for segment in firmware.image.segments if segment.address < RAM)
     return any(bytes(engine.memory(one.address, len(one.data)) or b"") != one.data for one in flashed)
@@ -148,7 +147,7 @@ class Monitor:
         return "".join(f"{line}\n" for line in lines or [f"{peripheral.name} is not modelled"])
 
     def _reset_chip(self, arguments: list[str]) -> str:
-        """Reset the chip; ``reset halt`` and ``reset init`` mean the same, because a reset always halts."""
+        """Reset and halt, like ``reset halt`` and ``reset init``."""
         del arguments
         self._reset()
         return "the chip has been reset and is halted\n"

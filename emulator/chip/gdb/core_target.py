@@ -1,13 +1,13 @@
 """The chip as a debugger's target.
 
-Decision: resuming from a breakpoint makes a single step first, in a separate run. A waiting loop that contains a
-breakpoint is therefore never skipped.
+Decision: resuming from a breakpoint makes a single step first, in a separate run. A waiting loop with a breakpoint is
+therefore never skipped.
 
-Decision: with a debugger, BKPT halts the core (ARMv7-M ARM C1.4.1), and execution resumes after it. On the chip it
-would halt at the same BKPT forever.
+Decision: with a debugger, BKPT halts the core (ARMv7-M ARM C1.4.1), and execution resumes after it. Otherwise it would
+halt there forever.
 
-Decision: watchpoints monitor every load and store in one range that covers all of them, including registers. Other
-accesses have no cost. DMA and frames saved at exceptions are not detected.
+Decision: watchpoints monitor every load and store in one range that covers all of them, including registers. DMA and
+exception frames are not detected.
 """
 
 from __future__ import annotations
@@ -62,7 +62,6 @@ class Points:
         self.set()
 
     def set(self) -> None:
-        """Write the points to the core; only between runs."""
         if self._set == self._wanted:
             return
         breaks = {point.address for point in self._wanted if point.kind.is_break}
@@ -136,7 +135,7 @@ class CoreTarget:
         self._single_step = False
 
     def reset(self) -> None:
-        """Reset through NRST and halt before the first instruction."""
+        """Reset through NRST and halt."""
         self._core.reset_now("PIN")
         self._on_bkpt = self._lock_up_reported = False
 
@@ -148,7 +147,7 @@ class CoreTarget:
         return values | {"xpsr": xpsr, "pc": self._core.pc}
 
     def write_register(self, name: str, value: int) -> None:
-        """Change a register; a new PC wakes a sleeping core (B1.5.19)."""
+        """Change a register; a new PC wakes the core (B1.5.19)."""
         if name == "pc":
             self._core.pc = value & ~1
             self._on_bkpt = False
@@ -177,7 +176,6 @@ class CoreTarget:
         return bytes(data[:size])
 
     def write_memory(self, address: int, data: bytes) -> bool:
-        """Write memory or flash, or registers with all side effects."""
         memory = self._core.memory(address, len(data))
         if memory is not None:
             if not _changeable(address):
@@ -245,7 +243,7 @@ class CoreTarget:
         self._core.resume(self._single_step or on_point)
 
     def _reason(self) -> HaltReason | None:
-        """Return why the core has halted; None for a step past a breakpoint."""
+        """Return why the core has halted; None after a step past a breakpoint."""
         hit, self._hit = self._hit, None
         self._on_bkpt |= self._core.met_breakpoint_instruction()
         if hit is not None:

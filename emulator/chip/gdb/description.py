@@ -1,6 +1,5 @@
-"""Registers and memory for the debugger ("Target Descriptions", "Memory Map Format", "ARM Features").
-
-The registers' order is their number in packets.
+"""Registers, in the order of their packet numbers, and memory ("Target Descriptions", "Memory Map Format", "ARM
+Features").
 
 Decision: floating-point registers are described as d0 to d15, because GDB derives s0 to s31 from them.
 """

@@ -1,6 +1,6 @@
 """Packets and their parts ("Overview", "Packet Acknowledgment", "Interrupts").
 
-The sender is not trusted: every sequence of bytes is valid input, and too long packets are dropped.
+The sender is not trusted: every sequence of bytes is valid input.
 """
 
 from __future__ import annotations
@@ -57,7 +57,6 @@ class Framer:
         self._in_checksum = False
 
     def feed(self, data: bytes) -> list[Received]:
-        """Return the arrivals that ``data`` completes."""
         found: list[Received] = []
         for byte in data:
             arrived = self._outside(byte) if self._packet is None else self._inside(byte, self._packet)

@@ -1,12 +1,10 @@
 """The debugger's TCP socket on 127.0.0.1, served between slices of virtual time.
 
-While the target is halted, virtual time does not pass, and a run waits for the debugger in short pieces of wall time.
-
 Decision: a debugger whose connection breaks counts as detached, so its breakpoints are removed and the firmware
 continues.
 
-Decision: a new connection becomes the debugger only with its first valid packet. A connection with other data is
-closed, because any web page can send to a port of this machine.
+Decision: a new connection becomes the debugger only with its first valid packet. Other connections are closed, because
+any web page can send to a local port.
 """
 
 from __future__ import annotations
@@ -39,7 +37,6 @@ class _Caller:
         self._in_packet = False
 
     def accepts(self, data: bytes) -> bool:
-        """Return whether the bytes begin like GDB's protocol."""
         if not self._in_packet:
             rest = data.lstrip(_BEFORE_A_PACKET)
             self._in_packet = rest.startswith(b"$")
@@ -79,7 +76,7 @@ class GdbServer:
         self.run_until_ps(to_ps(seconds))
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Serve the debugger, and run the target unless it is halted. Raises FirmwareError without one."""
+        """Serve the debugger, and run the target unless halted. Raises FirmwareError without one."""
         self._serve(_PATIENCE_S if self.halted else 0.0)
         if self.halted or self.killed:
             return
@@ -94,7 +91,6 @@ class GdbServer:
             self._session.stopped(stop)
 
     def close(self) -> None:
-        """Report the run's end to a waiting debugger, and close the port."""
         if self._session is not None and not self._session.halted:
             self._send_packet(EXITED)
         self._leave()
@@ -133,7 +129,7 @@ class GdbServer:
                 self._hang_up(self._callers[0])
 
     def _hear(self, caller: _Caller) -> None:
-        """Read from a new connection; its first packet makes it the debugger."""
+        """Read from a connection that is not the debugger yet."""
         if caller not in self._callers:  # another one has just become the debugger
             return
         try:

@@ -1,10 +1,9 @@
 """A debugger's session ("Packets", "General Query Packets", "Stop Reply Packets").
 
-E01 answers a malformed packet, E02 an impossible request, and the empty packet an unsupported one. Thread 1 is the core
-("all-stop mode").
+E01 answers a malformed packet, E02 an impossible request, the empty packet an unsupported one.
 
 Decision: the Z packets of software and hardware breakpoints have the same effect and do not change memory. Their number
-is unlimited, while the chip has six.
+is unlimited.
 """
 
 from __future__ import annotations
@@ -76,7 +75,7 @@ class StatePackets:
         return OK if not data or self._target.write_memory(address, data) else REFUSED
 
     def flash(self, text: bytes) -> bytes:
-        """Answer the packets with which GDB's ``load`` writes the flash; b"" for others."""
+        """Answer the packets of GDB's ``load``; b"" for others."""
         name, _, rest = text.partition(b":")
         if name == b"FlashErase":
             address, length = packets.pair(rest)
@@ -158,7 +157,7 @@ class GdbSession:
     # -- the interface for the server -------------------------------------------------------------------
 
     def handle(self, packet: bytes) -> None:
-        """Answer one packet; ignore it while the target runs."""
+        """Answer a packet; ignore it while the target runs."""
         if not self.halted:
             return
         command = self._commands.get(packet[:1])
@@ -175,7 +174,6 @@ class GdbSession:
             self._stopped(_signal(_SIGINT))
 
     def stopped(self, stop: HaltReason) -> None:
-        """Report that the target has stopped by itself."""
         if stop.failure:
             self._print(f"{stop.failure}\n")
             self._stopped(_signal(_SIGSEGV))
@@ -188,7 +186,6 @@ class GdbSession:
             self._stopped(_signal(_SIGTRAP, b"%s:%x;" % (_WATCH[stop.point.kind], stop.address)))
 
     def close(self) -> None:
-        """Remove the debugger's settings and resume the target."""
         self.halted = False
         self._points.clear()
         self._target.release()
@@ -252,7 +249,7 @@ class GdbSession:
 
     @staticmethod
     def _transfer(text: bytes) -> bytes:
-        """Answer ``object:read:annex:offset,length``; the last piece begins with "l"."""
+        """Answer ``object:read:annex:offset,length``."""
         name, _, place = text.rpartition(b":")
         document = DOCUMENTS.get(name)
         if document is None:

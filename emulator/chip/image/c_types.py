@@ -1,4 +1,4 @@
-"""C types in the compiler's little-endian layout, and their debugging entries (DWARF 5 chapter 5)."""
+"""C types in little-endian layout, and their debugging entries (DWARF 5 chapter 5)."""
 
 from __future__ import annotations
 
@@ -27,12 +27,10 @@ class CType(Protocol):
 
     @property
     def leaves(self) -> int:
-        """The number of plain values, which is the cost of reading."""
+        """The number of plain values: the cost of reading."""
         ...
 
-    def value(self, raw: bytes, offset: int) -> CValue:
-        """Return the value of the bytes at ``offset``."""
-        ...
+    def value(self, raw: bytes, offset: int) -> CValue: ...
 
 
 @dataclass(frozen=True)
@@ -83,7 +81,7 @@ class Array:
 
     @cached_property
     def leaves(self) -> int:
-        """At least one per element, because empty structures take work, too."""
+        """At least one per element, because empty structures take work."""
         return max(self.element.leaves, 1) * self.count
 
     def value(self, raw: bytes, offset: int) -> tuple[CValue, ...]:
@@ -170,7 +168,6 @@ class TypeReader:
         self._making: set[int] = set()
 
     def type_of(self, entry: DebugEntry) -> CType:
-        """Return the type that DW_AT_type refers to."""
         target = self._info.referred(entry, AT_TYPE)
         if target is None:
             raise DebugInfoError("a type is missing (void has no value)")
@@ -203,7 +200,7 @@ class TypeReader:
         raise DebugInfoError(f"a type is of kind 0x{entry.tag:02X}, which has no value here")
 
     def _enumeration(self, entry: DebugEntry) -> CType:
-        """Return the underlying integer type; by default signed if a constant is negative."""
+        """Return the underlying type; signed by default if a constant is negative."""
         if AT_TYPE in entry.values:
             return self.type_of(entry)
         constants = [child.number(_AT_CONST_VALUE) or 0 for child in self._info.children(entry)]
@@ -259,7 +256,7 @@ def _base(entry: DebugEntry) -> CType:
 
 
 def _count(subrange: DebugEntry) -> int:
-    """Return the number of elements; 0 for a flexible array member. GCC gives the highest index, or -1."""
+    """Return the number of elements; GCC gives the highest index, or -1."""
     count = subrange.number(_AT_COUNT)
     if count is None:
         highest = subrange.number(_AT_UPPER_BOUND)
@@ -270,7 +267,7 @@ def _count(subrange: DebugEntry) -> int:
 
 
 def _location(member: DebugEntry) -> int:
-    """Return the offset in bytes: a number, or an expression in DWARF 2."""
+    """Return the offset, in DWARF 2 an expression."""
     expression = member.block(_AT_MEMBER_LOCATION)
     if expression is None:
         return member.number(_AT_MEMBER_LOCATION) or 0
@@ -280,9 +277,8 @@ def _location(member: DebugEntry) -> int:
 
 
 def _first_bit(member: DebugEntry, bits: int, unit_size: int) -> int:
-    """Return the lowest bit, from the structure's start (DWARF 5 section 5.7.6).
-
-    Before DWARF 4 the entry has the distance from the storage unit's highest bit.
+    """Return the lowest bit from the structure's start (DWARF 5 section 5.7.6); before DWARF 4 the entry counts from
+    the unit's highest bit.
     """
     first = member.number(_AT_DATA_BIT_OFFSET)
     if first is None:
@@ -294,7 +290,7 @@ def _first_bit(member: DebugEntry, bits: int, unit_size: int) -> int:
 
 
 def _bounded(made: CType) -> CType:
-    """Limit a type: a few bytes of nested arrays can describe any size."""
+    """Limit a type: nested arrays can describe any size."""
     if made.size > CAPACITY or made.leaves > CAPACITY:
         raise DebugInfoError(f"a type has {made.size} bytes, more than the chip's memories")
     return made

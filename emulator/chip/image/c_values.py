@@ -1,6 +1,6 @@
 """Conversion of Python values to bytes of a C type.
 
-An InputError names the member, for example ``acc.AXIS_X``. Integers that do not fit are errors, never cut.
+InputErrors name the member, such as ``acc.AXIS_X``. Integers are never cut.
 """
 
 from __future__ import annotations
@@ -103,7 +103,6 @@ def _float(kind: Float, value: Any, name: str) -> bytes:
 
 
 def _integer(value: Any, bits: int, signed: bool, name: str) -> int:
-    """Return the value as unsigned ``bits``."""
     if not isinstance(value, Integral):
         raise InputError(f"{name} must be an integer, not {value!r}", kind="not_an_integer")
     number = int(value)
@@ -160,7 +159,7 @@ def _store_structure(kind: Structure, value: Any, raw: bytearray, offset: int, n
 
 
 def _names(kind: CType) -> list[str]:
-    """Return all member names, including those of anonymous structures."""
+    """Return member names, including those of anonymous structures."""
     if not isinstance(kind, Structure):
         return []
     return [

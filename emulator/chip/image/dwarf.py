@@ -1,7 +1,7 @@
 """Debugging entries in ``.debug_info`` (DWARF 2 to 5; DWARF 5 sections 2, 7.5).
 
-Decision: debugging entries are read in the order of the file, never by their sibling references. A forged reference can
-form an endless circle. Indexed strings and addresses (``-gsplit-dwarf``) are skipped.
+Decision: debugging entries are read in the order of the file, never by their sibling references. Forged references can
+form a circle. Split debug information (``-gsplit-dwarf``) is skipped.
 """
 
 from __future__ import annotations
@@ -33,7 +33,6 @@ class Budget:
         self.spent = 0
 
     def spend(self, amount: int) -> None:
-        """Raise DebugInfoError above the limit."""
         self.spent += amount
         if self.spent > self.LIMIT:
             raise DebugInfoError(f"the debug information takes more than {self.LIMIT} steps to read")
@@ -50,7 +49,6 @@ class Cursor:
         self.end = len(data) if end is None else min(end, len(data))
 
     def skip(self, size: int) -> int:
-        """Advance; return the previous offset."""
         start = self.offset
         if start + size > self.end:
             raise DebugInfoError("debug information is cut short")
@@ -80,7 +78,6 @@ class Cursor:
         return value - (1 << bits) if value >> (bits - 1) else value
 
     def string(self) -> bytes:
-        """Return the bytes up to the next zero."""
         end = self.data.find(b"\0", self.offset, min(self.end, self.offset + _LONGEST_STRING))
         if end < 0:
             raise DebugInfoError("a string in the debug information has no end")
@@ -89,7 +86,7 @@ class Cursor:
         return text
 
     def unit(self) -> Cursor:
-        """Return a cursor over the unit here, and move past it."""
+        """Return a cursor over the unit, and move past it."""
         size = self.unsigned(4)
         if size >= _DWARF64:
             raise DebugInfoError("debug information is in the 64-bit format, which no 32-bit chip needs")
@@ -213,12 +210,10 @@ class DebugEntry:
     values: dict[int, tuple[int, Value]]
 
     def number(self, attribute: int) -> int | None:
-        """Return the attribute if it is a number."""
         value = self.values.get(attribute, (0, None))[1]
         return value if isinstance(value, int) else None
 
     def block(self, attribute: int) -> bytes | None:
-        """Return the attribute if it is a block or an expression."""
         value = self.values.get(attribute, (0, None))[1]
         return value if isinstance(value, bytes) else None
 
@@ -243,7 +238,6 @@ class DebugInfo:
         return units
 
     def find(self, tag: int) -> Iterator[DebugEntry]:
-        """Return the entries of a tag, at any depth."""
         for unit in self._units:
             offset = unit.first
             while offset < unit.end:
@@ -260,7 +254,6 @@ class DebugInfo:
                         yield entry
 
     def children(self, parent: DebugEntry) -> Iterator[DebugEntry]:
-        """Return the entries one level below."""
         offset, depth = parent.after, 1 if parent.has_children else 0
         while depth and offset < parent.unit.end:
             cursor = Cursor(self._info, offset, parent.unit.end)
@@ -276,7 +269,6 @@ class DebugInfo:
             depth += entry.has_children
 
     def referred(self, entry: DebugEntry, attribute: int) -> DebugEntry | None:
-        """Return the entry that an attribute refers to."""
         form, value = entry.values.get(attribute, (0, 0))
         if form in REF_UNIT and isinstance(value, int):
             return self._at(entry.unit, entry.unit.start + value)
@@ -330,7 +322,7 @@ class DebugInfo:
         return Unit(start, cursor.offset, cursor.end, self._table(abbreviations))
 
     def _table(self, offset: int) -> dict[int, Abbreviation]:
-        """Return the abbreviations from ``offset`` (section 7.5.3)."""
+        """Return the abbreviations (section 7.5.3)."""
         if offset not in self._tables:
             table = self._tables[offset] = {}
             cursor = Cursor(self._abbreviations, offset)
@@ -354,7 +346,6 @@ class DebugInfo:
         return Abbreviation(tag, has_children, tuple(attributes), size)
 
     def _abbreviation(self, unit: Unit, cursor: Cursor) -> Abbreviation | None:
-        """Return the abbreviation at the cursor; None ends the children."""
         self._budget.spend(1)
         code = cursor.uleb128()
         if code == 0:

@@ -1,7 +1,6 @@
 """ELF executables (ELF specification 1.2; ELF for the Arm Architecture, IHI 0044).
 
-Program headers give the flash contents at physical addresses. Sections only give symbols: damaged ones raise
-DebugInfoError, which ``Symbols`` turns into a note.
+Program headers give the flash contents. Damaged sections raise DebugInfoError, which ``Symbols`` turns into a note.
 """
 
 from __future__ import annotations
@@ -228,7 +227,7 @@ class Sections:
         return name.encode() in self._by_name
 
     def get(self, name: str) -> bytes:
-        """Return a section's decompressed contents, or b"". Raises DebugInfoError."""
+        """Return decompressed contents, or b"". Raises DebugInfoError."""
         header = self._by_name.get(name.encode())
         if header is not None:
             raw = self._contents(header, name)
@@ -238,7 +237,7 @@ class Sections:
         return b"" if header is None else self._unpack_old(self._contents(header, old_style), old_style)
 
     def linked(self, name: str) -> bytes:
-        """Return the section that ``name`` links to: a symbol table's strings."""
+        """Return the linked section: a symbol table's strings."""
         header = self._by_name[name.encode()]
         if header.link >= len(self._headers):
             raise DebugInfoError(f"{name} links to section {header.link}, which does not exist")

@@ -45,7 +45,6 @@ class Functions:
 
     @cached_property
     def _entries(self) -> tuple[dict[int, DebugEntry], set[str]]:
-        """Return the entries by address, and the names of inlined functions."""
         entries: dict[int, DebugEntry] = {}
         inlined: set[str] = set()
         for entry in self._info.find(_SUBPROGRAM):
@@ -91,7 +90,7 @@ class Functions:
         return Parameter(self._info.name(described), self._types.type_of(described), points_to)
 
     def _described(self, entry: DebugEntry) -> DebugEntry:
-        """Return the entry with name and type, for a copy the original's."""
+        """Return the entry with name and type."""
         for _ in range(_LONGEST_CHAIN):
             origin = next((at for at in (_AT_ABSTRACT_ORIGIN, _AT_SPECIFICATION) if at in entry.values), None)
             referred = self._info.referred(entry, origin) if origin else None
@@ -101,7 +100,6 @@ class Functions:
         raise DebugInfoError("its entry refers to itself")
 
     def _pointer(self, entry: DebugEntry) -> DebugEntry | None:
-        """Return the pointer type without typedefs and qualifiers."""
         for _ in range(_LONGEST_CHAIN):
             target = self._info.referred(entry, AT_TYPE)
             if target is None or target.tag == _POINTER:

@@ -1,7 +1,6 @@
-"""A firmware as it would be flashed, and the checks of its vector table.
+"""A firmware as it would be flashed.
 
-The vector table gives stack pointer and program counter (PM0214 2.3.4, ARMv7-M ARM B1.5.5); a file's entry address is
-not used.
+The vector table gives stack pointer and program counter (PM0214 2.3.4, ARMv7-M ARM B1.5.5).
 
 Decision: the kind of a file is determined from its contents, because the suffix is only a name.
 """
@@ -77,7 +76,7 @@ def checked(
 
 
 def _check_reset(file: str, vector: int, segments: tuple[Segment, ...]) -> None:
-    """Check that the vector is odd; an even one faults (ARMv7-M ARM B1.5.3)."""
+    """Check that the vector is odd (ARMv7-M ARM B1.5.3)."""
     start = vector & ~1
     if not FLASH_MEMORY.holds(start, start + 2):
         raise FirmwareFileError(

@@ -1,7 +1,6 @@
 """Intel HEX ("Hexadecimal Object File Format Specification", Intel, revision A, 1988).
 
-A record is ``:LLAAAATT<data>CC``, and the sum of its bytes is zero. Start addresses (types 03 and 05) are checked but
-not used.
+A record is ``:LLAAAATT<data>CC``, and the sum of its bytes is zero. Start addresses are not used.
 """
 
 from __future__ import annotations
@@ -97,7 +96,7 @@ def _record(file: str, where: str, text: bytes) -> HexRecord:
 
 
 def _placed(file: str, record: HexRecord, base: int, wraps: bool) -> list[Segment]:
-    """Return the data in memory; after a segment base addresses wrap inside 64 KB."""
+    """Return the data in memory; segments wrap inside 64 KB."""
     first = record.data[: 0x10000 - record.address] if wraps else record.data
     rest = record.data[len(first) :]
     pieces = [Segment(base + record.address, first), Segment(base, rest)]

@@ -121,7 +121,7 @@ def _header(program: Cursor, strings: dict[int, bytes], budget: Budget) -> _Line
 
 
 def _paths_2(program: Cursor, budget: Budget) -> list[str]:
-    """Read versions 2 to 4; directory 0, the compiler's, is not listed."""
+    """Read versions 2 to 4, which do not list directory 0."""
     folders = [b""]
     while folder := program.string():
         budget.spend(budget.OBJECT)
@@ -137,13 +137,12 @@ def _paths_2(program: Cursor, budget: Budget) -> list[str]:
 
 
 def _paths_5(program: Cursor, strings: dict[int, bytes], budget: Budget) -> list[str]:
-    """Read version 5, whose tables declare their columns."""
     folders = [name for name, _ in _entries(program, strings, budget)]
     return [_joined(folders, index, name) for name, index in _entries(program, strings, budget)]
 
 
 def _entries(program: Cursor, strings: dict[int, bytes], budget: Budget) -> list[tuple[bytes, int]]:
-    """Return (name, directory's number) of each entry."""
+    """Return (name, directory's number) pairs."""
     columns = [(program.uleb128(), program.uleb128()) for _ in range(program.byte())]
     count, room = program.uleb128(), program.end - program.offset
     if count > room:  # entries whose columns take no bytes could have any number
@@ -167,7 +166,6 @@ def _text(value: Value, strings: bytes) -> bytes:
 
 
 def _joined(folders: list[bytes], index: int, name: bytes) -> str:
-    """Return the path, relative to directory 0."""
     if index >= len(folders):
         return printable(name)
     folder = folders[index]

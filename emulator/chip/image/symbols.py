@@ -1,6 +1,6 @@
-"""Names and lines of a program, read on first use; damaged parts leave a note and never stop a run.
+"""Names and lines of a program; damaged parts leave a note and never stop a run.
 
-Decision: the symbol table is indexed on its first use, in one pass. A run without requests for symbols has no cost.
+Decision: the symbol table is indexed on its first use, in one pass. Other runs have no cost.
 """
 
 from __future__ import annotations
@@ -99,7 +99,6 @@ class SymbolTable:
         return list(self._by_name)
 
     def object_at(self, address: int) -> Symbol | None:
-        """Return the variable that contains ``address``."""
         for symbols in self._by_name.values():
             for symbol in symbols:
                 if not symbol.is_function and symbol.address <= address < symbol.address + symbol.size:
@@ -137,7 +136,7 @@ class SymbolTable:
         return functions
 
     def _gap(self, index: int) -> int:
-        """Return the size up to the next function, for assembly without sizes."""
+        """Return the size up to the next function, for assembly."""
         start = self._functions[index].start
         if index + 1 < len(self._functions):
             return self._starts[index + 1] - start
@@ -148,15 +147,12 @@ class SymbolTable:
 
 
 def _source_name(name: str) -> str:
-    """Return the name without GCC's suffixes for clones, parts and statics."""
+    """Return the name without GCC's suffixes."""
     return name.partition(".")[0] or name
 
 
 def _function(name: str, value: int, size: int, kind: int, binding: int) -> _Function | None:
-    """Return a symbol of code with its name's rank.
-
-    ST's start-up files make handlers weak aliases of ``Default_Handler``, a label that users should see.
-    """
+    """Return code with its name's rank: ``Default_Handler`` comes before its weak aliases."""
     if kind == _FUNC:
         rank = {_GLOBAL: 0, _LOCAL: 1}.get(binding, 3)
     elif kind == _NOTYPE and size and FLASH_MEMORY.holds(value, value + size):
@@ -182,15 +178,12 @@ class Symbols:
 
     @property
     def work(self) -> int:
-        """Steps taken to read debug information."""
         return self._budget.spent
 
     def function_at(self, address: int) -> FunctionAt | None:
-        """Return the function at ``address``; bit 0 (Thumb) is ignored."""
         return self._table.function_at(address) if self._table else None
 
     def line_at(self, address: int) -> SourceLine | None:
-        """Return the line at ``address``; bit 0 (Thumb) is ignored."""
         return self._lines.line_at(address)
 
     def __contains__(self, name: str) -> bool:
@@ -201,7 +194,6 @@ class Symbols:
         return True
 
     def address_of(self, name: str) -> int:
-        """Raises KeyError for an unknown name."""
         return self._symbol(name).address
 
     def object_at(self, address: int) -> Symbol | None:
@@ -211,9 +203,9 @@ class Symbols:
         return self._table.variables() if self._table else []
 
     def read_variable(self, name: str, read_memory: ReadMemory) -> CValue:
-        """Return a variable's value; a structure is an object with its members: ``read_variable("acc", read).AXIS_X``.
+        """Return a variable's value, for structures an object: ``read_variable("acc", read).AXIS_X``.
 
-        Raises KeyError for an unknown name or type, or if several statics have the name.
+        Raises KeyError if the name or type is unknown or ambiguous.
         """
         address, kind = self.variable_type(name)
         return kind.value(read_memory(address, kind.size) if kind.size else b"", 0)
@@ -232,7 +224,6 @@ class Symbols:
         return symbol.address, kind
 
     def function(self, name: str) -> tuple[int, Signature]:
-        """Raises KeyError with the reason."""
         try:
             return self._function(name)
         except DebugInfoError as problem:

@@ -1,6 +1,6 @@
 """The STM32F401 in C; ``fcu.h`` is the interface.
 
-Only the standard library is imported, because building/library.py runs this file before installation.
+Standard library only: building/library.py runs this file before installation.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The loader of the C library.
 
-Decision: the library is loaded as ``PyDLL``, which keeps the interpreter lock while C runs. Otherwise each of the many
-callbacks would have to take and release it.
+Decision: the library is loaded as ``PyDLL``, which keeps the interpreter lock while C runs, because callbacks are
+frequent.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def _remedy(folder: Path) -> str:
 
 
 def _installed_from() -> str:
-    """Return pip's argument: the address of a folder or wheel, or the package's name."""
+    """Return the folder, wheel or package for pip."""
     import json
     from importlib.metadata import PackageNotFoundError, distribution  # 15 ms, for a rare message
 

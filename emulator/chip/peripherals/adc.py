@@ -1,8 +1,7 @@
 """ADC1: regular conversions with their time (RM0368 section 11), and the board's voltages.
 
-Continuous conversion without DMA or interrupt pauses once EOC is set; DR then contains the result at the time of the
-read. An unconnected input reads 0 V, while on the board it floats. Notes report the unmodelled functions: injected
-channels, external triggers, analog watchdog, discontinuous mode.
+Continuous conversion without DMA or interrupt pauses at EOC; DR has the result at the time of the read. An unconnected
+input reads 0 V. Notes report injected channels, triggers, analog watchdog and discontinuous mode as not modelled.
 """
 
 from __future__ import annotations
@@ -41,9 +40,8 @@ class AdcInputs:
         self._pins[channel] = volts
 
     def sample(self, channel: int, *, sensors: bool, vbat: bool) -> int:
-        """Return a channel's 12-bit result.
-
-        ``sensors``: CCR.TSVREFE is set; ``vbat``: CCR.VBATE puts a quarter of the backup supply on channel 18.
+        """Return a 12-bit result. ``sensors`` is CCR.TSVREFE; ``vbat`` is CCR.VBATE, a quarter of the backup supply on
+        channel 18.
         """
         code = round(self._volts(channel, sensors, vbat) / VDDA_V * FULL_SCALE)
         return min(max(code, 0), FULL_SCALE)
@@ -201,7 +199,7 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         self._begin()
 
     def _transfer(self, last: bool) -> None:
-        """Let DMA read DR; after a series its requests end unless DDS is set."""
+        """Let DMA read DR; without DDS its requests end."""
         served = self.soc.dma.request(self.name)
         if last and served and not self.registers[CR2] & _DDS and not self.soc.dma.remaining(self.name):
             self._wants_dma = False

@@ -1,7 +1,7 @@
-"""DBGMCU and the identity in system memory (RM0368 sections 23.6 and 24).
+"""DBGMCU and the identity in system memory (RM0368 sections 23.6 and 24), with typical calibration (STM32F401xB/C
+datasheet).
 
-Freeze bits have no effect, because a halt stops virtual time. Calibration is typical (STM32F401xB/C datasheet); real
-chips differ by some per cent.
+Freeze bits have no effect, because a halt stops virtual time.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """FLASH interface: wait states, caches, unlocking (RM0368 section 3.8).
 
-Erasing or programming ends with the error WRPERR and a note, because the flash contains the student's file. Wait states
-cost no time, but too few are noted (table 5, 2.7 to 3.6 V).
+Erasing and programming end with WRPERR and a note. Wait states cost no time, but too few are noted (table 5, 2.7 to 3.6
+V).
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
             self._check_later()
 
     def _unlock(self, key: int) -> None:
-        """Unlock CR after two right keys; a wrong one locks it until reset (3.6.1)."""
+        """Unlock CR after two keys; a wrong one locks it until reset (3.6.1)."""
         if self._key_refused:
             return
         if key != _UNLOCK[self._key_step]:
@@ -100,6 +100,5 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
             self.note("forbidden", f"{setting}; the flash needs {needed} wait states")
 
     def _missing_wait_states(self) -> int:
-        """Return the required wait states if there are too few; otherwise 0."""
         needed = max(-(-self.soc.clocks.nominal_hclk_hz // _HZ_PER_WAIT_STATE) - 1, 0)
         return needed if needed > self.registers[ACR] & 0xF else 0

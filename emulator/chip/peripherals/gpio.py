@@ -42,7 +42,6 @@ class ConnectedPins:
         chip.trace.draw_from(self._add_edges)
 
     def _add_edges(self) -> None:
-        """Add edges that C recorded while the trace was not observed."""
         if self._chip.closed:
             return
         waiting = self._library.fcu_edges_waiting(self._handle)
@@ -58,7 +57,6 @@ class ConnectedPins:
         trace.add_kept(kept, lost.value)
 
     def side(self, port: str, pin: int) -> tuple[int | None, int | None, int | None]:
-        """Return output level, pull level and alternate function, each None if absent."""
         where = self._handle, PORTS.index(port), pin
         library = self._library
         return (

@@ -1,7 +1,4 @@
-"""The bus of an I2C peripheral in C (emulator/chip/native/peripherals/i2c.c).
-
-Messages that C handles alone are fetched only when needed.
-"""
+"""The bus of an I2C peripheral in C; messages that C handled are fetched when needed."""
 
 from __future__ import annotations
 
@@ -99,7 +96,7 @@ class ConnectedI2c:
         self._look()
 
     def _look(self) -> None:
-        """Update C after a fault is injected or a device attached."""
+        """Update C after a change of faults or devices."""
         kept = {
             address: self._targets.add(target)
             for address, target in self._bus.targets.items()
@@ -123,7 +120,6 @@ class ConnectedI2c:
         self._bus.record(message.start_ps, message.address, message.sent(), message.received(), "ok")
 
     def _catch_up(self) -> None:
-        """Report the part of the message that C has handled alone."""
         message = self._shared.message
         if message.open:
             received = message.received()

@@ -1,8 +1,7 @@
-"""The interface of a peripheral, and the connections that peripherals share.
+"""The interface of a peripheral, and shared connections.
 
-At an access ``soc.clock.now_ps`` is exact and due events have been carried out. A peripheral computes its state when it
-is read, or schedules an event for actions such as interrupts, pins and DMA. Registers are words; ``write`` gets a mask
-of the accessed bits.
+At an access ``soc.clock.now_ps`` is exact and due events have happened. A peripheral computes its state when read, or
+schedules events for interrupts, pins and DMA. ``write`` gets a mask of the accessed bits.
 """
 
 from __future__ import annotations
@@ -41,9 +40,8 @@ class InterruptLines(Protocol):
     """The NVIC's inputs, implemented by the core."""
 
     def set_line(self, number: int, level: bool) -> None:
-        """Set or clear an input, counted from the first after the system exceptions.
-
-        A level that stays active makes the interrupt pending again when its handler returns.
+        """Set or clear an input, counted after the system exceptions; an active level makes the interrupt pending again
+        after its handler.
         """
         ...
 
@@ -52,24 +50,18 @@ class DmaRequests(Protocol):
     """The request lines of DMA1 and DMA2."""
 
     def request(self, line: str) -> bool:
-        """Make one transfer now for ``line`` ("I2C2_RX", RM0368 tables 28, 29); False without a stream."""
+        """Make one transfer for ``line`` ("I2C2_RX", RM0368 tables 28, 29); False without a stream."""
         ...
 
-    def remaining(self, line: str) -> int:
-        """Return the line's remaining transfers (SxNDTR), 0 without a stream."""
-        ...
+    def remaining(self, line: str) -> int: ...
 
 
 class Memory(Protocol):
     """The bus matrix for DMA (RM0368 section 2.1). Accesses have side effects and 1, 2 or 4 bytes."""
 
-    def read(self, address: int, size: int) -> bytes | None:
-        """Returns None for a bus error."""
-        ...
+    def read(self, address: int, size: int) -> bytes | None: ...
 
-    def write(self, address: int, data: bytes) -> bool:
-        """Returns False for a bus error."""
-        ...
+    def write(self, address: int, data: bytes) -> bool: ...
 
 
 @dataclass
@@ -99,7 +91,6 @@ class InterruptInput:
         self._active: set[str] = set()
 
     def set(self, source: str, level: bool) -> None:
-        """Set or clear ``source``; the NVIC sees only changes."""
         if level == (source in self._active):
             return
         before = bool(self._active)
@@ -158,15 +149,13 @@ class Peripheral:
         self.clocked = clocked
 
     def reset(self) -> None:
-        """Restore the state after reset."""
         self.registers = dict(self.REGISTERS)
 
     def read(self, offset: int) -> int:
-        """Return the word at ``offset``, with side effects."""
         return self.registers.get(offset, 0)
 
     def peek(self, offset: int) -> int:
-        """Return the word at ``offset`` without side effects."""
+        """Return the word without side effects."""
         return self.registers.get(offset, 0)
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
@@ -175,14 +164,12 @@ class Peripheral:
             self.registers[offset] = self.registers[offset] & ~mask | value & mask
 
     def changes_nothing(self, offset: int, value: int, mask: int) -> bool:
-        """Return whether a repeated ``write`` would change nothing, so that a loop can be skipped."""
+        """Return whether a loop that repeats this ``write`` can be skipped."""
         del offset, value, mask
         return False
 
     def pure_read(self, offset: int) -> bool:
-        """Return whether a read has no side effect and is constant until ``next_change_ps()``, so that a polling loop
-        can be skipped.
-        """
+        """Return whether a read has no side effect and is constant until ``next_change_ps()``."""
         del offset
         return True
 
@@ -193,5 +180,5 @@ class Peripheral:
         return value, self.next_change_ps() if pure else ALREADY_PS
 
     def next_change_ps(self) -> int:
-        """Return when a register may next change without access and event."""
+        """Return the next change without access and event."""
         return NEVER_PS

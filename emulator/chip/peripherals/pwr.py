@@ -1,7 +1,4 @@
-"""PWR: voltage scaling, backup domain access, low-power modes (RM0368 section 5).
-
-The supply is constant. Stop and standby are noted as not modelled.
-"""
+"""PWR (RM0368 section 5). The supply is constant; stop and standby are not modelled."""
 
 from __future__ import annotations
 
@@ -20,7 +17,7 @@ class Pwr(Peripheral, declared=DECLARED["PWR"]):
 
     @property
     def backup_writable(self) -> bool:
-        """PWR_CR.DBP: RTC, backup registers and RCC_BDCR can be written (5.1.2)."""
+        """PWR_CR.DBP (5.1.2)."""
         return bool(self.registers[CR] & _DBP)
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:

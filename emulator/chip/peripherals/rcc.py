@@ -1,8 +1,7 @@
 """RCC: clocks, gates, resets and reset flags (RM0368 section 6).
 
-Oscillators need their typical start-up time (STM32F401xB/C datasheet), so firmware must wait for ready flags as on the
-board. Stored without effect: MCO1, MCO2, the clock security system, spread spectrum, xxxLPENR. The model has a 32 kHz
-crystal; whether the board has one is unknown.
+Oscillators need their typical start-up time (STM32F401xB/C datasheet). Without effect: MCO1, MCO2, clock security,
+spread spectrum, xxxLPENR. The board may not have the model's 32 kHz crystal.
 """
 
 from __future__ import annotations
@@ -60,7 +59,7 @@ class PllOutput:
     q_hz: int
 
     def problem(self) -> str:
-        """Return why the manual forbids this setting, or "" (6.3.2)."""
+        """Return the violated rule, or "" (6.3.2)."""
         if not 950_000 <= self.input_hz <= 2_100_000:  # the datasheet's limits; the manual says 1 to 2 MHz
             return f"PLL input is {self.input_hz / 1e6:g} MHz, M must make it 1 to 2 MHz"
         if not 192_000_000 <= self.vco_hz <= 432_000_000:
@@ -115,7 +114,6 @@ def frequencies(sysclk_hz: int, cfgr: int, *, timpre: bool = False) -> Frequenci
 
 
 def _timer_hz(hclk_hz: int, shift: int, timpre: bool) -> int:
-    """Return twice a divided bus clock, with TIMPRE four times, at most HCLK."""
     multiple = 2 if timpre else 1
     return hclk_hz >> max(shift - multiple, 0)
 
@@ -127,7 +125,6 @@ _PERIPHERALS_BY_FIELD = {"OTGFS": "OTG_FS", "ADC": "ADC1"}
 
 
 def _gates(suffix: str, *registers: type[Word]) -> dict[int, dict[int, str]]:
-    """Return peripheral names by bit number, for each offset."""
     names = {
         register.addr: {bits.lsb: bits.name.removesuffix(suffix) for bits in register.fields}
         for register in registers
@@ -172,7 +169,6 @@ class _Source:
 
 
 def _source(register: type[Word], name: str, start_ps: int) -> _Source:
-    """Create a source by names such as HSION, HSIRDY, HSIRDYF and HSIRDYIE."""
     own = {bits.name: bits.mask for bits in register.fields}
     cir = {bits.name: bits.mask for bits in rcc.CIR.fields}
     ready = f"{name}RDY"
@@ -258,7 +254,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
     # -- for the other peripherals ---------------------------------------------------------------------------
 
     def control(self, peripherals: Iterable[Peripheral], chip: GatedChip | None = None) -> None:
-        """Set the peripherals to gate and reset; all start without clock."""
+        """Set the peripherals, all without clock."""
         by_name = {peripheral.name: peripheral for peripheral in peripherals}
         self._chip = chip
         self._gated = {offset: _Controlled(names, by_name) for offset, names in ENABLE.items()}
@@ -266,11 +262,10 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._apply_all_gates()
 
     def on_change(self, changed: Callable[[], None]) -> None:
-        """Call ``changed()`` after any change, including the RTC's."""
+        """Call ``changed()`` after any change, even the RTC's."""
         self._listeners.append(changed)
 
     def on_backup_reset(self, reset: Callable[[], None]) -> None:
-        """Call ``reset()`` when BDCR.BDRST resets the backup domain."""
         self._backup_listeners.append(reset)
 
     def rtc_hz(self) -> int:
@@ -287,7 +282,6 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         return LSE_HZ if name == "LSE" else LSI_HZ
 
     def reset_because(self, reason: str) -> None:
-        """Set CSR's flags; every reset also pulls NRST (6.1.1)."""
         self.registers[CSR] |= _RESET_FLAG["PIN"] | _RESET_FLAG[reason]
 
     def reset(self) -> None:
@@ -336,7 +330,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._update()
 
     def _keep_used_sources(self) -> None:
-        """Keep the source of SYSCLK on (6.3.1)."""
+        """Keep SYSCLK's source on (6.3.1)."""
         used = {_SYSCLK_SOURCES[rcc.CFGR.SWS.get(self.registers[CFGR])]}
         if "PLL" in used:
             used.add(self._pll_source())
@@ -381,7 +375,6 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         return "HSE" if rcc.PLLCFGR.PLLSRC.get(self.registers[PLLCFGR]) else "HSI"
 
     def _update(self) -> None:
-        """Start and stop sources, then update SYSCLK."""
         for name, source in _SOURCES.items():
             on = self.registers[source.register] & source.on
             if not on:

@@ -1,8 +1,7 @@
 """RTC: calendar, backup registers, write protection (RM0368 section 17).
 
-INITF and RSF take no time, while the chip takes two RTC clocks. Invalid dates carry over; on the chip they are
-undefined. Notes report the unmodelled functions: alarms, wake-up timer, tamper, time stamp, calibration, 12 hour
-format.
+INITF and RSF take no time, on the chip two RTC clocks. Invalid dates carry over. Notes report alarms, wake-up timer,
+tamper, time stamp, calibration and 12 hour format as not modelled.
 """
 
 from __future__ import annotations
@@ -146,7 +145,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
     # -- calendar ---------------------------------------------------------------------------------------
 
     def _initialise(self, wanted: bool) -> None:
-        """Set INIT, which stops the calendar, or start at the new time."""
+        """Stop the calendar, or start at the new time."""
         running = not self.registers[ISR] & _INITF
         if wanted and running:
             shown = {offset: self.peek(offset) for offset in (TR, DR)}

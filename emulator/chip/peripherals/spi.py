@@ -1,10 +1,10 @@
-"""The devices at the chip's SPI peripherals, each with a chip select.
+"""The devices at the chip's SPI peripherals.
 
 The chip answers reads from its cache (:mod:`fcu_emulator.emulator.chip.read_cache`), and passes other messages to
 Python.
 
 The board's Bluetooth module is absent: SPI1 (PA5 to PA7), chip select PB0, reset PB2, interrupt PA4. ST's stock
-firmware times out (0.2 s) on it and continues. The interrupt line is low, because high would keep HCI_Isr in its loop.
+firmware times out (0.2 s). The interrupt line is low, because high would keep HCI_Isr in its loop.
 """
 
 from __future__ import annotations

@@ -61,7 +61,6 @@ class Timer(NativePeripheral):
 
     @property
     def longest_wait_s(self) -> float:
-        """The longest time between a late tick and its handler."""
         wait_ps: int = self._counts.longest_wait_ps
         return wait_ps / PS_PER_S
 
@@ -72,9 +71,7 @@ class Timer(NativePeripheral):
         return rate
 
     def pwm(self, channel: int) -> Pwm | None:
-        """Return the PWM of channel 1 to 4, or None (RM0368 12.3.9); TIM1 needs BDTR.MOE. Raises IndexError without
-        such a channel.
-        """
+        """Return a PWM, or None (RM0368 12.3.9); TIM1 needs BDTR.MOE. Raises IndexError for a missing channel."""
         frequency, duty = ctypes.c_double(), ctypes.c_double()
         result = self._chip.library.fcu_timer_pwm(
             self._chip.handle, self.index, channel, ctypes.addressof(frequency), ctypes.addressof(duty)

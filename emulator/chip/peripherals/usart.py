@@ -33,7 +33,6 @@ class Usart(NativePeripheral):
     """One USART."""
 
     def next_change_ps(self) -> int:
-        """Return the next time of TXE or TC."""
         at_ps: int = self._chip.library.fcu_usart_next_change(self._chip.handle, self.index)
         return at_ps
 

@@ -1,7 +1,7 @@
 """The watchdogs: IWDG on LSI (RM0368 section 15), and WWDG on PCLK1 / 4096 (section 16).
 
-LSI is 32 kHz here but 17 to 47 kHz on the board, so firmware needs a margin. IWDG settings take effect at the next
-reload (PVU and RVU are not modelled). WWDG counts from its write; the chip's first count may be shorter.
+LSI is 32 kHz here but 17 to 47 kHz on the board. IWDG settings take effect at the next reload (PVU and RVU are not
+modelled). On the chip WWDG's first count may be shorter.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
             self._reload()
 
     def _reload(self) -> None:
-        """Reload; the event is moved when it fires, because frequent reloads would fill the clock's queue."""
+        """Reload; the event moves when it fires, because reloads would fill the clock's queue."""
         cycles = (4 << min(self.registers[IWDG_PR], 6)) * (self.registers[IWDG_RLR] + 1)
         self._deadline_ps = self.soc.clock.now_ps + cycles * PS_PER_S // LSI_HZ
         if self._event is None:
@@ -162,7 +162,7 @@ class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
             self._plan()
 
     def _plan(self) -> None:
-        """Schedule the early wake-up at 0x40, or the reset one count later."""
+        """Schedule the early wake-up at 0x40, or the reset after it."""
         if self._event is not None:
             self._event.cancel()
             self._event = None

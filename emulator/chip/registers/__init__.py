@@ -1,7 +1,6 @@
 """The registers of the chip's peripherals, by chapter of the manual.
 
-They give names, reset values and masks, the output of ``fcu registers TIM9``, the C headers and rows of the fidelity
-table.
+The C headers, rows of the fidelity table and ``fcu registers TIM9`` come from them.
 """
 
 from __future__ import annotations

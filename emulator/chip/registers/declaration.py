@@ -87,7 +87,6 @@ class DeclaredPeripheral:
         declared: Iterable[type[Word]],
         variants: Mapping[str, Variant] = MappingProxyType({}),
     ) -> DeclaredPeripheral:
-        """Return the peripheral with these registers and variants."""
         registers = []
         for kind in declared:
             for number in range(kind.count):
