@@ -30,7 +30,7 @@ def platforms(name: str) -> list[str]:
 
 
 def resolve(wheel: Path, name: str, python: str) -> str:
-    """Return the packages to install. Raises RuntimeError without wheels."""
+    """Return the packages. Raises RuntimeError without wheels."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "pip", "install", "-q", "--dry-run", "--ignore-installed"]
         command += ["--only-binary", ":all:", "--implementation", "cp", "--python-version", python]
@@ -44,7 +44,7 @@ def resolve(wheel: Path, name: str, python: str) -> str:
 
 
 def main(folder: str = "dist") -> None:
-    """Print a line for each platform. Raises RuntimeError at the first failure."""
+    """Print a line for each platform. Raises RuntimeError."""
     for name, target in TARGETS.items():
         (wheel,) = Path(folder).glob(f"*-{target.tag}.whl")
         found = {resolve(wheel, name, python) for python in PYTHONS}

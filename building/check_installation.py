@@ -23,14 +23,14 @@ EXAMPLES: Final = (
 
 
 def main(folder: str = "dist") -> None:
-    """Check wheel and source archive; exit with the first failing command's status."""
+    """Check the wheel, then the source archive."""
     (archive,) = Path(folder).resolve().glob("fcu_emulator-*.tar.gz")
     check("--no-index", "--find-links", str(archive.parent), "--only-binary", ":all:", NAME)
     check(str(archive))
 
 
 def check(*distribution: str) -> None:
-    """Install a distribution and run the examples outside of this clone."""
+    """Install a distribution and run the examples."""
     sys.stdout.write(f"== pip install {' '.join(distribution)}\n")
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as work:
         environment = Path(work, "environment")

@@ -33,7 +33,7 @@ _WINDOWS_HAS: Final = re.compile(r"kernel32\.dll|api-ms-win-crt-\w+-l1-1-0\.dll"
 
 
 def check(wheel: Path, target: Target) -> Iterator[str]:
-    """Return the correct properties. Raises AssertionError for a wrong one."""
+    """Return correct properties. Raises AssertionError for a wrong one."""
     with ZipFile(wheel) as archive:
         names = [name for name in archive.namelist() if name.startswith(_PLACE)]
         assert not [name for name in names if name.endswith((".c", ".h"))], "it has C sources"
@@ -134,7 +134,7 @@ def check_archive(archive: Path) -> str:
 
 
 def main(folder: str = "dist") -> None:
-    """Print a line for each distribution; fail at the first wrong one."""
+    """Print a line for each distribution; fail at a wrong one."""
     (archive,) = Path(folder).glob("*.tar.gz")
     sys.stdout.write(f"{archive.name}: {check_archive(archive)}\n")
     for name, target in TARGETS.items():

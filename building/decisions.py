@@ -39,7 +39,7 @@ def texts(path: Path) -> Iterator[str]:
 
 
 def decided(text: str) -> Iterator[str]:
-    """Return the first sentence of each decision, or of each list item."""
+    """Return the first sentence of each decision or list item."""
     for found in _DECISION.finditer(text):
         rest = _UNDERLINE.sub("", text[found.end() :])
         items = []
@@ -51,7 +51,7 @@ def decided(text: str) -> Iterator[str]:
 
 
 def sentence(text: str) -> str:
-    """Return text up to the first full stop, colon or semicolon outside parentheses, as Markdown."""
+    """Return text up to a full stop, colon or semicolon outside parentheses."""
     line = " ".join(text.strip().partition("\n\n")[0].split())
     line = _ROLE.sub(r"`\1`", line).replace("``", "`").replace("|", "\\|")
     for end in _END.finditer(line):
@@ -62,7 +62,7 @@ def sentence(text: str) -> str:
 
 
 def index() -> str:
-    """Return the index without a final newline."""
+    """Return the index of all decisions."""
     packages: dict[str, list[str]] = defaultdict(list)
     for path in sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.[pch]*")):
         if (

@@ -22,7 +22,7 @@ _GENERATED = "emulator/chip/native/generated"
 
 
 class CustomBuildHook(BuildHookInterface[Any]):
-    """Builds with building/library.py, and building/targets.py for other systems."""
+    """Builds with building/library.py, for other systems with building/targets.py."""
 
     def dependencies(self) -> list[str]:
         """Return zig if no C compiler works."""

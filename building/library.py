@@ -46,12 +46,12 @@ _TRIAL: Final = "long long trial(long long a, long long b) { return (long long)(
 
 
 class BuildError(Exception):
-    """No library can be built; the message has reason and remedy."""
+    """The message has reason and remedy."""
 
 
 @dataclass(frozen=True)
 class Compiler:
-    """A C compiler with its command, name and flags, and the ``sys.platform`` of its output."""
+    """A C compiler: command, name, flags, and ``sys.platform`` of its output."""
 
     command: tuple[str, ...]
     name: str
@@ -60,7 +60,7 @@ class Compiler:
 
     @property
     def description(self) -> str:
-        """The name with flags from the environment, for ``fcu doctor``."""
+        """Name and flags from the environment."""
         text = f"{self.name} {os.environ.get('CFLAGS', '')}".strip()
         return text.replace("\\", "/").replace('"', "'")
 
@@ -70,7 +70,7 @@ class Compiler:
         return () if self.system == "win32" else ("-fPIC",)
 
     def run(self, *arguments: str | Path) -> None:
-        """Compile. Raises BuildError with the compiler's output."""
+        """Compile. Raises BuildError."""
         line = [*self.command, *self.flags, *map(str, arguments)]
         try:
             done = subprocess.run(line, capture_output=True, text=True, check=False)
@@ -99,7 +99,7 @@ def own_compiler() -> Compiler | None:
 
 
 def zig(system: str = sys.platform, *flags: str) -> Compiler:
-    """Return zig. Raises BuildError if ziglang is not installed."""
+    """Return zig. Raises BuildError without ziglang."""
     if importlib.util.find_spec("ziglang") is None:
         raise BuildError(
             "no C compiler here makes a library that this Python can load (cc; CC names another one): "
@@ -133,7 +133,7 @@ def write_headers(folder: Path) -> None:
 
 
 def build(library: Path, compiler: Compiler) -> None:
-    """Compile all sources in parallel and install the library in one step."""
+    """Compile in parallel, then install in one step."""
     flags = *FLAGS, *compiler.position_independent, *shlex.split(os.environ.get("CFLAGS", ""))
     libraries = "-lm", *shlex.split(os.environ.get("LDFLAGS", ""))
     macros = f'-DSOURCES="{NATIVE["digest"](FOLDER)}"', f'-DCOMPILER="{compiler.description}"'
@@ -156,7 +156,7 @@ def build(library: Path, compiler: Compiler) -> None:
 
 
 def build_in_place(force: bool = False) -> str:
-    """Build an outdated library; return a message for the user."""
+    """Build an outdated library; return a message."""
     library = FOLDER / NATIVE["library_name"]()
     chosen = compiler()
     write_headers(FOLDER / "generated")  # for editors and tests; the library is compiled with its own copy

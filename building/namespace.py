@@ -20,7 +20,7 @@ _BUILT: Final = {".c", ".h", ".so", ".dylib", ".dll", ".pyd", ".pyc"}
 
 
 def wheel_files() -> dict[str, str]:
-    """Return the place in a wheel of each file of the four folders and building/site."""
+    """Return the place in a wheel of each file."""
     files = {str(path): path.name for path in (ROOT / "building" / "site").iterdir() if path.is_file()}
     for folder in FOLDERS:
         for path in sorted((ROOT / folder).rglob("*")):
@@ -36,10 +36,7 @@ def _left_out(place: str) -> bool:
 
 
 def link_types() -> None:
-    """Link or copy the folders and modules below build/types.
-
-    Correct links stay, because several type checkers may be running.
-    """
+    """Link or copy the folders. Correct links stay for running type checkers."""
     TYPES.mkdir(parents=True, exist_ok=True)
     for source in (*(ROOT / name for name in FOLDERS), *(ROOT / "fcu_emulator").iterdir()):
         place = TYPES / source.name

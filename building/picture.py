@@ -36,7 +36,7 @@ def printed(command: str) -> tuple[list[str], list[str]]:
 
 
 def shown(terminal: list[str], remarks: list[str]) -> list[tuple[str, str]]:
-    """Return lines with styles: the start, a flat second, one on the edge, and the end."""
+    """Return selected lines with styles."""
     seconds = [number for number, line in enumerate(terminal) if line.startswith("ACC")]
     second, on_edge, after = seconds[1], seconds[4], seconds[5]
     begun = next(number for number, line in enumerate(remarks) if "serial:" in line) + 1

@@ -54,6 +54,7 @@ class ArmFirmware:
 
     @property
     def core(self) -> Core:
+        """The Cortex-M4 with its peripherals."""
         return self.chip.core
 
     @property
@@ -134,6 +135,7 @@ class Limits:
     wall_s: float = 3600.0
     """Time spent running this board, without waiting for the wall clock."""
     trace_bytes: int = LARGEST_FILE
+    """Size of a trace file."""
     work_per_s: int = WORK_PER_S
     """In executed instructions, for each second of virtual time since power-on plus one."""
 

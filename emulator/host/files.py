@@ -20,17 +20,14 @@ _OF_A_NAME = frozenset(
 
 
 def is_about_the_name(error: OSError) -> bool:
-    """Return whether a file's name or kind causes ``error``, and not the machine.
-
-    The author of a submission chooses the name, so such an error is repeatable.
-    """
+    """Return whether a file's name or kind, which a submission's author chooses, causes ``error``."""
     return error.errno in _OF_A_NAME
 
 
 def write_atomically(path: Path, data: bytes | str, *, private: bool = False) -> None:
-    """Write ``data`` in one step, with missing folders; a reader never sees half of it.
+    """Write ``data`` in one step, with missing folders. Raises OutputError.
 
-    ``private``: only this user may read it. A device such as ``/dev/null`` stays one. Raises OutputError.
+    ``private``: only this user may read it. A device such as ``/dev/null`` stays one.
     """
     contents = data.encode("utf-8") if isinstance(data, str) else data
     try:
@@ -55,9 +52,7 @@ def write_atomically(path: Path, data: bytes | str, *, private: bool = False) ->
 
 
 def secret(path: Path) -> bytes:
-    """Return a file's secret; create it with 32 random bytes. Raises InputError if it cannot be a secret, OutputError
-    if it cannot be created.
-    """
+    """Return a file's secret, created with 32 random bytes. Raises InputError if it cannot be a secret, OutputError."""
     try:
         if path.exists() and not path.is_file():
             raise InputError(f"{path}: a secret must be an ordinary file")
@@ -88,10 +83,7 @@ def _is_device(path: Path) -> bool:
 
 
 class BoundedFile:
-    """An ASCII file of at most ``most_bytes``, emptied at the start; a failed write ends the run.
-
-    ``what`` names it in messages. Raises LinkError if it cannot be created.
-    """
+    """An ASCII file of at most ``most_bytes``, emptied at the start; ``what`` names it in messages. Raises LinkError."""
 
     def __init__(self, path: str | Path, what: str, most_bytes: int) -> None:
         self._what = what

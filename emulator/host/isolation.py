@@ -65,9 +65,10 @@ class WorkerLimits:
             raise InputError(f"limit memory_bytes {problem}")
 
     def apply(self) -> tuple[str, ...]:
-        """Apply the limits, and return those not enforced; lower limits remain.
+        """Apply the limits, and return those not enforced; lower limits remain. Processor time counts from the latest
+        call.
 
-        Call it before loading large modules. Processor time counts from the latest call.
+        Call it before loading large modules.
         """
         if sys.platform != "win32":
             import resource
@@ -178,7 +179,7 @@ def _cause(status: int, limits: WorkerLimits) -> str:
 
 
 def _lifeline() -> tuple[int | None, int | None]:
-    """Create the worker's pipe; its ends are never standard streams."""
+    """Create the worker's pipe, never as standard streams."""
     read: int | None = None
     write: int | None = None
     if sys.platform != "win32":

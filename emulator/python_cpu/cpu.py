@@ -91,7 +91,7 @@ class PythonCpu:
             )
 
     def restore(self, state: None) -> None:
-        """Do nothing: without firmware there is no state."""
+        """Do nothing, as there is nothing to restore."""
 
     def _pause(self) -> None:
         assert self._caller is not None

@@ -249,7 +249,6 @@ class GdbSession:
 
     @staticmethod
     def _transfer(text: bytes) -> bytes:
-        """Answer ``object:read:annex:offset,length``."""
         name, _, place = text.rpartition(b":")
         document = DOCUMENTS.get(name)
         if document is None:

@@ -85,7 +85,7 @@ _T6 = 1 << 6  # of CR.T: if it is clear, the chip is reset
 
 
 class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
-    """Resets the chip below 0x40, or if written above the window."""
+    """Resets the chip when the counter falls below 0x40, or is written above the window."""
 
     def __init__(self, soc: Soc, name: str, base: int, irq: InterruptInput) -> None:
         super().__init__(soc, name, base)
