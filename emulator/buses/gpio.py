@@ -18,7 +18,7 @@ from fcu_emulator.emulator.trace import GpioEdge, Trace
 LevelCallback: TypeAlias = Callable[[int], None]
 """``changed(level)``: the chip's new input level, 0 or 1."""
 
-_PORTS = "ABCDEH"  # RM0368 section 2.3: the STM32F401 has no port F and G
+_PORTS = "ABCDEH"  # the STM32F401 has no port F and G (RM0368 section 2.3)
 
 
 class ChipPins(Protocol):
@@ -51,7 +51,7 @@ class _Pin:
         self.outside: dict[str, int] = {}
         self.alternate: int | None = None
         self.reads = 0
-        self.shown: int | None = None  # the level in the trace; None before the pin's first use as an output
+        self.shown: int | None = None  # the level in the trace; None before the first output
         self.frequent = False
         self.listeners: list[LevelCallback] = []
 
@@ -108,7 +108,7 @@ class Gpio:
             one.output, one.pull, one.alternate = self._chip.side(port, pin)
         return one
 
-    # -- the chip's side, for firmware in Python --------------------------------------------------------
+    # -- the chip's side --------------------------------------------------------------------------------
 
     def init_output(self, port: str, pin: int) -> None:
         """Make a pin a push-pull output; its latch resets to 0."""

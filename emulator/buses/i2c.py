@@ -20,14 +20,14 @@ from fcu_emulator.sensors.register_file import BurstReader
 
 STANDARD_MODE_HZ = 100_000
 FAST_MODE_HZ = 400_000
-BUSY_TIMEOUT_PS = 25 * PS_PER_MS  # timeout of ST's HAL for a busy bus (I2C_TIMEOUT_BUSY_FLAG)
+BUSY_TIMEOUT_PS = 25 * PS_PER_MS  # I2C_TIMEOUT_BUSY_FLAG of ST's HAL
 
 BUS_ERROR = "bus error, a misplaced start or stop"
 ARBITRATION_LOST = "arbitration lost to another master"
 
 _BYTE_BITS = 9
-_LONGEST = 65535  # of one transfer, from HAL's 16-bit length
-_SHORT = 32  # bytes up to which a read is cached
+_LONGEST = 65535  # HAL's 16-bit length
+_SHORT = 32  # longer reads are not cached
 
 _RECENT = 8
 _FOR_GOOD_S = 1e6  # longer than a board runs
@@ -233,7 +233,7 @@ class I2CBus:
         target = self._targets.get(address)
         if self.has_faults or not isinstance(target, SubaddressTarget) or count > _SHORT:
             return None
-        # start, address, sub-address, repeated start, address, data, stop: 30 periods and 9 per byte
+        # three address bytes, two starts and a stop: 30 periods; and 9 per byte
         kept = _CachedRead(target, subaddress, count, self.duration_ps(30 + _BYTE_BITS * count))
         self._kept[address, subaddress, count] = kept
         return kept
@@ -330,7 +330,7 @@ class I2CBus:
         return start_ps, end_ps, self.name, address, device, register, data, received, result
 
 
-# -- Python as the master, for tests of drivers -------------------------------------------------------------
+# -- Python as the master -----------------------------------------------------------------------------------
 
 
 class I2CMaster:
@@ -373,7 +373,7 @@ class I2CMaster:
             self._run_until(self.bus.end_ps)
 
 
-# -- checked arguments of Python callers: a mistake is an InputError with the correct form ------------------
+# -- checked arguments --------------------------------------------------------------------------------------
 
 
 def checked_data(data: object) -> bytes:

@@ -19,7 +19,7 @@ from fcu_emulator.emulator.trace import Fault, TerminalBytes, Trace
 
 BAUD = 115_200
 _FRAME_BITS = 10  # start, eight data, stop
-_KEPT = 16 << 20  # bytes of terminal text kept in memory; older ones are dropped and counted
+_KEPT = 16 << 20  # bytes of terminal text; older ones are dropped and counted
 
 
 def divider(kernel_clock_hz: int, baud: int) -> int:
@@ -36,7 +36,7 @@ class _ByteRun:
         self.start_ps = start_ps
         self.frame_ps = frame_ps
         self.connected = connected
-        self.done = 0  # bytes that have arrived and are no longer kept
+        self.done = 0  # bytes that have arrived
         self.waiting = bytearray()
 
     def count(self) -> int:
@@ -103,10 +103,10 @@ class Uart:
         self.txe_ps = 0  # when the data register is next empty
         self.idle_ps = 0  # when the line is next idle (TC)
         self._run = _ByteRun(0, self._frame_ps)
-        self._on_wire = deque((self._run,))  # runs with frames not yet complete; the latest one stays
+        self._on_wire = deque((self._run,))  # incomplete runs, and the latest
         self._text = bytearray()
         self.dropped = 0
-        self._typed: deque[_Typed] = deque()  # on the way to the board; one event, for the next byte
+        self._typed: deque[_Typed] = deque()  # on the way to the board
         self._rx_line_free_ps = 0
         self._rx_data: int | None = None
         self.rx_lost = 0
@@ -236,7 +236,7 @@ class Uart:
     def _next_arrives(self) -> None:
         typed = self._typed[0]
         value = typed.data[0]
-        del typed.data[:1]  # a bytearray does this without moving the rest
+        del typed.data[:1]  # a bytearray does not move the rest
         typed.arrived += 1
         if not typed.data:
             self._typed.popleft()

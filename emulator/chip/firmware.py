@@ -33,7 +33,7 @@ from fcu_emulator.emulator.errors import InputError, LimitError
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, Clock
 from fcu_emulator.emulator.trace import LARGEST_FILE
 
-if TYPE_CHECKING:  # imported at a function call, with the reader of debug information: runs start sooner
+if TYPE_CHECKING:  # imported later, so that runs start sooner
     from fcu_emulator.emulator.chip.calls import Caller
 
 

@@ -73,7 +73,7 @@ def _is_device(path: Path) -> bool:
     """Return whether this is a device. Raises OutputError if it is not a file either."""
     try:
         mode = path.stat().st_mode
-    except OSError:  # the file is missing, or cannot be created: the write reports it
+    except OSError:  # the write reports it
         return False
     if stat.S_ISCHR(mode):
         return True

@@ -164,7 +164,7 @@ def run_isolated(module: str, arguments: Sequence[str], limits: WorkerLimits) ->
 
 def _ending(status: int, limits: WorkerLimits, interrupted: bool) -> WorkerExit:
     code = status - _ENDED
-    if 0 <= code <= 155 and status != 120:  # Python's exit code when it cannot write its output at its end
+    if 0 <= code <= 155 and status != 120:  # Python cannot write its output
         return WorkerExit(code, "", interrupted)
     return WorkerExit(None, _cause(status, limits), interrupted)
 

@@ -19,9 +19,9 @@ def listen(port: int, option: str) -> socket.socket:
     """Return a socket on ``port``, 0 for a free one. Raises LinkError, which names the user's ``option``."""
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
-        if sys.platform == "win32":  # on Windows SO_REUSEADDR would let a second program take a port in use
+        if sys.platform == "win32":  # on Windows SO_REUSEADDR shares ports in use
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
-        else:  # a port can be reused right after its last connection has ended
+        else:  # a port can be reused at once
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind((HOST, port))
         listener.listen()

@@ -16,7 +16,7 @@ from greenlet import getcurrent, greenlet
 from fcu_emulator.emulator.errors import FirmwareError, InputError, NotJudgedError
 from fcu_emulator.emulator.time.clock import Clock
 
-_THREAD_PRIORITY = 256  # below every interrupt; smaller numbers are more urgent, as in the NVIC
+_THREAD_PRIORITY = 256  # below every interrupt
 
 
 class Interrupt:
@@ -72,7 +72,7 @@ class PythonCpu:
             self._context.switch()
         finally:
             pause.cancel()
-        self._clock.advance_to(at_ps)  # after the firmware has returned, time passes without it
+        self._clock.advance_to(at_ps)  # the firmware has returned
 
     def close(self) -> None:
         """Unwind the stack, which the garbage collector does not visit."""
@@ -102,7 +102,7 @@ class PythonCpu:
         try:
             self._main()
         except (InputError, NotJudgedError, MemoryError):
-            raise  # not the firmware's fault, for example a full trace file
+            raise  # not the firmware's fault
         except Exception as error:
             raise FirmwareError(
                 f"the firmware failed at {self._clock.now_s:.6f} s: {type(error).__name__}: {error}"

@@ -23,7 +23,7 @@ from fcu_emulator.emulator.text import shown
 PS_PER_S: Final = 10**12
 PS_PER_MS: Final = 10**9
 PS_PER_US: Final = 10**6
-NEVER_PS: Final = 1 << 62  # far beyond any run (53 days), and still one comparison of integers
+NEVER_PS: Final = 1 << 62  # beyond any run: 53 days
 
 
 def to_ps(seconds: float) -> int:
@@ -35,7 +35,7 @@ def to_ps(seconds: float) -> int:
 
 
 _LAST: Final = 1 << 60  # added to an event's order
-_FEW: Final = 1_000  # number of queue entries below which cancelled ones may stay
+_FEW: Final = 1_000  # below this, cancelled entries stay
 
 
 class Event:
@@ -193,9 +193,7 @@ _PS_PER_UNIT = {
     "min": 60 * PS_PER_S,
     "h": 3600 * PS_PER_S,
 }
-NUMBER: Final = (
-    r"[0-9]{1,9}(?:\.[0-9]{1,12})?"  # limited: a number of a million digits never reaches the arithmetic
-)
+NUMBER: Final = r"[0-9]{1,9}(?:\.[0-9]{1,12})?"  # limited, against numbers of a million digits
 DURATION: Final = rf"({NUMBER}) ?({'|'.join(_PS_PER_UNIT)})"
 _HELP = 'give a number and a unit (us, ms, s, min, h), such as "50ms" or "1.5s"'
 _LONGEST_PS = 1_000_000 * PS_PER_S  # eleven days of virtual time

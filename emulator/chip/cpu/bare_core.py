@@ -14,7 +14,7 @@ from fcu_emulator.emulator.trace import Trace
 class Stop(Enum):
     """Why a run ended. The core raises exceptions for all but SLICE, HALT, BREAKPOINT and the sleeps."""
 
-    SLICE = auto()  # the requested number of instructions, or fewer after ``cut``
+    SLICE = auto()  # all instructions, or ``cut``
     HALT = auto()  # before the instruction, for a debugger
     BREAKPOINT = auto()  # before an instruction with a breakpoint
     WFI = auto()  # after the instruction
@@ -22,7 +22,7 @@ class Stop(Enum):
     SVC = auto()  # after the instruction
     BKPT = auto()  # on the instruction
     EXCEPTION_RETURN = auto()  # an EXC_RETURN value has been loaded into PC
-    UNDEFINED = auto()  # on the instruction, as in all following cases
+    UNDEFINED = auto()  # on the instruction, like all that follow
     INVALID_STATE = auto()
     NO_COPROCESSOR = auto()
     UNALIGNED = auto()

@@ -255,7 +255,7 @@ class Core(FcuChip):
     def unwatch_memory(self) -> None:
         self.library.fcu_watch_memory(self.handle, False, 0, 0)
 
-    # -- registers of peripherals, for debuggers, diagnoses and DMA -------------------------------------------
+    # -- registers of peripherals -----------------------------------------------------------------------------
 
     def find(self, address: int) -> tuple[Peripheral, int] | None:
         """Return the peripheral and the register's offset."""
@@ -323,9 +323,7 @@ class Core(FcuChip):
         self._on_reset(why)
         for native in self.peripherals.values():
             native.reset()
-        for peripheral in reversed(
-            self._python_peripherals
-        ):  # RCC last: no peripheral has new clocks with old settings
+        for peripheral in reversed(self._python_peripherals):  # RCC last: no new clocks with old settings
             peripheral.reset()
 
     def _accessed(self, address: int, size: int, written: int) -> None:

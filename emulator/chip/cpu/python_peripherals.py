@@ -11,7 +11,7 @@ from fcu_emulator.emulator.chip.peripherals.rcc import ENABLE
 from fcu_emulator.emulator.chip.registers import DECLARED
 from fcu_emulator.emulator.trace import DeviceNote
 
-# -- addresses without a modelled peripheral ---------------------------------------------------------------------
+# -- unmodelled addresses ----------------------------------------------------------------------------------------
 
 _MOST_REPORTED = 100
 NOTHING_PS, SILENT_PAGE_PS = -2, -3
@@ -45,7 +45,7 @@ class Absent(Peripheral):
         self.soc.trace.add(DeviceNote(self.soc.clock.now_ps, CHIP_NAME, "not modelled", text))
 
 
-# -- peripherals that exist on the chip and are not modelled (RM0368 table 1) ------------------------------------
+# -- unmodelled peripherals (RM0368 table 1) ---------------------------------------------------------------------
 
 NOT_MODELLED = ("I2S2ext", "I2S3ext", "SDIO", "SPI4", "OTG_FS")
 

@@ -15,7 +15,7 @@ class Flow(Enum):
     CALL = auto()  # to ``target``, and back after it
     RETURN = auto()  # to the address in LR
     POP_RETURN = auto()  # to an address on the stack
-    IT = auto()  # the next ``in_block`` instructions of the IT block may be left out
+    IT = auto()  # the next ``in_block`` instructions are conditional
     UNKNOWN = auto()  # not followed
 
 

@@ -121,7 +121,7 @@ _BASIC_FRAME_BIT, _THUMB = 1 << 4, 1 << 24
 _BASIC_WORDS, _FLOATING_WORDS = 8, 26
 _FRAME_LR, _FRAME_PC, _FRAME_XPSR = 5, 6, 7
 _INTO_CALL = 3  # from a return address, bit 0 set, back into its BL or BLX
-_LONGEST_SEARCH = 64  # words below a saved frame that a function without calls may use
+_LONGEST_SEARCH = 64  # words below a saved frame
 _MOST_CALLS = 12
 
 
@@ -165,7 +165,7 @@ class Backtrace:
         """Return all callers; in Thread mode frames farther out are old."""
         current, address = pc, max(sp & ~3, RAM_MEMORY.start)
         frame, exc_return = 0, 0
-        if lr in _EXC_RETURNS:  # a handler that has not saved it: the interrupted code is above
+        if lr in _EXC_RETURNS:  # the handler has not saved it
             frame, exc_return = self._find_frame(address), lr
         while True:
             if frame:

@@ -157,7 +157,7 @@ def _unselected(transfers: RecentTransfers) -> Diagnosis | None:
     return cause and Diagnosis("bus", cause.short, tuple(cause.sentences), fatal=False)
 
 
-# -- timer callbacks longer than the timer's period ---------------------------------------------------------
+# -- timer callbacks ----------------------------------------------------------------------------------------
 
 _CALLBACK = "HAL_TIM_PeriodElapsedCallback"
 _FEWEST_TICKS = 20  # fewer ticks prove nothing
@@ -236,7 +236,7 @@ def _slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
     return Diagnosis("callback", summary, tuple(details), fatal=False)
 
 
-# -- resets by a watchdog, or repeatedly by firmware (RM0368 sections 15, 16) -------------------------------
+# -- resets (RM0368 sections 15, 16) ------------------------------------------------------------------------
 
 _WATCHDOGS = {
     "IWDG": "the independent watchdog: HAL_IWDG_Refresh() was not called in time",

@@ -13,7 +13,7 @@ from fcu_emulator.emulator.chip.diagnosis.report import Cause, at
 from fcu_emulator.emulator.trace import BusTransfer, DeviceNote, Trace
 from fcu_emulator.sensors.spi import READ
 
-# -- an I2C address without a device, and the address probably meant ----------------------------------------
+# -- an I2C address without a device ------------------------------------------------------------------------
 
 _DEVICE_ADDRESSES = range(0x08, 0x78)  # of devices (NXP UM10204 table 4)
 
@@ -55,7 +55,7 @@ def _answers(name: str, address: int) -> str:
     return f"The {name} answers at 0x{address:02X}, 0x{address << 1:02X} as HAL address."
 
 
-# -- the latest transfers on the sensors' buses -------------------------------------------------------------
+# -- the latest transfers -----------------------------------------------------------------------------------
 
 TRANSFERS_SHOWN = 8
 _MANY = 6
@@ -207,7 +207,7 @@ def _text(transfer: BusTransfer, i2c: Mapping[str, I2CBus]) -> str:
     return f"{who}: {', '.join(actions)}"
 
 
-# -- accesses to the chip's peripherals without effect -----------------------------------------------------------
+# -- accesses without effect -------------------------------------------------------------------------------------
 
 _NO_CLOCK = "while the peripheral has no clock"
 _NOTES_SHOWN = 6

@@ -25,7 +25,7 @@ from fcu_emulator.emulator.chip.registers import scb
 from fcu_emulator.emulator.chip.registers.declaration import Word
 from fcu_emulator.emulator.time.clock import PS_PER_MS
 
-# -- the fault status registers bit by bit (ARMv7-M ARM B3.2.15, B3.2.16; PM0214 4.4.10, 4.4.11) ------------
+# -- fault status registers (ARMv7-M ARM B3.2.15, B3.2.16; PM0214 4.4.10, 4.4.11) ---------------------------
 
 CFSR: Final[Mapping[str, str]] = {
     "IACCVIOL": "an instruction was fetched from where none may be executed",
@@ -63,10 +63,10 @@ def decoded(register: type[Word], value: int, meanings: Mapping[str, str]) -> It
             yield f"  {bits.name}: {meanings[bits.name]}"
 
 
-# -- causes of a fault in the program -----------------------------------------------------------------------
+# -- causes -------------------------------------------------------------------------------------------------
 
-_NULL_OBJECT = 0x1000  # bytes; lower addresses belong to members of an object at address 0
-_NEAR = 0x1000  # maximum distance in bytes between the stack pointer and a store to the stack
+_NULL_OBJECT = 0x1000  # bytes: members of an object at address 0
+_NEAR = 0x1000  # bytes from the stack pointer to a store on the stack
 _ERASED_FLASH = 0xFFFF
 
 

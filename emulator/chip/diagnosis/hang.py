@@ -22,7 +22,7 @@ from fcu_emulator.emulator.chip.peripherals.dma import is_any_stream_on
 from fcu_emulator.emulator.chip.registers import address_of, systick
 from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
 
-# -- names of exceptions and of their handlers (ARMv7-M ARM table B1-4; RM0368 table 38) --------------------
+# -- names of exceptions (ARMv7-M ARM table B1-4; RM0368 table 38) ------------------------------------------
 
 _EXCEPTION_NAMES: Final = {
     2: "NMI",
@@ -70,7 +70,7 @@ def handler_name(number: int) -> str:
     return f"{exception_name(number)}_{'Handler' if number < FIRST_INTERRUPT else 'IRQHandler'}"
 
 
-# -- interrupts that may still come, and reasons for a missing tick (ARMv7-M ARM B1.5.4, B3.3) --------------
+# -- interrupts, and a missing tick (ARMv7-M ARM B1.5.4, B3.3) ----------------------------------------------
 
 _SYST_CSR = address_of("SysTick", systick.SYST_CSR)
 _TICKING = systick.SYST_CSR.ENABLE.mask | systick.SYST_CSR.TICKINT.mask
@@ -120,7 +120,7 @@ class Interrupts:
 
 # -- the condition of a loop --------------------------------------------------------------------------------
 
-_PATIENCE_PS = 3 * PS_PER_S  # longest wait for hardware: the start of the 32 kHz crystal, 2 s
+_PATIENCE_PS = 3 * PS_PER_S  # the 32 kHz crystal needs 2 s
 
 
 class Waits:
@@ -175,7 +175,7 @@ class Waits:
         )
 
 
-# -- the loop in which firmware is stuck --------------------------------------------------------------------
+# -- the loop -----------------------------------------------------------------------------------------------
 
 _HANDLER_AT_WORK_PS = 200 * PS_PER_MS  # longer than any correct handler
 _WRONG_ENDS = {"Error_Handler", "_Error_Handler", "__assert_func", "assert_failed", "abort", "_exit"}

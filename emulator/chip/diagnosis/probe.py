@@ -16,9 +16,9 @@ from fcu_emulator.emulator.chip.memory_map import RAM, RAM_SIZE
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral
 from fcu_emulator.emulator.chip.registers import address_of, scb
 
-_LONGEST = 20_000  # instructions until the state must have recurred: a tenth of a second of wall time
+_LONGEST = 20_000  # instructions: a tenth of a second of wall time
 _LONGEST_HANDLER = 5_000
-_BELOW = 0x200  # bytes below SP that a called function and its frame may use
+_BELOW = 0x200  # bytes below SP for a called function
 _SP = 13
 _VTOR = address_of("SCB", scb.VTOR)
 

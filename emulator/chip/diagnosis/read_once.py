@@ -17,7 +17,7 @@ from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.report import Cause
 from fcu_emulator.emulator.chip.memory_map import RAM, RAM_SIZE
 
-_FARTHEST = 32  # bytes before the loop that may belong to its condition
+_FARTHEST = 32  # bytes before the loop
 _STEPS = 24
 _OTHER_VALUES = (0, 1, 0xFFFF_FFFF, 0x7FFF_FFFF, 0x8000_0000)
 
@@ -27,7 +27,7 @@ def read_once(core: Core, places: Places, loop: frozenset[int]) -> Cause | None:
     condition = _Condition(core, max(loop))
     starts = _instructions(core, places, min(loop))
     seen = (condition.decided_by(start) for start in starts)
-    variable = next(filter(None, seen), None)  # from the farthest one, so that the whole address is loaded
+    variable = next(filter(None, seen), None)  # the farthest one loads the whole address
     if variable is None:
         return None
     name = places.variable(variable.address)

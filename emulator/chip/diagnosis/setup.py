@@ -24,16 +24,16 @@ _TALKS_TO_SENSORS = (
     "HAL_I2C_Master_Receive",
 )
 _CALLBACK = "HAL_TIM_PeriodElapsedCallback"
-_HAL_TIM = "stm32f4xx_hal_tim.c"  # contains the default callback, which does nothing
+_HAL_TIM = "stm32f4xx_hal_tim.c"  # contains the default callback
 _LAB = (b"ACC[x,y,z]", b"Pitch:")
 
-_SILENT_PS = PS_PER_S // 2  # a program with output has begun by then
+_SILENT_PS = PS_PER_S // 2  # by then output has begun
 _CR1, _DIER, _PSC, _ARR, _USART_CR1, _BRR = 0x00, 0x0C, 0x28, 0x2C, 0x0C, 0x08
 _PE, _CEN, _UIE, _SPE, _UE, _TE = 1, 1, 1, 1 << 6, 1 << 13, 1 << 3
 _FURTHEST_OFF = 0.03  # larger errors of a baud rate garble bytes (AN3155 allows 2 to 3 %)
-_LAB_RATES_HZ = (800.0, 84e6 / 52 / 2000)  # the lab's rate, and that of the maker's firmware
+_LAB_RATES_HZ = (800.0, 84e6 / 52 / 2000)  # the lab's rate, and ST's
 _NEAR = 0.005
-_TICK_HZ = 1000.0  # a timer at this rate is the HAL's time base
+_TICK_HZ = 1000.0  # the HAL's time base
 
 
 # -- the terminal -------------------------------------------------------------------------------------------

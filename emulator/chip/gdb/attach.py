@@ -72,7 +72,7 @@ def _replaced(firmware: ArmFirmware) -> bool:
     return any(bytes(engine.memory(one.address, len(one.data)) or b"") != one.data for one in flashed)
 
 
-# -- the ``monitor`` commands: the board around the halted core ---------------------------------------------
+# -- the ``monitor`` commands -------------------------------------------------------------------------------
 
 _HELP = """\
 attitude ROLL PITCH YAW  turn the board (degrees); attitude alone shows how it lies

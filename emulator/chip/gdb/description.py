@@ -22,7 +22,7 @@ from fcu_emulator.emulator.chip.memory_map import (
 _MEMORY_MAP_DTD = (
     '"+//IDN gnu.org//DTD GDB Memory Map V1.0//EN" "http://sourceware.org/gdb/gdb-memory-map.dtd"'
 )
-_SECTOR = 0x4000  # the smallest of the STM32F401's sectors (RM0368 table 5)
+_SECTOR = 0x4000  # the smallest sector (RM0368 table 5)
 
 
 class GdbRegister(NamedTuple):

@@ -27,7 +27,7 @@ class Arrival(Enum):
     """Arrivals other than packets."""
 
     INTERRUPT = auto()  # Ctrl-C at the debugger
-    RESEND = auto()  # the debugger did not understand the last packet
+    RESEND = auto()  # the debugger requests the last packet
     CORRUPT = auto()  # a packet with a wrong checksum
     OVERLONG = auto()  # a packet longer than announced, dropped
 
@@ -101,7 +101,7 @@ class Framer:
         return unescape(bytes(packet))
 
 
-# -- parts of a payload: hexadecimal numbers and bytes, points, threads -------------------------------------
+# -- parts of a payload -------------------------------------------------------------------------------------
 
 MOST_BYTES: Final = 0x1000
 """Size of memory in one packet; GDB asks again for the rest."""
@@ -182,7 +182,7 @@ def continues(text: bytes) -> bytes:
     raise MalformedError
 
 
-# -- short answers ("Packets"): done, not understood, not possible ------------------------------------------
+# -- short answers ("Packets") ------------------------------------------------------------------------------
 
 OK: Final = b"OK"
 MALFORMED, REFUSED = b"E01", b"E02"

@@ -21,10 +21,10 @@ from fcu_emulator.emulator.errors import FirmwareError
 from fcu_emulator.emulator.host.loopback import listen
 from fcu_emulator.emulator.time.clock import to_ps
 
-_PATIENCE_S = 0.05  # of wall time that a halted target waits before other links are served
+_PATIENCE_S = 0.05  # of wall time for a halted target
 _CHUNK = 0x10000
 _SEND_TIMEOUT_S = 5.0  # of wall time for a debugger that does not read
-_MOST_CALLERS = 8  # connections without a packet so far; above this, the oldest is closed
+_MOST_CALLERS = 8  # connections without a packet so far
 _BEFORE_A_PACKET = b"+-\x03"  # acknowledgements, and Ctrl-C
 
 
@@ -130,7 +130,7 @@ class GdbServer:
 
     def _hear(self, caller: _Caller) -> None:
         """Read from a connection that is not the debugger yet."""
-        if caller not in self._callers:  # another one has just become the debugger
+        if caller not in self._callers:  # another one became the debugger
             return
         try:
             data = caller.socket.recv(_CHUNK)

@@ -18,7 +18,7 @@ from fcu_emulator.emulator.chip.gdb.packets import LONGEST, MALFORMED, MOST_BYTE
 from fcu_emulator.emulator.chip.gdb.target import HaltReason, Point, PointKind, Target
 from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE
 
-# -- packets that read and change registers and memory ("Packets") ------------------------------------------
+# -- registers and memory ("Packets") -----------------------------------------------------------------------
 
 
 class StatePackets:

@@ -153,7 +153,7 @@ _TRANSPARENT = frozenset({0x16, 0x26, 0x35, 0x37, 0x47})  # typedef, const, vola
 _POINTERS = frozenset({_POINTER, _REFERENCE, _RVALUE_REFERENCE})
 
 _DEEPEST = 32  # maximum nesting of types
-_MOST_DIMENSIONS = 8  # together they keep the recursion of a value far below Python's limit
+_MOST_DIMENSIONS = 8  # limits the recursion
 
 _FLOAT, _BOOLEAN = 0x04, 0x02
 _SIGNED, _UNSIGNED = frozenset({0x05, 0x06, 0x0D}), frozenset({0x01, 0x07, 0x08, 0x10, 0x12})
@@ -296,13 +296,13 @@ def _bounded(made: CType) -> CType:
     return made
 
 
-# -- the type of the variable at an address (section 4.1) ---------------------------------------------------
+# -- types of variables (section 4.1) -----------------------------------------------------------------------
 
 _VARIABLE = 0x34
 _AT_LOCATION, _AT_ABSTRACT_ORIGIN, _AT_SPECIFICATION = 0x02, 0x31, 0x47
 _OP_ADDR = 0x03
 _MOST_VARIABLES = 1 << 16  # one for each byte of RAM
-_LONGEST_CHAIN = 8  # a definition refers to its declaration, an inlined static to its origin: two steps
+_LONGEST_CHAIN = 8  # two steps: to a declaration or an origin
 
 
 class Variables:

@@ -13,11 +13,11 @@ from functools import cached_property
 
 from fcu_emulator.emulator.chip.image.elf import DebugInfoError, Sections, printable
 
-# -- numbers and strings, within the file and within a budget -----------------------------------------------
+# -- numbers and strings, within a budget -------------------------------------------------------------------
 
-_LONGEST_LEB128 = 10  # bytes of a 64-bit number; more would only be padding
+_LONGEST_LEB128 = 10  # bytes of a 64-bit number
 _LONGEST_STRING = 4096
-_DWARF64 = 0xFFFF_FFF0  # lengths from this value announce the 64-bit format
+_DWARF64 = 0xFFFF_FFF0  # from here lengths announce the 64-bit format
 
 
 class Budget:
@@ -104,7 +104,7 @@ class Cursor:
         raise DebugInfoError("a number in the debug information has no end")
 
 
-# -- how attribute values are encoded (section 7.5.6, for 32-bit DWARF and 4-byte addresses) ----------------
+# -- attribute values (section 7.5.6, 32-bit DWARF) ---------------------------------------------------------
 
 STRING, STRP, LINE_STRP = 0x08, 0x0E, 0x1F
 REF_ADDR, REF_SIGNATURE = 0x10, 0x20

@@ -186,7 +186,7 @@ def _check_inside(file: str, data: bytes, what: str, start: int, size: int) -> N
         )
 
 
-# -- sections by name, decompressed, with limits on everything ----------------------------------------------
+# -- sections -----------------------------------------------------------------------------------------------
 
 
 class DebugInfoError(Exception):
@@ -232,7 +232,7 @@ class Sections:
         if header is not None:
             raw = self._contents(header, name)
             return self._unpack(raw, name) if header.flags & _COMPRESSED else raw
-        old_style = ".z" + name.removeprefix(".")  # GNU's compression format from before the flag existed
+        old_style = ".z" + name.removeprefix(".")  # GNU's older compression format
         header = self._by_name.get(old_style.encode())
         return b"" if header is None else self._unpack_old(self._contents(header, old_style), old_style)
 

@@ -112,5 +112,5 @@ class Functions:
     def _pointed(self, pointer: DebugEntry) -> CType | None:
         try:
             return self._types.type_of(pointer) if AT_TYPE in pointer.values else None
-        except DebugInfoError:  # a function, or a structure that is only declared
+        except DebugInfoError:  # a function, or a declared structure
             return None

@@ -101,7 +101,7 @@ def _check_reset(file: str, vector: int, segments: tuple[Segment, ...]) -> None:
 
 # -- from a path to an image --------------------------------------------------------------------------------
 
-LONGEST_FILE = 64 << 20  # bytes; ST's stock firmware with all its debug information has 4 MB
+LONGEST_FILE = 64 << 20  # bytes; ST's stock firmware with debug information has 4 MB
 
 
 def load_firmware(path: str | Path) -> FirmwareImage:
@@ -150,12 +150,12 @@ def _contents(path: Path) -> bytes:
         raise FirmwareFileError(
             str(path), "does not exist; give the ELF, HEX or BIN file to run", kind="no_such_file"
         ) from None
-    except (OSError, ValueError) as problem:  # ValueError: a path with a zero byte in it
+    except (OSError, ValueError) as problem:  # ValueError: a zero byte in the path
         reason = getattr(problem, "strerror", None) or problem
         raise FirmwareFileError(str(path), f"cannot be read: {reason}", kind="unreadable") from None
 
 
-# -- raw binary: only the bytes of flash from its first address ---------------------------------------------
+# -- raw binary files ---------------------------------------------------------------------------------------
 
 _FOREIGN = {
     b"MZ": "a Windows program",
@@ -167,7 +167,7 @@ _FOREIGN = {
 }
 _S_RECORDS = (b"S0", b"S1", b"S2", b"S3")
 _TEXT_BYTES = frozenset(range(0x20, 0x7F)) | frozenset(b"\t\n\r\f")
-_TEXT_SAMPLE = 256  # bytes; a vector table contains zero and 0x08 bytes, so it is never all text
+_TEXT_SAMPLE = 256  # bytes; a vector table with its zero bytes is never all text
 
 
 def read_binary(file: str, data: bytes) -> tuple[Segment, ...]:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from fcu_emulator.emulator.chip.image.dwarf import LINE_STRP, STRP, Budget, Cursor, Value, read_value
 from fcu_emulator.emulator.chip.image.elf import DebugInfoError, Sections, printable
 
-_LAST_LINE = 0x7FFF_FFFF  # a larger one is a negative number: a damaged table
+_LAST_LINE = 0x7FFF_FFFF  # a larger one is from a damaged table
 
 
 class SourceLine(NamedTuple):
@@ -83,7 +83,7 @@ class _LineProgramHeader(NamedTuple):
     instruction_length: int
     line_base: int
     line_range: int
-    lengths: bytes  # operands of standard opcodes, from opcode 1 on
+    lengths: bytes  # operands of standard opcodes, from 1 on
     paths: list[str]
     first_file: int  # number of the first path: 1 before DWARF 5
 
@@ -145,7 +145,7 @@ def _entries(program: Cursor, strings: dict[int, bytes], budget: Budget) -> list
     """Return (name, directory's number) pairs."""
     columns = [(program.uleb128(), program.uleb128()) for _ in range(program.byte())]
     count, room = program.uleb128(), program.end - program.offset
-    if count > room:  # entries whose columns take no bytes could have any number
+    if count > room:  # entries without bytes could have any number
         raise DebugInfoError(f"a table of files announces {count} entries in {room} bytes")
     entries = []
     for _ in range(count):

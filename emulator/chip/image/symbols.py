@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.image.lines import LineTable, SourceLine
 
 
-# -- the symbol table: functions and variables by address and name ------------------------------------------
+# -- the symbol table ---------------------------------------------------------------------------------------
 
 _SYMBOL = struct.Struct("<3I2BH")
 _MOST_SYMBOLS = 1 << 18  # more than fit into this chip's flash
@@ -58,7 +58,7 @@ class Symbol(NamedTuple):
 
 class _Function(NamedTuple):
     start: int
-    rank: int  # of several names of one address the lowest rank counts
+    rank: int  # the lowest rank counts
     name: str
     size: int
 

@@ -14,7 +14,7 @@ from fcu_emulator.emulator.chip.registers import DECLARED, adc
 from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
 from fcu_emulator.emulator.time.clock import PS_PER_S, Event
 
-# -- battery, internal temperature sensor, reference (RM0368 11.9, 11.10) -----------------------------------
+# -- voltages (RM0368 11.9, 11.10) --------------------------------------------------------------------------
 
 Volts: TypeAlias = Callable[[], float]
 
@@ -24,7 +24,7 @@ FULL_SCALE = 4095
 _BATTERY_CHANNEL, _VREFINT_CHANNEL, _TEMPERATURE_CHANNEL = 9, 17, 18
 _VREFINT_V = 1.21  # STM32F401xB/C datasheet: 1.18 to 1.24 V
 _V25_V, _SLOPE_V_PER_DEGC = 0.76, 0.0025
-_DIVIDER = 20 / 30  # 10k over 20k (steval_fcu001_v1.h of STSW-FCU001, ST's firmware for the board)
+_DIVIDER = 20 / 30  # 10k over 20k (steval_fcu001_v1.h of STSW-FCU001)
 
 
 class AdcInputs:
@@ -138,7 +138,7 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
 
     def _begin(self) -> None:
         if self.registers[SR] & _OVR:
-            return  # no more conversions until software clears it (11.8.1)
+            return  # waits for software (11.8.1)
         channel = self._channel()
         register, shift = (SMPR2, 3 * channel) if channel < 10 else (SMPR1, 3 * (channel - 10))
         sampling = _SAMPLING_CYCLES[self.registers[register] >> shift & 7]
@@ -175,7 +175,7 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         last = self._rank + 1 == self._length()
         watched = cr2 & (_DMA | _EOCS)
         if watched and self.registers[SR] & _EOC:
-            self.registers[SR] |= _OVR  # the previous result was not read: this one is lost (11.8.1)
+            self.registers[SR] |= _OVR  # this result is lost (11.8.1)
             self._signal()
             return
         self._convert()

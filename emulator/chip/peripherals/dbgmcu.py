@@ -17,7 +17,7 @@ SYSTEM_MEMORY = 0x1FFF_7A00
 FLASH_KIB = 256
 
 _UID, _FLASH_SIZE, _VREFINT_CAL = 0x10, 0x22, 0x2A
-_FIRST_COORDINATES = 0x0025_0031  # of board 0; as on a wafer, firmware must not depend on them
+_FIRST_COORDINATES = 0x0025_0031  # of board 0
 _FULL_SCALE, _VDDA = 4095, 3.3
 
 
@@ -28,7 +28,7 @@ class Dbgmcu(Peripheral, declared=DECLARED["DBGMCU"]):
 def system_memory(board: int = 0) -> bytes:
     """Return unique id, flash size and ADC calibration from ``SYSTEM_MEMORY``."""
     memory = bytearray(b"\xff" * 0x30)
-    # the id of a real chip: wafer coordinates, never 0; wafer number; lot number in ASCII (24.1)
+    # wafer coordinates, wafer number, lot number in ASCII (24.1)
     coordinates = _FIRST_COORDINATES + board & 0xFFFF_FFFF
     struct.pack_into("<II4s", memory, _UID, coordinates, 0x3031_0A05, b"FCU1")
     struct.pack_into("<H", memory, _FLASH_SIZE, FLASH_KIB)

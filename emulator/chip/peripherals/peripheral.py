@@ -79,7 +79,7 @@ class Soc:
     memory: Memory = field(init=False)
 
 
-# -- interrupt inputs that several peripherals share (RM0368 table 38: TIM1_BRK and TIM9 are both number 24) -----
+# -- shared interrupt inputs (RM0368 table 38) -------------------------------------------------------------------
 
 
 class InterruptInput:

@@ -18,10 +18,10 @@ from fcu_emulator.emulator.chip.registers import DECLARED, rcc
 from fcu_emulator.emulator.chip.registers.declaration import Word, masks, offsets
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Event
 
-# -- the clock tree's arithmetic: from registers to frequencies (section 6.2, figure 12) --------------------
+# -- frequencies (section 6.2, figure 12) -------------------------------------------------------------------
 
 HSI_HZ = 16_000_000
-HSE_HZ = 16_000_000  # the board's crystal (HSE_VALUE of STSW-FCU001, ST's firmware for it)
+HSE_HZ = 16_000_000  # the board's crystal (HSE_VALUE of STSW-FCU001)
 LSI_HZ = 32_000  # STM32F401xB/C datasheet, LSI oscillator: 17 to 47 kHz
 LSE_HZ = 32_768
 
@@ -118,7 +118,7 @@ def _timer_hz(hclk_hz: int, shift: int, timpre: bool) -> int:
     return hclk_hz >> max(shift - multiple, 0)
 
 
-# -- the gate and reset bits of the peripherals (sections 6.3.5 to 6.3.12) ---------------------------------------
+# -- gate and reset bits (sections 6.3.5 to 6.3.12) --------------------------------------------------------------
 
 _PERIPHERALS_BY_FIELD = {"OTGFS": "OTG_FS", "ADC": "ADC1"}
 """Fields without their peripheral's name in front; the ADCs share one reset."""
@@ -395,7 +395,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
             self._pll_hz, self._pll_nominal_hz = pll(pllcfgr, self._oscillators).p_hz, nominal.p_hz
             if nominal.problem():
                 self.note("forbidden", nominal.problem())
-            if not self._pll_hz:  # N is 0, a "wrong configuration" (6.3.2): the PLL stays off
+            if not self._pll_hz:  # N is 0 (6.3.2)
                 return
         at_ps = self.soc.clock.now_ps + source.start_ps
         self._starting[name] = self.soc.clock.schedule(at_ps, partial(self._started, name))

@@ -15,10 +15,10 @@ from fcu_emulator.emulator.chip.registers import DECLARED, rtc
 from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
 from fcu_emulator.emulator.time.clock import PS_PER_S
 
-# -- the calendar: BCD registers to a point in time and back (17.6.1, 17.6.2) -------------------------------
+# -- the calendar in BCD (17.6.1, 17.6.2) -------------------------------------------------------------------
 
 _CENTURY = datetime(2000, 1, 1, tzinfo=UTC)
-_DAYS_IN_CENTURY = 36525  # every fourth year of this one is a leap year, as in the RTC
+_DAYS_IN_CENTURY = 36525  # every fourth year is a leap year
 
 
 def bcd(value: int) -> int:
@@ -85,7 +85,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         self._keys = 0  # of the unlock sequence
         self._cycles = 0  # of the RTC clock since the century began, at ``_since_ps``
         self._since_ps = self.soc.clock.now_ps
-        self._first_weekday = 1  # weekday of the century's first day, computed from the date that was set
+        self._first_weekday = 1  # weekday of the century's first day
 
     def reset(self) -> None:
         """Lock the backup domain (17.3.5)."""
@@ -160,7 +160,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             initialised = _INITS if self.registers[DR] >> 16 & 0xFF else 0  # the year is not 0 (17.6.4)
             self.registers[ISR] = self.registers[ISR] & ~(_INIT | _INITF | _INITS) | _RSF | initialised
         elif running:
-            self.registers[ISR] |= _RSF  # software clears it, and it is soon set again
+            self.registers[ISR] |= _RSF  # set again soon after software clears it
 
     def _asynchronous(self) -> int:
         return rtc.PRER.PREDIV_A.get(self.registers[PRER]) + 1
