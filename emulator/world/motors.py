@@ -1,18 +1,12 @@
-"""Four motors with propellers on the board: their vibration, and the field of their current.
+"""Four motors with propellers: vibration of the board, and the magnetic field of their current.
 
-A motor shakes the board with the force of its imbalance, which turns with it and grows with the square of its
-speed. Its two blades shake the board up and down at twice that frequency. The four never run equally fast, so
-their frequencies beat. The current to the motors causes a field that is fixed to the board.
+Imbalance shakes with the square of the speed, blades at twice its frequency; unequal speeds beat. Full
+throttle shakes an axis by 15 m/s2 RMS, the upper end of normal on ArduPilot's page "Measuring Vibration". The
+field is a calibration on such an autopilot (COMPASS_MOT_X to Z; diydrones.com, "compass calibration always
+above 150").
 
-No measurements of this board exist. Speed is assumed proportional to the share of the full voltage, as of
-brushed motors. With all motors at full throttle an axis is shaken by 15 m/s2 RMS, the upper end of the normal
-range on ArduPilot's page "Measuring Vibration". The field is that of a calibration at full throttle on an
-autopilot of this kind, (-80, -42, 14) mgauss (COMPASS_MOT_X to Z; diydrones.com, "compass calibration always
-above 150"), and grows linearly, as ArduPilot compensates it.
-
-Decisions: full speed of the motors is 400 revolutions per second, an assumption for small coreless motors
-with their propellers. A motor follows its throttle at once; spinning up takes some 0.1 s on a real one. The
-gyroscope is not affected: the board is shaken, not turned.
+Decisions: full speed of the motors is 400 revolutions per second, an assumption for small coreless motors.
+Speed follows the throttle at once, and the board does not turn.
 """
 
 from __future__ import annotations
@@ -29,21 +23,20 @@ FULL_HZ = 400.0
 FULL_M_S2 = 15.0  # RMS of an axis, all four together
 FULL_MGAUSS = (-80.0, -42.0, 14.0)
 
-_UNEQUAL = np.array([1.0, 0.985, 1.012, 0.994])  # their speeds at the same throttle
+_UNEQUAL = np.array([1.0, 0.985, 1.012, 0.994])  # relative speeds at the same throttle
 _PHASES = 2.0 * np.pi * np.array([0.0, 0.62, 0.24, 0.85])
 _BLADES = 2
 
 
 @dataclass(frozen=True, eq=False)
 class Motors:
-    """Motors that run at ``throttle`` (4,), 0 to 1 each, from ``start_s`` on."""
+    """Motors at ``throttle`` (4,), 0 to 1 each, from ``start_s`` on."""
 
     start_s: float
     throttle: Array
 
     @classmethod
     def at(cls, start_s: float, throttle: Sequence[float]) -> Motors:
-        """Return motors at these four shares of the full voltage."""
         return cls(start_s, np.array(throttle, dtype=np.float64))
 
     @property
