@@ -1,7 +1,6 @@
-"""The user's private folder for data of running boards: names of ports, and addresses of control servers.
+"""The user's private folder for data of running boards: port names and control addresses.
 
-On Linux and macOS it has mode 0700 and is in ``XDG_RUNTIME_DIR``, or else in the system's folder for
-temporary files under the user's number. On Windows it is in ``LOCALAPPDATA``, which other users cannot read.
+It is in ``XDG_RUNTIME_DIR`` or the temporary folder (mode 0700), on Windows in ``LOCALAPPDATA``.
 """
 
 from __future__ import annotations
@@ -22,8 +21,8 @@ _NEITHER_WAIT_NOR_FOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOC
 def runtime_folder(option: str, instead: str) -> Path:
     """Return the folder, created if needed.
 
-    ``option`` is the option that the user typed, and ``instead`` the alternative without the folder, for the
-    error. Raises LinkError if it belongs to another user or cannot be created.
+    ``option`` (typed by the user) and ``instead`` (alternative) are for the error. Raises LinkError if the
+    folder belongs to another user or cannot be created.
     """
     try:
         if sys.platform == "win32":
@@ -37,11 +36,7 @@ def runtime_folder(option: str, instead: str) -> Path:
 
 
 def read_own_file(path: Path, most_bytes: int) -> bytes:
-    """Return the contents of a regular file of this user, without blocking.
-
-    Raises OSError for other kinds of files: a pipe, a device, a folder, a link, a file of another user, and a
-    file of more than ``most_bytes``.
-    """
+    """Return the contents of a regular file of this user, without blocking. Raises OSError for any other or larger file."""
     descriptor = os.open(path, os.O_RDONLY | _NEITHER_WAIT_NOR_FOLLOW)
     with os.fdopen(descriptor, "rb") as file:
         status = os.fstat(descriptor)
