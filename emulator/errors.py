@@ -43,13 +43,10 @@ def _kind_of(error: type[FcuError]) -> str:
 
 
 class FcuError(Exception):
-    """Base of everything this package raises on purpose.
+    """Base of everything this package raises on purpose; the text is one line without control characters.
 
-    Its text is one line without control characters, for all names and values that it contains. With
-    ``has_lines`` it may have several lines, of a terminal, a compiler or a diagnosis.
-
-    ``kind`` names the problem in one word ("unknown_key"). It stays when the text is improved. An error
-    without a specific kind has that of its class ("scenario").
+    ``has_lines``: it may have several lines. ``kind`` names the problem in one stable word ("unknown_key"),
+    by default that of the class ("scenario").
     """
 
     has_lines = False
@@ -75,7 +72,7 @@ def failure_text(error: Exception) -> str:
 
 
 class InputError(FcuError):
-    """The user's input cannot be used; the message states the problem, its place and the correct form."""
+    """The user's input cannot be used; the message states problem, place and correct form."""
 
 
 class ScenarioError(InputError):
@@ -99,7 +96,7 @@ class RubricError(InputError):
 
 
 class RecordingError(InputError):
-    """A CSV recording is wrong at ``line`` (counted from 1, the header's line; 0 means the whole file)."""
+    """A CSV recording is wrong at ``line`` (from 1; 0 means the whole file)."""
 
     def __init__(self, file: str, line: int, problem: str, *, kind: str = "") -> None:
         self.file = file
@@ -109,7 +106,7 @@ class RecordingError(InputError):
 
 
 class FirmwareFileError(InputError):
-    """A firmware file cannot be run on this board; ``problem`` states the error and the correct form."""
+    """A firmware file cannot be run on this board."""
 
     def __init__(self, file: str, problem: str, *, kind: str = "") -> None:
         self.file = file
@@ -124,8 +121,8 @@ class LinkError(InputError):
 class ExpectationError(FcuError):
     """An expectation of the firmware was not met.
 
-    ``lines``: the last lines of the terminal; ``diagnosis``: the detected problems of the firmware, "" if
-    there are none. Both are part of the message.
+    ``lines``: the last lines of the terminal; ``diagnosis``: the firmware's problems. Both are part of the
+    message.
     """
 
     has_lines = True
@@ -160,7 +157,7 @@ class CallError(FirmwareError):
 
 
 class NotJudgedError(FcuError):
-    """The run gives no verdict about the firmware, because of an outside failure or an early end."""
+    """The run gives no verdict, because of an outside failure or an early end."""
 
 
 class OutputError(NotJudgedError):

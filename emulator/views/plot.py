@@ -1,11 +1,7 @@
-"""The record of a run as a picture: the printed values together with the true values at the same time.
+"""The record of a run as a picture: points for printed values, bars for true ones just before, and the LEDs.
 
-One panel for each kind of line; points for printed values, bars for the range of true values just before (a
-printed number is a little old), and the LEDs below. The colour identifies the number, the shape tells printed
-from true. Each panel has a legend of colours, the picture one of shapes. The colours are those of Okabe and
-Ito, which people with any colour vision can distinguish.
-
-Drawn with matplotlib, of the extra ``views``, without a window.
+Drawn with matplotlib, of the extra ``views``, in the colours of Okabe and Ito, which everybody can
+distinguish.
 """
 
 from __future__ import annotations
@@ -33,7 +29,7 @@ _AXES = {  # by the label up to its first bracket or colon
 def draw(record: Mapping[str, Any], picture: Path) -> None:
     """Draw ``record``, the JSON of ``fcu run --json``, into ``picture``, whose suffix selects the format.
 
-    Raises InputError if it contains nothing to draw or the package is missing, LinkError for the file.
+    Raises InputError if there is nothing to draw or no matplotlib, LinkError for the file.
     """
     if picture.suffix.lower() not in KINDS:
         raise InputError(f"{picture}: give a name that ends in {', '.join(KINDS)}", kind="picture_type")
@@ -73,7 +69,7 @@ def draw(record: Mapping[str, Any], picture: Path) -> None:
 
 
 class _Field:
-    """One printed number over the run: times, values, and the truth from ``low`` to ``high``."""
+    """One printed number over the run: times, values, and the range of the truth."""
 
     def __init__(self) -> None:
         self.at_s: list[float] = []
@@ -83,7 +79,7 @@ class _Field:
 
 
 def _panels(lines: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, _Field]]:
-    """Fields by label, in the order of appearance."""
+    """Return fields by label, in the order of appearance."""
     panels: dict[str, dict[str, _Field]] = {}
     for line in lines:
         values = line["values"]
