@@ -3,26 +3,25 @@
 ::
 
     FcuError
-    ├── InputError                 wrong user input                      (exit code 2)
-    │   ├── ScenarioError          a scenario file: names file and key path
-    │   ├── RubricError            a rubric: names file and key path
-    │   ├── RecordingError         a CSV recording: names file and line
-    │   ├── FirmwareFileError      an ELF, HEX or BIN that is not firmware for this board: names the file
-    │   └── LinkError              a serial link or output file that cannot be opened on this machine
-    ├── ExpectationError           the firmware did not meet an expectation (exit code 1)
-    ├── FirmwareError              the firmware itself failed             (exit code 3)
-    │   ├── LimitError             it exceeded a limit of the run
+    ├── InputError                 wrong user input             (exit code 2)
+    │   ├── ScenarioError          a scenario file
+    │   ├── RubricError            a rubric
+    │   ├── RecordingError         a CSV recording
+    │   ├── FirmwareFileError      a file that is not firmware for this board
+    │   └── LinkError              a serial link or output file
+    ├── ExpectationError           an expectation was not met   (exit code 1)
+    ├── FirmwareError              the firmware itself failed   (exit code 3)
+    │   ├── LimitError             it exceeded a limit
     │   └── CallError              a called function did not return
-    ├── NotJudgedError             no verdict about the firmware          (exit code 4)
-    │   └── OutputError            output or a recording could not be delivered
-    └── I2CError                   a transfer on the simulated bus failed
-        ├── I2CNackError           no acknowledge: absent device, or NACK at a byte
+    ├── NotJudgedError             no verdict                   (exit code 4)
+    │   └── OutputError            lost output
+    └── I2CError                   a transfer on the bus failed
+        ├── I2CNackError           no acknowledge
         ├── I2CBusError            misplaced start or stop (BERR)
-        └── I2CStuckError          a line is held low, the bus stays busy
+        └── I2CStuckError          a line is held low
 
-An error of the guest (a NACK that firmware provokes, an overrun, a write to a read-only register) does not
-raise an exception inside a run: the trace records it for graders. The I2C errors reach Python only when
-Python itself is the bus master, through ``board.i2c2``. An error outside this tree is a bug of this package.
+An error of the guest is recorded in the trace; I2C errors are raised only when Python is the bus master,
+through ``board.i2c2``. An error outside this tree is a bug of this package.
 """
 
 from __future__ import annotations

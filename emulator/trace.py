@@ -1,10 +1,8 @@
 """Trace of a run: append-only, typed events, to memory, to JSON-lines files and to subscribers.
 
 Rare events (faults, late and lost ticks, GPIO edges, notes) are always kept. Frequent ones (bus transfers,
-register writes, terminal bytes) are built only on request.
-
-A JSON line has time, kind, and the event's fields: times in seconds as exact decimal strings, bytes in
-hexadecimal. Lines are joined by hand, because a general encoder would cost more than the run.
+register writes, terminal bytes) are built only on request. A JSON line has time, kind, and the event's
+fields: times in seconds as exact decimal strings, bytes in hexadecimal.
 """
 
 from __future__ import annotations
@@ -174,7 +172,6 @@ def transfer_line(
 def _of_transfers(
     bus: str, address: int, device: str, register: str, written: bytes, result: str
 ) -> tuple[str, str]:
-    """Return the constant text of equal transfers' lines, before and after the bytes read."""
     begin = (
         f'"bus":{quoted(bus)},"address":{address},"device":{quoted(device)},'
         f'"register":{quoted(register)},"written":"{written.hex()}"'
@@ -217,7 +214,7 @@ class Trace:
     """A run's events; iterate over it, or call :meth:`of` for one type.
 
     ``detailed``: whether frequent events are requested. ``observed``: whether events are written or passed
-    on; otherwise a producer may keep them until the trace is read (:meth:`draw_from`).
+    on.
     """
 
     def __init__(self) -> None:

@@ -5,7 +5,7 @@ Adapters forward transfers to ``board.i2c2``: :class:`BusioI2C` (CircuitPython),
 drivers wait on the board's clock.
 
 Decision: an adapter copies the interface of a library's bus object and is not a subclass, because some
-libraries cannot be imported without an I2C port. Fake modules in ``sys.modules`` would hide the real ones.
+libraries cannot be imported without an I2C port.
 """
 
 from fcu_emulator.emulator.adapters.bus_objects import BusioI2C, MachineI2C, SensirionI2C, SMBus

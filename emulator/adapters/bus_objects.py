@@ -6,11 +6,6 @@ Decisions
 
     ``stop=False`` of ``MachineI2C`` also ends in a stop, and ``i2c_rdwr`` of ``SMBus`` combines only a
     write and the next read. The sensors keep the sub-address over a stop, so the bytes are the same.
-
-    Functions of ``SMBus`` that the sensors cannot use (process calls, length bytes, packet errors) are
-    missing.
-
-    ``SensirionI2C`` makes the driver's time between writing and reading pass on the board's clock.
 """
 
 from __future__ import annotations
@@ -68,8 +63,8 @@ def scan(master: I2CMaster) -> list[int]:
 class BusioI2C:
     """Give ``BusioI2C(board.i2c2)`` to a CircuitPython driver in place of ``board.I2C()``.
 
-    Addresses have 7 bits; ``start`` and ``end`` select a slice. A device that does not answer raises
-    OSError(ENODEV), a stuck bus OSError(ETIMEDOUT), and a missing :meth:`try_lock` RuntimeError.
+    Addresses have 7 bits. Raises OSError(ENODEV) without an answer, OSError(ETIMEDOUT) for a stuck bus, and
+    RuntimeError without :meth:`try_lock`.
     """
 
     def __init__(self, master: I2CMaster) -> None:
@@ -139,8 +134,8 @@ class BusioI2C:
 class MachineI2C:
     """Give ``MachineI2C(board.i2c2)`` to a MicroPython driver in place of ``machine.I2C(...)``.
 
-    Addresses have 7 bits, memory addresses ``addrsize`` bits, most significant byte first. A device that does
-    not answer raises OSError(ENODEV), a stuck bus OSError(ETIMEDOUT).
+    Addresses have 7 bits, memory addresses ``addrsize`` bits, most significant byte first. Raises
+    OSError(ENODEV) without an answer, OSError(ETIMEDOUT) for a stuck bus.
     """
 
     def __init__(self, master: I2CMaster) -> None:
@@ -204,8 +199,8 @@ class I2CMessage(Protocol):
 class SMBus:
     """Give ``SMBus(board.i2c2)`` to a driver in place of ``smbus2.SMBus(1)``.
 
-    Addresses have 7 bits; ``force`` is ignored. A device that does not answer raises OSError(EREMOTEIO), a
-    stuck bus OSError(ETIMEDOUT), and a block over 32 bytes ValueError.
+    Addresses have 7 bits; ``force`` is ignored. Raises OSError(EREMOTEIO) without an answer,
+    OSError(ETIMEDOUT) for a stuck bus, and ValueError for more than 32 bytes.
     """
 
     def __init__(self, master: I2CMaster) -> None:

@@ -2,10 +2,10 @@
 
 Import this module first. The board runs while the port is read, and a ``timeout`` is in virtual time. The
 address is ``fcu://FIRMWARE``, then after a question mark ``scenario``, ``wiring``, ``seed`` or ``ideal=1``,
-joined by ``&``. ``port.board`` is the board; :func:`port_of` returns the port of an existing one.
+joined by ``&``. ``port.board`` is the board.
 
-Decision: reading the number of available bytes (``in_waiting``) lets a millisecond pass if there are none.
-Programs that poll it with a sleep of wall time would loop forever.
+Decision: reading the number of available bytes (``in_waiting``) lets a millisecond pass if there are none,
+because programs poll it.
 """
 
 from __future__ import annotations
@@ -142,7 +142,7 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
 
 
 def _board(url: str) -> Board:
-    """Return the board that an address describes. Raises InputError."""
+    """Return the board of an address. Raises InputError."""
     firmware, _, query = url.removeprefix("fcu://").partition("?")
     options = with_current_keys(dict(parse_qsl(query, keep_blank_values=True)), _OLD)
     if unknown := options.keys() - _KNOWN:

@@ -26,10 +26,9 @@ _in_use: set[str] = set()  # modules that now run on a board's time
 def virtual_time(board: Board, *modules: ModuleType) -> Iterator[None]:
     """Make ``modules`` and their imported submodules wait and measure time on the board's clock.
 
-    Until the block ends, all globals that are ``time`` or its functions are replaced: ``sleep``, and the
-    clocks ``monotonic``, ``perf_counter`` and ``time`` with their ``_ns`` variants, which count from
-    power-on. Imports inside a running function are not. Raises InputError if a module already runs on a
-    board's time.
+    Until the block ends, globals that are ``time`` or its functions are replaced: ``sleep``, and the clocks
+    ``monotonic``, ``perf_counter`` and ``time`` with their ``_ns`` variants, which count from power-on.
+    Raises InputError if a module already runs on a board's time.
     """
     found = _with_submodules(modules)
     taken = _in_use.intersection(found)
@@ -62,7 +61,7 @@ def _with_submodules(modules: tuple[ModuleType, ...]) -> dict[str, ModuleType]:
 
 
 def _replacements(board: Board) -> dict[int, object]:
-    """Return replacements of ``time`` and its functions, by id(): globals need not be hashable."""
+    """Return replacements by id(), because globals need not be hashable."""
     clock = board.clock
 
     def sleep(seconds: float) -> None:

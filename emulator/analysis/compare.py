@@ -1,16 +1,13 @@
 """Comparison of two runs: the first differences between two firmwares on the same scenario.
 
-The n-th entries of each sequence are compared: first the text, then the pace, the time since the previous
-entry, with a tolerance.
+The n-th entries of each sequence are compared: first the text, then the pace (time since the previous entry).
 
-Decision: comparisons use the pace, not the time since power-on, because compiled code is 2 % slower than
-firmware that computes in no time.
+Decision: comparisons use the pace, not the time since power-on, because compiled code is 2 % slower.
 
 Decision: entries are compared by position, not by an alignment as ``diff`` computes it, because the first
 mistake causes all later ones.
 
-Decision: the end of a run cuts both sequences at a time, not at an entry. An entry close to the end may be in
-one run only.
+Decision: the end of a run cuts both sequences at a time, not at an entry.
 """
 
 from __future__ import annotations
@@ -53,9 +50,8 @@ _NUMBER = re.compile(r"-?(?:\d+(?:\.\d+)?|inf|nan)\b")
 class Rules:
     """Rules of equality.
 
-    ``timing_ps``: tolerance of the time between entries. ``tolerance``: of numbers in the lab's lines, by
-    field ("ACC.x", "Yaw"), in the units printed. ``ignore``: sequences that are not compared; "numbers"
-    ignores all numbers.
+    ``timing_ps``: tolerance of the time between entries. ``tolerance``: of numbers by field ("ACC.x", "Yaw"),
+    in the units printed. ``ignore``: sequences that are not compared, or "numbers".
     """
 
     timing_ps: int = TIMING_PS
@@ -131,10 +127,7 @@ def tolerances(given: Iterable[tuple[str, float]]) -> dict[str, float]:
 
 
 def largest_deviations(first: Observation, second: Observation) -> dict[str, float]:
-    """Return the largest difference of the lab's numbers, by printed field, in the units printed.
-
-    The comparison ends at the first line of a different kind.
-    """
+    """Return the largest difference of the lab's numbers, by printed field, in the units printed."""
     largest: dict[str, float] = {}
     for one, other in zip(first.sequences[TERMINAL], second.sequences[TERMINAL], strict=False):
         if one.cut or other.cut or _without_numbers(one.text) != _without_numbers(other.text):
@@ -171,7 +164,6 @@ def _first_difference(
 def _inserted(
     difference: Difference, first: Sequence[ObservedItem], second: Sequence[ObservedItem], rules: Rules
 ) -> Difference | None:
-    """Return the difference as an entry in one run only, if the following entries confirm it."""
     if _runs_on(first[1:], second, rules):
         return replace(difference, second=None, inserted=True)
     if _runs_on(first, second[1:], rules):
@@ -226,7 +218,6 @@ def _same_beginning(text: str, wanted: str, rules: Rules) -> bool:
 
 
 def _within(one: str, other: str, tolerance: Mapping[str, float]) -> bool:
-    """Return whether both are the same line of the lab with all numbers within the tolerance."""
     if not tolerance or _without_numbers(one) != _without_numbers(other):
         return False
     apart = dict(_deviations(one, other))
@@ -234,7 +225,6 @@ def _within(one: str, other: str, tolerance: Mapping[str, float]) -> bool:
 
 
 def _deviations(one: str, other: str) -> Iterator[tuple[str, float]]:
-    """Yield field and distance of each number of two lines of the lab."""
     for line_format in FORMATS:
         fields, others = (line_format.parse(text.strip()) for text in (one, other))
         if fields is not None and others is not None:

@@ -74,7 +74,6 @@ def figures_table() -> str:
 
 
 def _drawn(figure: Figure) -> str:
-    """Return how a figure is drawn in a typical sensor, and its value in a worst one."""
     if figure.is_strength:
         return f"{figure.typical:g} | {STRENGTHS['worst'] * figure.typical:g}"
     return f"sigma {figure.sigma:.3g} | +-{SIGMAS * figure.sigma:.3g}"

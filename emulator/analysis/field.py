@@ -1,10 +1,8 @@
-"""Comparison of MAG with the truth, as :mod:`fcu_emulator.emulator.analysis.numbers` does for other numbers.
+"""Comparison of MAG with the truth: only of its changes, since raw and calibrated values differ by a
+constant.
 
-Raw and calibrated values differ by a constant, so only changes are checked, in the second half of the lines
-and within the extremes of the first.
-
-Decision: a board that has not been turned far enough gets no hint about MAG. While the extremes grow, a
-correct calibration seems to be a wrong factor.
+Decision: a board that has not been turned far enough gets no hint about MAG, because its calibration still
+changes.
 """
 
 from __future__ import annotations
@@ -62,7 +60,7 @@ def field_hint(lines: Sequence[LabLine]) -> Hint | None:
 def changes(lines: Sequence[LabLine]) -> tuple[Numbers, float, LabLine] | None:
     """Return the constant error of MAG, the field's length, and a line.
 
-    None while the board has not been turned far enough, or if the changes are wrong.
+    None if not turned far enough, or if the changes are wrong.
     """
     rows = _judgeable([line for line in lines if line.label == MAG.label and line.values is not None])
     if rows is None or rows.residual(rows.low, rows.high) > MAG.far:
@@ -115,7 +113,6 @@ def _of_factor(rows: _Rows) -> Hint | None:
 
 
 def _of_bytes(rows: _Rows) -> Hint | None:
-    """Return a hint if the high byte is used as the low one."""
     steps = rows.values / MAG.per_lsb
     if all(np.ptp(axis) > 1_000 and _few_low_bytes(axis) for axis in steps.T[:2]):
         look = (

@@ -1,8 +1,5 @@
 """Wrong formulas that explain a program's output: angles and altitude from the numbers of the same block.
 
-If a usual mistake explains nearly all blocks, and the slides' formula does not, it is the likely cause.
-Neither rest nor calibration is needed.
-
 Decision: candidates are a list of whole formulas, each as a student would write it, because one found by a
 search also fits noise.
 """
@@ -122,14 +119,12 @@ def _fits(field: str, formula: Formula, row: Block, near: Near) -> bool:
 
 
 def _is_true(field: str, row: Block, near: Near) -> bool:
-    """Return whether a print is near the truth, although its block may not be."""
     truth, printed = row.line.truth[field], (row.line.values or {})[field]
     turns = (-360, 0, 360) if field == "Yaw" else (0,)
     return min(truth.distance(printed + turn) for turn in turns) <= near(truth.middle, 1.0)
 
 
 def _apart(field: str, formula: Formula, row: Block) -> float:
-    """Return the distance of a print from a formula, or nan."""
     printed = (row.line.values or {})[field]
     apart = printed - _value(formula, row)
     if field == "Yaw" and abs(printed) <= 360:
@@ -237,7 +232,6 @@ class _Angles(NamedTuple):
 
 
 def _angles(row: Block) -> _Angles:
-    """Return the angles printed beside the yaw."""
     values = row.line.values or {}
     return _Angles(math.radians(values["Pitch"]), math.radians(values["Roll"]))
 
@@ -252,7 +246,6 @@ def _yaw(row: Block, angles: _Angles) -> tuple[float, float]:
 
 
 def _in_degrees(row: Block) -> _Angles:
-    """Return pitch and roll in degrees, mistaken for radians."""
     return _Angles(*map(math.degrees, _angles(row)))
 
 
@@ -379,7 +372,6 @@ def _first(pressures: Sequence[LabLine]) -> float:
 
 
 def _times(rows: Sequence[Block], right: Formula) -> Iterator[Formula]:
-    """Yield the altitude times a factor, if there is one that is clearly not 1."""
     high = [row for row in rows if abs(_value(right, row)) > _HIGH_M]
     if len(high) < _FEWEST:
         return

@@ -1,8 +1,4 @@
-"""LEDs that do not follow the board: wrong pins, the wrong side of an angle, and toggling.
-
-LED1 must be lit while pitch, LED2 while roll is beyond 80 degrees to either side. Only clear angles are
-checked, after the first printed line of them.
-"""
+"""LEDs that do not follow the board: wrong pins, the wrong side of an angle, and toggling."""
 
 from __future__ import annotations
 
@@ -112,10 +108,7 @@ _CALLBACK = "HAL_TIM_PeriodElapsedCallback"
 
 
 def _toggled(board: Board, name: str, angle: str, looks: Sequence[_LedCondition]) -> Iterator[Diagnosis]:
-    """Yield a LED that changes at regular intervals while the board is still.
-
-    Chatter of a correct program is not regular.
-    """
+    """Yield a LED that changes at regular intervals while the board is still."""
     pin = board.led(name).pin
     edges_s = [edge.t_s for edge in board.trace.of(GpioEdge) if edge.pin == pin]
     for side, still in groupby(looks, key=lambda one: _side(one.angle) if _is_still(one) else None):
@@ -147,7 +140,6 @@ def _is_still(look: _LedCondition) -> bool:
 
 
 def _regular_interval(edges_s: Sequence[float]) -> float | None:
-    """Return the usual time between two edges, if there is one."""
     if len(edges_s) < _FEWEST_EDGES:
         return None
     intervals_s = [after - before for before, after in pairwise(edges_s)]

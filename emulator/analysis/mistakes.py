@@ -98,7 +98,7 @@ def _exclusive_or(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]
 
 
 def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[Diagnosis]:
-    """Yield hints about the numbers; dependent ones, such as angles of ACC, only if the first are right."""
+    """Yield hints about numbers; about angles of ACC, only if ACC is right."""
     wrong: set[str] = set()
     for group in _GROUPS:
         if _rests_on(group) & wrong:
@@ -122,7 +122,6 @@ def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[
 
 
 def _hint(board: Board, lines: Sequence[LabLine], group: Group) -> Hint | None:
-    """Return the hint for a group: a simple change of the truth, or a formula with a mistake."""
     iron = board.world.hard_iron_mgauss(board.now_s)[0]
     if group in (ACC, GYR):
         others = [one for one in (ACC, GYR, MAG) if one is not group]
@@ -145,7 +144,6 @@ _HALF_TURN = 180.5
 
 
 def _beyond_a_half_turn(lines: Sequence[LabLine], where: _Where) -> Iterator[Diagnosis]:
-    """Yield a yaw that the slides' atan2 cannot give."""
     bad = [line for line in lines if line.values and abs(line.values.get("Yaw", 0.0)) > _HALF_TURN]
     if len(bad) < 2:
         return
@@ -255,7 +253,6 @@ _PAIRS = {
 
 
 def _misread(board: Board) -> Iterator[Diagnosis]:
-    """Yield reads that begin with a high byte, or that are missing."""
     reads = [one for one in board.recent_transfers() if one.read and one.written]
     for one in reads:
         first = one.written[0] & 0x7F
@@ -291,7 +288,6 @@ def _others(reads: Sequence[BusTransfer]) -> int:
 
 
 def _switched_off(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]:
-    """Yield sensors that are off in a program that prints them."""
     labels = {line.label for line in lines}
     lsm6dsl, lis2mdl = board.sensors.lsm6dsl.registers.mem, board.sensors.lis2mdl.registers.mem
     off = (

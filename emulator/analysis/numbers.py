@@ -1,8 +1,5 @@
 """Wrong numbers in the output, and their simple causes: a factor, a sign, axes, radians, a wrap.
 
-A hint needs numbers that are far from the truth, several times a poor board's deviation, and one simple
-change that fits nearly all of them.
-
 Decision: printed numbers are compared with the world, not with the sensors' registers, because a student sees
 the board in the hand.
 """
@@ -92,7 +89,6 @@ def always_0(lines: Sequence[LabLine], group: Group) -> bool:
 
 
 def _shows_factor(row: _Row, group: Group) -> bool:
-    """Return whether a factor is visible, because the truth is not near 0."""
     return any(min(abs(one.low), abs(one.high)) > group.far and one.low * one.high > 0 for one in row.truth)
 
 
@@ -138,7 +134,6 @@ class _Row:
 
 
 def _turns(rows: Sequence[_Row]) -> bool:
-    """Return whether the board turns enough to check a yaw."""
     angles = [row.truth[0].middle for row in rows]
     return max(angles) - min(angles) > 90
 
@@ -238,7 +233,6 @@ _FEW_G = 5
 
 
 def _from_whole_g(value: float, truth: ValueRange) -> float:
-    """Return the distance of the truth from the range that is truncated to ``value``."""
     low, high = 1000 * value - 1000 * (value <= 0), 1000 * value + 1000 * (value >= 0)
     return max(low - truth.high, truth.low - high, 0.0)
 
@@ -277,7 +271,6 @@ def _signed_axes(name: str) -> Iterator[Change]:
 
 
 def _rearranged(order: Sequence[int], signs: Sequence[int]) -> Distance:
-    """Return the distance for exchanged and negated axes."""
     return lambda values, truth: max(
         truth[source].scaled(sign).distance(value)
         for value, source, sign in zip(values, order, signs, strict=True)
@@ -285,12 +278,11 @@ def _rearranged(order: Sequence[int], signs: Sequence[int]) -> Distance:
 
 
 def _scaled(factor: float) -> Distance:
-    """Return the distance for values that are all ``factor`` times the truth."""
     return lambda values, truth: _plain([value / factor for value in values], truth)
 
 
 def _factor(rows: Sequence[_Row], far: float) -> float | None:
-    """Return the ratio of print to truth, if it is the same in nearly all rows and not 1."""
+    """Return the ratio of print to truth, if nearly the same in all rows and not 1."""
     ratios = sorted(
         value / one.middle
         for row in rows
@@ -363,7 +355,6 @@ def _of_yaw() -> Iterator[Change]:
 
 
 def _turned(sign: int, offset_deg: float) -> Distance:
-    """Return the distance for a yaw with the opposite sense, or with another zero."""
     return lambda values, truth: abs((values[0] - sign * truth[0].middle - offset_deg + 180) % 360 - 180)
 
 

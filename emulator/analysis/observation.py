@@ -47,8 +47,8 @@ def observe(
 ) -> Observation:
     """Run a board from power-on to ``end_ps`` and record its behaviour; ``transfers`` keeps all in the trace.
 
-    ``exceeded`` as of :class:`Runner`. A firmware's failure or exceeded limit is its end. Raises
-    NotJudgedError if the run has too many events, or takes too long.
+    A firmware's failure or exceeded limit is its end. Raises NotJudgedError if the run has too many events,
+    or takes too long.
     """
     kept = _ComparedEvents(board.trace, transfers)
     runner = Runner(board, [], end_ps, None, lambda wall_s: kept.exceeded() or exceeded(wall_s))
@@ -86,7 +86,6 @@ def observe(
 
 
 def _timer(timer: TickCounts, now_ps: int) -> list[ObservedItem]:
-    """Return the timer's rate and number of ticks, if it ticked."""
     if not timer.ticks:
         return []
     ticks = ObservedItem(now_ps, f"{timer.ticks} ticks, {timer.lost} lost")

@@ -1,6 +1,4 @@
-"""Printed lines and LEDs of a run, with the truth at the same times: the basis of hints about numbers.
-
-A printed value is slightly old, so a line's truth is the range of the last :data:`SETTLE_S`.
+"""Printed lines and LEDs of a run, with the truth at the same times: a range, because printed values are old.
 
 Decision: the recorder reads the terminal every 4.87 ms of virtual time, not at each byte, because a line of
 the lab takes that long on the wire.
@@ -119,7 +117,7 @@ class TruthRecorder:
             self.lights.append(Lights(board.now_s, float(pitch[0]), float(roll[0]), force_g, lit))
 
     def _look_at_callback(self, handled: Sequence[str], timer: str) -> None:
-        """Count a poll of the callback, without faults: below a fault its interrupt stays active."""
+        """Count a poll of the callback, except during faults, below which its interrupt stays active."""
         if _FAULTS.isdisjoint(handled):
             self.looks_at_callback += 1
             self.callback_seen += any(timer in name for name in handled)

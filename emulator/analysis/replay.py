@@ -1,16 +1,11 @@
-"""Python firmware on another firmware's samples: the bytes of that one's sensor bus, at its times.
-
-Firmwares read their sensors at different times. A replay removes this difference: the remaining ones are
-arithmetic and text.
+"""Python firmware on another firmware's samples, so that only arithmetic and text may differ.
 
 The main loop reads a line's values when the last bit of the previous text has left (TC, RM0368 19.3.2). A
-callback begins with the first transfer after all transfers of the previous one.
+callback begins with the first transfer after those of the previous one. A loop that reads its variables right
+after a delay may read them a tick too late.
 
 Decision: the transfers are fed to the firmware's HAL calls, not to its arithmetic, so that drivers and boot
 are included.
-
-Limits: a loop that reads its variables right after a delay, before any text, may read them a tick too late. A
-bus with faults is refused. A main loop must not read sensors while the timer runs.
 """
 
 from __future__ import annotations
@@ -40,14 +35,14 @@ from fcu_emulator.emulator.trace import BusTransfer, GpioEdge, TerminalBytes, Tr
 _LF = ord("\n")
 _LOADED_PS = 2 * PS_PER_US
 """From the last bit of a text to the loop's read of its variables (0.3 us), and from the timer's interrupt to
-the callback's first transfer (1.6 us), measured in the supplied solution."""
+the callback's first transfer (1.6 us), in the supplied solution."""
 
 
 def replay(board: Board, firmware: Callable[[Any], HostedApplication]) -> Observation:
     """Return the text and LEDs of ``firmware`` with the samples read by the firmware on ``board``.
 
-    ``board`` has run with ``trace.record_all()``; ``firmware`` takes a HAL. Registers' sequences are missing.
-    Raises InputError if a transfer failed, or the firmware requests data that was not read.
+    ``board`` has run with ``trace.record_all()``; ``firmware`` takes a HAL. Raises InputError if a transfer
+    failed, or the firmware requests data that was not read.
     """
     hal = _ReplayHal(_Recording(board))
     application = firmware(hal)
@@ -102,10 +97,7 @@ class _Recording:
         return self._line_ends[lines - 1] + len(text) - text.rindex(_LF) - 1
 
     def times_ps(self, text: bytes | bytearray) -> Iterator[int]:
-        """Yield the time of each byte of another text, line for line at the times of this one.
-
-        A shorter or longer line ends with the recorded one, so that it does not shift later text.
-        """
+        """Yield the time of each byte of another text, line for line at the times of this one."""
         begin = 0
         for line, sent in enumerate(_lines(text)):
             if line < len(self._line_ends):
@@ -119,7 +111,6 @@ class _Recording:
 
 
 def _lines(text: bytes | bytearray) -> Iterator[bytes]:
-    """Yield the lines with their LF; the last one may have none."""
     begin = 0
     while begin < len(text):
         end = text.find(_LF, begin) + 1 or len(text)

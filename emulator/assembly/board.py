@@ -200,7 +200,7 @@ class Board:
         self.run_until_ps(self.clock.now_ps + to_ps(seconds))
 
     def run_until(self, seconds: float) -> None:
-        """Run until this virtual time since power-on, and its events; a past time has no effect. Raises FirmwareError."""
+        """Run until this virtual time since power-on; a past time has no effect. Raises FirmwareError."""
         if not isinstance(seconds, int | float) or not 0 <= seconds <= LONGEST_RUN_S:
             raise InputError(
                 f"cannot run until {seconds!r} s; give the seconds since power-on, from 0 to {LONGEST_RUN_S}",
@@ -226,19 +226,13 @@ class Board:
         return _named(self._spi, name, "SPI bus")
 
     def recent_transfers(self) -> list[BusTransfer]:
-        """Return the chip's few latest transfers on each bus, the last one last.
-
-        Python firmware's bursts are not kept: subscribe to the trace.
-        """
+        """Return the chip's few latest transfers on each bus; Python firmware's bursts are not kept."""
         latest = [one for bus in self.signals.i2c.values() for one in bus.recent_transfers()]
         latest += [one for bus in self.signals.spi.values() for one in bus.recent_transfers()]
         return sorted(latest, key=lambda transfer: transfer.t_ps)
 
     def snapshot(self) -> Snapshot:
-        """Return the state of the board for :meth:`restore`. Raises InputError with Python firmware.
-
-        Call it between runs. Serial links, trace files and observers are not included.
-        """
+        """Return the state of the board for :meth:`restore`, between runs. Raises InputError with Python firmware."""
         return Snapshot(self)
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -284,15 +278,11 @@ class Board:
 
         Numbers are passed by value. A pointer takes an address, a string, bytes, a structure's members
         (mapping, object or sequence), or a sequence of target values. Writes are copied back to lists,
-        dictionaries, objects and byte arrays.
+        dictionaries, objects and byte arrays. Afterwards the chip's state is restored, unless ``keep``.
 
-        Afterwards the chip's state is restored, unless ``keep``. ``max_instructions`` limits a function that
-        computes, ``timeout_s`` (virtual) one that waits. Raises InputError if the function cannot be called
-        (missing, inlined, static in several files, other arguments), and CallError if it fails or does not
-        return.
-
-        The call begins at the firmware's current position, perhaps in an interrupt handler or during a
-        transfer.
+        ``max_instructions`` limits a function that computes, ``timeout_s`` (virtual) one that waits. Raises
+        InputError if the function cannot be called (missing, inlined, ambiguous, other arguments), and
+        CallError if it fails or does not return.
         """
         return self._calls("call").call(name, arguments, keep, max_instructions, timeout_s)
 
@@ -328,7 +318,6 @@ class Board:
 
     @classmethod
     def _reaches_sensors(cls, firmware: str | Path | FirmwareFactory | None, wiring: Wiring) -> bool:
-        """Return whether a sensor soon answers built firmware with this wiring."""
         board = cls(firmware, wiring=wiring.name, ideal=True)
         arm = board._built("a trial")
         with suppress(FcuError):  # the real run will report it
@@ -400,7 +389,6 @@ _One = TypeVar("_One")
 
 
 def _world_of(plan: Scenario | None, grade: Grade, seed: int, clock: Clock) -> tuple[World, BoardErrors]:
-    """Return the world at power-on, and the board's own errors in it."""
     if plan:
         own = plan.board_errors(grade, seed)
         return plan.create_world(clock, own), own
@@ -411,7 +399,6 @@ def _world_of(plan: Scenario | None, grade: Grade, seed: int, clock: Clock) -> t
 
 
 def _named(ones: Mapping[str, _One], name: str | None, what: str) -> _One:
-    """Return an object of the board by name, the first one without a name."""
     if not ones:
         raise InputError(f"this board has no {what}")
     wanted = next(iter(ones)) if name is None else name
@@ -426,7 +413,7 @@ def _given_as_profile(wiring: str) -> str:
 
 
 def _diagnosis_of(arm: ArmFirmware | None) -> Callable[[], str]:
-    """Return a function that diagnoses the firmware, without a reference back to the board."""
+    """Return a function without a reference back to the board."""
     return arm.diagnosis_text if arm is not None else lambda: ""
 
 

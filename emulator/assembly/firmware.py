@@ -1,12 +1,10 @@
 """Selection of a board's firmware and its wiring, and its execution.
 
-Text with a suffix or path separator, or the name of an existing file, is a file; supplied names come first.
 The wiring follows from symbols: CubeMX names a peripheral's handle after it (``hspi2``, ``hi2c2``), and a
 linker drops unused ones.
 
 Decision: a firmware with handles of both buses, or without symbols, is tried on each wiring, the usual one
-first. It gets the first wiring on which a sensor answers. Searching the code for calls fails with the first
-helper function.
+first. It gets the first wiring on which a sensor answers.
 """
 
 from __future__ import annotations
@@ -58,8 +56,8 @@ def choose(
 ) -> Choice:
     """Return the firmware and its wiring. Raises InputError.
 
-    ``name``: the wiring's, or None to select it from symbols, by ``reaches_sensors`` (a trial), or the usual
-    one. ``settings`` are for Python firmware only.
+    ``name``: the wiring's, or None to select it. ``reaches_sensors`` tries a wiring. ``settings`` are for
+    Python firmware only.
     """
     wiring = board.wiring(name)
     if firmware is None:
@@ -137,7 +135,6 @@ def _is_file(firmware: str | Path) -> bool:
 
 
 def _wanted_wiring(board: BoardDescription, symbols: Symbols | None) -> tuple[Wiring | None, str]:
-    """Return the wiring that the firmware needs, and the evidence for it, if known."""
     if symbols is None:
         return None, ""
     found = [(one, name) for one in board.wirings for name in one.symbols if name in symbols]
@@ -152,7 +149,6 @@ def _wanted_wiring(board: BoardDescription, symbols: Symbols | None) -> tuple[Wi
 def _tried_out(
     board: BoardDescription, usual: Wiring, reaches_sensors: Callable[[Wiring], bool]
 ) -> tuple[Wiring | None, str]:
-    """Return the first other wiring on which a sensor answers, if none does on the usual one."""
     others = [one for one in board.wirings if one is not usual]
     if not others or reaches_sensors(usual):
         return None, ""

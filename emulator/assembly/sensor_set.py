@@ -1,7 +1,6 @@
 """A board's sensors: built from the world, with the selected errors, and attached to their bus.
 
-Sensors are evaluated lazily. Only a sensor with a connected pin is caught up at each time at which its pins
-may change.
+Only a sensor with a connected pin is evaluated whenever its pins may change.
 """
 
 from __future__ import annotations
@@ -34,8 +33,7 @@ from fcu_emulator.sensors.register_file import NoteCallback, WriteLog
 class SensorSet:
     """The sensors of one board, by name: ``sensors["LSM6DSL"]``, or ``sensors.lsm6dsl``.
 
-    ``powered_on_ps``: time of power-on, None for long before. Raises InputError for settings of absent
-    sensors.
+    ``powered_on_ps``: None for long before. Raises InputError for settings of absent sensors.
     """
 
     def __init__(
@@ -66,7 +64,6 @@ class SensorSet:
         return iter(self.parts)
 
     def __getattr__(self, name: str) -> Any:
-        """Return a sensor by its name in lower case."""
         known = ", ".join(part.NAME.lower() for part in self.__dict__.get("parts", ()))
         raise AttributeError(f"this board has no sensor {name!r}; known: {known}")
 

@@ -1,16 +1,15 @@
 """A board's whole state: taken once, restored any number of times, thousands of times per second.
 
-Decision: a snapshot walks the board's objects and records their contents. It cannot miss a new attribute, as
-methods in each class could. Rules of the walk:
+Decision: a snapshot walks the board's objects and records their contents, so that it cannot miss a new
+attribute. Rules of the walk:
 
 * objects of this package, of ``sensors``, and of subclasses: their attributes;
 * lists, dictionaries, sets, deques and byte arrays: their contents, restored in place because they are
   shared;
 * functions of these packages: their closures, whose variables are never rebound;
-* objects with ``snapshot()`` and ``restore(state)``: also state outside Python, such as the chip's memory in
-  C. The trace is not walked;
+* objects with ``snapshot()`` and ``restore(state)``: also state outside Python. The trace is not walked;
 * numpy arrays: values that are never changed in place;
-* everything else (objects of users, files, links): unchanged.
+* everything else: unchanged.
 
 The stack of firmware in Python cannot be copied, so such a board has no snapshots.
 """
@@ -89,7 +88,6 @@ class Snapshot:
                 waiting.extend(self._note(one))
 
     def _note(self, one: object) -> Iterable[object]:
-        """Record the contents of ``one``, and return its references."""
         for kind in type(one).__mro__:
             note = _NOTES.get(kind)
             if note is not None:
@@ -133,7 +131,6 @@ class Snapshot:
             return ()
 
     def _own(self, one: object) -> Iterator[object]:
-        """Record the attributes of an object, and yield their values."""
         attributes = getattr(one, "__dict__", None)
         if attributes is not None:
             self._attributes.append((attributes, dict(attributes)))
@@ -150,7 +147,6 @@ class Snapshot:
 
 
 def _is_ours(kind: type) -> bool:
-    """Return whether a class, or one of its bases, is of these packages."""
     return any(base.__module__.startswith(_PACKAGES) for base in kind.__mro__)
 
 

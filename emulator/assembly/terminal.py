@@ -67,9 +67,9 @@ class Terminal:
     ) -> re.Match[str]:
         """Run the board until ``pattern`` (a regular expression) is printed, and return the match.
 
-        The search starts with the text after this call, or right after another ``expect`` at the end of its
-        match. ``since`` is another start, 0 for power-on. Raises ExpectationError, with the last lines and
-        the diagnosis, after ``timeout_s`` of virtual time.
+        The search starts with the text after this call, right after another ``expect`` at the end of its
+        match, or at ``since`` (0: power-on). Raises ExpectationError, with the last lines and the diagnosis,
+        after ``timeout_s`` of virtual time.
         """
         try:
             compiled = re.compile(pattern)
@@ -88,7 +88,6 @@ class Terminal:
             self._run_until(min(deadline_ps, self._clock.now_ps + _LOOK_EVERY_PS))
 
     def _start(self) -> int:
-        """Return the start of the search for an ``expect`` called now."""
         at_ps, position = self._matched
         return position if at_ps == self._clock.now_ps else self.position
 

@@ -1,8 +1,5 @@
 """A board as data: pins, sensors and their mounting, wirings, and the errors of a real board.
 
-Chip pins, keys of scenario files and diagnoses are derived from one :class:`BoardDescription`, such as
-:mod:`fcu_emulator.emulator.boards.fcu001v1`.
-
 Decision: a board is a Python literal, checked by mypy and at construction, because only developers write one.
 """
 
@@ -41,8 +38,8 @@ PinFunction: TypeAlias = tuple[str, int, int]
 class MountedPart:
     """A sensor that measures matrix @ a vector in the board's axes.
 
-    ``mountings``: matrices by name, the usual one first; empty for scalars. ``mounting_key``: name of the
-    choice in a scenario file.
+    ``mountings``: matrices by name, the usual one first. ``mounting_key``: name of the choice in a scenario
+    file.
     """
 
     part: type[Part]
@@ -90,10 +87,7 @@ class CallbackTimer:
 
 @dataclass(frozen=True)
 class AbsentPart:
-    """A real part without a model; selecting it on ``spi`` leaves a note in the trace.
-
-    ``held``: its outputs, and their constant levels.
-    """
+    """A real part without a model; selecting it leaves a note in the trace. ``held``: levels of its outputs."""
 
     name: str
     spi: str
@@ -109,8 +103,7 @@ class AbsentPart:
 class Wiring:
     """One way to connect the sensors, all to ``bus``.
 
-    ``places``: 7-bit address or chip select ("PA8") by part name. ``symbols``: names found only in firmware
-    for this wiring.
+    ``places``: 7-bit address or chip select ("PA8"). ``symbols``: names found only in its firmware.
     """
 
     name: str
@@ -134,9 +127,8 @@ class Wiring:
 class BoardDescription:
     """One kind of board.
 
-    ``i2c``, ``spi``: the chip's connected peripherals. ``leds``: lit while the pin is low. ``motors``: timer
-    and channel of each PWM. ``wirings``: the usual one first. ``python_firmware``, ``built_firmware``: names
-    with descriptions, the latter with the program's name in :mod:`fcu_emulator.firmware_model.arm`.
+    ``leds``: lit while the pin is low. ``motors``: timer and channel of each PWM. ``wirings``: the usual one
+    first. ``built_firmware``: descriptions and program names in :mod:`fcu_emulator.firmware_model.arm`.
     """
 
     name: str
@@ -208,8 +200,7 @@ class BoardDescription:
 class SensorSettings:
     """Deviation of the sensors from ideal ones.
 
-    ``figures`` replaces numbers of the ``grade``: ``{"lps22hb": {"pressure_bias_hpa": 0.5}}``. ``mountings``:
-    unusual ones by key.
+    ``figures`` replaces numbers of the ``grade``: ``{"lps22hb": {"pressure_bias_hpa": 0.5}}``.
     """
 
     grade: Grade = "typical"
@@ -227,15 +218,12 @@ _CALIBRATIONS = "published calibrations of other boards"
 class BoardErrors(PartErrors):
     """Explicit numbers in the board's axes; the default is an ideal board.
 
-    Steel that turns with the board adds a constant field (hard iron) and distorts the Earth's field (soft
-    iron), both drawn from the seed. Sources: published calibrations of eight other boards, such as
-    Adafruit_AHRS, examples/ahrs_fusion_usb (9, -75, -352 mgauss; 0.943, 0.918, 1.156 along and 0.011, 0.020,
-    -0.008 between the axes) and an ArduPilot autopilot (-203, 69, 21 mgauss; diydrones.com, "compass
-    calibration always above 150"). Half of their offsets exceed 115 mgauss; soft iron is 6 % along an axis
-    and 2.4 % between two. The figures are smaller, because the sensor's own errors are drawn separately.
-
-    The internal oscillator is trimmed to within 1 %. The quartz is exact unless ``hse_ppm`` is set: usual
-    deviations, 30 ppm, are not visible in a lab.
+    Steel adds a constant field (hard iron) and distorts the Earth's field (soft iron), both drawn from the
+    seed. Sources: published calibrations of eight other boards, such as Adafruit_AHRS,
+    examples/ahrs_fusion_usb, and an ArduPilot autopilot (diydrones.com, "compass calibration always above
+    150"). Half of their offsets exceed 115 mgauss; soft iron is 6 % along an axis and 2.4 % between two. The
+    sensor's own errors are drawn separately, so the figures are smaller. The quartz is exact unless
+    ``hse_ppm`` is set: 30 ppm are not visible in a lab.
     """
 
     PART: ClassVar[str] = "board"
@@ -279,11 +267,7 @@ class BoardErrors(PartErrors):
 
 @dataclass(frozen=True)
 class BoardSignals:
-    """Signals connected to the chip's pins, as listed in ``board``.
-
-    ``i2c`` and ``spi``: buses by peripheral. ``number``: of this board in its class, for the chip's unique
-    id.
-    """
+    """Signals connected to the chip's pins, as listed in ``board``; ``number``: for the chip's unique id."""
 
     board: BoardDescription
     wiring: Wiring

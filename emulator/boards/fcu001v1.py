@@ -1,8 +1,7 @@
 """The STEVAL-FCU001V1: an STM32F401CC with LSM6DSL, LIS2MDL and LPS22HB, according to its schematic.
 
-A sensor measures raw = MOUNTING @ board, since the lab's ``ReadSensorRawData`` has out.X = -raw.Y, out.Y =
-raw.X, out.Z = raw.Z (COORDINATE_SYSTEM 3). The real sensors are on SPI2; the lab's slides draw them on I2C2,
-wiring ``lab3``.
+Raw values are MOUNTING @ board, since the lab's ``ReadSensorRawData`` has out.X = -raw.Y, out.Y = raw.X,
+out.Z = raw.Z. The real sensors are on SPI2; the lab's slides draw them on I2C2, wiring ``lab3``.
 """
 
 from __future__ import annotations

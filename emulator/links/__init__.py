@@ -22,8 +22,8 @@ def open_link(
 ) -> ByteLink:
     """Open the link that ``spec`` names: one of ``CHOICES``; ``port`` is pty, or tcp on systems without one.
 
-    ``firmware_baud()`` returns the present rate of the board's USART; ``say(line)`` gets messages during the
-    run. Raises LinkError if ``spec`` is unknown or not supported here.
+    ``firmware_baud()`` returns the USART's present rate; ``say(line)`` gets messages. Raises LinkError if
+    ``spec`` is unknown or not supported here.
     """
     kind, colon, name = spec.partition(":")
     if spec == "stdout":

@@ -1,10 +1,7 @@
 """The interface of all byte links, and their common parts: the other end of the virtual UART.
 
-A reader that is absent or slow never slows the board. All byte values pass unchanged, memory is bounded, and
-lost bytes are counted.
-
-Decision: a link is a pair of calls that never block, polled every 10 to 20 ms of wall time. With a callback
-from a thread, a run would depend on the scheduling of threads.
+Decision: a link is a pair of calls that never block, polled every 10 to 20 ms of wall time, so that a run
+does not depend on the scheduling of threads.
 
 Decision: the full queue of a link drops its oldest bytes, not the newest, because a returning user wants the
 current output.
@@ -25,17 +22,11 @@ class ByteLink(Protocol):
         """Take all of ``data`` (board to reader) without blocking; bytes that do not fit are counted."""
 
     def receive(self, most: int) -> bytes:
-        """Return up to ``most`` bytes that have arrived for the board, without blocking.
-
-        The rest waits in the link or at its source.
-        """
+        """Return up to ``most`` bytes that have arrived for the board, without blocking; the rest waits."""
         ...
 
     def flush(self, timeout_s: float) -> None:
-        """Give an attached reader up to ``timeout_s`` seconds of wall time to read the queued bytes.
-
-        Return earlier when all bytes are read, or when nothing is read for two seconds.
-        """
+        """Give an attached reader up to ``timeout_s`` of wall time, less if it reads nothing for two seconds."""
 
     def close(self) -> None:
         """Close the link and remove everything it created; a second call does nothing."""

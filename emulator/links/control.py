@@ -1,12 +1,11 @@
 """Control of running boards: how another ``fcu`` of the same user finds a board and sends it messages.
 
-The control server has a TCP port. Its number and token are in a file in the user's runtime folder. After the
-token, each line is a JSON object, and gets an answer.
+Port and token are in a file in the user's runtime folder. After the token, each line is a JSON object.
 
 Decision: the control server uses TCP and a token on every system, because Windows has no Unix sockets.
 
-Decision: a board counts as running if its control server answers with its token. Process ids are reused, and
-differ inside containers.
+Decision: a board counts as running if its control server answers with its token, because process ids are
+reused.
 """
 
 from __future__ import annotations
@@ -93,7 +92,7 @@ class ControlClient:
 class ControlServer:
     """Lets other programs of this user send messages to a running board; ``answer(message)`` answers each.
 
-    An error in a message becomes its answer. Raises LinkError if no port or folder is available.
+    Raises LinkError if no port or folder is available.
     """
 
     def __init__(self, name: str, serial: Sequence[str], answer: Callable[[Message], dict[str, Any]]) -> None:
@@ -237,7 +236,7 @@ def _age(file: Path) -> float:
 
 
 def _read(file: Path) -> RunningBoard:
-    """Return the board of a file. Raises OSError or ValueError for any other file."""
+    """Return the board of a file. Raises OSError or ValueError."""
     known = _parsed(read_own_file(file, _LARGEST_FILE))
     port, token, process, name, serial = (known.get(one.name) for one in fields(RunningBoard))
     if not (
@@ -254,7 +253,7 @@ def _read(file: Path) -> RunningBoard:
 
 
 def _parsed(line: bytes) -> dict[str, Any]:
-    """Return the JSON object of a line. Raises ValueError for anything else."""
+    """Return the JSON object of a line. Raises ValueError."""
     try:
         message = json.loads(line)
     except RecursionError as error:

@@ -58,6 +58,5 @@ class FileLink:
 
 
 def _takes_bytes(path: Path) -> bool:
-    """Return whether ``path`` is a file, or a device such as /dev/null, which never blocks."""
     mode = path.stat().st_mode
     return stat.S_ISREG(mode) or stat.S_ISCHR(mode)

@@ -23,7 +23,6 @@ class LimitedLines:
         self._left_out = 0
 
     def __call__(self, line: str) -> None:
-        """Pass a line on, or count it."""
         now_s = self._clock_s()
         self._allowance = min(self._allowance + (now_s - self._before_s) / EVERY_S, BURST)
         self._before_s = now_s

@@ -1,7 +1,7 @@
 """The stable name of a pseudo-terminal: a symbolic link whose path is the same in every run (POSIX only).
 
-Decision: the process of a running board holds an flock on a file beside its link, which the kernel releases
-at any end of the process. Terminal numbers and process ids are reused.
+Decision: the process of a running board holds an flock on a file beside its link, because terminal numbers
+and process ids are reused.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class PortName:
 def claim_port(path: Path | None = None) -> PortName:
     """Claim ``path``, or else the first free one of ttyFCU0, ttyFCU1, ... in the user's runtime folder.
 
-    Raises LinkError if ``path`` belongs to a running board, is another kind of file, or cannot be created.
+    Raises LinkError if ``path`` is in use or cannot be created.
     """
     if path is not None:
         if not path.name or "\0" in str(path):
@@ -91,7 +91,6 @@ def _claim(path: Path) -> PortName | None:
 
 
 def _is_foreign(path: Path) -> bool:
-    """Return whether the name is in use, but not by a link to a terminal."""
     if path.is_symlink():
         return not str(path.readlink()).startswith("/dev/")
     return path.exists()
@@ -102,7 +101,7 @@ def _lock_path(path: Path) -> Path:
 
 
 def _lock(path: Path) -> int | None:
-    """Return the locked descriptor of a new lock file; None if another board holds the lock."""
+    """Return the descriptor of a locked new file; None if another board holds the lock."""
     while True:
         flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
         lock_fd = os.open(path, flags, 0o600)

@@ -1,19 +1,15 @@
-"""The board's serial port as a pseudo-terminal, which terminal programs open like a USB serial adapter
-(tested on Linux).
+"""The board's serial port as a pseudo-terminal, which terminal programs open like a USB serial adapter.
 
-Decision: the pseudo-terminal keeps text until the first reader comes, because there is no reset button to
-repeat the boot messages.
+Decision: the pseudo-terminal keeps text until the first reader comes, because there is no reset button.
 
-Decision: the pseudo-terminal holds data back until a new reader has flushed its input, ``SETTLE_S`` after the
-last flush. pyserial, for example, flushes after opening. For programs that do not flush (``cat``), data is
-held for ``HOLD_S``; shorter openings (``stty``, a modem prober) do not count.
+Decision: the pseudo-terminal holds data back until a new reader has flushed its input, as pyserial does after
+opening, or for ``HOLD_S``. Shorter openings (``stty``, a modem prober) do not count.
 
-Decision: after a reader of the pseudo-terminal has left, text is lost as on a real wire, because the next
-reader would see old text.
+Decision: after a reader of the pseudo-terminal has left, text is lost as on a real wire.
 
-Decision: the emulator never keeps the slave side of the pseudo-terminal open. Then ``poll`` on the master
-reports POLLHUP exactly while no process has it open (pty(7)). Packet mode (ioctl_tty(2), TIOCPKT) puts a
-control byte before all data and reports flushes.
+Decision: the emulator never keeps the slave side of the pseudo-terminal open. Then ``poll`` reports POLLHUP
+exactly while no process has it open (pty(7)). Packet mode (ioctl_tty(2), TIOCPKT) puts a control byte before
+all data and reports flushes.
 """
 
 from __future__ import annotations
@@ -57,10 +53,7 @@ EXCLUSIVE_GRACE_S = 0.3
 
 
 class PtyLink:
-    """A pseudo-terminal named ``link_path``, or the first free ttyFCU<n>.
-
-    Raises LinkError if the name is taken or the system has no free pseudo-terminal.
-    """
+    """A pseudo-terminal named ``link_path``, or the first free ttyFCU<n>. Raises LinkError if there is none."""
 
     def __init__(self, link_path: Path | None = None) -> None:
         self._name = claim_port(link_path)
@@ -144,7 +137,6 @@ class PtyLink:
         return self._lost_slow
 
     def _follow_reader(self) -> None:
-        """Detect a reader's arrival, flushes and departure, and read its bytes."""
         flushed = self._read()
         if not self._device.has_reader():
             if self._present:
@@ -203,7 +195,6 @@ class PtyLink:
             budget -= count
 
     def _untaken(self) -> int:
-        """Return how many bytes an attached reader has not read."""
         self._follow_reader()
         self._write()
         if not self._present:
@@ -271,10 +262,7 @@ class PtyDevice:
             return 0
 
     def unread(self) -> int | None:
-        """Return how many bytes the reader has not read (a lower bound; 0 is exact).
-
-        None if it forbids other openings (TIOCEXCL).
-        """
+        """Return at least how many bytes are unread (0 is exact), or None if openings are forbidden (TIOCEXCL)."""
         try:
             with self._slave() as slave:
                 # poll() first: it moves pending bytes into the queue that FIONREAD counts
@@ -289,7 +277,7 @@ class PtyDevice:
     def recycle(self) -> int | None:
         """Discard a former reader's settings and unread bytes, and return their number.
 
-        None if the device cannot be opened any more: ``screen`` sets TIOCEXCL, which on Linux stays set.
+        None if ``screen`` has set TIOCEXCL, which on Linux stays set.
         """
         try:
             with self._slave() as slave:
@@ -312,7 +300,6 @@ class PtyDevice:
 
 
 def _make_raw(slave: int) -> None:
-    """Switch off echo, line editing, translation and flow control; set 115200 baud."""
     tty.setraw(slave, termios.TCSANOW)
     settings = termios.tcgetattr(slave)
     settings[4] = settings[5] = termios.B115200

@@ -1,11 +1,9 @@
 """The board's serial port as a TCP port that uses Telnet with RFC 2217: a remote serial port, by pyserial.
 
 Decision: a client's rate other than the firmware's is accepted, as a real adapter accepts it, and reported.
-The text stays readable (as in :mod:`fcu_emulator.emulator.buses.uart`). If it was refused, pyserial would not
-show the rates.
 
 Decision: the RFC 2217 port holds text back while a new client negotiates, because clients then discard their
-input: ``SETTLE_S`` after the last discard, or ``HOLD_S`` without negotiation.
+input.
 """
 
 from __future__ import annotations
@@ -115,9 +113,9 @@ class Negotiated(Coding):
 
 
 class Rfc2217Link(TcpLink):
-    """A link on ``port`` of 127.0.0.1; None for the default port, 0 for any free one.
+    """A link on ``port`` of 127.0.0.1; None for the default port, 0 for any free one. Raises LinkError.
 
-    ``say(line)`` gets each mismatch of the rates. Raises LinkError if the port is not available.
+    ``say(line)`` gets each mismatch of the rates.
     """
 
     kind = "rfc2217"

@@ -1,8 +1,4 @@
-"""The run loop of the command line: the board in slices, paced by the wall clock, with its links served in
-between.
-
-Except by input, the output does not depend on the slices. A machine that is too slow does not catch up.
-"""
+"""The run loop of the command line: the board in slices, paced by the wall clock, with its links served in between."""
 
 from __future__ import annotations
 
@@ -27,7 +23,7 @@ _LAG_FORGIVEN_S = 0.5
 class Pacer:
     """Sleeps so that virtual time runs ``speed`` times as fast as the wall clock; None does not sleep.
 
-    ``slice_s`` is the virtual time until the next ``wait``; slow firmware makes it shorter.
+    ``slice_s``: virtual time until the next ``wait``.
     """
 
     def __init__(self, speed: float | None) -> None:
@@ -115,9 +111,8 @@ class Debugger(Protocol):
 class Runner:
     """Runs a board until ``end_ps`` of virtual time (None: until stopped) and serves its links.
 
-    ``speed``: virtual over wall time, None for as fast as possible. ``exceeded(wall_s)`` is called after each
-    slice; a non-empty result ends the run and is kept in ``limit``. Time halted by ``debugger`` does not
-    count.
+    ``speed``: virtual over wall time, None for as fast as possible. ``exceeded(wall_s)``: a non-empty result
+    ends the run and is kept in ``limit``.
     """
 
     def __init__(

@@ -1,7 +1,4 @@
-"""The user's private folder for data of running boards: port names and control addresses.
-
-It is in ``XDG_RUNTIME_DIR`` or the temporary folder (mode 0700), on Windows in ``LOCALAPPDATA``.
-"""
+"""The user's private folder for data of running boards: port names and control addresses."""
 
 from __future__ import annotations
 
@@ -19,11 +16,7 @@ _NEITHER_WAIT_NOR_FOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOC
 
 
 def runtime_folder(option: str, instead: str) -> Path:
-    """Return the folder, created if needed.
-
-    ``option`` (typed by the user) and ``instead`` (alternative) are for the error. Raises LinkError if the
-    folder belongs to another user or cannot be created.
-    """
+    """Return the folder, created if needed. Raises LinkError naming ``option``, and the alternative ``instead``."""
     try:
         if sys.platform == "win32":
             folder = _windows_folder()
@@ -36,7 +29,7 @@ def runtime_folder(option: str, instead: str) -> Path:
 
 
 def read_own_file(path: Path, most_bytes: int) -> bytes:
-    """Return the contents of a regular file of this user, without blocking. Raises OSError for any other or larger file."""
+    """Return the contents of this user's regular file, without blocking. Raises OSError for any other."""
     descriptor = os.open(path, os.O_RDONLY | _NEITHER_WAIT_NOR_FOLLOW)
     with os.fdopen(descriptor, "rb") as file:
         status = os.fstat(descriptor)
@@ -70,7 +63,6 @@ def _posix_folder(user: int, option: str, instead: str) -> Path:
 
 
 def _belongs_to(user: int, folder: Path) -> bool:
-    """Return whether ``folder`` is a folder, not a link, and owned by ``user``."""
     try:
         status = folder.lstat()
     except OSError:

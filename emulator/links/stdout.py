@@ -2,17 +2,16 @@
 
 Decision: a daemon thread writes to standard output, because it may block.
 
-Decision: the thread writes to the raw file beneath ``sys.stdout.buffer``, because an interpreter that exits
-while a blocked thread holds the buffer's lock aborts.
+Decision: the thread writes to the raw file beneath ``sys.stdout.buffer``, whose lock would abort an exit
+while the thread is blocked.
 
 Decision: after a failed write (reader gone, disk full) standard output is redirected to the null device, so
 that the flush at exit does not fail (Python's ``signal``, "Note on SIGPIPE").
 
-Decision: standard input is read only if it is a terminal and this process is in its foreground process group.
-Otherwise its bytes belong to another program, and reading may stop the process (SIGTTIN).
+Decision: standard input is read only if it is a terminal and this process is in its foreground process group;
+else SIGTTIN may stop the process.
 
-Decision: the terminal stays in line mode, so that Ctrl-C still ends the run. Raw mode would have to be undone
-even after a crash.
+Decision: the terminal stays in line mode, so that Ctrl-C still ends the run.
 """
 
 from __future__ import annotations
@@ -84,7 +83,6 @@ class StdoutLink:
 
 
 def _raw_stdout() -> RawFile:
-    """Return the unbuffered file of ``sys.stdout``, after a flush."""
     buffer = getattr(sys.stdout, "buffer", None)
     if buffer is None:
         raise LinkError(
@@ -158,5 +156,4 @@ class Keyboard:
                 self._changed.wait_for(self._has_room)
 
     def _has_room(self) -> bool:
-        """Return whether the next piece fits; until then typed text waits in the kernel."""
         return self._closed.is_set() or len(self._inbox) <= INBOX_LIMIT - CHUNK

@@ -1,19 +1,17 @@
 """The board's serial port as a raw TCP port of 127.0.0.1, without a password, which terminal programs cannot
 send.
 
-Decision: several readers may connect to the TCP port at a time, for example a projector and a recorder. Each
-gets all output; input is merged.
+Decision: several readers may connect to the TCP port at a time, for example a projector and a recorder.
 
 Decision: the TCP port keeps output for the first reader, like the pseudo-terminal.
 
 Decision: a TCP reader that closes the connection, or its sending half, counts as gone, because the two cannot
-be told apart without losing bytes. Bytes sent before closing arrive.
+be told apart without losing bytes.
 
 Decision: bytes queued for a TCP reader that has left are lost, and text without any reader is lost as on a
-real wire. All are counted.
+real wire.
 
-Decision: the sockets of the TCP port never block and are polled, without threads. Small system buffers make
-the limits below the real ones.
+Decision: the sockets of the TCP port never block and are polled, without threads.
 """
 
 from __future__ import annotations
@@ -56,10 +54,7 @@ class Coding:
         return data
 
     def decode(self, data: bytes) -> tuple[bytes, bytes]:
-        """Return the input for the board, and the answer for the other end.
-
-        Raises ValueError if the data violates the protocol.
-        """
+        """Return the input for the board, and the answer for the other end. Raises ValueError for wrong data."""
         return data, b""
 
     def ready(self) -> bool:
@@ -125,10 +120,7 @@ class Reader:
             budget -= count
 
     def close(self) -> None:
-        """End the connection; bytes that the system has accepted still arrive.
-
-        Pending input is read first, because it would cause a reset that loses them.
-        """
+        """End the connection, after reading pending input, which would cause a reset."""
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_WR)
             for _ in range(INBOX_LIMIT // CHUNK):
@@ -141,10 +133,7 @@ class Reader:
 
 
 class TcpLink:
-    """A link on ``port`` of 127.0.0.1; None for the default port, 0 for any free one.
-
-    Raises LinkError if the port is not available.
-    """
+    """A link on ``port`` of 127.0.0.1; None for the default port, 0 for any free one. Raises LinkError."""
 
     kind = "tcp"
     first_port = FIRST_PORT
@@ -233,7 +222,6 @@ class TcpLink:
         return Coding()
 
     def _follow_readers(self) -> None:
-        """Accept new readers, detect departures, and read input."""
         self._accept()
         for reader in self._readers:
             while len(self._inbox) <= INBOX_LIMIT - CHUNK:  # the inbox never overflows

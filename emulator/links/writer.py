@@ -1,7 +1,7 @@
 """A thread that writes to a file which may block, such as a pipe into a paused ``less``.
 
-A non-blocking descriptor would change all processes on the same terminal. Small pieces make a slow reader's
-progress visible. After a failed write, all further bytes are counted as lost.
+A non-blocking descriptor would change all processes on the same terminal. Bytes after a failed write are
+lost.
 """
 
 from __future__ import annotations
@@ -38,10 +38,7 @@ class RawFile(Protocol):
 
 
 class BackgroundWriter:
-    """Writes to ``file`` in a daemon thread.
-
-    ``on_failure()`` is called once in that thread after a failed write; ``failure`` then has the reason.
-    """
+    """Writes to ``file`` in a daemon thread; calls ``on_failure()`` there once after a failed write."""
 
     def __init__(self, file: RawFile, name: str, on_failure: Callable[[], None] = lambda: None) -> None:
         self._file = file
@@ -111,7 +108,6 @@ class BackgroundWriter:
             self._give_up(error)
 
     def _next_chunk(self) -> bytes:
-        """Wait for the next bytes; empty when closed."""
         with self._changed:
             self._changed.wait_for(lambda: self._closed or len(self._backlog))
             chunk = self._backlog.take(CHUNK)

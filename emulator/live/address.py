@@ -1,8 +1,4 @@
-"""Address of a session with a page: its port and token, stored in a private folder of the user.
-
-An open page thus finds a restarted server. The token is in the URL's fragment, which browsers never send; the
-socket gets it as a subprotocol.
-"""
+"""Address of a session with a page: its port and token, stored so that an open page finds a restarted server."""
 
 from __future__ import annotations
 
@@ -86,7 +82,6 @@ def _file(folder: Path, port: int) -> Path:
 
 
 def _folder() -> Path | None:
-    """Return the user's private folder, if available."""
     try:
         return runtime_folder("fcu web", "the page's token is not kept")
     except LinkError:

@@ -31,10 +31,7 @@ _LONGEST_LINE = 4096  # bytes of an incomplete line
 
 
 class Broadcast:
-    """Events of the ``run_number``-th board of a session.
-
-    ``clients``: the watched items of each client, changed by the session. ``wall_s``: current wall time.
-    """
+    """Events of the ``run_number``-th board of a session; ``clients``: the watched items of each client."""
 
     def __init__(
         self,
@@ -132,7 +129,6 @@ class Broadcast:
             self.look_for_findings()
 
     def _keep_unseen(self, wall_s: float, running: bool) -> None:
-        """Store the past for the next client while there are no clients."""
         self.show_text()
         if running and wall_s >= self._next_frame_s:
             self._next_frame_s = wall_s + _UNSEEN_S
@@ -144,7 +140,6 @@ class Broadcast:
         self._publish(state, None)
 
     def _has_failed(self, wall_s: float) -> bool:
-        """Return whether the firmware has crashed or become stuck since the findings were sent."""
         arm = self._board.chip
         if arm is None:
             return False

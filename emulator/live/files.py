@@ -11,10 +11,7 @@ from fcu_emulator.emulator.text import one_line
 
 
 class FileWatch:
-    """Detects when a file has changed and is complete, by polling.
-
-    Notifications differ between systems and fail for network folders.
-    """
+    """Detects when a file has changed and is complete, by polling."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)

@@ -1,7 +1,7 @@
 """Network address on which the page is served: this machine only, or one address that the user names.
 
-Decision: the page is served on one address of this machine, so that a request's Host header is compared with
-a literal address, which no foreign name can have (DNS rebinding).
+Decision: the page is served on one address of this machine, so that a request's Host header can be checked
+against DNS rebinding.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Messages between a page and a session: commands and events as data, independent of the transport.
 
 Each message is a JSON object with ``type``, the class's name in snake case without Command or Event, and the
-class's fields. Times are virtual seconds, terminal bytes Latin-1, angles degrees. An action on the board is a
-timeline entry of ``docs/scenarios.md``, so a recorded session is a scenario.
+class's fields. Times are virtual seconds, terminal bytes Latin-1, angles degrees.
 """
 
 from __future__ import annotations
@@ -176,8 +175,7 @@ class Hello(SessionEvent):
 class StatusEvent(SessionEvent):
     """Description of the board, sent at the beginning and after each change.
 
-    ``run`` counts power-ons. ``state``: ``running``, ``paused``, ``failed`` (see ``problem``), or ``halted``
-    by a debugger.
+    ``run`` counts power-ons. ``state``: ``running``, ``paused``, ``failed`` or ``halted`` by a debugger.
     """
 
     run: int
@@ -202,8 +200,7 @@ class StatusEvent(SessionEvent):
 class State(SessionEvent):
     """Current state of the board, 50 times a second; only the latest is needed.
 
-    ``truth``: see :func:`fcu_emulator.emulator.live.view.truth`. ``samples``: the firmware's latest readings,
-    by the outputs' ids. ``done``: id of the latest :class:`Do`.
+    ``samples``: the firmware's latest readings, by the outputs' ids. ``done``: id of the latest :class:`Do`.
     """
 
     run: int
@@ -255,10 +252,9 @@ class Unknown(SessionEvent):
 class Checked(SessionEvent):
     """Result of judging an exercise.
 
-    ``state``: ``checking``, ``done``, ``begun``, ``not yet``, ``unjudged`` (a check with points was
-    impossible) or ``error`` (see ``problem``). ``checks`` have title, outcome, expected, seen, hint;
-    ``causes`` summary, details, fatal, the most severe first. ``outdated``: another firmware was loaded
-    since.
+    ``state``: ``checking``, ``done``, ``begun``, ``not yet``, ``unjudged`` or ``error``. ``checks`` have
+    title, outcome, expected, seen, hint; ``causes`` summary, details, fatal. ``outdated``: another firmware
+    was loaded since.
     """
 
     exercise: str
@@ -382,7 +378,6 @@ def _too_long(text: str) -> MessageError:
 
 
 def _pieces(text: str) -> int:
-    """Return an upper bound of the values in JSON, for their memory."""
     return sum(text.count(sign) for sign in ',"[{')
 
 
@@ -403,7 +398,6 @@ def _snake(kind: type[object]) -> str:
 
 
 def _fits(value: Any, hint: Any) -> bool:
-    """Return whether a JSON value has one of the commands' types."""
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if origin is Literal:
         return isinstance(value, str) and value in arguments

@@ -1,10 +1,7 @@
 """Control server of a running board: requests of other programs, and the answers.
 
-The messages are those of a session: ``do`` and ``truth`` are answered with the truth, ``text`` with the
-output since a position and the position after it, an invalid message with ``error``.
-
 Decision: a board that plays a scenario in ``fcu run`` cannot be moved by hand, because a correct program
-could then fail. ``fcu web`` does not judge a disturbed scenario.
+could then fail.
 """
 
 from __future__ import annotations
@@ -65,7 +62,6 @@ def answered(
 
 
 def _text(board: Board, position: object) -> dict[str, Any]:
-    """Return the text from ``position`` on, up to the size of a message."""
     if not isinstance(position, int) or isinstance(position, bool) or position < 0:
         return {"text": "", "position": board.terminal.position}
     data, end = board.terminal.since(position)

@@ -1,7 +1,4 @@
-"""Levels of the board's pins, which are polled: ``fcu run --vcd`` records all edges.
-
-Sensors are first updated to the current time, which has no visible effect.
-"""
+"""Levels of the board's pins, which are polled: ``fcu run --vcd`` records all edges."""
 
 from __future__ import annotations
 
@@ -15,8 +12,7 @@ from fcu_emulator.emulator.boards.description import Pin
 def pins(board: Board) -> list[dict[str, Any]]:
     """Return ``name``, ``use``, ``mode`` and ``level`` of each pin; level: 0, 1, or null if it floats.
 
-    ``mode``: ``output``, ``input``, ``AF4`` (an alternate function), or ``sensor`` for an unconnected pin of
-    a sensor.
+    ``mode``: ``output``, ``input``, ``AF4`` (an alternate function), or ``sensor``.
     """
     return [*_of_chip(board), *_of_sensors(board)]
 
@@ -45,7 +41,6 @@ def _of_sensors(board: Board) -> Iterator[dict[str, Any]]:
 
 
 def _uses(board: Board) -> Iterator[tuple[Pin, str]]:
-    """Yield the connections of the chip's pins from the board's description."""
     description, wiring = board.description, board.booted.wiring
     for led, where in description.leds.items():
         yield where, f"{led}, lit while low"

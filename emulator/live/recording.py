@@ -1,8 +1,4 @@
-"""A live session as a scenario: all actions since power-on, with their times in picoseconds.
-
-``fcu run`` then gives the same bytes. Expectations of a played scenario are omitted, because the session may
-have ended earlier.
-"""
+"""A live session as a scenario: all actions since power-on, with their times in picoseconds."""
 
 from __future__ import annotations
 
@@ -20,9 +16,9 @@ _TABLES = ("firmware_settings", "bus", "world", "sensors")
 
 
 class SessionRecording:
-    """Recording of the actions on a board; ``ideal``: with ideal sensors.
+    """Recording of the actions on a board.
 
-    ``source``: origin of the recording, for a comment. ``cold``: whether the sensors got their supply at 0.
+    ``source``: its origin, for a comment. ``cold``: whether the sensors got their supply at 0.
     """
 
     def __init__(

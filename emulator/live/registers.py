@@ -1,8 +1,4 @@
-"""Registers of the sensors and of the chip's peripherals: declarations and current values, without side
-effects.
-
-A page gets only viewed declarations, because all of the chip's are 700 kB.
-"""
+"""Registers of the sensors and of the chip's peripherals: declarations and current values, without side effects."""
 
 from __future__ import annotations
 
@@ -33,7 +29,7 @@ def known(board: Board, name: str) -> bool:
 
 
 def declaration(board: Board, name: str) -> dict[str, Any]:
-    """Return registers and fields of a known sensor or peripheral, in the order of its document.
+    """Return registers and fields of a known sensor or peripheral.
 
     Keys: ``name``, ``doc``, ``place``, and for each register ``name``, ``address``, ``size``, ``reset``,
     ``access``, ``doc``, ``modelled`` and ``fields``.

@@ -1,7 +1,7 @@
 """Answers to HTTP requests: the page's files for every browser, a socket for clients with the token.
 
 Decision: the token is a subprotocol and never a cookie, because browsers send a host's cookies to every port,
-also of another user's server. As the first message it would need an open socket for each caller.
+also of another user's server.
 """
 
 from __future__ import annotations
@@ -38,10 +38,7 @@ class Answer:
 
 
 class Requests:
-    """Answers requests to the server at ``address``, with these values of the Host header.
-
-    Raises OSError if the page's files cannot be read.
-    """
+    """Answers requests to the server at ``address``. Raises OSError if the page's files cannot be read."""
 
     def __init__(self, address: Address, hosts: Sequence[str]) -> None:
         self._offer = f"{TOKEN_PREFIX}{address.token}".encode()
@@ -68,7 +65,6 @@ class Requests:
         return self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR, "the server cannot answer this request")
 
     def _reason_against(self, headers: Headers, has_room: bool) -> Answer | None:
-        """Return the refusal of a socket, if any."""
         why = ""
         status = HTTPStatus.FORBIDDEN
         if any(origin not in self._origins for origin in headers.get_all("Origin")):

@@ -1,11 +1,7 @@
 """Server of the page and its WebSocket, on 127.0.0.1 or on the user's address, in a thread beside the
 session.
 
-A request may take :data:`_REQUEST_S`; of more than :data:`_MOST_CALLERS` connections without a socket the
-oldest is closed. Problems are lines on the terminal, limited in rate. A slow page gets fewer messages and
-never slows the board; a page that sends too fast waits.
-
-Library: ``websockets``, which has no dependencies, unlike a web framework.
+A slow page gets fewer messages and never slows the board; a page that sends too fast waits.
 """
 
 from __future__ import annotations
@@ -71,11 +67,10 @@ def websockets_missing() -> InputError:
 
 
 class PageServer:
-    """Serves the page and its sockets until :meth:`close`.
+    """Serves the page and its sockets until :meth:`close`; set ``controls`` before the first page connects.
 
-    ``port`` 0: any free one. ``say(line)`` gets lines about failures. ``listen``: address of this machine.
-    Set ``controls`` before the first page connects. Raises InputError if the library is missing or ``listen``
-    is not an address, LinkError for an address or port that is not available.
+    ``port`` 0: any free one. ``say(line)`` gets lines about failures. Raises InputError if the library is
+    missing or ``listen`` is not an address, LinkError for an address or port that is not available.
     """
 
     def __init__(
@@ -182,7 +177,6 @@ class PageServer:
         self._ready.set()
 
     def _hear_of_failure(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """Report an error of asyncio in one line instead of a traceback."""
         del loop
         self._say(f"page: {_failure(str(context.get('message')), context.get('exception'))}")
 
@@ -198,7 +192,6 @@ class PageServer:
     # -- HTTP -------------------------------------------------------------------------------------------
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
-        """Answer a request; return None to open the socket."""
         del connection
         try:
             method = getattr(request, "method", "GET")  # older versions of the library refuse other methods
@@ -302,7 +295,6 @@ class _OneLine(logging.Handler):
 
 
 def _logger(say: Callable[[str], None]) -> logging.Logger:
-    """Return the library's logger, separate from all others."""
     logger = logging.Logger("fcu web", logging.WARNING)
     logger.addHandler(_OneLine(say))
     return logger

@@ -1,11 +1,9 @@
 """Session of a board that runs in real time, and execution of all commands on it.
 
-One thread runs the session and owns the board. It calls ``publish``, which must not wait; any thread may post
-commands.
+One thread runs the session and owns the board. It calls ``publish``, which must not wait.
 
 Decision: a command that changes the board becomes an event of the virtual clock, one picosecond after the
-stop of the board, and is recorded with that time. So the slicing of the run has no effect, and the recording
-has the same events in the same order.
+stop of the board, and is recorded with that time. So the slicing of the run has no effect.
 """
 
 from __future__ import annotations
@@ -60,8 +58,7 @@ _MOST_UPLOADS = 2  # each with up to 11 MiB
 class LiveSession:
     """A board with its pace and its commands. Raises FcuError if the first board cannot be created.
 
-    ``record``: file for the session as a scenario, written at its end and at each power-on. ``links``:
-    further programs on the terminal. ``exercises``: judge for pages, closed by the session.
+    ``record``: file for the session as a scenario, written at its end and at each power-on.
     """
 
     setup: Setup
@@ -138,10 +135,7 @@ class LiveSession:
     # -- the loop ---------------------------------------------------------------------------------------
 
     def run(self) -> None:
-        """Run until :meth:`stop`. Raises OutputError if the recording cannot be written.
-
-        All other failures are reported to the pages.
-        """
+        """Run until :meth:`stop`. Raises OutputError; all other failures are reported to the pages."""
         with ExitStack() as stack:
             for close in (
                 self._remove_upload,
@@ -198,7 +192,6 @@ class LiveSession:
             self.recording.save(self._record)
 
     def _serve_links(self) -> None:
-        """Send printed text to the links; type and record their input."""
         terminal = self.board.terminal
         if not self._links:
             return
@@ -219,7 +212,7 @@ class LiveSession:
         self._wake.clear()
 
     def _pause_s(self) -> float:
-        """Return the wall time until the next slice or frame is due; 0 or less if one is due."""
+        """Return the wall time until the next slice or frame is due."""
         running = self.state == "running"
         if running and self.speed is None:
             return 0.0
@@ -265,7 +258,6 @@ class LiveSession:
         self._broadcast.changed = True
 
     def _run_debugged(self, debugger: GdbServer, at_ps: int) -> None:
-        """Serve the debugger, and run unless it holds the board."""
         debugger.run_until_ps(at_ps)
         self.stopped |= debugger.killed
         if debugger.halted != self._halted:
@@ -324,10 +316,7 @@ class LiveSession:
         self._halted = self._debugger is not None and self._debugger.halted
 
     def _again(self, setup: Setup, why: str, hold: bool = True, loaded: bool = False) -> None:
-        """Power on with another firmware or scenario; if this fails, report it and change nothing.
-
-        ``loaded``: the firmware may be a different one, so earlier judgements are outdated.
-        """
+        """Power on with another firmware or scenario; if this fails, report it and change nothing."""
         try:
             self._begin(setup, hold)
         except Exception as error:
@@ -392,7 +381,6 @@ class LiveSession:
                 self._clients.pop(client, None)
 
     def _watch(self, client: object, watch: messages.Watch) -> None:
-        """Watch the items that a client requests. Raises InputError for others."""
         known = [name for name in watch.variables if view.can_be_watched(self.board, name)]
         self._clients[client] = replace(watch, variables=known)
         self._broadcast.look_again()
@@ -402,7 +390,6 @@ class LiveSession:
             raise InputError(view.why_not_watched(self.board, unknown[0]))
 
     def _check(self, exercise: str) -> None:
-        """Judge the loaded firmware in parallel. Raises InputError."""
         if self._exercises is None:
             raise InputError("cannot check exercises: this board has no lab")
         if callable(self.setup.firmware):
@@ -453,7 +440,6 @@ class LiveSession:
         self.recording.add(at_ps, entry)
 
     def _step(self, of: str) -> None:
-        """Run to the next tick, line or second, within a time limit; then pause."""
         self._refuse_if_it_stands()
         board, began_s = self.board, self._wall_s()
         end_ps = board.clock.now_ps + _STEP_PS[of]

@@ -1,7 +1,4 @@
-"""Decoded bus traffic for people: transfers, and the samples in them.
-
-Samples are the firmware's readings, decoded with the current full scale, not the sensors' values.
-"""
+"""Decoded bus traffic for people: transfers, and the samples in them, as the firmware read them."""
 
 from __future__ import annotations
 
@@ -142,7 +139,6 @@ def decoded(board: Board, transfer: BusTransfer) -> Iterator[Sample]:
 
 
 def _passed(board: Board, part: Part, transfer: BusTransfer, first: int) -> Iterable[int]:
-    """Yield the sub-addresses of a burst from ``first`` on, without end."""
     bit = part.BUS.i2c_increment_bit if transfer.bus in board.description.i2c else part.BUS.spi_increment_bit
     stays = bit and not (transfer.written and transfer.written[0] & bit)
     while True:

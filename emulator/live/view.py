@@ -47,8 +47,8 @@ def hello(board: Board, ways: list[str], exercises: list[dict[str, Any]]) -> mes
 def truth(board: Board) -> dict[str, Any]:
     """Return the current state of the world, in board axes.
 
-    ``rotation``: board to world (x north, y west, z up), nine numbers by rows. ``magnet_m``: north, west and
-    up of the board; null for none.
+    ``rotation``: board to world, nine numbers by rows. ``magnet_m``: north, west and up of the board; null
+    for none.
     """
     world, now = board.world, instant(board)
     rotation = world.rotation(now)
@@ -200,7 +200,6 @@ class Load:
 
 
 def _speeds(board: Board) -> dict[str, float]:
-    """Return the clock rates of the used buses, and the serial line's bit rate."""
     found: dict[str, float] = {"baud": round(10 * PS_PER_S / board.terminal.uart.frames_ps(1))}
     buses: list[Any] = [*board.signals.i2c.values(), *board.signals.spi.values()]
     for bus in buses:

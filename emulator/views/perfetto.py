@@ -1,11 +1,9 @@
 """``--perfetto FILE``: a run on a time line, for https://ui.perfetto.dev and ``chrome://tracing``.
 
-The stack is sampled every ``LOOK_PS``, so shorter functions may be missing; of Python firmware, main and
-callback are shown.
+The stack is sampled every ``LOOK_PS``, so shorter functions may be missing.
 
 Decision: the Perfetto file is JSON in the "Trace Event Format" (Google, 2016), which both viewers and any
-program can read. Protocol buffers would need a generated module. Events are written when they have ended, so
-memory does not grow.
+program can read.
 """
 
 from __future__ import annotations
@@ -97,7 +95,6 @@ class PerfettoFile:
             self._looks = self._in_callback = 0
 
     def _show_stack(self, functions: list[str]) -> None:
-        """End functions that are not executed any more, and begin new ones."""
         now_ps = self._board.clock.now_ps
         before = [name for name, _ in self._open]
         if functions and functions[0] in before[1:]:  # its callers were not found in this sample
@@ -165,7 +162,6 @@ def _us(ps: int) -> float:
 
 
 def _stack_of(board: Board) -> Callable[[], list[str]]:
-    """Return a function that gives the executing functions, the outermost first."""
     firmware = board.chip
     if firmware is None:
         timer = board.timer.name

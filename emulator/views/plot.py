@@ -1,8 +1,4 @@
-"""The record of a run as a picture: points for printed values, bars for true ones just before, and the LEDs.
-
-Drawn with matplotlib, of the extra ``views``, in the colours of Okabe and Ito, which everybody can
-distinguish.
-"""
+"""The record of a run as a picture: points for printed values, bars for true ones just before, and the LEDs."""
 
 from __future__ import annotations
 
@@ -79,7 +75,6 @@ class _Field:
 
 
 def _panels(lines: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, _Field]]:
-    """Return fields by label, in the order of appearance."""
     panels: dict[str, dict[str, _Field]] = {}
     for line in lines:
         values = line["values"]
@@ -137,7 +132,6 @@ _BAR: Any = {"alpha": 0.35, "linewidth": 6}
 
 
 def _signs() -> list[Any]:
-    """Return the legend of points and bars, in a colour that no field has."""
     from matplotlib.lines import Line2D
 
     bar = {"marker": "|", "markersize": 10, "markeredgewidth": _BAR["linewidth"]}

@@ -1,7 +1,5 @@
 """``--vcd FILE``: the board's wires as a value change dump (IEEE 1364), for GTKWave, PulseView and sigrok.
 
-Whether the timer's callback is running is sampled every ``LOOK_PS``.
-
 Decision: all wires in the VCD file have one bit, because the reader of sigrok stops at a vector.
 
 The writer, pyvcd of the extra ``views``, requires increasing times, so edges wait for ``HELD_PS``. A longer

@@ -28,7 +28,6 @@ def i2c(transfer: BusTransfer, scl: str, sda: str) -> Iterator[Edge] | None:
 
 
 def _i2c_parts(transfer: BusTransfer) -> list[list[tuple[int, int]]] | None:
-    """Return for each start condition the bytes that follow, each with its acknowledge bit."""
     address, written, result = transfer.address << 1, transfer.written, transfer.result
     if result == "ok":
         parts = []
@@ -76,10 +75,7 @@ def _i2c_edges(
 
 
 def spi(transfer: BusTransfer, mode: int, sck: str, data: str, select: str) -> Iterator[Edge]:
-    """Yield a message on SPI, most significant bit first, between two edges of its chip select.
-
-    ``mode``: CPOL and CPHA. ``data``: the wire that master and sensor share.
-    """
+    """Yield a message on SPI, most significant bit first; ``mode``: CPOL and CPHA."""
     idle, late = mode >> 1, mode & 1
     message = transfer.written + transfer.read
     yield transfer.t_ps, sck, idle

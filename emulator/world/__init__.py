@@ -2,10 +2,7 @@
 
 World frame: X north, Y west, Z up. Board axes: X right, Y forward, Z up out of the component side. Attitude
 (roll, pitch, yaw) in degrees is R(board -> world) = Rz(yaw) Ry(pitch) Rx(roll). Flat and still, the specific
-force is (0, 0, +1) g.
-
-Yaw starts at the frame's north. A compass and the lab use magnetic north, which differs if the Earth's field
-has an east part, so printed yaws are compared with `World.compass_deg`. Users give fields in NED microtesla.
+force is (0, 0, +1) g. Printed yaws are compared with `World.compass_deg`, from magnetic north, as in the lab.
 """
 
 from fcu_emulator.emulator.world.magnetism import earth_field

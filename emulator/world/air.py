@@ -1,10 +1,8 @@
 """Changes of the air pressure other than by height: weather, wind, a door.
 
-Wind of speed v presses on a window by up to rho v^2 / 2 (Bernoulli), 0.15 hPa at 5 m/s.
-
-Decision: gusts are a sum of sinusoids from 0.05 to 1 Hz whose amplitude falls with their frequency. This is
-the spectrum of the process in Sabatini and Genovese (Sensors 13, 2013). Their RMS is a quarter of the wind's
-pressure. The 0.1 hPa of a door are an assumption.
+Decision: gusts are a sum of sinusoids from 0.05 to 1 Hz whose amplitude falls with their frequency, as in
+Sabatini and Genovese (Sensors 13, 2013). Their RMS is a quarter of the wind's pressure rho v^2 / 2
+(Bernoulli).
 """
 
 from __future__ import annotations

@@ -7,12 +7,11 @@ Decision: a piece's angular rate is the analytic derivative of its rotation, bec
 would appear as noise.
 
 Decision: the figure-of-eight that calibrates a compass is planned along the magnetic field at its start.
-Three twists, each about two board axes, move the field's tip along Viviani's curve to both ends of all board
-axes. Only then is the middle of minimum and maximum (the lab's MagCalibration) the hard iron. A movement
-independent of the field would need fifty turns.
+Three twists move the field's tip along Viviani's curve to both ends of all board axes, so that the lab's
+MagCalibration finds the hard iron.
 
-Decision: a second figure-of-eight is drawn as by a hand, without knowledge of the field. Two turns leave some
-20 (at most 32) mgauss of hard iron in a field of 480. Its angles are an assumption.
+Decision: a second figure-of-eight is drawn as by a hand, without knowledge of the field. After two turns,
+some 20 mgauss remain.
 """
 
 from __future__ import annotations
@@ -50,7 +49,7 @@ def euler_to_matrix(euler_deg: Array) -> Array:
 
 
 def matrix_to_euler(matrix: Array) -> Array:
-    """Convert (N, 3, 3) to degrees (N, 3): pitch +-90, roll and yaw +-180; roll is 0 in gimbal lock."""
+    """Convert (N, 3, 3) to degrees (N, 3); in gimbal lock roll is 0."""
     cosine = np.hypot(matrix[:, 2, 1], matrix[:, 2, 2])
     locked = cosine < GIMBAL_LOCK_COSINE
     pitch = np.arctan2(-matrix[:, 2, 0], cosine)
@@ -65,7 +64,7 @@ def matrix_to_euler(matrix: Array) -> Array:
 
 
 def about(axis: Array, angle_rad: Array) -> Array:
-    """Return the rotations (N, 3, 3) by angles (N,) about unit axes (3,) or (N, 3) (Rodrigues)."""
+    """Return the rotations (N, 3, 3) about unit axes (3,) or (N, 3) (Rodrigues)."""
     x, y, z = axis.T
     sine, cosine = np.sin(angle_rad), np.cos(angle_rad)
     versine = 1.0 - cosine
@@ -80,10 +79,7 @@ def about(axis: Array, angle_rad: Array) -> Array:
 
 
 def axis_and_angle(matrix: Array) -> tuple[Array, Array]:
-    """Return unit axis (N, 3) and angle (N,) in 0..pi of (N, 3, 3); at angle 0 the axis is X.
-
-    Shepperd's method is exact also at half a turn, unlike arccos of the trace.
-    """
+    """Return unit axis (N, 3) and angle (N,) in 0..pi, by Shepperd's method: exact also at half a turn."""
     products = np.empty((len(matrix), 4, 4))
     diagonal = np.einsum("nii->ni", matrix)
     trace = diagonal.sum(axis=1)
@@ -236,7 +232,6 @@ class Twist:
         return matrix_to_euler(self.rotation(t_s))
 
     def _first(self, t_s: Array) -> Array:
-        """Return the first axis turned about the second, (N, 3)."""
         return to_board(about(self.second, self._angle(t_s)), self.first[np.newaxis])
 
     def _angle(self, t_s: Array) -> Array:
@@ -307,7 +302,6 @@ class RecordedAttitude:
         return matrix_to_euler(self.rotation(t_s))
 
     def _arcs(self, t_s: Array) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], Array, Array, Array]:
-        """Return, for each time, the row before it, and rotation, axis and angle to the next row."""
         row = np.clip(np.searchsorted(self.row_s, t_s, side="right") - 1, 0, self.row_s.size - 2)
         used, of_time = np.unique(row, return_inverse=True)  # many samples share an arc
         start = euler_to_matrix(self.row_deg[used])
@@ -325,10 +319,7 @@ APPROACH = 0.1  # share of the time to reach the field's direction, and again to
 
 @dataclass(frozen=True, eq=False)
 class WavedEight:
-    """Figures-of-eight drawn by a hand from rotation ``start`` (3, 3) and back.
-
-    The forearm rolls once while the board nods twice and the body makes half a swing.
-    """
+    """Figures-of-eight drawn by a hand from rotation ``start`` (3, 3) and back."""
 
     start: Array
     turns: int
@@ -354,7 +345,7 @@ class WavedEight:
         return matrix_to_euler(self.rotation(t_s))
 
     def _euler(self, t_s: Array) -> tuple[Array, Array, Array]:
-        """Return the Euler angles from the start, and two derivatives, (N, 3) in rad."""
+        """Return Euler angles and two derivatives, (N, 3) in rad."""
         laws = self.profile.progress, self.profile.speed, self.profile.acceleration
         phase, phase_dot, phase_ddot = (
             2.0 * np.pi * self.turns * law(t_s)[:, np.newaxis] * WAVED_PACES for law in laws

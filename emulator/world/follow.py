@@ -1,15 +1,12 @@
-"""Pieces of attitude and altitude that follow a target which changes often, as by a mouse at 60 commands/s.
+"""Pieces of attitude and altitude that follow a target which changes often, as by a mouse.
 
-The deviation x obeys (d/dt + w)^3 x = 0, critically damped, so rate and acceleration are continuous over all
-commands. A steady hand is followed 3 / w late: w = 4 / time constant leaves a quarter of it for the time
-between commands.
-
-For an attitude, x is the rotation vector from target to board in the target's axes. Its derivatives use the
-right Jacobian of SO(3) (Chirikjian, "Stochastic Models, Information Theory, and Lie Groups" 2, 2012, section
-10.3).
+A steady hand is followed 3 / w late: w = 4 / time constant leaves a quarter of it for the time between
+commands. For an attitude, the deviation x is the rotation vector from target to board; its derivatives use
+the right Jacobian of SO(3) (Chirikjian, "Stochastic Models, Information Theory, and Lie Groups" 2, 2012,
+section 10.3).
 
 Decision: a followed board approaches its target with three equal poles, so that its acceleration is
-continuous. With two poles it steps at each command; minimum-jerk motions begin from rest each time.
+continuous over all commands.
 """
 
 from __future__ import annotations
@@ -152,7 +149,7 @@ SMALL = 0.05  # rad; below it the series are exact to 1e-13
 
 
 def jacobian(x: Array) -> Array:
-    """Return J (N, 3, 3) with rate = J(x) dx/dt for rotation vectors x (N, 3): 1 - A [x] + B [x]^2."""
+    """Return J (N, 3, 3) with rate = J(x) dx/dt for x (N, 3): 1 - A [x] + B [x]^2."""
     cross = _cross(x)
     a, b, _, _ = _coefficients(x)
     jacobian: Array = np.eye(3) - a * cross + b * (cross @ cross)

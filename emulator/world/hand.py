@@ -1,9 +1,8 @@
 """A hand that holds the board: the wrist about which it turns, and its tremor.
 
-Turning about the wrist accelerates the board by dw/dt x r + w x (w x r), r from wrist to board. The tremor is
-a sum of four sinusoids, which swells and fades as measured ones do. Its strength is the peak of a single
-sinusoid with the same mean square, in mg at the back of the hand. Sources: 10 mg and a spread of 2.5 Hz
-(Wade, Gresty and Findley, Arch. Neurol. 39, 1982); 6 to 12 Hz (Lakie et al., J. Physiol. 593, 2015).
+The tremor is a sum of four sinusoids, which swells and fades as measured ones do. Its strength is the peak of
+one sinusoid with the same mean square, in mg at the back of the hand. Sources: Wade, Gresty and Findley,
+Arch. Neurol. 39, 1982 (10 mg, 2.5 Hz); Lakie et al., J. Physiol. 593, 2015 (6 to 12 Hz).
 
 Decisions: the tremor bends the wrist, and turns the hand half as far about the two other axes, an assumption.
 Its phases are constant, because the seed selects the board, not the hand.
@@ -20,8 +19,7 @@ from fcu_emulator.emulator.world.follow import jacobian, turned_on
 from fcu_emulator.emulator.world.track import Array, MinimumJerk
 
 WRIST_M = (0.0, -0.1, 0.0)
-"""Wrist position in board axes for a hand behind the board: some 9 cm from wrist to knuckles (de Leva, J.
-Biomech. 29, 1996, table 4)."""
+"""Wrist position, board axes (de Leva, J. Biomech. 29, 1996, table 4)."""
 TREMOR_MG = 10.0
 """Peak acceleration at the back of the hand, thousandths of standard gravity."""
 TREMOR_HZ = 8.0
@@ -36,10 +34,7 @@ _GOLDEN = 0.6180339887498949  # multiples of it leave no two phases close togeth
 
 @dataclass(frozen=True, eq=False)
 class Tremor:
-    """Rotation vector of a tremor: a sum of amplitude * cos(w (t - start) + phase).
-
-    ``amplitude_rad`` (3,), about board axes; ``w_rad_s`` (sinusoids, 1); ``phase_rad`` (sinusoids, 3).
-    """
+    """Rotation vector of a tremor: a sum of amplitude * cos(w (t - start) + phase), in board axes."""
 
     fade_in: MinimumJerk
     amplitude_rad: Array
@@ -86,10 +81,7 @@ class Tremor:
 
 @dataclass(frozen=True, eq=False)
 class Grip:
-    """A hand around the board, its wrist at ``wrist_m`` (3,), board axes.
-
-    ``taken_m``: height of the board above the wrist when taken.
-    """
+    """A hand around the board; ``taken_m``: height of the board above the wrist when taken."""
 
     wrist_m: Array
     tremor: Tremor | None
@@ -137,12 +129,10 @@ class Grip:
 
 
 def _matrix(x: Array) -> Array:
-    """Return the rotations (N, 3, 3) of rotation vectors x (N, 3)."""
     angle = np.sqrt((x * x).sum(axis=1))
     return about(x / np.where(angle == 0.0, 1.0, angle)[:, np.newaxis], angle)
 
 
 def _rate_rad_s(x: Array, x_dot: Array) -> Array:
-    """Return the angular rate (N, 3) of a changing rotation vector, in turned axes."""
     rate: Array = np.einsum("nij,nj->ni", jacobian(x), x_dot)
     return rate

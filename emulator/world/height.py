@@ -93,11 +93,7 @@ class Parabola:
 
 @dataclass(frozen=True, eq=False)
 class RecordedHeight:
-    """Rows of a recording as one smooth motion, at rest before and after it.
-
-    ``row_s`` (M,) strictly increases; ``row_m`` (M,) are above the floor; ``row_m_s2`` (M,) are their
-    :func:`accelerations`.
-    """
+    """Rows (M,) of a recording as one smooth motion; ``row_m_s2``: their :func:`accelerations`."""
 
     row_s: Array
     row_m: Array
@@ -150,8 +146,8 @@ _SWEEPS = 60
 def accelerations(row_s: Array, row_m: Array) -> Array:
     """Return the accelerations (M,) in m/s2 at the rows (M,) of a motion at rest before and after them.
 
-    Decision: a recorded altitude is the cubic spline through the rows, without speed at both ends. The
-    corners of straight lines would be infinite accelerations. Each sweep of Jacobi's method halves the error.
+    Decision: a recorded altitude is the cubic spline through the rows, because corners would be infinite
+    accelerations. Each sweep of Jacobi's method halves the error.
     """
     if row_s.size == 1:
         return np.zeros(1)

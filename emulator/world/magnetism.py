@@ -38,9 +38,8 @@ def earth_field(
 ) -> tuple[float, float, float]:
     """Return the Earth's field (north, east, down) in uT by the World Magnetic Model 2025.
 
-    Latitude and longitude are geodetic, the altitude is above the sea. ``"magnetic"`` turns the field so that
-    its east part is zero, ``"true"`` keeps the declination. Raises `InputError` for a value or date out of
-    range.
+    Latitude and longitude are geodetic, the altitude is above the sea. ``"magnetic"`` turns the field to
+    north, ``"true"`` keeps the declination. Raises `InputError` for a value or date out of range.
     """
     latitude = limits.LATITUDE.check("latitude_deg", latitude_deg)
     longitude = limits.LONGITUDE.check("longitude_deg", longitude_deg)
@@ -71,10 +70,7 @@ def _decimal_year(date: dt.date) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Magnet:
-    """A dipole moved north at constant speed, east of the board at its height, pointing west.
-
-    At the closest point its field is 2 m / (10 d^3) uT to the west, which turns the compass.
-    """
+    """A dipole moved north, east of the board, pointing west so that it turns the compass."""
 
     closest_s: float
     moment_am2: float
@@ -121,7 +117,7 @@ class HeldMagnet:
 def dipole_mgauss(moment_am2: float, from_magnet_m: Array) -> Array:
     """Return the field of a dipole that points west, at (N, 3) m from it, NWU: (3 (m.r) r / r^2 - m) / r^3.
 
-    Within 5 mm, inside the magnet, it is the field at 5 mm.
+    Inside the magnet, it is the field at 5 mm.
     """
     moment = np.array([0.0, moment_am2, 0.0])
     distance = np.sqrt((from_magnet_m**2).sum(axis=1))[:, np.newaxis]

@@ -1,9 +1,7 @@
 """Four motors with propellers: vibration of the board, and the magnetic field of their current.
 
-Imbalance shakes with the square of the speed, blades at twice its frequency; unequal speeds beat. Full
-throttle shakes an axis by 15 m/s2 RMS, the upper end of normal on ArduPilot's page "Measuring Vibration". The
-field is a calibration on such an autopilot (COMPASS_MOT_X to Z; diydrones.com, "compass calibration always
-above 150").
+Sources at full throttle: ArduPilot's page "Measuring Vibration" (15 m/s2 RMS, the upper end of normal), and
+an autopilot's COMPASS_MOT_X to Z (diydrones.com, "compass calibration always above 150").
 
 Decisions: full speed of the motors is 400 revolutions per second, an assumption for small coreless motors.
 Speed follows the throttle at once, and the board does not turn.

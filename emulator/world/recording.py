@@ -5,11 +5,10 @@ Columns may have any order; each group may be omitted::
     t_s, ax_g,ay_g,az_g, gx_dps,gy_dps,gz_dps, mx_uT,my_uT,mz_uT, p_hPa, temp_C
     t_s, roll_deg,pitch_deg,yaw_deg, alt_m
 
-Time strictly increases from the start of the replay. Values between rows are linear (attitude: shortest arc;
-altitude: smooth). The first and last rows hold outside.
+Time strictly increases. Values between rows are linear (attitude: shortest arc; altitude: smooth); the first
+and last rows hold outside.
 
-Decision: recordings have a separate, strict reader, so that errors name the file and line. csv.reader accepts
-quotes, float() accepts ``1_0``, and numpy.loadtxt skips lines.
+Decision: recordings have a separate, strict reader, so that errors name the file and line.
 """
 
 from __future__ import annotations
@@ -52,11 +51,7 @@ GROUPS = {**MEASURED, **FOLLOWED}
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Rows at ``t_s`` (M,) and groups by name, (M, 3) or (M,).
-
-    acc in g, gyro in deg/s, mag in mgauss, pressure in hPa, temperature in degC; or attitude in degrees,
-    altitude in metres above the floor.
-    """
+    """Rows at ``t_s`` (M,) and groups by name, (M, 3) or (M,), in g, deg/s, mgauss, hPa, degC, deg, m."""
 
     file: str
     t_s: Array
@@ -185,7 +180,6 @@ def _check_groups(names: set[str], file: str) -> None:
 
 
 def _rows(lines: Iterator[bytes], names: list[str], file: str) -> Array:
-    """Return the table (M, len(names)), before checks of range and order."""
     values = array("d")
     for number, line in enumerate(lines, start=2):
         if number - 1 > MAX_ROWS:
@@ -255,7 +249,6 @@ def _check_time(t_s: Array, file: str) -> None:
 
 
 def _in_our_units(groups: dict[str, Array]) -> dict[str, Array]:
-    """Convert uT to mgauss, and groups of one column to (M,) arrays."""
     if "mag" in groups:
         groups["mag"] *= MGAUSS_PER_UT
     return {name: values if values.shape[1] > 1 else values[:, 0] for name, values in groups.items()}

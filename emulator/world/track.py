@@ -1,10 +1,9 @@
 """One quantity over time: the pieces of a track, overlays on it, and the pace of a motion.
 
-Results have N rows, or one if the value is constant, so that a world at rest costs one row. A hand's motion
-has minimum jerk (Flash and Hogan, J. Neurosci. 5, 1985): speed and acceleration are zero at both ends.
+A constant result has one row, so that a world at rest is cheap. A hand's motion has minimum jerk (Flash and
+Hogan, J. Neurosci. 5, 1985).
 
 Decision: a piece of a track is active until the next one starts, and planning a piece discards later plans.
-Otherwise a student's slider would change a scenario's expected values.
 """
 
 from __future__ import annotations
@@ -120,10 +119,7 @@ class Agitation:
         self._motions: list[tuple[float, float, float]] = []
 
     def add(self, start_s: float, end_s: float, pace_s: float = 0.0) -> None:
-        """Add a motion; ``pace_s``: seconds from one rest to another, 0 for jumps.
-
-        A jump at power-on is ignored.
-        """
+        """Add a motion; ``pace_s``: seconds from one rest to another, 0 for jumps."""
         if end_s <= 0.0:
             return
         if self._motions:  # following a hand at 50 commands per second is one motion

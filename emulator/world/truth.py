@@ -1,11 +1,10 @@
 """The true values of all sensor signals, as functions of time from one state.
 
 Decision: each signal has a separate track, whose usual piece is the world's law. A recording replaces the law
-until the next motion or setter of that signal.
+until the next motion or setter.
 
-Decision: air pressure is P = P_floor (1 - L h / T)^(g M / (R L)) with T the temperature of the air. With the
-288.15 K of the International Standard Atmosphere it would fall too fast in a room at 25 degC. Source: U.S.
-Standard Atmosphere 1976, equation 33a, table 2.
+Decision: air pressure is P = P_floor (1 - L h / T)^(g M / (R L)) with T the temperature of the air, because
+288.15 K is wrong for a room. Source: U.S. Standard Atmosphere 1976, equation 33a, table 2.
 """
 
 from __future__ import annotations
@@ -74,10 +73,7 @@ Disturbance = Constant | Magnet
 
 
 class Truth:
-    """The state over time and the derived signals; ``t_s`` is (N,) seconds in any order.
-
-    ``floor_altitude_m``: height of the room's floor above the sea.
-    """
+    """The state over time and the derived signals; ``t_s`` is (N,) seconds in any order."""
 
     def __init__(self, floor_altitude_m: float) -> None:
         floor_hpa = isa_pressure_hpa(limits.ALTITUDE.check("floor_altitude_m", floor_altitude_m))
@@ -122,8 +118,7 @@ class Truth:
     def compass_deg(self, t_s: npt.ArrayLike) -> Array:
         """Return roll, pitch, and yaw from magnetic north, (N, 3), as `attitude_deg`.
 
-        Magnetic north is the horizontal direction of the Earth's field without disturbances; of a vertical
-        field, the frame's north.
+        Disturbances, and a vertical field, do not change magnetic north.
         """
         compass = self.attitude_deg(t_s)
         earth = _sampled(lambda t: self._earth.evaluate(t, Constant.value), t_s)
@@ -136,10 +131,7 @@ class Truth:
         return self._signal("acc", t_s)
 
     def linear_acceleration_g(self, t_s: npt.ArrayLike) -> Array:
-        """Return the board's acceleration without gravity, (N,) in g of 9.80665 m/s2.
-
-        For a recorded specific force it is the difference of the moduli.
-        """
+        """Return the board's acceleration without gravity, (N,) in g; for a recording, the difference of the moduli."""
         return _sampled(lambda t: self._signals["acc"].evaluate(t, self._linear_g), t_s)
 
     def angular_rate_dps(self, t_s: npt.ArrayLike) -> Array:
@@ -169,8 +161,8 @@ class Truth:
     def sensed(self, quantity: str, *, one_row: bool = False, heating: float = 0.0) -> Sensed:
         """Return a sensor's input, a quantity in :data:`QUANTITIES`, in board axes.
 
-        ``one_row``: return a single row, not to be changed, if all are equal (for calls at 6,664 Hz).
-        ``heating``: share of the board's heating in a temperature. Raises InputError for an unknown quantity.
+        ``one_row``: return a single row, not to be changed, if all are equal. ``heating``: share of the
+        board's heating. Raises InputError for an unknown quantity.
         """
         if quantity not in QUANTITIES:
             raise InputError(f"the world has no {quantity!r}; it has {', '.join(QUANTITIES)}")
@@ -183,7 +175,7 @@ class Truth:
         return _sampled(self._altitude_m, t_s)
 
     def magnet(self, t_s: float) -> tuple[float, float, float, float] | None:
-        """Return the hand-held magnet or None: moment in A m2; metres north, west, up of the board."""
+        """Return the hand-held magnet, if any: moment in A m2; metres north, west, up of the board."""
         magnet = self._magnet.at(t_s)
         if magnet is None:
             return None
@@ -254,13 +246,11 @@ class Truth:
         return steady if grip is None else grip.rate_dps(steady, t_s)
 
     def _motion_m_s2(self, t_s: Array) -> Array:
-        """Return the acceleration without that fixed to the board, world axes, (N, 3)."""
         lift = self._height.evaluate(t_s, lambda piece, t: piece.acceleration_m_s2(t))
         total: Array = self._shakes.total(t_s, Shake.acceleration_m_s2) + lift[:, np.newaxis] * UP
         return total
 
     def _carried_in(self, grip: Grip | None, t_s: Array) -> Array:
-        """Return the acceleration by a grip, board axes, (N, 3)."""
         if grip is None:
             return NOTHING
         rate = self._attitude.evaluate(t_s, lambda piece, t: piece.rate_dps(t))
@@ -268,7 +258,6 @@ class Truth:
         return grip.carried_m_s2(rate, faster, t_s)
 
     def _on_board_m_s2(self, t_s: Array) -> Array:
-        """Return the acceleration by turning and motors, board axes, (N, 3)."""
         carried = self._grip.evaluate(t_s, self._carried_in)
         return carried + self._motors.evaluate(t_s, _shaken_by)
 
@@ -301,7 +290,6 @@ class Truth:
         return height + rise + self._shakes.total(t_s, Shake.displacement_m)[:, 2]
 
     def _rise_in(self, grip: Grip | None, t_s: Array) -> Array:
-        """Return the height added by turning about the wrist, (N,)."""
         return NOTHING[:, 0] if grip is None else grip.rise_m(self._rotation_in(grip, t_s))
 
     def _pressure_hpa(self, t_s: Array) -> Array:
@@ -317,7 +305,6 @@ class Truth:
         return self._temperature_degc(t_s) + self._heating.value(t_s) + lag
 
     def _warmed(self, more: float, signal: Signal, t_s: Array) -> Array:
-        """Add ``more`` of the heating, unless the temperature is recorded."""
         degc = signal(t_s)
         return degc + more * self._heating.value(t_s) if signal == self._laws["warmth"] else degc
 
@@ -349,7 +336,6 @@ class Sensed:
         return Sensed(self._track, self._agitation, self._one_row, self._value_of, turned)
 
     def __call__(self, t_s: Array) -> Array:
-        """Return N rows, or with ``one_row`` a single one if all are equal."""
         values = self._track.evaluate(np.maximum(t_s, 0.0), self._value_of)
         if not self._one_row:
             values = _rows(values, t_s.size)

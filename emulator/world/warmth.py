@@ -1,17 +1,13 @@
 """Temperature of the board: air + heating by its power + lag behind changes of the air.
 
-Each sensor has a share of the heating (``heating_percent``). A recorded temperature is used unchanged.
-
 Decision: the figures of the board's heating are estimates for a board of 3 cm by 3 cm, because none are
-published.
+published. The first two may be wrong by half, the third by a factor of two.
 
 * Heating: 0.125 W over 0.018 W per degree (18 cm2 at 10 W/m2) are 7 degrees in still air; 5 are assumed.
-* Time constant: 4 J per degree over 0.018 W are 220 s, or 160 s at 5 degrees; 200 s are assumed.
+* Time constant: 4 J per degree over 0.018 W are 220 s; 200 s are assumed.
 * Differences on the board: conduction in two half-etched copper layers of 35 um gives a standard deviation of
-  8 % of the heating. Shares are drawn, because the layout is unknown.
+  8 %.
 * A sensor's own 2 mW at 200 K/W add 0.4 degrees, and are omitted.
-
-The first two may be wrong by half, the third by a factor of two.
 """
 
 from __future__ import annotations

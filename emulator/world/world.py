@@ -1,7 +1,7 @@
 """The world for scenarios, the web page and tests: truth, motions, and live setters.
 
-``start_s`` of a motion is virtual time, not in the past (None: now). A motion starts from the state then,
-discards later plans for the same quantity, and returns its end time. Shakes and magnetic disturbances add up.
+A motion starts at ``start_s`` of virtual time (None: now), discards later plans for the same quantity, and
+returns its end time. Shakes and magnetic disturbances add up.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class World(Truth):
     """One truth for all sensors; the present is the time of ``clock``, or power-on without a clock.
 
     It begins flat and still on the floor, board X to the north, in the air and field of Zurich. A setter acts
-    now, as a jump, and discards later plans. Invalid values raise `InputError`.
+    now, as a jump. Invalid values raise `InputError`.
     """
 
     def __init__(self, clock: Clock | None = None, floor_altitude_m: float = ZURICH_ALTITUDE_M) -> None:
@@ -147,10 +147,7 @@ class World(Truth):
         time_constant_s: float = TIME_CONSTANT_S,
         start_s: float | None = None,
     ) -> float:
-        """Turn towards an attitude that may be replaced at any time, as by a mouse.
-
-        Rate and acceleration are continuous. A steady hand is followed within ``time_constant_s``.
-        """
+        """Turn towards an attitude that may be replaced at any time, with a lag of ``time_constant_s``."""
         target_deg = limits.attitude(roll_deg, pitch_deg, yaw_deg)
         time_constant = limits.TIME_CONSTANT.check("time_constant_s", time_constant_s)
         start = self._start(start_s)
@@ -186,10 +183,7 @@ class World(Truth):
         time_constant_s: float = TIME_CONSTANT_S,
         start_s: float | None = None,
     ) -> float:
-        """Move a hand-held magnet to a position relative to the board, as `follow_attitude`.
-
-        Its moment points west. A magnet with a new ``moment_am2`` starts at its first position.
-        """
+        """Move a hand-held magnet, which points west, to a position relative to the board, as `follow_attitude`."""
         named = (("north_m", north_m), ("west_m", west_m), ("up_m", up_m))
         place = np.array([limits.PLACE.check(name, value) for name, value in named])
         limits.DISTANCE.check("distance of the magnet from the board", float(np.linalg.norm(place)))
@@ -230,8 +224,7 @@ class World(Truth):
         """Hold the board in a hand: all turning is about its wrist, with a tremor.
 
         ``wrist_m`` (3,): position of the wrist or elbow, board axes. ``tremor_mg``: peak at the back of the
-        hand, 0 for none. A recorded attitude causes only centripetal acceleration, because its arcs have
-        constant rates.
+        hand, 0 for none.
         """
         arm = np.asarray(wrist_m, dtype=object)
         if arm.shape != (3,):
@@ -251,14 +244,13 @@ class World(Truth):
         return start
 
     def put_down(self, start_s: float | None = None) -> float:
-        """Let the board rest at its height, without a hand; a turn in progress continues."""
+        """Let the board rest at its height, without a hand."""
         start = self._start(start_s)
         self._let_go(start)
         self._changed(start, (*TURNED_SIGNALS, "pressure"))
         return start
 
     def _let_go(self, start_s: float) -> None:
-        """Add the grip's rise to the height track, and discard planned grips."""
         rise_m, grip = self._rise_at(start_s), self._grip.at(start_s)
         if grip is not None:
             self._plan_height((start_s, RestSegment(self._height_at(start_s) + rise_m)))
@@ -280,10 +272,7 @@ class World(Truth):
         return (0.0,) * MOTORS if running is None else tuple(running.throttle.tolist())
 
     def run_motors(self, throttle: float | Sequence[float], start_s: float | None = None) -> float:
-        """Run the motors at this share of the full voltage, 0 to 1: one value, or four; 0 stops them.
-
-        They shake the board and add a magnetic field (:mod:`fcu_emulator.emulator.world.motors`).
-        """
+        """Run the motors at this share of the full voltage, 0 to 1: one value, or four; 0 stops them."""
         each = [throttle] * MOTORS if isinstance(throttle, int | float) else list(throttle)
         if len(each) != MOTORS:
             raise InputError(f"throttle is {throttle!r}: give one number from 0 to 1, or {MOTORS}")
@@ -348,7 +337,7 @@ class World(Truth):
     ) -> float:
         """Draw the calibration's figure-of-eight ``turns`` times, back to the start.
 
-        By "field", a calibration finds the hard iron exactly; by "hand", nearly so after two turns.
+        By "field", the calibration is exact; by "hand", nearly so after two turns.
         """
         if limits.TURNS.check("turns", turns) % 1.0:
             raise InputError(f"turns is {turns!r}: give a whole number", kind="not_whole")
@@ -398,10 +387,7 @@ class World(Truth):
         duration_s: float,
         start_s: float | None = None,
     ) -> float:
-        """Accelerate by ``amplitude_g`` cos(2 pi f t) along a world axis.
-
-        It stops at its start, after the last whole period within ``duration_s``.
-        """
+        """Accelerate by ``amplitude_g`` cos(2 pi f t) along a world axis, in whole periods."""
         if axis not in SHAKE_DIRECTIONS:
             raise InputError(f"axis is {axis!r}: give one of {', '.join(SHAKE_DIRECTIONS)}", kind="choice")
         frequency = limits.FREQUENCY.check("frequency_hz", frequency_hz)
@@ -444,10 +430,7 @@ class World(Truth):
     def pass_magnet(
         self, moment_am2: float, distance_m: float, speed_m_s: float, start_s: float | None = None
     ) -> float:
-        """Move a magnet past the board on a straight level line, ``distance_m`` to its east.
-
-        It starts and ends out of reach.
-        """
+        """Move a magnet past the board on a straight level line, ``distance_m`` to its east."""
         moment = limits.MOMENT.check("moment_am2", moment_am2)
         distance = limits.DISTANCE.check("distance_m", distance_m)
         speed = limits.SPEED.check("speed_m_s", speed_m_s)
@@ -458,8 +441,7 @@ class World(Truth):
     def replay(self, recording: Recording, start_s: float | None = None) -> float:
         """Replay a recording's signals, or follow its attitude, with its time 0 at ``start_s``.
 
-        The last row holds until the next motion or setter of the same signal; signals without a column
-        continue.
+        The last row holds until the next motion or setter of the same signal.
         """
         start = self._start(start_s)
         row_s = recording.t_s
@@ -549,7 +531,6 @@ class World(Truth):
         return float(self._height.at(t_s).position_m(np.array([t_s]))[0])
 
     def _plan_attitude(self, *pieces: tuple[float, Attitude]) -> float:
-        """Plan (start, piece) in order, and return the start of the last one, at rest."""
         for start_s, piece in pieces:
             self._attitude.plan(start_s, piece)
         self._agitate(pieces, TURNED_SIGNALS)
@@ -583,7 +564,7 @@ class World(Truth):
         return end_s
 
     def _changed(self, from_s: float, signals: Iterable[str]) -> None:
-        """Apply a change of ``signals``: end their recordings, drop the past, and call the observers."""
+        """End recordings of ``signals``, drop the past, and call the observers."""
         self._restore_laws(from_s, signals)
         self._forget(self._clock.now_s - HISTORY_S)
         for callback in self._listeners:
