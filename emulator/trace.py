@@ -236,7 +236,6 @@ class Trace:
         return iter(tuple(self._events))
 
     def of(self, kind: type[EventT]) -> list[EventT]:
-        """Return the kept events of one type, in order."""
         self._draw()
         return [event for event in self._events if isinstance(event, kind)]
 
@@ -302,7 +301,6 @@ class Trace:
         self._hand_on(event, detail=False)
 
     def add_detail(self, event: TraceEvent) -> None:
-        """Record a frequent event, if ``detailed`` is set."""
         if self._keep_detail:
             self._keep(event)
         self._hand_on(event, detail=True)
@@ -338,7 +336,6 @@ class Trace:
             file.close()
 
     def snapshot(self) -> int:
-        """Return the number of events so far, for :mod:`fcu_emulator.emulator.assembly.snapshot`."""
         self._draw()
         return len(self._events) + self.dropped
 

@@ -72,7 +72,6 @@ class BusioI2C:
         self._locked = False
 
     def try_lock(self) -> bool:
-        """Lock the bus; return False if it is locked."""
         taken, self._locked = self._locked, True
         return not taken
 
@@ -98,7 +97,6 @@ class BusioI2C:
             self._master.write(address, bytes(memoryview(buffer)[start:end]))
 
     def readfrom_into(self, address: int, buffer: Buffer, *, start: int = 0, end: int | None = None) -> None:
-        """Fill a slice of ``buffer`` from a device."""
         target = memoryview(buffer)[start:end].cast("B")
         with self._transfer():
             target[:] = self._master.read(address, len(target))
@@ -114,7 +112,6 @@ class BusioI2C:
         in_start: int = 0,
         in_end: int | None = None,
     ) -> None:
-        """Write a slice of ``out_buffer``, repeated start, fill a slice of ``in_buffer``."""
         source = bytes(memoryview(out_buffer)[out_start:out_end])
         target = memoryview(in_buffer)[in_start:in_end].cast("B")
         with self._transfer():
@@ -146,7 +143,7 @@ class MachineI2C:
             return scan(self._master)
 
     def writeto(self, addr: int, buf: Buffer, stop: bool = True) -> int:
-        """Write ``buf``; return the number of acknowledged bytes."""
+        """Write ``buf``; return its length."""
         del stop
         data = bytes(buf)
         with os_errors(ENODEV):
@@ -163,17 +160,14 @@ class MachineI2C:
         target[:] = self.readfrom(addr, len(target), stop)
 
     def writeto_mem(self, addr: int, memaddr: int, buf: Buffer, *, addrsize: int = 8) -> None:
-        """Write ``buf`` from ``memaddr`` on."""
         with os_errors(ENODEV):
             self._master.write(addr, memaddr.to_bytes(addrsize // 8, "big") + bytes(buf))
 
     def readfrom_mem(self, addr: int, memaddr: int, nbytes: int, *, addrsize: int = 8) -> bytes:
-        """Read ``nbytes`` from ``memaddr`` on."""
         with os_errors(ENODEV):
             return self._master.write_read(addr, memaddr.to_bytes(addrsize // 8, "big"), nbytes)
 
     def readfrom_mem_into(self, addr: int, memaddr: int, buf: Buffer, *, addrsize: int = 8) -> None:
-        """Fill ``buf`` from ``memaddr`` on."""
         target = memoryview(buf).cast("B")
         target[:] = self.readfrom_mem(addr, memaddr, len(target), addrsize=addrsize)
 
@@ -216,18 +210,15 @@ class SMBus:
         """Do nothing: there is no device file."""
 
     def write_quick(self, i2c_addr: int, force: bool | None = None) -> None:
-        """Check that a device is present, without data."""
         del force
         self._write(i2c_addr, b"")
 
     def read_byte(self, i2c_addr: int, force: bool | None = None) -> int:
-        """Read one byte from the current register address."""
         del force
         with os_errors(EREMOTEIO):
             return self._master.read(i2c_addr, 1)[0]
 
     def write_byte(self, i2c_addr: int, value: int, force: bool | None = None) -> None:
-        """Write one byte, which the sensors use as a register address."""
         del force
         self._write(i2c_addr, bytes((value,)))
 
@@ -240,12 +231,10 @@ class SMBus:
         self._write(i2c_addr, bytes((register, value)))
 
     def read_word_data(self, i2c_addr: int, register: int, force: bool | None = None) -> int:
-        """Read two registers as an unsigned number, the low byte first."""
         del force
         return int.from_bytes(self._read(i2c_addr, register, 2), "little")
 
     def write_word_data(self, i2c_addr: int, register: int, value: int, force: bool | None = None) -> None:
-        """Write two registers, the low byte first."""
         del force
         self._write(i2c_addr, bytes((register,)) + value.to_bytes(2, "little"))
 

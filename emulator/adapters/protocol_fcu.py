@@ -68,7 +68,6 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
 
     @property
     def in_waiting(self) -> int:
-        """Number of bytes that can be read at once."""
         board = self._opened()
         waiting = board.terminal.position - self._position
         if not waiting:
@@ -98,13 +97,11 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
         return data
 
     def write(self, data: Any) -> int:
-        """Type ``data``, which arrives at the line's speed while the board runs."""
         typed = bytes(serial.to_bytes(data))
         self._opened().terminal.write(typed)
         return len(typed)
 
     def flush(self) -> None:
-        """Run the board until all typed bytes have arrived."""
         board = self._opened()
         while board.terminal.typing_left:
             board.run_until_ps(board.clock.now_ps + _STEP_PS)
@@ -121,7 +118,6 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
 
     @property
     def cts(self) -> bool:
-        """Return True, as an adapter without this line."""
         return True
 
     dsr = cd = cts

@@ -77,11 +77,9 @@ class Difference:
 
     @property
     def only_time(self) -> bool:
-        """Whether both did the same, at another pace."""
         return self.first is not None and self.second is not None and self.first.text == self.second.text
 
     def paces_ps(self) -> tuple[int, int]:
-        """Return each run's time since the previous entry. Both runs must have the entry."""
         assert self.first is not None
         assert self.second is not None
         one, other = self.before[-1] if self.before else (_POWER_ON, _POWER_ON)

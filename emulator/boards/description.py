@@ -55,7 +55,6 @@ class MountedPart:
 
     @property
     def key(self) -> str:
-        """Name in Python and in files: the part name in lower case."""
         return self.part.NAME.lower()
 
 
@@ -114,12 +113,10 @@ class Wiring:
 
     @property
     def addresses(self) -> dict[str, int]:
-        """I2C addresses by part name; empty on SPI."""
         return {name: place for name, place in self.places.items() if isinstance(place, int)}
 
     @property
     def chip_selects(self) -> dict[str, str]:
-        """Chip selects by part name; empty on I2C."""
         return {name: place for name, place in self.places.items() if isinstance(place, str)}
 
 
@@ -173,7 +170,6 @@ class BoardDescription:
         raise InputError(f"unknown board wiring {name!r}; known: {known}", kind="unknown_wiring")
 
     def wiring_with(self, bus: str) -> Wiring | None:
-        """Return the first wiring with the sensors on a bus."""
         return next((wiring for wiring in self.wirings if wiring.bus == bus), None)
 
     @cached_property
@@ -184,12 +180,10 @@ class BoardDescription:
 
     @cached_property
     def addresses(self) -> dict[str, int]:
-        """The sensors' 7-bit addresses by name."""
         return {name: place for wiring in self.wirings for name, place in wiring.addresses.items()}
 
     @cached_property
     def identities(self) -> dict[str, int]:
-        """WHO_AM_I value of each sensor, by part name."""
         return {mounted.part.NAME: mounted.part.WHO_AM_I for mounted in self.parts}
 
 

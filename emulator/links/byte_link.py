@@ -109,22 +109,20 @@ class Backlog:
         return len(self._bytes)
 
     def put(self, data: bytes) -> int:
-        """Append ``data``, and return how many of the oldest bytes were dropped."""
+        """Append ``data``, and return the number of dropped bytes."""
         self._bytes += data
         excess = max(0, len(self._bytes) - self.limit)
         self.drop(excess)
         return excess
 
     def peek(self, count: int) -> bytes:
-        """Return up to ``count`` of the oldest bytes, without removing them."""
+        """Return up to ``count`` of the oldest bytes."""
         return bytes(self._bytes[:count])
 
     def drop(self, count: int) -> None:
-        """Remove the ``count`` oldest bytes, without moving the rest."""
         del self._bytes[:count]
 
     def take(self, count: int | None = None) -> bytes:
-        """Remove and return up to ``count`` of the oldest bytes, all by default."""
         taken = self.peek(len(self._bytes) if count is None else count)
         self.drop(len(taken))
         return taken
@@ -147,7 +145,7 @@ class Patience:
         self._left: int | None = None
 
     def wait_s(self, left: int) -> float:
-        """Return how long to wait for ``left`` unread bytes; 0.0 at the limit."""
+        """Return how long to wait for ``left`` unread bytes."""
         now_s = time.monotonic()
         if left != self._left:
             self._left = left

@@ -69,7 +69,6 @@ class ControlClient:
             raise
 
     def ask(self, message: Message) -> dict[str, Any]:
-        """Send a message and return the answer."""
         try:
             self._socket.sendall(json.dumps(message).encode() + b"\n")
             return _parsed(self._answers.readline(LONGEST_MESSAGE))
@@ -111,7 +110,6 @@ class ControlServer:
             raise LinkError(str(error)) from error
 
     def serve(self) -> None:
-        """Read and answer messages between two slices, without blocking."""
         with suppress(OSError):
             while True:
                 connection, _ = self._listener.accept()
@@ -135,7 +133,6 @@ class ControlServer:
         leaves.reader.close()
 
     def close(self) -> None:
-        """Remove the board from the list of running boards."""
         with suppress(OSError):
             self._file.unlink()
         for caller in self._callers:
@@ -153,7 +150,6 @@ class _Client:
         self._heard = bytearray()
 
     def serve(self, token: str, answer: Callable[[Message], dict[str, Any]]) -> None:
-        """Read and answer one piece of the client's data."""
         self._heard += self.reader.receive()
         if len(self._heard) > LONGEST_MESSAGE:
             self.reader.gone = True

@@ -41,7 +41,6 @@ class PortName:
         self._device = device
 
     def release(self) -> None:
-        """Remove the link, if it still points to this board's device, and release the name."""
         with contextlib.suppress(OSError):
             if str(self.path.readlink()) == self._device:
                 self.path.unlink()

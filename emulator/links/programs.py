@@ -10,7 +10,7 @@ from fcu_emulator.emulator.host.loopback import HOST
 
 
 def miniterm() -> str:
-    """Return the command of pyserial's terminal; for PowerShell, which cannot run a quoted path, with a plain name."""
+    """Return the command of pyserial's terminal; PowerShell cannot run a quoted path."""
     python = quoted(sys.executable)
     if sys.platform == "win32" and python != sys.executable:
         python = "python"

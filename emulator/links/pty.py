@@ -255,7 +255,6 @@ class PtyDevice:
         return b"", bool(control & termios.TIOCPKT_FLUSHREAD)
 
     def write(self, data: bytes) -> int:
-        """Write ``data`` to the reader's queue, and return how many bytes it accepted."""
         try:
             return os.write(self._master, data)
         except BlockingIOError:
@@ -287,7 +286,6 @@ class PtyDevice:
             return None
 
     def close(self) -> None:
-        """Close the master; a reader loses its unread bytes."""
         os.close(self._master)
 
     @contextlib.contextmanager

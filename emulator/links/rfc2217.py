@@ -48,7 +48,6 @@ class _Line:
         self._on_purge = on_purge
 
     def reset_input_buffer(self) -> None:
-        """Discard the board's output that the client has not received."""
         self._on_purge()
 
     def reset_output_buffer(self) -> None:

@@ -34,7 +34,6 @@ class Pacer:
         self._origin_virtual = 0.0
 
     def wait(self, now_s: float) -> None:
-        """Sleep until the wall clock has reached virtual time ``now_s``."""
         took = time.monotonic() - self._slice_began
         factor = 0.25 if took > _PATIENCE_S else 2.0
         self.slice_s = max(min(self.slice_s * factor, self._longest_s), _SHORTEST_SLICE_S)
@@ -71,14 +70,10 @@ class Progress:
 class SerialEnd(Protocol):
     """The board's end of the serial line."""
 
-    def since(self, position: int) -> tuple[bytes, int]:
-        """Return the output after ``position`` (counted from power-on), and the position after it."""
-        ...
+    def since(self, position: int) -> tuple[bytes, int]: ...
 
     @property
-    def typing_left(self) -> int:
-        """Number of typed bytes that have not arrived yet."""
-        ...
+    def typing_left(self) -> int: ...
 
     def write(self, data: bytes | str) -> None: ...
 
@@ -139,7 +134,6 @@ class Runner:
         self.wall_s = 0.0
 
     def stop(self) -> None:
-        """End the run after the current slice; safe in a signal handler."""
         self.stopped = True
 
     def run(self, on_progress: Callable[[Progress], None] = lambda _progress: None) -> None:

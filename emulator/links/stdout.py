@@ -128,13 +128,11 @@ class Keyboard:
         threading.Thread(target=self._run, name="serial-keyboard", daemon=True).start()
 
     def read(self, most: int) -> bytes:
-        """Return up to ``most`` typed bytes."""
         with self._changed:
             self._changed.notify_all()
             return self._inbox.take(most)
 
     def close(self) -> None:
-        """Ask the thread to end; a thread that waits for a key ends with the process instead."""
         self._closed.set()
         with self._changed:
             self._changed.notify_all()

@@ -58,7 +58,6 @@ class Coding:
         return data, b""
 
     def ready(self) -> bool:
-        """Return whether the reader can receive the board's text."""
         return True
 
     def takes_back(self) -> bool:
@@ -84,7 +83,6 @@ class Reader:
         return len(self.backlog) + len(self._encoded)
 
     def receive(self) -> bytes:
-        """Return one piece of the reader's input, which may be empty."""
         if self.gone or len(self._encoded) > CHUNK:  # it reads no answers: these first
             return b""
         try:
@@ -102,7 +100,6 @@ class Reader:
         return typed
 
     def write(self) -> None:
-        """Pass to the system as much as it accepts."""
         budget = WRITE_BUDGET
         while not self.gone and budget > 0:
             if not self._encoded:

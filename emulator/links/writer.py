@@ -30,9 +30,7 @@ def is_broken_pipe(error: BaseException) -> bool:
 class RawFile(Protocol):
     """The used part of ``io.RawIOBase`` and ``io.BytesIO``."""
 
-    def write(self, data: bytes, /) -> int | None:
-        """Write a part of ``data`` and return its length; None if full."""
-        ...
+    def write(self, data: bytes, /) -> int | None: ...
 
     def fileno(self) -> int: ...
 
@@ -79,7 +77,6 @@ class BackgroundWriter:
             self._changed.notify_all()
 
     def flush(self, timeout_s: float) -> None:
-        """Wait until all is written, at most ``timeout_s`` seconds, or until the reader makes no progress."""
         patience = Patience(timeout_s)
         with self._changed:
             while (left := self._untaken()) and (wait_s := patience.wait_s(left)):

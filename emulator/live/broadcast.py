@@ -73,7 +73,6 @@ class Broadcast:
     # -- called by the session ------------------------------------------------------------------------------
 
     def greet(self, client: object, hello: messages.Hello, status: messages.StatusEvent) -> None:
-        """Send a new client all earlier events."""
         self._publish(hello, client)
         self._publish(status, client)
         self._publish(self._past.message(), client)
@@ -84,7 +83,6 @@ class Broadcast:
         self._next_frame_s = 0.0
 
     def look_again(self) -> None:
-        """Send registers and bus completely with the next update, after a change of watched items."""
         self._registers.clear()
         self._next_slow_s = 0.0
 
@@ -94,11 +92,9 @@ class Broadcast:
         self._next_frame_s = min(self._next_frame_s, self._last_frame_s + _ANSWER_S)
 
     def measure_pace(self, wall_s: float) -> None:
-        """Restart the measurement of the pace, after a start or a change of speed."""
         self._paced_from = wall_s, self._board.now_s
 
     def frame_in_s(self, wall_s: float) -> float:
-        """Return the wall time until the next frame is due; infinite without changes or clients."""
         frame_s = self._next_frame_s - wall_s
         if self._clients and (frame_s > 0.0 or self.changed):  # otherwise the overdue frame has no changes
             return frame_s
@@ -182,7 +178,6 @@ class Broadcast:
         return messages.Text(self._run_number, end - len(data), data.decode("latin-1"))
 
     def show_text(self) -> None:
-        """Send the new text, and the numbers of its complete lines."""
         text = self._text(self._position)
         self._position = text.position + len(text.text)
         if not text.text:
@@ -242,7 +237,6 @@ class Broadcast:
             self._publish(verdicts, None)
 
     def look_for_findings(self) -> None:
-        """Send the firmware's problems if they differ from the last ones."""
         from fcu_emulator.emulator.analysis.mistakes import explain  # slow import: loads the diagnosis
 
         found = [

@@ -38,7 +38,6 @@ class Bundle:
                 self._compressed[path] = PageFile((*headers, ("Content-Encoding", "gzip")), small)
 
     def file(self, path: str, accepted: list[str]) -> PageFile | None:
-        """Return the file at a path, or None; ``accepted``: the Accept-Encoding headers."""
         if accepts_gzip(accepted) and path in self._compressed:
             return self._compressed[path]
         return self._plain.get(path)

@@ -21,9 +21,7 @@ class Exercises(Protocol):
         """
         ...
 
-    def finished(self) -> list[Checked]:
-        """Return the results since the last call."""
-        ...
+    def finished(self) -> list[Checked]: ...
 
     def close(self) -> None:
         """Cancel a running judgement."""

@@ -53,7 +53,6 @@ class UploadedFile:
             raise
 
     def shown(self, board: Board) -> str:
-        """Return the file's original name if this firmware runs, otherwise that of the running one."""
         return self.name if board.booted.name == str(self.path) else board.booted.name
 
     def remove(self) -> None:

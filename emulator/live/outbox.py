@@ -34,7 +34,6 @@ class Outbox:
         self.filled.set()
 
     def take(self) -> str | None:
-        """Return the oldest message, if any."""
         for key in self._waiting:
             return self._remove(key)
         self.filled.clear()

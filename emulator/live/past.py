@@ -24,7 +24,6 @@ class Past:
         self._kept_wall_s = -1.0
 
     def add_state(self, state: messages.State, wall_s: float) -> None:
-        """Store a state, unless the previous one is almost from the same moment."""
         passed_s = state.t_s - self._kept_s
         if passed_s < _EVERY_S and (passed_s <= 0 or wall_s - self._kept_wall_s < _EVERY_S):
             return

@@ -34,12 +34,10 @@ class SessionRecording:
 
     @property
     def room(self) -> int:
-        """Number of further entries that a scenario can hold."""
         plan = self._board.scenario
         return MOST_ENTRIES - len(self._entries) - (len(plan.contents.timeline) if plan else 0)
 
     def add(self, at_ps: int, entry: TimelineAction) -> bool:
-        """Add an entry; return False if the recording is full."""
         if self.room <= 0:
             return False
         self._entries.append((at_ps, entry))
@@ -80,7 +78,6 @@ class SessionRecording:
         return "".join(lines)
 
     def save(self, path: Path) -> None:
-        """Write the complete file. Raises OutputError."""
         try:
             write_atomically(path, self.text())
         except OutputError as error:

@@ -22,9 +22,7 @@ _TEXT = "text/plain; charset=utf-8"
 class Headers(Protocol):
     """Interface to the headers of a request."""
 
-    def get_all(self, key: str) -> list[str]:
-        """Return the values of a header; its name is case-insensitive."""
-        ...
+    def get_all(self, key: str) -> list[str]: ...
 
 
 @dataclass(frozen=True)

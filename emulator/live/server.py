@@ -50,13 +50,9 @@ class Controls(Protocol):
         """Queue a command; return False if the queue is full."""
         ...
 
-    def attach(self, client: object) -> None:
-        """Send a new client the current state."""
-        ...
+    def attach(self, client: object) -> None: ...
 
-    def detach(self, client: object) -> None:
-        """Remove a client that has left."""
-        ...
+    def detach(self, client: object) -> None: ...
 
 
 def websockets_missing() -> InputError:
@@ -122,7 +118,6 @@ class PageServer:
             self._loop.call_soon_threadsafe(self._put, key, messages.encode(event), client)
 
     def close(self) -> None:
-        """Close all connections and end the thread."""
         if self._thread.is_alive():
             self._loop.call_soon_threadsafe(self._stop.set)
             self._thread.join()

@@ -107,7 +107,6 @@ class LiveSession:
     # -- called from any thread -------------------------------------------------------------------------
 
     def post(self, client: object, command: PageCommand) -> bool:
-        """Queue a command; return False if the queue is full."""
         if len(self._commands) >= _MOST_WAITING:
             return False
         if isinstance(command, messages.Upload) and self._uploads_waiting() >= _MOST_UPLOADS:
@@ -187,7 +186,6 @@ class LiveSession:
             self._uploaded.remove()
 
     def save(self) -> None:
-        """Write the recording, if a file is given. Raises OutputError."""
         if self._record is not None:
             self.recording.save(self._record)
 
@@ -484,7 +482,6 @@ class LiveSession:
     # -- status and events ------------------------------------------------------------------------------
 
     def ways(self) -> list[str]:
-        """Return the commands with which other programs open the serial port and the debugger."""
         ways = [line for link in self._links for line in link.announce()]
         if self._debugger is not None:
             waits = ", the firmware waits for it" if self._debugger.halted else ""

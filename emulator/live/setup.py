@@ -58,7 +58,6 @@ class Setup:
         return serve(board, self.gdb, self.halt)
 
     def watched(self) -> FileWatch | None:
-        """Return the watch of the firmware's file, if there is one."""
         firmware = self._firmware()
         return FileWatch(firmware) if isinstance(firmware, str | Path) else None
 

@@ -57,7 +57,6 @@ class PerfettoFile:
         self._looking = Periodic(board.clock, board.clock.now_ps, Fraction(LOOK_PS), self._look)
 
     def close(self) -> None:
-        """End the open events and the file. Raises OutputError."""
         if self._closed:
             return
         self._closed = True

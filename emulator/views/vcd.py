@@ -55,7 +55,6 @@ class VcdFile:
         self._closed = False
 
     def close(self) -> None:
-        """Write the remaining events, up to now. Raises OutputError."""
         if self._closed:
             return
         self._closed = True

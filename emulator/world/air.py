@@ -48,9 +48,7 @@ class PressureDisturbance(Protocol):
     @property
     def pace_s(self) -> float: ...
 
-    def value(self, t_s: Array) -> Array:
-        """Return the pressure in hPa, (N, 1)."""
-        ...
+    def value(self, t_s: Array) -> Array: ...
 
 
 @dataclass(frozen=True)

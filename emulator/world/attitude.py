@@ -183,7 +183,6 @@ class Turn:
 
     @classmethod
     def between(cls, start: Array, end: Array, profile: MotionProfile) -> Turn:
-        """Return the shortest arc between two rotations (3, 3)."""
         axis, angle = axis_and_angle((start.T @ end)[np.newaxis])
         return cls(start, axis[0], float(angle[0]), profile)
 
@@ -327,7 +326,6 @@ class WavedEight:
 
     @property
     def pace_s(self) -> float:
-        """Shortest time between two rests of the nodding."""
         return self.profile.duration_s / (4.0 * self.turns) / 1.875
 
     def rotation(self, t_s: Array) -> Array:

@@ -34,12 +34,10 @@ class Approach:
 
     @property
     def pace_s(self) -> float:
-        """Time until 99 % of the way is done."""
         return 8.4 / self.w
 
     @classmethod
     def of(cls, start_s: float, time_constant_s: float, x: Array, x_dot: Array, x_ddot: Array) -> Approach:
-        """Return the approach from this deviation and its two derivatives."""
         w = POLES / time_constant_s
         b = x_dot + w * x
         return cls(start_s, w, x, b, 0.5 * (x_ddot - w * w * x + 2.0 * w * b))
@@ -114,7 +112,6 @@ class FollowedAttitude:
         rate: Array,
         acceleration: Array,
     ) -> FollowedAttitude:
-        """Start from rotation (3, 3), rate (rad/s) and acceleration (rad/s2), board axes (3,)."""
         target = euler_to_matrix(target_deg[np.newaxis])[0]
         axis, angle = axis_and_angle((target.T @ rotation)[np.newaxis])
         x = axis * angle[:, np.newaxis]

@@ -43,7 +43,6 @@ class Tremor:
 
     @classmethod
     def of(cls, start_s: float, wrist_m: Array, peak_m_s2: float, frequency_hz: float) -> Tremor:
-        """Return the tremor from ``start_s`` on, for a wrist (3,) in board axes."""
         spread = (np.arange(_SINUSOIDS) + 0.5) / _SINUSOIDS - 0.5  # evenly between -0.5 and 0.5
         w_rad_s = 2.0 * np.pi * (frequency_hz + _SPREAD_HZ * spread)[:, np.newaxis]
         peak_rad_s2 = peak_m_s2 / _KNUCKLES_M / np.sqrt(_SINUSOIDS)  # of each: together the same mean square
@@ -88,21 +87,19 @@ class Grip:
     taken_m: float
 
     def rotation(self, steady: Array, t_s: Array) -> Array:
-        """Return board to world, (N, 3, 3), from ``steady`` without tremor."""
         if self.tremor is None:
             return steady
         turned: Array = steady @ _matrix(self.tremor.derivatives(t_s)[0])
         return turned
 
     def rate_dps(self, steady_dps: Array, t_s: Array) -> Array:
-        """Add the tremor to ``steady_dps``, board axes, (N, 3)."""
         if self.tremor is None:
             return steady_dps
         x, x_dot, _ = self.tremor.derivatives(t_s)
         return to_board(_matrix(x), steady_dps) + np.degrees(_rate_rad_s(x, x_dot))
 
     def carried_m_s2(self, steady_dps: Array, steady_dps2: Array, t_s: Array) -> Array:
-        """Return the acceleration by turning about the wrist, (N, 3) or (1, 3), board axes."""
+        """Return the acceleration by turning about the wrist, board axes, (N, 3) or (1, 3)."""
         rate, acceleration = np.radians(steady_dps), np.radians(steady_dps2)
         if self.tremor is not None:
             # ``own``: rate at which the trembling axes turn in the steady ones.
@@ -118,13 +115,11 @@ class Grip:
         return carried
 
     def above_wrist_m(self, rotation: Array) -> Array:
-        """Return the board's height above the wrist (N,), from board to world (N, 3, 3)."""
         up = rotation[:, 2]  # of the world, in board axes
         above: Array = -(up @ self.wrist_m)
         return above
 
     def rise_m(self, rotation: Array) -> Array:
-        """Return the increase of that height since the board was taken, (N,)."""
         return self.above_wrist_m(rotation) - self.taken_m
 
 

@@ -83,7 +83,6 @@ class Magnet:
 
     @classmethod
     def starting_at(cls, start_s: float, moment_am2: float, distance_m: float, speed_m_s: float) -> Magnet:
-        """Return the pass that begins at ``start_s`` out of reach."""
         reach_m = (2.0 * MU0_4PI * abs(moment_am2) / FELT_MGAUSS) ** (1.0 / 3.0)
         half_line_m = math.sqrt(max(reach_m, 2.0 * distance_m) ** 2 - distance_m**2)
         return cls(start_s + half_line_m / speed_m_s, moment_am2, distance_m, speed_m_s)

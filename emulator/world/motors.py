@@ -39,11 +39,9 @@ class Motors:
 
     @property
     def pace_s(self) -> float:
-        """Half a period of the highest frequency."""
         return float(0.5 / (_BLADES * FULL_HZ * (self.throttle * _UNEQUAL).max()))
 
     def acceleration_m_s2(self, t_s: Array) -> Array:
-        """Return the acceleration in board axes, (N, 3)."""
         speed_hz = FULL_HZ * self.throttle * _UNEQUAL
         angle = 2.0 * np.pi * (t_s - self.start_s)[:, np.newaxis] * speed_hz + _PHASES
         one = FULL_M_S2 * np.sqrt(2.0 / MOTORS) * self.throttle**2
@@ -51,6 +49,5 @@ class Motors:
         return np.stack((*around, (one * np.cos(_BLADES * angle)).sum(axis=1)), axis=1)
 
     def field_mgauss(self) -> Array:
-        """Return the field in board axes, (1, 3)."""
         field: Array = np.array([FULL_MGAUSS]) * self.throttle.mean()
         return field

@@ -39,14 +39,12 @@ class Track(Generic[P]):
         return self._pieces[-1]
 
     def plan(self, start_s: float, piece: P) -> None:
-        """Make ``piece`` active from ``start_s`` on, and discard later plans."""
         keep = bisect_left(self._starts, start_s)
         del self._starts[keep:], self._pieces[keep:]
         self._starts.append(start_s)
         self._pieces.append(piece)
 
     def forget(self, before_s: float) -> None:
-        """Drop pieces that ended before ``before_s``; the oldest one left applies to earlier times."""
         old = bisect_right(self._starts, before_s) - 1
         if old > 0:
             del self._starts[:old], self._pieces[:old]
@@ -94,7 +92,6 @@ class Overlays(Generic[P]):
         self._events: list[tuple[float, float, P]] = []
 
     def add(self, start_s: float, end_s: float, event: P) -> None:
-        """Add ``event`` for ``start_s`` <= t < ``end_s``."""
         self._events.append((start_s, end_s, event))
 
     def forget(self, before_s: float) -> None:
@@ -102,7 +99,6 @@ class Overlays(Generic[P]):
             self._events = [event for event in self._events if event[1] >= before_s]
 
     def total(self, t_s: Array, function: Callable[[P, Array], Array]) -> Array:
-        """Return the sum of ``function(event, t_s)``: N rows, or one of zeros."""
         total = np.zeros((1, self._width))
         for start_s, end_s, event in self._events:
             here = (t_s >= start_s) & (t_s < end_s)
@@ -130,7 +126,6 @@ class Agitation:
         self._motions.append((start_s, end_s, pace_s))
 
     def end(self, end_s: float, pace_s: float) -> None:
-        """End all unfinished motions of this pace at ``end_s``."""
         for number, (start_s, end, pace) in enumerate(self._motions):
             if end == math.inf and pace == pace_s:
                 self._motions[number] = min(start_s, end_s), end_s, pace_s
@@ -140,11 +135,9 @@ class Agitation:
             self._motions = [motion for motion in self._motions if motion[1] >= before_s]
 
     def rests(self, from_s: float, to_s: float) -> bool:
-        """Return whether nothing moves between these times."""
         return not any(start_s <= to_s and end_s >= from_s for start_s, end_s, _ in self._motions)
 
     def between(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
-        """Return the intervals of motions faster than ``pace_s``."""
         return [
             (start_s, end_s)
             for start_s, end_s, taken_s in self._motions

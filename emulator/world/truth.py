@@ -73,7 +73,7 @@ Disturbance = Constant | Magnet
 
 
 class Truth:
-    """The state over time and the derived signals; ``t_s`` is (N,) seconds in any order."""
+    """The state over time and the derived signals; ``t_s`` is (N,) seconds, vectors are (N, 3) in board axes."""
 
     def __init__(self, floor_altitude_m: float) -> None:
         floor_hpa = isa_pressure_hpa(limits.ALTITUDE.check("floor_altitude_m", floor_altitude_m))
@@ -127,7 +127,7 @@ class Truth:
         return compass
 
     def specific_force_g(self, t_s: npt.ArrayLike) -> Array:
-        """Return an ideal accelerometer's signal, board axes, (N, 3) in g of 9.80665 m/s2."""
+        """Return an ideal accelerometer's signal in g of 9.80665 m/s2."""
         return self._signal("acc", t_s)
 
     def linear_acceleration_g(self, t_s: npt.ArrayLike) -> Array:
@@ -135,27 +135,26 @@ class Truth:
         return _sampled(lambda t: self._signals["acc"].evaluate(t, self._linear_g), t_s)
 
     def angular_rate_dps(self, t_s: npt.ArrayLike) -> Array:
-        """Return an ideal gyroscope's signal, board axes, (N, 3)."""
+        """Return an ideal gyroscope's signal."""
         return self._signal("gyro", t_s)
 
     def magnetic_field_mgauss(self, t_s: npt.ArrayLike) -> Array:
-        """Return an ideal magnetometer's signal, board axes, (N, 3): soft iron @ R^T field + own fields."""
+        """Return an ideal magnetometer's signal: soft iron @ R^T field + own fields."""
         return self._signal("mag", t_s)
 
     def pressure_hpa(self, t_s: npt.ArrayLike) -> Array:
-        """Return the air pressure at the board, (N,)."""
+        """Return the air pressure at the board."""
         return self._signal("pressure", t_s)
 
     def temperature_degc(self, t_s: npt.ArrayLike) -> Array:
-        """Return the air temperature, (N,), the same at every height."""
+        """Return the air temperature, the same at every height."""
         return self._signal("temperature", t_s)
 
     def board_temperature_degc(self, t_s: npt.ArrayLike) -> Array:
-        """Return an ideal thermometer's signal on the board, (N,)."""
+        """Return an ideal thermometer's signal on the board."""
         return self._signal("warmth", t_s)
 
     def relative_humidity_percent(self, t_s: npt.ArrayLike) -> Array:
-        """Return the relative humidity of the air, (N,)."""
         return self._signal("humidity", t_s)
 
     def sensed(self, quantity: str, *, one_row: bool = False, heating: float = 0.0) -> Sensed:
@@ -171,7 +170,7 @@ class Truth:
         return Sensed(self._signals[name], self._agitation[name], one_row, value_of)
 
     def altitude_m(self, t_s: npt.ArrayLike) -> Array:
-        """Return the height above the room's floor, (N,)."""
+        """Return the height above the room's floor."""
         return _sampled(self._altitude_m, t_s)
 
     def magnet(self, t_s: float) -> tuple[float, float, float, float] | None:
@@ -192,7 +191,7 @@ class Truth:
         )
 
     def hard_iron_mgauss(self, t_s: npt.ArrayLike) -> Array:
-        """Return the board's own field at the magnetometer, board axes, (N, 3)."""
+        """Return the board's own field at the magnetometer."""
         return _sampled(lambda t: self._hard_iron.evaluate(t, Constant.value), t_s)
 
     def _restore_laws(self, start_s: float, names: Iterable[str]) -> None:
@@ -331,7 +330,7 @@ class Sensed:
         self._value_of, self._turned = value_of, turned
 
     def turned(self, mounting: npt.ArrayLike) -> Sensed:
-        """Return the vector in a sensor's axes: ``mounting`` (3, 3) times the board's."""
+        """Return the vector in a sensor's axes; ``mounting`` is (3, 3)."""
         turned = np.asarray(mounting, dtype=np.float64).T
         return Sensed(self._track, self._agitation, self._one_row, self._value_of, turned)
 

@@ -35,7 +35,6 @@ class Warmth:
         return not self.excess_degc or from_s - self.start_s > _SETTLED_AFTER * self.time_constant_s
 
     def value(self, t_s: Array) -> Array:
-        """Return the degrees Celsius, (N,), or (1,) if constant."""
         if t_s.size == 0 or self.settled(t_s.min()):
             return np.array([self.end_degc])
         elapsed = (t_s - self.start_s) / self.time_constant_s
