@@ -84,8 +84,9 @@ class Board:
     selected for the firmware, from its file or by a trial.
     ``seed``: selects the board's offsets and noise; None: the scenario's seed, else 0.
     ``ideal``: sensors without any error, on a board without iron.
-    ``cold_start``: switch the sensors' supply on at t = 0. At first LSM6DSL (15 ms) and LIS2MDL (20 ms) do
-    not answer, and the board warms up.
+    ``cold_start``: False: sensors powered long before. True: supply switched on at t = 0, so that at first
+    LSM6DSL (15 ms) and LIS2MDL (20 ms) do not answer (no acknowledge on I2C, 0xFF on SPI), and the board
+    warms up.
 
     Times are virtual seconds since power-on. Close a board with ``close()`` or a ``with`` block. Raises
     InputError (ScenarioError) when a name, a file or a value cannot be used.

@@ -16,7 +16,7 @@ from typing import Protocol, runtime_checkable
 
 
 class ByteLink(Protocol):
-    """The other end of the virtual UART, used from one thread; after ``close`` it ignores all calls."""
+    """The other end of the virtual UART, used from one thread; after ``close`` it passes no bytes."""
 
     def send(self, data: bytes) -> None:
         """Take all of ``data`` (board to reader) without blocking; bytes that do not fit are counted."""

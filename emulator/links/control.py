@@ -2,7 +2,7 @@
 
 Port and token are in a file in the user's runtime folder. After the token, each line is a JSON object.
 
-Decision: the control server uses TCP and a token on every system, because Windows has no Unix sockets.
+Decision: the control server uses TCP and a token on every system, because Windows needs TCP anyway.
 
 Decision: a board counts as running if its control server answers with its token, because process ids are
 reused.

@@ -2,8 +2,8 @@
 
 Decision: a daemon thread writes to standard output, because it may block.
 
-Decision: the thread writes to the raw file beneath ``sys.stdout.buffer``, whose lock would abort an exit
-while the thread is blocked.
+Decision: the thread writes to the raw file beneath ``sys.stdout.buffer``, because the lock of the
+buffer would abort an exit while the thread is blocked.
 
 Decision: after a failed write (reader gone, disk full) standard output is redirected to the null device, so
 that the flush at exit does not fail (Python's ``signal``, "Note on SIGPIPE").

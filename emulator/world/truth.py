@@ -118,7 +118,7 @@ class Truth:
     def compass_deg(self, t_s: npt.ArrayLike) -> Array:
         """Return roll, pitch, and yaw from magnetic north, (N, 3), as `attitude_deg`.
 
-        Disturbances, and a vertical field, do not change magnetic north.
+        Magnetic north ignores disturbances; for a vertical field it is the frame's north.
         """
         compass = self.attitude_deg(t_s)
         earth = _sampled(lambda t: self._earth.evaluate(t, Constant.value), t_s)

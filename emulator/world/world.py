@@ -387,7 +387,7 @@ class World(Truth):
         duration_s: float,
         start_s: float | None = None,
     ) -> float:
-        """Accelerate by ``amplitude_g`` cos(2 pi f t) along a world axis, in whole periods."""
+        """Accelerate by ``amplitude_g`` cos(2 pi f t) along a world axis, for the whole periods in ``duration_s``."""
         if axis not in SHAKE_DIRECTIONS:
             raise InputError(f"axis is {axis!r}: give one of {', '.join(SHAKE_DIRECTIONS)}", kind="choice")
         frequency = limits.FREQUENCY.check("frequency_hz", frequency_hz)
