@@ -1,20 +1,9 @@
 """One quantity over time: the pieces of a track, overlays on it, and the pace of a motion.
 
-Decision: a piece of a track is active from its start until the next one's, and planning a piece discards the
-plans from its start on. One rule serves timelines (planned in order of time) and live changes (which cut off
-later plans). Re-planning later motions from the changed state was rejected: a student's slider would then
-change a scenario's expected values.
+A constant result has one row, so that a world at rest is cheap. A hand's motion has minimum jerk (Flash and
+Hogan, J. Neurosci. 5, 1985).
 
-A piece's function returns a first axis of length N, or of length 1 when its value does not change. With
-numpy's broadcasting, a constant value then stays one row through all arithmetic, and a world at rest costs
-one row.
-
-Shaking and magnetic disturbances are vectors that add up, so two of them may overlap, unlike the pieces of a
-track.
-
-A hand's motion from rest to rest has minimum jerk (Flash and Hogan, J. Neurosci. 5, 1985, equation of the
-straight reach): speed and acceleration are zero at both ends, so that gyroscope and accelerometer measure no
-step.
+Decision: a piece of a track is active until the next one starts, and planning a piece discards later plans.
 """
 
 from __future__ import annotations
@@ -30,7 +19,7 @@ import numpy.typing as npt
 
 from fcu_emulator.emulator.errors import InputError
 
-# -- consecutive pieces -------------------------------------------------------------------------------------
+# -- Consecutive pieces -------------------------------------------------------------------------------------
 
 
 Array = npt.NDArray[np.float64]
@@ -46,7 +35,7 @@ def not_kept(t_s: float, oldest_s: float) -> InputError:
 
 
 class Track(Generic[P]):
-    """The pieces of one quantity in order of their starts; ``first`` applies to all earlier times."""
+    """Consecutive pieces of one quantity; ``first`` applies to all earlier times."""
 
     def __init__(self, first: P) -> None:
         self._starts = [-math.inf]
@@ -75,7 +64,6 @@ class Track(Generic[P]):
         return self._pieces[-1]
 
     def plan(self, start_s: float, piece: P) -> None:
-        """Make ``piece`` active from ``start_s`` on, and discard all plans from there on."""
         keep = bisect_left(self._starts, start_s)
         del self._starts[keep:], self._pieces[keep:]
         self._starts.append(start_s)
@@ -110,7 +98,7 @@ class Track(Generic[P]):
 
 
 class Constant:
-    """A value (shape S) that does not change, as a piece: always (1, *S)."""
+    """A constant value of shape S as a piece, (1, *S)."""
 
     pace_s = math.inf
 
@@ -203,7 +191,6 @@ class Overlays(Spans[P]):
         self._width = width
 
     def total(self, t_s: Array, function: Callable[[P, Array], Array]) -> Array:
-        """Return the sum of ``function(event, t_s)`` at ``t_s`` (N,): (N, 3), or a row of zeros without events."""
         total = np.zeros((1, self._width))
         if not self._count or t_s.size == 0:
             return total
@@ -262,17 +249,11 @@ class MotionProfile(Protocol):
     @property
     def duration_s(self) -> float: ...
 
-    def progress(self, t_s: Array) -> Array:
-        """Return the completed share of the motion, 0 to 1."""
-        ...
+    def progress(self, t_s: Array) -> Array: ...
 
-    def speed(self, t_s: Array) -> Array:
-        """Return its first derivative in 1/s."""
-        ...
+    def speed(self, t_s: Array) -> Array: ...
 
-    def acceleration(self, t_s: Array) -> Array:
-        """Return its second derivative in 1/s2."""
-        ...
+    def acceleration(self, t_s: Array) -> Array: ...
 
 
 @dataclass(frozen=True)
@@ -289,7 +270,6 @@ class Linear:
         return np.full(t_s.shape, 1.0 / self.duration_s)
 
     def acceleration(self, t_s: Array) -> Array:
-        """Return zero; the jumps at both ends are omitted."""
         return np.zeros(t_s.shape)
 
 
