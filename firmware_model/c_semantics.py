@@ -1,7 +1,6 @@
 """C semantics that differ from Python: float32, integer division, division by zero, pow(), printf.
 
-A Python float is C's double, rounded at each store to a float32. Products and quotients of two float32 are then exact:
-a double has more than 2 * 24 + 2 bits.
+A Python float is C's double, rounded at each store to a float32. Products and quotients of two float32 are then exact.
 
 ``sprintf`` supports ``%d %i %u %x %X %c %s %f %F %e %E %g %G %%``, flags, width, precision and hh, h, l, ll, for int
 and long of 32 bits (C11 7.21.6.1).
@@ -90,7 +89,6 @@ def sprintf(fmt: str, *args: CArgument) -> bytes:
 
 
 def _parse(match: re.Match[str], arguments: Iterator[CArgument]) -> _Spec:
-    """Parse a specification, taking the arguments of ``*``."""
     text = match.group()
     flags, width_text, precision_text, length, conversion = match.groups()
     width = _number(width_text or "0", text, arguments)

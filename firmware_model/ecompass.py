@@ -1,9 +1,9 @@
 """The slides' mathematics: hard-iron calibration, eCompass, and the hypsometric altitude.
 
-Each right-hand side is computed in double and stored as float32; stores share a struct call, the slowest operation.
+Values are computed in double and stored as float32; stores share a struct call, the slowest operation.
 
-Decision: the slides' roll, atan2(Gy, sqrt(mu*Gx^2 + Gz^2)), is kept although it is an approximation. It never exceeds
-90 degrees; the exact atan2(Gy, Gz) would not match the lab.
+Decision: the slides' roll, atan2(Gy, sqrt(mu*Gx^2 + Gz^2)), is kept although it is an approximation. The exact
+atan2(Gy, Gz) would not match the lab.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The sensors of the lab's main.c: started, read, scaled, turned into the board's axes.
 
-Frame of all vectors: X right, Y forward, Z up out of the component side; out.X = -raw.Y, out.Y = raw.X, out.Z = raw.Z,
-after truncation to int32.
+Frame of all vectors: X right, Y forward, Z up out of the component side; out.X = -raw.Y, out.Y = raw.X, out.Z = raw.Z.
 
 Decision: sensors are read in bursts of 6, 6, 6 and 3 bytes. The 24 one-byte transactions of ST's firmware would not fit
 into 1.25 ms.

@@ -31,8 +31,8 @@ class Output:
 class Quantity:
     """Physical quantity that a sensor measures.
 
-    ``axes``: 3 for a vector in the sensor's axes, shape (n, 3), or 1, shape (n,); ``one_row``: one row is enough if the
-    signal is the same at all requested times.
+    ``axes``: 3 for shape (n, 3) in the sensor's axes, or 1 for (n,); ``one_row``: one row is enough if the signal is
+    constant.
     """
 
     name: str
@@ -47,9 +47,8 @@ class Quantity:
 class Bus:
     """Access to a sensor over its buses.
 
-    ``i2c_addresses``: 7-bit, by the pin that selects one, or empty; ``spi_wires``: after reset, or None; ``spi_modes``:
-    modes that work; ``i2c_increment_bit``, ``spi_increment_bit``: sub-address bit that enables the increment, 0 if
-    always on.
+    ``i2c_addresses``: 7-bit, by the pin that selects one, or empty; ``spi_wires``: after reset, or None;
+    ``i2c_increment_bit``, ``spi_increment_bit``: sub-address bit that enables the increment, 0 if always on.
     """
 
     i2c_addresses: tuple[int, ...]

@@ -5,11 +5,10 @@ deviations, with typical strengths. ``worst`` has three standard deviations of r
 strengths.
 
 Decision: a limit counts as three standard deviations; ST's "standard deviation" and a typical value count as one.
-Reading all as limits would make boards three times better than real ones.
+Reading all as limits would make boards too good.
 
 Decision: the standard deviation of output data rates is 2.5 % (:func:`rate_deviation`), because ST gives no tolerance.
-Published sensors have +3.7 % (LSM6DS3TR-C, the LSM6DSL's identity), +1 and -1 % (same family), +4 % (ISM330DHCX). Exact
-rates would keep 416 Hz and a program's 800 Hz in phase.
+Published sensors have +3.7, +1 and -1 % (LSM6DSL family), and +4 % (ISM330DHCX).
 """
 
 from __future__ import annotations
@@ -43,7 +42,7 @@ class Figure:
     """Declaration of one number by which a sensor deviates.
 
     ``deviation``: in both directions, 0 if equal in all qualities; ``typical``: of a strength; ``axes``: 3 for one
-    number per axis; ``allowed``: lowest and highest value.
+    number per axis.
     """
 
     doc: str
@@ -70,7 +69,7 @@ class Figure:
 
     @property
     def is_strength(self) -> bool:
-        """Return whether the number is the strength of an effect, which cannot be negative."""
+        """Return whether it is the strength of an effect, never negative."""
         return self.typical > 0
 
 
@@ -94,7 +93,7 @@ def rate_deviation() -> Any:
 
 
 def heating_share() -> Any:
-    """Return the field ``heating_percent`` of a sensor with a thermometer (:mod:`fcu_emulator.emulator.world.warmth`)."""
+    """Return the field ``heating_percent``, see :mod:`fcu_emulator.emulator.world.warmth`."""
     doc = "by how much more than the board it is warmed at its place"
     return drawn(doc, "%", 8.0, "the board's size and copper", "typical", (-100.0, 100.0))
 
@@ -143,9 +142,9 @@ class PartErrors:
         return {entry.name: entry.metadata["figure"] for entry in fields(cls)}
 
     def mounted(self) -> NDArray[np.float64]:
-        """Return the mounting error (3, 3): measured vector = matrix @ vector in the nominal axes, to first order.
+        """Return the mounting error (3, 3), to first order: measured vector = matrix @ vector in the nominal axes.
 
-        Decision: mounting errors are at most 1 degree, an assumption: 50 um at one end of a package of 3 mm.
+        Decision: mounting errors are at most 1 degree, an assumption.
         """
         x, y, z = np.radians(getattr(self, "misalignment_deg", ZERO)).tolist()
         return np.array([[1.0, z, -y], [-z, 1.0, x], [y, -x, 1.0]])
@@ -170,7 +169,7 @@ class PartErrors:
 
 
 class GradeDraw:
-    """Draws of one sensor's deviations, equal for equal seeds and sensors."""
+    """Draws of one sensor's deviations."""
 
     def __init__(self, grade: Grade, part: str, seed: int) -> None:
         if grade not in GRADES:

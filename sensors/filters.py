@@ -82,7 +82,7 @@ def chain(sections: tuple[Section, ...], start: Start) -> Chain:
 
 
 class Chain:
-    """A cascade of sections. Signals are (axes, n), states (axes, ``order``), 0 at rest."""
+    """A cascade of sections; signals are (axes, n), states (axes, ``order``)."""
 
     def __init__(self, sections: tuple[Section, ...], start: Start) -> None:
         self.sections = sections
@@ -142,7 +142,7 @@ class Chain:
         return after
 
     def _states(self, blocks: Array, state: Array) -> Array:
-        """Return the states before each block and after the last, (axes, blocks + 1, order)."""
+        """Return the states before and after blocks, (axes, blocks + 1, order)."""
         left = (blocks @ self._to_state).reshape(len(blocks), -1)
         states: Array = left @ self._carry + state @ self._leaps
         return states.reshape(len(blocks), -1, self.order)
@@ -179,7 +179,7 @@ _KEPT = 4  # pages: the stream's block, and the lag of a second reader
 
 
 class _Page:
-    """One page; arrays are replaced, never changed, as snapshots refer to them."""
+    """One page; snapshots refer to arrays, so they are never changed."""
 
     __slots__ = ("after", "known", "output", "samples")
 
@@ -216,7 +216,7 @@ class SampledFilter:
             self._segment = _SEGMENT * self._warm
 
     def split(self, number: int) -> None:
-        """Save the filter's state, because the settings change at ``number``."""
+        """Save the filter's state before the settings change."""
         if self._chain is None or number == self._first:
             return
         page, offset = divmod(number - self._first, PAGE)
@@ -261,7 +261,6 @@ class SampledFilter:
         return output
 
     def _state_before(self, page: int) -> Array:
-        """Return the state before a page, if necessary by warming up."""
         assert self._chain is not None
         segment = page - page % self._segment
         for begin in range(page, segment, -1):

@@ -1,6 +1,6 @@
 """The signal chain before a sample: analog stage, clipping converter, filter before decimation, deviation and noise.
 
-The documents leave three things open. Decisions:
+Decisions where the documents are silent:
 
 * The converter of the LSM6DSL runs at its highest output rate, 6664 Hz by its own oscillator.
 * Analog stages are second-order Butterworth low-passes; the digital filter has fourth order and -3 dB at half the
@@ -10,11 +10,9 @@ The documents leave three things open. Decisions:
 
 In a slow world the chain is a pure delay. A plain function's values count as filtered.
 
-Noise is a pure function of a key and the sample index (Philox), so a world change does not shift it.
-
-Bias instability, equal in every octave, is a sum of twelve interpolated noises with values T = 1 s, 2 s ... 2048 s
-apart. Each has the density w^2 T sinc^4(f T), their sum w^2 / (3 ln 2 f). IEEE Std 952 defines B by B^2 / (2 pi f), so
-w = sqrt(3 ln 2 / (2 pi)) B. A Gauss-Markov process would need its earlier values.
+Noise is a pure function of a key and the sample index (Philox). Bias instability, equal in every octave, is a sum of
+twelve interpolated noises with values T = 1 s, 2 s ... 2048 s apart. Each has the density w^2 T sinc^4(f T), their sum
+w^2 / (3 ln 2 f). IEEE Std 952 defines B by B^2 / (2 pi f), so w = sqrt(3 ln 2 / (2 pi)) B.
 """
 
 from __future__ import annotations
@@ -61,8 +59,8 @@ _PRODUCTS_AT_ONCE = 1 << 16
 class Kernel:
     """The mapping from signal to sample.
 
-    ``look_s``: time between signal values; ``analog``: low-pass on these; ``digital``: low-pass on conversions,
-    ``conversions`` per sample; ``late_s``: extra delay; ``highest``: limit in both directions.
+    ``look_s``: time between signal values; ``analog``: low-pass on these; ``digital``: low-pass on conversions;
+    ``late_s``: extra delay; ``highest``: limit in both directions.
     """
 
     look_s: float
@@ -86,7 +84,6 @@ class Kernel:
 
     @property
     def looks(self) -> int:
-        """Number of signal values in a sample period."""
         return self.conversions * ANALOG_OVER
 
     @property
@@ -181,7 +178,6 @@ def _delay(sections: tuple[Section, ...]) -> float:
 
 
 def _length(sections: tuple[Section, ...]) -> int:
-    """Return the impulse response's length in steps; poles have modulus sqrt(a2)."""
     if not sections:
         return 1
     slowest = math.sqrt(max(section[4] for section in sections))
@@ -189,7 +185,6 @@ def _length(sections: tuple[Section, ...]) -> int:
 
 
 def _weights(sections: tuple[Section, ...]) -> Array:
-    """Return the impulse response, latest weight last, sum 1."""
     weights = np.zeros(_length(sections))
     weights[0] = 1.0
     for b0, b1, b2, a1, a2 in sections:
@@ -216,7 +211,7 @@ class FrontEnd:
         self._delay_s = 0.0
 
     def configure(self, use: Kernel, delay_s: float = 0.0) -> None:
-        """Set the kernel of later samples; ``delay_s`` is for a plain function."""
+        """Set the kernel; ``delay_s`` is for a plain function."""
         self._kernel, self._delay_s = use, delay_s
 
     def block(self, number: int, t_s: Times) -> Array:
@@ -247,7 +242,6 @@ def _unchanged(signal: Array, _t_s: Times) -> Array:
 
 
 def _touched(moving: list[tuple[float, float]], t_s: Times, memory_s: float) -> NDArray[np.bool_]:
-    """Return which samples at ``t_s`` (n,) depend on these intervals."""
     touched = np.zeros(len(t_s), dtype=bool)
     for begin_s, end_s in moving:
         touched |= (t_s >= begin_s) & (t_s - memory_s <= end_s)
@@ -255,7 +249,6 @@ def _touched(moving: list[tuple[float, float]], t_s: Times, memory_s: float) -> 
 
 
 def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the bounds of each run of true flags."""
     edges = np.flatnonzero(np.diff(flags, prepend=False, append=False))
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
@@ -265,7 +258,7 @@ _SLOW_CONVERSIONS = 50.0  # as _SLOW, in conversions, for averaged ones
 
 
 def averaged(signal: Signal, t_s: Times, conversion_s: float) -> Array:
-    """Return the mean of a :class:`DynamicSignal` over a conversion before each of ``t_s`` (n,)."""
+    """Return the mean of a :class:`DynamicSignal` over conversions before ``t_s`` (n,)."""
     if not isinstance(signal, DynamicSignal):
         return signal(t_s)
     samples = signal(t_s - conversion_s / 2)
@@ -292,8 +285,7 @@ _REFERENCE_DEGC = 25.0  # all three datasheets give their figures at 25 degC
 class Deviation:
     """Offset, scale and cross-axis errors of three axes.
 
-    ``bias`` is in the signal's unit, drifts are per degC; ``cross_axis_percent`` couples XY, XZ, YZ. Blocks are (3, n),
-    which numpy handles five times faster.
+    ``bias`` is in the signal's unit, drifts are per degC. Blocks are (3, n), which numpy handles five times faster.
     """
 
     def __init__(
@@ -353,7 +345,7 @@ def noise_key(seed: int, *names: str | int) -> int:
 
 
 class NoiseSource:
-    """Standard normal noise of independent channels, drawn ``page`` samples at a time."""
+    """Standard normal noise of independent channels, in pages."""
 
     def __init__(self, key: int, channels: int, page: int = _NOISE_PAGE) -> None:
         self._key = key
@@ -412,7 +404,6 @@ class Flicker:
         return np.stack([np.interp(t_s, np.arange(first, end), row) for row in values])
 
     def _at(self, seconds: NDArray[np.int64]) -> Array:
-        """Return values at seconds counted from ``_BEFORE_S`` before time 0."""
         total = np.zeros((len(self._at_seconds), len(seconds)))
         for octave, source in enumerate(self._octaves):
             apart_s = 1 << octave

@@ -35,18 +35,18 @@ from fcu_emulator.sensors.sampling import PS_PER_S, SampleStream, Times
 Signal: TypeAlias = Callable[[Times], NDArray[np.float64]]
 """A quantity at the given times: shape (n, 3) in the sensor's axes, or (n,); n may be 1 if ``one_row`` allows it.
 
-A plain function gives filtered values, a :class:`DynamicSignal` unfiltered ones.
+A plain function gives filtered values.
 """
 
 
 @runtime_checkable
 class DynamicSignal(Protocol):
-    """A signal that reports when it moves fast and must be sampled densely."""
+    """A signal that reports fast motion, to be sampled densely."""
 
     def __call__(self, t_s: Times, /) -> NDArray[np.float64]: ...
 
     def agitated(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
-        """Return the intervals with jumps, or with moves from rest to rest in less than ``pace_s``."""
+        """Return the intervals in which the signal jumps, or comes to rest in less than ``pace_s``."""
         ...
 
 
@@ -54,13 +54,13 @@ class DynamicSignal(Protocol):
 
 
 class Read(Protocol):
-    """A burst read. Raises AccessError if no bus could carry it."""
+    """A burst read. Raises AccessError."""
 
     def __call__(self, address: int, count: int, now_ps: int) -> bytes: ...
 
 
 class Write(Protocol):
-    """A burst write. Raises AccessError if no bus could carry it, TypeError for data other than bytes."""
+    """A burst write. Raises AccessError, or TypeError for data other than bytes."""
 
     def __call__(self, address: int, data: bytes, now_ps: int) -> None: ...
 
@@ -80,8 +80,8 @@ _PS_PER_MS = PS_PER_S // 1000
 class Part:
     """One sensor behind its bus.
 
-    The register file's methods are instance attributes, because an extra call costs time at 800 Hz. While a pin is
-    wired, nothing is prefetched, as the sensor must see every access.
+    Methods of the register file are instance attributes, to save a call. While a pin is wired, nothing is prefetched,
+    as the sensor must see every access.
     """
 
     NAME: ClassVar[str]
@@ -110,7 +110,7 @@ class Part:
 
     @classmethod
     def maps(cls) -> dict[str, RegisterMap]:
-        """Return every register map by its bank's title, empty for the main one."""
+        """Return every register map by title, empty for the main one."""
         return {"": cls.MAP}
 
     def __init__(
@@ -143,7 +143,7 @@ class Part:
         return registers.write
 
     def watch(self, accessed: Callable[[], None]) -> None:
-        """Call ``accessed()`` after every access, which can move the next pin change forward."""
+        """Call ``accessed()`` after every access, which can move pin changes."""
         self._accessed = accessed
         self.version[0] += 1
         self._activate(self.active)
@@ -160,11 +160,10 @@ class Part:
         return self.active.map.name(address & 0x7F)
 
     def accessible(self, now_ps: int) -> bool:
-        """Return whether trimming values are loaded; only bus interfaces check it."""
+        """Return whether trimming values are loaded; bus interfaces check it."""
         return now_ps >= self._accessible_ps
 
     def refuse(self, now_ps: int) -> None:
-        """Note an access before the sensor is accessible."""
         from_ms = self._accessible_ps / _PS_PER_MS
         self.registers.note(now_ps, "not accessible", f"trimming values are loaded until {from_ms:g} ms")
 
@@ -252,7 +251,6 @@ class SelfClearingBits:
         self._due: list[tuple[int, int]] = []
 
     def begin(self, mask: int, until_ps: int) -> None:
-        """Let the bits of ``mask`` read 1 until ``until_ps``."""
         self._mem[self._address] |= mask
         self._due.append((until_ps, mask))
 
@@ -274,7 +272,7 @@ class SelfClearingBits:
 
 
 class _IncrementBit:
-    """A sensor whose bursts stay at one register unless an address bit is set."""
+    """A sensor whose address bit enables the increment."""
 
     def __init__(self, part: Part, bit: int) -> None:
         self._part = part
@@ -326,7 +324,7 @@ def with_increment_bit(part: Part, bit: int) -> Part:
 
 
 class SubaddressTarget:
-    """I2C interface of one sensor, which keeps the sub-address."""
+    """I2C interface of one sensor."""
 
     def __init__(self, part: Part, now_ps: Callable[[], int]) -> None:
         bit = part.BUS.i2c_increment_bit
@@ -335,12 +333,12 @@ class SubaddressTarget:
         self.address_mask = ADDRESSES - 1 | bit
         """Bits of a sub-address that the sensor evaluates."""
         self.last_burst = (0, 0)
-        """Sub-address and length; the next read without a sub-address continues after it."""
+        """Sub-address and length; the next read continues after it."""
         self._expects_subaddress = False
         self._booting = not part.accessible(now_ps())  # checked again only while it is True
 
     def start(self, *, read: bool) -> bool:
-        """Begin a transfer after a start condition; return True to acknowledge."""
+        """Begin a transfer; return True to acknowledge."""
         self._expects_subaddress = not read
         if not self._booting:
             return not self.part.i2c_off
@@ -350,7 +348,6 @@ class SubaddressTarget:
         return answers
 
     def write(self, data: bytes) -> int:
-        """Accept bytes, all of which are acknowledged."""
         payload = data
         if self._expects_subaddress and data:
             self.last_burst = (data[0] & self.address_mask, 0)
@@ -382,7 +379,6 @@ class SubaddressTarget:
         self.advance_past(address, count)
 
     def advance_past(self, subaddress: int, count: int) -> None:
-        """Advance past prefetched bytes that were read without side effects."""
         self.last_burst = (subaddress & self.address_mask, count)
         self._expects_subaddress = False
 

@@ -19,14 +19,14 @@ from types import ModuleType
 from typing import ClassVar, Final
 
 ACCESSES: Final = ("rw", "r", "w", "rc_w0", "rc_w1", "rs")
-"""Access types: read and write, read, write, cleared by writing 0 or 1, set by writing 1."""
+"""Read and write, read, write, cleared by writing 0 or 1, set by writing 1."""
 
 
 class Bits:
     """Bits ``msb`` down to ``lsb`` of a register.
 
     ``access``: if not the register's. ``count``: number of such fields, ``step`` bits apart; numbers from ``first`` on
-    replace the ``x`` of their names. ``overlay``: second meaning, in another mode.
+    replace the ``x`` of names. ``overlay``: second meaning.
     """
 
     __slots__ = (
@@ -87,8 +87,7 @@ class Register:
     """Base of every declared register.
 
     ``addr``: first sub-address or offset, None for a base class; ``size``: bytes; ``reset``: little endian; ``names``:
-    of a larger register's bytes; ``modelled=False``: no behaviour; ``count``, ``step`` (bytes), ``first``: as for
-    :class:`Bits`.
+    of bytes; ``modelled=False``: no behaviour; ``count``, ``step`` (bytes), ``first``: as for :class:`Bits`.
     """
 
     addr: ClassVar[int]
@@ -215,7 +214,7 @@ class RegisterMap:
         )
 
     def without_behaviour(self) -> list[str]:
-        """Return names without behaviour: registers, and fields as ``REGISTER.FIELD``."""
+        """Return names without behaviour."""
         names = []
         for register in self.registers:
             if not register.modelled:
@@ -225,5 +224,5 @@ class RegisterMap:
         return names
 
     def name(self, address: int) -> str:
-        """Return the datasheet's name of the byte at ``address``, or ``reserved``."""
+        """Return the byte's name, or ``reserved``."""
         return self.names[address % ADDRESSES] or "reserved"

@@ -1,9 +1,7 @@
 """Registers in memory, and the rules for reading and writing bursts.
 
-A burst is planned once per address and length. One read method per byte would cost six times as much at 800 Hz x 4
-bursts.
-
-Masters cache bytes: ``prefetch`` returns the results of one-byte reads, ``consumed`` applies their effects.
+A burst is planned once per address and length; one read method per byte would cost six times as much at 800 Hz x 4
+bursts. Masters cache bytes: ``prefetch`` returns the results of one-byte reads, ``consumed`` applies their effects.
 """
 
 from __future__ import annotations
@@ -55,7 +53,7 @@ class Prefetcher(Protocol):
     def prefetch(self, first: int, end: int, now_ps: int) -> Prefetched: ...
 
     def valid_until_ps(self, first: int, end: int) -> int:
-        """Return how long these bytes can be read again without effect; 0 if unknown."""
+        """Return how long these bytes can be read again; 0 if unknown."""
         ...
 
     def consumed(self, first: int, count: int) -> None: ...
@@ -64,7 +62,7 @@ class Prefetcher(Protocol):
 
 
 BurstReader: TypeAlias = Callable[[int], tuple[bytes, int]]
-"""``read_burst(now_ps)``: bytes, and how long (ps) a repeated read has no effect while the version is unchanged."""
+"""``read_burst(now_ps)``: bytes, and how long (ps) a repeated read has no effect."""
 
 _Source: TypeAlias = tuple[Prefetcher, ReadHook | None, AfterHook | None]  # valid while these are the hooks
 _Region: TypeAlias = tuple[Prefetcher, int]  # source of the bytes from an address on, and their end
@@ -117,7 +115,7 @@ class _Plain:
 
 
 def every_length(count: int) -> int:
-    """Return the mask of reads of every length up to ``count``."""
+    """Return the mask of reads of every length."""
     return (2 << count) - 2
 
 
@@ -164,20 +162,20 @@ class RegisterFile:
     # -- wiring -----------------------------------------------------------------------------------------
 
     def before_read(self, register: type[Register], hook: ReadHook) -> None:
-        """Call ``hook`` before a read of ``register``, to update it."""
+        """Call ``hook`` before a read, to update ``register``."""
         self._before[register.addr : register.addr + register.size] = [hook] * register.size
         self._forget_plans()
 
     def set_prefetcher(
         self, register: type[Register], source: Prefetcher, before: ReadHook, after: AfterHook | None = None
     ) -> None:
-        """Prefetch ``register`` from ``source``, as long as these are its hooks."""
+        """Prefetch ``register`` from ``source``, while these are its hooks."""
         entry = source, before, after
         self._sources[register.addr : register.addr + register.size] = [entry] * register.size
         self._forget_plans()
 
     def after_read(self, register: type[Register], hook: AfterHook) -> None:
-        """Call ``hook`` after a read of ``register``, and after earlier hooks."""
+        """Call ``hook`` after a read, and after earlier hooks."""
         earlier = self._after[register.addr]
         both = hook if earlier is None else _one_after_the_other(earlier, hook)
         self._after[register.addr : register.addr + register.size] = [both] * register.size
@@ -207,7 +205,7 @@ class RegisterFile:
     # -- access -----------------------------------------------------------------------------------------
 
     def read(self, address: int, count: int, now_ps: int) -> bytes:
-        """Return ``count`` bytes from ``address`` on, with all side effects. Raises AccessError."""
+        """Return ``count`` bytes, with all side effects. Raises AccessError."""
         if self.half_read and count > 1:
             return self._read_bytewise(address, count, now_ps)
         plan = self._plans.get(address << _COUNT_BITS | count) or self._plan(address, count)
@@ -228,9 +226,9 @@ class RegisterFile:
         return bytes(pieces)
 
     def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
-        """Return about ``count`` one-byte reads, or none: the bytes, their end of validity (ps), and a mask.
+        """Return about ``count`` one-byte reads: the bytes, their end of validity (ps), and a mask.
 
-        Bit n marks reads of the first n bytes without side effects, ``EACH_ALONE`` a fixed sub-address.
+        Bit n marks reads of n bytes without side effects, ``EACH_ALONE`` a fixed sub-address.
         """
         region = self._regions[address] if address in self._regions else self._region(address)
         if region is None:
@@ -249,7 +247,6 @@ class RegisterFile:
         return data, until_ps, quiet
 
     def consumed(self, address: int, count: int) -> None:
-        """Apply the effects of prefetched bytes read one by one."""
         while count:
             region = self._regions.get(address) or self._region(address)
             assert region is not None, "bytes that were never prefetched"
@@ -259,7 +256,7 @@ class RegisterFile:
             address, count = end, count - here
 
     def burst_reader(self, address: int, count: int) -> BurstReader:
-        """Return a reader of this burst; valid while ``version`` is unchanged."""
+        """Return a reader of this burst, for one ``version``."""
         sources = self._find_sources(address, count)
         if sources is not None and len(sources) == 1:
             source, first, end = sources[0]
@@ -327,7 +324,6 @@ class RegisterFile:
         return source if source is not None and source[1:] == (before, after) else None
 
     def _valid_until_ps(self, address: int, count: int) -> int:
-        """Return how long (ps) a burst can be repeated without effect."""
         key = address << _COUNT_BITS | count
         sources = (
             self._burst_sources[key] if key in self._burst_sources else self._find_sources(address, count)

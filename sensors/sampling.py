@@ -1,11 +1,10 @@
 """Samples at an output data rate, and the registers that show the latest one.
 
 Times are integers computed from the index, so 6664 Hz is exact after an hour. A value is a pure function of sample
-number, configuration and world, not of the order of reads. Numbers continue over restarts, so that one-shot
-measurements differ in noise.
+number, configuration and world. Numbers continue over restarts, so that one-shot measurements differ in noise.
 
-A sample is written to the registers when it is read (lazy evaluation). Any high byte's read clears data-ready; with
-BDU, a word is held between the reads of its two bytes (AN5040 4.3-4.5, AN5069 6.3-6.5).
+A sample is written to the registers when it is read. Any high byte's read clears data-ready; with BDU, a word is held
+between the reads of its bytes (AN5040 4.3-4.5, AN5069 6.3-6.5).
 """
 
 from __future__ import annotations
@@ -47,7 +46,7 @@ class SampleStream:
     """The samples of one channel group.
 
     ``next_ps``: time of the next sample; ``data``: register bytes of the latest; ``index``: its number, or -1;
-    ``raster_ps``: a time that is whole periods from every sample; ``settled_number``: first sample to keep.
+    ``raster_ps``: a time in phase with all samples; ``settled_number``: first sample to keep.
     """
 
     __slots__ = (
@@ -88,7 +87,7 @@ class SampleStream:
         self.settled_number = 0
 
     def start(self, now_ps: int, rate_hz: Fraction, first_delay_ps: int | None = None) -> None:
-        """Start sampling; the first sample comes after ``first_delay_ps`` (default: one period)."""
+        """Start sampling, after ``first_delay_ps`` (default: one period)."""
         period = PS_PER_S / rate_hz
         delay = -(-period.numerator // period.denominator) if first_delay_ps is None else first_delay_ps
         self._begin(now_ps + delay, period.numerator, period.denominator)
@@ -145,14 +144,14 @@ class SampleStream:
         self._block_length = min(self._block_length, _SMALLEST_BLOCK)
 
     def world_changed(self, now_ps: int | None) -> None:
-        """Discard samples after ``now_ps``, or after the last read: the signals change."""
+        """Discard samples after ``now_ps``, or after the last read."""
         number = self.next_number(now_ps)
         for forget in self._forgetting:
             forget(number)
         self.invalidate()
 
     def when_world_changes(self, forget: Callable[[int], None]) -> None:
-        """Call ``forget(number)`` when samples from ``number`` on become invalid."""
+        """Call ``forget(number)`` when samples from there on become invalid."""
         self._forgetting.append(forget)
 
     def time_ps(self, index: int) -> int:
@@ -174,7 +173,7 @@ class SampleStream:
         return fresh
 
     def samples(self, first: int, end: int) -> NDArray[np.uint8]:
-        """Return register bytes of samples ``first`` to ``end - 1``, all due, shape (n, width)."""
+        """Return register bytes of due samples, shape (n, width)."""
         pieces = []
         while first < end:
             if not self._block_first <= first < self._block_end:
@@ -203,7 +202,6 @@ class SampleStream:
         self._block_first, self._block_end = first, first + count
 
     def times_s(self, number: int, count: int) -> Times:
-        """Return the times of samples by producer number, in the present run."""
         return self._times_s(number - self._earlier, count)
 
     @property
@@ -243,7 +241,7 @@ def to_int16(counts: NDArray[np.float64]) -> NDArray[np.int16]:
 
 
 def words(counts: NDArray[np.float64], samples: int | None = None) -> bytes:
-    """Return register bytes, little-endian X, Y, Z, of counts (3, n) or of one column for all ``samples``."""
+    """Return register bytes of counts (3, n), or of one column for all ``samples``."""
     in_turn = np.empty(counts.shape[::-1], dtype="<i2")
     np.copyto(in_turn, _whole(counts).T, casting="unsafe")
     data = in_turn.tobytes()
@@ -375,7 +373,7 @@ class OutputWords:
             self._after_sample()
 
     def before_read(self, first: int, end: int, now_ps: int) -> bytes | None:
-        """Refresh, and apply the read's effects. The usual read, of the whole block, gets the sample itself."""
+        """Refresh, and apply the read's effects. A read of the whole block gets the sample itself."""
         stream = self.stream
         if now_ps >= stream.next_ps:
             self.refresh(now_ps)
@@ -450,7 +448,6 @@ class OutputWords:
                 self._mem[word : word + 2] = words[offset : offset + 2]
 
     def _account(self, address: int) -> None:
-        """Clear the flags of one byte, and hold its word."""
         offset = address - self._first
         self._mem[self._status] &= self._keep[offset]
         if self._bdu:

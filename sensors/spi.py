@@ -1,7 +1,6 @@
 """ST's SPI protocol, common to all sensors (LSM6DSL datasheet 6.3, LIS2MDL 6.2, LPS22HB 7.3).
 
-A sensor answers on SDO (4-wire) or SDI (3-wire); a host that reads the other line gets 0xFF. Writes always work, so a
-3-wire host begins with a blind write.
+A host that listens to the wrong line, SDO (4-wire) or SDI (3-wire), reads 0xFF. Writes always work.
 
 Decision: a sensor that loads its trimming values after power-on drives nothing and ignores commands, so the host reads
 0xFF. The documents only say "not accessible" (AN5040 5.7, AN5069 3).

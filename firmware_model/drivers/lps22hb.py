@@ -2,8 +2,8 @@
 
 Decision: the driver of the LPS22HB sets IF_ADD_INC in the transaction in which ST's driver clears it, for bursts.
 
-Decision: ``LPS22HB_WaitForData`` is an addition. ST's main.c reads its reference pressure possibly before the first
-conversion (758.4 hPa was seen). The wait is limited, so that a dead sensor does not stop the boot.
+Decision: ``LPS22HB_WaitForData`` is an addition. ST's main.c may read its reference pressure before the first
+conversion (758.4 hPa was seen).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Declarations of the LIS2MDL: signals, bus, deviations, functions (datasheet DocID030621 Rev 3, AN5069 Rev 2)."""
+"""Declarations of the LIS2MDL: signals, bus, deviations, functions."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
 """The LIS2MDL's threshold interrupt and its pin INT/DRDY (datasheet 8.7 to 8.11; AN5069 6.3 and section 10).
 
-With IEL = 1 a crossing stays until it is read, and MROI (range overflow) always does. Decisions:
+Decisions:
 
 * MROI needs IEN = 1 (AN5069 10.2); the datasheet calls it "always enabled".
 * the threshold has 16 bits, as the datasheet's Table 38 shows, unsigned; AN5069 says 15.
-* INT signals crossings only.
+* INT signals crossings only, not MROI (range overflow).
 * a changed interrupt setting acts from the next sample on, IEN = 0 and IEA at once.
 * with IEN = 0 and IEA = 0 bit INT reads 0, as every bit does after reset, or ``idle_level``.
 """
@@ -120,7 +120,6 @@ class InterruptGenerator:
             self._edge(stream.time_ps(first + index), active if signals else 1 - active)
 
     def _take(self, sources: NDArray[np.uint8]) -> list[tuple[int, bool]]:
-        """Return where the interrupt becomes active (True) or inactive."""
         was = bool(self._source & _CROSSINGS)
         signals = (sources & _CROSSINGS) != 0
         everything = int(np.bitwise_or.reduce(sources))

@@ -227,7 +227,6 @@ class LIS2MDL(Part):
         return note_and_configure
 
     def _note(self, forbidden: _Forbidden, old: int, new: int, now_ps: int) -> None:
-        """Note a violation when a setting first has it."""
         if forbidden(new) not in ("", forbidden(old)):
             self.registers.note(now_ps, "forbidden", forbidden(new))
 

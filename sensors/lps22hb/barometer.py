@@ -144,7 +144,6 @@ class Barometer:
         return hpa
 
     def _deviating_hpa(self, pressure_hpa: NDArray[np.float64], t_s: Times) -> NDArray[np.float64]:
-        """Return ``pressure_hpa`` (n,) with the deviation, without noise."""
         errors = self._errors
         hpa = pressure_hpa + errors.pressure_bias_hpa
         if errors.pressure_relative_hpa:

@@ -1,4 +1,4 @@
-"""Declarations of the LPS22HB: signals, bus, deviations, functions (datasheet DocID027083 Rev 6)."""
+"""Declarations of the LPS22HB: signals, bus, deviations, functions."""
 
 from __future__ import annotations
 

@@ -4,13 +4,10 @@ AUTOZERO and AUTORIFP capture REF_P, with which the interrupt compares; AUTOZERO
 place of RPDS.
 
 Decisions where the datasheet is silent: the measured pressure is the one before RPDS; the captured sample is already
-shown relative to REF_P; RESET_AZ clears REF_P and RESET_ARP does not.
-
-Decisions where the datasheet is silent: a difference equal to the threshold sets neither flag; switching a comparison
-off clears its flag unless latched.
+shown relative to REF_P; RESET_AZ clears REF_P and RESET_ARP does not; a difference equal to the threshold sets neither
+flag; switching a comparison off clears its flag unless latched.
 
 Decisions: with INT_S = 0 the pin shows the enabled data signals ORed together, as in figure 22. Data-ready is P_DA.
-Open drain releases a high pin.
 """
 
 from __future__ import annotations

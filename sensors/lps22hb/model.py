@@ -1,11 +1,9 @@
 """The LPS22HB's behaviour behind its registers.
 
-Decisions where the datasheet is silent: while the FIFO is on and empty the output registers are unchanged; registers
-work during the boot after power-on.
-
-Decisions where the datasheet (9.1, 9.6) is silent: RESET_AZ and RESET_ARP act at once and read 1 for 10 us, as does
-SWRESET, which keeps RPDS and RES_CONF; a write to a busy ONE_SHOT has no effect, another rate ends it; BOOT takes one
-period, or 1 ms in power-down, and changes no setting.
+Decisions where the datasheet is silent: while the FIFO is on and empty the output registers are unchanged; RESET_AZ,
+RESET_ARP and SWRESET act at once and read 1 for 10 us; SWRESET keeps RPDS and RES_CONF; a write to a busy ONE_SHOT has
+no effect, another rate ends it; BOOT takes one period, or 1 ms in power-down, and changes no setting; registers work
+during it.
 """
 
 from __future__ import annotations
@@ -229,7 +227,6 @@ class LPS22HB(Part):
     # -- samples and reading ----------------------------------------------------------------------------
 
     def _refresh(self, now_ps: int) -> None:
-        """Take the due samples, and show the latest, or the FIFO's oldest."""
         stream, pipeline, output = self._stream, self._pipeline, self._output
         while now_ps >= stream.next_ps:
             at_ps = stream.next_ps if pipeline.every_sample else now_ps

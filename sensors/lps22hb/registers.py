@@ -1,4 +1,4 @@
-"""Registers of the LPS22HB (datasheet DocID027083 Rev 6, Table 16, section 9); undocumented resets are 0.
+"""Registers of the LPS22HB (datasheet Table 16, section 9); undocumented resets are 0.
 
 Decision: CLOCK_TREE_CONFIGURATION is declared as known and not modelled, so that a note names it. Only ST's board
 driver has this name.

@@ -1,7 +1,6 @@
 """The LSM6DSL's accelerometer: from specific force to counts (datasheet Table 3; AN5040 sections 3 and 4).
 
-Samples pass the front end, deviation, noise, self-test, the selected filters and the user offset. Noise has the
-datasheet's density in high performance, otherwise its RMS.
+Samples pass the front end, deviation, noise, self-test, the selected filters and the user offset.
 
 Decisions about order and shape of filters (AN5040 3.7): LPF1 at ODR/2, or at 740 Hz outside high performance, precedes
 decimation, and all other filters run at the output rate; low-pass filters start settled, others with zero.
@@ -9,7 +8,7 @@ decimation, and all other filters run at the output rate; low-pass filters start
 Decision: the event functions' filters, switched on while the accelerometer runs, start settled on the next sample.
 
 Decision: after a change of rate within low power, or of bandwidth, as many samples are to be discarded as after a
-turn-on. Of a range the larger number is used (AN5040 3.9).
+turn-on (AN5040 3.9).
 """
 
 from __future__ import annotations
@@ -141,7 +140,6 @@ class EventSamples:
     # -- for the accelerometer --------------------------------------------------------------------------
 
     def settings_change(self, filters: EventFilters, number: int, *, restarts: bool) -> None:
-        """Report that the settings change at sample ``number``."""
         anew = restarts or filters != self._filters
         self._filters = filters
         if self._watched:
@@ -236,7 +234,7 @@ def event_filters(mem: bytearray, odr_hz: float) -> EventFilters:
 
 
 def analog_hz(mem: bytearray, odr_hz: float, *, high_performance: bool) -> float | None:
-    """Return the cut-off of the analog stage, which only high performance has."""
+    """Return the cut-off of the analog stage of high performance."""
     if not high_performance:
         return None
     wide = odr_hz >= _ANALOG_WIDE_FROM_HZ and not mem[CTRL1_XL.addr] & CTRL1_XL.BW0_XL.mask
@@ -292,7 +290,6 @@ class AccelerometerSettings:
         return kernel(self.odr_hz, self.analog_hz, lpf1_hz, self.highest_mg, rate_factor=rate_factor)
 
     def noise_chain(self) -> Chain | None:
-        """Return the analog stage's effect on white noise."""
         sections: list[Section] = []
         if self.analog_hz is not None and self.odr_hz:
             add_low_pass(sections, self.analog_hz, self.odr_hz)
@@ -383,7 +380,6 @@ class Accelerometer:
         return Fraction(self.settings.odr_hz).limit_denominator(10) * self.rate_factor
 
     def configure(self, mem: bytearray) -> None:
-        """Apply the main bank's settings to later samples."""
         settings, old = AccelerometerSettings.decode(mem), self.settings
         if settings == old:
             return
@@ -405,7 +401,6 @@ class Accelerometer:
             self._analog_noise.restart(self._noise_chain, number)
 
     def produce(self, number: int, t_s: Times) -> bytes:
-        """Return samples as little-endian X, Y, Z int16."""
         settings = self.settings
         mg = self._filter.block(number, len(t_s)) if settings.chain else self._sampled(number, t_s)
         if any(settings.user_offset_mg):

@@ -275,9 +275,9 @@ class Banks:
 def on_bank_write(
     chip: FeatureContext, bank: int, registers: Iterable[type[Register]], changed: Callable[[int], None]
 ) -> None:
-    """Call ``changed(now_ps)`` after a write to any of ``registers``; earlier work is done by then.
+    """Call ``changed(now_ps)`` after a write to any of ``registers``; earlier work is done.
 
-    A write to bank A is noted if a sensor is on (AN5040 6); bank B must be written later.
+    A write to bank A while a sensor is on is noted (AN5040 6).
     """
     mem = chip.registers.mem
 

@@ -1,4 +1,4 @@
-"""Declarations of the LSM6DSL: signals, bus, deviations, functions (datasheet DocID028475 Rev 7, AN5040 Rev 3)."""
+"""Declarations of the LSM6DSL: signals, bus, deviations, functions."""
 
 from __future__ import annotations
 

@@ -1,12 +1,12 @@
-"""Data enable: the level on INT2, then an input, marks or passes samples (AN5040 Rev 3, 4.8).
+"""Data enable: the level on INT2, then an input, marks or passes samples (AN5040 4.8).
 
 * level: the stamped axes' LSB is 1 while DEN is active.
 * latched: the LSB is 1 in the first sample after a pulse.
 * FIFO: it is only written while DEN is active; the LSB alternates between such windows.
 * edge: only the first sample after each active edge is shown.
 
-Decisions where the documents are silent: data enable's stamp is also in the output registers; DEN_DRDY rises with a
-stamped sample, and falls with another and when a high byte is read.
+Decisions where the documents are silent: data enable's stamp is also in the output registers; another sample or the
+read of a high byte ends DEN_DRDY.
 """
 
 from __future__ import annotations
@@ -269,7 +269,6 @@ class DataEnable:
         return stamp
 
     def _stamp(self, number: int, data: bytes) -> bytes:
-        """Return samples, all under the present level, with stamps."""
         words = np.frombuffer(data, dtype="<i2").reshape(-1, 3).copy()
         bits = np.zeros(len(words), dtype=np.int16)
         if self._settings.mode is DenMode.LATCHED:

@@ -90,7 +90,6 @@ class StepDetector:
         self._last_ps = 0
 
     def feed(self, magnitude_mg: float, at_ps: int, settings: PedometerSettings) -> int:
-        """Return the steps to add at this sample."""
         if self._seeking_peak:
             self._extreme_mg = max(self._extreme_mg, magnitude_mg)
             if self._extreme_mg - magnitude_mg < settings.threshold_mg:
@@ -122,7 +121,7 @@ class DeltaTime:
         self._stepped = False
 
     def configure(self, period_ps: int, now_ps: int) -> None:
-        """Start windows of this length, if new; 0: none."""
+        """Start windows of this length; 0: none."""
         if period_ps != self._period_ps:
             self._period_ps, self._stepped = period_ps, False
             self.end_ps = now_ps + period_ps if period_ps else NEVER_PS
@@ -247,7 +246,6 @@ class WristTilt:
 
 
 def _over(acceleration_mg: Vec3, threshold_mg: float) -> int:
-    """Return the directions above the threshold."""
     over = 0
     for axis, value in enumerate(acceleration_mg):
         if value > threshold_mg:
@@ -388,7 +386,6 @@ class EmbeddedFunctions:
     # -- ticks ------------------------------------------------------------------------------------------
 
     def _work(self, first: int, end: int) -> None:
-        """Process every ``_every``-th sample."""
         rows = np.ascontiguousarray(self._chip.xl.samples(first, end)[:: self._every])
         mg = rows.view("<i2") * self._mg_per_lsb
         limit = self._pedometer.full_scale_mg

@@ -8,8 +8,6 @@ causes a spurious wake-up, as on silicon.
 
 Decision: an axis is over the threshold if it measures more than cos(SIXD_THS) of 1 g (5.4). Decision: the first
 position found after switching on also counts as a change.
-
-Tap (5.5): a slope rises over TAP_THS and falls back within SHOCK; a second tap follows QUIET within DUR.
 """
 
 from __future__ import annotations
@@ -195,7 +193,6 @@ class Orientation:
         return D6D_SRC.D6D_IA.mask
 
     def _over(self, sample: Axes) -> int:
-        """Return the bit of the only axis over the threshold, or 0."""
         limit, found = self._threshold_mg, 0
         for axis in range(self._axes):
             value = sample[axis]
@@ -243,7 +240,7 @@ class Tap:
         self._state, self._count, self._over, self._bits = "idle", 0, False, 0
 
     def step(self, slope: Axes) -> int:
-        """Process a slope in mg; return bits of TAP_SRC while an event lasts."""
+        """Process a slope in mg; return bits of TAP_SRC during an event."""
         over = self._exceeds(slope)
         begins = over and not self._over
         self._over = over
@@ -328,7 +325,7 @@ class Activity:
         return self.inactive != was
 
     def effective(self, mem: bytearray) -> bytearray:
-        """Return the main bank as it configures the sensors now, possibly asleep."""
+        """Return the main bank as it configures the sensors now."""
         inact = TAP_CFG.INACT_EN.get(mem[TAP_CFG.addr])
         on = inact and mem[TAP_CFG.addr] & TAP_CFG.INTERRUPTS_ENABLE.mask
         if not (self.inactive and on and mem[CTRL1_XL.addr] & CTRL1_XL.ODR_XL.mask):

@@ -54,7 +54,6 @@ class EventOutput:
         self.latched = False
 
     def update(self, bits: int, at_ps: int) -> None:
-        """Set the event's bits as of ``at_ps``; 0 at its end."""
         if bits == self.bits or (self.latched and not bits):
             return
         self.bits = bits
@@ -152,7 +151,6 @@ class Events:
             output.drop(now_ps)
 
     def _stop(self, now_ps: int) -> None:
-        """Stop the functions with the accelerometer; latched events stay."""
         self._restart()
         for output in self._outputs:
             if not output.latched:
@@ -195,7 +193,7 @@ class Events:
             self._process(self._next, min(latest + 1, self._next + _BLOCK))
 
     def next_event_ps(self) -> int:
-        """Return the next sample's time, if it can reach a pin or change the rate."""
+        """Return the next sample's time, if it matters."""
         if self._running and (self._routed or self.activity.enabled):
             return self._chip.xl.time_ps(self._next)
         return NEVER_PS
@@ -220,7 +218,7 @@ class Events:
     def _step(self, sample: Axes, tilt: Axes, at_ps: int) -> bool:
         """Process one sample, in mg; return whether activity changed.
 
-        ``tilt``: the same sample for orientation.
+        ``tilt``: the sample for orientation.
         """
         self._filter.step(sample)
         motion = self._filter.motion

@@ -1,4 +1,4 @@
-"""The FIFO of the LSM6DSL (AN5040 Rev 3, section 8; datasheet DocID028475 Rev 7, 5.5).
+"""The FIFO of the LSM6DSL (AN5040 8; datasheet 5.5).
 
 Lazy evaluation: a read processes all due triggers and events. Decisions where the documents are silent or disagree:
 
@@ -45,8 +45,7 @@ from fcu_emulator.sensors.register_file import NEVER_PS
 class FifoBuffer:
     """Words, oldest first; those that do not fit overwrite the oldest.
 
-    A full memory reads 0 with OVER_RUN, as the count has 11 bits (AN5040 Table 64). A low byte's read moves the word to
-    an output buffer, a high byte's removes it. ``gone``: words removed.
+    A full memory reads 0 with OVER_RUN, as the count has 11 bits (AN5040 Table 64). ``gone``: words removed.
     """
 
     def __init__(self) -> None:
@@ -220,7 +219,7 @@ class Fifo:
         self._violations.report(violations(self._mem), now_ps)
 
     def catch_up(self, now_ps: int) -> None:
-        """Store due data sets and process events, in the order of time."""
+        """Store data sets and process events, in the order of time."""
         heard = sorted(self._events)
         # another function may be ahead of the FIFO
         self._events = [event for event in heard if event.at_ps > now_ps]
@@ -290,7 +289,6 @@ class Fifo:
         return mode is FifoMode.FIFO or (mode is FifoMode.CONTINUOUS_TO_FIFO and self._switched)
 
     def _collect(self, until_ps: int) -> None:
-        """Store the data sets of all samples until ``until_ps``."""
         if self._settings.layout.writer is not Writer.DATA_READY:
             return
         while self._collects() and (due := self._samples.due(until_ps)):
@@ -298,7 +296,6 @@ class Fifo:
             self._store(self._samples.take(min(due, _TRIGGERS_AT_ONCE)))
 
     def _skip(self, due: int) -> int:
-        """Skip overwritten patterns; return their triggers."""
         pattern = self._pattern
         if not self._buffer.overrun or not pattern.length:
             return 0

@@ -1,4 +1,4 @@
-"""Contents of the LSM6DSL's FIFO and times of storage (AN5040 Rev 3, section 8; datasheet 5.5, 9.4 to 9.8).
+"""Contents of the LSM6DSL's FIFO and times of storage (AN5040 8; datasheet 5.5, 9.4 to 9.8).
 
 Decisions where the documents are silent or disagree: reserved modes (2, 5, 7) act as bypass, reserved rates as off; a
 watermark of 0 is never reached; the faster sensor limits the rate (figure 32, not 5.5); ONLY_HIGH_DATA does not remove
@@ -112,7 +112,7 @@ class Fourth(Enum):
 class FifoPattern:
     """Sets written at each trigger: set ``s`` at every ``decimations[s]``-th.
 
-    ``period``: triggers until it repeats; ``length``: words of a period; ``widest``: words of the first trigger.
+    ``period``: triggers until it repeats; ``length``: words of a period; ``widest``: of a trigger.
     """
 
     def __init__(self, decimations: tuple[int, ...]) -> None:
@@ -135,7 +135,7 @@ class FifoPattern:
 class Layout:
     """Stored sets and their triggers, changed only through bypass.
 
-    ``odr_fifo``: its code, 0 for a reserved one; ``odr_sensors``: the registers' codes.
+    ``odr_fifo``: its code; ``odr_sensors``: the registers' codes.
     """
 
     decimations: tuple[int, ...]
@@ -308,7 +308,7 @@ class DataSets:
         return _words(mixed)
 
     def _hub(self, number: int, times_ps: list[int]) -> Rows:
-        """Return SENSORHUB1 to 6 or 7 to 12, still unchanged by the hub."""
+        """Return SENSORHUB1 to 6 or 7 to 12."""
         first = SENSORHUB.addr + number * _SET_BYTES
         data = np.frombuffer(bytes(self._mem[first : first + _SET_BYTES]), dtype=np.uint8)
         return _words(np.tile(data, (len(times_ps), 1)))
@@ -354,7 +354,6 @@ class SampleTriggers:
             self._next = latest + 1
 
     def begin(self, at_ps: int) -> None:
-        """Trigger at the first sample from ``at_ps`` on."""
         self._next = self._leader.latest(at_ps - 1) + 1
 
     def due(self, until_ps: int) -> int:
@@ -377,7 +376,6 @@ class SampleTriggers:
 
 
 def _samples_per_trigger(sensor_hz: Fraction, rate_code: int) -> int:
-    """Return the ratio of the rates, nominally a power of two."""
     if not sensor_hz or not rate_code:
         return 0
     return 1 << max(0, round(log2(sensor_hz / Fraction(ODR_HZ[rate_code]))))

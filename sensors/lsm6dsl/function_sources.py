@@ -38,7 +38,7 @@ _IRON_PERIOD_PS = PS_PER_S // 100
 class FunctionSource:
     """An event: its bit, its signal, and routing bits, one of which it needs to latch.
 
-    ``bit_ps``: the bit's duration without latching; None: until the function clears it.
+    ``bit_ps``: the bit's duration without latching; None: until cleared.
     """
 
     register: type[Register]
@@ -107,7 +107,7 @@ _SOURCES = (
 
 
 class FunctionSources:
-    """Owner of the source registers; comes after features that report events, as it ends late ones."""
+    """Owner of the source registers, after features that report events."""
 
     CONFIGURATION: tuple[type[Register], ...] = (
         DRDY_PULSE_CFG_G,
@@ -211,7 +211,7 @@ class FunctionSources:
         self.fall([source for source in self._held_in_order() if source.register is FUNC_SRC2], now_ps)
 
     def _held_in_order(self) -> list[FunctionSource]:
-        """Return held sources in a fixed order, which simultaneous edges need."""
+        """Return held sources in a fixed order, unlike that of a set."""
         return [source for source in _SOURCES if source in self._held]
 
     def _set_bit(self, source: FunctionSource, *, on: bool) -> None:

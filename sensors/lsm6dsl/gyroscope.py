@@ -1,8 +1,13 @@
 """The LSM6DSL's gyroscope: from angular rate to counts (datasheet Table 3; AN5040 section 3).
 
+<<<<<<< HEAD
 After power-down the drive starts within ``LSM6DSLErrors.gyro_turn_on_ms``, 35 ms in Table 4; the 70 ms of AN5040 are a
 driver's safe wait. The first samples, as many as Table 16 gives, follow the step response of the low-pass filter.
 Approximation: from 1666 Hz on they settle within a few periods, not 81 ms (Table 16).
+=======
+The drive starts within ``LSM6DSLErrors.gyro_turn_on_ms``, 35 ms in Table 4; the 70 ms of AN5040 are a driver's safe
+wait. Approximation: from 1666 Hz on low-pass filters settle within a few periods, not 81 ms (Table 16).
+>>>>>>> doc2
 
 One low-pass and the filter before decimation give the overall cut-off of Table 19; the rest of the documented phase at
 20 Hz is a delay (3.8).
@@ -302,7 +307,6 @@ class Gyroscope:
         return Fraction(self.settings.odr_hz).limit_denominator(10) * self._rate_factor
 
     def configure(self, mem: bytearray, now_ps: int) -> None:
-        """Apply the main bank's settings to later samples."""
         settings, old = GyroscopeSettings.decode(mem), self.settings
         if settings == old:
             return
@@ -336,7 +340,6 @@ class Gyroscope:
         return max(0, self._drive_ready_ps - now_ps)
 
     def produce(self, number: int, t_s: Times) -> bytes:
-        """Return samples as little-endian X, Y, Z int16."""
         settings = self.settings
         filtered = settings.filters.chain is not None
         dps = self._filter.block(number, len(t_s)) if filtered else self._sampled(number, t_s)

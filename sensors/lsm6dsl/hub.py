@@ -1,11 +1,11 @@
 """The LSM6DSL's sensor hub: an I2C master that reads other sensors by itself (AN5040 section 7).
 
-A trigger starts a round over the slaves, whose results appear together at its end. It is data-ready, at 104 Hz at most,
-or INT2 (7.1). Decision: INT2 triggers when it rises, or when it is high as the hub is switched on.
+A trigger, data-ready at 104 Hz at most or INT2, starts a round over the slaves, whose results appear together at its
+end. Decision: INT2 triggers when it rises, or when it is high as the hub is switched on.
 
 Decisions where the documents are silent: a hub slave that does not answer keeps its bytes; a trigger without a slave in
-turn starts no round; switching off aborts the round. SENSORHUB_END_OP is a level, 1 while idle, or with correction a
-pulse of 1/100 s.
+turn starts no round; switching off aborts the round. SENSORHUB_END_OP is 1 while idle, or with correction a pulse of
+1/100 s.
 
 Iron correction (7.5): calibrated = SI * (M - HI), uncalibrated = SI * (M - HI) + HI.
 
@@ -130,7 +130,6 @@ class IronCorrection:
         return cls(soft=matrix, hard=hard.astype(np.float64))
 
     def apply(self, raw: bytes) -> Corrected:
-        """Return one corrected sample, X, Y, Z as little-endian int16."""
         calibrated = np.rint(self.soft @ (np.frombuffer(raw, dtype="<i2") - self.hard))
         uncalibrated = calibrated + self.hard
         both = np.concatenate((calibrated, uncalibrated))
@@ -202,7 +201,6 @@ class Plan:
 
 
 def _slave(mem: bytearray, number: int, place: int) -> Slave | None:
-    """Return slave ``number``, or None without a turn."""
     offset = _BYTES_PER_SLAVE * number
     config = mem[BankA.SLAVE0_CONFIG.addr + offset]
     reads = bool(mem[BankA.SLV0_ADD.addr + offset] & BankA.SLV0_ADD.rw_0.mask)
@@ -234,7 +232,6 @@ class Trigger:
 
     @property
     def running(self) -> bool:
-        """Whether a sensor is on, as the hub needs."""
         return self._stream.running
 
     def configure(self, now_ps: int) -> None:
@@ -332,7 +329,6 @@ class SensorHub:
     # -- feature interface ------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
-        """Decode the registers; a running round continues while the hub is on."""
         control = self._mem[MASTER_CONFIG.addr]
         master = bool(control & MASTER_CONFIG.MASTER_ON.mask)
         self.pass_through = bool(control & MASTER_CONFIG.PASS_THROUGH_MODE.mask)

@@ -1,7 +1,7 @@
 """Plain measuring: both sensors and the thermometer (AN5040 9), and the supply current.
 
 Approximation (datasheet Tables 3 and 4): outside high performance both sensors take the sum of their currents, at most
-650 uA, and a sleeping gyroscope that of its slowest low-power mode.
+650 uA, and a sleeping gyroscope that of its slowest mode.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ _FLAGS = (STATUS_REG.XLDA.mask, STATUS_REG.GDA.mask, STATUS_REG.TDA.mask)
 
 
 class Measuring:
-    """Sensors and output registers, updated from control registers and time."""
+    """The two sensors and the thermometer behind their output registers."""
 
     def __init__(
         self,
@@ -114,7 +114,7 @@ class Measuring:
             stream.invalidate()
 
     def _start(self, stream: SampleStream, rate: Fraction, now_ps: int) -> None:
-        """Start a stream, in phase with the other (AN5040 3) if Table 3's rates are whole multiples."""
+        """Start a stream, in phase with the other if possible (AN5040 3)."""
         xl, g, _ = self.streams
         if stream is g:
             now_ps += self._gyroscope.drive_start_ps(now_ps)
@@ -156,7 +156,6 @@ class Measuring:
         return zero - 32768 * lsb, zero + 32767 * lsb, lsb
 
     def _hide_unsettled(self) -> None:
-        """Suppress data-ready of samples to be discarded (AN5040 4.3)."""
         for stream, flag in zip(self.streams, _FLAGS, strict=True):
             if stream.index < stream.settled_index:
                 self._registers.mem[STATUS_REG.addr] &= ~flag

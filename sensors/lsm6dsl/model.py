@@ -101,7 +101,6 @@ class Features:
                 feature.catch_up(now_ps)
 
     def catch_up_with_events(self, at_ps: int) -> None:
-        """Let the other features work after the events."""
         for feature in self._all:
             if feature.active and feature is not self.events:
                 feature.catch_up(at_ps)
@@ -277,7 +276,6 @@ class LSM6DSL(Part):
         self._measuring.show_through(self._chip.gates.shown)
 
     def _apply(self, now_ps: int) -> None:
-        """Configure all from the registers, with lower rates while asleep."""
         self._measuring.refresh(now_ps)
         activity = self._features.events.activity
         self._measuring.apply(activity.effective(self.registers.mem), now_ps)
@@ -286,7 +284,6 @@ class LSM6DSL(Part):
             self._measuring.catch_up_before_reading(self.catch_up)
 
     def _int2_applied(self, at_ps: int, level: int) -> None:
-        """React to a new level of INT2, like to a write."""
         if not int2_is_input(self.registers.mem):
             self.registers.note(at_ps, "forbidden", "INT2 driven from outside while it is an output")
             return

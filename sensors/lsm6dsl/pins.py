@@ -296,7 +296,6 @@ class DataReadySignals:
         self._chip.signals.set(source.name, on, now_ps)
 
     def _after_read(self, source: _SensorSignal, now_ps: int) -> None:
-        """Follow the flag after a read; earlier samples still count."""
         self._chip.catch_up(now_ps)
         if source.routed and not self._pulsed:
             self._follow_flag(source, now_ps)

@@ -1,4 +1,4 @@
-"""The timestamp counter of the LSM6DSL (AN5040 Rev 3, 6.5; datasheet DocID028475 Rev 7, 9.57 to 9.59).
+"""The timestamp counter of the LSM6DSL (AN5040 6.5; datasheet 9.57 to 9.59).
 
 Decisions where the documents are silent: TIMER_EN alone starts the timestamp counter, as Linux' driver expects; a
 change of TIMER_HR keeps the count; only 0xAA written to TIMESTAMP2_REG acts. The counter deviates like the rates, as in
