@@ -1,17 +1,11 @@
 """The LSM6DSL's gyroscope: from angular rate to counts (datasheet Table 3; AN5040 section 3).
 
-<<<<<<< HEAD
 After power-down the drive starts within ``LSM6DSLErrors.gyro_turn_on_ms``, 35 ms in Table 4; the 70 ms of AN5040 are a
 driver's safe wait. The first samples, as many as Table 16 gives, follow the step response of the low-pass filter.
 Approximation: from 1666 Hz on they settle within a few periods, not 81 ms (Table 16).
-=======
-The drive starts within ``LSM6DSLErrors.gyro_turn_on_ms``, 35 ms in Table 4; the 70 ms of AN5040 are a driver's safe
-wait. Approximation: from 1666 Hz on low-pass filters settle within a few periods, not 81 ms (Table 16).
->>>>>>> doc2
 
 One low-pass and the filter before decimation give the overall cut-off of Table 19; the rest of the documented phase at
-20 Hz is a delay (3.8).
-Where the filter before decimation alone has more delay (12.5 to 208 Hz), its cut-off is higher. LPF1 switched off has no
+20 Hz is a delay (3.8). Where the filter before decimation alone has more delay (12.5 to 208 Hz), its cut-off is higher. LPF1 switched off has no
 phase table: it is delayed as FTYPE = 3.
 
 Decision: out of sleep into low power, as many samples are to be discarded as out of power-down.
