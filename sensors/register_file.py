@@ -108,7 +108,7 @@ class _Plain:
         return NEVER_PS
 
     def burst_reader(self, first: int, end: int) -> None:
-        """Return None: there is no fast path."""
+        """Return None: no fast path exists."""
 
     def consumed(self, first: int, count: int) -> None:
         """Ignore the read: it has no side effect."""

@@ -169,7 +169,7 @@ class EventSamples:
         return self._before.block(number, count)
 
     def after_lpf2(self, number: int, count: int) -> Array:
-        """Return samples through LPF2, whatever the output's filter."""
+        """Return samples through LPF2, independently of the output's filter."""
         return self._after.block(number, count)
 
 
