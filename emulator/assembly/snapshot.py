@@ -24,11 +24,23 @@ from typing import Any, Protocol, cast
 
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.trace import Trace
+from fcu_emulator.emulator.world.attitude import Held
+from fcu_emulator.emulator.world.follow import Approach, FollowedAttitude, FollowedHeight
+from fcu_emulator.emulator.world.track import Constant
 from fcu_emulator.sensors.filters import Chain
 from fcu_emulator.sensors.register import RegisterMap
 
 _PACKAGES = ("fcu_emulator.",)
-_CONSTANT = (type, RegisterMap, Chain)  # shared by all boards, never changed
+_CONSTANT = (
+    type,
+    RegisterMap,
+    Chain,
+    Approach,
+    FollowedAttitude,
+    FollowedHeight,
+    Held,
+    Constant,
+)  # never changed
 _VALUES = frozenset((int, str, bytes, float, bool, type(None)))
 
 

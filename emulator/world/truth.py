@@ -25,7 +25,7 @@ from fcu_emulator.emulator.world.hand import Grip
 from fcu_emulator.emulator.world.height import Height, RestSegment, Shake
 from fcu_emulator.emulator.world.magnetism import HeldMagnet, Magnet, ned_to_nwu_mgauss
 from fcu_emulator.emulator.world.motors import Motors
-from fcu_emulator.emulator.world.track import Agitation, Array, Constant, Overlays, Track
+from fcu_emulator.emulator.world.track import Agitation, Array, Constant, Overlays, Spans, Track
 from fcu_emulator.emulator.world.warmth import Warmth
 
 # -- Air pressure over the room's floor ---------------------------------------------------------------------
@@ -55,6 +55,9 @@ STANDARD_GRAVITY = 9.80665  # m/s2 in one g
 ZURICH_FIELD_UT = (21.5, 0.0, 43.0)  # the World Magnetic Model at Zurich, rounded, turned to north
 ROOM_DEGC = 25.0
 ROOM_PERCENT = 45.0
+HISTORY_CHANGES = 65_536  # of one quantity, about 1.2 kB each: 20 minutes of a hand at 50 commands per second
+KEPT_S = 60.0  # kept in any case: the filters of the sensors need it
+RECENT_S = 5.0  # changes of the last seconds are searched one by one
 UP = np.array([0.0, 0.0, 1.0])
 NOTHING = np.zeros((1, 3))
 HALF_TURN_DEG = 180.0
@@ -199,9 +202,16 @@ class Truth:
             if self._signals[name].last is not self._laws[name]:
                 self._signals[name].plan(start_s, self._laws[name])
 
-    def _forget(self, before_s: float) -> None:
-        """Drop the past, so that live changes take no memory."""
-        self._forgotten_s = max(self._forgotten_s, before_s)
+    def _bound_history(self, now_s: float) -> None:
+        """Drop the older half of the history when one quantity has changed more than `HISTORY_CHANGES` times."""
+        spans: tuple[Spans[Any], ...] = (
+            self._shakes,
+            self._puffs,
+            self._disturbances,
+            *self._agitation.values(),
+        )
+        for events in spans:
+            events.settle(now_s - RECENT_S)
         tracks: tuple[Track[Any], ...] = (
             self._attitude,
             self._height,
@@ -216,16 +226,16 @@ class Truth:
             self._temperature,
             self._lag,
             self._humidity,
+            *self._signals.values(),
         )
-        for track in tracks:
-            track.forget(before_s)
-        for signal in self._signals.values():
-            signal.forget(before_s)
-        for agitation in self._agitation.values():
-            agitation.forget(before_s)
-        self._shakes.forget(before_s)
-        self._puffs.forget(before_s)
-        self._disturbances.forget(before_s)
+        histories: tuple[Track[Any] | Spans[Any], ...] = (*tracks, *spans)
+        longest = max(histories, key=len)
+        before_s = min(longest.middle_s, now_s - KEPT_S)
+        if len(longest) <= HISTORY_CHANGES or before_s <= self._forgotten_s:
+            return
+        self._forgotten_s = before_s
+        for history in histories:
+            history.forget(before_s)
 
     def _signal(self, name: str, t_s: npt.ArrayLike) -> Array:
         return _sampled(lambda t: self._signals[name].evaluate(t, _of_signal), t_s)
@@ -341,7 +351,8 @@ class Sensed:
         return values if self._turned is None else values @ self._turned
 
     def agitated(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
-        return self._agitation.between(from_s, to_s, pace_s)
+        """Return the intervals in which it jumps, or moves from rest to rest in less than ``pace_s``."""
+        return self._agitation.faster(from_s, to_s, pace_s)
 
 
 def _shaken_by(motors: Motors | None, t_s: Array) -> Array:

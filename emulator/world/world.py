@@ -47,8 +47,7 @@ from fcu_emulator.emulator.world.track import Array, Constant, Linear, MinimumJe
 from fcu_emulator.emulator.world.truth import STANDARD_GRAVITY, Disturbance, Truth, pressure_ratio
 from fcu_emulator.emulator.world.warmth import Warmth
 
-NOW_TOLERANCE_S = 1e-9  # the same picosecond instant may differ in the last bit
-HISTORY_S = 5.0  # length of the kept history; sensors evaluate from about now on
+NOW_TOLERANCE_S = 1e-9  # now comes from integer picoseconds: the same instant may differ in the last bit
 ZURICH_ALTITUDE_M = 408.0
 EULER_AXES = ("roll", "pitch", "yaw")
 TIME_CONSTANT_S = 0.1  # of a followed hand
@@ -564,8 +563,8 @@ class World(Truth):
         return end_s
 
     def _changed(self, from_s: float, signals: Iterable[str]) -> None:
-        """End recordings of ``signals``, drop the past, and call the observers."""
+        """Apply a change of ``signals``: end their recordings, and call the observers."""
         self._restore_laws(from_s, signals)
-        self._forget(self._clock.now_s - HISTORY_S)
+        self._bound_history(self._clock.now_s)
         for callback in self._listeners:
             callback(from_s)
