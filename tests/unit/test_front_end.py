@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal as scipy_signal
 
+from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.world import Recording, World
 from fcu_emulator.sensors.front_end import CONVERTER_HZ, FrontEnd, averaged, kernel
 from fcu_emulator.sensors.lis2mdl import LIS2MDL
@@ -164,7 +165,7 @@ def test_shaking_at_a_low_rate_takes_little_memory() -> None:
         return np.stack([np.cos(2 * np.pi * 3 * t_s), 0 * t_s, 0 * t_s], axis=1)
 
     use = kernel(12.5, 400.0, None, 2.0)
-    samples = use.samples(force_g, np.arange(use.lead + 400) / 12.5)
+    samples = use.samples(force_g, np.arange(use.lead + 400) / 12.5, lambda force, _: force)
     assert samples.shape == (400, 3)
     assert sum(asked) > 400 * 2132
     assert max(asked) < 400_000
@@ -265,3 +266,24 @@ def test_a_recorded_vibration_is_filtered_like_any_other() -> None:
     front_end.configure(kernel(104.0, 400.0, None, 4.0))
     felt = front_end.block(20, np.arange(20, 80) / 104)
     np.testing.assert_allclose(felt[:, 2], 1.0, atol=5e-3)
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("moving", [False, True])
+def test_overload_reads_full_scale_on_every_board(seed: int, moving: bool) -> None:
+    """Four times full scale: the converter clips last, after the sensor's own offset and scale."""
+    board = Board(seed=seed)
+    board.world.set_gravity(8 * 9.80665)
+    for bus_write in (b"\x10\x40", b"\x11\x40"):  # CTRL1_XL: 104 Hz, 2 g; CTRL2_G: 104 Hz, 250 dps
+        board.i2c2.write(0x6B, bus_write)
+    if moving:
+        board.world.sweep("yaw", 4000, 4.0)  # 1,000 dps
+        board.world.shake("north", 0.01, 50, 4.0)
+        board.run_for(0.5)
+    else:
+        board.run_for(0.5)
+    data = board.i2c2.write_read(0x6B, b"\x22", 12)
+    gyro_z, acc_z = np.frombuffer(data, "<i2")[[2, 5]]
+    assert acc_z == 0x7FFF
+    if moving:
+        assert gyro_z == 0x7FFF

@@ -11,7 +11,7 @@ import pytest
 
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.time.clock import Clock, to_ps
-from fcu_emulator.emulator.world import Recording, World
+from fcu_emulator.emulator.world import Recording, World, truth
 from tests.support.words import Words
 
 
@@ -195,7 +195,11 @@ def test_what_bears_on_a_recorded_signal_takes_it_back(clock: Clock, world: Worl
     np.testing.assert_array_equal(world.temperature_degc([4.0]), [7])
 
 
-def test_live_changes_take_no_memory(clock: Clock, world: World) -> None:
+def test_live_changes_have_bounded_memory(
+    clock: Clock, world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(truth, "HISTORY_CHANGES", 400)
+
     def drag(changes: int) -> int:
         """Bytes in use after so many changes, five a second, of every kind."""
         for index in range(changes):
@@ -210,8 +214,8 @@ def test_live_changes_take_no_memory(clock: Clock, world: World) -> None:
 
     tracemalloc.start()
     try:
-        settled = drag(100)
-        assert drag(1000) < settled + 20_000
+        full = drag(400)
+        assert drag(1000) < 1.1 * full
     finally:
         tracemalloc.stop()
     np.testing.assert_allclose(world.attitude_deg([clock.now_s])[0, 0], 999 % 90)
