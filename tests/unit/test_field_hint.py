@@ -47,14 +47,12 @@ def lines(printed: Array, truth: Array) -> list[LabLine]:
 
 
 @given(OFFSETS, st.floats(0.93, 1.07))
-def test_hard_iron_and_a_parts_sensitivity_are_no_mistake(
-    offset: tuple[float, ...], sensitivity: float
-) -> None:
+def test_field_hint_ignores_hard_iron_and_sensitivity(offset: tuple[float, ...], sensitivity: float) -> None:
     truth = tumbled(60)
     assert field_hint(lines(sensitivity * truth + offset, truth)) is None
 
 
-def test_the_simplest_ways_to_exchange_and_negate_axes_come_first() -> None:
+def test_field_hint_tries_simplest_axis_changes_first() -> None:
     ways = signed_axes()
     changes = [sum(n != m for n, m in enumerate(order)) + signs.count(-1) for order, signs in ways]
 
@@ -102,7 +100,7 @@ def test_a_board_that_is_hardly_turned_tells_nothing(
 
 
 @given(OFFSETS, st.floats(0.1, 2.0))
-def test_a_calibration_that_still_learns_is_no_mistake(offset: tuple[float, ...], turn: float) -> None:
+def test_field_hint_ignores_calibration_that_still_learns(offset: tuple[float, ...], turn: float) -> None:
     """MagCalibration: less half of the smallest and the largest so far."""
     truth = tumbled(60, turn)
     raw = truth + offset

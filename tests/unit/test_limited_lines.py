@@ -39,7 +39,7 @@ def test_flood_of_lines_is_counted() -> None:
     assert str(1000 - BURST) in said[-1]
 
 
-def test_client_that_sets_many_rates_fills_neither_terminal_nor_memory() -> None:
+def test_client_setting_many_rates_prints_bounded_lines() -> None:
     said: list[str] = []
     link = Rfc2217Link(0, lambda: 115_200.0, said.append)
     coding = link.coding()

@@ -99,7 +99,7 @@ def test_fifo_mode_fills_and_stops() -> None:
     assert chip.read(PRESS_OUT_XL, 5) == level(32), "the last level read stays in the registers"
 
 
-def test_fifo_mode_goes_on_while_it_is_read_in_time() -> None:
+def test_fifo_mode_continues_if_read_in_time() -> None:
     chip = after(collecting(FIFO), 32)
     chip.read(PRESS_OUT_XL, 5)
     after(chip, 1)
@@ -108,7 +108,7 @@ def test_fifo_mode_goes_on_while_it_is_read_in_time() -> None:
 
 
 @pytest.mark.parametrize("mode", [FIFO, STREAM, DYNAMIC_STREAM])
-def test_stop_on_fth_limits_the_depth_to_wtm_plus_1(mode: int) -> None:
+def test_stop_on_fth_limits_depth_to_watermark(mode: int) -> None:
     """Datasheet 5.2."""
     chip = after(collecting(mode | 9, stop_on_fth=True), 10)
     assert chip.byte(FIFO_STATUS) == FTH_FIFO | 10
@@ -164,7 +164,7 @@ def test_an_emptied_dynamic_stream_does_not() -> None:
 # -- triggered modes ----------------------------------------------------------------------------------------
 
 
-def test_stream_to_fifo_keeps_what_led_to_the_interrupt() -> None:
+def test_stream_to_fifo_keeps_samples_before_interrupt() -> None:
     """Datasheet 5.5."""
     chip = after(collecting(STREAM_TO_FIFO, interrupt_above=50), 50)
     assert chip.byte(FIFO_STATUS) == OVR | 32
@@ -173,7 +173,7 @@ def test_stream_to_fifo_keeps_what_led_to_the_interrupt() -> None:
     assert after(chip, 5).byte(FIFO_STATUS) == 0
 
 
-def test_stream_to_fifo_streams_again_when_the_interrupt_is_read() -> None:
+def test_stream_to_fifo_resumes_when_interrupt_is_read() -> None:
     chip = after(collecting(STREAM_TO_FIFO, interrupt_above=50), 60)
     chip.write(THS_P_L, 0xFF, 0xFF)
     assert chip.byte(INT_SOURCE) == 0x05
@@ -203,7 +203,7 @@ def test_reading_the_interrupt_ends_collecting(mode: int) -> None:
 # -- reading ------------------------------------------------------------------------------------------------
 
 
-def test_a_level_is_consumed_by_its_last_byte_only() -> None:
+def test_fifo_level_is_consumed_by_its_last_byte() -> None:
     """ST's example reads 3 bytes at 28h and then 2 at 2Bh, other drivers burst."""
     chip = after(collecting(FIFO), 4)
     assert chip.read(PRESS_OUT_XL, 3) + chip.read(PRESS_OUT_XL, 3) == 2 * level(1)[:3]

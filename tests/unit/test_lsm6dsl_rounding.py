@@ -95,7 +95,7 @@ def test_software_reset_ends_it() -> None:
     assert chip.part.advance(0x1E, 1) == 0x1F
 
 
-def test_a_burst_round_a_pattern_releases_a_held_word_half_way() -> None:
+def test_wrapped_burst_releases_a_held_word() -> None:
     """BDU: once the low byte is read, the pair stays until its high byte is; then the next round is newer."""
     chip = measuring((CTRL3_C, 0x44), (CTRL5_C, 1 << 5))
     low = chip.read(0x28)

@@ -37,7 +37,7 @@ def test_gravity_of_a_level_board_is_seen_aslant(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("part", PARTS.values(), ids=lambda part: part.NAME)
-def test_ideal_parts_and_those_without_axes_are_not_turned(part: type[Part]) -> None:
+def test_ideal_and_axisless_parts_are_not_turned(part: type[Part]) -> None:
     np.testing.assert_array_equal(part.ERRORS().mounted(), np.eye(3))
     has_axes = any(quantity.axes == 3 for quantity in part.SIGNALS)
     assert np.any(part.ERRORS.of_grade("typical", 1).mounted() != np.eye(3)) == has_axes

@@ -209,7 +209,7 @@ def test_the_json_schema_takes_every_table() -> None:
         "[[expect]]\nkind = 'field'\nname = 'Jaw'\nvalue = 1\ntolerance = 1",
     ],
 )
-def test_the_json_schema_refuses_what_the_loader_refuses(tmp_path: Path, wrong: str) -> None:
+def test_json_schema_refuses_what_loader_refuses(tmp_path: Path, wrong: str) -> None:
     with pytest.raises(jsonschema.ValidationError):
         validate(tomllib.loads(HEAD + wrong))
     with pytest.raises(InputError):
@@ -266,7 +266,7 @@ def test_a_shipped_file_begins_with_a_question(name: str) -> None:
     assert first.endswith("?")
 
 
-def test_defaults_stand_in_the_schema_as_in_a_file() -> None:
+def test_schema_defaults_are_in_file_notation() -> None:
     """What an editor inserts must be what the loader takes."""
     bus = json_schema()["$defs"]["BusTable"]["properties"]["speed"]
     assert bus["default"] == "400kHz"
@@ -274,7 +274,7 @@ def test_defaults_stand_in_the_schema_as_in_a_file() -> None:
     assert all(isinstance(limits[name]["default"], str) for name in ("duration", "wall"))
 
 
-def test_an_editor_is_told_what_a_sensors_figure_means() -> None:
+def test_schema_describes_sensor_figures() -> None:
     keys = json_schema()["$defs"]["LPS22HBErrors"]["properties"]
     meaning = "offset before calibration, hPa; +-1 (typ.) (datasheet Table 3)"
 
