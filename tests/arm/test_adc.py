@@ -188,7 +188,7 @@ def test_the_end_of_conversion_interrupt(chip: Chip, adc: Adc) -> None:
     assert not chip.irq.level(ADC_IRQ)
 
 
-def test_continuous_conversion_gives_the_voltage_of_the_moment_it_is_read(chip: Chip, adc: Adc) -> None:
+def test_continuous_conversion_gives_the_voltage_when_read(chip: Chip, adc: Adc) -> None:
     """RM0368 11.3.5; the model converts only when DR is read, which nobody can tell."""
     adc.write(CR2, ADON | CONT | SWSTART)
     chip.run_to(PS_PER_MS)
@@ -200,7 +200,7 @@ def test_continuous_conversion_gives_the_voltage_of_the_moment_it_is_read(chip: 
     assert adc.read(SR) & EOC
 
 
-def test_what_is_not_modelled_is_noted(chip: Chip, adc: Adc) -> None:
+def test_unmodelled_conversions_are_noted(chip: Chip, adc: Adc) -> None:
     """Injected conversions, and the analog watchdog."""
     adc.write(CR2, JSWSTART)
     adc.write(CR1, AWDEN)

@@ -112,7 +112,7 @@ def test_damaged_elf_files(shard: int, version: int) -> None:
 
 @pytest.mark.parametrize("version", [4, 5])
 @pytest.mark.parametrize("region", ["symbols", "debug information"])
-def test_elf_files_damaged_where_only_names_can_be_lost(region: str, version: int) -> None:
+def test_elf_files_with_damaged_names_survive(region: str, version: int) -> None:
     """3200; the headers stay, so that damage is met by the readers behind them."""
     whole = debug_elf(version)
     start = whole.index(code()) + len(code())

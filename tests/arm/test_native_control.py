@@ -138,7 +138,7 @@ def test_special_registers(pair: EnginePair, form: Form, values: State, longest_
 
 @pytest.mark.parametrize("exception", [2, 3])
 @pytest.mark.parametrize("words", [(0xB671,), (0xF380, 0x8813)], ids=["CPSID f", "MSR"])
-def test_faultmask_cannot_be_set_in_nmi_and_hard_fault(
+def test_faultmask_cannot_be_set_in_nmi_or_hardfault(
     pair: EnginePair, words: tuple[int, ...], exception: int
 ) -> None:
     """Their priority is as high already (B5.2.1, B5.2.3); Unicorn sets it."""
@@ -214,7 +214,7 @@ def test_hints_that_unicorn_takes_for_undefined(
     assert (pair.native.run(len(it) + 1), pair.native.pc) == (stop, CODE + 2 * len(it) + 2)
 
 
-def test_runs_of_every_length_end_where_a_single_run_does() -> None:
+def test_run_slices_end_like_a_single_run() -> None:
     """In a program with interrupts, polling, waiting and IT blocks, of an instruction per microsecond."""
 
     def core() -> CoreBench:

@@ -170,7 +170,7 @@ def test_watched_memory_changes_nothing(first_seed: int) -> None:
     assert seen
 
 
-def test_the_programs_do_what_they_are_for() -> None:
+def test_random_programs_fault_rarely_and_access_devices() -> None:
     """Faults are few among the instructions, and devices are accessed."""
     outcomes = [Program(seed).run(at_once(Random(seed))) for seed in range(SEEDS)]
     assert sum(len(outcome.stops) for outcome in outcomes) < SEEDS * INSTRUCTIONS // 4

@@ -188,7 +188,7 @@ def _kind_of(kind: Any) -> str:
     return "pointer" if is_pointer else C_TYPES[kind]
 
 
-def test_every_function_of_the_header_has_its_types_in_python() -> None:
+def test_header_functions_have_python_types() -> None:
     text = re.sub(r"/\*.*?\*/", "", (FOLDER / "fcu.h").read_text(encoding="utf-8"), flags=re.DOTALL)
     text = re.sub(r"void \(\*\w+\)\([^)]*\)|int32_t \(\*\w+\)\([^)]*\)", "callback", text)
     in_c = {

@@ -20,7 +20,7 @@ PROGRAM = CASES["assembly-i2c-by-dma"]
 
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("traced", [True, False], ids=["traced", "untraced"])
-def test_the_run_is_the_recorded_one(name: str, traced: bool) -> None:
+def test_run_equals_its_record(name: str, traced: bool) -> None:
     """Without a detailed trace a build may take shorter ways; memory, registers and text do not show them."""
     recorded = recording.load(CASES[name])
     now = recording.record(CASES[name], traced=traced, counts=counts_of(recorded))
@@ -29,7 +29,7 @@ def test_the_run_is_the_recorded_one(name: str, traced: bool) -> None:
     assert not found, "\n".join([*found, f"python -m tests.support.arm.recording {name} tells more"])
 
 
-def test_every_record_belongs_to_a_case_and_all_are_small() -> None:
+def test_records_belong_to_cases_and_are_small() -> None:
     files = sorted(FOLDER.glob("*.json"))
 
     assert {file.stem for file in files} == set(CASES)
@@ -107,7 +107,7 @@ def test_changed_memory_is_narrowed_down_to_a_kilobyte(recorded: Record) -> None
     assert differences(recorded, now) == ["RAM from 0x20000800 to 0x20000BFF has another content"]
 
 
-def test_another_program_is_not_like_this_one(recorded: Record) -> None:
+def test_another_program_differs_from_the_record(recorded: Record) -> None:
     other: Case = CASES["assembly-i2c-by-interrupt"]
     now = recording.record(other, counts=counts_of(recorded))
     told = {line.split(":")[0] for line in differences(recorded, now)}

@@ -30,7 +30,7 @@ def witness() -> ELFFile:
     return ELFFile(BytesIO(SOLUTION.read_bytes()))
 
 
-def test_every_function_is_found_at_its_first_and_last_byte() -> None:
+def test_function_is_found_at_first_and_last_byte() -> None:
     functions = [
         (symbol.name, symbol["st_value"] & ~1, symbol["st_size"])
         for symbol in witness().get_section_by_name(".symtab").iter_symbols()
@@ -91,7 +91,7 @@ def test_variables_of_the_solution_have_the_labs_types() -> None:
         assert f"{values[name]:f}" == "977.400024"
 
 
-def test_reading_a_variable_again_and_again_costs_no_more_work() -> None:
+def test_repeated_variable_read_costs_no_work() -> None:
     """A scenario may poll one a million times; the budget is for the file, not for the run."""
     program = loaded(*debug_sections())
     program.read_variable("acc", memory)

@@ -143,13 +143,13 @@ def test_a_receivers_pulse_is_measured(chip: NativeChip) -> None:
     assert widths == [6000, 12_000]
 
 
-def test_a_pin_that_is_not_switched_to_the_timer_is_not_captured(chip: NativeChip) -> None:
+def test_unconnected_pin_is_not_captured(chip: NativeChip) -> None:
     tim = timer(chip, "TIM2", CCMR1=1, CCER=1, CR1=1)
     chip.gpio.drive("A", 0, 1)
     assert tim.read(SR) == 0
 
 
-def test_a_second_capture_before_the_first_was_read_is_flagged(chip: NativeChip) -> None:
+def test_second_capture_before_read_is_flagged(chip: NativeChip) -> None:
     """RM0368 12.3.6: CCxOF."""
     tim = timer(chip, "TIM2", CCMR1=1, CCER=0xB, CR1=1)
     port = chip["GPIOA"]

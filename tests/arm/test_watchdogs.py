@@ -65,7 +65,7 @@ def test_a_firmware_that_reloads_in_time_lives(waits_ms: list[int]) -> None:
     assert chip.resets == [(last_ps + 512 * PS_PER_MS, "IWDG")]
 
 
-def test_a_shorter_time_out_takes_effect_at_the_reload() -> None:
+def test_shorter_timeout_applies_at_reload() -> None:
     """ST's HAL starts the watchdog first and sets it up after."""
     chip = Chip()
     dog = iwdg(chip)
@@ -135,7 +135,7 @@ def test_the_early_wake_up_interrupt() -> None:
     assert chip.resets == []
 
 
-def test_the_early_wake_up_comes_again_after_its_flag_was_cleared() -> None:
+def test_early_wake_up_returns_after_flag_clear() -> None:
     """The handler may reload first and clear the flag after, or the other way round."""
     chip = Chip()
     dog = wwdg(chip)
