@@ -92,9 +92,7 @@ def host(pages: PageServer) -> bytes:
 @pytest.mark.parametrize(
     "target", [b"//[x", b"http://[", b"/\x1b[2J", b"*", b"/%00", b"//", b"/" * 8000, b"?", b"#"]
 )
-def test_odd_target_is_not_found_and_needs_the_host(
-    pages: PageServer, said: list[str], target: bytes
-) -> None:
+def test_odd_target_is_not_found_and_needs_host(pages: PageServer, said: list[str], target: bytes) -> None:
     assert status(pages, b"GET " + target + b" HTTP/1.1\r\n" + host(pages) + b"\r\n") == 404
     assert status(pages, b"GET " + target + b" HTTP/1.1\r\n\r\n") == 403
     assert said == []
@@ -126,7 +124,7 @@ def test_odd_target_is_not_found_and_needs_the_host(
         ),
     ],
 )
-def test_wrong_request_gets_the_status_that_says_so(
+def test_wrong_request_gets_its_status(
     pages: PageServer, first: bytes, headers: bytes, expected: int
 ) -> None:
     headers = headers.replace(b"{token}", pages.address.protocols[1].encode())
@@ -165,7 +163,7 @@ def test_unfinished_request_is_ended(monkeypatch: pytest.MonkeyPatch, data: byte
         pages.close()
 
 
-def test_many_callers_are_bounded_and_keep_no_page_out(pages: PageServer) -> None:
+def test_many_callers_are_bounded(pages: PageServer) -> None:
     with ExitStack() as stack:
         for _ in range(5 * server._MOST_CALLERS):
             client = stack.enter_context(socket.create_connection((HOST, pages.address.port), PATIENCE_S))
@@ -179,9 +177,7 @@ def test_many_callers_are_bounded_and_keep_no_page_out(pages: PageServer) -> Non
         pages.close()  # without waiting until each of them has had its time
 
 
-def test_callers_that_are_refused_again_and_again_do_not_fill_the_terminal(
-    pages: PageServer, said: list[str]
-) -> None:
+def test_refused_callers_print_bounded_lines(pages: PageServer, said: list[str]) -> None:
     for _ in range(50):
         assert status(pages, b"GET /session HTTP/1.1\r\n" + host(pages) + b"\r\n") == 403
     assert 0 < len(said) <= BURST

@@ -86,7 +86,7 @@ def test_a_file_on_the_command_line_wins(pytester: pytest.Pytester) -> None:
         'dut.expect("Pre:", 4, not_matching="ACC")',
     ],
 )
-def test_a_failure_says_what_was_expected_and_hides_our_frames(
+def test_failure_shows_expected_text_without_internal_frames(
     call: str, words: Words, pytester: pytest.Pytester
 ) -> None:
     pytester.makepyfile(f"def test_it(dut):\n    {call}\n")
@@ -99,7 +99,7 @@ def test_a_failure_says_what_was_expected_and_hides_our_frames(
     assert "plugin.py" not in printed.partition("Captured stdout")[0]
 
 
-def test_a_failure_shows_what_the_board_did(pytester: pytest.Pytester) -> None:
+def test_failure_shows_the_board_output(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """
         import pytest
@@ -152,7 +152,7 @@ def test_the_command_of_a_cold_board_starts_cold(pytester: pytest.Pytester) -> N
     assert done.returncode == 3
 
 
-def test_the_command_repeats_what_the_test_did(pytester: pytest.Pytester) -> None:
+def test_printed_command_repeats_the_test(pytester: pytest.Pytester) -> None:
     """The same bytes: setters, motions planned ahead, typing, faults, iron, a scenario's own steps."""
     step = '[[timeline]]\ndo = "set_attitude"\nat = "1s"\nroll_deg = 9\n'
     scenario = f'schema = 1\nquestion = "q"\nduration = "9s"\n{step}'
@@ -188,7 +188,7 @@ def test_the_command_repeats_what_the_test_did(pytester: pytest.Pytester) -> Non
     assert "Not in it" not in printed
 
 
-def test_what_a_scenario_cannot_repeat_is_named(pytester: pytest.Pytester) -> None:
+def test_unrepeatable_actions_are_named(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """
         import pytest

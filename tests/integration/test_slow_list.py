@@ -25,7 +25,7 @@ def test_every_entry_is_a_test_that_is_there() -> None:
 
 
 @pytest.mark.parametrize("marker", ["slow", "not slow"])
-def test_the_marker_is_on_what_is_listed_and_on_nothing_else(marker: str) -> None:
+def test_slow_marker_is_on_listed_tests_only(marker: str) -> None:
     slow = {name for name in listed() if name.startswith(f"{A_FILE}::")}
     found = collected(marker)
 
