@@ -68,7 +68,7 @@ def kill_victim(told: Path, killed: list[int]) -> None:
     os.kill(killed[0], signal.SIGKILL)
 
 
-def test_a_worker_killed_in_the_middle_loses_nothing_and_nothing_is_judged_twice(tmp_path: Path) -> None:
+def test_killed_worker_loses_and_repeats_nothing(tmp_path: Path) -> None:
     from tests.campaigns.dask_cluster import cluster
 
     (tmp_path / "little.toml").write_text(RUBRIC, encoding="utf-8")
@@ -95,7 +95,7 @@ def test_a_worker_killed_in_the_middle_loses_nothing_and_nothing_is_judged_twice
     assert str(killed[0]) not in {pid for _, pid in judged}
 
 
-def test_without_a_scheduler_there_is_a_word_about_it() -> None:
+def test_missing_scheduler_is_an_error() -> None:
     with pytest.raises(InputError) as refused:
         DaskWorkers("tcp://127.0.0.1:1", answer_s=0.5)
     assert refused.value.kind == "no_answer"

@@ -125,7 +125,7 @@ def table(out: Path) -> dict[str, dict[str, str]]:
         return {row["id"]: row for row in csv.DictReader(file)}
 
 
-def test_a_class_is_graded_and_what_is_bad_costs_only_itself(
+def test_bad_submission_costs_only_itself(
     submissions: Path,
     rubric: Path,
     tmp_path: Path,
@@ -160,7 +160,7 @@ def test_a_class_is_graded_and_what_is_bad_costs_only_itself(
     assert said.err == ""  # no time has passed
 
 
-def test_a_log_is_told_now_and_then_how_far_a_class_is(
+def test_progress_of_a_class_is_logged(
     rubric: Path,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
@@ -187,7 +187,7 @@ def test_a_log_is_told_now_and_then_how_far_a_class_is(
     words("grade", said)
 
 
-def test_a_second_run_emulates_nothing_and_a_changed_hint_is_in_the_reports(
+def test_second_run_uses_kept_verdicts_with_new_hints(
     submissions: Path, rubric: Path, out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     grade(submissions, "--rubric", rubric, "--out", out)
@@ -217,7 +217,7 @@ def test_a_second_run_emulates_nothing_and_a_changed_hint_is_in_the_reports(
     assert grade(submissions, "--rubric", rubric, "--out", out) == 4  # it would have to be judged anew
 
 
-def test_a_roster_names_orders_and_says_who_is_missing(
+def test_roster_orders_and_lists_missing_students(
     submissions: Path, rubric: Path, out: Path, tmp_path: Path
 ) -> None:
     roster = tmp_path / "roster.csv"
@@ -237,7 +237,9 @@ def test_a_roster_names_orders_and_says_who_is_missing(
     assert "roster" in (out / "index.html").read_text(encoding="utf-8")
 
 
-def test_anonymous_reports_name_nobody(submissions: Path, rubric: Path, out: Path, tmp_path: Path) -> None:
+def test_anonymous_reports_contain_no_names(
+    submissions: Path, rubric: Path, out: Path, tmp_path: Path
+) -> None:
     roster = tmp_path / "roster.csv"
     roster.write_text("id,name,email,submission\n17-4711,Bob Bobson,bob@x.org,bob\n", encoding="utf-8")
     grade(submissions, "--rubric", rubric, "--out", out, "--roster", roster)
@@ -297,9 +299,7 @@ def seed_of(rubric: Path, student: str, program: str, salt: bytes = SALT) -> int
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
-def test_a_killed_worker_costs_one_grade_and_gives_no_zero(
-    submissions: Path, rubric: Path, tmp_path: Path
-) -> None:
+def test_killed_worker_costs_one_grade_without_zero(submissions: Path, rubric: Path, tmp_path: Path) -> None:
     found = find_submissions(submissions, None, tmp_path / "s")
     with Killed(2) as workers:
         workers.victim = seed_of(rubric, "bob", "template")  # type: ignore[attr-defined]
@@ -314,7 +314,7 @@ def test_a_killed_worker_costs_one_grade_and_gives_no_zero(
     assert again["bob"].points == 1
 
 
-def test_who_stops_goes_on_from_there(submissions: Path, rubric: Path, tmp_path: Path) -> None:
+def test_interrupted_grading_resumes(submissions: Path, rubric: Path, tmp_path: Path) -> None:
     found = find_submissions(submissions, None, tmp_path / "s")
     workers = LocalWorkers(1)
     with closing(grader(workers, rubric, tmp_path / "kept").grade(found)) as running:
@@ -338,7 +338,7 @@ def test_a_damaged_kept_verdict_is_judged_again(
     assert {row["points"] for row in table(out).values()} == {"3", "1", ""}
 
 
-def test_a_worker_of_another_version_or_rubric_does_not_answer(rubric: Path) -> None:
+def test_worker_of_other_version_or_rubric_is_refused(rubric: Path) -> None:
     digest = load_rubric(rubric).digest
     task = Task(prebuilt("template").read_bytes(), "a.elf", str(rubric), digest, 1, code_digest())
     for changed, kind in (("code", "version_differs"), ("rubric_digest", "rubric_differs")):
@@ -347,9 +347,7 @@ def test_a_worker_of_another_version_or_rubric_does_not_answer(rubric: Path) -> 
         assert refused.value.kind == kind
 
 
-def test_missing_c_library_is_no_fault_of_the_submission(
-    rubric: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_missing_c_library_is_a_machine_fault(rubric: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     digest = load_rubric(rubric).digest
     task = Task(prebuilt("template").read_bytes(), "a.elf", str(rubric), digest, 1, code_digest())
 
@@ -368,7 +366,7 @@ def test_missing_c_library_is_no_fault_of_the_submission(
 
 @needs_compiler
 @needs_sandbox
-def test_source_is_built_and_warnings_are_in_the_report(rubric: Path, tmp_path: Path) -> None:
+def test_source_is_built_and_warnings_are_reported(rubric: Path, tmp_path: Path) -> None:
     template = (prebuilt("template").parents[1] / "template" / "main.c").read_text(encoding="utf-8")
     folder = tmp_path / "submissions"
     for name, source in (
@@ -392,7 +390,7 @@ def test_source_is_built_and_warnings_are_in_the_report(rubric: Path, tmp_path: 
 @needs_compiler
 @needs_sandbox
 @pytest.mark.parametrize("option", [(), ("--build-without-sandbox",)])
-def test_source_sees_files_of_this_machine_only_if_it_is_trusted(
+def test_source_reads_machine_files_only_if_trusted(
     option: tuple[str, ...], rubric: Path, tmp_path: Path
 ) -> None:
     folder = tmp_path / "submissions"
@@ -436,7 +434,7 @@ def test_missing_compiler_costs_only_submissions_that_are_source(
         [".", "--out", "o", "--roster", "nowhere"],
     ],
 )
-def test_wrong_use_says_what_would_be_right(
+def test_wrong_arguments_are_explained(
     arguments: list[str],
     words: Words,
     rubric: Path,
@@ -500,7 +498,7 @@ def run_autograder(folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 @posix_scripts
-def test_gradescopes_setup_installs_the_package_and_hides_the_rubric(autograder: Path) -> None:
+def test_gradescope_setup_installs_package_and_hides_rubric(autograder: Path) -> None:
     """apt-get and venv are played by a script that notes how it was called."""
     source, played = autograder / "source", autograder / "played"
     played.mkdir()
@@ -565,7 +563,7 @@ def test_gradescopes_autograder_takes_the_late_penalty_off(
 
 
 @posix_scripts
-def test_gradescopes_autograder_says_what_to_hand_in(autograder: Path) -> None:
+def test_gradescope_autograder_explains_a_wrong_submission(autograder: Path) -> None:
     (autograder / "submission" / "report.pdf").write_bytes(b"%PDF")
     run_autograder(autograder)
     results = json.loads((autograder / "results" / "results.json").read_bytes())
@@ -575,7 +573,7 @@ def test_gradescopes_autograder_says_what_to_hand_in(autograder: Path) -> None:
 
 
 @posix_scripts
-def test_gradescopes_archive_has_the_files_that_the_rubric_names(tmp_path: Path) -> None:
+def test_gradescope_archive_has_files_of_the_rubric(tmp_path: Path) -> None:
     folder = tmp_path / "course"
     (folder / "more").mkdir(parents=True)
     (folder / "roster.csv").write_text("id\nada\n")
