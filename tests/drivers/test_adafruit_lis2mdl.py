@@ -58,7 +58,7 @@ def test_the_field_is_the_worlds(bench: Bench, attitude: Vector, low_power: bool
     assert within(bench.field_ut(), field_ut(bench.board), LSB_UT)
 
 
-def test_hard_iron_shows_and_the_drivers_offsets_take_it_away(bench: Bench) -> None:
+def test_driver_offsets_remove_hard_iron(bench: Bench) -> None:
     """AN5069 section 9: OFFSET_REG is subtracted from the output."""
     bench.board.run_for(SETTLED_S)
     clean = field_ut(bench.board)

@@ -151,7 +151,7 @@ def test_settings_read_back_and_reset_takes_them_away(bench: Bench) -> None:
     assert sensor.high_pass_filter == adafruit_lsm6ds.AccelHPF.SLOPE
 
 
-def test_the_driver_says_when_its_part_is_not_there(bench: Bench) -> None:
+def test_missing_part_is_reported_by_the_driver(bench: Bench) -> None:
     """SA0 is high on this board: 0x6B, and nothing at the driver's default 0x6A."""
     i2c = BusioI2C(bench.board.i2c2)
     with pytest.raises(ValueError, match="No I2C device at address: 0x6a"):

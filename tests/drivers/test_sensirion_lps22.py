@@ -31,7 +31,7 @@ def driver(board: Board, address: int = 0x5D) -> Any:
     return device.Lps22Device(i2c_channel.I2cChannel(connection, address))
 
 
-def test_who_am_i_after_the_drivers_50_ms(board: Board) -> None:
+def test_whoami_answers_after_50_ms(board: Board) -> None:
     assert driver(board).whoami() == 0xB1
     assert 0.05 < board.now_s < 0.051
 
@@ -57,7 +57,7 @@ def test_continuous_values_are_the_worlds(board: Board, code: int) -> None:
     assert sensor.read_temperature_single_bytes().value == pytest.approx(25.0, abs=DEGC)
 
 
-def test_without_the_increment_a_burst_repeats_its_first_byte(board: Board) -> None:
+def test_burst_without_increment_repeats_its_first_byte(board: Board) -> None:
     """LPS22HB datasheet 9.6, IF_ADD_INC; the driver's documentation warns of it."""
     sensor = driver(board)
     board.world.set_pressure(1000 + 0x5A / 4096)
