@@ -37,7 +37,7 @@ def test_a_header_needs_no_other_before_it(path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
-def test_every_file_says_what_it_is() -> None:
+def test_every_file_starts_with_a_comment() -> None:
     assert [path.name for path in FILES if not path.read_text(encoding="utf-8").startswith("/* ")] == []
 
 
