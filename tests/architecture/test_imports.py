@@ -195,7 +195,7 @@ def test_the_packages_import_one_another_in_one_direction() -> None:
     }
 
 
-def test_no_module_imports_itself_in_a_circle() -> None:
+def test_imports_have_no_cycles() -> None:
     """Imports inside functions and for type checkers count like all others.
 
     Whoever imports a module out of a package it does not belong to loads that package's ``__init__``, too.

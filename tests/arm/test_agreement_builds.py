@@ -70,7 +70,7 @@ def test_template_equals_the_model_on_its_samples() -> None:
     ("in_c", "in_python", "scenario", "seconds"),
     [("solution", "lab3", "tilt_sweep", 2.3), ("template-arm", "template", "flat", 1.2)],
 )
-def test_on_the_real_boards_wiring(in_c: str, in_python: str, scenario: str, seconds: float) -> None:
+def test_builds_for_spi2_agree(in_c: str, in_python: str, scenario: str, seconds: float) -> None:
     board, observation = ran(in_c, scenario, seconds, wiring="fcu001v1")
     on_its_samples = replayed(board, in_python)
 

@@ -263,7 +263,7 @@ def test_variable_reads_back_as_set(axes: tuple[int, ...], kind: int, number: fl
 _SHARED: dict[str, Board] = {}
 
 
-def test_variables_that_cannot_be_set(board: Board) -> None:
+def test_impossible_variable_assignment_is_refused(board: Board) -> None:
     with pytest.raises(InputError, match=r"acc\.AXIS_Y: 2147483648") as caught:
         board.set_variable("acc", (0, 2**31, 0))
     assert caught.value.kind == "out_of_range"

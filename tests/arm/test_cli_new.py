@@ -51,7 +51,7 @@ def test_bus_option_is_written_to_makefile(tmp_path: Path) -> None:
     assert commands(text)[1:] == ["fcu build", "fcu run lab3.elf", "fcu check"]
 
 
-def test_an_empty_folder_is_taken(tmp_path: Path) -> None:
+def test_empty_folder_is_accepted(tmp_path: Path) -> None:
     fcu_new(str(tmp_path))
 
     assert (tmp_path / "main.c").is_file()

@@ -44,6 +44,6 @@ def test_qemu_computes_the_kept_results(kernels: Path) -> None:
     assert parsed(on_qemu(kernels)) == results()
 
 
-def test_no_kernel_is_idle() -> None:
+def test_every_kernel_computes_something() -> None:
     """Each adds something to its checksum, and no two the same."""
     assert len(set(results().values())) == len(results())

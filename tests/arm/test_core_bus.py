@@ -75,7 +75,7 @@ def test_accesses_of_all_sizes_reach_their_bytes(register: int, size: str, offse
         ("ldrb", 3, 0x87),
     ],
 )
-def test_a_load_gets_its_part_of_a_register(instruction: str, offset: int, value: int) -> None:
+def test_load_reads_its_bytes_of_a_register(instruction: str, offset: int, value: int) -> None:
     core = CoreBench(f"reset: mov32 r0, EFFECT+{offset}\n {instruction} r1, [r0]\n log r1\n b .\n")
     core.probe.registers[8] = 0x8765_4320  # one is added by reading
     core.run_us(100)

@@ -164,7 +164,7 @@ def test_an_unaligned_ldrex_faults_in_any_case() -> None:
         "ite eq\n moveq r3, r6\n strne r0, [r6]",
     ],
 )
-def test_looking_at_accesses_does_not_disturb_it_blocks(block: str) -> None:
+def test_access_hooks_do_not_disturb_it_blocks(block: str) -> None:
     """B1.4.2: behind the block ITSTATE is 0, and instructions are not conditional any more."""
     core = run(
         f"""mov32 r5, RAM+128
@@ -196,7 +196,7 @@ def test_double_registers_need_words_only(ccr: int) -> None:
     assert core.values == [0]
 
 
-def test_push_and_pop_are_aligned_by_their_nature() -> None:
+def test_push_and_pop_are_always_aligned() -> None:
     """B5.1.1: bits 0 and 1 of SP are always 0."""
     assert run("push {r0-r4, lr}\n pop {r0-r4, lr}\n push {r4}\n pop {r4}").values == [0]
 

@@ -111,7 +111,7 @@ svc:   mov r4, sp
     assert core.register(5) == STACK - 4 * odd_words  # put back at return
 
 
-def test_without_stkalign_nothing_is_left_out() -> None:
+def test_frame_without_stkalign_has_no_padding() -> None:
     """B1.5.7, B3.2.8."""
     core = CoreBench(
         f"""

@@ -35,7 +35,7 @@ def test_interrupt_of_equal_or_lower_priority_waits(second: int) -> None:
     assert order({0: 0x40, 1: second}, (200, 0), (240, 1)) == [10, 11, 20, 21]
 
 
-def test_three_levels_nest() -> None:
+def test_three_priority_levels_nest() -> None:
     """B1.5.4."""
     assert order({0: 0x60, 1: 0x40, 2: 0x00}, (200, 0), (240, 1), (280, 2)) == [10, 20, 30, 31, 21, 11]
 

@@ -142,7 +142,7 @@ def test_reload_value_0_stops_at_next_wrap() -> None:
     assert again.values == [1]
 
 
-def test_switched_off_it_keeps_its_value() -> None:
+def test_disabled_systick_keeps_its_value() -> None:
     """HAL_SuspendTick clears TICKINT only; clearing ENABLE stops the counter where it is."""
     core = CoreBench(
         f"""
@@ -181,7 +181,7 @@ def test_hclk_change_continues_from_the_count() -> None:
     assert core.log_us[0][0] == first + 2 * (ENTRY_CYCLES + 3)
 
 
-def test_the_calibration_value_is_sts() -> None:
+def test_systick_calibration_equals_the_manual() -> None:
     """PM0214 4.5.4: 10500, which is 1 ms of 84 MHz / 8."""
     core = CoreBench("reset: mov32 r0, 0xE000E01C\n ldr r4, [r0]\n log r4\n b .\n")
     core.run_us(20)
@@ -269,7 +269,7 @@ def test_a_change_of_hclk_keeps_cyccnt_counting_cycles() -> None:
 
 
 @pytest.mark.parametrize("hclk_hz", [0, 7])
-def test_without_a_clock_it_does_not_count(hclk_hz: int) -> None:
+def test_systick_without_clock_does_not_count(hclk_hz: int) -> None:
     """Nor is anything divided by zero: 7 Hz by 8, as CLKSOURCE is 0."""
     chip = NativeChip()
     chip.clocks.set(hclk_hz=hclk_hz)

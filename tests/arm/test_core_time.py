@@ -43,7 +43,7 @@ def test_nth_instruction_begins_after_n_cycle_times(hclk_hz: int, cycles: Fracti
     assert [at_ps for at_ps, _ in core.probe.log] == [int(n * cycles * PS_PER_S / hclk_hz) for n in places]
 
 
-def test_a_second_is_so_many_instructions() -> None:
+def test_second_has_64_615_385_instructions() -> None:
     """The default: 1.3 cycles each, so 64,615,384.6 instructions a second at 84 MHz."""
     core = CoreBench("reset: b reset\n", hclk_hz=84_000_000, cycles=CYCLES_PER_INSTRUCTION)
     core.core.run_until_ps(PS_PER_S)

@@ -102,7 +102,7 @@ def test_waiting_and_interrupt_driven_programs_have_no_diagnosis(name: str, seco
     assert board.chip.diagnosis() is None
 
 
-def test_hardware_is_given_three_seconds() -> None:
+def test_hardware_wait_of_three_seconds_is_allowed() -> None:
     """The 32 kHz crystal takes up to 2 s to start (STM32F401xB/C datasheet, LSE oscillator)."""
     board = Board(firmware=FOLDER / "poll_for_ever.elf")
     board.run_for(2.9)

@@ -75,7 +75,7 @@ class DmaBench:
 
 @settings(max_examples=40, deadline=None)
 @given(st.integers(1, 50), st.sampled_from([0, 1, 2]), st.booleans())
-def test_items_land_one_after_the_other(items: int, size: int, increment: bool) -> None:
+def test_items_are_stored_in_order(items: int, size: int, increment: bool) -> None:
     bench = DmaBench()
     bench.start(3, I2C2_RX | (MINC if increment else 0) | size << 11 | size << 13, items)
     assert bench.requests(items + 5) == items
@@ -88,7 +88,7 @@ def test_items_land_one_after_the_other(items: int, size: int, increment: bool) 
     assert bench.dma1.read(stream_base(3) + 4) == 0
 
 
-def test_half_and_complete_with_their_interrupts() -> None:
+def test_half_and_complete_transfers_raise_interrupts() -> None:
     bench = DmaBench()
     bench.start(3, I2C2_RX | MINC | HTIE | TCIE, 6)
     bench.requests(2)
@@ -101,7 +101,7 @@ def test_half_and_complete_with_their_interrupts() -> None:
     assert (bench.flags(3), bench.chip.irq.level(14)) == (TCIF, True)
 
 
-def test_from_memory_with_the_size_of_the_register() -> None:
+def test_transfer_from_memory_uses_the_register_size() -> None:
     bench = DmaBench()
     bench.ram[:4] = b"\x11\x22\x33\x44"
     bench.start(7, I2C2_RX | TO_PERIPHERAL | MINC | 1 << 11 | 1 << 13, 2)

@@ -91,7 +91,7 @@ def test_two_lines_of_one_interrupt_keep_it_active(pins: Pins) -> None:
     assert not pins.chip.irq.level(23)
 
 
-def test_an_inner_line_is_set_by_its_block(pins: Pins) -> None:
+def test_internal_exti_line_is_set_by_its_peripheral(pins: Pins) -> None:
     """Line 17 is the RTC alarm, interrupt 41."""
     pins.listen(17)
     pins.chip.fcu.set_exti_line(17, True)

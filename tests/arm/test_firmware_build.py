@@ -73,7 +73,7 @@ def test_shipped_file_equals_a_fresh_build(name: str, rebuilt: Path) -> None:
 
 
 @variants
-def test_the_program_lies_in_the_chips_memory(name: str) -> None:
+def test_program_is_within_the_chip_memory(name: str) -> None:
     with shipped(name).open("rb") as file:
         elf = ELFFile(file)
         loaded = [segment for segment in elf.iter_segments() if segment["p_type"] == "PT_LOAD"]

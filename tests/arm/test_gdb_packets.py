@@ -150,7 +150,7 @@ def test_supported_features_are_announced(gdb: Debugger) -> None:
         (b"!", b""),
     ],
 )
-def test_a_packet_has_its_answer(gdb: Debugger, packet: bytes, reply: bytes) -> None:
+def test_packet_gets_documented_answer(gdb: Debugger, packet: bytes, reply: bytes) -> None:
     assert gdb.ask(packet) == reply
 
 
@@ -197,7 +197,7 @@ def test_one_register_is_written(gdb: Debugger) -> None:
 
 
 @pytest.mark.parametrize("packet", [b"p28", b"p", b"pzz", b"P0=00", b"P0", b"P99=00000000", b"G00", b"Gxy"])
-def test_a_register_that_cannot_be_is_refused(gdb: Debugger, packet: bytes) -> None:
+def test_unknown_register_is_refused(gdb: Debugger, packet: bytes) -> None:
     assert gdb.ask(packet) == MALFORMED
 
 
@@ -218,7 +218,7 @@ def test_memory_read_ends_at_its_last_byte(gdb: Debugger) -> None:
     "packet",
     [b"m", b"m,", b"m0", b"mffffffff,2", b"m100000000,1", b"m-1,4", b"M20000000,2:00", b"X20000000,1"],
 )
-def test_a_range_that_cannot_be_is_refused(gdb: Debugger, packet: bytes) -> None:
+def test_impossible_range_is_refused(gdb: Debugger, packet: bytes) -> None:
     assert gdb.ask(packet) == MALFORMED
 
 
@@ -249,7 +249,7 @@ def test_a_step_executes_one_instruction(gdb: Debugger, packet: bytes) -> None:
 
 @pytest.mark.parametrize("packet", [b"c", b"vCont;c", b"vCont;c:-1", b"C05"])
 @pytest.mark.parametrize("kind", [b"0", b"1"])
-def test_a_breakpoint_stops_in_front_of_its_instruction(gdb: Debugger, packet: bytes, kind: bytes) -> None:
+def test_breakpoint_stops_before_its_instruction(gdb: Debugger, packet: bytes, kind: bytes) -> None:
     assert gdb.ask(b"Z%s,%x,2" % (kind, START + 8)) == OK
 
     assert gdb.go(packet) == STOPPED
@@ -258,7 +258,7 @@ def test_a_breakpoint_stops_in_front_of_its_instruction(gdb: Debugger, packet: b
     assert gdb.target.now_ps == (4 + (LOOP_END - START) // 2 + 1) * INSTRUCTION_PS
 
 
-def test_a_breakpoint_that_was_removed_stops_no_more(gdb: Debugger) -> None:
+def test_removed_breakpoint_does_not_stop(gdb: Debugger) -> None:
     for packet in (b"Z1,%x,2", b"Z1,%x,2", b"z1,%x,2"):
         assert gdb.ask(packet % (START + 8)) == OK
 
@@ -275,7 +275,7 @@ def test_breakpoint_kind_is_reported_if_supported(gdb: Debugger) -> None:
 
 
 @pytest.mark.parametrize(("kind", "word"), [(b"2", b"watch"), (b"4", b"awatch")])
-def test_a_watchpoint_stops_behind_the_access(gdb: Debugger, kind: bytes, word: bytes) -> None:
+def test_watchpoint_stops_after_the_access(gdb: Debugger, kind: bytes, word: bytes) -> None:
     gdb.target.stores[START + 6] = RAM + 0x12
     assert gdb.ask(b"Z%s,%x,4" % (kind, RAM + 0x10)) == OK
 
@@ -335,7 +335,7 @@ def test_points_are_bounded(gdb: Debugger) -> None:
         (b"vKill;1", DebuggerExit.KILLED, [OK]),
     ],
 )
-def test_a_debugger_leaves_and_takes_its_points_along(
+def test_detached_debugger_removes_its_points(
     gdb: Debugger, packet: bytes, ending: DebuggerExit, sent: list[bytes]
 ) -> None:
     gdb.ask(b"Z0,%x,2" % START)
@@ -382,5 +382,5 @@ def test_every_packet_is_answered_while_halted(packets: list[bytes]) -> None:
 
 
 @given(st.binary(max_size=500))
-def test_any_bytes_amount_to_something(data: bytes) -> None:
+def test_framer_output_is_bounded_by_its_input(data: bytes) -> None:
     assert len(Framer().feed(data)) <= len(data)

@@ -145,7 +145,7 @@ def test_monitor_commands_reach_the_board(bench: Bench) -> None:
     assert client.wait() == b"OK"
 
 
-def test_a_second_debugger_is_turned_away(bench: Bench) -> None:
+def test_second_debugger_is_refused(bench: Bench) -> None:
     first, second = bench.connect(), bench.connect()
 
     assert second.wait() == b""
@@ -223,7 +223,7 @@ def test_nothing_that_a_client_sends_breaks_the_server(pieces: list[bytes]) -> N
     bench.close()
 
 
-def test_a_port_in_use_is_one_line(bench: Bench) -> None:
+def test_port_in_use_is_refused_in_one_line(bench: Bench) -> None:
     with pytest.raises(LinkError, match=f"--gdb {bench.server.port}: ") as caught:
         GdbServer(FakeTarget(), str, bench.server.port)
     assert caught.value.kind == "port_not_free"
@@ -244,7 +244,7 @@ def _built(**settings: bool) -> Board:
     return Board(firmware="solution", **settings)
 
 
-def test_python_firmware_cannot_be_debugged_this_way() -> None:
+def test_python_firmware_cannot_be_debugged() -> None:
     with pytest.raises(InputError) as caught:
         serve(Board(firmware="lab3"), 0)
     assert caught.value.kind == "no_chip"

@@ -90,14 +90,14 @@ def test_mistake_loses_only_its_checks(name: str, exercises: str, rubric: Rubric
 
 @needs_compiler
 @pytest.mark.parametrize(("name", "exercises"), [("flag_for_main", "1"), ("seldom", "5"), ("tasks", "4")])
-def test_another_right_way_loses_nothing(name: str, exercises: str, rubric: Rubric, folder: Path) -> None:
+def test_correct_variant_loses_nothing(name: str, exercises: str, rubric: Rubric, folder: Path) -> None:
     elf = build(VARIANTS[name], OPTIMISATION, folder)
 
     assert lost(judge(elf, rubric, seed=1, exercises=exercises)) == ()
 
 
 @needs_compiler
-def test_constants_get_nothing_for_numbers(rubric: Rubric, folder: Path) -> None:
+def test_constant_output_earns_no_number_points(rubric: Rubric, folder: Path) -> None:
     elf = build(graded_programs.CONSTANTS, OPTIMISATION, folder)
     verdict = judge(elf, rubric, seed=1, exercises=["1", "2"])
 

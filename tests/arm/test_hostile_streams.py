@@ -96,7 +96,7 @@ def run(driver: Path, first: int, count: int, programs: list[Path]) -> dict[str,
     return dict(line.rsplit(" ", maxsplit=1) for line in done.stdout.splitlines())
 
 
-def test_hostile_streams_do_nothing_wrong_in_c(driver: Path, programs: list[Path]) -> None:
+def test_hostile_streams_pass_the_sanitizers(driver: Path, programs: list[Path]) -> None:
     seen = run(driver, 0, STREAMS, programs)
 
     assert int(seen["streams"]) == STREAMS

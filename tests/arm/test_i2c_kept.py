@@ -285,7 +285,7 @@ class Calls:
 
 
 @pytest.mark.parametrize("kind", ["read", "interrupt", "dma"])
-def test_a_sample_is_asked_for_once(kind: str) -> None:
+def test_sample_is_requested_once(kind: str) -> None:
     """The first message asks, and so does the second, which is quiet; those until the next sample do not."""
     board = Board(live=False)
     for _ in range(2):

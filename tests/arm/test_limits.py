@@ -68,7 +68,7 @@ def test_endless_loop_ends_at_instruction_limit(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("data", "reason"), [(RESETS_ITSELF, "SYSRESETREQ"), (BITTEN_AT_ONCE, "IWDG")], ids=["itself", "watchdog"]
 )
-def test_resets_without_end_are_stopped_and_say_why(
+def test_endless_resets_are_stopped_with_reason(
     data: bytes, reason: str, tmp_path: Path, words: Words
 ) -> None:
     board = limited(data, tmp_path, resets_per_s=100)
@@ -129,7 +129,7 @@ def test_exceeded_limit_holds_until_raised(tmp_path: Path) -> None:
     "limits",
     [{"instructions": 0}, {"terminal_bytes": -1}, {"wall_s": float("nan")}, {"resets_per_s": 1_000_000}],
 )
-def test_limits_that_cannot_be_are_refused(limits: dict[str, Any], words: Words) -> None:
+def test_impossible_limits_are_refused(limits: dict[str, Any], words: Words) -> None:
     with pytest.raises(InputError) as caught:
         replace(Limits(), **limits)
 

@@ -140,7 +140,7 @@ def some_places(random: Random, program: Program) -> frozenset[int]:
 
 
 @pytest.mark.parametrize("first_seed", range(0, SEEDS, EACH))
-def test_a_divided_run_is_one_run(first_seed: int) -> None:
+def test_divided_run_equals_one_run(first_seed: int) -> None:
     for seed in range(first_seed, first_seed + EACH):
         whole = Program(seed).run(at_once(Random(seed)))
         for limits in (one_by_one, in_pieces):
@@ -148,7 +148,7 @@ def test_a_divided_run_is_one_run(first_seed: int) -> None:
 
 
 @pytest.mark.parametrize("first_seed", range(0, SEEDS, EACH))
-def test_places_to_stop_at_change_nothing(first_seed: int) -> None:
+def test_breakpoints_change_nothing(first_seed: int) -> None:
     for seed in range(first_seed, first_seed + EACH):
         whole = Program(seed).run(at_once(Random(seed)))
         for limits in (at_once, in_pieces):

@@ -172,7 +172,7 @@ def test_registers_have_the_same_numbers_on_both_sides() -> None:
 
 
 @needs_gcc
-def test_a_law_that_does_not_hold_is_refused() -> None:
+def test_false_static_assertion_is_refused() -> None:
     assert "static assertion failed" in refused(["sizeof(Status) == 1"])
 
 

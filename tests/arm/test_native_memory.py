@@ -184,7 +184,7 @@ def aligned(random: Random, fields: Fields) -> Values:
 
 
 @pytest.mark.parametrize("form", NARROW + OFFSETS + SMALL_OFFSETS + INDEXED + LITERALS + SEVERAL, ids=str)
-def test_in_ram(pair: EnginePair, form: Form) -> None:
+def test_accesses_in_ram_equal_unicorn(pair: EnginePair, form: Form) -> None:
     pair.check(form, words_in_ram if form in SEVERAL else in_ram, longest_block=1)
 
 
@@ -199,12 +199,12 @@ def test_unaligned_multiple_access_is_a_fault(pair: EnginePair, access: str) -> 
 
 
 @pytest.mark.parametrize("form", NARROW + SMALL_OFFSETS + INDEXED, ids=str)
-def test_elsewhere(pair: EnginePair, form: Form) -> None:
+def test_accesses_outside_ram_equal_unicorn(pair: EnginePair, form: Form) -> None:
     pair.check(form, elsewhere, longest_block=0, runs=6)
 
 
 @pytest.mark.parametrize("form", SEVERAL, ids=str)
-def test_several_in_flash(pair: EnginePair, form: Form) -> None:
+def test_multiple_accesses_in_flash_equal_unicorn(pair: EnginePair, form: Form) -> None:
     """Stores are refused there."""
     pair.check(form, in_flash, longest_block=0, runs=6)
 
@@ -218,7 +218,7 @@ def test_several_in_flash(pair: EnginePair, form: Form) -> None:
     ],
     ids=str,
 )
-def test_the_ends_of_memories(pair: EnginePair, form: Form) -> None:
+def test_accesses_at_memory_ends_equal_unicorn(pair: EnginePair, form: Form) -> None:
     pair.check(form, at_the_ends, longest_block=0)
 
 

@@ -123,7 +123,7 @@ def test_active_clock_source_cannot_be_switched_off() -> None:
     assert not board.rcc.read(CR) & 1
 
 
-def test_listeners_hear_of_a_change_after_it() -> None:
+def test_clock_listeners_are_called_after_the_change() -> None:
     board = Board()
     heard = list[int]()
     board.rcc.on_change(lambda: heard.append(board.rcc.hclk_hz))
@@ -261,7 +261,7 @@ def test_peripheral_selection_of_the_rtc_clock() -> None:
     assert board.rcc.rtc_hz() == 32_000
 
 
-def test_a_pll_that_multiplies_by_nothing_never_starts() -> None:
+def test_pll_with_zero_multiplier_never_starts() -> None:
     """RM0368 6.3.2: N = 0 is a wrong configuration; the core goes on from HSI, and the note says why."""
     board = Board()
     board.rcc.write(PLLCFGR, 0x2400_0010)

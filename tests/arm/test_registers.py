@@ -68,7 +68,7 @@ ADDRESSES = re.findall(r"#define (\w+) \(\(\w+ \*\)(0x[0-9A-F]+)U\)", TEXT)
 # -- the firmware's headers as witness ----------------------------------------------------------------------
 
 
-def test_the_headers_have_much_to_compare_with() -> None:
+def test_headers_have_enough_definitions() -> None:
     assert len(MASKS) > 100
     assert len(STRUCTURES) >= 10
     assert len(ADDRESSES) > 10
@@ -146,7 +146,7 @@ def test_fields_do_not_overlap_within_the_word(name: str) -> None:
 
 
 @blocks
-def test_everything_has_a_meaning(name: str) -> None:
+def test_registers_and_fields_have_descriptions(name: str) -> None:
     block = DECLARED[name]
 
     assert block.title

@@ -65,7 +65,7 @@ def test_a_limit_ends_the_run_in_one_line(limit: str, words: Words) -> None:
 
 
 @pytest.mark.parametrize("limit", ["instructions", "instructions=-1", "memory=7", "wall_s=soon"])
-def test_a_limit_that_cannot_be_is_refused(limit: str) -> None:
+def test_impossible_limit_is_refused(limit: str) -> None:
     code, text = run("unshifted_address", "--limit", limit)
     assert code == 2
     assert text.count("\n") == 1

@@ -163,7 +163,7 @@ def test_impossible_types_have_no_value(info: bytes, words: Words) -> None:
     words("firmware_file", caught.value.args[0])
 
 
-def test_types_nested_without_end_are_given_up(words: Words) -> None:
+def test_endlessly_nested_types_are_refused(words: Words) -> None:
     """A thousand aliases, each of the next: no C program has them, and Python's stack has an end."""
     chain = b"".join(b"\x08\0" + struct.pack("<I", 13 + 6 * (number + 1)) for number in range(1000))
     info = unit(
@@ -191,7 +191,7 @@ def test_too_many_symbols_are_not_read(words: Words) -> None:
     words("firmware_file", note)
 
 
-def test_names_cannot_steer_the_terminal() -> None:
+def test_names_have_no_control_characters() -> None:
     program = named(("\x1b[2Jma\nin", MAIN | 1, 4, GLOBAL_FUNC))
 
     assert program.function_at(MAIN).name == "?[2Jma?in"

@@ -140,7 +140,7 @@ def test_flash_erase_is_noted_and_fails(chip: Chip, blocks: SystemPeripherals, w
 # -- power, CRC, identity -----------------------------------------------------------------------------------
 
 
-def test_power_control(chip: Chip, blocks: SystemPeripherals) -> None:
+def test_power_control_flags_and_low_power_note(chip: Chip, blocks: SystemPeripherals) -> None:
     """RM0368 5.4.1: CWUF and CSBF read 0; VOSRDY is set; low-power modes are told."""
     blocks.pwr.write(0, 0x8100 | 0xC)
     assert blocks.pwr.read(0) == 0x8100
@@ -169,7 +169,7 @@ def test_crc_reset_and_its_byte_of_storage(blocks: SystemPeripherals) -> None:
     assert (blocks.crc.read(0x00), blocks.crc.read(0x04)) == (0xFFFF_FFFF, 0xAB)
 
 
-def test_identity() -> None:
+def test_device_and_unique_id_equal_the_manual() -> None:
     """RM0368 23.6.1: STM32F401xB/C is device 0x423; section 24: flash size in KiB at 0x1FFF7A22."""
     assert SystemPeripherals(Chip().soc).dbgmcu.read(0) & 0xFFF == 0x423
     memory = system_memory(7)

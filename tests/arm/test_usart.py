@@ -205,7 +205,7 @@ def test_a_transmit_by_dma() -> None:
     ("brr", "cr1", "ticks"),
     [(0x2D9, 0, 729), (0x222E, 0, 0x222E), (0x5B1, OVER8, 0x5B * 8 + 1)],
 )
-def test_the_rate_is_brr_s(brr: int, cr1: int, ticks: int) -> None:
+def test_baud_rate_follows_brr(brr: int, cr1: int, ticks: int) -> None:
     """19.3.4: with OVER8 the fraction has three bits and a bit is eighths of USARTDIV."""
     bench = started(brr=brr, cr1=cr1)
     assert frame_ps(bench) == 10 * ticks * PS_PER_S // 84_000_000
@@ -224,7 +224,7 @@ def test_rate_change_applies_to_the_second_text() -> None:
     assert "forbidden: 57613 baud; a terminal at 115200 baud would show garbage" in bench.notes()
 
 
-def test_the_clock_of_the_block_counts() -> None:
+def test_baud_rate_follows_the_peripheral_clock() -> None:
     """A firmware whose PLL never started runs from HSI at 16 MHz, with a BRR for 84."""
     bench = started()
     bench.clocks.set(pclk2_hz=16_000_000)
@@ -238,7 +238,7 @@ def test_two_stop_bits_are_longer_and_not_8n1() -> None:
     assert any("forbidden: frames are not 8N1" in text for text in bench.notes())
 
 
-def test_no_rate_at_all_never_sends() -> None:
+def test_zero_baud_rate_never_sends() -> None:
     bench = started(brr=0)
     send(bench, 1)
     bench.wait(PS_PER_S)

@@ -80,7 +80,7 @@ def test_missing_register_calls_python_once(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["RCC: CR", "PWR", "FLASH", "ADC1", "CRC", "IWDG", "DBGMCU"])
-def test_a_polled_register_is_asked_of_python_once(name: str, tmp_path: Path) -> None:
+def test_polled_register_calls_python_once(name: str, tmp_path: Path) -> None:
     polled = f"{name} is read" if name == "RCC: CR" else f"{name}: read"
 
     assert calls_for_an_access(polled, tmp_path) < 0.05

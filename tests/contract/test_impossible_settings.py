@@ -50,7 +50,7 @@ def test_hub_reads_beyond_its_outputs_are_noted(words: Words) -> None:
     words("sensors", note)
 
 
-def test_an_empty_fifo_is_not_to_be_read(words: Words) -> None:
+def test_empty_fifo_read_is_noted(words: Words) -> None:
     """AN5040 8."""
     chip = Chip("LSM6DSL")
     chip.configure((FIFO_BUS, XL_104, (0x08, 0x01), FIFO_ON))

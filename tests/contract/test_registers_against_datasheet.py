@@ -147,7 +147,7 @@ def test_the_same_addresses_are_declared_and_listed(bank: tuple[str, str]) -> No
 
 
 @pytest.mark.parametrize("part", MULTI_BYTE)
-def test_each_table_speaks_of_every_address_once(part: str) -> None:
+def test_each_table_lists_every_address_once(part: str) -> None:
     """Otherwise a register forgotten by both transcriptions would pass."""
     addresses = [row.address for row in ROWS if (row.part, row.bank) == (part, "main")]
 

@@ -227,7 +227,7 @@ def test_power_down_keeps_the_last_sample(channel: Channel) -> None:
 
 
 @pytest.mark.parametrize("name", [name for name in PARTS if FACTS[name].unmodelled])
-def test_touching_something_not_modelled_is_reported_by_name(name: str) -> None:
+def test_unmodelled_access_is_noted_by_name(name: str) -> None:
     unmodelled = FACTS[name].unmodelled
     assert unmodelled is not None
     address, value, what = unmodelled
@@ -241,7 +241,7 @@ def test_touching_something_not_modelled_is_reported_by_name(name: str) -> None:
 
 
 @parts
-def test_no_unmodelled_bit_can_be_set_in_silence(name: str) -> None:
+def test_setting_an_unmodelled_bit_is_noted(name: str) -> None:
     chip = Chip(name)
     for registers in chip.part.files():
         for address, mask in enumerate(registers.map.unmodelled):

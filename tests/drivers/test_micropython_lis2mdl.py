@@ -26,7 +26,7 @@ def board() -> Iterator[Board]:
 
 @pytest.mark.parametrize("attitude", ATTITUDES)
 @pytest.mark.parametrize("rate", RATES)
-def test_the_field_is_the_worlds(board: Board, rate: str, attitude: Vector) -> None:
+def test_field_equals_the_world(board: Board, rate: str, attitude: Vector) -> None:
     """One burst over the three axes, without bit 7 of the sub-address, which this part does not need."""
     sensor = lis2mdl.LIS2MDL(MachineI2C(board.i2c2))
     sensor.data_rate = getattr(lis2mdl, rate)

@@ -62,7 +62,7 @@ def test_backslashes_in_archives_are_separators(tmp_path: Path) -> None:
     "name",
     ["../main.c", "a/../../main.c", "/tmp/main.c", "C:\\main.c", "..\\main.c", "\\\\host\\share\\main.c"],
 )
-def test_a_name_that_leads_out_is_refused(name: str, tmp_path: Path) -> None:
+def test_name_outside_the_folder_is_refused(name: str, tmp_path: Path) -> None:
     entry = zipfile.ZipInfo("x")
     entry.filename = name
 

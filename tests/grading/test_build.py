@@ -178,7 +178,7 @@ def test_control_characters_in_source_are_escaped(builder: Builder) -> None:
         b'asm(".rept 100000000\\n.word 1\\n.endr");\n',
     ],
 )
-def test_source_that_eats_the_machine_is_stopped(source: bytes, builder: Builder) -> None:
+def test_source_exceeding_limits_is_stopped(source: bytes, builder: Builder) -> None:
     assert len(said(builder, source)) <= 20_000
 
 

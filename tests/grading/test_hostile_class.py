@@ -218,7 +218,7 @@ def heeded() -> object:
 @posix
 @needs_compiler
 @pytest.mark.parametrize("sign", ["KILL", "TERM", "HUP"])
-def test_killed_compiler_is_never_does_not_compile(
+def test_killed_compiler_is_not_a_compile_error(
     sign: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Killed each time it compiles this program, and never with another one."""

@@ -251,7 +251,7 @@ def test_late_penalty_needs_deadline_and_grace(late: Path) -> None:
         (["bob,total,3,", "bob,late penalty,1,"], "3"),
     ],
 )
-def test_override_and_late_penalty(late: Path, lines: list[str], points: str) -> None:
+def test_late_penalty_applies_to_overridden_points(late: Path, lines: list[str], points: str) -> None:
     grade(late, "--deadline", "2026-11-20T23:59", "--overrides", overrides(late, *lines))
 
     assert rows(late)["bob"]["points"] == points

@@ -122,7 +122,7 @@ def test_participant_number_equal_to_another_id_is_rejected(tmp_path: Path) -> N
         all_found[name.removesuffix(".c")].content(tmp_path)
 
 
-def test_wiring_with_another_students_name_takes_no_place(tmp_path: Path) -> None:
+def test_file_with_name_of_another_student_is_rejected(tmp_path: Path) -> None:
     own, other = "Ada_1815_assignsubmission_file_main.c", "Ada_99_assignsubmission_file_main.c"
     all_found = found(tree(tmp_path / "class", **{own: b"1", other: b"2"}), Roster([Student("1815", "Ada")]))
 

@@ -217,7 +217,7 @@ def test_spreadsheet_cells_are_not_formulas(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["a;=1+1", 'a; "=1+1', "a;\u00a0@SUM(A1)", 'a;""+1', "a;;-1;=2"])
-def test_a_spreadsheet_that_separates_by_semicolons_computes_nothing(name: str) -> None:
+def test_semicolon_spreadsheet_cells_are_not_formulas(name: str) -> None:
     """A spreadsheet takes the system's separator, a semicolon in half of Europe, and not the file's."""
     text = grades_csv(whole(graded("7", name=name)))
 

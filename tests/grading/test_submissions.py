@@ -281,7 +281,7 @@ def test_two_submissions_of_one_student_are_rejected(tmp_path: Path, words: Word
     words("grade", str(refusal(where)))
 
 
-def test_a_folder_without_submissions_is_wrong_use(tmp_path: Path) -> None:
+def test_folder_without_submissions_is_a_usage_error(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     for name, kind in (("empty", "no_submissions"), ("nowhere", "no_such_folder")):
         with pytest.raises(InputError) as refused:

@@ -101,7 +101,7 @@ def test_public_names_are_on_a_page() -> None:
     ] == []
 
 
-def test_every_page_is_built_without_a_warning(tmp_path: Path) -> None:
+def test_every_page_builds_without_warnings(tmp_path: Path) -> None:
     """As CONTRIBUTING says: python -m sphinx -W -b html docs build/docs"""
     pytest.importorskip("furo", reason="the documentation's tools are not installed: pip install '.[docs]'")
     pytest.importorskip("myst_parser", reason="the documentation's tools are not installed")

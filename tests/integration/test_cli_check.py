@@ -310,7 +310,9 @@ def test_starving_callback_is_printed_before_hints(project: Path, words: Words) 
         (".",),
     ],
 )
-def test_wrong_use_is_one_line(tmp_path: Path, arguments: tuple[str, ...], words: Words) -> None:
+def test_wrong_arguments_are_refused_in_one_line(
+    tmp_path: Path, arguments: tuple[str, ...], words: Words
+) -> None:
     done = fcu("check", *arguments, folder=tmp_path)
 
     assert done.returncode == 2

@@ -69,7 +69,7 @@ def test_single_angle_keeps_the_others() -> None:
     ]
 
 
-def test_with_a_time_it_takes_that_time() -> None:
+def test_duration_is_the_time_of_the_motion() -> None:
     (entry,) = entries(options(roll=30.0, yaw=-90.0, duration="1s"), FLAT)
     assert entry == {"do": "rotate_to", "for": "1s", "roll_deg": 30.0, "pitch_deg": 2.0, "yaw_deg": -90.0}
 
@@ -147,7 +147,7 @@ def test_old_gesture_works_with_a_warning(old: str, capsys: pytest.CaptureFixtur
     assert output.out.startswith("lab3: moves from")
 
 
-def test_flat_brings_it_back(capsys: pytest.CaptureFixture[str]) -> None:
+def test_flat_restores_the_level_attitude(capsys: pytest.CaptureFixture[str]) -> None:
     board = Board()
     board.world.set_attitude(10, 20, 30)
     board.world.set_altitude(5)

@@ -89,7 +89,7 @@ def wait_until(condition) -> None:
 # -- finding the board --------------------------------------------------------------------------------------
 
 
-def test_the_board_that_runs_is_found_and_answers(folder: Path) -> None:
+def test_running_board_is_found_and_answers(folder: Path) -> None:
     with opened_door("tcp:4001", "/dev/pts/9") as door:
         board = the_running_board()
         assert board.serial == ("tcp:4001", "/dev/pts/9")

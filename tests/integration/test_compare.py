@@ -188,7 +188,7 @@ def test_unequal_runs_are_compared_up_to_shorter() -> None:
     assert not compare(run("a\n", "b\n", "c\n"), run("a\n", end_ps=PS_PER_S + 1))
 
 
-def test_either_banner_will_do() -> None:
+def test_both_banners_are_equal() -> None:
     """The slides show FH, ST's source says FW; every comparison takes either."""
     banners = [f"STEVAL-FCU001V1 {word} rev.1.0 - Sep 2017\n" for word in ("FH", "FW", "FX")]
 
@@ -212,7 +212,7 @@ def test_numbers_may_differ_within_a_tolerance(other: str, same: bool) -> None:
     assert bool(compare(run(line), run(other), rules)) is not same
 
 
-def test_other_lines_know_no_tolerance() -> None:
+def test_tolerance_does_not_apply_to_other_lines() -> None:
     assert compare(run("Count: 1 \n"), run("Count: 2 \n"), Rules(tolerance=tolerances([("ACC", 5)])))
 
 
@@ -221,7 +221,7 @@ def test_a_tolerance_may_name_three_axes_at_once() -> None:
 
 
 @pytest.mark.parametrize("given", [("acc", 1.0), ("ACC.w", 1.0), ("ACC", -1.0), ("ACC", float("nan"))])
-def test_a_tolerance_that_cannot_be_is_refused(given: tuple[str, float]) -> None:
+def test_impossible_tolerance_is_refused(given: tuple[str, float]) -> None:
     with pytest.raises(InputError, match=r"known|give a number"):
         tolerances([given])
 

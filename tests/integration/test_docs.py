@@ -110,7 +110,7 @@ def anchors(page: Path) -> set[str]:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_links_lead_somewhere(page: Path) -> None:
+def test_links_have_targets(page: Path) -> None:
     for target, heading in re.findall(r"\]\((?!https?:)([^)#]*)#?([^)]*)\)", text_of(page)):
         file = (page.parent / target) if target else page
         assert file.exists(), target
@@ -133,7 +133,7 @@ def test_the_index_of_decisions_is_up_to_date() -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_files_that_are_named_are_there(page: Path) -> None:
+def test_named_files_exist(page: Path) -> None:
     if page.name == "CHANGELOG.md":
         return  # what was said of a version stays
     assert [name for name in NAMED.findall(text_of(page)) if not (ROOT / name).exists()] == []

@@ -139,7 +139,7 @@ def test_command_without_a_summary_ends_in_one_line(
 
 
 @linux
-def test_nohup_is_heeded(folders: list[Path]) -> None:
+def test_ignored_hangup_continues_the_command(folders: list[Path]) -> None:
     del folders
     diff = f"diff '{FIRMWARE}' '{FIRMWARE}' --scenario flat --duration 1s"
     command = f"trap '' HUP; exec '{sys.executable}' -m fcu_emulator {diff}"
@@ -225,7 +225,7 @@ def test_recording_on_a_full_disk_is_not_judged(isolated: tuple[str, ...], folde
     assert left(folders) == []
 
 
-def test_recording_that_may_not_grow_is_not_there(tmp_path: Path, folders: list[Path]) -> None:
+def test_recording_beyond_file_limit_is_not_written(tmp_path: Path, folders: list[Path]) -> None:
     del folders
     record = tmp_path / "session.toml"
     record.write_text("before", encoding="utf-8")

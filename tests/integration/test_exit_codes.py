@@ -125,7 +125,7 @@ DIFF = ("diff", "solution", "solution", "--scenario", "flat", "--duration", "2s"
 
 @needs_full
 @printing
-def test_nothing_is_printed_into_a_full_disk_unseen(arguments: tuple[str, ...]) -> None:
+def test_output_to_full_disk_is_not_judged(arguments: tuple[str, ...]) -> None:
     done = fcu(*arguments, stdout=FULL)
     assert done.returncode == NOT_JUDGED
     (line,) = done.stderr.splitlines()
@@ -134,13 +134,13 @@ def test_nothing_is_printed_into_a_full_disk_unseen(arguments: tuple[str, ...]) 
 
 @needs_full
 @printing
-def test_a_full_disk_for_everything(arguments: tuple[str, ...]) -> None:
+def test_full_disk_for_all_streams_is_not_judged(arguments: tuple[str, ...]) -> None:
     assert fcu(*arguments, stdout=FULL, stderr=FULL).returncode == NOT_JUDGED
 
 
 @posix
 @printing
-def test_nothing_is_printed_nowhere_unseen(arguments: tuple[str, ...]) -> None:
+def test_output_to_closed_stream_is_not_judged(arguments: tuple[str, ...]) -> None:
     done = fcu(*arguments, after=">&-")
     assert done.returncode == NOT_JUDGED
     (line,) = done.stderr.splitlines()
@@ -156,13 +156,13 @@ def test_lost_output_is_reported(words: Words) -> None:
 
 @posix
 @printing
-def test_with_everything_closed_the_exit_code_is_left(arguments: tuple[str, ...]) -> None:
+def test_all_streams_closed_is_not_judged(arguments: tuple[str, ...]) -> None:
     assert fcu(*arguments, after="<&- >&- 2>&-").returncode == NOT_JUDGED
 
 
 @posix
 @printing
-def test_a_reader_that_has_gone(arguments: tuple[str, ...]) -> None:
+def test_closed_reader_has_its_exit_code(arguments: tuple[str, ...]) -> None:
     read, written = os.pipe()
     os.close(read)
     try:
@@ -183,7 +183,7 @@ def test_a_reader_that_has_gone(arguments: tuple[str, ...]) -> None:
     ],
     ids=" ".join,
 )
-def test_a_reader_that_has_enough_ends_every_command(arguments: tuple[str, ...]) -> None:
+def test_closing_reader_ends_every_command(arguments: tuple[str, ...]) -> None:
     """``| head -1``: no message about it; only a verdict, which is not on standard output."""
     with subprocess.Popen(
         [sys.executable, "-m", "fcu_emulator", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE
@@ -209,14 +209,14 @@ def test_an_unknown_part_is_one_line() -> None:
         assert line.startswith("fcu: ")
 
 
-def test_names_of_files_send_nothing_to_the_terminal(words: Words) -> None:
+def test_names_of_files_are_printed_safely(words: Words) -> None:
     done = fcu("run", "a\x1b[31m\x07.elf")
     assert done.returncode == USAGE_ERROR
     assert done.stderr.startswith("fcu: a\\x1b[31m\\x07.elf: ")
     words("run", done.stderr)
 
 
-def test_two_files_of_a_run_are_two(tmp_path: Path) -> None:
+def test_same_file_for_two_outputs_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "run"
     done = fcu("run", "--duration", "1s", "--json", file, "--trace", file)
     assert (done.returncode, done.stdout) == (USAGE_ERROR, "")
@@ -243,7 +243,7 @@ def test_lost_terminal_text_leaves_no_verdict(tmp_path: Path, expected: str, wor
 
 
 @needs_full
-def test_lost_remarks_change_no_verdict(tmp_path: Path) -> None:
+def test_lost_standard_error_keeps_the_verdict(tmp_path: Path) -> None:
     for expected, code in ((GOOD, PASSED), (BAD, FAILED)):
         path = write(tmp_path, SECOND + expected)
         assert fcu("run", "--scenario", path, "--speed", "max", stderr=FULL).returncode == code
@@ -266,7 +266,7 @@ def test_closed_standard_output_is_refused(words: Words) -> None:
 
 @posix
 @pytest.mark.parametrize("name", ["/", ".", "..", "/tmp", "/dev/null", "/dev/null/x", "x" * 5000, "a/b/c"])
-def test_a_name_that_cannot_be_a_port(tmp_path: Path, name: str) -> None:
+def test_invalid_port_name_is_refused(tmp_path: Path, name: str) -> None:
     done = fcu("run", "--duration", "100ms", "--serial", f"pty:{name}", before=f"cd '{tmp_path}';")
     assert done.returncode == USAGE_ERROR
     (line,) = done.stderr.splitlines()
@@ -322,7 +322,7 @@ def test_a_run_that_is_interrupted_is_not_judged(tmp_path: Path, words: Words) -
     words("run", re.sub(r"\d+\.\d+ s", "TIME", unchecked))
 
 
-def test_an_interrupt_that_python_drops_comes_again() -> None:
+def test_interrupt_in_a_destructor_is_repeated() -> None:
     """In a destructor nothing can be raised: Python prints it and goes on."""
     program = """
 import signal
@@ -348,7 +348,7 @@ cli.main()
     assert (done.returncode, done.stderr) == (130, "")
 
 
-def test_programs_read_the_summary(tmp_path: Path) -> None:
+def test_summary_is_written_as_json(tmp_path: Path) -> None:
     file = tmp_path / "run.json"
     done = run_scenario(tmp_path, SECOND + GOOD + BAD, "--json", str(file), "--seed", "3")
     said = json.loads(file.read_text(encoding="utf-8"))
@@ -367,7 +367,7 @@ def test_programs_read_the_summary(tmp_path: Path) -> None:
     assert len(said["lines"]) >= 4
 
 
-def test_programs_read_of_a_firmware_that_failed(tmp_path: Path) -> None:
+def test_json_summary_has_the_firmware_failure(tmp_path: Path) -> None:
     file = tmp_path / "run.json"
     done = fcu(
         "run", prebuilt("solution"), "--limit", "terminal_bytes=10", "--json", file, "--duration", "2s", "-q"

@@ -48,7 +48,9 @@ INTERRUPTED = 130
         (SECOND + GOOD, ("--duration", "1s"), NOT_JUDGED),
     ],
 )
-def test_a_verdict_is_the_same(tmp_path: Path, text: str, more: tuple[str, ...], code: int) -> None:
+def test_isolated_run_has_the_same_verdict(
+    tmp_path: Path, text: str, more: tuple[str, ...], code: int
+) -> None:
     alone, isolated = (run_scenario(tmp_path, text, *more, *isolate) for isolate in ((), ("--isolate",)))
     assert (alone.returncode, isolated.returncode) == (code, code), isolated.stderr
     assert isolated.stdout == alone.stdout
@@ -72,7 +74,7 @@ def test_applied_limits_are_printed(words: Words) -> None:
         ("--isolate", "--limit", "memory_bytes=1000"),
     ],
 )
-def test_limits_that_make_no_sense(arguments: tuple[str, ...], words: Words) -> None:
+def test_senseless_limits_are_refused(arguments: tuple[str, ...], words: Words) -> None:
     done = fcu("run", "--duration", "100ms", *arguments)
     assert (done.returncode, done.stdout, len(done.stderr.splitlines())) == (USAGE_ERROR, "", 1)
     words("run", done.stderr)
@@ -86,7 +88,7 @@ def test_closed_standard_output_is_closed_for_the_worker(words: Words) -> None:
 
 
 @posix
-def test_everything_closed() -> None:
+def test_isolated_run_without_streams_is_refused() -> None:
     assert fcu("run", "--duration", "100ms", "--isolate", after="<&- >&- 2>&-").returncode == USAGE_ERROR
 
 
@@ -177,7 +179,7 @@ def test_worker_exit_code_is_reported(program: str, code: str, number: int) -> N
         "os._exit(120)",
     ],
 )
-def test_a_death(program: str, code: str, words: Words) -> None:
+def test_worker_death_has_a_cause(program: str, code: str, words: Words) -> None:
     ending = run_isolated(program, [code], WorkerLimits())
     assert ending.code is None
     words("run", ending.cause)
@@ -204,7 +206,7 @@ def started(*arguments: str | Path, group: bool = False) -> subprocess.Popen[str
 
 
 @linux
-def test_a_worker_that_is_killed_is_nobodys_failure(tmp_path: Path, words: Words) -> None:
+def test_killed_worker_is_not_judged(tmp_path: Path, words: Words) -> None:
     process = started("--scenario", write(tmp_path, HEAD + 'duration = "300s"\n' + GOOD))
     (worker,) = workers(process)
     os.kill(worker, signal.SIGKILL)
@@ -245,7 +247,7 @@ def test_no_worker_outlives_its_parent() -> None:
 
 @linux
 @pytest.mark.usefixtures("interruptible")
-def test_a_request_before_the_worker_runs() -> None:
+def test_end_request_before_worker_start_leaves_no_process() -> None:
     process = subprocess.Popen(
         [sys.executable, "-m", "fcu_emulator", "run", "--duration", "300s", "--isolate", "--speed", "1"],
         stdin=subprocess.DEVNULL,

@@ -148,7 +148,7 @@ def test_wrong_request_gets_its_status(
         b"",
     ],
 )
-def test_noise_is_hung_up_on(pages: PageServer, said: list[str], data: bytes) -> None:
+def test_noise_is_disconnected(pages: PageServer, said: list[str], data: bytes) -> None:
     assert answer(pages, data, whole=data.endswith(b"\n")) == b""
     assert said == []
 

@@ -124,7 +124,7 @@ class Debugger:
         return read
 
 
-def test_it_is_moved_and_the_movement_is_recorded(board: Live, capsys: pytest.CaptureFixture[str]) -> None:
+def test_moved_board_is_recorded(board: Live, capsys: pytest.CaptureFixture[str]) -> None:
     move(MoveOptions(roll=30.0))
     assert "mine.elf: moves from roll" in capsys.readouterr().out
     board.close()

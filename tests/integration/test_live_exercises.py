@@ -38,7 +38,7 @@ def test_each_exercise_is_offered_with_its_question(exercises: LabExercises) -> 
     assert all(one["title"] and one["question"].endswith("?") for one in offered)
 
 
-def test_it_is_judged_as_fcu_check_judges(exercises: LabExercises, tmp_path: Path) -> None:
+def test_verdict_equals_fcu_check(exercises: LabExercises, tmp_path: Path) -> None:
     program = tmp_path / "mine.elf"
     program.write_bytes(prebuilt("template", "I2C2").read_bytes())
     exercises.start("4", str(program), 3)

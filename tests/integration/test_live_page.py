@@ -262,7 +262,7 @@ def test_firmware_is_dropped_and_a_file_is_followed(browser: Browser, tmp_path: 
         served.close()
 
 
-def test_a_scenarios_verdict_falls(browser: Browser, served: Served) -> None:
+def test_scenario_verdict_is_shown(browser: Browser, served: Served) -> None:
     page = browser.open(served)
     page.click("#tab-scenario")
     page.select_option("#scenario", "led_x")
@@ -396,7 +396,7 @@ def test_printed_text_is_escaped_in_the_page(browser: Browser) -> None:
 
 
 @pytest.mark.parametrize("width", [360, 420])
-def test_on_a_phone_nothing_sticks_out(width: int, browser: Browser, served: Served) -> None:
+def test_page_fits_a_phone(width: int, browser: Browser, served: Served) -> None:
     page = browser.open(served)
     page.set_viewport_size({"width": width, "height": 800})
     for pane in ("world", "registers", "bus", "pins", "scenario", "diagnosis"):

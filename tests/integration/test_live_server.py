@@ -76,7 +76,7 @@ def say(client: ClientConnection, **command: Any) -> None:
     client.send(json.dumps(command))
 
 
-def test_page_files_need_no_secret_and_set_no_cookie(live: tuple[PageServer, LiveSession]) -> None:
+def test_page_files_need_no_secret_or_cookie(live: tuple[PageServer, LiveSession]) -> None:
     pages, _ = live
     for path in ("/", "/?2d", "/app.js", "/app.css", "/icon.svg"):
         response = get(pages, path)
@@ -208,7 +208,7 @@ def test_a_huge_message_ends_its_connection_only(live: tuple[PageServer, LiveSes
         assert until(other, "state")
 
 
-def test_a_page_that_takes_nothing_is_kept_short() -> None:
+def test_backlog_of_stalled_page_is_bounded() -> None:
     kept = Outbox()
     for number in range(10_000):
         kept.put("state", f"s{number}")

@@ -318,7 +318,7 @@ def test_new_sensor_is_shown_by_its_declaration() -> None:
     assert [one["name"] for one in page.of(messages.Pins)[-1].pins][:2] == ["PA2", "PA5"]
 
 
-def test_a_scenarios_verdicts_fall_while_it_plays(tmp_path: Path) -> None:
+def test_scenario_verdicts_are_sent_while_it_plays(tmp_path: Path) -> None:
     led = '[[expect]]\nkind = "led"\nled = "led1"\nstate = "off"\nfrom = "100ms"\nto = "{}ms"\n'
     scenario = write(tmp_path, SHORT + led.format(200) + led.format(2400))
     page = Page(Setup("lab3", str(scenario)), end_s=2.6)

@@ -117,7 +117,7 @@ def test_fault_is_permanent_or_has_an_end() -> None:
     ("kind", "from_s", "until_s"),
     [("lost", 0, 1), ("nack", 2, 1), ("nack", -1, 1), ("nack", float("nan"), 1)],
 )
-def test_a_fault_that_cannot_be_is_refused(kind: str, from_s: float, until_s: float) -> None:
+def test_impossible_fault_is_refused(kind: str, from_s: float, until_s: float) -> None:
     with pytest.raises(InputError):
         I2CFault(kind, from_s, until_s)  # type: ignore[arg-type]
 
@@ -207,7 +207,7 @@ def test_unreferenced_board_is_released_at_once(firmware: str | None) -> None:
 # -- names --------------------------------------------------------------------------------------------------
 
 
-def test_every_name_that_is_promised_is_there() -> None:
+def test_every_exported_name_exists() -> None:
     assert all(getattr(emulator, name) is not None for name in emulator.__all__)
     assert set(emulator.__all__) <= set(dir(emulator))
     with pytest.raises(AttributeError, match="nonsense"):

@@ -27,7 +27,7 @@ def plain(pytester: pytest.Pytester) -> None:
     pytester.makeini("[pytest]\nfilterwarnings = error\n")
 
 
-def test_a_board_and_its_serial_line(pytester: pytest.Pytester) -> None:
+def test_fixtures_provide_board_and_serial_line(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """
         import pytest
@@ -62,7 +62,7 @@ def test_a_board_and_its_serial_line(pytester: pytest.Pytester) -> None:
     pytester.runpytest_inprocess(*ARGUMENTS).assert_outcomes(passed=6)
 
 
-def test_a_file_on_the_command_line_wins(pytester: pytest.Pytester) -> None:
+def test_firmware_option_overrides_the_marker(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """
         import pytest
@@ -232,7 +232,7 @@ def test_a_hang_is_diagnosed(pytester: pytest.Pytester) -> None:
     assert "null_pointer.c" in result.stdout.str()
 
 
-def test_several_processes(pytester: pytest.Pytester) -> None:
+def test_plugin_works_with_several_processes(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """
         import pytest
@@ -245,7 +245,7 @@ def test_several_processes(pytester: pytest.Pytester) -> None:
     pytester.runpytest_subprocess("-p", "no:cacheprovider", "-q", "-n", "2").assert_outcomes(passed=4)
 
 
-def test_wrong_use_is_one_line(pytester: pytest.Pytester) -> None:
+def test_wrong_arguments_are_refused_in_one_line(pytester: pytest.Pytester) -> None:
     pytester.makepyfile("def test_it(board):\n    pass\n")
     result = pytester.runpytest_inprocess(*ARGUMENTS, "--firmware", "nowhere.elf")
 

@@ -103,7 +103,7 @@ def test_lab3_gives_no_points_without_sensor_reads() -> None:
     assert set(earned.values()) == {0}
 
 
-def test_prerequisites_leave_nothing_to_such_programs(tmp_path: Path) -> None:
+def test_prerequisites_leave_no_free_points(tmp_path: Path) -> None:
     rubric = load_rubric(written(tmp_path, TILT.replace("REQUIRES", 'requires = ["alarm"]')))
 
     assert [trial.earned for trial in trials(rubric, "template-arm")] == [{}] * 5

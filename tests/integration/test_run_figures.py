@@ -43,7 +43,7 @@ def test_line_load_is_bytes_times_ten_bits() -> None:
     assert load == pytest.approx(100 * count * 10 / baud / 2.0, abs=0.1)
 
 
-def test_the_callback_against_its_period() -> None:
+def test_summary_has_callback_time_and_period() -> None:
     """Four reads take 0.78 ms of bus (docs/compare.md), 0.8 ms with the HAL: the template does only that."""
     took = {}
     for firmware in ("template-arm", "solution"):

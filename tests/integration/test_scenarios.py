@@ -59,7 +59,7 @@ def test_a_shipped_scenario_holds(name: str) -> None:
 
 @pytest.mark.parametrize("name", scenario_names())
 @pytest.mark.parametrize("firmware", [None, "template"])
-def test_a_verdict_that_has_fallen_stays(name: str, firmware: str | None) -> None:
+def test_early_verdict_is_final(name: str, firmware: str | None) -> None:
     """Where the program is right, none falls the wrong way meanwhile, such as a count that still grows."""
     board = Board(firmware, scenario=name)
     plan = board.scenario
@@ -251,7 +251,7 @@ def test_a_recording_is_replayed(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_jumps_of_the_world(tmp_path: Path, table: str, field: str) -> None:
+def test_values_after_a_jump_are_printed(tmp_path: Path, table: str, field: str) -> None:
     jump = f"[[timeline]]\ndo = '{table}\nat = '1.5s'\n"
     check_after = f"[[expect]]\nkind = 'field'\n{field}\nfrom = '2s'\n"
     result = play(tmp_path, IDEAL + jump + check_after)

@@ -191,7 +191,7 @@ def test_restored_built_firmware_repeats_its_run(wiring: str, scenario: str | No
     assert run_on(put_back, 0.9) == run_on(plain, 0.9)
 
 
-def test_a_broken_board_is_put_back_whole() -> None:
+def test_restore_removes_faults_drivers_and_typing() -> None:
     """A fault on the bus, a pin that somebody drives, text being typed: none of it was."""
     boards = [Board(firmware="solution") for _ in range(2)]
     for board in boards:
@@ -208,7 +208,7 @@ def test_a_broken_board_is_put_back_whole() -> None:
 
 @pytest.mark.parametrize("firmware", [None, "solution"])
 @pytest.mark.parametrize("wiring", WIRINGS)
-def test_arrays_are_values(firmware: str | None, wiring: str) -> None:
+def test_board_arrays_are_never_changed_in_place(firmware: str | None, wiring: str) -> None:
     """No array that a board refers to is changed in place: snapshots keep them as they are."""
     board = Board(firmware=firmware, wiring=wiring)
     doer = Doer(Board()) if firmware is None and wiring == "lab3" else None

@@ -21,7 +21,7 @@ def test_text_before_the_call_does_not_match() -> None:
         board.terminal.expect(r"Pitch: 0\.000000 deg", timeout_s=2.5)
 
 
-def test_all_that_was_printed_counts_when_asked_for() -> None:
+def test_expect_from_start_matches_earlier_text() -> None:
     board = Board("lab3")
     board.run_for(1.5)
 

@@ -166,7 +166,7 @@ def test_roll_and_yaw_are_euler_at_zero_pitch(yaw: float, roll: float) -> None:
 
 @DETERMINISTIC
 @given(angles_deg, tilts_deg)
-def test_yaw_is_eulers_when_roll_is_zero(yaw: float, pitch: float) -> None:
+def test_yaw_is_euler_at_zero_roll(yaw: float, pitch: float) -> None:
     _, got_roll, got_yaw = angles(*board_frame(yaw, pitch, 0.0))
     assert abs(got_roll) <= TOLERANCE_DEG
     assert difference_deg(got_yaw, yaw) <= TOLERANCE_DEG

@@ -149,7 +149,7 @@ def test_results_do_not_depend_on_sampling() -> None:
     )
 
 
-def test_turning_over_and_tapping() -> None:
+def test_turn_over_and_tap_have_expected_forces() -> None:
     world = World()
     world.set_attitude(0, 20, 50)
     end_s = world.turn_over(duration_s=1)

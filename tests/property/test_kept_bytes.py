@@ -212,7 +212,7 @@ def test_with_bdu_whole_words_are_quiet(first: int, quiet: int) -> None:
     assert part.prefetch(first, 1, _AT_PS)[2] == quiet
 
 
-def test_a_word_half_read_makes_another_version() -> None:
+def test_half_read_word_changes_the_version() -> None:
     part = measuring((0x12, 0x44))
     part.read(0x28, 6, _AT_PS)
     version = part.version[0]

@@ -81,5 +81,5 @@ def test_grace_period_costs_nothing(rule: LateTable, max_points: float, share: f
         ({"penalty_per_day": "10 %"}, 30 * DAY_S, 20),
     ],
 )
-def test_points_lost_of_twenty(keys: dict[str, Any], late_s: float, lost: float) -> None:
+def test_late_penalty_of_twenty_points_is_exact(keys: dict[str, Any], late_s: float, lost: float) -> None:
     assert late_penalty(table(**keys), late_s, 20) == lost

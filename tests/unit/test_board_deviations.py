@@ -44,7 +44,7 @@ def test_ideal_board_has_no_iron() -> None:
     np.testing.assert_allclose(soft, np.eye(3), atol=1e-12)
 
 
-def test_each_board_has_its_own_and_keeps_it() -> None:
+def test_iron_depends_on_the_seed() -> None:
     first, again, other = (iron(Board(seed=seed)) for seed in (7, 7, 8))
     for one, same, different in zip(first, again, other, strict=True):
         np.testing.assert_array_equal(one, same)

@@ -105,7 +105,7 @@ def test_bus_send_of_non_bytes_is_refused(data: Any) -> None:
 
 
 @pytest.mark.parametrize("data", [b"\x0f", bytearray(b"\x0f"), memoryview(b"\x0f"), [0x0F], (0x0F,)])
-def test_everything_that_clearly_means_bytes_is_taken(data: Any) -> None:
+def test_bytes_like_values_are_accepted(data: Any) -> None:
     assert Board().i2c2.write_read(0x6B, data, 1) == b"\x6a"
 
 

@@ -157,7 +157,7 @@ def test_a_filter_from_zero_begins_with_nothing_before() -> None:
     assert begun[:, 1] == pytest.approx((world.signal[:, 1] - world.signal[:, 0]) / 2)
 
 
-def test_a_reference_is_the_first_sample() -> None:
+def test_reference_filter_subtracts_the_first_sample() -> None:
     world = World()
     unchanged = chain(((1.0, 0.0, 0.0, 0.0, 0.0),), "reference")
     expected = world.signal[:, 7:107] - world.signal[:, 7:8]
@@ -185,7 +185,7 @@ def test_filtered_samples_do_not_depend_on_read_order(reads: list[tuple[int, int
         assert np.array_equal(some.block(number, count), everything[:, number : number + count])
 
 
-def test_beginning_afresh_does_not_show() -> None:
+def test_restarted_filter_equals_a_continuous_one() -> None:
     world = World()
     first = world.signal[:, :1]
     expected = first + reference(SETTLED.sections, world.signal - first)

@@ -46,7 +46,7 @@ def test_truncation_of_odd_field_values_is_toward_zero() -> None:
         (2**23 - 1, "2047.989990"),  # (raw * 100) / 4096 = 204799
     ],
 )
-def test_pressure(raw: int, printed: str) -> None:
+def test_pressure_prints_as_on_the_slides(raw: int, printed: str) -> None:
     assert f"{pressure_hpa(raw):f}" == printed
 
 

@@ -101,7 +101,7 @@ def test_timer_runs_at_800_hz_after_boot() -> None:
     assert 84_000_000 / (prescaler + 1) / (period + 1) == 800
 
 
-def test_sts_own_timer_values_can_be_chosen() -> None:
+def test_st_timer_values_are_a_setting() -> None:
     assert booted(Lab3, Settings(timer_prescaler=51, timer_period=1999)).timer == (51, 1999)
 
 

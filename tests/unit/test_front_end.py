@@ -228,7 +228,7 @@ def test_magnetometer_and_barometer_average_over_their_conversion() -> None:
     assert (low | middle << 8 | high << 16) / 4096 == pytest.approx(1000, abs=0.1)
 
 
-def test_a_mean_over_a_ramp_is_its_middle() -> None:
+def test_mean_of_a_ramp_is_its_middle() -> None:
     ramp = Moving(lambda t_s: 3.0 * t_s)
     np.testing.assert_allclose(averaged(ramp, np.array([1.0, 2.0]), 0.02), [2.97, 5.97])
 

@@ -16,7 +16,7 @@ class Clock:
         return self.now_s
 
 
-def test_lines_of_strangers_stay_lines() -> None:
+def test_foreign_text_stays_in_its_line() -> None:
     said: list[str] = []
     LimitedLines(said.append)("a\r\nb\x1b[31m\x00 \u202e")
     assert said == ["a b\\x1b[31m\\x00 \\u202e"]

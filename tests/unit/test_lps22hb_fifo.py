@@ -154,7 +154,7 @@ def test_an_emptied_stream_repeats_its_last_level() -> None:
     assert chip.read(PRESS_OUT_XL, 15) == levels(1, 2, 3)
 
 
-def test_an_emptied_dynamic_stream_does_not() -> None:
+def test_emptied_dynamic_stream_does_not_repeat() -> None:
     chip = after(collecting(DYNAMIC_STREAM), 1)
     assert chip.read(PRESS_OUT_XL, 5) == level(1)
     assert after(chip, 1).byte(FIFO_STATUS) == 1
@@ -182,7 +182,7 @@ def test_stream_to_fifo_resumes_when_interrupt_is_read() -> None:
 
 
 @pytest.mark.parametrize("mode", [BYPASS_TO_STREAM, BYPASS_TO_FIFO])
-def test_bypass_until_the_interrupt(mode: int) -> None:
+def test_bypass_modes_collect_after_the_interrupt(mode: int) -> None:
     """Datasheet 5.6, 5.7: the sample that raises it is the first one collected."""
     chip = after(collecting(mode, interrupt_above=50), 50)
     assert (chip.byte(FIFO_STATUS), chip.read(PRESS_OUT_XL, 5)) == (0, level(50))

@@ -106,7 +106,7 @@ def test_interrupts_instead_of_data_signals(int_s: int, expected: list[tuple[flo
     assert wire.run(8) == expected
 
 
-def test_reading_int_source_lets_the_pin_go() -> None:
+def test_reading_int_source_releases_the_pin() -> None:
     chip = measuring(1000.0, 1005.0, 1000.0)
     wire = Wire(chip)
     threshold(chip, 2.0)

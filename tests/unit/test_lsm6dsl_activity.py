@@ -62,7 +62,7 @@ def samples_seen(bench: Bench, register: int, flag: int, until_ps: int, step_ps:
 
 
 @pytest.mark.parametrize(("code", "samples"), [(0, 16), (1, 512), (2, 1024), (15, 7680)])
-def test_sleep_duration(code: int, samples: int) -> None:
+def test_sleep_starts_after_its_duration(code: int, samples: int) -> None:
     """16/ODR, or 512/ODR per LSB, from the first still sample on."""
     bench = Bench([STILL], THRESHOLD, (WAKE_UP_DUR, code), (TAP_CFG, ENABLE | INACT_XL_ONLY))
 
@@ -156,7 +156,7 @@ def test_no_tap_while_inactive() -> None:
 
 
 @pytest.mark.parametrize("write", [(TAP_CFG, 0x00), (TAP_CFG, ENABLE), (CTRL1_XL, 0x00)])
-def test_switching_it_off_restores_the_rate(write: tuple[int, int]) -> None:
+def test_disabling_activity_restores_the_rate(write: tuple[int, int]) -> None:
     bench = Bench([STILL], THRESHOLD, (TAP_CFG, ENABLE | INACT_XL_ONLY))
     bench.t_ps = PS_PER_S
     assert bench.byte(WAKE_UP_SRC) & SLEEP_STATE_IA

@@ -156,7 +156,7 @@ def test_drdy_pin_is_masked(pulsed: int) -> None:
     assert edges[0] == FAST.sample_ps(13)
 
 
-def test_data_ready_of_before_is_hidden_as_well() -> None:
+def test_earlier_data_ready_is_masked() -> None:
     chip = fast(MASK, (INT1_CTRL, 0x01))
     chip.wait(PS_PER_S)
     assert chip.is_ready(FAST)

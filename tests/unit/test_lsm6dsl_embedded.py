@@ -157,7 +157,9 @@ def test_after_a_pause_seven_more_steps_are_needed() -> None:
         (0x88, XL_26_HZ | 0x08, 0.28, 10),
     ],
 )
-def test_threshold(threshold: int, xl: int, amplitude_g: float, counted: int) -> None:
+def test_pedometer_threshold_follows_its_register(
+    threshold: int, xl: int, amplitude_g: float, counted: int
+) -> None:
     """Datasheet 11.16: 32 mg or 62.5 mg per LSB."""
     chip = running(PEDO_EN, bounce(10, amplitude_g=amplitude_g), xl, ((PEDO_THS, threshold),))
     chip.wait(10 * PS_PER_S)
@@ -219,7 +221,7 @@ def test_soft_reset_clears_uncounted_steps() -> None:
     assert (steps(chip), chip.byte(FUNC_SRC1)) == (0, 0)
 
 
-def test_overflow() -> None:
+def test_step_counter_overflow_is_flagged() -> None:
     """The counter wraps after 65535. Nine hours of walking are left out: the counter is set by hand."""
     chip = running(PEDO_EN, bounce(8), bank_a=((PEDO_DEB, 0x68),))
     chip.part.registers.mem[STEP_COUNTER : STEP_COUNTER + 2] = (65535 - 5).to_bytes(2, "little")

@@ -89,7 +89,7 @@ def test_interrupted_free_fall_restarts() -> None:
 @pytest.mark.parametrize(("bits", "g"), FULL_SCALES)
 @pytest.mark.parametrize("code", [1, 2, 33, 60])
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_wake_up_threshold_is_a_64th_of_full_scale(bits: int, g: int, code: int, axis: int) -> None:
+def test_wake_up_threshold_is_full_scale_over_64(bits: int, g: int, code: int, axis: int) -> None:
     """The slope is half the step from one sample to the next."""
     threshold = code * g * 1000 / 64
     for factor, wakes in ((0.97, False), (1.03, True)):

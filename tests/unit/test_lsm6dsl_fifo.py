@@ -67,7 +67,9 @@ def test_fifo_words_are_samples_low_byte_first() -> None:
         (HZ_208, HZ_104, (2, 1, 4, 0), [G, XL, 0, XL, G, XL, XL]),
     ],
 )
-def test_pattern(xl: int, g: int, dec: tuple[int, ...], expected: list[int]) -> None:
+def test_fifo_pattern_follows_rates_and_decimation(
+    xl: int, g: int, dec: tuple[int, ...], expected: list[int]
+) -> None:
     bench = bench_of(CONTINUOUS, xl=xl, g=g, dec=dec)
     words_a_period = 3 * len(expected)
     while bench.fill() < 2 * words_a_period:

@@ -133,7 +133,7 @@ def test_late_events_act_at_their_times() -> None:
     assert bench.fill() == 15  # samples 16 to 20
 
 
-def test_data_sets_at_every_step() -> None:
+def test_data_sets_are_stored_at_every_step() -> None:
     bench = bench_of(CONTINUOUS, dec=(0, 1, 0, 0), ctrl2=TIMER_PEDO_FIFO_DRDY)
     for _ in range(3):
         bench.wait(PERIOD_PS * 5 // 2)
@@ -203,7 +203,7 @@ def test_full_fifo_predicts_one_overrun() -> None:
     assert chip.part.next_event_ps() > 1000 * PS_PER_S
 
 
-def test_no_pin_no_event() -> None:
+def test_unrouted_fifo_schedules_no_event() -> None:
     chip = fifo_of(CONTINUOUS, watermark=30)
 
     assert chip.part.next_event_ps() > 1000 * PS_PER_S

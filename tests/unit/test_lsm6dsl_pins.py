@@ -265,7 +265,7 @@ def test_rate_change_restarts_from_its_moment() -> None:
     assert rises == [*(sample_ps(n) for n in range(3)), *(sample_ps(n, 104, changed_ps) for n in range(2))]
 
 
-def test_routing_nothing_asks_for_no_time() -> None:
+def test_pins_without_routing_need_no_events() -> None:
     bench = Bench([STILL], (TAP_CFG, ENABLE))
     assert bench.part.next_event_ps() > 10**6 * PS_PER_S
 
@@ -295,7 +295,7 @@ def test_int1_boot_is_high_for_15_ms() -> None:
     assert bench.look() == [("INT1", PS_PER_MS, 1), ("INT1", 16 * PS_PER_MS, 0)]
 
 
-def test_sw_reset_lets_go_of_the_pins() -> None:
+def test_sw_reset_releases_the_pins() -> None:
     bench = Bench([STILL], (INT1_CTRL, 0x01), (CTRL3_C, 0x24), xl=ON).at(3)
     bench.wait(1)
     bench.write(CTRL3_C, 0x25)

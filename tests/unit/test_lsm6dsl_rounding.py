@@ -88,7 +88,7 @@ def test_without_increment_nothing_goes_round() -> None:
     assert chip.read(0x2D, 4) == 4 * chip.read(0x2D)
 
 
-def test_software_reset_ends_it() -> None:
+def test_software_reset_ends_rounding() -> None:
     chip = measuring((CTRL5_C, 1 << 5), (CTRL7_G, ROUNDING_STATUS), (CTRL3_C, 0x01))
 
     assert chip.part.advance(0x2D, 1) == 0x2E

@@ -39,7 +39,7 @@ def test_a_tick_comes_exactly_when_it_is_due(wake_up_dur: int, tick_ps: int, tic
 
 @resolutions
 @pytest.mark.parametrize("percent", [-5, 4])
-def test_it_is_as_fast_as_the_sensors_rates(wake_up_dur: int, tick_ps: int, percent: int) -> None:
+def test_timestamp_follows_the_sensor_rate_error(wake_up_dur: int, tick_ps: int, percent: int) -> None:
     """The LSM6DSO has one figure for both; of the LSM6DSL no document says."""
     chip = Chip("LSM6DSL", LSM6DSLErrors(odr_percent=percent))
     chip.configure(((WAKE_UP_DUR, wake_up_dur), (CTRL1_XL, 0x40), (CTRL10_C, TIMER_EN)))
@@ -59,14 +59,14 @@ def test_timer_warning_of_slow_part_follows_its_counter() -> None:
 
 
 @resolutions
-def test_it_wraps_at_24_bits(wake_up_dur: int, tick_ps: int) -> None:
+def test_timestamp_wraps_at_24_bits(wake_up_dur: int, tick_ps: int) -> None:
     chip = counting(wake_up_dur)
     chip.t_ps = (2**24 + 5) * tick_ps
 
     assert count(chip) == 5
 
 
-def test_it_does_not_run_before_it_is_enabled() -> None:
+def test_timestamp_does_not_run_before_enable() -> None:
     chip = Chip("LSM6DSL")
     chip.write(CTRL1_XL, 0x40)
     chip.wait(PS_PER_S)
@@ -85,7 +85,7 @@ def test_it_does_not_run_before_it_is_enabled() -> None:
         (0xC0, 0xB0, 0x00, False),  # reserved rates measure nothing
     ],
 )
-def test_it_runs_while_a_sensor_is_on(xl: int, g: int, ctrl4: int, runs: bool) -> None:
+def test_timestamp_runs_while_a_sensor_is_on(xl: int, g: int, ctrl4: int, runs: bool) -> None:
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL4_C, ctrl4), (WAKE_UP_DUR, TIMER_HR), (CTRL10_C, TIMER_EN)))
     chip.configure(((CTRL1_XL, xl), (CTRL2_G, g)))
@@ -124,7 +124,7 @@ def test_resolution_change_continues_from_the_count() -> None:
     assert count(chip) == 40_000 + PS_PER_S // SLOW_PS
 
 
-def test_writing_aa_restarts_it() -> None:
+def test_writing_aa_restarts_the_timestamp() -> None:
     chip = counting()
     chip.wait(PS_PER_S)
     chip.write(TIMESTAMP2_REG, RESTART)
@@ -143,7 +143,7 @@ def test_writing_anything_else_does_nothing(value: int) -> None:
     assert count(chip) == 40_000
 
 
-def test_software_reset_clears_it() -> None:
+def test_software_reset_clears_the_timestamp() -> None:
     chip = counting()
     chip.wait(PS_PER_S)
     chip.write(CTRL3_C, 0x01)

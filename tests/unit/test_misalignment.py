@@ -24,7 +24,7 @@ def test_a_turned_part_measures_in_its_own_axes(turned_deg: tuple[float, float, 
     np.testing.assert_allclose(found, exact, atol=2e-4)
 
 
-def test_gravity_of_a_level_board_is_seen_aslant(tmp_path: Path) -> None:
+def test_misaligned_part_measures_tilted_gravity(tmp_path: Path) -> None:
     """The part is turned about its own X: Y sees the sine of 1 degree of gravity."""
     figures = "[sensors.lsm6dsl]\nmisalignment_deg = [1, 0, 0]\n"
     board = Board(scenario=write(tmp_path, HEAD + figures))

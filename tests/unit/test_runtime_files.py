@@ -164,7 +164,7 @@ def _served(door: ControlServer) -> RunningBoard:
     return door._board
 
 
-def test_callers_without_the_token_push_no_caller_out() -> None:
+def test_callers_without_token_displace_no_caller() -> None:
     with closing(ControlServer("lab3", [], lambda _message: {"t_s": 0.0})) as door:
         board = _served(door)
         with (
@@ -218,7 +218,7 @@ def test_caller_with_token_is_not_displaced() -> None:
     ],
     ids=lambda said: repr(said[:20]),
 )
-def test_caller_without_the_token_is_turned_away(said: bytes) -> None:
+def test_caller_without_token_is_refused(said: bytes) -> None:
     asked: list[object] = []
 
     def answer(message: object) -> dict[str, object]:

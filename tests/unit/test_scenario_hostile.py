@@ -144,7 +144,7 @@ def test_wrong_value_is_refused_with_key_path(
         ("latitude_deg = 47\nlongitude_deg = 8\ndate = 2026-03-01\nnorth = 'up'", "literal_error"),
     ],
 )
-def test_a_place_outside_the_model(tmp_path: Path, place: str, kind: str, words: Words) -> None:
+def test_place_outside_the_model_is_refused(tmp_path: Path, place: str, kind: str, words: Words) -> None:
     error = refusal(tmp_path, f"{HEAD}[world.place]\n{place}\n")
     assert error.key.startswith("world.place")
     assert error.kind == kind
@@ -191,17 +191,17 @@ def test_non_scenario_file_is_refused(tmp_path: Path, data: bytes, kind: str) ->
     assert refusal(tmp_path, data).kind == kind
 
 
-def test_a_number_beyond_every_range(tmp_path: Path) -> None:
+def test_number_beyond_every_range_is_refused(tmp_path: Path) -> None:
     assert refusal(tmp_path, f"{HEAD}[world]\nroll_deg = {'9' * 4000}").key == "world.roll_deg"
 
 
-def test_a_timeline_without_end(tmp_path: Path) -> None:
+def test_too_long_timeline_is_refused(tmp_path: Path) -> None:
     error = refusal(tmp_path, HEAD + "timeline=[" + "{do='hold'}," * (MOST_ENTRIES + 1) + "]")
     assert (error.key, error.kind) == ("timeline", "too_long")
     assert str(MOST_ENTRIES) in error.problem
 
 
-def test_a_golden_text_that_is_too_large(tmp_path: Path, words: Words) -> None:
+def test_too_large_golden_text_is_refused(tmp_path: Path, words: Words) -> None:
     (tmp_path / "golden.txt").write_bytes(b"x" * ((1 << 20) + 1))
     error = refusal(tmp_path, HEAD + "[[expect]]\nkind = 'text'\nfile = 'golden.txt'")
     assert error.key == "expect[0].file"
@@ -273,7 +273,7 @@ def test_link_inside_the_folder_is_accepted(tmp_path: Path) -> None:
     load_scenario(write(tmp_path, HEAD + replay("link.csv") + replay("below/walk.csv")))
 
 
-def test_a_link_that_leads_to_itself(tmp_path: Path) -> None:
+def test_link_to_itself_is_refused(tmp_path: Path) -> None:
     (tmp_path / "loop.csv").symlink_to("loop.csv")
     error = refusal(tmp_path, HEAD + replay("loop.csv"))
     assert error.key == "timeline[0].csv"
@@ -350,7 +350,7 @@ def test_many_patterns_have_one_bound(tmp_path: Path, words: Words) -> None:
         r"(?<!\{)x{0,99999}",
     ],
 )
-def test_patterns_as_people_write_them_are_compiled(tmp_path: Path, pattern: str) -> None:
+def test_usual_patterns_are_compiled(tmp_path: Path, pattern: str) -> None:
     load_scenario(write(tmp_path, f"{HEAD}[[expect]]\nkind = 'regex'\npattern = '{pattern}'\n"))
 
 
@@ -364,7 +364,7 @@ def test_all_searches_of_a_run_have_one_bound() -> None:
         pass
 
 
-def test_a_question_cannot_command_the_users_terminal(tmp_path: Path) -> None:
+def test_question_has_no_control_characters(tmp_path: Path) -> None:
     assert refusal(tmp_path, 'schema = 1\nquestion = "\\u001b]0;title\\u0007"').key == "question"
 
 
@@ -377,7 +377,7 @@ def test_a_pipe_does_not_keep_the_loader_waiting(tmp_path: Path) -> None:
     assert refused.value.kind == "unusable_file"
 
 
-def test_a_missing_file(tmp_path: Path, words: Words) -> None:
+def test_missing_file_is_refused(tmp_path: Path, words: Words) -> None:
     with pytest.raises(ScenarioError) as refused:
         load_scenario(str(tmp_path / "none.toml"))
     assert refused.value.kind == "unusable_file"
@@ -392,7 +392,7 @@ def test_an_unknown_name_lists_the_known_ones() -> None:
 
 @given(st.binary(max_size=200) | st.text(max_size=200).map(str.encode))
 @settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_nothing_but_scenario_errors(tmp_path: Path, data: bytes) -> None:
+def test_any_file_raises_only_scenario_errors(tmp_path: Path, data: bytes) -> None:
     refusal(tmp_path, data)
 
 

@@ -229,7 +229,7 @@ def test_a_file_with_everything_round_trips(tmp_path: Path) -> None:
     load_scenario(write(tmp_path, EVERYTHING))  # and it can be played
 
 
-def test_the_firmwares_settings_are_the_firmwares_own() -> None:
+def test_schema_settings_equal_the_firmware() -> None:
     settings = {field.name: field.default for field in dataclasses.fields(Settings)}
     assert {name: field.default for name, field in FirmwareTable.model_fields.items()} == settings
 

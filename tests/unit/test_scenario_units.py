@@ -63,14 +63,14 @@ def test_invalid_duration_is_refused_with_an_example(value: object) -> None:
         parse_duration(value)
 
 
-def test_a_length_is_not_zero() -> None:
+def test_zero_duration_is_refused() -> None:
     with pytest.raises(ValueError, match='"1us"'):
         parse_length("0s")
     assert parse_length("1us") == 10**6
 
 
 @pytest.mark.parametrize(("text", "hertz"), [("400kHz", 400_000), ("10kHz", 10_000), ("1MHz", 1_000_000)])
-def test_bus_speeds(text: str, hertz: int) -> None:
+def test_bus_speeds_are_parsed(text: str, hertz: int) -> None:
     assert parse_bus_speed(text) == hertz
 
 

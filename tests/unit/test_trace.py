@@ -44,7 +44,7 @@ def test_trace_line_equals_json_encoder(kind: type[TraceEvent], data: st.DataObj
     assert line(event) == as_json(event)
 
 
-def test_a_run_of_the_lab_is_written_so(tmp_path: Path) -> None:
+def test_lab_run_is_written_as_json(tmp_path: Path) -> None:
     """Files, memory and subscribers get the same events in the same order."""
     board, heard = Board(firmware="lab3"), []
     board.trace.write_to(tmp_path / "files_only.jsonl")

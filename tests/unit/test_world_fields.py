@@ -66,7 +66,7 @@ def test_a_passing_magnet_is_a_dipole() -> None:
     np.testing.assert_allclose(change, expected, atol=1e-9)
 
 
-def test_a_magnet_comes_and_goes_unnoticed() -> None:
+def test_passing_magnet_starts_and_ends_smoothly() -> None:
     world = World()
     end_s = world.pass_magnet(moment_am2=-2, distance_m=0.3, speed_m_s=1)
     t = np.linspace(0, end_s, 2001)

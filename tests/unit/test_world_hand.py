@@ -136,7 +136,7 @@ def test_tremor_has_measured_strength_and_frequency(peak_mg: float, hz: float) -
     assert 0.01 < np.degrees(np.arccos(world.rotation(t_s)[:, 2, 2])).max() < 0.3
 
 
-def test_a_tremor_begins_without_a_blow() -> None:
+def test_tremor_starts_smoothly() -> None:
     world = World()
     world.take_in_hand()
     np.testing.assert_allclose(world.specific_force_g([0.0, 1e-9]), [[0, 0, 1]] * 2, atol=1e-9)

@@ -172,7 +172,7 @@ def test_noisy_recorded_altitude_is_refused_with_line() -> None:
     ],
     ids=["tilted", "to the side", "falling", "on the Moon"],
 )
-def test_how_hard_motion_accelerates_the_board(plan: Callable[[World], object], moving_g: float) -> None:
+def test_linear_acceleration_follows_the_motion(plan: Callable[[World], object], moving_g: float) -> None:
     world = World()
     plan(world)
     assert world.linear_acceleration_g(0.0)[0] == pytest.approx(moving_g)

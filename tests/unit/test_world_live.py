@@ -48,7 +48,7 @@ def test_times_may_be_unordered_or_single(clock: Clock, world: World) -> None:
         assert len(signal(np.array([]))) == 0
 
 
-def test_results_belong_to_the_caller(world: World) -> None:
+def test_results_may_be_changed_by_the_caller(world: World) -> None:
     world.specific_force_g([0.0])[:] = 99.0
     world.hard_iron_mgauss([0.0])[:] = 99.0
     world.rotation([0.0])[:] = 99.0

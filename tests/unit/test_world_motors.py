@@ -40,7 +40,7 @@ def test_motor_vibration_is_at_speed_and_blade_frequency(axis: int, lines: int) 
     assert len(scipy_signal.find_peaks(power, height=0.1 * power.max())[0]) == 4
 
 
-def test_one_motor_alone_turns_its_force_round() -> None:
+def test_single_motor_force_rotates() -> None:
     force = shaken_m_s2((0, 0, 0.5, 0))
     np.testing.assert_allclose(np.hypot(force[:, 0], force[:, 1]), 15 / np.sqrt(2) * 0.25, rtol=1e-9)
 

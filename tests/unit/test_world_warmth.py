@@ -90,7 +90,7 @@ THERMOMETERS = {  # how each is switched on; OUT_TEMP and its counts in a degree
 
 
 @pytest.mark.parametrize("cold", [True, False])
-def test_the_thermometers_of_a_cold_board_show_it(cold: bool) -> None:
+def test_thermometers_show_the_board_temperature(cold: bool) -> None:
     """Over a minute: 5 degC (exp(-1 / 200) - exp(-61 / 200)) of a typical board."""
     board = Board(cold_start=cold)
     readings = []
