@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from fcu_emulator.emulator.chip.memory_map import RAM
 from tests.support.arm.core_bench import CoreBench
-from tests.support.arm.core_programs import stirred
+from tests.support.arm.core_programs import interrupted_core
 
 END_US = 20_000
 
@@ -31,7 +31,7 @@ def picture(core: CoreBench) -> tuple[object, ...]:
 )
 @settings(max_examples=25, deadline=None)
 def test_restored_core_repeats_its_run(first_us: int, meanwhile_us: int) -> None:
-    core = stirred([], 10**9)
+    core = interrupted_core([], 10**9)
     core.run_us(first_us)
     saved = core.core.snapshot()
     before, now_ps, registers = picture(core), core.clock.now_ps, dict(core.probe.registers)

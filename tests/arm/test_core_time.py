@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from fcu_emulator.emulator.chip.cpu.core import CYCLES_PER_INSTRUCTION
 from fcu_emulator.emulator.time.clock import PS_PER_S
 from tests.support.arm.core_bench import CoreBench, interrupts, store
-from tests.support.arm.core_programs import state, stirred
+from tests.support.arm.core_programs import interrupted_core, state
 from tests.support.words import Words
 
 END_US = 100_000
@@ -197,7 +197,7 @@ loop:  cmp r1, #0
 def test_dividing_a_run_changes_nothing(
     pulses: list[tuple[float, int]], flag_us: float, cuts: list[int], cycles: Fraction
 ) -> None:
-    whole, divided = (stirred(pulses, flag_us, cycles=cycles) for _ in range(2))
+    whole, divided = (interrupted_core(pulses, flag_us, cycles=cycles) for _ in range(2))
     whole.run_us(END_US)
     for cut in sorted(cuts):
         divided.run_us(min(cut / 16, END_US))
@@ -212,8 +212,8 @@ def test_dividing_a_run_changes_nothing(
 def test_skipping_waits_changes_nothing(
     pulses: list[tuple[float, int]], flag_us: float, cycles: Fraction
 ) -> None:
-    quick = stirred(pulses, flag_us, cycles=cycles)
-    slow = stirred(pulses, flag_us, cycles=cycles, skip=False)
+    quick = interrupted_core(pulses, flag_us, cycles=cycles)
+    slow = interrupted_core(pulses, flag_us, cycles=cycles, skip=False)
     quick.run_us(END_US)
     slow.run_us(END_US)
 

@@ -12,7 +12,7 @@ import pytest
 from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
 from fcu_emulator.emulator.chip.memory_map import FLASH, RAM
 from tests.support.arm.core_bench import CoreBench
-from tests.support.arm.core_programs import state, stirred
+from tests.support.arm.core_programs import interrupted_core, state
 from tests.support.arm.engine_pair import (
     CODE,
     GENERAL,
@@ -218,7 +218,7 @@ def test_run_slices_end_like_a_single_run() -> None:
     """In a program with interrupts, polling, waiting and IT blocks, of an instruction per microsecond."""
 
     def core() -> CoreBench:
-        return stirred([(120, 0), (333, 1), (900, 2), (1500, 0)], flag_us=250)
+        return interrupted_core([(120, 0), (333, 1), (900, 2), (1500, 0)], flag_us=250)
 
     divided, time_us = core(), 40
     for length in range(1, 61):

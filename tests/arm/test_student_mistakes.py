@@ -20,7 +20,7 @@ from fcu_emulator.emulator.grading.rubric import load_rubric
 from tests.integration.test_cli import fcu
 from tests.support.arm import student_programs
 from tests.support.arm.graded_programs import staged
-from tests.support.arm.student_programs import OPTIMISATIONS, Program, build, said, without_numbers
+from tests.support.arm.student_programs import OPTIMISATIONS, Program, build, explanations, without_numbers
 from tests.support.arm.vendor_programs import file
 
 MISTAKES = student_programs.programs("mistakes.toml")
@@ -66,7 +66,7 @@ def both_ways(names: Iterable[str]) -> list[tuple[str, str]]:
 @pytest.mark.parametrize(("name", "optimisation"), both_ways(MISTAKES))
 def test_mistake_is_explained_as_on_the_page(name: str, optimisation: str, folder: Path) -> None:
     program = MISTAKES[name]
-    words = "\n".join(said(program, build(program, optimisation, folder)))
+    words = "\n".join(explanations(program, build(program, optimisation, folder)))
 
     assert without_numbers(words) == without_numbers(expected(program, optimisation))
 
@@ -77,7 +77,7 @@ def test_mistake_is_explained_as_on_the_page(name: str, optimisation: str, folde
 def test_correct_variant_is_not_reported(name: str, optimisation: str, scenario: str, folder: Path) -> None:
     program = VARIANTS[name]
 
-    assert said(program, build(program, optimisation, folder), LONGEST_S, scenario) == []
+    assert explanations(program, build(program, optimisation, folder), LONGEST_S, scenario) == []
 
 
 @pytest.mark.parametrize(

@@ -46,7 +46,7 @@ def builder(request: pytest.FixtureRequest) -> Iterator[Builder]:
 
 
 @pytest.fixture(scope="module")
-def walled(builder: Builder) -> Builder:
+def sandboxed(builder: Builder) -> Builder:
     if not builder.sandbox:
         pytest.skip("only with a sandbox")
     return builder
@@ -193,8 +193,8 @@ def test_source_exceeding_limits_is_stopped(source: bytes, builder: Builder) -> 
         b'asm(".incbin \\"/proc/self/environ\\"");\n',
     ],
 )
-def test_sandbox_has_no_files_of_this_machine(source: bytes, walled: Builder) -> None:
-    log = said(walled, source + b"int main(void) { return 0; }\n")
+def test_sandbox_has_no_files_of_this_machine(source: bytes, sandboxed: Builder) -> None:
+    log = said(sandboxed, source + b"int main(void) { return 0; }\n")
 
     assert "No such file" in log or "file not found" in log
     assert "root:" not in log

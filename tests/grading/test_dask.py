@@ -33,7 +33,7 @@ pytestmark = [
 STUDENTS = [f"student-{number}" for number in range(6)]
 
 
-def judge_and_tell(task: Task, told: Path, victim: int) -> str:
+def judge_and_record(task: Task, told: Path, victim: int) -> str:
     """Judge, and leave word of it; the victim's first process waits for its end."""
     if task.seed == victim and not (told / "victim").exists():
         (told / "half").write_text(str(os.getpid()))
@@ -56,7 +56,7 @@ class Telling(DaskWorkers):
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
         if args[0].seed != self.victim:
             self._first.wait()
-        future = super().submit(judge_and_tell, *args, self.told, self.victim)
+        future = super().submit(judge_and_record, *args, self.told, self.victim)
         self._first.set()
         return future
 

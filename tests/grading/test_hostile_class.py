@@ -28,10 +28,11 @@ from fcu_emulator.emulator.grading.submissions import SubmittedSource
 from fcu_emulator.firmware_model import arm
 from fcu_emulator.firmware_model.arm import prebuilt
 from tests.campaigns.attacks import classes
-from tests.grading.test_build import builder, needs_compiler, needs_sandbox, walled
-from tests.grading.test_grade import RUBRIC, autograder, grade, kept, out, rubric, run_autograder, table
+from tests.grading.test_build import builder, needs_compiler, needs_sandbox, sandboxed
+from tests.grading.test_grade import RUBRIC, grade, kept, out, rubric, table
+from tests.grading.test_gradescope import autograder, run_autograder
 
-__all__ = ["autograder", "builder", "kept", "out", "rubric", "walled"]  # fixtures
+__all__ = ["autograder", "builder", "kept", "out", "rubric", "sandboxed"]  # fixtures
 SOURCE = b"int main(void) { for (;;) { } }\n"
 posix = pytest.mark.skipif(sys.platform == "win32", reason="source is built on Linux and macOS")
 
@@ -280,9 +281,9 @@ def test_source_cannot_forge_a_fault_of_the_machine(builder: Builder) -> None:
 
 
 @pytest.mark.parametrize("file", ["/dev/ptmx", "/dev/tty", "/dev/stdin", "/proc/kmsg", "/dev/zero"])
-def test_sandbox_has_no_blocking_file(file: str, walled: Builder) -> None:
+def test_sandbox_has_no_blocking_file(file: str, sandboxed: Builder) -> None:
     with pytest.raises(CompileError) as refused:
-        walled.build(SubmittedSource({"main.c": f'#include "{file}"\n'.encode() + SOURCE}))
+        sandboxed.build(SubmittedSource({"main.c": f'#include "{file}"\n'.encode() + SOURCE}))
     assert "No such file" in refused.value.log
 
 

@@ -57,7 +57,7 @@ def served(link: TcpLink, door: ControlServer | None = None) -> Iterator[bytearr
 
 
 @contextlib.contextmanager
-def opened_door(*serial: str, name: str = "lab3") -> Iterator[ControlServer]:
+def running_control_server(*serial: str, name: str = "lab3") -> Iterator[ControlServer]:
     def answer(message: Message) -> dict[str, object]:
         if message.get("wrong"):
             raise InputError("that is wrong")
@@ -90,7 +90,7 @@ def wait_until(condition) -> None:
 
 
 def test_running_board_is_found_and_answers(folder: Path) -> None:
-    with opened_door("tcp:4001", "/dev/pts/9") as door:
+    with running_control_server("tcp:4001", "/dev/pts/9") as door:
         board = the_running_board()
         assert board.serial == ("tcp:4001", "/dev/pts/9")
         assert (board.name, board.process) == ("lab3", os.getpid())
@@ -106,7 +106,7 @@ def test_running_board_is_found_and_answers(folder: Path) -> None:
 
 
 def test_of_several_boards_one_is_named() -> None:
-    with opened_door(name="lab3"), opened_door(name="mine.elf"):
+    with running_control_server(name="lab3"), running_control_server(name="mine.elf"):
         with pytest.raises(
             InputError, match=r"^2 boards run: \d+ \(lab3\), \d+ \(mine.elf\); .* --board PROCESS$"
         ):
@@ -117,7 +117,7 @@ def test_of_several_boards_one_is_named() -> None:
 
 
 def test_file_of_killed_board_is_removed(folder: Path) -> None:
-    with opened_door():
+    with running_control_server():
         (living,) = folder.iterdir()
         known = json.loads(living.read_text(encoding="utf-8"))
         with socket.socket() as reserved:
@@ -144,7 +144,7 @@ def test_file_of_killed_board_is_removed(folder: Path) -> None:
     ],
 )
 def test_caller_without_token_is_disconnected(said: bytes) -> None:
-    with opened_door():
+    with running_control_server():
         (board,) = running_boards()
         with socket.create_connection(("127.0.0.1", board.port), DEADLINE_S) as stranger:
             heard = b""
@@ -156,7 +156,7 @@ def test_caller_without_token_is_disconnected(said: bytes) -> None:
 
 
 def test_invalid_message_with_token_gets_an_error() -> None:
-    with opened_door():
+    with running_control_server():
         (board,) = running_boards()
         with socket.create_connection(("127.0.0.1", board.port), DEADLINE_S) as connection:
             connection.sendall(json.dumps({"token": board.token}).encode() + b"\n}{\n\n[]\n")
@@ -167,7 +167,7 @@ def test_invalid_message_with_token_gets_an_error() -> None:
 
 
 def test_many_strangers_do_not_block_callers() -> None:
-    with opened_door():
+    with running_control_server():
         (board,) = running_boards()
         with contextlib.ExitStack() as stack:
             for _ in range(20):
@@ -205,14 +205,14 @@ def test_all_byte_values_pass_between_pipes_and_board(words: Words) -> None:
 
 
 def test_terminal_without_argument_uses_the_running_board() -> None:
-    with contextlib.closing(TcpLink(0)) as link, opened_door(link.address):
+    with contextlib.closing(TcpLink(0)) as link, running_control_server(link.address):
         name, port = open_port(None)
         assert name == link.address
         port.close()
 
 
 def test_board_without_port_is_read_through_control_socket() -> None:
-    with opened_door():
+    with running_control_server():
         name, port = open_port(None)
         assert name.startswith("the board lab3 (process ")
         with contextlib.closing(port):

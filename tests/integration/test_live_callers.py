@@ -25,7 +25,7 @@ UPGRADE = (
 )
 
 
-class Nothing:
+class IdleSession:
     """A session that does nothing, and counts its pages."""
 
     def __init__(self) -> None:
@@ -58,7 +58,7 @@ def pages(
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
     one = PageServer(0, said.append)
-    one.controls = Nothing()
+    one.controls = IdleSession()
     yield one
     one.close()
     assert capsys.readouterr() == ("", "")
@@ -171,7 +171,7 @@ def test_many_callers_are_bounded(pages: PageServer) -> None:
         assert len(pages._callers) <= server._MOST_CALLERS + 1
         assert status(pages, b"GET / HTTP/1.1\r\n" + host(pages) + b"\r\n") == 200
         with connected(pages.address):
-            assert isinstance(pages.controls, Nothing)
+            assert isinstance(pages.controls, IdleSession)
             assert pages.controls.came.wait(PATIENCE_S)
             assert pages.controls.pages == 1
         pages.close()  # without waiting until each of them has had its time
@@ -196,7 +196,7 @@ def test_failure_of_the_server_is_one_line(
 
 
 def test_failure_of_the_library_is_one_line(pages: PageServer, said: list[str]) -> None:
-    assert isinstance(pages.controls, Nothing)
+    assert isinstance(pages.controls, IdleSession)
 
     def fail(client: object) -> None:
         raise OSError(28, "No space\x1b[31m\nleft")

@@ -123,7 +123,7 @@ def test_failure_shows_the_board_output(pytester: pytest.Pytester) -> None:
     assert "LAB3 Init..." in (system_out.text or "")
 
 
-def run_by_hand(printed: str, folder: Path) -> subprocess.CompletedProcess[bytes]:
+def run_printed_command(printed: str, folder: Path) -> subprocess.CompletedProcess[bytes]:
     """Run the command that a failed test has printed."""
     command = next(line for line in printed.splitlines() if line.startswith("fcu run solution "))
     return subprocess.run(
@@ -147,7 +147,7 @@ def test_the_command_of_a_cold_board_starts_cold(pytester: pytest.Pytester) -> N
             assert False
         """
     )
-    done = run_by_hand(pytester.runpytest_inprocess(*ARGUMENTS).stdout.str(), pytester.path)
+    done = run_printed_command(pytester.runpytest_inprocess(*ARGUMENTS).stdout.str(), pytester.path)
 
     assert done.returncode == 3
 
@@ -181,7 +181,7 @@ def test_printed_command_repeats_the_test(pytester: pytest.Pytester) -> None:
         """
     )
     printed = pytester.runpytest_inprocess(*ARGUMENTS).stdout.str()
-    done = run_by_hand(printed, pytester.path)
+    done = run_printed_command(printed, pytester.path)
 
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith((pytester.path / "seen.txt").read_bytes())

@@ -63,7 +63,7 @@ _acts = st.one_of(
 acts = st.lists(_acts, max_size=25)
 
 
-class Doer:
+class ActionRecorder:
     """Does acts on a board and keeps what could be seen of them."""
 
     def __init__(self, board: Board) -> None:
@@ -129,7 +129,7 @@ def picture(board: Board) -> list[object]:
 @settings(max_examples=60, deadline=None)
 @given(acts, acts, acts)
 def test_restored_board_repeats_its_run(before: list[Act], away: list[Act], after: list[Act]) -> None:
-    plain, put_back = Doer(Board(seed=3)), Doer(Board(seed=3))
+    plain, put_back = ActionRecorder(Board(seed=3)), ActionRecorder(Board(seed=3))
     assert plain.do(before) == put_back.do(before)
     snapshot = put_back.board.snapshot()
     put_back.do(away)
@@ -144,7 +144,7 @@ def test_restored_board_repeats_its_run(before: list[Act], away: list[Act], afte
 def test_snapshots_may_be_restored_in_any_order(
     first: list[Act], second: list[Act], third: list[Act]
 ) -> None:
-    doer = Doer(Board(ideal=True))
+    doer = ActionRecorder(Board(ideal=True))
     early = doer.board.snapshot()
     one = doer.do(first)
     late = doer.board.snapshot()
@@ -211,7 +211,7 @@ def test_restore_removes_faults_drivers_and_typing() -> None:
 def test_board_arrays_are_never_changed_in_place(firmware: str | None, wiring: str) -> None:
     """No array that a board refers to is changed in place: snapshots keep them as they are."""
     board = Board(firmware=firmware, wiring=wiring)
-    doer = Doer(Board()) if firmware is None and wiring == "lab3" else None
+    doer = ActionRecorder(Board()) if firmware is None and wiring == "lab3" else None
     board = doer.board if doer else board
     for _ in range(3):
         board.run_for(0.6)
