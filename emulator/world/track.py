@@ -1,20 +1,9 @@
 """One quantity over time: the pieces of a track, overlays on it, and the pace of a motion.
 
-Decision: a piece of a track is active from its start until the next one's, and planning a piece discards the
-plans from its start on. One rule serves timelines (planned in order of time) and live changes (which cut off
-later plans). Re-planning later motions from the changed state was rejected: a student's slider would then
-change a scenario's expected values.
+A constant result has one row, so that a world at rest is cheap. A hand's motion has minimum jerk (Flash and
+Hogan, J. Neurosci. 5, 1985).
 
-A piece's function returns a first axis of length N, or of length 1 when its value does not change. With
-numpy's broadcasting, a constant value then stays one row through all arithmetic, and a world at rest costs
-one row.
-
-Shaking and magnetic disturbances are vectors that add up, so two of them may overlap, unlike the pieces of a
-track.
-
-A hand's motion from rest to rest has minimum jerk (Flash and Hogan, J. Neurosci. 5, 1985, equation of the
-straight reach): speed and acceleration are zero at both ends, so that gyroscope and accelerometer measure no
-step.
+Decision: a piece of a track is active until the next one starts, and planning a piece discards later plans.
 """
 
 from __future__ import annotations
@@ -28,7 +17,7 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-# -- consecutive pieces -------------------------------------------------------------------------------------
+# -- Consecutive pieces -------------------------------------------------------------------------------------
 
 
 Array = npt.NDArray[np.float64]
@@ -36,14 +25,13 @@ P = TypeVar("P")
 
 
 class Track(Generic[P]):
-    """The pieces of one quantity in order of their starts; ``first`` applies to all earlier times."""
+    """Consecutive pieces of one quantity; ``first`` applies to all earlier times."""
 
     def __init__(self, first: P) -> None:
         self._starts = [-math.inf]
         self._pieces = [first]
 
     def at(self, t_s: float) -> P:
-        """Return the piece active at ``t_s``."""
         return self._pieces[bisect_right(self._starts, t_s) - 1]
 
     @property
@@ -51,21 +39,19 @@ class Track(Generic[P]):
         return self._pieces[-1]
 
     def plan(self, start_s: float, piece: P) -> None:
-        """Make ``piece`` active from ``start_s`` on, and discard all plans from there on."""
         keep = bisect_left(self._starts, start_s)
         del self._starts[keep:], self._pieces[keep:]
         self._starts.append(start_s)
         self._pieces.append(piece)
 
     def forget(self, before_s: float) -> None:
-        """Drop the pieces that ended before ``before_s``; the oldest one kept applies to all earlier times."""
         old = bisect_right(self._starts, before_s) - 1
         if old > 0:
             del self._starts[:old], self._pieces[:old]
             self._starts[0] = -math.inf
 
     def evaluate(self, t_s: Array, function: Callable[[P, Array], Array]) -> Array:
-        """Return ``function(piece, t_s)`` of the active pieces at ``t_s`` (N,): first axis N, or 1 if constant."""
+        """Return ``function(piece, t_s)`` of the pieces active at ``t_s`` (N,)."""
         if len(self._pieces) == 1 or t_s.size == 0:
             return function(self._pieces[-1], t_s)
         first = bisect_right(self._starts, t_s.min()) - 1
@@ -84,7 +70,7 @@ class Track(Generic[P]):
 
 
 class Constant:
-    """A value (shape S) that does not change, as a piece: always (1, *S)."""
+    """A constant value of shape S as a piece, (1, *S)."""
 
     pace_s = math.inf
 
@@ -99,23 +85,20 @@ class Constant:
 
 
 class Overlays(Generic[P]):
-    """Events with a start and an end whose vectors (N, 3), or of another width, are summed."""
+    """Events with start and end whose vectors (N, width) are summed."""
 
     def __init__(self, width: int = 3) -> None:
         self._width = width
         self._events: list[tuple[float, float, P]] = []
 
     def add(self, start_s: float, end_s: float, event: P) -> None:
-        """Add ``event`` for ``start_s`` <= t < ``end_s``."""
         self._events.append((start_s, end_s, event))
 
     def forget(self, before_s: float) -> None:
-        """Drop the events that ended before ``before_s``."""
         if self._events:
             self._events = [event for event in self._events if event[1] >= before_s]
 
     def total(self, t_s: Array, function: Callable[[P, Array], Array]) -> Array:
-        """Return the sum of ``function(event, t_s)`` at ``t_s`` (N,): (N, 3), or a row of zeros without events."""
         total = np.zeros((1, self._width))
         for start_s, end_s, event in self._events:
             here = (t_s >= start_s) & (t_s < end_s)
@@ -126,19 +109,13 @@ class Overlays(Generic[P]):
 
 
 class Agitation:
-    """Intervals in which a quantity jumps or moves fast, so that sensors must sample densely.
-
-    A jump takes no time; a motion has a pace, the seconds from one rest to another.
-    """
+    """Intervals in which a quantity jumps or moves fast, so that sensors sample densely."""
 
     def __init__(self) -> None:
         self._motions: list[tuple[float, float, float]] = []
 
     def add(self, start_s: float, end_s: float, pace_s: float = 0.0) -> None:
-        """Add a motion of this pace from ``start_s`` to ``end_s``; by default one with jumps.
-
-        A jump at the beginning of the world is ignored: the state is older.
-        """
+        """Add a motion; ``pace_s``: seconds from one rest to another, 0 for jumps."""
         if end_s <= 0.0:
             return
         if self._motions:  # following a hand at 50 commands per second is one motion
@@ -149,22 +126,18 @@ class Agitation:
         self._motions.append((start_s, end_s, pace_s))
 
     def end(self, end_s: float, pace_s: float) -> None:
-        """End all unfinished motions of this pace at ``end_s``."""
         for number, (start_s, end, pace) in enumerate(self._motions):
             if end == math.inf and pace == pace_s:
                 self._motions[number] = min(start_s, end_s), end_s, pace_s
 
     def forget(self, before_s: float) -> None:
-        """Drop the motions that ended before ``before_s``."""
         if self._motions:
             self._motions = [motion for motion in self._motions if motion[1] >= before_s]
 
     def rests(self, from_s: float, to_s: float) -> bool:
-        """Return whether nothing moves between these times, at any pace."""
         return not any(start_s <= to_s and end_s >= from_s for start_s, end_s, _ in self._motions)
 
     def between(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
-        """Return begin and end of the motions between these times that are faster than ``pace_s``."""
         return [
             (start_s, end_s)
             for start_s, end_s, taken_s in self._motions
@@ -181,17 +154,11 @@ class MotionProfile(Protocol):
     @property
     def duration_s(self) -> float: ...
 
-    def progress(self, t_s: Array) -> Array:
-        """Return the completed share of the motion, 0 to 1."""
-        ...
+    def progress(self, t_s: Array) -> Array: ...
 
-    def speed(self, t_s: Array) -> Array:
-        """Return its first derivative in 1/s."""
-        ...
+    def speed(self, t_s: Array) -> Array: ...
 
-    def acceleration(self, t_s: Array) -> Array:
-        """Return its second derivative in 1/s2."""
-        ...
+    def acceleration(self, t_s: Array) -> Array: ...
 
 
 @dataclass(frozen=True)
@@ -208,7 +175,6 @@ class Linear:
         return np.full(t_s.shape, 1.0 / self.duration_s)
 
     def acceleration(self, t_s: Array) -> Array:
-        """Return zero; the jumps at both ends are omitted."""
         return np.zeros(t_s.shape)
 
 
