@@ -50,13 +50,13 @@ def test_the_lab_prints_the_worlds_pitch_always(roll: float, pitch: float, yaw: 
 
 @given(roll=tilt, yaw=turn)
 @settings(deadline=None)
-def test_the_lab_prints_the_worlds_roll_when_pitch_is_zero(roll: float, yaw: float) -> None:
+def test_lab_roll_equals_world_at_zero_pitch(roll: float, yaw: float) -> None:
     np.testing.assert_allclose(lab_angles(world_at(roll, 0, yaw), T0)[0, 1], roll, atol=1e-9)
 
 
 @given(tilted=tilt, about_roll=st.booleans(), yaw=turn, inclination=inclined)
 @settings(deadline=None)
-def test_the_lab_prints_the_worlds_yaw_when_roll_or_pitch_is_zero(
+def test_lab_yaw_equals_world_at_zero_tilt(
     tilted: float, about_roll: bool, yaw: float, inclination: float
 ) -> None:
     roll, pitch = (tilted, 0.0) if about_roll else (0.0, tilted)
@@ -64,7 +64,7 @@ def test_the_lab_prints_the_worlds_yaw_when_roll_or_pitch_is_zero(
     np.testing.assert_allclose(lab_angles(world, T0)[0, 2], yaw, atol=1e-7)
 
 
-def test_the_labs_roll_is_an_approximation_when_both_are_far_from_zero() -> None:
+def test_lab_roll_is_approximate_at_large_angles() -> None:
     pitch, roll, yaw = lab_angles(world_at(40, 40, 0), T0)[0]
     np.testing.assert_allclose(pitch, 40, atol=1e-9)
     assert abs(roll - 40) > 5
@@ -169,7 +169,7 @@ CHANGES: tuple[Callable[[World, float], object], ...] = (
     thermal_s=st.sampled_from((0.0, 0.02, 200.0)),
 )
 @settings(deadline=None)
-def test_where_the_world_rests_nothing_changes(
+def test_resting_world_does_not_change(
     changes: list[tuple[float, Callable[[World, float], object], float]],
     spans: list[tuple[float, float]],
     thermal_s: float,

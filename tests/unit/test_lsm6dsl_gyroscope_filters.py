@@ -70,7 +70,7 @@ def test_gyroscope_high_pass(code: int, corner_hz: float) -> None:
     assert gain / low_pass_alone == pytest.approx(HALF_POWER, rel=0.01)
 
 
-def test_the_gyroscopes_high_pass_and_lpf1_work_in_high_performance_only() -> None:
+def test_gyroscope_high_pass_and_lpf1_need_high_performance() -> None:
     writes = ((CTRL4_C, 0x02), (CTRL6_C, 0x02), (CTRL7_G, 0xF0), (CTRL2_G, 0x50))
     alone, both = (measured(at_rate(GYROSCOPE, 5), some, 0.5, 200) for some in (((CTRL2_G, 0x50),), writes))
     assert both == pytest.approx(alone, abs=1e-9)
