@@ -111,7 +111,7 @@ int main(int count, char **arguments) {
   FIND(library, fcu_peripheral_base);
   FIND(library, fcu_gate);
   FIND(library, fcu_connect_usarts);
-  FIND(library, fcu_usart_hand_over);
+  FIND(library, fcu_usart_flush);
   FIND(library, fcu_status);
   FIND(library, fcu_destroy);
 

@@ -98,7 +98,7 @@ _PS_PER_MS = PS_PER_S // 1000
 class Part:
     """One sensor behind its bus.
 
-    ``read``, ``write``, ``advance``, ``prefetch``, ``consumed`` and ``burst_reader`` are methods of the
+    ``read``, ``write``, ``advance``, ``prefetch``, ``commit`` and ``burst_reader`` are methods of the
     active register file. They are instance attributes, so that accesses at 800 Hz need no extra call. A
     sensor with register banks replaces them when firmware switches the bank. While a pin is wired, the sensor
     must see every access, so nothing is prefetched.
@@ -154,7 +154,7 @@ class Part:
         self.write: Write = _checked(self._writer(registers))
         self.advance = registers.advance
         self.prefetch: Prefetch = registers.prefetch
-        self.consumed = registers.consumed
+        self.commit = registers.commit
         self.burst_reader: Callable[[int, int], BurstReader] = registers.burst_reader
         if self._accessed is not None:
             self.read = _read_then(self.read, self._accessed)
@@ -356,9 +356,9 @@ class _IncrementBit:
             return data, until_ps, quiet
         return data[:1], until_ps, quiet & 0b10
 
-    def consumed(self, address: int, count: int) -> None:
+    def commit(self, address: int, count: int) -> None:
         """Report that ``count`` of these bytes have been read."""
-        self._part.consumed(address & ~self._bit, count)
+        self._part.commit(address & ~self._bit, count)
 
     def burst_reader(self, address: int, count: int) -> BurstReader:
         """Return the reader of such a burst."""
@@ -428,9 +428,9 @@ class SubaddressTarget:
             return NOTHING_PREFETCHED
         return self.part.prefetch(subaddress & self.address_mask, count, now_ps)
 
-    def consumed(self, subaddress: int, count: int) -> None:
+    def commit(self, subaddress: int, count: int) -> None:
         address = subaddress & self.address_mask
-        self.part.consumed(address, count)
+        self.part.commit(address, count)
         if self.part.advance(address, 1) == address:  # each in a separate read
             address, count = address + count - 1, 1
         self.advance_past(address, count)

@@ -8,7 +8,7 @@ read one at a time. Firmware that polls its bus reads them that way, 17,000 per 
 
 Masters cache bytes, so that they need not request each of them. ``prefetch`` returns the results of one-byte
 reads, how long they are valid, and which of these reads have no side effect. Bytes that were read with a side
-effect are reported by ``consumed``. A master that reads bursts gets a ``burst_reader`` instead, which reads
+effect are reported by ``commit``. A master that reads bursts gets a ``burst_reader`` instead, which reads
 and returns how long its bytes can be cached.
 
 One read method per byte (as in the chip) was rejected: it costs six times as much at 800 Hz x 4 bursts.
@@ -73,7 +73,7 @@ class Prefetcher(Protocol):
         """Return how long these bytes, just read in one burst, can be read again; 0 if unknown."""
         ...
 
-    def consumed(self, first: int, count: int) -> None:
+    def commit(self, first: int, count: int) -> None:
         """Report that ``count`` bytes from ``first`` on were read one by one."""
         ...
 
@@ -134,7 +134,7 @@ class _Plain:
     def burst_reader(self, first: int, end: int) -> None:
         """Return None: there is no fast path."""
 
-    def consumed(self, first: int, count: int) -> None:
+    def commit(self, first: int, count: int) -> None:
         """Ignore the read: it has no side effect."""
 
 
@@ -260,7 +260,7 @@ class RegisterFile:
 
         The result has about ``count`` bytes, or none if they cannot be predicted; their end of validity (ps),
         while ``version`` is unchanged; and a mask of reads without side effects: bit n for the first n bytes.
-        ``consumed`` applies the side effects of the other reads. The bytes are of consecutive registers, even
+        ``commit`` applies the side effects of the other reads. The bytes are of consecutive registers, even
         if the sub-address does not increment; ``EACH_ALONE`` marks that case.
         """
         region = self._regions[address] if address in self._regions else self._region(address)
@@ -279,14 +279,14 @@ class RegisterFile:
                 return data + more, min(until_ps, more_until_ps), quiet
         return data, until_ps, quiet
 
-    def consumed(self, address: int, count: int) -> None:
+    def commit(self, address: int, count: int) -> None:
         """Apply the side effects of ``count`` prefetched bytes that have been read one by one."""
         while count:
             region = self._regions.get(address) or self._region(address)
             assert region is not None, "bytes that were never prefetched"
             source, end = region
             here = min(count, end - address)
-            source.consumed(address, here)
+            source.commit(address, here)
             address, count = end, count - here
 
     def burst_reader(self, address: int, count: int) -> BurstReader:

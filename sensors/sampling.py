@@ -467,7 +467,7 @@ class OutputWords:
         self._mem[self._status] &= self._keep_all
         return stream.data, stream.next_ps
 
-    def consumed(self, first: int, count: int) -> None:
+    def commit(self, first: int, count: int) -> None:
         """Apply the effects of ``count`` bytes from ``first``, read one by one."""
         offset = first - self._first
         if self._half_read or (offset | count) & 1:

@@ -66,7 +66,7 @@ class _ByteRun:
 class Transceiver(Protocol):
     """The USART of a chip with its own registers and times; it calls ``open_run`` and ``carry``."""
 
-    def hand_over(self) -> None:
+    def flush(self) -> None:
         """Carry bytes that were sent and are not on the line yet."""
         ...
 
@@ -202,7 +202,7 @@ class Uart:
     def catch_up(self) -> None:
         """Put all bytes sent by the chip on the line."""
         if self._transceiver is not None:
-            self._transceiver.hand_over()
+            self._transceiver.flush()
 
     def open_run(self, start_ps: int, frame_ps: Fraction, *, connected: bool) -> None:
         """Start a run of the chip's next consecutive frames at ``start_ps``."""

@@ -201,7 +201,7 @@ class OutputPrefetch:
         self._mem[STATUS.addr] &= P_READ
         return bytes(self._mem[_FIRST : _PRESS_OUT_H + 1]), stream.next_ps
 
-    def consumed(self, first: int, count: int) -> None:
+    def commit(self, first: int, count: int) -> None:
         """Apply the effects of ``count`` bytes from ``first``, read one by one."""
         self._output.account(first, first + count)
 

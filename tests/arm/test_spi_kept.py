@@ -203,7 +203,7 @@ def test_bytes_that_nobody_hears_are_kept_for_diagnosis() -> None:
     for value in range(10):
         spi._send(value)
     spi.bench.spi_bus.recent_transfers()
-    assert [value for _, value in spi.bench.spi_bus.unheard] == list(range(2, 10))
+    assert [value for _, value in spi.bench.spi_bus.unaddressed] == list(range(2, 10))
 
 
 def test_a_part_is_only_kept_bytes_of_as_the_host_listens() -> None:

@@ -177,5 +177,5 @@ def test_bytes_given_in_advance_are_those_of_single_reads(start: int, goes_on: b
     assert data == one_by_one
     assert quiet >> 1 & 1
 
-    target.consumed(subaddress, len(data))
+    target.commit(subaddress, len(data))
     assert target.position == other.position

@@ -17,7 +17,7 @@ from fcu_emulator.emulator.trace import Trace
 class Stop(Enum):
     """The reason why a run ended. All but SLICE, HALT, BREAKPOINT and the sleeps require an exception of the core."""
 
-    SLICE = auto()  # the requested number of instructions, or fewer after ``cut``
+    SLICE = auto()  # the requested number of instructions, or fewer after ``end_run``
     HALT = auto()  # before the instruction, for a debugger
     BREAKPOINT = auto()  # before an instruction with a breakpoint
     WFI = auto()  # after the instruction
@@ -78,9 +78,9 @@ class BareCore(FcuChip):
         counted: int = self.library.fcu_executed(self.handle)
         return counted
 
-    def cut(self) -> None:
+    def end_run(self) -> None:
         """In an access: end the run after the current instruction."""
-        self.library.fcu_cut(self.handle)
+        self.library.fcu_end_run(self.handle)
 
     def enter_exception(self, number: int, vectors: int) -> bool:
         """Save the context, and enter the handler of an exception from the vector table at ``vectors``.

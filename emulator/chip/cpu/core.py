@@ -34,8 +34,13 @@ _REASONS: Final = ("", "SYSRESETREQ", "PIN", "IWDG", "WWDG", "power-on")
 """enum ResetReason of run_loop.h, and those that come from Python."""
 _HALTED, _BY_WORK = 1, 3
 """enum Ended of run_loop.h."""
-_TOUCHED: Final = (("clock", "read"), ("clock", "written"), ("unknown", "read"), ("unknown", "written"))
-"""enum Touched of chip.h."""
+_IGNORED_ACCESSES: Final = (
+    ("clock", "read"),
+    ("clock", "written"),
+    ("unknown", "read"),
+    ("unknown", "written"),
+)
+"""enum IgnoredAccess of chip.h."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +138,7 @@ class Core(FcuChip):
     def code_changed(self) -> None:
         """Discard all decoded code after a change of the flash; between runs."""
         self.code_version += 1
-        self.forget_code()
+        self.invalidate_code()
 
     # -- snapshots --------------------------------------------------------------------------------------
 
@@ -190,7 +195,7 @@ class Core(FcuChip):
     @property
     def lowest_stack(self) -> int:
         """The lowest address of the main stack at an exception entry."""
-        return self.status().lowest
+        return self.status().lowest_msp
 
     @property
     def locked_up(self) -> str:
@@ -231,7 +236,7 @@ class Core(FcuChip):
     def preempts(self, exception: int) -> bool:
         """Return whether an exception is urgent enough to be taken now."""
         group: int = self.library.fcu_priority_group(self.handle, self.priority(exception))
-        return group < self.status().level
+        return group < self.status().execution_priority
 
     # -- for debuggers ----------------------------------------------------------------------------------
 
@@ -265,9 +270,9 @@ class Core(FcuChip):
         """Select if BKPT halts the core instead of causing a fault."""
         self.library.fcu_debug(self.handle, on)
 
-    def met_breakpoint_instruction(self) -> bool:
+    def halted_on_bkpt(self) -> bool:
         """Return whether BKPT has halted the core since the last call."""
-        return bool(self.library.fcu_met_breakpoint_instruction(self.handle))
+        return bool(self.library.fcu_halted_on_bkpt(self.handle))
 
     def set_breakpoint(self, address: int, on: bool) -> None:
         """Halt before the instruction at ``address``, or remove this breakpoint."""
@@ -331,13 +336,13 @@ class Core(FcuChip):
     def _write(self, address: int, size: int, value: int) -> None:
         self.shared[2] = self.python.write(address, size, value)
 
-    def _touched(self, peripheral: int, offset: int, what: int) -> None:
-        kind, done = _TOUCHED[what]
+    def _ignored_access(self, peripheral: int, offset: int, what: int) -> None:
+        kind, done = _IGNORED_ACCESSES[what]
         report = self.python.report_clock if kind == "clock" else self.python.report_unknown
         report(self.peripheral_by_index(peripheral), offset, done)
 
-    def _fault(self, exception: int, status: int, hard: int, address: int) -> None:
-        self.on_fault(CoreFault(exception, status, hard, address if status & 1 << 15 else None))
+    def _fault(self, exception: int, cfsr: int, hfsr: int, address: int) -> None:
+        self.on_fault(CoreFault(exception, cfsr, hfsr, address if cfsr & 1 << 15 else None))
 
     def _locked_up(self, pc: int) -> None:
         text = f"lock-up: {_locked_up(pc)}"

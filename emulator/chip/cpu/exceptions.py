@@ -40,9 +40,9 @@ VECTTBL, FORCED, DEBUGEVT = masks(scb.HFSR.VECTTBL, scb.HFSR.FORCED, scb.HFSR.DE
 
 @dataclass(frozen=True, slots=True)
 class CoreFault:
-    """``status`` contains its bits in CFSR, ``hard`` those in HFSR; ``address`` goes to BFAR if it is known."""
+    """``cfsr`` and ``hfsr`` contain its bits of these registers; ``address`` goes to BFAR if it is known."""
 
     exception: int
-    status: int = 0
-    hard: int = 0
+    cfsr: int = 0
+    hfsr: int = 0
     address: int | None = None

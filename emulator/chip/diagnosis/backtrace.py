@@ -23,7 +23,7 @@ from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
 ReadWord = Callable[[int], int | None]
 ReadCode = Callable[[int, int], "memoryview[int] | None"]
 
-_MOST_FUNCTIONS = 500
+_MAX_FUNCTIONS = 500
 
 # -- addresses as function and source line ------------------------------------------------------------------
 
@@ -78,7 +78,7 @@ class Places:
         The result is the call's address and the name. Calls by pointer are not found.
         """
         waiting, seen = deque([(start, 0)]), {start}
-        while waiting and len(seen) < _MOST_FUNCTIONS:
+        while waiting and len(seen) < _MAX_FUNCTIONS:
             address, first_site = waiting.popleft()
             function = self.function(address)
             if function is None:
@@ -137,7 +137,7 @@ _BASIC_WORDS, _FLOATING_WORDS = 8, 26
 _FRAME_LR, _FRAME_PC, _FRAME_XPSR = 5, 6, 7
 _INTO_CALL = 3  # distance from a return address, bit 0 set, into the BL or BLX before it
 _LONGEST_SEARCH = 64  # words below a saved frame that a function without calls may use
-_MOST_CALLS = 12
+_MAX_CALLS = 12
 
 
 class Call(NamedTuple):
@@ -164,7 +164,7 @@ class Backtrace:
             last = found[-1]
             if call.address == last.address and not call.interrupted:
                 found[-1] = last._replace(times=last.times + 1)
-            elif len(found) < _MOST_CALLS:
+            elif len(found) < _MAX_CALLS:
                 found.append(call)
         return found
 

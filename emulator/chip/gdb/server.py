@@ -30,7 +30,7 @@ from fcu_emulator.emulator.time.clock import to_ps
 _PATIENCE_S = 0.05  # of wall time that a halted target waits before other links are served
 _CHUNK = 0x10000
 _SEND_TIMEOUT_S = 5.0  # of wall time for a debugger that does not read
-_MOST_CALLERS = 8  # connections without a packet so far; above this, the oldest is closed
+_MAX_CALLERS = 8  # connections without a packet so far; above this, the oldest is closed
 _BEFORE_A_PACKET = b"+-\x03"  # acknowledgements, and Ctrl-C
 
 
@@ -137,7 +137,7 @@ class GdbServer:
             client.settimeout(_SEND_TIMEOUT_S)
             client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self._callers.append(_Caller(client))
-            if len(self._callers) > _MOST_CALLERS:
+            if len(self._callers) > _MAX_CALLERS:
                 self._hang_up(self._callers[0])
 
     def _hear(self, caller: _Caller) -> None:

@@ -22,7 +22,7 @@
 #define INTERRUPTS 85 /* RM0368 table 38 */
 
 /* An access of firmware to a register that ignores it. */
-enum Touched { READ_UNCLOCKED, WRITE_UNCLOCKED, READ_UNKNOWN, WRITE_UNKNOWN };
+enum IgnoredAccess { READ_UNCLOCKED, WRITE_UNCLOCKED, READ_UNKNOWN, WRITE_UNKNOWN };
 
 /* Callbacks into Python, which must not raise into C. Python sets chip->host_next_ps before it returns. */
 typedef struct {
@@ -30,9 +30,9 @@ typedef struct {
   uint32_t (*read)(int64_t now_ps, uint32_t address, uint32_t size);
   void (*write)(int64_t now_ps, uint32_t address, uint32_t size, uint32_t value);
   void (*note)(int64_t now_ps, int32_t peripheral, int32_t kind, const char *text);
-  void (*touched)(int64_t now_ps, int32_t peripheral, uint32_t offset, int32_t what);
+  void (*ignored_access)(int64_t now_ps, int32_t peripheral, uint32_t offset, int32_t what);
   /* A fault; registers and stack are still those of the faulting instruction. */
-  void (*fault)(int64_t now_ps, int32_t exception, uint32_t status, uint32_t hard, uint32_t address);
+  void (*fault)(int64_t now_ps, int32_t exception, uint32_t cfsr, uint32_t hfsr, uint32_t address);
   void (*locked_up)(int64_t now_ps, uint32_t pc);
   /* A reset of the chip: restore the state after reset of all peripherals, including those in C, RCC last. */
   void (*reset)(int64_t now_ps, int32_t reason);

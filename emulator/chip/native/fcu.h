@@ -45,9 +45,9 @@ void fcu_start(Chip *chip);
 int32_t fcu_run_until(Chip *chip, int64_t at_ps);
 /* Execute at most `instructions` without time, exceptions and peripherals; all registers are Python's. Return enum
  * Stop. past: ignore a breakpoint on the first instruction. */
-int32_t fcu_execute(Chip *chip, int64_t instructions, int32_t past);
+int32_t fcu_execute(Chip *chip, int64_t instructions, int32_t step_over);
 /* In an access: end fcu_execute() after the current instruction. */
-void fcu_cut(Chip *chip);
+void fcu_end_run(Chip *chip);
 /* The number of instructions that fcu_execute() executed, including the current or the faulting one; and the address
  * of the refused access. */
 int64_t fcu_executed(const Chip *chip);
@@ -71,12 +71,12 @@ int32_t fcu_is_halted(const Chip *chip);
 void fcu_wake(Chip *chip);
 /* Select if BKPT halts the core; return 1 if it has halted the core since the last call. */
 void fcu_debug(Chip *chip, int32_t on);
-int32_t fcu_met_breakpoint_instruction(Chip *chip);
+int32_t fcu_halted_on_bkpt(Chip *chip);
 
 /* -- code: decode_cache.c --------------------------------------------------------------------------------------- */
 
 /* Decode all code again. */
-void fcu_forget_code(Chip *chip);
+void fcu_invalidate_code(Chip *chip);
 /* Halt before the instruction at an address (STOP_BREAKPOINT), or remove the breakpoint. */
 void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on);
 
@@ -89,8 +89,8 @@ typedef struct {
   int64_t accesses;  /* to registers with side effects or changing values */
   int64_t thread_ps; /* the time of the last return to Thread mode */
   uint64_t pending[2], enabled[2], active[2]; /* exceptions: bit = number */
-  int64_t level;     /* the execution priority (ARMv7-M ARM B1.5.4); 256: none */
-  uint32_t lowest;   /* the lowest address of the main stack at an exception entry */
+  int64_t execution_priority;    /* the execution priority (ARMv7-M ARM B1.5.4); 256: none */
+  uint32_t lowest_msp;   /* the lowest address of the main stack at an exception entry */
   uint32_t locked_up, locked_up_pc;
   uint32_t asleep;   /* enum Sleep */
 } Status;
@@ -168,7 +168,7 @@ void fcu_set_alternate(Chip *chip, int32_t port, int32_t pin, int32_t function);
 void fcu_connect_pins(Chip *chip, const PinCalls *calls);
 /* Edges of outputs that Python has not taken, while the trace is not observed. Take the latest, at most `size`,
  * oldest first. Return their number; *lost is the number of earlier edges that were dropped. */
-int64_t fcu_edges_waiting(const Chip *chip);
+int64_t fcu_pending_edges(const Chip *chip);
 int64_t fcu_take_edges(Chip *chip, Edge *edges, int64_t size, int64_t *lost);
 /* Call changed() after every change of the pin's input level. */
 void fcu_watch_pin(Chip *chip, int32_t port, int32_t pin);
@@ -203,7 +203,7 @@ void fcu_connect_usarts(Chip *chip, const UsartCalls *calls);
 /* A terminal at this rate is connected to the transmitter at this pin. */
 void fcu_usart_wire(Chip *chip, int32_t index, int32_t port, int32_t pin, int32_t function, int32_t baud);
 /* Call sent() with the bytes that it has not received yet. */
-void fcu_usart_hand_over(Chip *chip, int32_t index);
+void fcu_usart_flush(Chip *chip, int32_t index);
 /* The length of a frame, num / den ps; 0 while it has no bit clock. */
 int32_t fcu_usart_frame(const Chip *chip, int32_t index, int64_t *num, int64_t *den);
 /* The next time when TXE or TC is set. */
@@ -238,13 +238,13 @@ I2cWire *fcu_i2c_wire(Chip *chip, int32_t number);
 /* Connect a bus at its pins; fcu_add_spi_part() adds sensors to it: at most SPI_PARTS. target: the value that
  * fcu_add_target() returned. */
 void fcu_connect_spi(Chip *chip, int32_t spi, const SpiCalls *calls);
-void fcu_add_spi_part(Chip *chip, int32_t spi, int32_t port, int32_t pin, int32_t target);
+void fcu_add_spi_sensor(Chip *chip, int32_t spi, int32_t port, int32_t pin, int32_t target);
 /* An absent module at these pins: tried() is called once, when firmware first sends it a byte. */
-void fcu_absent_spi(Chip *chip, int32_t spi, int32_t port, int32_t pin, void (*tried)(int64_t now_ps));
+void fcu_add_absent_spi_device(Chip *chip, int32_t spi, int32_t port, int32_t pin, void (*on_access)(int64_t now_ps));
 /* Take the oldest message that C has answered, or the oldest byte that no sensor received; at most SPI_RECENT are
  * kept. 1: one was taken. */
 int32_t fcu_take_spi_message(Chip *chip, int32_t spi, SpiMessage *message);
-int32_t fcu_take_spi_unheard(Chip *chip, int32_t spi, SpiUnheard *unheard);
+int32_t fcu_take_spi_unaddressed(Chip *chip, int32_t spi, SpiUnaddressed *unaddressed);
 
 #pragma GCC visibility pop
 

@@ -45,7 +45,7 @@ class ConnectedPins:
         """Add the edges that C has recorded while the trace was not observed."""
         if self._chip.closed:
             return
-        waiting = self._library.fcu_edges_waiting(self._handle)
+        waiting = self._library.fcu_pending_edges(self._handle)
         if not waiting:
             return
         trace, lost = self._chip.trace, ctypes.c_int64()

@@ -130,7 +130,7 @@ class InterruptInput:
 # -- one peripheral ----------------------------------------------------------------------------------------------
 
 WORD = 0xFFFF_FFFF
-ALREADY_PS = -1
+NOT_CACHEABLE_PS = -1
 
 RegisterWritten = Callable[[int, int], None]
 """Called with (old value, new value) after a register has changed or the same value was written again."""
@@ -196,11 +196,6 @@ class Peripheral:
         if offset in self.registers:
             self.registers[offset] = self.registers[offset] & ~mask | value & mask
 
-    def changes_nothing(self, offset: int, value: int, mask: int) -> bool:
-        """Return whether such a ``write`` would change nothing: a loop that repeats it can be skipped."""
-        del offset, value, mask
-        return False
-
     def pure_read(self, offset: int) -> bool:
         """Return whether a read of ``offset`` has no side effect and is constant until ``next_change_ps()``.
 
@@ -213,12 +208,12 @@ class Peripheral:
     def read_with_validity(self, offset: int) -> tuple[int, int]:
         """Return ``read``, and the end of the value's validity without further accesses and events of the clock.
 
-        That is ``ALREADY_PS`` if the read has a side effect. Frequently polled peripherals override this with
+        That is ``NOT_CACHEABLE_PS`` if the read has a side effect. Frequently polled peripherals override this with
         one step.
         """
         pure = self.pure_read(offset)
         value = self.read(offset)
-        return value, self.next_change_ps() if pure else ALREADY_PS
+        return value, self.next_change_ps() if pure else NOT_CACHEABLE_PS
 
     def next_change_ps(self) -> int:
         """Return when a register may next change without an access and without an event of the clock."""

@@ -14,9 +14,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import Protocol
 
 from fcu_emulator.emulator.boards.description import BoardErrors
+from fcu_emulator.emulator.chip.library import FcuChip
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
 from fcu_emulator.emulator.chip.peripherals.pwr import Pwr
 from fcu_emulator.emulator.chip.registers import DECLARED, rcc
@@ -200,23 +200,6 @@ _OSCILLATORS = frozenset((CR, PLLCFGR, BDCR, CSR))
 """Registers that start and stop oscillators; some of the remaining ones divide their clocks."""
 
 
-class GatedChip(Protocol):
-    """The functions of the chip in C that are used here: :class:`fcu_emulator.emulator.chip.library.FcuChip`.
-    Peripherals: bit = index."""
-
-    def gate(self, peripherals: int, clocked: int) -> None:
-        """Switch the clocks of peripherals in C."""
-        ...
-
-    def gate_python(self, peripheral: Peripheral, clocked: bool) -> None:
-        """Report the clock of a peripheral in Python to C."""
-        ...
-
-    def reset_peripherals(self, peripherals: int) -> None:
-        """Reset peripherals in C."""
-        ...
-
-
 class _Controlled:
     """The peripherals that the bits of one register gate or reset: those in C by their index, and those in Python."""
 
@@ -258,7 +241,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._irq = irq
         self._gated: dict[int, _Controlled] = {}
         self._reset: dict[int, _Controlled] = {}
-        self._chip: GatedChip | None = None
+        self._chip: FcuChip | None = None
         self._listeners: list[Callable[[], None]] = []
         self._backup_listeners: list[Callable[[], None]] = []
         self._starting: dict[str, Event] = {}
@@ -269,7 +252,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
 
     # -- for the other peripherals ---------------------------------------------------------------------------
 
-    def control(self, peripherals: Iterable[Peripheral], chip: GatedChip | None = None) -> None:
+    def control(self, peripherals: Iterable[Peripheral], chip: FcuChip | None = None) -> None:
         """Set the peripherals whose clock gates and resets are here, found by name; all start without clock.
 
         ``chip`` contains those in C: their gates and resets are one call.
@@ -461,9 +444,9 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         for changed in self._listeners:
             changed()
         if self._check is None and nominal.problem():
-            self._check = self.soc.clock.schedule(self.soc.clock.now_ps + _CHECK_AFTER_PS, self._judge)
+            self._check = self.soc.clock.schedule(self.soc.clock.now_ps + _CHECK_AFTER_PS, self._check_limits)
 
-    def _judge(self) -> None:
+    def _check_limits(self) -> None:
         self._check = None
         problem = self._nominal.problem()
         if problem:

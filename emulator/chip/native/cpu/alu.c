@@ -9,25 +9,25 @@
 
 INLINE uint32_t by_lsl(const Core *core, const Insn *insn, uint32_t *carry) {
   uint32_t m = core->r[insn->m];
-  *carry = m >> (32 - insn->by) & 1;
-  return m << insn->by;
+  *carry = m >> (32 - insn->shift) & 1;
+  return m << insn->shift;
 }
 
 INLINE uint32_t by_lsr(const Core *core, const Insn *insn, uint32_t *carry) {
-  uint32_t m = core->r[insn->m] >> (insn->by - 1);
+  uint32_t m = core->r[insn->m] >> (insn->shift - 1);
   *carry = m & 1;
   return m >> 1;
 }
 
 INLINE uint32_t by_asr(const Core *core, const Insn *insn, uint32_t *carry) {
-  int32_t m = (int32_t)core->r[insn->m] >> (insn->by - 1);
+  int32_t m = (int32_t)core->r[insn->m] >> (insn->shift - 1);
   *carry = m & 1;
   return (uint32_t)(m >> 1);
 }
 
 INLINE uint32_t by_ror(const Core *core, const Insn *insn, uint32_t *carry) {
   uint32_t m = core->r[insn->m];
-  uint32_t result = m >> insn->by | m << (32 - insn->by);
+  uint32_t result = m >> insn->shift | m << (32 - insn->shift);
   *carry = result >> 31;
   return result;
 }
@@ -38,7 +38,7 @@ INLINE uint32_t by_rrx(const Core *core, const Insn *insn, uint32_t *carry) {
   return core->c << 31 | m >> 1;
 }
 
-INLINE uint32_t plain(const Core *core, const Insn *insn, uint32_t *carry) {
+INLINE uint32_t unshifted(const Core *core, const Insn *insn, uint32_t *carry) {
   *carry = core->c;
   return core->r[insn->m];
 }
@@ -54,14 +54,14 @@ INLINE uint32_t rotated_constant(const Core *core, const Insn *insn, uint32_t *c
   return insn->imm;
 }
 
-#define EACH_OPERAND(DEFINE, ...)     \
-  DEFINE(by_lsl, __VA_ARGS__)         \
-  DEFINE(by_lsr, __VA_ARGS__)         \
-  DEFINE(by_asr, __VA_ARGS__)         \
-  DEFINE(by_ror, __VA_ARGS__)         \
-  DEFINE(by_rrx, __VA_ARGS__)         \
-  DEFINE(plain, __VA_ARGS__)          \
-  DEFINE(constant, __VA_ARGS__)       \
+#define EACH_OPERAND(DEFINE, ...)  \
+  DEFINE(by_lsl, __VA_ARGS__)      \
+  DEFINE(by_lsr, __VA_ARGS__)      \
+  DEFINE(by_asr, __VA_ARGS__)      \
+  DEFINE(by_ror, __VA_ARGS__)      \
+  DEFINE(by_rrx, __VA_ARGS__)      \
+  DEFINE(unshifted, __VA_ARGS__)   \
+  DEFINE(constant, __VA_ARGS__)    \
   DEFINE(rotated_constant, __VA_ARGS__)
 
 /* -- the operations ------------------------------------------------------------------------------------- */
@@ -76,36 +76,36 @@ INLINE uint32_t add_with_carry(Core *core, uint32_t x, uint32_t y, uint32_t carr
   return result;
 }
 
-#define FETCH(operand)                         \
-  uint32_t carry;                              \
-  uint32_t m = operand(core, insn, &carry);    \
-  uint32_t n = core->r[insn->n];               \
+#define FETCH(operand)                       \
+  uint32_t carry;                            \
+  uint32_t m = operand(core, insn, &carry);  \
+  uint32_t n = core->r[insn->n];             \
   (void)carry, (void)n
 
 /* In IT blocks, without flags. The code has no branch, because conditions are often hard to predict. */
-#define DEFINE_MASKED(operand, name, result)                            \
-  OPERATION(name##_masked_##operand) {                                  \
-    FETCH(operand);                                                     \
-    uint32_t mask = core->mask ^ -(uint32_t)insn->a;                    \
-    uint32_t before = core->r[insn->d], written = (result);             \
-    core->r[insn->d] = before ^ ((before ^ written) & mask);            \
-    NEXT;                                                               \
+#define DEFINE_PREDICATED(operand, name, result)              \
+  OPERATION(name##_predicated_##operand) {                    \
+    FETCH(operand);                                           \
+    uint32_t mask = core->it_mask ^ -(uint32_t)insn->a;       \
+    uint32_t before = core->r[insn->d], written = (result);   \
+    core->r[insn->d] = before ^ ((before ^ written) & mask);  \
+    NEXT;                                                     \
   }
 
-#define DEFINE_LOGICAL(operand, name, result)                           \
-  DEFINE_MASKED(operand, name, result)                             \
-  OPERATION(name##_##operand) {                                         \
-    FETCH(operand);                                                     \
-    core->r[insn->d] = (result);                                        \
-    NEXT;                                                               \
-  }                                                                     \
-  OPERATION(name##s_##operand) {                                        \
-    FETCH(operand);                                                     \
-    uint32_t written = (result);                                        \
-    core->r[insn->d] = written;                                         \
-    core->c = carry;                                                    \
-    set_nz(core, written);                                              \
-    NEXT;                                                               \
+#define DEFINE_LOGICAL(operand, name, result)  \
+  DEFINE_PREDICATED(operand, name, result)     \
+  OPERATION(name##_##operand) {                \
+    FETCH(operand);                            \
+    core->r[insn->d] = (result);               \
+    NEXT;                                      \
+  }                                            \
+  OPERATION(name##s_##operand) {               \
+    FETCH(operand);                            \
+    uint32_t written = (result);               \
+    core->r[insn->d] = written;                \
+    core->c = carry;                           \
+    set_nz(core, written);                     \
+    NEXT;                                      \
   }
 EACH_OPERAND(DEFINE_LOGICAL, and, n & m)
 EACH_OPERAND(DEFINE_LOGICAL, bic, n & ~m)
@@ -115,18 +115,18 @@ EACH_OPERAND(DEFINE_LOGICAL, eor, n ^ m)
 EACH_OPERAND(DEFINE_LOGICAL, mov, m)
 EACH_OPERAND(DEFINE_LOGICAL, mvn, ~m)
 
-#define DEFINE_ARITHMETIC(operand, name, x, y, carry_in)                \
-  DEFINE_MASKED(operand, name, (x) + (y) + (carry_in))             \
-  OPERATION(name##_##operand) {                                         \
-    FETCH(operand);                                                     \
-    core->r[insn->d] = (x) + (y) + (carry_in);                          \
-    NEXT;                                                               \
-  }                                                                     \
-  OPERATION(name##s_##operand) {                                        \
-    FETCH(operand);                                                     \
-    unsigned d = insn->d;                                               \
-    core->r[d] = add_with_carry(core, x, y, carry_in);                  \
-    NEXT;                                                               \
+#define DEFINE_ARITHMETIC(operand, name, x, y, carry_in)    \
+  DEFINE_PREDICATED(operand, name, (x) + (y) + (carry_in))  \
+  OPERATION(name##_##operand) {                             \
+    FETCH(operand);                                         \
+    core->r[insn->d] = (x) + (y) + (carry_in);              \
+    NEXT;                                                   \
+  }                                                         \
+  OPERATION(name##s_##operand) {                            \
+    FETCH(operand);                                         \
+    unsigned d = insn->d;                                   \
+    core->r[d] = add_with_carry(core, x, y, carry_in);      \
+    NEXT;                                                   \
   }
 EACH_OPERAND(DEFINE_ARITHMETIC, add, n, m, 0)
 EACH_OPERAND(DEFINE_ARITHMETIC, adc, n, m, core->c)
@@ -134,21 +134,21 @@ EACH_OPERAND(DEFINE_ARITHMETIC, sbc, n, ~m, core->c)
 EACH_OPERAND(DEFINE_ARITHMETIC, sub, n, ~m, 1)
 EACH_OPERAND(DEFINE_ARITHMETIC, rsb, m, ~n, 1)
 
-#define DEFINE_TEST(operand, name, result)                              \
-  OPERATION(name##_##operand) {                                         \
-    FETCH(operand);                                                     \
-    core->c = carry;                                                    \
-    set_nz(core, result);                                               \
-    NEXT;                                                               \
+#define DEFINE_TEST(operand, name, result)  \
+  OPERATION(name##_##operand) {             \
+    FETCH(operand);                         \
+    core->c = carry;                        \
+    set_nz(core, result);                   \
+    NEXT;                                   \
   }
 EACH_OPERAND(DEFINE_TEST, tst, n & m)
 EACH_OPERAND(DEFINE_TEST, teq, n ^ m)
 
-#define DEFINE_COMPARISON(operand, name, y, carry_in)                   \
-  OPERATION(name##_##operand) {                                         \
-    FETCH(operand);                                                     \
-    add_with_carry(core, n, y, carry_in);                               \
-    NEXT;                                                               \
+#define DEFINE_COMPARISON(operand, name, y, carry_in)  \
+  OPERATION(name##_##operand) {                        \
+    FETCH(operand);                                    \
+    add_with_carry(core, n, y, carry_in);              \
+    NEXT;                                              \
   }
 EACH_OPERAND(DEFINE_COMPARISON, cmn, m, 0)
 EACH_OPERAND(DEFINE_COMPARISON, cmp, ~m, 1)
@@ -157,9 +157,9 @@ EACH_OPERAND(DEFINE_COMPARISON, cmp, ~m, 1)
 
 #define ENTRY(operand, name) name##_##operand,
 #define ROW(name) {EACH_OPERAND(ENTRY, name)}
-#define ALL(name) {ROW(name), ROW(name##s), ROW(name##_masked)}
+#define ALL(name) {ROW(name), ROW(name##s), ROW(name##_predicated)}
 
-enum Variant { PLAINLY, WITH_FLAGS, MASKED_BY_IT };
+enum Variant { WITHOUT_FLAGS, WITH_FLAGS, IN_IT_BLOCK };
 
 /* By enum Alu, enum Variant, and enum Operand. */
 static const Operation operations[ALUS][3][OPERANDS] = {
@@ -170,19 +170,19 @@ static const Operation operations[ALUS][3][OPERANDS] = {
     [CMN] = {ROW(cmn), ROW(cmn)}, [CMP] = {ROW(cmp), ROW(cmp)},
 };
 
-void choose_alu(Insn *insn, enum Alu alu, enum Operand operand, bool set_flags) {
+void select_alu(Insn *insn, enum Alu alu, enum Operand operand, bool set_flags) {
   insn->n = alu == MOV || alu == MVN ? 0 : insn->n;
   insn->d = alu >= TST ? 0 : insn->d;
   bool simple = alu < TST && !set_flags && insn->d != 13 && insn->d != 15 && insn->n != 15 && insn->m != 15;
-  bool masked = simple && insn->it;
-  insn->run = operations[alu][masked ? MASKED_BY_IT : set_flags][operand];
-  if (masked) {
-    insn->kind |= MASKED;
+  bool predicated = simple && insn->it;
+  insn->run = operations[alu][predicated ? IN_IT_BLOCK : set_flags][operand];
+  if (predicated) {
+    insn->flags |= PREDICATED;
     insn->a = insn->it < 0xE0 ? insn->it >> 4 & 1 : 0; /* 15 means always, too */
   }
   writes_d(insn);
 }
 
-void choose_alu16(Insn *insn, enum Alu alu, enum Operand operand) {
-  choose_alu(insn, alu, operand, !insn->it);
+void select_alu16(Insn *insn, enum Alu alu, enum Operand operand) {
+  select_alu(insn, alu, operand, !insn->it);
 }

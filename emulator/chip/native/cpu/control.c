@@ -9,7 +9,7 @@
 #define FOLLOWING insn[1].next
 #define TARGET insn[2].next
 
-OPERATION(b) { TAIL enter(core, TARGET, budget); }
+OPERATION(b) { TAIL enter_block(core, TARGET, budget); }
 
 /* Every second condition (A7.3.1); the conditions between them are their opposites. */
 INLINE bool is_eq(const Core *core) { return core->z == 0; }
@@ -20,18 +20,18 @@ INLINE bool is_hi(const Core *core) { return core->c && core->z != 0; }
 INLINE bool is_ge(const Core *core) { return !((core->n ^ core->v) >> 31); }
 INLINE bool is_gt(const Core *core) { return core->z != 0 && is_ge(core); }
 
-#define EACH_CONDITION(DEFINE)                                                                           \
-  DEFINE(eq, is_eq(core)) DEFINE(ne, !is_eq(core)) DEFINE(cs, is_cs(core)) DEFINE(cc, !is_cs(core))      \
-  DEFINE(mi, is_mi(core)) DEFINE(pl, !is_mi(core)) DEFINE(vs, is_vs(core)) DEFINE(vc, !is_vs(core))      \
-  DEFINE(hi, is_hi(core)) DEFINE(ls, !is_hi(core)) DEFINE(ge, is_ge(core)) DEFINE(lt, !is_ge(core))      \
+#define EACH_CONDITION(DEFINE)                                                                       \
+  DEFINE(eq, is_eq(core)) DEFINE(ne, !is_eq(core)) DEFINE(cs, is_cs(core)) DEFINE(cc, !is_cs(core))  \
+  DEFINE(mi, is_mi(core)) DEFINE(pl, !is_mi(core)) DEFINE(vs, is_vs(core)) DEFINE(vc, !is_vs(core))  \
+  DEFINE(hi, is_hi(core)) DEFINE(ls, !is_hi(core)) DEFINE(ge, is_ge(core)) DEFINE(lt, !is_ge(core))  \
   DEFINE(gt, is_gt(core)) DEFINE(le, !is_gt(core))
 
-#define DEFINE_BRANCH(name, condition)                                                                   \
-  OPERATION(b##name) {                                                                                   \
-    if (condition) {                                                                                     \
-      TAIL enter(core, TARGET, budget);                                                                  \
-    }                                                                                                    \
-    TAIL enter(core, FOLLOWING, budget);                                                                 \
+#define DEFINE_BRANCH(name, condition)          \
+  OPERATION(b##name) {                          \
+    if (condition) {                            \
+      TAIL enter_block(core, TARGET, budget);   \
+    }                                           \
+    TAIL enter_block(core, FOLLOWING, budget);  \
   }
 EACH_CONDITION(DEFINE_BRANCH)
 
@@ -40,45 +40,45 @@ static const Operation branches[14] = {EACH_CONDITION(BRANCH)};
 
 OPERATION(bl) {
   core->r[14] = insn[1].address | 1;
-  TAIL enter(core, TARGET, budget);
+  TAIL enter_block(core, TARGET, budget);
 }
 
 OPERATION(bx) {
-  const Insn *next = exchange(core, core->r[insn->m]);
-  TAIL enter(core, next, budget);
+  const Insn *next = bx_write_pc(core, core->r[insn->m]);
+  TAIL enter_block(core, next, budget);
 }
 
 /* PC has bit 0 clear: the chip has no ARM state. */
 OPERATION(bx_pc) {
-  const Insn *next = exchange(core, insn->imm);
-  TAIL enter(core, next, budget);
+  const Insn *next = bx_write_pc(core, insn->imm);
+  TAIL enter_block(core, next, budget);
 }
 
 /* BLXWritePC (A2.3.1) does not handle exception returns. */
 OPERATION(blx) {
-  const Insn *next = interworking(core, core->r[insn->m]);
+  const Insn *next = blx_write_pc(core, core->r[insn->m]);
   core->r[14] = insn[1].address | 1;
-  TAIL enter(core, next, budget);
+  TAIL enter_block(core, next, budget);
 }
 
 OPERATION(cbz) {
   if (core->r[insn->n] == 0) {
-    TAIL enter(core, TARGET, budget);
+    TAIL enter_block(core, TARGET, budget);
   }
-  TAIL enter(core, FOLLOWING, budget);
+  TAIL enter_block(core, FOLLOWING, budget);
 }
 
 OPERATION(cbnz) {
   if (core->r[insn->n] != 0) {
-    TAIL enter(core, TARGET, budget);
+    TAIL enter_block(core, TARGET, budget);
   }
-  TAIL enter(core, FOLLOWING, budget);
+  TAIL enter_block(core, FOLLOWING, budget);
 }
 
 static bool decode_branch(Operation run, uint32_t target, Insn *insn) {
   insn->run = run;
   insn->imm = target;
-  insn->kind |= ENDS | LINKS;
+  insn->flags |= ENDS_BLOCK | DIRECT_BRANCH;
   return true;
 }
 
@@ -86,7 +86,7 @@ static bool decode_exchange(uint32_t address, uint16_t first, Insn *insn) {
   bool links = bits(first, 7, 7);
   insn->m = bits(first, 6, 3);
   insn->imm = address + 4;
-  insn->kind |= ENDS;
+  insn->flags |= ENDS_BLOCK;
   insn->run = links ? blx : insn->m == 15 ? bx_pc : bx;
   return bits(first, 2, 0) == 0;
 }
@@ -94,24 +94,24 @@ static bool decode_exchange(uint32_t address, uint16_t first, Insn *insn) {
 /* -- IT: decode_cache.c makes the instructions of an IT block conditional. One whose condition fails takes a
  * cycle, like most instructions (Cortex-M4 TRM, ARM DDI 0439, 3.3.1), and is counted in the same way ------- */
 
-#define DEFINE_UNLESS(name, condition)                                                                   \
-  OPERATION(unless_##name) {                                                                             \
-    if (condition) {                                                                                     \
-      NEXT;                                                                                              \
-    }                                                                                                    \
-    insn += insn->by;                                                                                    \
-    TAIL insn->run(core, insn, budget);                                                                  \
+#define DEFINE_SKIP_UNLESS(name, condition)  \
+  OPERATION(skip_unless_##name) {            \
+    if (condition) {                         \
+      NEXT;                                  \
+    }                                        \
+    insn += insn->shift;                     \
+    TAIL insn->run(core, insn, budget);      \
   }
-EACH_CONDITION(DEFINE_UNLESS)
+EACH_CONDITION(DEFINE_SKIP_UNLESS)
 
-#define UNLESS(name, condition) unless_##name,
+#define SKIP_UNLESS(name, condition) skip_unless_##name,
 
-Operation unless(unsigned condition) {
-  static const Operation operations[14] = {EACH_CONDITION(UNLESS)};
-  return condition < 14 ? operations[condition] : no_operation;
+Operation skip_unless(unsigned condition) {
+  static const Operation operations[14] = {EACH_CONDITION(SKIP_UNLESS)};
+  return condition < 14 ? operations[condition] : nop;
 }
 
-#define DEFINE_MASK(name) COMPUTATION(mask_##name, core->mask = -(uint32_t)is_##name(core))
+#define DEFINE_MASK(name) COMPUTATION(mask_##name, core->it_mask = -(uint32_t)is_##name(core))
 DEFINE_MASK(eq)
 DEFINE_MASK(cs)
 DEFINE_MASK(mi)
@@ -119,18 +119,18 @@ DEFINE_MASK(vs)
 DEFINE_MASK(hi)
 DEFINE_MASK(ge)
 DEFINE_MASK(gt)
-COMPUTATION(mask_al, core->mask = -1u)
+COMPUTATION(mask_al, core->it_mask = -1u)
 
-Operation set_mask(unsigned condition) {
+Operation mask_operation(unsigned condition) {
   static const Operation operations[] = {mask_eq, mask_cs, mask_mi, mask_vs, mask_hi, mask_ge, mask_gt, mask_al};
   return operations[condition >> 1];
 }
 
 /* A7.7.38. In another IT block it is UNPREDICTABLE. */
 static bool decode_it(uint32_t itstate, Insn *insn) {
-  insn->run = no_operation;
+  insn->run = nop;
   insn->imm = itstate;
-  insn->kind |= IS_IT;
+  insn->flags |= IS_IT;
   return !insn->it;
 }
 
@@ -138,7 +138,7 @@ static bool decode_it(uint32_t itstate, Insn *insn) {
 
 OPERATION(svc) { stop_after(core, insn, budget, STOP_SVC); }
 
-OPERATION(bkpt) { stop_on(core, insn, budget, STOP_BKPT); }
+OPERATION(bkpt) { stop_at(core, insn, budget, STOP_BKPT); }
 
 /* 1011: instructions that are neither data processing nor PUSH and POP. */
 static bool decode_miscellaneous(uint32_t address, uint16_t first, Insn *insn) {
@@ -153,7 +153,7 @@ static bool decode_miscellaneous(uint32_t address, uint16_t first, Insn *insn) {
   switch (first >> 8) {
   case 0xBE:
     insn->run = bkpt;
-    insn->kind |= ENDS | ALWAYS;
+    insn->flags |= ENDS_BLOCK | UNCONDITIONAL;
     return true;
   case 0xBF:
     if (bits(first, 3, 0) == 0) {
@@ -174,7 +174,7 @@ bool decode_control16(uint32_t address, uint16_t first, Insn *insn) {
       return decode_branch(branches[condition], address + 4 + 2 * (uint32_t)sign_extend(first, 8), insn);
     }
     insn->run = svc;
-    insn->kind |= ENDS;
+    insn->flags |= ENDS_BLOCK;
     return condition == 15; /* 14: UDF */
   case 0xE: return decode_branch(b, address + 4 + 2 * (uint32_t)sign_extend(first, 11), insn);
   default: return false;

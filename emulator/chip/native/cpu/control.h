@@ -6,8 +6,8 @@
 
 /* Return the operation that skips the next instruction unless the condition holds (A7.3.1); insn->by is the
  * distance. */
-Operation unless(unsigned condition);
+Operation skip_unless(unsigned condition);
 /* Return the operation that sets core->mask to the condition; an odd condition sets the opposite. */
-Operation set_mask(unsigned condition);
+Operation mask_operation(unsigned condition);
 
 #endif

@@ -35,18 +35,18 @@ struct Insn {
     const uint8_t *bytes; /* of loads from a fixed address: the bytes there */
   };
   uint32_t address;
-  uint8_t by;   /* usually the distance of a shift, 0..32 */
-  uint8_t left; /* instructions from this one to the end of the block, both included */
+  uint8_t shift;   /* usually the distance of a shift, 0..32 */
+  uint8_t remaining; /* instructions from this one to the end of the block, both included */
   uint8_t it;   /* ITSTATE during execution; 0 outside of IT blocks */
-  uint8_t kind; /* enum Kind */
+  uint8_t flags; /* enum Kind */
 };
 
 /* Properties used when building a basic block, set by the decoders. */
-enum Kind {
-  MASKED = 1,     /* of an IT block: does nothing unless core->mask, with bits a inverted, has all bits set */
-  ENDS = 2,       /* writes PC or ends the run, or may do so */
-  LINKS = 4,      /* a branch to the address imm */
-  ALWAYS = 8,     /* executed in an IT block regardless of the condition */
+enum InsnFlag {
+  PREDICATED = 1,     /* of an IT block: does nothing unless core->mask, with bits a inverted, has all bits set */
+  ENDS_BLOCK = 2,       /* writes PC or ends the run, or may do so */
+  DIRECT_BRANCH = 4,      /* a branch to the address imm */
+  UNCONDITIONAL = 8,     /* executed in an IT block regardless of the condition */
   IS_IT = 16,     /* imm: the initial ITSTATE */
   READS_PC = 32,  /* if the manual says UNPREDICTABLE */
   WRITES_SP = 64, /* or PC: d is 13 or 15, whose lowest bits are to be cleared afterwards (B1.4.1) */
@@ -74,7 +74,7 @@ enum Stop {
   STOP_WRITE,
 };
 
-enum SlowStores { STORES_ARE_LOOKED_AT = 1, STORES_ARE_LOGGED = 2, STORES_CHANGE_CODE = 4 };
+enum SlowStores { STORES_CHECKED = 1, STORES_LOGGED = 2, STORES_CHANGE_CODE = 4 };
 
 #define MEMORIES 4
 
@@ -82,8 +82,8 @@ enum SlowStores { STORES_ARE_LOOKED_AT = 1, STORES_ARE_LOGGED = 2, STORES_CHANGE
 typedef struct {
   uint32_t base, size;
   uint8_t *bytes;
-  uint32_t *heads; /* for each half-word the block that begins there, as a distance in bytes; 0: not yet decoded */
-  uint8_t *marks;  /* for each half-word: enum Mark */
+  uint32_t *blocks; /* for each half-word the block that begins there, as a distance in bytes; 0: not yet decoded */
+  uint8_t *code_flags;  /* for each half-word: enum Mark */
   bool writable;
 } Memory;
 
@@ -93,20 +93,20 @@ struct Core {
   uint32_t thumb;   /* EPSR.T */
   uint32_t stop;    /* enum Stop */
   uint32_t fault_address;
-  uint32_t passing; /* the address of a breakpoint to step over */
+  uint32_t step_over; /* the address of a breakpoint to step over */
   uint32_t fpu_on;      /* CPACR enables floating-point instructions */
   uint32_t div_0_trp;   /* CCR.DIV_0_TRP */
   uint32_t unalign_trp; /* CCR.UNALIGN_TRP */
 
-  uint64_t end;     /* counter plus budget of the current chain (dispatch.h) */
-  uint64_t bound;   /* the maximum of end */
+  uint64_t chain_end;   /* counter plus budget of the current chain (dispatch.h) */
+  uint64_t chain_limit;  /* the maximum of end */
   const Insn *insns;    /* the storage of all blocks */
-  const Insn *unlinked; /* the link that was just left because it had no destination yet; or NULL */
+  const Insn *unresolved_link; /* the link that was just left because it had no destination yet; or NULL */
   uint8_t *ram;
   const uint8_t *constants; /* flash */
   /* Offsets below which loads and stores need no check (access.h); 0 if all must be checked. */
-  uint32_t plain_loads, plain_stores, plain_constants;
-  uint32_t mask;        /* all bits or none: the condition of the current IT block */
+  uint32_t ram_load_limit, ram_store_limit, flash_load_limit;
+  uint32_t it_mask;      /* all bits or none: the condition of the current IT block */
   uint32_t slow_stores; /* why stores must be checked: enum SlowStores */
   /* From here to fpscr: the state that determines a program's course, besides memory. CORE_STATE_SIZE bytes. */
   uint32_t r[16];   /* r[13]: the SP in use; r[15]: address of the next instruction */
@@ -126,11 +126,11 @@ struct Core {
   uint32_t fpscr;
   uint32_t exclusive, exclusive_address, exclusive_value; /* the local monitor (A3.4.1) */
   Chip *chip;       /* answers accesses to registers */
-  DecodeCache *blocks;
+  DecodeCache *decode_cache;
   Memory code;      /* the memory of the current instructions */
   Memory memory[MEMORIES];
-  uint32_t watches; /* loads and stores from data_begin to data_end are reported: fcu_watch_memory() */
-  uint32_t data_begin, data_end; /* the last address is included */
+  uint32_t watching; /* loads and stores from data_begin to data_end are reported: fcu_watch_memory() */
+  uint32_t watch_begin, watch_end; /* the last address is included */
 };
 
 #define CORE_STATE_SIZE (offsetof(Core, exclusive) - offsetof(Core, r))
@@ -138,9 +138,9 @@ struct Core {
 /* -- run_loop.c ------------------------------------------------------------------------------------------ */
 
 /* In an access or an instruction that ends a chain: set the number of instructions after which the run ends. */
-static inline void core_limit(Core *core, uint64_t limit) { core->limit = limit; }
+static inline void core_set_limit(Core *core, uint64_t limit) { core->limit = limit; }
 /* An exception is pending that a change of PRIMASK, BASEPRI or FAULTMASK may allow; one of these has changed. */
-bool core_exception_waits(const Core *core);
+bool core_exception_pending(const Core *core);
 void core_masks_changed(Core *core);
 /* Send an event to the core (SEV). */
 void core_send_event(Core *core);
@@ -148,7 +148,7 @@ void core_send_event(Core *core);
 /* -- decode_cache.c ------------------------------------------------------------------------------------------- */
 
 /* Discard the decoded instructions of this range of bytes. */
-void core_forget_code(Core *core, uint32_t address, uint32_t size);
+void core_invalidate_code(Core *core, uint32_t address, uint32_t size);
 
 /* -- bus.c: at the exact counter and PC (dispatch.h, look_outside) ------------------------------------------ */
 
@@ -160,7 +160,7 @@ bool core_write(Core *core, uint32_t address, unsigned size, uint32_t value);
  * multiple of 4, regardless of CCR (A3.2.1). */
 bool core_is_aligned(Core *core, uint32_t address);
 /* Bytes of RAM have been stored by DMA or a debugger. */
-void core_note_stores(Core *core, uint32_t address, uint32_t size);
+void core_ram_written(Core *core, uint32_t address, uint32_t size);
 /* Return size bytes of memory; NULL if the address is not in the chip's memories. */
 const uint8_t *core_bytes_at(const Core *core, uint32_t address, uint32_t size);
 /* Set CCR.UNALIGN_TRP. */
@@ -168,7 +168,7 @@ void core_trap_unaligned(Core *core, bool on);
 /* Select if changed words of RAM are reported to poll_skip_log(). */
 void core_log_stores(Core *core, bool on);
 /* Call this after a change of the conditions that make loads and stores slow. */
-void core_choose_plain(Core *core);
+void core_update_fast_limits(Core *core);
 
 /* -- create.c ------------------------------------------------------------------------------------------- */
 

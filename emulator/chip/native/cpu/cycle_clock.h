@@ -21,8 +21,8 @@ typedef struct {
   int64_t count;     /* instructions retired since the origin, without those of the current run */
   int64_t origin_ps;
   int64_t num, den, extra; /* extra is smaller than den */
-  int64_t cycle;     /* the increase of extra per cycle */
-  int64_t before;    /* instructions retired before the origin */
+  int64_t extra_per_cycle;   /* the increase of extra per cycle */
+  int64_t retired_before;   /* instructions retired before the origin */
   int64_t cycles_num, cycles_den; /* cycles per instruction */
   int64_t limit;     /* counts below this can be multiplied in 64 bits */
   Divisor by_den;
@@ -32,13 +32,13 @@ void cycle_clock_create(CycleClock *cycle_clock, int64_t cycles_num, int64_t cyc
 /* cycle_clock_ps() for counts that need more than 64 bits. */
 int64_t cycle_clock_wide_ps(const CycleClock *cycle_clock, int64_t count);
 /* Return the first value of count at at_ps or later. */
-int64_t cycle_clock_position(const CycleClock *cycle_clock, int64_t at_ps);
+int64_t cycle_clock_count_at(const CycleClock *cycle_clock, int64_t at_ps);
 /* Move the origin to the present before counts exceed 64 bits; times do not change. Between runs. A clock with a
  * deviation has a rate without small terms: its limit is a tenth of a second.
  */
 void cycle_clock_move_origin(CycleClock *cycle_clock);
 /* Spend cycles in which no instruction retires: exception entry and return. Between runs. */
-void cycle_clock_spend(CycleClock *cycle_clock, int cycles);
+void cycle_clock_add_cycles(CycleClock *cycle_clock, int cycles);
 /* Stop the core until at_ps. */
 void cycle_clock_sleep_until(CycleClock *cycle_clock, int64_t at_ps);
 /* Change HCLK at at_ps, `running` instructions after the start of the current run. */
@@ -48,12 +48,12 @@ void cycle_clock_set_rate(CycleClock *cycle_clock, int64_t hclk_hz, int64_t at_p
 static inline int64_t cycle_clock_ps(const CycleClock *cycle_clock, int64_t n) {
   int64_t count = cycle_clock->count + n;
   if (count >= 0 && count < cycle_clock->limit) {
-    return cycle_clock->origin_ps + divided(count * cycle_clock->num + cycle_clock->extra, &cycle_clock->by_den);
+    return cycle_clock->origin_ps + fast_divide(count * cycle_clock->num + cycle_clock->extra, &cycle_clock->by_den);
   }
   return cycle_clock_wide_ps(cycle_clock, count);
 }
 
 static inline int64_t cycle_clock_retired(const CycleClock *cycle_clock) {
-    return cycle_clock->before + cycle_clock->count; }
+    return cycle_clock->retired_before + cycle_clock->count; }
 
 #endif

@@ -4,26 +4,26 @@
 /* -- operations that are not in alu.c ------------------------------------------------------------------- */
 
 /* Shifts of n by the lowest byte of m. A shift by 0 leaves C unchanged; more than 33 has the effect of 33 (A7.4.2). */
-#define DEFINE_SHIFT(name, not_zero)                                    \
-  static uint32_t name(Core *core, const Insn *insn, uint32_t *carry) { \
-    uint32_t n = core->r[insn->n], by = core->r[insn->m] & 0xFF;        \
-    *carry = core->c;                                                   \
-    if (by == 0) {                                                      \
-      return n;                                                         \
-    }                                                                   \
-    not_zero                                                            \
-  }                                                                     \
-  OPERATION(name##_register) {                                          \
-    uint32_t carry;                                                     \
-    core->r[insn->d] = name(core, insn, &carry);                        \
-    NEXT;                                           \
-  }                                                                     \
-  OPERATION(name##s_register) {                                         \
-    uint32_t carry, result = name(core, insn, &carry);                  \
-    core->r[insn->d] = result;                                          \
-    core->c = carry;                                                    \
-    set_nz(core, result);                                               \
-    NEXT;                                           \
+#define DEFINE_SHIFT(name, not_zero)                                     \
+  static uint32_t name(Core *core, const Insn *insn, uint32_t *carry) {  \
+    uint32_t n = core->r[insn->n], by = core->r[insn->m] & 0xFF;         \
+    *carry = core->c;                                                    \
+    if (by == 0) {                                                       \
+      return n;                                                          \
+    }                                                                    \
+    not_zero                                                             \
+  }                                                                      \
+  OPERATION(name##_register) {                                           \
+    uint32_t carry;                                                      \
+    core->r[insn->d] = name(core, insn, &carry);                         \
+    NEXT;                                                                \
+  }                                                                      \
+  OPERATION(name##s_register) {                                          \
+    uint32_t carry, result = name(core, insn, &carry);                   \
+    core->r[insn->d] = result;                                           \
+    core->c = carry;                                                     \
+    set_nz(core, result);                                                \
+    NEXT;                                                                \
   }
 #define AT_MOST_33(by) ((by) < 33 ? (by) : 33)
 
@@ -105,12 +105,12 @@ static void decode_shift(uint16_t first, Insn *insn) {
     enum Alu alu = bits(first, 9, 9) ? SUB : ADD;
     insn->n = bits(first, 5, 3);
     insn->m = insn->imm = bits(first, 8, 6);
-    choose_alu16(insn, alu, bits(first, 10, 10) ? CONSTANT : PLAIN);
+    select_alu16(insn, alu, bits(first, 10, 10) ? CONSTANT : UNSHIFTED);
     return;
   }
   insn->m = bits(first, 5, 3);
-  insn->by = by || type == LSL ? by : 32;
-  choose_alu16(insn, MOV, insn->by ? (enum Operand)type : PLAIN);
+  insn->shift = by || type == LSL ? by : 32;
+  select_alu16(insn, MOV, insn->shift ? (enum Operand)type : UNSHIFTED);
 }
 
 /* 001xxx: MOV, CMP, ADD, SUB of eight bits (A5.2.1). */
@@ -118,7 +118,7 @@ static void decode_immediate(uint16_t first, Insn *insn) {
   static const uint8_t alus[] = {MOV, CMP, ADD, SUB};
   insn->d = insn->n = bits(first, 10, 8);
   insn->imm = bits(first, 7, 0);
-  choose_alu16(insn, alus[bits(first, 12, 11)], CONSTANT);
+  select_alu16(insn, alus[bits(first, 12, 11)], CONSTANT);
 }
 
 /* 010000: two registers (A5.2.2). */
@@ -136,10 +136,10 @@ static void decode_registers(uint16_t first, Insn *insn) {
   case 7: insn->run = insn->it ? ror_register : rors_register; break;
   case 9: /* RSB Rd, Rn, #0 */
     insn->n = insn->m;
-    choose_alu16(insn, RSB, CONSTANT);
+    select_alu16(insn, RSB, CONSTANT);
     break;
   case 13: insn->run = insn->it ? mul : muls; break;
-  default: choose_alu16(insn, alus[opcode], PLAIN);
+  default: select_alu16(insn, alus[opcode], UNSHIFTED);
   }
 }
 
@@ -147,7 +147,7 @@ static void decode_registers(uint16_t first, Insn *insn) {
 static void decode_high(uint32_t address, uint16_t first, Insn *insn) {
   static const uint8_t alus[] = {ADD, CMP, MOV};
   enum Alu alu = alus[bits(first, 9, 8)];
-  enum Operand operand = PLAIN;
+  enum Operand operand = UNSHIFTED;
   insn->d = insn->n = (uint8_t)(bits(first, 7, 7) << 3 | bits(first, 2, 0));
   insn->m = bits(first, 6, 3);
   if (insn->m == 15 || (insn->n == 15 && alu == ADD)) {
@@ -155,7 +155,7 @@ static void decode_high(uint32_t address, uint16_t first, Insn *insn) {
     insn->imm = address + 4;
     operand = CONSTANT;
   }
-  choose_alu(insn, alu, operand, false);
+  select_alu(insn, alu, operand, false);
 }
 
 /* 1010xx: ADR; ADD Rd, SP, #imm. */
@@ -165,10 +165,10 @@ static void decode_address(uint32_t address, uint16_t first, Insn *insn) {
   if (bits(first, 11, 11)) {
     insn->n = 13;
     insn->imm = imm;
-    choose_alu(insn, ADD, CONSTANT, false);
+    select_alu(insn, ADD, CONSTANT, false);
   } else {
     insn->imm = ((address + 4) & ~3u) + imm;
-    choose_alu(insn, MOV, CONSTANT, false);
+    select_alu(insn, MOV, CONSTANT, false);
   }
 }
 

@@ -15,17 +15,17 @@
 
 #include "cpu/dispatch.h"
 
-enum Mark { DECODED = 1, BREAKPOINT = 2 };
+enum CodeFlag { DECODED = 1, BREAKPOINT = 2 };
 
 /* Return false if the host has no memory for it. */
 bool decode_cache_create(Core *core);
 void decode_cache_destroy(Core *core);
 
 /* Return the block at the address in that memory. The link that execution came from now leads to it. */
-const Insn *decode_cache_at(Core *core, const Memory *memory, uint32_t address);
+const Insn *decode_cache_block(Core *core, const Memory *memory, uint32_t address);
 /* Return a block of at most `count` instructions of a longer block, then a return to the loop. NULL: the first
  * instructions are an IT block, which is not divided. */
-const Insn *decode_cache_part(Core *core, const Insn *block, unsigned count);
+const Insn *decode_cache_prefix(Core *core, const Insn *block, unsigned count);
 /* Return a block of one instruction, then a return to the loop. core->itstate is its ITSTATE; the caller checks the
  * condition of the IT block. */
 const Insn *decode_cache_single(Core *core, const Memory *memory, uint32_t address);
@@ -37,8 +37,8 @@ static inline uint32_t address_after(const Memory *memory, uint32_t address) {
   return address + (first >> 11 >= 0x1D ? 4 : 2);
 }
 
-static inline bool is_breakpoint(const Memory *memory, uint32_t address) {
-  return memory->marks[(address - memory->base) >> 1] & BREAKPOINT;
+static inline bool has_breakpoint(const Memory *memory, uint32_t address) {
+  return memory->code_flags[(address - memory->base) >> 1] & BREAKPOINT;
 }
 
 #endif

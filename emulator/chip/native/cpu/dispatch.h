@@ -27,8 +27,8 @@
 #define TAIL return
 #endif
 
-#define OPERATION(name)                                                                                  \
-  static void name(Core *core __attribute__((unused)), const Insn *insn __attribute__((unused)),         \
+#define OPERATION(name)                                                                           \
+  static void name(Core *core __attribute__((unused)), const Insn *insn __attribute__((unused)),  \
                    int32_t budget __attribute__((unused)))
 /* An operation that only computes and continues. */
 #define COMPUTATION(name, ...)  \
@@ -37,41 +37,41 @@
     NEXT;                       \
   }
 /* A rare case: it must not use registers of the operations that lead to it. */
-#define RARE_OPERATION(name) __attribute__((noinline, cold)) OPERATION(name)
+#define SLOW_OPERATION(name) __attribute__((noinline, cold)) OPERATION(name)
 #define INLINE static inline __attribute__((always_inline))
 
 /* The end of an operation: continue with the next instruction of the block. */
 #define NEXT TAIL insn[1].run(core, insn + 1, budget)
 
 /* Update counter and r[15]: from here on other code may read the core's state. */
-INLINE void look_outside(Core *core, const Insn *insn, int32_t budget) {
-  core->counter = core->end - (uint64_t)(int64_t)budget - insn->left + 1;
+INLINE void sync_state(Core *core, const Insn *insn, int32_t budget) {
+  core->counter = core->chain_end - (uint64_t)(int64_t)budget - insn->remaining + 1;
   core->r[15] = insn->address;
   core->itstate = insn->it;
 }
 
 /* Return to the loop, which continues at the address. */
-INLINE void leave_chain(Core *core, uint32_t address, int32_t budget) {
-  core->counter = core->end - (uint64_t)(int64_t)budget;
+INLINE void exit_chain(Core *core, uint32_t address, int32_t budget) {
+  core->counter = core->chain_end - (uint64_t)(int64_t)budget;
   core->r[15] = address;
 }
 
 /* Continue with the step at the beginning of a block; an unresolved link uses no budget. */
-INLINE void enter(Core *core, const Insn *insn, int32_t budget) {
-  if (LIKELY(insn->left <= budget)) {
-    TAIL insn->run(core, insn, budget - insn->left);
+INLINE void enter_block(Core *core, const Insn *insn, int32_t budget) {
+  if (LIKELY(insn->remaining <= budget)) {
+    TAIL insn->run(core, insn, budget - insn->remaining);
   }
-  leave_chain(core, insn->address, budget);
+  exit_chain(core, insn->address, budget);
 }
 
 /* After look_outside(): continue with the instruction after the executed one. */
-static inline void go_on(Core *core, const Insn *insn) {
+static inline void resume_chain(Core *core, const Insn *insn) {
   const Insn *next = insn + 1;
-  uint64_t end = core->limit < core->bound ? core->limit : core->bound;
-  if (LIKELY(core->stop == STOP_SLICE && core->counter + next->left <= end)) {
-    core->end = end;
+  uint64_t end = core->limit < core->chain_limit ? core->limit : core->chain_limit;
+  if (LIKELY(core->stop == STOP_SLICE && core->counter + next->remaining <= end)) {
+    core->chain_end = end;
     core->itstate = 0;
-    next->run(core, next, (int32_t)(end - core->counter) - next->left);
+    next->run(core, next, (int32_t)(end - core->counter) - next->remaining);
   } else {
     core->r[15] = next->address;
     core->itstate = next->it;
@@ -79,23 +79,23 @@ static inline void go_on(Core *core, const Insn *insn) {
 }
 
 /* The same for a branch, to its target. */
-static inline void go_on_at(Core *core, const Insn *next) {
-  uint64_t end = core->limit < core->bound ? core->limit : core->bound;
-  core->end = end > core->counter ? end : core->counter;
+static inline void resume_chain_at(Core *core, const Insn *next) {
+  uint64_t end = core->limit < core->chain_limit ? core->limit : core->chain_limit;
+  core->chain_end = end > core->counter ? end : core->counter;
   core->itstate = 0;
-  enter(core, next, (int32_t)(core->end - core->counter));
+  enter_block(core, next, (int32_t)(core->chain_end - core->counter));
 }
 
 /* End the run on this instruction, with a reason. */
-static inline void stop_on(Core *core, const Insn *insn, int32_t budget, enum Stop why) {
-  look_outside(core, insn, budget);
+static inline void stop_at(Core *core, const Insn *insn, int32_t budget, enum Stop why) {
+  sync_state(core, insn, budget);
   core->stop = why;
   core->limit = core->counter;
 }
 
 /* End the run after this instruction, with a reason. */
 static inline void stop_after(Core *core, const Insn *insn, int32_t budget, enum Stop why) {
-  stop_on(core, insn, budget, why);
+  stop_at(core, insn, budget, why);
   core->r[15] = insn[1].address;
   core->itstate = it_advance(insn->it);
 }
@@ -103,38 +103,38 @@ static inline void stop_after(Core *core, const Insn *insn, int32_t budget, enum
 /* -- the target of a branch, for enter() ----------------------------------------------------------------- */
 
 /* Instructions without an address: run_loop.c. The loop continues at r[15], or the run ends with EXCEPTION_RETURN. */
-extern const Insn elsewhere, exception_return;
+extern const Insn exit_to_loop, exception_return;
 
 /* Continue at a computed, even address. */
-INLINE const Insn *at_address(Core *core, uint32_t target) {
+INLINE const Insn *block_at(Core *core, uint32_t target) {
   uint32_t offset = target - core->code.base;
   if (LIKELY(offset < core->code.size)) {
-    uint32_t head = core->code.heads[offset >> 1];
+    uint32_t head = core->code.blocks[offset >> 1];
     if (LIKELY(head)) {
       return (const Insn *)((const char *)core->insns + head);
     }
   }
   core->r[15] = target;
-  return &elsewhere;
+  return &exit_to_loop;
 }
 
 /* BLXWritePC (A2.3.1). */
-INLINE const Insn *interworking(Core *core, uint32_t target) {
+INLINE const Insn *blx_write_pc(Core *core, uint32_t target) {
   if (LIKELY(target & 1)) {
-    return at_address(core, target - 1);
+    return block_at(core, target - 1);
   }
   core->thumb = 0;
   core->r[15] = target;
-  return &elsewhere;
+  return &exit_to_loop;
 }
 
 /* BXWritePC (A2.3.1): also LDR, LDM and POP of PC. */
-INLINE const Insn *exchange(Core *core, uint32_t target) {
+INLINE const Insn *bx_write_pc(Core *core, uint32_t target) {
   if (UNLIKELY(target >> 28 == 0xF && in_handler(core))) {
     core->r[15] = target & ~1u;
     return &exception_return;
   }
-  return interworking(core, target);
+  return blx_write_pc(core, target);
 }
 
 #endif

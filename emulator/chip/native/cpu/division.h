@@ -15,10 +15,10 @@ typedef struct {
 } Divisor;
 
 /* by must be above 0. */
-static inline Divisor divisor_of(int64_t by) { return (Divisor){(uint64_t)by, UINT64_MAX / (uint64_t)by}; }
+static inline Divisor make_divisor(int64_t by) { return (Divisor){(uint64_t)by, UINT64_MAX / (uint64_t)by}; }
 
 /* Return dividend / by, exactly; the dividend must not be negative. */
-static inline int64_t divided(int64_t dividend, const Divisor *divisor) {
+static inline int64_t fast_divide(int64_t dividend, const Divisor *divisor) {
   uint64_t quotient = (uint64_t)((unsigned __int128)(uint64_t)dividend * divisor->reciprocal >> 64);
   return (int64_t)(quotient + ((uint64_t)dividend - quotient * divisor->by >= divisor->by));
 }

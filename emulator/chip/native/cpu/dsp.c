@@ -39,7 +39,7 @@ DEFINE_SHIFT(ror, ROR)
 
 /* -- extension, with n added unless n is 15 ------------------------------------------------------------- */
 
-static uint32_t rotated(const Core *core, const Insn *insn) { return rotate_right(M, insn->by); }
+static uint32_t rotated(const Core *core, const Insn *insn) { return rotate_right(M, insn->shift); }
 
 #define SXTB(word) ((uint32_t)(int8_t)(word))
 #define SXTH(word) ((uint32_t)(int16_t)(word))
@@ -183,7 +183,7 @@ static Operation shift_or_extension(uint16_t first, uint16_t second, Insn *insn)
   if ((second & 0xC0) != 0x80 || op1 > 5) {
     return NULL;
   }
-  insn->by = (uint8_t)(8 * bits(second, 5, 4));
+  insn->shift = (uint8_t)(8 * bits(second, 5, 4));
   if (insn->n == 15) {
     insn->n = 0;
     return EXTENSIONS[op1];

@@ -8,7 +8,7 @@
 /* status contains its bits in CFSR, hard those in HFSR; the address goes to BFAR if status says that it is valid. */
 typedef struct {
   int32_t exception;
-  uint32_t status, hard, address;
+  uint32_t cfsr, hfsr, address;
 } Fault;
 
 #define HIGHEST_ADDRESS 0xFFFFFFFFu
@@ -16,7 +16,7 @@ typedef struct {
 typedef struct {
   int64_t thread_ps;     /* the time of the last return to Thread mode */
   uint32_t exc_return;   /* of the exception being entered */
-  uint32_t lowest;       /* the lowest address of the main stack at an exception entry */
+  uint32_t lowest_msp;       /* the lowest address of the main stack at an exception entry */
   uint32_t locked_up;    /* the core executes nothing until a reset of the chip */
   uint32_t locked_up_pc;
   uint8_t entering;      /* the frame is saved, the handler not yet chosen */
@@ -28,7 +28,7 @@ bool exceptions_take_pending(Chip *chip);
 /* Return true if a pending exception may be entered now. */
 bool exceptions_may_preempt(const Chip *chip);
 /* Return true if a pending exception ends WFI: as if PRIMASK were 0 (B1.5.19). */
-bool exceptions_wake(const Chip *chip);
+bool exceptions_end_wfi(const Chip *chip);
 /* Start the handler of the most urgent exception. */
 void exceptions_finish_entry(Chip *chip);
 /* SVC was executed; PC is after it. */
@@ -36,8 +36,8 @@ void exceptions_supervisor_call(Chip *chip);
 /* An instruction could not be executed; PC is on it. */
 void exceptions_fault(Chip *chip, Fault fault);
 /* Return the fault for which the core stopped; exception is 0 if the reason was not a fault. */
-Fault exceptions_fault_of(const Chip *chip, enum Stop stop);
+Fault exceptions_fault_for(const Chip *chip, enum Stop stop);
 /* PC has been loaded with an EXC_RETURN value. True if the core sleeps now (SLEEPONEXIT). */
-bool exceptions_leave(Chip *chip);
+bool exceptions_return(Chip *chip);
 
 #endif

@@ -17,7 +17,7 @@ static bool decode_form(uint32_t address, uint16_t first, uint16_t second, Insn 
   } else if (bits(second, 11, 6) == 0) {
     *form = REGISTER;
     insn->m = bits(second, 3, 0);
-    insn->by = bits(second, 5, 4);
+    insn->shift = bits(second, 5, 4);
   } else { /* LDRT and similar instructions differ from an offset only in protected regions */
     *form = !write_back ? OFFSET : pre ? PRE_INDEXED : POST_INDEXED;
     insn->imm = add ? bits(second, 7, 0) : -bits(second, 7, 0);
@@ -37,7 +37,7 @@ static bool decode_single(uint32_t address, uint16_t first, uint16_t second, Ins
   unsigned d = second >> 12;
   if (load && !word && d == 15) { /* PLD, PLI and unallocated hints */
     insn->n = 0;
-    insn->run = no_operation;
+    insn->run = nop;
     return form < PRE_INDEXED;
   }
   bool known = decode_transfer(transfers[size][load + sign_extended], form, d, insn);

@@ -11,8 +11,8 @@
 #define D core->r[insn->d]
 
 static int32_t half(uint32_t word, bool high) { return (int16_t)(high ? word >> 16 : word); }
-static int32_t half_of_n(const Core *core, const Insn *insn) { return half(N, insn->by & 2); }
-static int32_t half_of_m(const Core *core, const Insn *insn) { return half(M, insn->by & 1); }
+static int32_t half_of_n(const Core *core, const Insn *insn) { return half(N, insn->shift & 2); }
+static int32_t half_of_m(const Core *core, const Insn *insn) { return half(M, insn->shift & 1); }
 
 /* The low word of a sum; Q is set if the sum does not fit. */
 static void set_sum(Core *core, const Insn *insn, int64_t sum) {
@@ -46,7 +46,7 @@ COMPUTATION(smlaw, set_sum(core, insn, (int32_t)A + word_by_half(core, insn)))
 
 /* The products of the low and of the high half-words, added or subtracted. */
 static int64_t dual(const Core *core, const Insn *insn, bool subtract) {
-  uint32_t m = insn->by & 1 ? rotate_right(M, 16) : M;
+  uint32_t m = insn->shift & 1 ? rotate_right(M, 16) : M;
   int64_t low = half(N, false) * half(m, false), high = half(N, true) * half(m, true);
   return subtract ? low - high : low + high;
 }
@@ -59,12 +59,12 @@ COMPUTATION(smlsd, set_sum(core, insn, (int32_t)A + dual(core, insn, true)))
 static uint64_t product(const Core *core, const Insn *insn) {
   return (uint64_t)((int64_t)(int32_t)N * (int32_t)M);
 }
-static uint64_t rounding(const Insn *insn) { return (uint64_t)(insn->by & 1) << 31; }
+static uint64_t rounding(const Insn *insn) { return (uint64_t)(insn->shift & 1) << 31; }
 COMPUTATION(smmul, D = (uint32_t)((product(core, insn) + rounding(insn)) >> 32))
 COMPUTATION(smmla, D = (uint32_t)((((uint64_t)A << 32) + product(core, insn) + rounding(insn)) >> 32))
 COMPUTATION(smmls, D = (uint32_t)((((uint64_t)A << 32) - product(core, insn) + rounding(insn)) >> 32))
 
-static uint32_t differences(const Core *core, const Insn *insn) {
+static uint32_t sum_of_differences(const Core *core, const Insn *insn) {
   uint32_t sum = 0;
   for (unsigned at = 0; at < 32; at += 8) {
     uint32_t n = N >> at & 0xFF, m = M >> at & 0xFF;
@@ -72,8 +72,8 @@ static uint32_t differences(const Core *core, const Insn *insn) {
   }
   return sum;
 }
-COMPUTATION(usad8, D = differences(core, insn))
-COMPUTATION(usada8, D = A + differences(core, insn))
+COMPUTATION(usad8, D = sum_of_differences(core, insn))
+COMPUTATION(usada8, D = A + sum_of_differences(core, insn))
 
 /* -- 64 bits -------------------------------------------------------------------------------------------- */
 
@@ -91,14 +91,14 @@ COMPUTATION(smlald, set_long(core, insn, long_accumulator(core, insn) + (uint64_
 COMPUTATION(smlsld, set_long(core, insn, long_accumulator(core, insn) + (uint64_t)dual(core, insn, true)))
 
 /* Division by 0 gives 0, or a fault if CCR.DIV_0_TRP is set. */
-#define DEFINE_DIVISION(name, quotient)                                                                  \
-  OPERATION(name) {                                                                                      \
-    if (UNLIKELY(M == 0 && core->div_0_trp)) {                                                           \
-      stop_on(core, insn, budget, STOP_DIVIDE_BY_ZERO);                                                  \
-      return;                                                                                            \
-    }                                                                                                    \
-    D = M ? quotient : 0;                                                                                \
-    NEXT;                                                                                                \
+#define DEFINE_DIVISION(name, quotient)                  \
+  OPERATION(name) {                                      \
+    if (UNLIKELY(M == 0 && core->div_0_trp)) {           \
+      stop_at(core, insn, budget, STOP_DIVIDE_BY_ZERO);  \
+      return;                                            \
+    }                                                    \
+    D = M ? quotient : 0;                                \
+    NEXT;                                                \
   }
 DEFINE_DIVISION(udiv, N / M)
 DEFINE_DIVISION(sdiv, (uint32_t)((int64_t)(int32_t)N / (int32_t)M))
@@ -139,7 +139,7 @@ static Operation multiply_long_or_divide(unsigned op1, unsigned op2) {
 
 bool decode_multiply(uint16_t first, uint16_t second, Insn *insn) {
   unsigned op1 = bits(first, 6, 4), op2 = bits(second, 7, 4);
-  insn->by = op2 & 3;
+  insn->shift = op2 & 3;
   if (first & 0x80) {
     insn->run = multiply_long_or_divide(op1, op2);
     if (op2 == 0xF) { /* divisions have no a */

@@ -18,24 +18,24 @@ enum Sleep { AWAKE, SLEEPS_WFI, SLEEPS_WFE };
 enum ResetReason { RESET_NONE, RESET_SYSRESETREQ };
 
 typedef struct {
-  int64_t at_ps;   /* the time at which the chip's run ends */
-  int64_t end_ps;  /* the time at which the current run of instructions must end */
-  int64_t end;     /* the first value of cycle_clock.count at end_ps or later */
+  int64_t until_ps; /* the time at which the chip's run ends */
+  int64_t slice_end_ps; /* the time at which the current run of instructions must end */
+  int64_t slice_end;   /* the first value of cycle_clock.count at end_ps or later */
   int64_t executed; /* instructions of the latest run */
   int32_t reset_reason;
   uint8_t running; /* instructions are being executed */
   uint8_t asleep;  /* enum Sleep */
-  uint8_t halting, stepping;
-  uint8_t debugged; /* BKPT halts instead of causing a fault */
-  uint8_t on_bkpt;  /* BKPT has halted the core */
+  uint8_t halt_requested, stepping;
+  uint8_t debug_enabled; /* BKPT halts instead of causing a fault */
+  uint8_t halted_on_bkpt; /* BKPT has halted the core */
   uint8_t reported_lock_up;
 } RunLoop;
 
 void run_loop_create(Chip *chip);
 /* Call this after an event was scheduled or an exception made pending: end the run of instructions in time. */
-void run_loop_end_in_time(Chip *chip);
+void run_loop_update_limit(Chip *chip);
 /* Apply a change of HCLK at the current time. */
-void run_loop_set_rate(Chip *chip);
+void run_loop_hclk_changed(Chip *chip);
 
 /* Execute at most `instructions`, handle the end of the run and return its reason. For idle_skip.c. */
 enum Stop run_loop_run(Chip *chip, int64_t instructions);

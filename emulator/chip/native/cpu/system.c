@@ -91,48 +91,48 @@ static void write_special_register(Core *core, unsigned number, uint32_t value) 
 }
 
 /* The end of an operation that has written a mask: a waiting exception may now be allowed. */
-INLINE void go_on_unmasked(Core *core, const Insn *insn, int32_t budget) {
-  if (LIKELY(!core_exception_waits(core))) {
+INLINE void continue_unmasked(Core *core, const Insn *insn, int32_t budget) {
+  if (LIKELY(!core_exception_pending(core))) {
     NEXT;
   }
-  look_outside(core, insn, budget);
+  sync_state(core, insn, budget);
   core_masks_changed(core);
-  go_on(core, insn);
+  resume_chain(core, insn);
 }
 
 /* imm: SYSm. */
 OPERATION(msr) {
   write_special_register(core, insn->imm, core->r[insn->n]);
-  go_on_unmasked(core, insn, budget);
+  continue_unmasked(core, insn, budget);
 }
 
 /* by: the mask, bit 1 for N, Z, C, V and Q, bit 0 for GE. */
-COMPUTATION(msr_apsr, write_apsr(core, core->r[insn->n], insn->by & 2, insn->by & 1))
+COMPUTATION(msr_apsr, write_apsr(core, core->r[insn->n], insn->shift & 2, insn->shift & 1))
 
 /* by: bit 1 for PRIMASK, bit 0 for FAULTMASK; imm: their new value. */
 OPERATION(cps) {
   if (privileged(core)) {
-    if (insn->by & 2) {
+    if (insn->shift & 2) {
       core->primask = insn->imm;
     }
-    if (insn->by & 1) {
+    if (insn->shift & 1) {
       set_faultmask(core, insn->imm);
     }
   }
-  go_on_unmasked(core, insn, budget);
+  continue_unmasked(core, insn, budget);
 }
 
 bool decode_cps(uint16_t first, Insn *insn) {
   insn->run = cps;
   insn->imm = bits(first, 4, 4);
-  insn->by = bits(first, 1, 0);
+  insn->shift = bits(first, 1, 0);
   return bits(first, 3, 2) == 0;
 }
 
 /* -- hints, barriers ------------------------------------------------------------------------------------ */
 
 /* Also for barriers: each access is complete before the next instruction. */
-void no_operation(Core *core, const Insn *insn, int32_t budget) { NEXT; }
+void nop(Core *core, const Insn *insn, int32_t budget) { NEXT; }
 
 OPERATION(wfe) { stop_after(core, insn, budget, STOP_WFE); }
 OPERATION(wfi) { stop_after(core, insn, budget, STOP_WFI); }
@@ -141,13 +141,13 @@ COMPUTATION(sev, core_send_event(core))
 COMPUTATION(clrex, core->exclusive = 0)
 
 bool decode_hint(unsigned number, Insn *insn) {
-  insn->run = number == 2 ? wfe : number == 3 ? wfi : number == 4 ? sev : no_operation;
-  insn->kind |= number == 2 || number == 3 ? ENDS : 0;
+  insn->run = number == 2 ? wfe : number == 3 ? wfi : number == 4 ? sev : nop;
+  insn->flags |= number == 2 || number == 3 ? ENDS_BLOCK : 0;
   return true;
 }
 
 static bool decode_barrier(unsigned number, Insn *insn) {
-  insn->run = number == 2 ? clrex : no_operation;
+  insn->run = number == 2 ? clrex : nop;
   return number == 2 || (number >= 4 && number <= 6); /* DSB, DMB, ISB */
 }
 
@@ -156,7 +156,7 @@ bool decode_system32(uint16_t first, uint16_t second, Insn *insn) {
   switch (bits(first, 10, 4)) {
   case 0x38: /* the mask selects parts of APSR only; the other parts of xPSR cannot be written */
     insn->n = bits(first, 3, 0);
-    insn->by = bits(second, 11, 10);
+    insn->shift = bits(second, 11, 10);
     insn->run = insn->imm < 4 ? msr_apsr : msr;
     return true;
   case 0x3A: return bits(second, 10, 8) == 0 && decode_hint(insn->imm, insn);

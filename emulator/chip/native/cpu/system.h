@@ -4,7 +4,7 @@
 
 #include "cpu/dispatch.h"
 
-void no_operation(Core *core, const Insn *insn, int32_t budget);
+void nop(Core *core, const Insn *insn, int32_t budget);
 
 /* number: that of NOP, YIELD, WFE, WFI, SEV or an unallocated hint (A5.2.5, A5.3.4). */
 bool decode_hint(unsigned number, Insn *insn);

@@ -51,10 +51,10 @@ static uint32_t to_fixed(Core *core, uint32_t value, unsigned by, bool is_signed
 }
 
 /* True if a number is not denormal and, rounded toward zero, fits into a signed word. */
-static inline bool is_easy(uint32_t value) { return LIKELY((value >> 23 & 0xFF) - 1 < 126 + 31); }
+static inline bool fits_int32(uint32_t value) { return LIKELY((value >> 23 & 0xFF) - 1 < 126 + 31); }
 
 static uint32_t to_signed(Core *core, uint32_t value) {
-  if (!is_easy(value)) {
+  if (!fits_int32(value)) {
     return to_fixed(core, value, 0, true, 32, TOWARD_ZERO);
   }
   int32_t result = (int32_t)to_float(value);
@@ -62,7 +62,7 @@ static uint32_t to_signed(Core *core, uint32_t value) {
   return (uint32_t)result;
 }
 static uint32_t to_unsigned(Core *core, uint32_t value) {
-  bool easy = is_easy(value) && !(value & SIGN);
+  bool easy = fits_int32(value) && !(value & SIGN);
   return easy ? to_signed(core, value) : to_fixed(core, value, 0, false, 32, TOWARD_ZERO);
 }
 
@@ -70,10 +70,10 @@ RESULT(vcvt_s32_f32, to_signed(core, M))
 RESULT(vcvt_u32_f32, to_unsigned(core, M))
 RESULT(vcvtr_s32_f32, to_fixed(core, M, 0, true, 32, rounding_mode(core)))
 RESULT(vcvtr_u32_f32, to_fixed(core, M, 0, false, 32, rounding_mode(core)))
-RESULT(fixed_s32_f32, to_fixed(core, D, insn->by, true, 32, TOWARD_ZERO))
-RESULT(fixed_u32_f32, to_fixed(core, D, insn->by, false, 32, TOWARD_ZERO))
-RESULT(fixed_s16_f32, to_fixed(core, D, insn->by, true, 16, TOWARD_ZERO))
-RESULT(fixed_u16_f32, to_fixed(core, D, insn->by, false, 16, TOWARD_ZERO))
+RESULT(fixed_s32_f32, to_fixed(core, D, insn->shift, true, 32, TOWARD_ZERO))
+RESULT(fixed_u32_f32, to_fixed(core, D, insn->shift, false, 32, TOWARD_ZERO))
+RESULT(fixed_s16_f32, to_fixed(core, D, insn->shift, true, 16, TOWARD_ZERO))
+RESULT(fixed_u16_f32, to_fixed(core, D, insn->shift, false, 16, TOWARD_ZERO))
 
 /* -- from integers -------------------------------------------------------------------------------------- */
 
@@ -95,10 +95,10 @@ static uint32_t from_integer(Core *core, int64_t value) {
 RESULT(vcvt_f32_s32, from_integer(core, (int32_t)M))
 RESULT(vcvt_f32_u32, from_integer(core, M))
 /* These always round to nearest, regardless of FPSCR (VCVT between floating point and fixed point, A7.7). */
-RESULT(fixed_f32_s32, from_fixed(core, (int32_t)D, insn->by, TO_NEAREST))
-RESULT(fixed_f32_u32, from_fixed(core, D, insn->by, TO_NEAREST))
-RESULT(fixed_f32_s16, from_fixed(core, (int16_t)D, insn->by, TO_NEAREST))
-RESULT(fixed_f32_u16, from_fixed(core, (uint16_t)D, insn->by, TO_NEAREST))
+RESULT(fixed_f32_s32, from_fixed(core, (int32_t)D, insn->shift, TO_NEAREST))
+RESULT(fixed_f32_u32, from_fixed(core, D, insn->shift, TO_NEAREST))
+RESULT(fixed_f32_s16, from_fixed(core, (int16_t)D, insn->shift, TO_NEAREST))
+RESULT(fixed_f32_u16, from_fixed(core, (uint16_t)D, insn->shift, TO_NEAREST))
 
 /* -- half precision ------------------------------------------------------------------------------------- */
 
@@ -149,7 +149,7 @@ static bool decode_fixed(uint16_t first, uint16_t second, Insn *insn) {
       fixed_s16_f32, fixed_s32_f32, fixed_u16_f32, fixed_u32_f32};
   bool is_word = second & 0x80;
   int by = (is_word ? 32 : 16) - (int)((second & 15) << 1 | (second >> 5 & 1));
-  insn->by = (uint8_t)by;
+  insn->shift = (uint8_t)by;
   insn->run = FIXED[(first & 4) | (first & 1) << 1 | is_word];
   return by >= 0;
 }

@@ -14,7 +14,7 @@
  * be set already, which it soon is. With results from 2^-100 up nothing is tiny, has overflown or is a NaN,
  * and it makes no difference whether the host flushes denormal operands to zero. */
 
-static inline bool host_will_do(const Core *core) {
+static inline bool host_is_exact(const Core *core) {
   return LIKELY((core->fpscr & (FPSCR_RMODE | FPSCR_FZ | FPSCR_IXC)) == FPSCR_IXC);
 }
 
@@ -23,10 +23,10 @@ static inline bool is_ordinary(uint32_t result) {
   return LIKELY((result & ~SIGN) - lowest < INFINITE - lowest);
 }
 
-#define DEFINE_ARITHMETIC(name, operator, exact)                                          \
-  static inline uint32_t name(Core *core, uint32_t left, uint32_t right) {                \
-    uint32_t result = from_float(to_float(left) operator to_float(right));                \
-    return host_will_do(core) && is_ordinary(result) ? result : exact(core, left, right); \
+#define DEFINE_ARITHMETIC(name, operator, exact)                                            \
+  static inline uint32_t name(Core *core, uint32_t left, uint32_t right) {                  \
+    uint32_t result = from_float(to_float(left) operator to_float(right));                  \
+    return host_is_exact(core) && is_ordinary(result) ? result : exact(core, left, right);  \
   }
 DEFINE_ARITHMETIC(add, +, exact_add)
 DEFINE_ARITHMETIC(multiply, *, exact_multiply)
@@ -39,7 +39,7 @@ static inline uint32_t subtract(Core *core, uint32_t left, uint32_t right) {
 
 static inline uint32_t square_root(Core *core, uint32_t value) {
   uint32_t result = from_float(sqrtf(to_float(value)));
-  return host_will_do(core) && is_ordinary(result) ? result : exact_square_root(core, value);
+  return host_is_exact(core) && is_ordinary(result) ? result : exact_square_root(core, value);
 }
 
 /* The product is exact as a double. The sum is rounded to 53 bits and then to 24; the double rounding matters only
@@ -50,7 +50,7 @@ static inline uint32_t multiply_add(Core *core, uint32_t addend, uint32_t left, 
   memcpy(&sum_bits, &sum, sizeof sum_bits);
   uint32_t result = from_float((float)sum);
   bool half_way = (sum_bits & 0x1FFFFFFF) == 0x10000000;
-  bool is_sum = host_will_do(core) && !half_way && product != 0 && is_ordinary(result);
+  bool is_sum = host_is_exact(core) && !half_way && product != 0 && is_ordinary(result);
   return is_sum ? result : exact_multiply_add(core, addend, left, right);
 }
 
@@ -116,15 +116,15 @@ COMPUTATION(vcmpe_zero, compare(core, D, 0, true))
 /* -- decoding ------------------------------------------------------------------------------------------- */
 
 /* VFPExpandImm (A6.4.1). */
-static uint32_t expanded(uint32_t imm8) {
+static uint32_t expand_immediate(uint32_t imm8) {
   uint32_t exponent = imm8 & 0x40 ? 0x7C : 0x80;
   return (imm8 & 0x80) << 24 | (exponent | (imm8 >> 4 & 3)) << 23 | (imm8 & 15) << 19;
 }
 
 /* Table A6-5: opc2 is the low half of first, opc3 bits 7:6 of second. */
-static Operation other(uint16_t first, uint16_t second, Insn *insn) {
+static Operation decode_other(uint16_t first, uint16_t second, Insn *insn) {
   if (!(second & 0x40)) {
-    insn->imm = expanded((first & 15u) << 4 | (second & 15));
+    insn->imm = expand_immediate((first & 15u) << 4 | (second & 15));
     return second & 0xA0 ? NULL : vmov_immediate;
   }
   bool high = second & 0x80;
@@ -146,7 +146,7 @@ bool decode_vfp_data(uint16_t first, uint16_t second, Insn *insn) {
   insn->m = single(second, second >> 5);
   unsigned opc1 = first >> 4 & 0xB;
   if (opc1 == 0xB) {
-    insn->run = other(first, second, insn);
+    insn->run = decode_other(first, second, insn);
     return insn->run || decode_vfp_conversion(first, second, insn);
   }
   insn->run = ARITHMETIC[opc1][second >> 6 & 1];

@@ -7,33 +7,33 @@
 
 /* -- VLDR, VSTR ----------------------------------------------------------------------------------------- */
 
-#define DEFINE_ACCESSES(suffix)                                                                          \
-  INLINE bool vldr_single##suffix(Core *core, const Insn *insn, uint32_t address) {                      \
-    use_floating_point(core);                                                                            \
-    return is_aligned##suffix(core, address) && load32##suffix(core, address, &core->s[insn->d]);        \
-  }                                                                                                      \
-  INLINE bool vldr_double##suffix(Core *core, const Insn *insn, uint32_t address) {                      \
-    uint32_t low, high;                                                                                  \
-    use_floating_point(core);                                                                            \
-    if (UNLIKELY(!is_aligned##suffix(core, address) || !load32##suffix(core, address, &low) ||           \
-                 !load32##suffix(core, address + 4, &high))) {                                           \
-      return false;                                                                                      \
-    }                                                                                                    \
-    core->s[insn->d] = low;                                                                              \
-    core->s[insn->d + 1] = high;                                                                         \
-    return true;                                                                                         \
-  }                                                                                                      \
-  INLINE bool vstr_single##suffix(Core *core, const Insn *insn, uint32_t address) {                      \
-    use_floating_point(core);                                                                            \
-    return is_aligned##suffix(core, address) && store32##suffix(core, address, core->s[insn->d]);        \
-  }                                                                                                      \
-  INLINE bool vstr_double##suffix(Core *core, const Insn *insn, uint32_t address) {                      \
-    use_floating_point(core);                                                                            \
-    return is_aligned##suffix(core, address) && store32##suffix(core, address, core->s[insn->d]) &&      \
-           store32##suffix(core, address + 4, core->s[insn->d + 1]);                                     \
+#define DEFINE_ACCESSES(suffix)                                                                      \
+  INLINE bool vldr_single##suffix(Core *core, const Insn *insn, uint32_t address) {                  \
+    use_floating_point(core);                                                                        \
+    return is_aligned##suffix(core, address) && load32##suffix(core, address, &core->s[insn->d]);    \
+  }                                                                                                  \
+  INLINE bool vldr_double##suffix(Core *core, const Insn *insn, uint32_t address) {                  \
+    uint32_t low, high;                                                                              \
+    use_floating_point(core);                                                                        \
+    if (UNLIKELY(!is_aligned##suffix(core, address) || !load32##suffix(core, address, &low) ||       \
+                 !load32##suffix(core, address + 4, &high))) {                                       \
+      return false;                                                                                  \
+    }                                                                                                \
+    core->s[insn->d] = low;                                                                          \
+    core->s[insn->d + 1] = high;                                                                     \
+    return true;                                                                                     \
+  }                                                                                                  \
+  INLINE bool vstr_single##suffix(Core *core, const Insn *insn, uint32_t address) {                  \
+    use_floating_point(core);                                                                        \
+    return is_aligned##suffix(core, address) && store32##suffix(core, address, core->s[insn->d]);    \
+  }                                                                                                  \
+  INLINE bool vstr_double##suffix(Core *core, const Insn *insn, uint32_t address) {                  \
+    use_floating_point(core);                                                                        \
+    return is_aligned##suffix(core, address) && store32##suffix(core, address, core->s[insn->d]) &&  \
+           store32##suffix(core, address + 4, core->s[insn->d + 1]);                                 \
   }
 DEFINE_ACCESSES()
-DEFINE_ACCESSES(_outside)
+DEFINE_ACCESSES(_slow)
 
 #define DEFINE_OFFSET(access) DEFINE_ACCESS(access##_offset, access, core->r[insn->n] + insn->imm, )
 #define DEFINE_LITERAL(access) DEFINE_ACCESS(access##_literal, access, insn->imm, )
@@ -64,43 +64,43 @@ static bool decode_one(uint32_t address, uint16_t first, Insn *insn) {
 /* -- VLDM, VSTM, VPOP, VPUSH ---------------------------------------------------------------------------- */
 
 /* imm is the change of the base with write-back; it can be one word more than the transfer (FLDMX). */
-#define DEFINE_MULTIPLE_ACCESSES(suffix)                                                                 \
-  INLINE bool vldm##suffix(Core *core, const Insn *insn, uint32_t address) {                             \
-    uint32_t words[32];                                                                                  \
-    use_floating_point(core);                                                                            \
-    if (UNLIKELY(!is_aligned##suffix(core, address))) {                                                  \
-      return false;                                                                                      \
-    }                                                                                                    \
-    for (unsigned n = 0; n < insn->a; n++) {                                                             \
-      if (UNLIKELY(!load32##suffix(core, address + 4 * n, &words[n]))) {                                 \
-        return false;                                                                                    \
-      }                                                                                                  \
-    }                                                                                                    \
-    memcpy(core->s + insn->d, words, 4u * insn->a);                                                      \
-    return true;                                                                                         \
-  }                                                                                                      \
-  INLINE bool vstm##suffix(Core *core, const Insn *insn, uint32_t address) {                             \
-    use_floating_point(core);                                                                            \
-    if (UNLIKELY(!is_aligned##suffix(core, address))) {                                                  \
-      return false;                                                                                      \
-    }                                                                                                    \
-    for (unsigned n = 0; n < insn->a; n++) {                                                             \
-      if (UNLIKELY(!store32##suffix(core, address + 4 * n, core->s[insn->d + n]))) {                     \
-        return false;                                                                                    \
-      }                                                                                                  \
-    }                                                                                                    \
-    return true;                                                                                         \
+#define DEFINE_MULTIPLE_ACCESSES(suffix)                                              \
+  INLINE bool vldm##suffix(Core *core, const Insn *insn, uint32_t address) {          \
+    uint32_t words[32];                                                               \
+    use_floating_point(core);                                                         \
+    if (UNLIKELY(!is_aligned##suffix(core, address))) {                               \
+      return false;                                                                   \
+    }                                                                                 \
+    for (unsigned n = 0; n < insn->a; n++) {                                          \
+      if (UNLIKELY(!load32##suffix(core, address + 4 * n, &words[n]))) {              \
+        return false;                                                                 \
+      }                                                                               \
+    }                                                                                 \
+    memcpy(core->s + insn->d, words, 4u * insn->a);                                   \
+    return true;                                                                      \
+  }                                                                                   \
+  INLINE bool vstm##suffix(Core *core, const Insn *insn, uint32_t address) {          \
+    use_floating_point(core);                                                         \
+    if (UNLIKELY(!is_aligned##suffix(core, address))) {                               \
+      return false;                                                                   \
+    }                                                                                 \
+    for (unsigned n = 0; n < insn->a; n++) {                                          \
+      if (UNLIKELY(!store32##suffix(core, address + 4 * n, core->s[insn->d + n]))) {  \
+        return false;                                                                 \
+      }                                                                               \
+    }                                                                                 \
+    return true;                                                                      \
   }
 DEFINE_MULTIPLE_ACCESSES()
-DEFINE_MULTIPLE_ACCESSES(_outside)
+DEFINE_MULTIPLE_ACCESSES(_slow)
 
 INLINE void write_base(Core *core, const Insn *insn, uint32_t base) {
   core->r[insn->n] = insn->n == 13 ? base & ~3u : base;
 }
 
-#define DEFINE_MULTIPLE(letters)                                                                         \
-  DEFINE_ACCESS(letters##ia, letters, core->r[insn->n], )                                                \
-  DEFINE_ACCESS(letters##ia_back, letters, core->r[insn->n], write_base(core, insn, address + insn->imm)) \
+#define DEFINE_MULTIPLE(letters)                                                                           \
+  DEFINE_ACCESS(letters##ia, letters, core->r[insn->n], )                                                  \
+  DEFINE_ACCESS(letters##ia_back, letters, core->r[insn->n], write_base(core, insn, address + insn->imm))  \
   DEFINE_ACCESS(letters##db_back, letters, core->r[insn->n] - insn->imm, write_base(core, insn, address))
 DEFINE_MULTIPLE(vldm)
 DEFINE_MULTIPLE(vstm)
@@ -194,7 +194,7 @@ OPERATION(vmrs_apsr) {
 
 /* SP and PC are UNPREDICTABLE in all of these. As results they are undefined here, except PC for VMRS. */
 static bool can_be_moved(bool to_core, unsigned number) { return !to_core || (number != 13 && number != 15); }
-static void may_read_pc(Insn *insn) { insn->kind |= insn->n == 15 || insn->m == 15 ? READS_PC : 0; }
+static void may_read_pc(Insn *insn) { insn->flags |= insn->n == 15 || insn->m == 15 ? READS_PC : 0; }
 
 static bool decode_two_cores(uint16_t first, uint16_t second, Insn *insn) {
   bool to_core = first & 0x10, is_double = second & 0x100;

@@ -23,7 +23,7 @@ enum {
   WORK_TIMER = 8,      /* a write to a register of a timer, which changes its next event */
   WORK_PIN = 8,        /* a pin configured by a write to a register */
   WORK_EDGE = 10,      /* an edge of an output */
-  WORK_EDGE_KEPT = 500, /* an edge that Python builds when the trace is read: of many, only the latest */
+  WORK_EDGE_TRACED = 500, /* an edge that Python builds when the trace is read: of many, only the latest */
   WORK_RESET = 20000,
 };
 

@@ -24,7 +24,7 @@ typedef struct {
 
 typedef struct {
   DmaController controllers[DMA_CONTROLLERS];
-  Peripheral *asker[REQUESTS];
+  Peripheral *requester[REQUESTS];
   uint8_t server[REQUESTS]; /* the stream that serves a line: 1 to 8 of DMA1, 9 to 16 of DMA2; 0: none */
 } Dma;
 

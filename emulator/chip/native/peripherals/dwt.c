@@ -20,7 +20,7 @@ static uint32_t counted(const Dwt *dwt) {
 }
 
 /* Make the current count the start value. */
-static void settle(Dwt *dwt) {
+static void rebase(Dwt *dwt) {
   dwt->registers[DWT_CYCCNT / 4] += counted(dwt);
   dwt->since_ps = dwt->peripheral.chip->now_ps;
   dwt->hz = dwt->peripheral.chip->clocks.hclk_hz;
@@ -36,14 +36,14 @@ static uint32_t peek(const Peripheral *peripheral, uint32_t offset) {
 
 static uint32_t read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
   if (offset == DWT_CYCCNT) {
-    *until_ps = ALREADY_PS;
+    *until_ps = NOT_CACHEABLE_PS;
   }
   return peek(peripheral, offset);
 }
 
 static void write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   Dwt *dwt = (Dwt *)peripheral;
-  settle(dwt);
+  rebase(dwt);
   if (offset / 4 < DWT_STORED) {
     uint32_t *word = &dwt->registers[offset / 4];
     mask &= offset == DWT_CTRL ? DWT_CTRL_STORED : WORD;
@@ -52,7 +52,7 @@ static void write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint3
 }
 
 void dwt_enable(Dwt *dwt, bool on) {
-  settle(dwt);
+  rebase(dwt);
   dwt->trace_enabled = on;
 }
 
@@ -62,7 +62,7 @@ void dwt_reset(Dwt *dwt) {
     dwt->registers[n] = 0;
   }
   dwt->trace_enabled = 0;
-  settle(dwt);
+  rebase(dwt);
 }
 
 static bool is_pure(const Peripheral *peripheral, uint32_t offset) {
@@ -72,7 +72,7 @@ static bool is_pure(const Peripheral *peripheral, uint32_t offset) {
 
 static void reset(Peripheral *peripheral) { dwt_reset((Dwt *)peripheral); }
 
-static void clocks_changed(Peripheral *peripheral) { settle((Dwt *)peripheral); }
+static void clocks_changed(Peripheral *peripheral) { rebase((Dwt *)peripheral); }
 
 void dwt_create(Chip *chip) {
   static const PeripheralType type = {.read = read, .peek = peek, .write = write, .reset = reset, .is_pure = is_pure,

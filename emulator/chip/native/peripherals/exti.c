@@ -35,7 +35,7 @@ static const struct {
 
 /* -- EXTI ----------------------------------------------------------------------------------------------- */
 
-static void signal(Exti *exti) {
+static void update_irqs(Exti *exti) {
   uint32_t active = exti->pr & exti->imr;
   for (size_t n = 0; n < sizeof GROUPS / sizeof *GROUPS; n++) {
     peripheral_set_irq(&exti->peripheral, GROUPS[n].number, active & GROUPS[n].lines);
@@ -51,7 +51,7 @@ static void set_line(Exti *exti, int line, bool level) {
   exti->levels ^= bit;
   if ((level ? exti->rtsr : exti->ftsr) & bit) {
     exti->pr |= bit;
-    signal(exti);
+    update_irqs(exti);
   }
 }
 
@@ -108,14 +108,14 @@ static void exti_write(Peripheral *peripheral, uint32_t offset, uint32_t value, 
       break;
     default: break;
   }
-  signal(exti);
+  update_irqs(exti);
 }
 
 /* Disable all lines and clear the pending bits. */
 static void exti_reset(Peripheral *peripheral) {
   Exti *exti = (Exti *)peripheral;
   exti->imr = exti->emr = exti->rtsr = exti->ftsr = exti->swier = exti->pr = 0;
-  signal(exti);
+  update_irqs(exti);
 }
 
 static const PeripheralType EXTI_TYPE = {
@@ -138,7 +138,7 @@ static void select_pins(Chip *chip) {
   }
   for (int line = 0; line < PIN_LINES; line++) {
     int port = chip->exti.port[line];
-    set_line(&chip->exti, line, port >= 0 && chip->gpio.ports[port].reads >> line & 1);
+    set_line(&chip->exti, line, port >= 0 && chip->gpio.ports[port].input >> line & 1);
   }
 }
 

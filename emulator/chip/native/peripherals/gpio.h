@@ -12,14 +12,14 @@ typedef struct {
   Peripheral peripheral;
   uint32_t registers[10]; /* by offset / 4; IDR and BSRR are not stored */
   uint32_t locked, lock_step, lock_pins;
-  uint16_t drives, drives_high;   /* the chip's output stage: pins it drives at all, and at 1 */
-  uint16_t outside, outside_high; /* likewise for all drivers outside of the chip together */
+  uint16_t driven, driven_high;   /* the chip's output stage: pins it drives at all, and at 1 */
+  uint16_t external, external_high; /* likewise for all drivers outside of the chip together */
   uint16_t pulled_up, pulled_down;
   uint16_t analog;
-  uint16_t reads;             /* the resulting level; a floating pin reads as 0 */
-  uint16_t shown, shown_high; /* pins that were once an output, and their levels in the trace */
+  uint16_t input;             /* the resulting level; a floating pin reads as 0 */
+  uint16_t traced, traced_high; /* pins that were once an output, and their levels in the trace */
   uint16_t frequent;          /* pins whose edges are of interest in a detailed trace only */
-  uint16_t heard;             /* pins that peripherals of the chip monitor */
+  uint16_t has_listener;             /* pins that peripherals of the chip monitor */
   uint16_t watched;           /* pins that Python monitors */
 } GpioPort;
 
@@ -30,7 +30,7 @@ typedef struct {
   void (*changed)(int64_t now_ps, int32_t port, int32_t pin, int32_t level); /* the input level of a watched pin */
 } PinCalls;
 
-#define EDGES_KEPT 262144 /* edges in the ring; a power of 2, and more than a trace keeps (emulator/trace.py) */
+#define EDGE_RING_SIZE 262144 /* edges in the ring; a power of 2, and more than a trace keeps (emulator/trace.py) */
 
 /* An edge for the trace that Python has not taken yet. */
 typedef struct {

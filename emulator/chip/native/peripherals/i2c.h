@@ -36,28 +36,28 @@ typedef struct {
 
 /* The state of a bus that Python reads and writes. */
 typedef struct {
-  int64_t injected; /* faults: nothing is cached */
+  int64_t has_faults; /* faults: nothing is cached */
   int64_t ended;    /* messages so far that C handled alone */
   I2cMessage message; /* in progress */
   I2cMessage recent[I2C_RECENT];
-  int8_t target_at[128]; /* by address; -1: no device, or one without a cache */
+  int8_t target_index[128]; /* by address; -1: no device, or one without a cache */
 } I2cWire;
 
 typedef struct {
   Peripheral peripheral;
   uint32_t cr1, cr2, oar1, oar2, sr1, sr2, dr, ccr, trise, fltr;
   int32_t event;
-  uint8_t phase, then;
-  uint8_t watched;     /* an interrupt or DMA waits for flags */
-  uint8_t serving;     /* DMA requests are being made */
-  uint8_t checked;     /* the settings have been checked since their last change */
+  uint8_t phase, completion;
+  uint8_t wants_events;     /* an interrupt or DMA waits for flags */
+  uint8_t in_dma;     /* DMA requests are being made */
+  uint8_t settings_checked;     /* the settings have been checked since their last change */
   uint8_t nack_next;   /* DMA has announced the last byte */
-  uint8_t waiting;     /* to be sent: DR contains a byte that the shift register has not taken yet */
+  uint8_t dr_full;     /* to be sent: DR contains a byte that the shift register has not taken yet */
   uint8_t shift_full;  /* received: DR was full when the byte arrived */
   uint8_t acknowledge; /* with POS: the answer to the next byte */
   uint8_t shift;
-  uint8_t kept;        /* received bytes come from the read cache */
-  uint32_t seen;       /* SR1 as last read */
+  uint8_t from_cache;        /* received bytes come from the read cache */
+  uint32_t last_sr1;       /* SR1 as last read */
   int64_t bit_ps, byte_ps, start_ps;
   int64_t speed_hz, shortest_ps;
   PinFunction pins[I2C_PINS + 1];

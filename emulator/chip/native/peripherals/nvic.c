@@ -21,12 +21,12 @@ void nvic_reset(Nvic *nvic) {
 
 /* -- priorities ------------------------------------------------------------------------------------------ */
 
-int nvic_group(const Nvic *nvic, int priority) {
+int nvic_group_priority(const Nvic *nvic, int priority) {
   return priority < 0 ? priority : priority >> nvic->subpriority_bits << nvic->subpriority_bits;
 }
 
-int nvic_most_urgent(const Nvic *nvic) {
-  int best = 0, best_priority = LOWEST;
+int nvic_highest_pending(const Nvic *nvic) {
+  int best = 0, best_priority = THREAD_PRIORITY;
   for (int word = 0; word < 2; word++) {
     for (uint64_t ready = nvic->pending[word] & nvic->enabled[word]; ready; ready &= ready - 1) {
       int number = 64 * word + __builtin_ctzll(ready);
@@ -39,18 +39,18 @@ int nvic_most_urgent(const Nvic *nvic) {
   return best;
 }
 
-int nvic_level(const Nvic *nvic, bool primask, uint32_t basepri, bool faultmask) {
-  int level = LOWEST;
+int nvic_execution_priority(const Nvic *nvic, bool primask, uint32_t basepri, bool faultmask) {
+  int level = THREAD_PRIORITY;
   for (int word = 0; word < 2; word++) {
     for (uint64_t active = nvic->active[word]; active; active &= active - 1) {
       int number = 64 * word + __builtin_ctzll(active);
-      int group = number < EXCEPTIONS ? nvic_group(nvic, nvic->priority[number]) : LOWEST;
+      int group = number < EXCEPTIONS ? nvic_group_priority(nvic, nvic->priority[number]) : THREAD_PRIORITY;
       level = group < level ? group : level;
     }
   }
   basepri &= 0xF0;
-  if (basepri && nvic_group(nvic, (int)basepri) < level) {
-    level = nvic_group(nvic, (int)basepri);
+  if (basepri && nvic_group_priority(nvic, (int)basepri) < level) {
+    level = nvic_group_priority(nvic, (int)basepri);
   }
   if (primask && level > 0) {
     level = 0;
@@ -60,22 +60,22 @@ int nvic_level(const Nvic *nvic, bool primask, uint32_t basepri, bool faultmask)
 
 int32_t fcu_priority(const Chip *chip, int32_t exception) { return chip->nvic.priority[exception]; }
 
-int32_t fcu_priority_group(const Chip *chip, int32_t priority) { return nvic_group(&chip->nvic, priority); }
+int32_t fcu_priority_group(const Chip *chip, int32_t priority) { return nvic_group_priority(&chip->nvic, priority); }
 
 /* -- states ---------------------------------------------------------------------------------------------- */
 
-static void look(Nvic *nvic) {
+static void update_changed(Nvic *nvic) {
   if (nvic_any_ready(nvic)) {
     nvic->changed = 1;
   }
 }
 
 static void pend(Nvic *nvic, int word, uint64_t bits) {
-  if (nvic->event_on_pending && bits & ~nvic->pending[word]) {
-    nvic->event = 1;
+  if (nvic->sevonpend && bits & ~nvic->pending[word]) {
+    nvic->event_register = 1;
   }
   nvic->pending[word] |= bits;
-  look(nvic);
+  update_changed(nvic);
 }
 
 void nvic_pend(Nvic *nvic, int number) { pend(nvic, number >> 6, (uint64_t)1 << (number & 63)); }
@@ -121,7 +121,7 @@ static void as_set(uint32_t value, unsigned word, uint64_t set[2]) {
   set[1] = first < 64 ? (first > 32 ? bits >> (64 - first) : 0) : bits << (first - 64);
 }
 
-bool nvic_has(uint32_t offset) {
+bool nvic_has_register(uint32_t offset) {
   bool is_bits = offset >= NVIC_ISERx(0) && offset < NVIC_IABRx(0) + 4 * WORDS && (offset & 0x7F) < 4 * WORDS;
   return offset == ICTR || is_bits || (offset >= NVIC_IPRx(0) && offset < NVIC_IPRx(0) + 88) || offset == STIR;
 }
@@ -181,5 +181,5 @@ void nvic_write(Nvic *nvic, uint32_t offset, uint32_t value, uint32_t mask) {
   } else if (offset != ICTR) {
     set_bits(nvic, offset & ~0x7Fu, (offset & 0x7F) / 4, value);
   }
-  look(nvic);
+  update_changed(nvic);
 }

@@ -13,7 +13,7 @@
 
 #define EXCEPTIONS 101 /* 16 of the system, 85 interrupts (RM0368 table 38) */
 #define FIRST_INTERRUPT 16
-#define LOWEST 256     /* the priority of code outside of handlers; smaller is more urgent */
+#define THREAD_PRIORITY 256     /* the priority of code outside of handlers; smaller is more urgent */
 
 enum Exception {
   RESET = 1,
@@ -32,19 +32,19 @@ typedef struct {
   uint64_t pending[2], enabled[2], active[2], lines[2]; /* bit = exception number */
   int32_t subpriority_bits;
   uint8_t changed;          /* an exception may have become ready for entry */
-  uint8_t event;            /* the event register, which WFE waits for (B1.5.18) */
-  uint8_t event_on_pending; /* SCR.SEVONPEND: each exception that becomes pending is an event (B3.2.7) */
+  uint8_t event_register;         /* the event register, which WFE waits for (B1.5.18) */
+  uint8_t sevonpend; /* SCR.SEVONPEND: each exception that becomes pending is an event (B3.2.7) */
   int16_t priority[EXCEPTIONS];
 } Nvic;
 
 /* Disable all exceptions and clear their states; an active line counts as rising again. */
 void nvic_reset(Nvic *nvic);
 /* Return the pending and enabled exception to be taken first; 0 if there is none. */
-int nvic_most_urgent(const Nvic *nvic);
+int nvic_highest_pending(const Nvic *nvic);
 /* Return the part of a priority that decides on preemption (B1.5.4). */
-int nvic_group(const Nvic *nvic, int priority);
+int nvic_group_priority(const Nvic *nvic, int priority);
 /* Return the priority of the current code (B1.5.4, ExecutionPriority). */
-int nvic_level(const Nvic *nvic, bool primask, uint32_t basepri, bool faultmask);
+int nvic_execution_priority(const Nvic *nvic, bool primask, uint32_t basepri, bool faultmask);
 /* All of these take the exception's number. */
 void nvic_pend(Nvic *nvic, int number);
 void nvic_unpend(Nvic *nvic, int number);
@@ -53,7 +53,7 @@ void nvic_activate(Nvic *nvic, int number);
 void nvic_deactivate(Nvic *nvic, int number);
 
 /* Registers, by offset in the system control space (B3.4.3): ICTR, ISER to IPR, STIR. */
-bool nvic_has(uint32_t offset);
+bool nvic_has_register(uint32_t offset);
 uint32_t nvic_read(const Nvic *nvic, uint32_t offset);
 void nvic_write(Nvic *nvic, uint32_t offset, uint32_t value, uint32_t mask);
 
@@ -67,7 +67,7 @@ static inline bool nvic_any_ready(const Nvic *nvic) {
   return (nvic->pending[0] & nvic->enabled[0]) | (nvic->pending[1] & nvic->enabled[1]);
 }
 /* Return the number of active exceptions. */
-static inline int nvic_depth(const Nvic *nvic) {
+static inline int nvic_active_count(const Nvic *nvic) {
   return __builtin_popcountll(nvic->active[0]) + __builtin_popcountll(nvic->active[1]);
 }
 

@@ -24,17 +24,17 @@
 #include "generated/memory_map.h"
 
 #define NEVER_PS ((int64_t)1 << 62) /* as in emulator/time/clock.py */
-#define ALREADY_PS ((int64_t)-1)
+#define NOT_CACHEABLE_PS ((int64_t)-1)
 #define PS_PER_S INT64_C(1000000000000)
 #define WORD 0xFFFFFFFFu
 
 /* The bits of an access of 1, 2 or 4 bytes, at its lowest byte. */
-static inline uint32_t mask_of(unsigned size) { return size == 4 ? WORD : (1u << 8 * size) - 1; }
+static inline uint32_t size_mask(unsigned size) { return size == 4 ? WORD : (1u << 8 * size) - 1; }
 
 /* The number in a field of several bits, by the names of the chapter's header: FIELD(cr2, CR2_STOP). */
 #define FIELD(value, name) (((value) & (name)) >> name##_SHIFT)
 
-int64_t common_divisor(int64_t a, int64_t b); /* the greatest common divisor */
+int64_t gcd(int64_t a, int64_t b); /* the greatest common divisor */
 
 typedef struct Chip Chip;
 typedef struct Peripheral Peripheral;
@@ -52,7 +52,7 @@ typedef struct {
   void (*reset)(Peripheral *peripheral);
   /* All members below may be NULL. */
   bool (*is_pure)(const Peripheral *peripheral, uint32_t offset); /* false if read() would give ALREADY_PS now */
-  bool (*changes_nothing)(const Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask);
+  bool (*is_redundant_write)(const Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask);
   void (*clocks_changed)(Peripheral *peripheral); /* a frequency of the clock tree has changed */
   void (*gated)(Peripheral *peripheral);          /* peripheral->clocked has changed */
   /* a stream has begun to serve one of the peripheral's request lines */
@@ -66,10 +66,10 @@ struct Peripheral {
   int32_t index;    /* index among the chip's peripherals; Python finds the name by it */
   uint32_t noted;   /* which notes have been reported: bit = id */
   uint8_t clocked;  /* RCC: a peripheral without clock reads as 0 and ignores writes */
-  uint32_t looks;    /* reads since the last write */
-  uint8_t steady;    /* registers change only by scheduled events and writes, and reads have no side effect:
+  uint32_t reads_since_write;    /* reads since the last write */
+  uint8_t memory_like;    /* registers change only by scheduled events and writes, and reads have no side effect:
                         a peripheral that is polled continuously is read like memory */
-  uint32_t known[32]; /* bit = offset / 4: registers that exist in the first four kilobytes */
+  uint32_t implemented[32]; /* bit = offset / 4: registers that exist in the first four kilobytes */
 };
 
 /* -- peripherals --------------------------------------------------------------------------------------------- */
@@ -79,11 +79,11 @@ void peripheral_create(Chip *chip, Peripheral *peripheral, const PeripheralType 
                   const int16_t *offsets);
 
 /* Pass all offsets to the peripheral, which itself reports the offsets without a register. */
-void peripheral_knows_all(Peripheral *peripheral);
+void peripheral_set_all_registers(Peripheral *peripheral);
 
-static inline bool peripheral_knows(const Peripheral *peripheral, uint32_t address) {
+static inline bool peripheral_has_register(const Peripheral *peripheral, uint32_t address) {
   uint32_t offset = address - peripheral->base;
-  return offset < 0x1000 && peripheral->known[offset >> 7] >> (offset >> 2 & 31) & 1;
+  return offset < 0x1000 && peripheral->implemented[offset >> 7] >> (offset >> 2 & 31) & 1;
 }
 
 /* -- events: chip.c -------------------------------------------------------------------------------------- */

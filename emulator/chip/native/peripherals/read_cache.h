@@ -18,25 +18,25 @@
 #define TARGETS 8
 #define CACHE_LINES 32
 #define LINE_BYTES 32
-#define EACH_ALONE 1u /* of quiet: the sub-address does not advance, so each byte is in a separate message */
-#define POSITION_KNOWN ((int64_t)-1) /* Python's side has the current sub-address */
+#define FIXED_ADDRESS 1u /* of quiet: the sub-address does not advance, so each byte is in a separate message */
+#define POSITION_SYNCED ((int64_t)-1) /* Python's side has the current sub-address */
 
 /* The bytes from a sub-address. */
 typedef struct {
   int64_t valid_until_ps;
-  uint64_t version, quiet; /* bit n: a read of the first n of them is quiet */
+  uint64_t version, side_effect_free; /* bit n: a read of the first n of them is quiet */
   uint8_t address, count;  /* count 0: unknown, or (valid_until_ps) the bytes must be read live */
-  uint8_t wanted;          /* how many bytes the last message read from here */
+  uint8_t expected;          /* how many bytes the last message read from here */
   uint8_t bytes[LINE_BYTES];
 } CacheLine;
 
 typedef struct {
   const uint64_t *version; /* the sensor's version counter, in Python's memory */
   CacheLine lines[CACHE_LINES]; /* indexed by the low bits of the sub-address */
-  CacheLine run;             /* in progress, or the last one */
-  uint8_t consumed;        /* bytes of it that have been read */
+  CacheLine line;             /* in progress, or the last one */
+  uint8_t used;        /* bytes of it that have been read */
   uint8_t first, total;    /* the sub-address at which the read began, and its bytes so far */
-  uint8_t loud;            /* the run was not quiet when it ended: its cached bytes are wrong now */
+  uint8_t dirty;            /* the run was not quiet when it ended: its cached bytes are wrong now */
 } Target;
 
 /* Callbacks into Python. */
@@ -45,20 +45,20 @@ typedef struct {
    * their number; the bytes are in chip->read_cache.prefetched. 0: they must be read live. */
   int32_t (*prefetch)(int64_t now_ps, int32_t target, int32_t address, int32_t skip, int32_t count);
   /* Report the reads in C that Python has not yet received (`unreported`), as before every other callback. */
-  void (*settle)(int64_t now_ps);
+  void (*commit)(int64_t now_ps);
 } TargetCalls;
 
 /* The bytes of Python's answer. */
 typedef struct {
   int64_t valid_until_ps;
-  uint64_t quiet;
+  uint64_t side_effect_free;
   int64_t address;
   uint8_t bytes[LINE_BYTES];
 } Prefetched;
 
 /* All targets of a chip; Python accesses this struct (read_cache.py). */
 typedef struct {
-  uint64_t unreported;         /* bit = target: Python has not yet received a read in C, namely: */
+  uint64_t uncommitted;         /* bit = target: Python has not yet received a read in C, namely: */
   int64_t reads[TARGETS];      /* address << 8 | count */
   int64_t positions[TARGETS];  /* the sub-address, in the same form; or POSITION_KNOWN */
   uint64_t answered[TARGETS];  /* the sensor's version when it last acknowledged its address */
@@ -78,10 +78,10 @@ bool target_read(Chip *chip, Target *target, uint8_t *byte);
 /* End the current read. */
 void target_end(Chip *chip, Target *target);
 /* Return true if the sensor certainly acknowledges its address. */
-bool target_answers(const Chip *chip, const Target *target);
+bool target_acknowledges(const Chip *chip, const Target *target);
 /* Record that the sensor has just acknowledged its address. */
-void target_has_answered(Chip *chip, const Target *target);
+void target_acknowledged(Chip *chip, const Target *target);
 /* Discard all cached bytes of the target. */
-void target_forget(Chip *chip, Target *target);
+void target_invalidate(Chip *chip, Target *target);
 
 #endif

@@ -30,24 +30,24 @@ static const uint32_t identification[13] = {0x30,       0x200,      0x100000,   
 typedef struct {
   uint32_t bit;
   int exception;
-} BitOfException;
+} ExceptionBit;
 
 /* SHCSR (B3.2.13). */
-static const BitOfException active_in_shcsr[] = {
+static const ExceptionBit shcsr_active[] = {
   {SHCSR_MEMFAULTACT, MEM_MANAGE},    {SHCSR_BUSFAULTACT, BUS_FAULT}, {SHCSR_USGFAULTACT, USAGE_FAULT},
   {SHCSR_SVCALLACT, SV_CALL},         {SHCSR_MONITORACT, DEBUG_MONITOR}, {SHCSR_PENDSVACT, PEND_SV},
   {SHCSR_SYSTICKACT, SYS_TICK}};
-static const BitOfException pending_in_shcsr[] = {{SHCSR_USGFAULTPENDED, USAGE_FAULT},
+static const ExceptionBit shcsr_pending[] = {{SHCSR_USGFAULTPENDED, USAGE_FAULT},
                                                   {SHCSR_MEMFAULTPENDED, MEM_MANAGE},
                                                   {SHCSR_BUSFAULTPENDED, BUS_FAULT},
                                                   {SHCSR_SVCALLPENDED, SV_CALL}};
 
 /* ICSR (B3.2.4). */
-static const BitOfException pends_in_icsr[] = {
+static const ExceptionBit icsr_set_bits[] = {
   {ICSR_NMIPENDSET, NMI}, {ICSR_PENDSVSET, PEND_SV}, {ICSR_PENDSTSET, SYS_TICK}};
-static const BitOfException unpends_in_icsr[] = {{ICSR_PENDSVCLR, PEND_SV}, {ICSR_PENDSTCLR, SYS_TICK}};
+static const ExceptionBit icsr_clear_bits[] = {{ICSR_PENDSVCLR, PEND_SV}, {ICSR_PENDSTCLR, SYS_TICK}};
 
-#define FOR_EACH(index, table) \
+#define FOR_EACH(index, table)  \
   for (unsigned index = 0; index < sizeof(table) / sizeof *(table); index++)
 
 bool scb_fault_enabled(const Scb *scb, int exception) {
@@ -59,24 +59,24 @@ bool scb_fault_enabled(const Scb *scb, int exception) {
 
 static uint32_t icsr(const Chip *chip) {
   const Nvic *nvic = &chip->nvic;
-  uint32_t value = chip->core.ipsr | (uint32_t)nvic_most_urgent(nvic) << ICSR_VECTPENDING_SHIFT;
-  FOR_EACH(n, pends_in_icsr) {
-    value |= nvic_is_pending(nvic, pends_in_icsr[n].exception) ? pends_in_icsr[n].bit : 0;
+  uint32_t value = chip->core.ipsr | (uint32_t)nvic_highest_pending(nvic) << ICSR_VECTPENDING_SHIFT;
+  FOR_EACH(n, icsr_set_bits) {
+    value |= nvic_is_pending(nvic, icsr_set_bits[n].exception) ? icsr_set_bits[n].bit : 0;
   }
   if (nvic->pending[0] >> FIRST_INTERRUPT || nvic->pending[1]) {
     value |= ICSR_ISRPENDING;
   }
-  return nvic_depth(nvic) <= 1 ? value | ICSR_RETTOBASE : value;
+  return nvic_active_count(nvic) <= 1 ? value | ICSR_RETTOBASE : value;
 }
 
 static uint32_t shcsr(const Scb *scb) {
   const Nvic *nvic = &scb->peripheral.chip->nvic;
   uint32_t value = scb->shcsr;
-  FOR_EACH(n, active_in_shcsr) {
-    value |= nvic_is_active(nvic, active_in_shcsr[n].exception) ? active_in_shcsr[n].bit : 0;
+  FOR_EACH(n, shcsr_active) {
+    value |= nvic_is_active(nvic, shcsr_active[n].exception) ? shcsr_active[n].bit : 0;
   }
-  FOR_EACH(n, pending_in_shcsr) {
-    value |= nvic_is_pending(nvic, pending_in_shcsr[n].exception) ? pending_in_shcsr[n].bit : 0;
+  FOR_EACH(n, shcsr_pending) {
+    value |= nvic_is_pending(nvic, shcsr_pending[n].exception) ? shcsr_pending[n].bit : 0;
   }
   return value;
 }
@@ -117,14 +117,14 @@ static uint32_t value_of(const Scb *scb, uint32_t offset) {
 /* -- writing --------------------------------------------------------------------------------------------- */
 
 static void write_icsr(Nvic *nvic, uint32_t value) {
-  FOR_EACH(n, pends_in_icsr) {
-    if (value & pends_in_icsr[n].bit) {
-      nvic_pend(nvic, pends_in_icsr[n].exception);
+  FOR_EACH(n, icsr_set_bits) {
+    if (value & icsr_set_bits[n].bit) {
+      nvic_pend(nvic, icsr_set_bits[n].exception);
     }
   }
-  FOR_EACH(n, unpends_in_icsr) {
-    if (value & unpends_in_icsr[n].bit) {
-      nvic_unpend(nvic, unpends_in_icsr[n].exception);
+  FOR_EACH(n, icsr_clear_bits) {
+    if (value & icsr_clear_bits[n].bit) {
+      nvic_unpend(nvic, icsr_clear_bits[n].exception);
     }
   }
 }
@@ -153,11 +153,11 @@ static void set_bit(uint64_t *word, int bit, bool level) {
 static void write_shcsr(Scb *scb, uint32_t value) {
   Nvic *nvic = &scb->peripheral.chip->nvic;
   scb->shcsr = value & SHCSR_ENABLES;
-  FOR_EACH(n, active_in_shcsr) {
-    set_bit(&nvic->active[0], active_in_shcsr[n].exception, value & active_in_shcsr[n].bit);
+  FOR_EACH(n, shcsr_active) {
+    set_bit(&nvic->active[0], shcsr_active[n].exception, value & shcsr_active[n].bit);
   }
-  FOR_EACH(n, pending_in_shcsr) {
-    set_bit(&nvic->pending[0], pending_in_shcsr[n].exception, value & pending_in_shcsr[n].bit);
+  FOR_EACH(n, shcsr_pending) {
+    set_bit(&nvic->pending[0], shcsr_pending[n].exception, value & shcsr_pending[n].bit);
   }
   nvic->changed = 1;
 }
@@ -175,12 +175,12 @@ static void set_priorities(Scb *scb, unsigned word) {
 static void apply(Scb *scb) {
   Chip *chip = scb->peripheral.chip;
   bool floating = (scb->cpacr & CPACR_FULL) == CPACR_FULL;
-  chip->nvic.event_on_pending = (scb->scr & SCR_SEVONPEND) != 0;
+  chip->nvic.sevonpend = (scb->scr & SCR_SEVONPEND) != 0;
   chip->core.div_0_trp = (scb->ccr & CCR_DIV_0_TRP) != 0;
   core_trap_unaligned(&chip->core, (scb->ccr & CCR_UNALIGN_TRP) != 0);
   if (chip->core.fpu_on != floating) { /* decoded instructions are valid for one of the two settings only */
     chip->core.fpu_on = floating;
-    fcu_forget_code(chip);
+    fcu_invalidate_code(chip);
   }
   dwt_enable(&chip->dwt, (scb->demcr & DEMCR_TRCENA) != 0);
 }
@@ -251,7 +251,7 @@ static uint32_t read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps)
   if (is_systick(offset)) {
     return systick_read(&chip->systick, offset, until_ps);
   }
-  if (nvic_has(offset)) {
+  if (nvic_has_register(offset)) {
     return nvic_read(&chip->nvic, offset);
   }
   if (!is_known(offset)) {
@@ -265,14 +265,14 @@ static uint32_t peek(const Peripheral *peripheral, uint32_t offset) {
   if (is_systick(offset)) {
     return systick_peek(&chip->systick, offset);
   }
-  return nvic_has(offset) ? nvic_read(&chip->nvic, offset) : value_of((const Scb *)peripheral, offset);
+  return nvic_has_register(offset) ? nvic_read(&chip->nvic, offset) : value_of((const Scb *)peripheral, offset);
 }
 
 static void write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   Chip *chip = peripheral->chip;
   if (is_systick(offset)) {
     systick_write(&chip->systick, offset, value, mask);
-  } else if (nvic_has(offset)) {
+  } else if (nvic_has_register(offset)) {
     nvic_write(&chip->nvic, offset, value, mask);
   } else if (is_known(offset)) {
     write_register((Scb *)peripheral, offset, value, mask);
@@ -302,6 +302,6 @@ void scb_create(Chip *chip) {
                                  .clocks_changed = clocks_changed};
   static const int16_t none[] = {-1}; /* no list: note_unknown() reports offsets without a register */
   peripheral_create(chip, &chip->scb.peripheral, &type, SCS_BASE, SCS_SIZE, none);
-  peripheral_knows_all(&chip->scb.peripheral);
+  peripheral_set_all_registers(&chip->scb.peripheral);
   scb_reset(&chip->scb);
 }

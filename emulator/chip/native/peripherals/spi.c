@@ -26,9 +26,9 @@
 #include "chip.h"
 #include "generated/registers_spi.h"
 
-#define CLOCKING (CR1_BR | CR1_CPOL | CR1_CPHA)
-#define WATCHED (CR2_RXDMAEN | CR2_TXDMAEN | CR2_ERRIE | CR2_RXNEIE | CR2_TXEIE)
-#define ON (CR1_SPE | CR1_MSTR)
+#define CLOCK_BITS (CR1_BR | CR1_CPOL | CR1_CPHA)
+#define EVENT_ENABLES (CR2_RXDMAEN | CR2_TXDMAEN | CR2_ERRIE | CR2_RXNEIE | CR2_TXEIE)
+#define MASTER_ENABLED (CR1_SPE | CR1_MSTR)
 
 enum Note { NOTE_CRC, NOTE_TI, NOTE_I2S, NOTE_MODF, NOTE_SLAVE, NOTE_NSS, NOTE_LOST, NOTE_PINS };
 
@@ -61,19 +61,19 @@ static void serve_dma(Spi *spi) {
 
 /* Make the active DMA requests and set the interrupt line. */
 static void update(Spi *spi) {
-  if (spi->is_serving) {
+  if (spi->in_dma) {
     return;
   }
-  spi->is_serving = true;
+  spi->in_dma = true;
   serve_dma(spi);
-  spi->is_serving = false;
+  spi->in_dma = false;
   uint32_t causes = (spi->cr2 & CR2_TXEIE ? SR_TXE : 0) | (spi->cr2 & CR2_RXNEIE ? SR_RXNE : 0);
   causes |= spi->cr2 & CR2_ERRIE ? SR_OVR | SR_MODF : 0;
   peripheral_set_irq(&spi->peripheral, SPI[spi->number].number, spi->sr & causes);
 }
 
-static void update_if_watched(Spi *spi) {
-  if (spi->is_watched) {
+static void update_if_enabled(Spi *spi) {
+  if (spi->wants_events) {
     update(spi);
   }
 }
@@ -83,8 +83,8 @@ static void update_if_watched(Spi *spi) {
 /* Return true if SPE starts the clock instead of DR. */
 static bool is_receiving(uint32_t cr1) { return cr1 & CR1_BIDIMODE ? !(cr1 & CR1_BIDIOE) : cr1 & CR1_RXONLY; }
 
-static void plan_end(Spi *spi, int64_t at_ps) {
-  (spi->is_watched ? event_schedule : event_defer)(spi->peripheral.chip, spi->event, at_ps);
+static void schedule_end(Spi *spi, int64_t at_ps) {
+  (spi->wants_events ? event_schedule : event_defer)(spi->peripheral.chip, spi->event, at_ps);
 }
 
 static void start(Spi *spi, int32_t value) {
@@ -94,13 +94,13 @@ static void start(Spi *spi, int32_t value) {
     spi->sr |= SR_BSY;
   }
   if (spi->byte_ps < NEVER_PS) {
-    plan_end(spi, spi->peripheral.chip->now_ps + spi->byte_ps * (spi->cr1 & CR1_DFF ? 2 : 1));
+    schedule_end(spi, spi->peripheral.chip->now_ps + spi->byte_ps * (spi->cr1 & CR1_DFF ? 2 : 1));
   }
 }
 
 /* Between two frames: start another one if needed. */
 static void start_next(Spi *spi, bool began) {
-  if ((spi->cr1 & ON) != ON) {
+  if ((spi->cr1 & MASTER_ENABLED) != MASTER_ENABLED) {
     return;
   }
   if (is_receiving(spi->cr1)) {
@@ -171,7 +171,7 @@ static void end_frame(Peripheral *peripheral) {
     store(spi, frame);
   }
   start_next(spi, false);
-  update_if_watched(spi);
+  update_if_enabled(spi);
 }
 
 static void write_data(Spi *spi, uint32_t value) {
@@ -193,7 +193,7 @@ static uint32_t read_data(Spi *spi) {
   if (!spi->is_busy && is_receiving(spi->cr1)) {
     start_next(spi, true);
   }
-  update_if_watched(spi);
+  update_if_enabled(spi);
   return frame;
 }
 
@@ -204,7 +204,7 @@ static void set_clock(Spi *spi) {
   const Clocks *clocks = &spi->peripheral.chip->clocks;
   int64_t kernel_hz = spi->number == 0 ? clocks->pclk2_hz : clocks->pclk1_hz;
   int64_t divider = INT64_C(2) << (spi->cr1 >> 3 & 7);
-  spi->clocked_as = spi->cr1 & CR1_SPE ? (int32_t)(spi->cr1 & CLOCKING) : SPI_NOTHING;
+  spi->configured_cr1 = spi->cr1 & CR1_SPE ? (int32_t)(spi->cr1 & CLOCK_BITS) : SPI_NOTHING;
   spi->byte_ps = kernel_hz > 0 ? 8 * divider * PS_PER_S / kernel_hz : NEVER_PS;
   if (spi->cr1 & CR1_SPE) {
     spi_line_configure(spi, (int32_t)(kernel_hz / divider), spi->cr1 & (CR1_CPOL | CR1_CPHA));
@@ -221,7 +221,7 @@ static void check_pins(Spi *spi) {
   }
 }
 
-static void switch_on(Spi *spi) {
+static void check_enable(Spi *spi) {
   if (!(spi->cr1 & CR1_MSTR)) {
     peripheral_note(&spi->peripheral, NOTE_SLAVE, NOTE_NOT_MODELLED,
                "slave mode: SPE set with MSTR = 0, and no other master on this board");
@@ -232,7 +232,7 @@ static void switch_on(Spi *spi) {
   check_pins(spi);
 }
 
-static void control(Spi *spi, uint32_t old) {
+static void cr1_changed(Spi *spi, uint32_t old) {
   if (spi->cr1 & CR1_CRCEN) {
     peripheral_note(&spi->peripheral, NOTE_CRC, NOTE_NOT_MODELLED, "CRCEN (CRC calculation)");
   }
@@ -242,32 +242,32 @@ static void control(Spi *spi, uint32_t old) {
   }
   if (spi->cr1 & CR1_MSTR && spi->cr1 & CR1_SSM && !(spi->cr1 & CR1_SSI)) {
     spi->sr |= SR_MODF;
-    spi->cr1 &= ~(uint32_t)ON;
+    spi->cr1 &= ~(uint32_t)MASTER_ENABLED;
     peripheral_note(&spi->peripheral, NOTE_MODF, NOTE_FORBIDDEN,
                "master with SSM = 1 and SSI = 0: mode fault (MODF), SPE and MSTR cleared");
   }
   if (!(spi->cr1 & CR1_SPE)) {
     return;
   }
-  if ((int32_t)(spi->cr1 & CLOCKING) != spi->clocked_as) {
+  if ((int32_t)(spi->cr1 & CLOCK_BITS) != spi->configured_cr1) {
     set_clock(spi);
   }
   if (!(old & CR1_SPE)) {
-    switch_on(spi);
+    check_enable(spi);
   }
   if (!spi->is_busy) {
     start_next(spi, !(old & CR1_SPE) || !is_receiving(old));
   }
 }
 
-static void control_requests(Spi *spi) {
+static void cr2_changed(Spi *spi) {
   if (spi->cr2 & CR2_FRF) {
     peripheral_note(&spi->peripheral, NOTE_TI, NOTE_NOT_MODELLED, "FRF (TI mode)");
   }
-  spi->is_watched = (spi->cr2 & WATCHED) != 0;
+  spi->wants_events = (spi->cr2 & EVENT_ENABLES) != 0;
   int64_t end_ps = event_at(spi->peripheral.chip, spi->event);
   if (end_ps < NEVER_PS) {
-    plan_end(spi, end_ps);
+    schedule_end(spi, end_ps);
   }
   update(spi);
 }
@@ -293,12 +293,12 @@ static uint32_t read_status(Spi *spi, int64_t *until_ps) {
   uint32_t status = spi->sr;
   *until_ps = event_at(spi->peripheral.chip, spi->event);
   if (status & (SR_OVR | SR_MODF)) {
-    *until_ps = ALREADY_PS;
+    *until_ps = NOT_CACHEABLE_PS;
     if (spi->data_read) {
       spi->sr &= ~(uint32_t)SR_OVR;
     }
     spi->modf_seen = (status & SR_MODF) != 0;
-    update_if_watched(spi);
+    update_if_enabled(spi);
   }
   return status;
 }
@@ -308,7 +308,7 @@ static uint32_t spi_read(Peripheral *peripheral, uint32_t offset, int64_t *until
     return read_status((Spi *)peripheral, until_ps);
   }
   if (offset == DR) {
-    *until_ps = ALREADY_PS;
+    *until_ps = NOT_CACHEABLE_PS;
     return read_data((Spi *)peripheral);
   }
   return spi_peek(peripheral, offset);
@@ -324,11 +324,11 @@ static void spi_write(Peripheral *peripheral, uint32_t offset, uint32_t value, u
   switch (offset) {
     case CR1:
       merge(&spi->cr1, value, mask, CR1_STORED);
-      control(spi, old);
+      cr1_changed(spi, old);
       break;
     case CR2:
       merge(&spi->cr2, value, mask, CR2_STORED);
-      control_requests(spi);
+      cr2_changed(spi);
       break;
     case DR: write_data(spi, value & (spi->cr1 & CR1_DFF ? 0xFFFF : 0xFF)); break;
     case CRCPR: merge(&spi->crcpr, value, mask, CRCPR_STORED); break;
@@ -341,7 +341,7 @@ static void spi_write(Peripheral *peripheral, uint32_t offset, uint32_t value, u
     case I2SPR: merge(&spi->i2spr, value, mask, I2SPR_STORED); break;
     default: break;
   }
-  update_if_watched(spi);
+  update_if_enabled(spi);
 }
 
 /* Restore the state after reset; a frame in progress is lost. */
@@ -353,9 +353,9 @@ static void spi_reset(Peripheral *peripheral) {
   spi->crcpr = CRCPR_RESET;
   spi->i2spr = I2SPR_RESET;
   spi->shift = 0;
-  spi->is_busy = spi->data_read = spi->modf_seen = spi->is_serving = spi->is_watched = false;
+  spi->is_busy = spi->data_read = spi->modf_seen = spi->in_dma = spi->wants_events = false;
   spi->is_connected = true;
-  spi->clocked_as = SPI_NOTHING;
+  spi->configured_cr1 = SPI_NOTHING;
   spi->byte_ps = NEVER_PS;
   update(spi);
 }

@@ -5,7 +5,7 @@
 #include "peripherals/peripheral.h"
 
 #define SPIS 3
-#define SPI_PARTS 4
+#define SPI_SENSORS 4
 #define SPI_RECEIVED 256 /* the size of an answer in C; Python handles longer ones */
 #define SPI_RECENT 8     /* messages, and unheard bytes, kept for diagnosis */
 
@@ -16,7 +16,7 @@
 /* The bytes between two edges of a chip select. */
 typedef struct {
   int64_t start_ps, end_ps;
-  int32_t part;
+  int32_t sensor;
   int32_t command; /* the first byte from the host; or SPI_NOTHING */
   int32_t count;   /* bytes received */
   uint8_t received[SPI_RECEIVED];
@@ -25,7 +25,7 @@ typedef struct {
 typedef struct {
   int64_t at_ps;
   int32_t byte; /* sent; SPI_NOTHING: one was read */
-} SpiUnheard;
+} SpiUnaddressed;
 
 /* Callbacks into Python for messages that C cannot answer. Sensors are numbered in the order of connection. */
 typedef struct {
@@ -33,10 +33,10 @@ typedef struct {
   void (*configure)(int64_t now_ps, int32_t speed_hz, int32_t mode, int32_t wires);
   /* The rest of this message goes to Python, together with the bytes so far. Returns 1 if the sensor has power. */
   int32_t (*open)(int64_t now_ps, const SpiMessage *message);
-  void (*send)(int64_t now_ps, int32_t part, int32_t byte);
-  int32_t (*receive)(int64_t now_ps, int32_t part, int32_t wires);
+  void (*send)(int64_t now_ps, int32_t sensor, int32_t byte);
+  int32_t (*receive)(int64_t now_ps, int32_t sensor, int32_t wires);
   /* A message in Python has ended. */
-  void (*close)(int64_t now_ps, int32_t part);
+  void (*close)(int64_t now_ps, int32_t sensor);
   /* While the trace is detailed: a message that C has answered has ended, and can be taken. */
   void (*ended)(int64_t now_ps);
 } SpiCalls;
@@ -48,24 +48,24 @@ typedef struct {
   uint8_t is_powered; /* the sensor has power and answers */
   uint8_t is_selected, is_live, is_reading;
   SpiMessage message;
-} SpiPart;
+} SpiSensor;
 
 /* The devices at the pins of an SPI. */
 typedef struct {
   SpiCalls calls;
-  uint8_t is_wired; /* sensors are connected, or can be */
+  uint8_t has_devices; /* sensors are connected, or can be */
   uint8_t wires;    /* the host reads on three or four wires */
   int32_t mode, speed_hz;
-  int32_t part_count;
-  SpiPart parts[SPI_PARTS];
-  uint8_t selected[SPI_PARTS]; /* in the order of selection */
+  int32_t sensor_count;
+  SpiSensor sensors[SPI_SENSORS];
+  uint8_t selected[SPI_SENSORS]; /* in the order of selection */
   int32_t selected_count;
   SpiMessage recent[SPI_RECENT]; /* those that C has answered, the latest at recent_count - 1, modulo SPI_RECENT */
   uint32_t recent_count, recent_taken;
-  SpiUnheard unheard[SPI_RECENT];
-  uint32_t unheard_count, unheard_taken;
+  SpiUnaddressed unaddressed[SPI_RECENT];
+  uint32_t unaddressed_count, unaddressed_taken;
   int32_t absent_port, absent_pin;     /* chip select of an absent module; SPI_NOTHING: none */
-  void (*try_absent)(int64_t now_ps); /* firmware sends to the module; NULL after the first report */
+  void (*on_absent_access)(int64_t now_ps); /* firmware sends to the module; NULL after the first report */
 } SpiLine;
 
 typedef struct {
@@ -77,10 +77,10 @@ typedef struct {
   uint8_t is_busy;
   uint8_t data_read; /* DR was read since OVR: a read of SR clears it */
   uint8_t modf_seen;
-  uint8_t is_serving; /* DMA requests are being made */
-  uint8_t is_watched; /* an interrupt or DMA is enabled: the end of a frame is an event */
+  uint8_t in_dma; /* DMA requests are being made */
+  uint8_t wants_events; /* an interrupt or DMA is enabled: the end of a frame is an event */
   uint8_t is_connected;
-  int32_t clocked_as; /* bits of CR1 for which the line was last configured */
+  int32_t configured_cr1; /* bits of CR1 for which the line was last configured */
   int64_t byte_ps;
   int32_t event; /* the end of the current frame */
   SpiLine line;

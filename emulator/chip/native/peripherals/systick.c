@@ -52,7 +52,7 @@ static void start(SysTick *tick, int64_t value) {
   schedule(tick);
 }
 
-static void wrap(Peripheral *space) {
+static void underflow(Peripheral *space) {
   SysTick *tick = &space->chip->systick;
   tick->control |= SYST_CSR_COUNTFLAG;
   if (tick->control & SYST_CSR_TICKINT) {
@@ -84,7 +84,7 @@ uint32_t systick_peek(const SysTick *tick, uint32_t offset) {
 uint32_t systick_read(SysTick *tick, uint32_t offset, int64_t *until_ps) {
   uint32_t value = systick_peek(tick, offset);
   if (offset == SYST_CVR || (offset == SYST_CSR && tick->control & SYST_CSR_COUNTFLAG)) {
-    *until_ps = ALREADY_PS;
+    *until_ps = NOT_CACHEABLE_PS;
   }
   if (offset == SYST_CSR) {
     tick->control &= ~SYST_CSR_COUNTFLAG;
@@ -92,7 +92,7 @@ uint32_t systick_read(SysTick *tick, uint32_t offset, int64_t *until_ps) {
   return value;
 }
 
-static void switch_to(SysTick *tick, uint32_t control) {
+static void write_csr(SysTick *tick, uint32_t control) {
   /* Other bits do not change the count. */
   bool changed = (tick->control ^ control) & (SYST_CSR_ENABLE | SYST_CSR_CLKSOURCE);
   int64_t value = changed ? counter(tick) : 0;
@@ -104,7 +104,7 @@ static void switch_to(SysTick *tick, uint32_t control) {
 
 void systick_write(SysTick *tick, uint32_t offset, uint32_t value, uint32_t mask) {
   if (offset == SYST_CSR) {
-    switch_to(tick, (tick->control & ~mask) | value);
+    write_csr(tick, (tick->control & ~mask) | value);
   } else if (offset == SYST_RVR) {
     tick->reload = ((tick->reload & ~mask) | value) & SYST_RVR_RELOAD;
     if (tick->control & SYST_CSR_ENABLE && !is_counting(tick)) {
@@ -124,5 +124,5 @@ void systick_reset(SysTick *tick) {
 }
 
 void systick_create(Chip *chip) {
-  chip->systick = (SysTick){.chip = chip, .event = event_create(&chip->scb.peripheral, wrap)};
+  chip->systick = (SysTick){.chip = chip, .event = event_create(&chip->scb.peripheral, underflow)};
 }

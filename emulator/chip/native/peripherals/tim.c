@@ -40,7 +40,7 @@ _Static_assert(sizeof TIM_RESETS[0] == sizeof((Tim *)0)->registers, "the registe
 enum { FORCED_LOW = 4, FORCED_HIGH = 5, PWM1 = 6, PWM2 = 7 };
 /* A handler that clears its flag later than this after the tick is late. On ARM it is never immediate: exception
  * entry and the check of the flags take ST's HAL about a hundred instructions. */
-#define PROMPT_PS INT64_C(10000000)
+#define LATE_AFTER_PS INT64_C(10000000)
 
 enum { NOTE_SMCR, NOTE_DIER, NOTE_DCR, NOTE_DMAR };
 
@@ -74,10 +74,10 @@ static const TimVariant VARIANTS[TIMERS] = {
   {TIM11_BASE, 2, 16, 1, 3, false, REQUEST_NONE, {{ALL_FLAGS, 26}}, {"B9"}},
 };
 
-static uint32_t ones(unsigned count) { return count >= 32 ? WORD : (1u << count) - 1; }
+static uint32_t low_bits(unsigned count) { return count >= 32 ? WORD : (1u << count) - 1; }
 
 /* CC1IF to CC4IF, as far as the timer has channels. */
-static uint32_t compare_flags(const TimVariant *variant) { return ones(variant->channels) << 1; }
+static uint32_t compare_flags(const TimVariant *variant) { return low_bits(variant->channels) << 1; }
 
 /* The existing bits of a register; a register that a timer does not have ignores writes and reads 0. */
 static uint32_t bits_of(const TimVariant *variant, uint32_t offset) {
@@ -112,15 +112,15 @@ static int channel_of_pin(const TimVariant *variant, char port, int pin) {
  * the counter continues to its largest value and wraps to 0 without an event. Counting down, it moves back into the
  * cycle. The behaviour of the centre-aligned counter there is not documented; this is the plausible reading. */
 
-static int64_t top_of(const Tim *tim) { return INT64_C(1) << tim->variant->bits; }
+static int64_t modulus(const Tim *tim) { return INT64_C(1) << tim->variant->bits; }
 
 /* With ARR = 0 the counter does not count (section 12.3.2). */
 static bool is_blocked(const Tim *tim) { return tim->arr == 0; }
 
 static void set_active_arr(Tim *tim, int64_t arr) {
   tim->arr = arr;
-  tim->spacing = tim->mode == TIM_CENTRE ? arr : arr + 1;
-  tim->length = tim->mode == TIM_CENTRE ? 2 * arr : arr + 1;
+  tim->overflow_period = tim->mode == TIM_CENTRE ? arr : arr + 1;
+  tim->cycle_length = tim->mode == TIM_CENTRE ? 2 * arr : arr + 1;
 }
 
 static int64_t cnt_of(const Tim *tim) {
@@ -128,7 +128,7 @@ static int64_t cnt_of(const Tim *tim) {
     return tim->arr - tim->index;
   }
   if (tim->index < 0) {
-    return tim->index + top_of(tim);
+    return tim->index + modulus(tim);
   }
   return tim->index > tim->arr ? 2 * tim->arr - tim->index : tim->index;
 }
@@ -139,11 +139,11 @@ static bool is_falling(const Tim *tim) {
 }
 
 /* Set CNT; falling affects the centre-aligned mode only. */
-static void place(Tim *tim, int64_t value, bool falling) {
+static void set_cnt(Tim *tim, int64_t value, bool falling) {
   if (tim->mode == TIM_DOWN) {
     tim->index = tim->arr - value;
   } else if (value > tim->arr) {
-    tim->index = value - top_of(tim);
+    tim->index = value - modulus(tim);
   } else if (tim->mode == TIM_CENTRE && falling && value) {
     tim->index = 2 * tim->arr - value;
   } else {
@@ -153,20 +153,20 @@ static void place(Tim *tim, int64_t value, bool falling) {
 
 /* Counts until the next overflow or underflow; the counter must not be blocked. */
 static int64_t steps_to_overflow(const Tim *tim) {
-  bool within = tim->index < tim->spacing; /* the usual case; a remainder needs a division */
-  return tim->spacing - (within ? tim->index : tim->index % tim->spacing);
+  bool within = tim->index < tim->overflow_period; /* the usual case; a remainder needs a division */
+  return tim->overflow_period - (within ? tim->index : tim->index % tim->overflow_period);
 }
 
 /* Return the number of overflows and underflows in the next counts. */
 static int64_t overflows_in(const Tim *tim, int64_t steps) {
   int64_t first = steps_to_overflow(tim);
-  return steps < first ? 0 : 1 + (steps - first) / tim->spacing;
+  return steps < first ? 0 : 1 + (steps - first) / tim->overflow_period;
 }
 
 /* Counts until the counter arrives at a position of the cycle. */
 static int64_t steps_to(const Tim *tim, int64_t position) {
   int64_t steps = position - tim->index;
-  return steps > 0 || tim->index < 0 ? steps : steps + tim->length;
+  return steps > 0 || tim->index < 0 ? steps : steps + tim->cycle_length;
 }
 
 /* -- the channels ---------------------------------------------------------------------------------------- */
@@ -263,17 +263,17 @@ static bool captures(TimChannel *channel, bool level) {
 
 static void tick_due(Tim *tim) {
   tim->counts.ticks++;
-  tim->waiting = true;
-  tim->due_ps = tim->peripheral.chip->now_ps;
+  tim->tick_pending = true;
+  tim->tick_ps = tim->peripheral.chip->now_ps;
 }
 
 /* The handler has cleared the flag. */
 static void tick_handled(Tim *tim) {
   const TimCalls *calls = &tim->peripheral.chip->timers.calls;
-  int64_t now_ps = tim->peripheral.chip->now_ps, wait_ps = now_ps - tim->due_ps, count = tim->missed;
-  tim->waiting = false;
-  tim->missed = 0;
-  if (wait_ps > PROMPT_PS) {
+  int64_t now_ps = tim->peripheral.chip->now_ps, wait_ps = now_ps - tim->tick_ps, count = tim->missed_ticks;
+  tim->tick_pending = false;
+  tim->missed_ticks = 0;
+  if (wait_ps > LATE_AFTER_PS) {
     tim->counts.late++;
     tim->counts.longest_wait_ps = wait_ps > tim->counts.longest_wait_ps ? wait_ps : tim->counts.longest_wait_ps;
     if (calls->late) {
@@ -290,19 +290,19 @@ static void tick_handled(Tim *tim) {
 }
 
 /* The interrupt was switched off, or the peripheral reset: a waiting update is not counted as a tick any more. */
-static void forget_tick(Tim *tim) {
-  tim->waiting = false;
-  tim->missed = 0;
+static void discard_tick(Tim *tim) {
+  tim->tick_pending = false;
+  tim->missed_ticks = 0;
 }
 
 /* -- updates --------------------------------------------------------------------------------------------- */
 
 /* The preloaded registers become the active ones. */
-static void load(Tim *tim) {
-  if (tim->loaded) {
+static void load_preloaded(Tim *tim) {
+  if (tim->preload_done) {
     return;
   }
-  tim->loaded = true;
+  tim->preload_done = true;
   tim->prescale = REGISTER(tim, PSC) + 1;
   tim->repetition = REGISTER(tim, RCR);
   if (tim->mode == TIM_CENTRE && tim->index) {
@@ -325,19 +325,19 @@ static void raise_update_flag(Tim *tim, int64_t count) {
       tick_due(tim);
     }
   }
-  if (tim->waiting) {
-    tim->missed += count;
+  if (tim->tick_pending) {
+    tim->missed_ticks += count;
   }
 }
 
 /* Apply `count` updates, the first of which uses the preloaded values. */
 static void update(Tim *tim, int64_t count) {
-  load(tim);
-  tim->left = tim->repetition;
+  load_preloaded(tim);
+  tim->repetitions_left = tim->repetition;
   if (tim->one_pulse) {
     REGISTER(tim, CR1) &= ~CR1_CEN;
     tim->running = false;
-    tim->base = 0;
+    tim->base_tick = 0;
   }
   raise_update_flag(tim, count);
   if (REGISTER(tim, DIER) & DIER_UDE) {
@@ -348,14 +348,14 @@ static void update(Tim *tim, int64_t count) {
 /* -- the time base --------------------------------------------------------------------------------------- */
 
 static void set_tick(Tim *tim, int64_t hz) {
-  int64_t divisor = common_divisor(PS_PER_S, hz);
+  int64_t divisor = gcd(PS_PER_S, hz);
   tim->hz = hz;
   tim->num = PS_PER_S / divisor;
   tim->den = hz / divisor;
   tim->extra = 0;
-  tim->by_num = divisor_of(tim->num);
-  tim->most_ps = hz ? INT64_MAX / tim->den : 0;
-  tim->most_ticks = (INT64_MAX - tim->den) / tim->num;
+  tim->by_num = make_divisor(tim->num);
+  tim->max_ps = hz ? INT64_MAX / tim->den : 0;
+  tim->max_ticks = (INT64_MAX - tim->den) / tim->num;
 }
 
 static void set_origin(Tim *tim, int64_t at_ps) {
@@ -365,19 +365,19 @@ static void set_origin(Tim *tim, int64_t at_ps) {
 
 /* Move the origin to the counter's last change, before times since it exceed 64 bits; times do not change. */
 static void move_origin(Tim *tim, int64_t now_ps) {
-  if (tim->base > 0 && tim->hz && now_ps - tim->origin_ps > tim->most_ps / 2) {
-    __int128 passed = (__int128)tim->base * tim->num + tim->extra;
+  if (tim->base_tick > 0 && tim->hz && now_ps - tim->origin_ps > tim->max_ps / 2) {
+    __int128 passed = (__int128)tim->base_tick * tim->num + tim->extra;
     tim->origin_ps += (int64_t)(passed / tim->den);
     tim->extra = (int64_t)(passed % tim->den);
-    tim->base = 0;
+    tim->base_tick = 0;
   }
 }
 
 /* Return the largest k whose time is not after now. */
 static int64_t ticks_at(const Tim *tim, int64_t now_ps) {
   int64_t after_ps = now_ps - tim->origin_ps + 1;
-  if (after_ps > 0 && after_ps <= tim->most_ps) {
-    return divided(after_ps * tim->den - 1 - tim->extra, &tim->by_num);
+  if (after_ps > 0 && after_ps <= tim->max_ps) {
+    return fast_divide(after_ps * tim->den - 1 - tim->extra, &tim->by_num);
   }
   return tim->hz ? (int64_t)(((__int128)after_ps * tim->den - 1 - tim->extra) / tim->num) : 0;
 }
@@ -389,11 +389,11 @@ static int64_t counts_in(const Tim *tim, int64_t ticks) {
 
 /* Return the time after so many more counts, while the counter runs. */
 static int64_t time_after(const Tim *tim, int64_t steps) {
-  int64_t ticks = tim->base + steps * tim->prescale;
+  int64_t ticks = tim->base_tick + steps * tim->prescale;
   if (!tim->hz) {
     return NEVER_PS;
   }
-  if (ticks <= tim->most_ticks) {
+  if (ticks <= tim->max_ticks) {
     return tim->origin_ps + (ticks * tim->num + tim->extra) / tim->den;
   }
   __int128 at_ps = tim->origin_ps + ((__int128)ticks * tim->num + tim->extra) / tim->den;
@@ -403,7 +403,7 @@ static int64_t time_after(const Tim *tim, int64_t steps) {
 /* Change the clock now; the counter must be up to date. */
 static void change_clock(Tim *tim, int64_t now_ps, int64_t hz) {
   if (tim->running) {
-    tim->base -= ticks_at(tim, now_ps);
+    tim->base_tick -= ticks_at(tim, now_ps);
     set_origin(tim, now_ps);
   }
   set_tick(tim, hz);
@@ -421,43 +421,43 @@ static void start(Tim *tim, int64_t now_ps) {
 static void stop(Tim *tim, int64_t now_ps) {
   if (tim->running) {
     tim->running = false;
-    tim->base -= ticks_at(tim, now_ps);
+    tim->base_tick -= ticks_at(tim, now_ps);
   }
 }
 
 /* Counts until the next update; INT64_MAX while there will be none. */
 static int64_t steps_to_update(const Tim *tim) {
-  if (!tim->updates || is_blocked(tim)) {
+  if (!tim->updates_enabled || is_blocked(tim)) {
     return INT64_MAX;
   }
-  return steps_to_overflow(tim) + tim->left * tim->spacing;
+  return steps_to_overflow(tim) + tim->repetitions_left * tim->overflow_period;
 }
 
 /* Count up to the next update at most. */
-static inline void count(Tim *tim, int64_t steps) {
+static inline void advance(Tim *tim, int64_t steps) {
   if (steps <= 0) {
     return;
   }
   raise_compare_flags(tim, steps);
-  if (tim->updates) {
-    tim->left -= (uint32_t)overflows_in(tim, steps);
+  if (tim->updates_enabled) {
+    tim->repetitions_left -= (uint32_t)overflows_in(tim, steps);
   }
-  tim->base += steps * tim->prescale;
+  tim->base_tick += steps * tim->prescale;
   tim->index += steps;
-  if (tim->index >= tim->length) {
-    tim->index %= tim->length;
+  if (tim->index >= tim->cycle_length) {
+    tim->index %= tim->cycle_length;
   }
 }
 
 /* Right after an update: whole cycles up to a tick repeat it, because no loads remain. */
 static void skip_cycles(Tim *tim, int64_t ticks) {
-  if (!tim->running || !tim->loaded || is_blocked(tim)) {
+  if (!tim->running || !tim->preload_done || is_blocked(tim)) {
     return;
   }
-  int64_t cycle = (tim->repetition + INT64_C(1)) * tim->spacing;
-  int64_t whole = (ticks - tim->base) / tim->prescale / cycle;
+  int64_t cycle = (tim->repetition + INT64_C(1)) * tim->overflow_period;
+  int64_t whole = (ticks - tim->base_tick) / tim->prescale / cycle;
   if (whole > 0) {
-    count(tim, whole * cycle);
+    advance(tim, whole * cycle);
     update(tim, whole);
   }
 }
@@ -469,15 +469,15 @@ static inline void catch_up(Tim *tim) {
   while (tim->running) {
     int64_t ticks = ticks_at(tim, now_ps);
     if (is_blocked(tim)) {
-      tim->base = ticks;
+      tim->base_tick = ticks;
       return;
     }
-    int64_t steps = counts_in(tim, ticks - tim->base), first = steps_to_update(tim);
+    int64_t steps = counts_in(tim, ticks - tim->base_tick), first = steps_to_update(tim);
     if (steps < first) {
-      count(tim, steps);
+      advance(tim, steps);
       return;
     }
-    count(tim, first);
+    advance(tim, first);
     update(tim, 1);
     skip_cycles(tim, ticks);
   }
@@ -509,7 +509,7 @@ static int64_t next_ps(Tim *tim) {
 }
 
 /* After any change: schedule an event for the next flag if needed, and set the interrupt lines. */
-static inline void settle(Tim *tim) {
+static inline void reschedule(Tim *tim) {
   Chip *chip = tim->peripheral.chip;
   uint32_t status = REGISTER(tim, SR), enabled = REGISTER(tim, DIER), active = status & enabled;
   bool wanted = enabled & ~status & (SR_UIF | CC_FLAGS) || enabled & DIER_UDE;
@@ -527,7 +527,7 @@ static inline void settle(Tim *tim) {
 
 static void sync(Tim *tim) {
   catch_up(tim);
-  settle(tim);
+  reschedule(tim);
 }
 
 static void on_event(Peripheral *peripheral) { sync((Tim *)peripheral); }
@@ -548,7 +548,7 @@ static uint32_t value_of(const Tim *tim, uint32_t offset) {
 }
 
 /* Return a copy of the timer at the current time, without any effect on the chip. */
-static Tim look_at(const Tim *tim) {
+static Tim at_present(const Tim *tim) {
   Tim now = *tim;
   REGISTER(&now, DIER) = 0; /* interrupts and DMA requests have events, so none of them is due */
   catch_up(&now);
@@ -557,15 +557,15 @@ static Tim look_at(const Tim *tim) {
 }
 
 static uint32_t tim_peek(const Peripheral *peripheral, uint32_t offset) {
-  Tim now = look_at((const Tim *)peripheral);
+  Tim now = at_present((const Tim *)peripheral);
   return value_of(&now, offset);
 }
 
 /* Reading CCRx takes a capture and clears its flag (section 12.4.5). */
-static void take_capture(Tim *tim, int channel) {
+static void read_capture(Tim *tim, int channel) {
   if (is_input(&tim->channels[channel]) && REGISTER(tim, SR) & flag_of(channel)) {
     REGISTER(tim, SR) &= ~flag_of(channel);
-    settle(tim);
+    reschedule(tim);
   }
 }
 
@@ -583,10 +583,10 @@ static uint32_t tim_read(Peripheral *peripheral, uint32_t offset, int64_t *until
   if (runs || (flags && peripheral->chip->now_ps >= next_ps(tim))) {
     sync(tim);
   }
-  *until_ps = runs ? ALREADY_PS : flags ? next_ps(tim) : NEVER_PS;
+  *until_ps = runs ? NOT_CACHEABLE_PS : flags ? next_ps(tim) : NEVER_PS;
   uint32_t value = value_of(tim, offset);
   if (is_ccr(offset)) {
-    take_capture(tim, (int)(offset - CCRx(1)) / 4);
+    read_capture(tim, (int)(offset - CCRx(1)) / 4);
   }
   return value;
 }
@@ -598,9 +598,9 @@ static void cr1_changed(Tim *tim) {
   bool falling = is_falling(tim);
   tim->mode = FIELD(cr1, CR1_CMS) ? TIM_CENTRE : cr1 & CR1_DIR ? TIM_DOWN : TIM_UP;
   set_active_arr(tim, cr1 & CR1_ARPE ? tim->arr : REGISTER(tim, ARR));
-  place(tim, value, falling);
+  set_cnt(tim, value, falling);
   find_all_matches(tim);
-  tim->updates = !(cr1 & CR1_UDIS);
+  tim->updates_enabled = !(cr1 & CR1_UDIS);
   tim->one_pulse = (cr1 & CR1_OPM) != 0;
   if (cr1 & CR1_CEN) {
     start(tim, now_ps);
@@ -615,8 +615,8 @@ static void dier_changed(Tim *tim) {
     peripheral_note(&tim->peripheral, NOTE_DIER, NOTE_NOT_MODELLED, "DIER: DMA requests on capture and compare");
   }
   if (!(dier & DIER_UIE)) {
-    forget_tick(tim);
-  } else if (REGISTER(tim, SR) & SR_UIF && !tim->waiting) {
+    discard_tick(tim);
+  } else if (REGISTER(tim, SR) & SR_UIF && !tim->tick_pending) {
     tick_due(tim);
   }
 }
@@ -640,17 +640,17 @@ static void channels_changed(Tim *tim) {
 }
 
 /* EGR: events by software (section 12.4.6). */
-static void generate(Tim *tim, uint32_t events) {
+static void generate_events(Tim *tim, uint32_t events) {
   if (events & EGR_UG) {
     if (!(REGISTER(tim, CR1) & CR1_UDIS)) {
-      load(tim);
+      load_preloaded(tim);
       if (!(REGISTER(tim, CR1) & CR1_URS)) {
         raise_update_flag(tim, 1);
       }
     }
     tim->index = 0;
-    tim->base = tim->running ? ticks_at(tim, tim->peripheral.chip->now_ps) : 0;
-    tim->left = tim->repetition;
+    tim->base_tick = tim->running ? ticks_at(tim, tim->peripheral.chip->now_ps) : 0;
+    tim->repetitions_left = tim->repetition;
   }
   for (int n = 0; n < tim->variant->channels; n++) {
     if (events & flag_of(n) && is_input(&tim->channels[n])) {
@@ -684,7 +684,7 @@ static void register_changed(Tim *tim, uint32_t offset) {
 
 static void clear_flags(Tim *tim, uint32_t kept) {
   REGISTER(tim, SR) &= kept;
-  if (tim->waiting && !(REGISTER(tim, SR) & SR_UIF)) {
+  if (tim->tick_pending && !(REGISTER(tim, SR) & SR_UIF)) {
     tick_handled(tim);
   }
 }
@@ -698,18 +698,18 @@ static void tim_write(Peripheral *peripheral, uint32_t offset, uint32_t value, u
   peripheral->chip->work += WORK_TIMER;
   catch_up(tim);
   value &= mask;
-  tim->loaded = tim->loaded && offset == SR;
+  tim->preload_done = tim->preload_done && offset == SR;
   if (offset == SR) {
     clear_flags(tim, ~mask | value);
   } else if (offset == EGR) {
-    generate(tim, value);
+    generate_events(tim, value);
   } else if (offset == CNT) {
-    place(tim, ((uint32_t)cnt_of(tim) & ~mask) | value, is_falling(tim));
+    set_cnt(tim, ((uint32_t)cnt_of(tim) & ~mask) | value, is_falling(tim));
   } else {
     REGISTER(tim, offset) = (REGISTER(tim, offset) & ~mask) | value;
     register_changed(tim, offset);
   }
-  settle(tim);
+  reschedule(tim);
 }
 
 /* -- clock, reset, creation ------------------------------------------------------------------------------ */
@@ -725,7 +725,7 @@ static void tim_clocks_changed(Peripheral *peripheral) {
   if (hz != tim->hz) {
     catch_up(tim);
     change_clock(tim, peripheral->chip->now_ps, hz);
-    settle(tim);
+    reschedule(tim);
   }
 }
 
@@ -739,14 +739,14 @@ static void tim_reset(Peripheral *peripheral) {
   set_active_arr(tim, REGISTER(tim, ARR));
   set_tick(tim, input_hz(tim));
   set_origin(tim, 0);
-  tim->base = 0;
+  tim->base_tick = 0;
   tim->prescale = 1;
-  tim->repetition = tim->left = 0;
-  tim->running = tim->one_pulse = tim->loaded = false;
-  tim->updates = true;
+  tim->repetition = tim->repetitions_left = 0;
+  tim->running = tim->one_pulse = tim->preload_done = false;
+  tim->updates_enabled = true;
   channels_changed(tim);
-  forget_tick(tim);
-  settle(tim);
+  discard_tick(tim);
+  reschedule(tim);
 }
 
 static const PeripheralType TIM = {
@@ -783,7 +783,7 @@ void timers_pin_changed(Chip *chip, int port, int pin, bool level) {
         capture(tim, n);
       }
     }
-    settle(tim);
+    reschedule(tim);
   }
 }
 
@@ -796,18 +796,18 @@ void fcu_connect_timers(Chip *chip, const TimCalls *calls) { chip->timers.calls 
 const TickCounts *fcu_timer_counts(const Chip *chip, int32_t index) { return &timer_of(chip, index)->counts; }
 
 double fcu_timer_rate(const Chip *chip, int32_t index) {
-  Tim now = look_at(timer_of(chip, index));
-  int64_t ticks = now.prescale * now.spacing * (now.repetition + INT64_C(1));
+  Tim now = at_present(timer_of(chip, index));
+  int64_t ticks = now.prescale * now.overflow_period * (now.repetition + INT64_C(1));
   return is_blocked(&now) ? 0.0 : (double)now.hz / (double)ticks;
 }
 
 int64_t fcu_timer_next_change(const Chip *chip, int32_t index) {
-  Tim now = look_at(timer_of(chip, index));
+  Tim now = at_present(timer_of(chip, index));
   return find_next_ps(&now);
 }
 
 /* Share of a cycle in which PWM mode 1 is active: CNT < CCR, counting down CNT <= CCR (section 12.3.9). */
-static double share_below(const Tim *tim, uint32_t compare) {
+static double duty_below(const Tim *tim, uint32_t compare) {
   double cycle = tim->mode == TIM_CENTRE ? (double)tim->arr : (double)tim->arr + 1;
   double share = (tim->mode == TIM_DOWN ? compare + 1.0 : compare) / cycle;
   return share < 1 ? share : 1;
@@ -823,7 +823,7 @@ static double duty_of(const Tim *tim, const TimChannel *channel) {
   if (mode == FORCED_LOW || mode == FORCED_HIGH) {
     active = mode == FORCED_HIGH;
   } else if ((mode == PWM1 || mode == PWM2) && tim->arr) {
-    active = share_below(tim, channel->compare);
+    active = duty_below(tim, channel->compare);
     active = mode == PWM2 ? 1 - active : active;
   } else {
     return -1;
@@ -832,13 +832,13 @@ static double duty_of(const Tim *tim, const TimChannel *channel) {
 }
 
 int32_t fcu_timer_pwm(const Chip *chip, int32_t index, int32_t channel, double *frequency_hz, double *duty) {
-  Tim now = look_at(timer_of(chip, index));
+  Tim now = at_present(timer_of(chip, index));
   if (channel < 1 || channel > now.variant->channels) {
     return -1;
   }
   bool off = now.variant->advanced && !(REGISTER(&now, BDTR) & BDTR_MOE);
   int halves = now.mode == TIM_CENTRE ? 2 : 1;
   *duty = duty_of(&now, &now.channels[channel - 1]);
-  *frequency_hz = is_blocked(&now) ? 0 : (double)now.hz / (double)(now.prescale * now.spacing * halves);
+  *frequency_hz = is_blocked(&now) ? 0 : (double)now.hz / (double)(now.prescale * now.overflow_period * halves);
   return *duty >= 0 && !off && now.running && !is_blocked(&now);
 }

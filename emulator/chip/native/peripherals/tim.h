@@ -36,24 +36,24 @@ typedef struct {
   /* The counter: see "the counter" in tim.c. */
   enum TimMode mode;
   int64_t index, arr; /* arr: the active one */
-  int64_t spacing;    /* counts from one overflow or underflow to the next */
-  int64_t length;     /* of the cycle */
+  int64_t overflow_period;    /* counts from one overflow or underflow to the next */
+  int64_t cycle_length;     /* of the cycle */
 
   /* The time base: tick k of the timer's clock is at origin_ps + (k * num + extra) / den, rounded down once. */
   int64_t hz, num, den, extra; /* extra is smaller than den */
   Divisor by_num;
-  int64_t most_ps, most_ticks; /* the limit below which 64 bits suffice for products */
+  int64_t max_ps, max_ticks; /* the limit below which 64 bits suffice for products */
   int64_t origin_ps;
-  int64_t base; /* the tick of the counter's last change; while stopped, minus the phase */
-  uint32_t prescale, repetition, left; /* active PSC + 1, active RCR; overflows left before an update */
-  uint8_t running, updates, one_pulse;
-  uint8_t loaded; /* the active registers equal the preloaded ones */
+  int64_t base_tick; /* the tick of the counter's last change; while stopped, minus the phase */
+  uint32_t prescale, repetition, repetitions_left; /* active PSC + 1, active RCR; overflows left before an update */
+  uint8_t running, updates_enabled, one_pulse;
+  uint8_t preload_done; /* the active registers equal the preloaded ones */
 
   TimChannel channels[TIM_CHANNELS];
   int64_t next_ps;  /* the next time when a flag may be set, if next_known */
   uint8_t next_known;
-  uint8_t waiting;  /* a tick waits for its handler */
-  int64_t due_ps, missed;
+  uint8_t tick_pending;  /* a tick waits for its handler */
+  int64_t tick_ps, missed_ticks;
   TickCounts counts;
 } Tim;
 

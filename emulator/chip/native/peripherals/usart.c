@@ -28,7 +28,7 @@ static const uint32_t STORED[] = {[BRR >> 2] = BRR_STORED, [CR1 >> 2] = CR1_STOR
 
 #define SENDING (CR1_UE | CR1_TE)
 #define RECEIVING (CR1_UE | CR1_RE)
-#define FURTHEST_OFF 0.03 /* tolerance of a receiver that samples the middle of ten bits (section 19.3.5) */
+#define BAUD_TOLERANCE 0.03 /* tolerance of a receiver that samples the middle of ten bits (section 19.3.5) */
 
 static const struct {
   uint32_t base;
@@ -43,7 +43,7 @@ static const struct {
 static const struct {
   uint32_t offset, bit;
   const char *name;
-} FOREIGN[] = {
+} UNMODELLED_BITS[] = {
   {CR1, CR1_SBK, "SBK (break)"},
   {CR1, CR1_RWU, "RWU (mute mode)"},
   {CR2, CR2_CLKEN, "CLKEN (synchronous mode)"},
@@ -70,14 +70,14 @@ static int64_t end_of(const UsartRun *run, int64_t frames) {
 }
 
 /* Pass the bytes to Python that it has not received yet. */
-static void hand_over(Usart *usart, bool detailed) {
+static void flush(Usart *usart, bool detailed) {
   const UsartCalls *calls = &usart->peripheral.chip->usarts.calls;
   const UsartRun *run = &usart->run;
-  int32_t length = usart->piece_length;
-  usart->piece_length = 0;
+  int32_t length = usart->buffer_length;
+  usart->buffer_length = 0;
   if (length && calls->sent) {
     calls->sent(now_of(usart), usart->peripheral.index, run->start_ps, run->frame.num, run->frame.den, run->connected,
-                run->count - length, usart->piece, length, detailed);
+                run->count - length, usart->buffer, length, detailed);
   }
 }
 
@@ -87,7 +87,7 @@ static void open_run(Usart *usart, bool connected) {
   int64_t now_ps = now_of(usart);
   bool same = run->frame.num == usart->frame.num && run->frame.den == usart->frame.den;
   if (now_ps > usart->idle_ps || !same || run->connected != connected) {
-    hand_over(usart, false);
+    flush(usart, false);
     run->start_ps = now_ps > usart->idle_ps ? now_ps : usart->idle_ps;
     run->count = 0;
     run->frame = usart->frame;
@@ -96,27 +96,27 @@ static void open_run(Usart *usart, bool connected) {
 }
 
 /* Send a byte through the data register, which is empty. */
-static void put_on_wire(Usart *usart, uint8_t value, bool connected) {
+static void transmit(Usart *usart, uint8_t value, bool connected) {
   bool detailed = usart->peripheral.chip->detailed;
   UsartRun *run = &usart->run;
   open_run(usart, connected);
-  if (detailed || usart->piece_length == USART_PIECE) {
-    hand_over(usart, false);
+  if (detailed || usart->buffer_length == USART_BUFFER) {
+    flush(usart, false);
   }
-  usart->piece[usart->piece_length++] = value;
+  usart->buffer[usart->buffer_length++] = value;
   run->count++;
   usart->txe_ps = end_of(run, run->count - 1);
   usart->idle_ps = end_of(run, run->count);
   if (detailed) {
-    hand_over(usart, true);
+    flush(usart, true);
   }
 }
 
 /* Replace the byte that still waits in the data register. */
 static void replace(Usart *usart, uint8_t value) {
   const UsartCalls *calls = &usart->peripheral.chip->usarts.calls;
-  if (usart->piece_length) {
-    usart->piece[usart->piece_length - 1] = value;
+  if (usart->buffer_length) {
+    usart->buffer[usart->buffer_length - 1] = value;
   } else if (calls->replaced) {
     calls->replaced(now_of(usart), usart->peripheral.index, value);
   }
@@ -127,8 +127,8 @@ static void replace(Usart *usart, uint8_t value) {
 static uint32_t status_of(const Usart *usart) {
   int64_t now_ps = now_of(usart);
   uint32_t status = now_ps >= usart->tc_ps ? SR_TC : 0;
-  status |= now_ps >= usart->txe_ps && usart->waiting < 0 ? SR_TXE : 0;
-  status |= usart->arrived >= 0 ? SR_RXNE : 0;
+  status |= now_ps >= usart->txe_ps && usart->pending_byte < 0 ? SR_TXE : 0;
+  status |= usart->rx_byte >= 0 ? SR_RXNE : 0;
   status |= usart->overrun ? SR_ORE : 0;
   return status | (usart->idle ? SR_IDLE : 0);
 }
@@ -147,14 +147,14 @@ static int64_t next_flag_ps(const Usart *usart) {
 static void send(Usart *usart, uint8_t value) {
   char missing[40];
   int64_t now_ps = now_of(usart);
-  bool stays_set = now_ps >= usart->tc_ps && !usart->armed;
+  bool stays_set = now_ps >= usart->tc_ps && !usart->sr_read;
   bool connected = pins_connected(usart->peripheral.chip, usart->pins, missing, sizeof missing);
   if (!connected) {
     peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN, "a byte is sent, but nothing leaves the chip: switch %s",
         missing);
   }
   if (now_ps >= usart->txe_ps) {
-    put_on_wire(usart, value, connected);
+    transmit(usart, value, connected);
   } else {
     replace(usart, value);
     peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN,
@@ -163,7 +163,7 @@ static void send(Usart *usart, uint8_t value) {
   if (!stays_set) {
     usart->tc_ps = usart->idle_ps;
   }
-  usart->armed = false;
+  usart->sr_read = false;
 }
 
 static void write_data(Usart *usart, uint8_t value) {
@@ -171,25 +171,25 @@ static void write_data(Usart *usart, uint8_t value) {
     send(usart, value);
     return;
   }
-  usart->waiting = value;
+  usart->pending_byte = value;
   usart->tc_ps = NEVER_PS;
   peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN,
              "DR written while UE or TE in CR1 is 0: the byte waits until both are set");
 }
 
 static void take_data(Usart *usart) {
-  if (usart->arrived >= 0) {
-    usart->received = (uint8_t)usart->arrived;
-    usart->arrived = -1;
+  if (usart->rx_byte >= 0) {
+    usart->received = (uint8_t)usart->rx_byte;
+    usart->rx_byte = -1;
   }
 }
 
 static uint32_t read_data(Usart *usart) {
   take_data(usart);
-  usart->overrun = usart->overrun && !(usart->seen & SR_ORE);
-  usart->idle = usart->idle && !(usart->seen & SR_IDLE);
-  usart->seen = 0;
-  if (usart->watched) {
+  usart->overrun = usart->overrun && !(usart->last_sr & SR_ORE);
+  usart->idle = usart->idle && !(usart->last_sr & SR_IDLE);
+  usart->last_sr = 0;
+  if (usart->wants_events) {
     update(usart);
   }
   return usart->received;
@@ -201,19 +201,19 @@ static void clear_flags(Usart *usart, uint32_t kept) {
     usart->tc_ps = now_of(usart) < usart->idle_ps ? usart->idle_ps : NEVER_PS;
   }
   if (!(kept & SR_RXNE)) {
-    usart->arrived = -1;
+    usart->rx_byte = -1;
   }
 }
 
 /* -- settings --------------------------------------------------------------------------------------------- */
 
 /* Report a terminal at another rate or with another frame, which shows garbage. */
-static void check_against_terminal(Usart *usart, double baud, bool plain) {
+static void check_terminal_settings(Usart *usart, double baud, bool plain) {
   int expected = usart->terminal_baud;
   if (!expected) {
     return;
   }
-  if (fabs(baud / expected - 1) > FURTHEST_OFF) {
+  if (fabs(baud / expected - 1) > BAUD_TOLERANCE) {
     peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN, "%.0f baud; a terminal at %d baud would show garbage", baud,
                expected);
   }
@@ -241,25 +241,25 @@ static void set_frame(Usart *usart) {
     usart->frame = (UsartFrame){NEVER_PS, 1}; /* no bit clock: bytes are never sent */
     return;
   }
-  int64_t num = half_bits * ticks * PS_PER_S, den = 2 * kernel_hz, divisor = common_divisor(num, den);
+  int64_t num = half_bits * ticks * PS_PER_S, den = 2 * kernel_hz, divisor = gcd(num, den);
   usart->frame = (UsartFrame){num / divisor, den / divisor};
   if (is_sending(usart)) {
-    check_against_terminal(usart, (double)kernel_hz / (double)ticks, half_bits == 20 && !(cr1 & CR1_PCE));
+    check_terminal_settings(usart, (double)kernel_hz / (double)ticks, half_bits == 20 && !(cr1 & CR1_PCE));
   }
 }
 
-static void configured(Usart *usart, uint32_t offset) {
-  for (size_t n = 0; n < sizeof FOREIGN / sizeof *FOREIGN; n++) {
-    if (FOREIGN[n].offset == offset && REGISTER(usart, offset) & FOREIGN[n].bit) {
-      peripheral_note(&usart->peripheral, -1, NOTE_NOT_MODELLED, "%s", FOREIGN[n].name);
+static void settings_changed(Usart *usart, uint32_t offset) {
+  for (size_t n = 0; n < sizeof UNMODELLED_BITS / sizeof *UNMODELLED_BITS; n++) {
+    if (UNMODELLED_BITS[n].offset == offset && REGISTER(usart, offset) & UNMODELLED_BITS[n].bit) {
+      peripheral_note(&usart->peripheral, -1, NOTE_NOT_MODELLED, "%s", UNMODELLED_BITS[n].name);
     }
   }
-  usart->watched = REGISTER(usart, CR1) & (CR1_IDLEIE | CR1_RXNEIE | CR1_TCIE | CR1_TXEIE) ||
+  usart->wants_events = REGISTER(usart, CR1) & (CR1_IDLEIE | CR1_RXNEIE | CR1_TCIE | CR1_TXEIE) ||
                    REGISTER(usart, CR3) & (CR3_EIE | CR3_DMAR | CR3_DMAT);
   set_frame(usart);
-  if (usart->waiting >= 0 && is_sending(usart)) {
-    uint8_t value = (uint8_t)usart->waiting;
-    usart->waiting = -1;
+  if (usart->pending_byte >= 0 && is_sending(usart)) {
+    uint8_t value = (uint8_t)usart->pending_byte;
+    usart->pending_byte = -1;
     usart->tc_ps = NEVER_PS;
     send(usart, value);
   }
@@ -271,7 +271,7 @@ static void configured(Usart *usart, uint32_t offset) {
 static void serve_dma(Usart *usart) {
   Chip *chip = usart->peripheral.chip;
   uint32_t cr3 = REGISTER(usart, CR3);
-  if (cr3 & CR3_DMAR && usart->arrived >= 0) {
+  if (cr3 & CR3_DMAR && usart->rx_byte >= 0) {
     dma_request(chip, VARIANTS[usart->number].rx);
   }
   if (cr3 & CR3_DMAT && is_sending(usart)) {
@@ -284,14 +284,14 @@ static void serve_dma(Usart *usart) {
 }
 
 /* Section 19.4: flags and their enable bits have the same places, except the receiver's errors. */
-static bool interrupts(const Usart *usart) {
+static bool is_interrupt_active(const Usart *usart) {
   uint32_t cr1 = REGISTER(usart, CR1), status = status_of(usart);
   bool errors = cr1 & CR1_RXNEIE || (REGISTER(usart, CR3) & (CR3_EIE | CR3_DMAR)) == (CR3_EIE | CR3_DMAR);
   return status & cr1 & (SR_TXE | SR_TC | SR_RXNE | SR_IDLE) || (status & SR_ORE && errors);
 }
 
 /* Schedule the next event: the time of a flag that an interrupt or DMA waits for. */
-static void plan(Usart *usart) {
+static void schedule_next(Usart *usart) {
   Chip *chip = usart->peripheral.chip;
   int64_t at_ps = NEVER_PS;
   if ((REGISTER(usart, CR1) & CR1_TXEIE || REGISTER(usart, CR3) & CR3_DMAT) && usart->txe_ps > chip->now_ps) {
@@ -309,14 +309,14 @@ static void plan(Usart *usart) {
 
 /* Make the active requests, set the interrupt line, and schedule the next event. */
 static void update(Usart *usart) {
-  if (usart->serving) {
+  if (usart->in_dma) {
     return;
   }
-  usart->serving = true;
+  usart->in_dma = true;
   serve_dma(usart);
-  usart->serving = false;
-  peripheral_set_irq(&usart->peripheral, VARIANTS[usart->number].interrupt, interrupts(usart));
-  plan(usart);
+  usart->in_dma = false;
+  peripheral_set_irq(&usart->peripheral, VARIANTS[usart->number].interrupt, is_interrupt_active(usart));
+  schedule_next(usart);
 }
 
 static void on_event(Peripheral *peripheral) { update((Usart *)peripheral); }
@@ -329,7 +329,7 @@ static uint32_t usart_peek(const Peripheral *peripheral, uint32_t offset) {
   const Usart *usart = (const Usart *)peripheral;
   switch (offset) {
   case SR: return status_of(usart);
-  case DR: return usart->arrived >= 0 ? (uint32_t)usart->arrived : usart->received;
+  case DR: return usart->rx_byte >= 0 ? (uint32_t)usart->rx_byte : usart->received;
   default: return REGISTER(usart, offset);
   }
 }
@@ -337,14 +337,14 @@ static uint32_t usart_peek(const Peripheral *peripheral, uint32_t offset) {
 static uint32_t usart_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
   Usart *usart = (Usart *)peripheral;
   if (offset == DR) {
-    *until_ps = ALREADY_PS;
+    *until_ps = NOT_CACHEABLE_PS;
     return read_data(usart);
   }
   if (offset == SR) { /* it begins the sequences that clear flags; a second read has no further effect */
     *until_ps = next_flag_ps(usart);
-    usart->armed = true;
-    usart->seen = status_of(usart);
-    return usart->seen;
+    usart->sr_read = true;
+    usart->last_sr = status_of(usart);
+    return usart->last_sr;
   }
   return REGISTER(usart, offset);
 }
@@ -363,9 +363,9 @@ static void usart_write(Peripheral *peripheral, uint32_t offset, uint32_t value,
   } else {
     mask &= STORED[offset >> 2];
     REGISTER(usart, offset) = (REGISTER(usart, offset) & ~mask) | (value & mask);
-    configured(usart, offset);
+    settings_changed(usart, offset);
   }
-  if (usart->watched) {
+  if (usart->wants_events) {
     update(usart);
   }
 }
@@ -379,9 +379,9 @@ static void usart_reset(Peripheral *peripheral) {
   Usart *usart = (Usart *)peripheral;
   memset(usart->registers, 0, sizeof usart->registers);
   usart->tc_ps = 0;
-  usart->waiting = usart->arrived = -1;
-  usart->armed = usart->overrun = usart->idle = usart->watched = usart->received = 0;
-  usart->seen = 0;
+  usart->pending_byte = usart->rx_byte = -1;
+  usart->sr_read = usart->overrun = usart->idle = usart->wants_events = usart->received = 0;
+  usart->last_sr = 0;
   update(usart);
 }
 
@@ -423,7 +423,7 @@ void fcu_usart_wire(Chip *chip, int32_t index, int32_t port, int32_t pin, int32_
   usart->terminal_baud = baud;
 }
 
-void fcu_usart_hand_over(Chip *chip, int32_t index) { hand_over(usart_of(chip, index), false); }
+void fcu_usart_flush(Chip *chip, int32_t index) { flush(usart_of(chip, index), false); }
 
 int32_t fcu_usart_frame(const Chip *chip, int32_t index, int64_t *num, int64_t *den) {
   const Usart *usart = (const Usart *)chip->peripherals[index];
@@ -436,14 +436,14 @@ int64_t fcu_usart_next_change(Chip *chip, int32_t index) { return next_flag_ps(u
 
 int32_t fcu_usart_receive(Chip *chip, int32_t index, int32_t value) {
   Usart *usart = usart_of(chip, index);
-  bool lost = usart->arrived >= 0;
+  bool lost = usart->rx_byte >= 0;
   if ((REGISTER(usart, CR1) & RECEIVING) != RECEIVING) {
     return 1;
   }
   if (lost) { /* section 19.3.3: DR keeps the previous byte */
     usart->overrun = true;
   } else {
-    usart->arrived = (int16_t)(value & 0xFF);
+    usart->rx_byte = (int16_t)(value & 0xFF);
   }
   update(usart);
   return !lost;

@@ -5,7 +5,7 @@
 #include "peripherals/peripheral.h"
 
 #define USARTS 3
-#define USART_PIECE 256
+#define USART_BUFFER 256
 
 /* The length of a frame, num / den ps. */
 typedef struct {
@@ -30,20 +30,20 @@ typedef struct {
   UsartRun run;
   int64_t txe_ps, idle_ps; /* when the data register is next empty, and the line idle */
   int64_t tc_ps;           /* when TC is next set */
-  int16_t waiting;         /* a byte in DR while the transmitter is off; -1: none */
-  uint8_t armed;           /* SR was read since DR was last written: writing DR clears TC */
+  int16_t pending_byte;         /* a byte in DR while the transmitter is off; -1: none */
+  uint8_t sr_read;           /* SR was read since DR was last written: writing DR clears TC */
   /* The latest bytes of the run, which Python has not yet received. */
-  uint8_t piece[USART_PIECE];
-  int32_t piece_length;
+  uint8_t buffer[USART_BUFFER];
+  int32_t buffer_length;
 
   /* The receiver. */
-  int16_t arrived;  /* a byte that has not been read; -1: none (RXNE) */
+  int16_t rx_byte;  /* a byte that has not been read; -1: none (RXNE) */
   uint8_t received; /* the last byte that was read */
   uint8_t overrun, idle;
-  uint32_t seen; /* SR as last read: the flags that a following read of DR clears */
+  uint32_t last_sr; /* SR as last read: the flags that a following read of DR clears */
 
-  uint8_t watched; /* an interrupt or a DMA request may be due */
-  uint8_t serving;
+  uint8_t wants_events; /* an interrupt or a DMA request may be due */
+  uint8_t in_dma;
 
   /* The wiring, set once. */
   PinFunction pins[2]; /* pins of the terminal; function 255 ends them */
