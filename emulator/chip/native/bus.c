@@ -1,13 +1,11 @@
-/* The bus matrix: accesses to registers, at their exact time, and accesses to memory that access.h cannot handle.
- * bus.h and core.h declare them.
- */
+/* The bus matrix: accesses to registers at their exact time, and to memory on the slow path. */
 #include "bus.h"
 
 #include <string.h>
 
 #include "fcu.h"
 
-#define MEMORY_LIKE_AFTER 1000 /* reads of a steady peripheral without a write, after which it is read like memory */
+#define MEMORY_LIKE_AFTER 1000 /* reads without a write, before read_memory_like() is used */
 
 /* -- the address map ---------------------------------------------------------------------------------- */
 
@@ -28,7 +26,7 @@ static bool is_register_address(uint32_t address) {
       address - OTG_BASE < OTG_SIZE;
 }
 
-/* Find the bit for an address of the peripherals' bit-band alias: a word for every bit (PM0214 2.2.5). */
+/* Bit-band alias: a word for each bit (PM0214 2.2.5). */
 static bool is_peripheral_bit(uint32_t address, uint32_t *word, unsigned *bit) {
   uint32_t offset = address - PERIPHERAL_BITS_BASE, byte = offset >> 5;
   *word = PERIPHERALS_BASE + (byte & ~3u);
@@ -43,10 +41,10 @@ static bool is_ram_bit(uint32_t address, uint32_t *byte, unsigned *bit) {
   return offset < 32 * RAM_SIZE;
 }
 
-/* size is a power of 2; a remainder would need a division. */
+/* A remainder would need a division: size is a power of 2. */
 static bool is_unaligned(uint32_t address, unsigned size) { return address & (size - 1); }
 
-/* Copy 1, 2 or 4 bytes; a call of memcpy() would take longer than the rest of the access. */
+/* A call of memcpy() would take longer than the access. */
 static void copy(void *to, const void *from, unsigned size) {
   switch (size) {
   case 1: memcpy(to, from, 1); break;
@@ -55,7 +53,7 @@ static void copy(void *to, const void *from, unsigned size) {
   }
 }
 
-/* -- single accesses at the current time: DMA, debuggers, and the core's to registers ----------------- */
+/* -- single accesses at the current time -------------------------------------------------------------- */
 
 void core_ram_written(Core *core, uint32_t address, uint32_t size) {
   if (core->slow_stores & STORES_CHANGE_CODE) {
@@ -65,7 +63,7 @@ void core_ram_written(Core *core, uint32_t address, uint32_t size) {
   }
 }
 
-/* Charge the work since `before` to the access. */
+/* Charge the work since `before`. */
 static inline void charge(Chip *chip, uint32_t address, int64_t before) {
   Cost *cost = &chip->costs.accesses[page_of(address)];
   chip->work += WORK_ACCESS;
@@ -142,9 +140,9 @@ int32_t fcu_store(Chip *chip, uint32_t address, uint32_t size, uint32_t value) {
   return bus_store(chip, address, size, value);
 }
 
-/* -- registers and bit-band aliases: the core's accesses ---------------------------------------------- */
+/* -- the core's accesses to registers and bit-band aliases -------------------------------------------- */
 
-/* Set the time to that of the current access, after all events that are due. */
+/* Advance to the time of the current access. */
 static inline void begin_access(Chip *chip) {
   chip->now_ps = cycle_clock_ps(&chip->cycle_clock, (int64_t)chip->core.counter - 1);
   if (chip->due_ps <= chip->now_ps || chip->host_next_ps <= chip->now_ps) {
@@ -199,8 +197,8 @@ static bool write_bit_band(Chip *chip, uint32_t address, uint32_t value) {
   return true;
 }
 
-/* Keep the value of a register for read_again(). Not for steady peripherals and not for the core's registers, which
- * change with its state and report some reads. */
+/* Cache a register for repeat_read(). Excluded: memory-like peripherals, and the core's registers, which change with
+ * its state. */
 static void cache_polled(Chip *chip, const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value,
                         int64_t until_ps) {
   Polled *polled = poll_skip_slot(&chip->poll_skip, address);
@@ -214,8 +212,7 @@ static void cache_polled(Chip *chip, const Peripheral *peripheral, uint32_t addr
   }
 }
 
-/* Repeat a read of a register that cannot have changed, in a loop that is not being compared: the same effect as
- * read_register(). False: call read_register(). */
+/* Repeat a read of a register that cannot have changed. False: call read_register(). */
 static inline bool repeat_read(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
   PollSkip *poll_skip = &chip->poll_skip;
   Polled *polled = poll_skip_slot(poll_skip, address);
@@ -254,13 +251,13 @@ static bool read_register(Chip *chip, Peripheral *peripheral, uint32_t address, 
   return true;
 }
 
-/* Read an aligned address outside of the core's memories; false if no register is there. */
+/* An aligned address outside of memory. False: no register. */
 static bool read_device(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
   return is_register_address(address) ? read_register(chip, chip_peripheral_at(chip, address), address, size, value)
                                : read_bit_band(chip, address, value);
 }
 
-/* True for a write that repeats the last value: loops that show a state do this continuously. */
+/* Loops that show a state write the same value continuously. */
 static bool is_redundant_write(const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value) {
   uint32_t shift = 8 * (address & 3), mask = size_mask(size) << shift;
   return peripheral && peripheral->clocked && peripheral_has_register(peripheral, address) &&
@@ -282,7 +279,6 @@ static void write_register(Chip *chip, uint32_t address, unsigned size, uint32_t
   end_access(chip);
 }
 
-/* Write to an aligned address outside of the core's memories; false if no register is there. */
 static bool write_device(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
   if (!is_register_address(address)) {
     return write_bit_band(chip, address, value);
@@ -291,7 +287,7 @@ static bool write_device(Chip *chip, uint32_t address, unsigned size, uint32_t v
   return true;
 }
 
-/* -- any address: the core's accesses ----------------------------------------------------------------- */
+/* -- the core's accesses to any address --------------------------------------------------------------- */
 
 static bool access_fault(Core *core, uint32_t address, enum Stop why) {
   core->fault_address = address;
@@ -309,7 +305,7 @@ static void report_access(Chip *chip, uint32_t address, unsigned size, bool writ
   chip->host.accessed(chip->now_ps, address, size, written);
 }
 
-/* Handle watched data and the trap of unaligned accesses; false: the access was refused. */
+/* Watched memory and UNALIGN_TRP; false: refused. */
 static bool check_access(Core *core, uint32_t address, unsigned size, bool written) {
   if (core->unalign_trp && is_unaligned(address, size)) {
     return access_fault(core, address, STOP_UNALIGNED);
@@ -333,7 +329,7 @@ static bool read_unaligned(Core *core, uint32_t address, unsigned size, uint32_t
   return true;
 }
 
-/* Read a register of a peripheral that firmware polls continuously; false: it must be read normally. */
+/* A register that is polled continuously; false: use the normal path. */
 static bool read_memory_like(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
   Peripheral *peripheral = chip_peripheral_at(chip, address);
   if (!peripheral || !peripheral->memory_like || ++peripheral->reads_since_write <= MEMORY_LIKE_AFTER ||
@@ -345,7 +341,6 @@ static bool read_memory_like(Chip *chip, uint32_t address, unsigned size, uint32
   return true;
 }
 
-/* Read any address. */
 static __attribute__((noinline)) bool read_any(Core *core, uint32_t address, unsigned size, uint32_t *value) {
   if (UNLIKELY((core->watching || core->unalign_trp) && !check_access(core, address, size, false))) {
     return false;
@@ -362,7 +357,7 @@ static __attribute__((noinline)) bool read_any(Core *core, uint32_t address, uns
   return read_device(core->chip, address, size, value) || access_fault(core, address, STOP_READ);
 }
 
-/* All but steady reads. Separate from them and from read_any(), so that each saves only the registers it needs. */
+/* All but memory-like reads. A separate function saves fewer registers. */
 static __attribute__((noinline)) bool read_polled(Core *core, uint32_t address, unsigned size, uint32_t *value) {
   return (!core->watching && repeat_read(core->chip, address, size, value)) ||
          read_any(core, address, size, value);
@@ -373,7 +368,7 @@ bool core_read(Core *core, uint32_t address, unsigned size, uint32_t *value) {
          read_polled(core, address, size, value);
 }
 
-/* Log the words that a store of size bytes is about to change. */
+/* Log the words that a store is about to change. */
 static void log_words(Core *core, uint32_t address, unsigned size, uint32_t value) {
   uint32_t first = address & ~3u, last = (address + size - 1) & ~3u;
   uint64_t old = 0, now;
@@ -419,7 +414,7 @@ bool core_write(Core *core, uint32_t address, unsigned size, uint32_t value) {
   return true;
 }
 
-/* -- conditions that make loads and stores slow ------------------------------------------------------- */
+/* -- reasons for the slow path ------------------------------------------------------------------------ */
 
 static void update_access_checks(Core *core) {
   bool checked = core->watching || core->unalign_trp;

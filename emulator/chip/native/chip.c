@@ -1,5 +1,4 @@
-/* The chip as a whole: creation, snapshots, and the services for its peripherals: accesses, events, clocks, lines,
- * pins. */
+/* The chip as a whole: creation, snapshots, and services for peripherals. */
 #include "fcu.h"
 
 #include <stdarg.h>
@@ -7,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define PYTHON_SOURCE 63 /* the bit of Python's peripherals among those that may set an NVIC input */
+#define PYTHON_SOURCE 63 /* bit in irq_sources */
 
 /* -- creation -------------------------------------------------------------------------------------------- */
 
@@ -110,7 +109,7 @@ int64_t fcu_snapshot_size(void) { return sizeof(Chip); }
 
 void fcu_save(const Chip *chip, void *snapshot) { memcpy(snapshot, chip, sizeof *chip); }
 
-/* A snapshot does not contain decoded code: changed code is decoded again. A debugger's settings do not change. */
+/* Decoded code and a debugger's settings are not part of a snapshot. */
 void fcu_restore(Chip *chip, const void *snapshot) {
   const Chip *saved = snapshot;
   Core *core = &chip->core;
@@ -124,7 +123,7 @@ void fcu_restore(Chip *chip, const void *snapshot) {
   core->unresolved_link = NULL;
   core->slow_stores |= code_in_ram;
   chip->run_loop.debug_enabled = debugged;
-  chip->gpio.edge_count = chip->gpio.edges_taken = edges; /* later edges are discarded */
+  chip->gpio.edge_count = chip->gpio.edges_taken = edges; /* drop later edges */
   python_registers_invalidate(chip);
   if (other_code) {
     fcu_invalidate_code(chip);
@@ -151,7 +150,7 @@ void peripheral_set_all_registers(Peripheral *peripheral) {
   memset(peripheral->implemented, 0xFF, sizeof peripheral->implemented);
 }
 
-/* Report an access once: further accesses of the same kind cause no call. */
+/* Report ignored accesses once per register and reason. */
 static void report_ignored(Peripheral *peripheral, uint32_t offset, enum IgnoredAccess what) {
   uint32_t address = peripheral->base + offset;
   enum IgnoreReason kind = what <= WRITE_UNCLOCKED ? NO_CLOCK : NO_REGISTER;
@@ -202,7 +201,7 @@ void peripheral_note(Peripheral *peripheral, int id, enum NoteKind kind, const c
   peripheral->chip->host.note(peripheral->chip->now_ps, peripheral->index, kind, text);
 }
 
-/* -- peripherals for Python, by index ------------------------------------------------------------------------- */
+/* -- peripherals, for Python -------------------------------------------------------------------------- */
 
 int32_t fcu_peripheral_count(const Chip *chip) { return chip->peripheral_count; }
 
@@ -273,7 +272,6 @@ int event_create(Peripheral *peripheral, Fire fire) {
   return chip->event_count++;
 }
 
-/* Recompute next_ps and due_ps. */
 static void update_next_event(Chip *chip) {
   int64_t next_ps = NEVER_PS, due_ps = NEVER_PS;
   for (int event = 0; event < chip->event_count; event++) {
@@ -292,7 +290,7 @@ static void schedule(Chip *chip, int event, int64_t at_ps, bool deferred) {
   chip->event_order[event] = chip->order++;
   chip->deferred = (chip->deferred & ~(UINT64_C(1) << event)) | (uint64_t)deferred << event;
   if (before_ps <= chip->next_ps || before_ps <= chip->due_ps) {
-    update_next_event(chip); /* it may have been the earliest one */
+    update_next_event(chip); /* it may have been the earliest */
     run_loop_update_limit(chip);
     return;
   }
@@ -336,7 +334,6 @@ static void fire_earliest(Chip *chip) {
   cost->work += chip->work - before;
 }
 
-/* Run the events of Python's clock that are due. */
 static void advance_python(Chip *chip) {
   int64_t before = chip->work;
   chip->now_ps = chip->host_next_ps;

@@ -1,10 +1,8 @@
-/* The cache of Python's registers: polled values, and addresses without a register.
+/* Cache of registers in Python, because a call of Python takes as long as hundreds of instructions.
  *
- * A call of Python takes as long as hundreds of instructions. A read without side effects is valid until the time
- * returned with it, or until a call that may change one of Python's peripherals: a write, an event, a reset. An
- * address without a register, and a peripheral without clock, are reported once; afterwards they read as 0 and
- * ignore writes without a call. Tables use a hash of the address: two entries with the same hash replace each other,
- * which affects only the speed.
+ * A value without side effects is valid until the time returned with it, or until a call that may change one of
+ * Python's registers. Addresses without register or clock are reported once, then ignored in C. Entries with the
+ * same hash replace each other.
  */
 #include "bus.h"
 #include "fcu.h"
@@ -22,7 +20,7 @@ bool python_registers_is_ignored(const Chip *chip, uint32_t address, enum Ignore
 }
 
 void python_registers_ignore(Chip *chip, uint32_t address, enum IgnoreReason kind) {
-  poll_skip_invalidate(&chip->poll_skip); /* another address may be reported again */
+  poll_skip_invalidate(&chip->poll_skip); /* an evicted address will be reported again */
   chip->python_registers.ignored[hash(address, IGNORED_SLOTS)] = address | kind;
 }
 
@@ -30,14 +28,12 @@ static enum IgnoreReason ignore_reason(const Chip *chip, uint32_t address) {
   return chip->python_registers.unclocked[page_of(address)] ? NO_CLOCK : NO_REGISTER;
 }
 
-/* Return true if Python has reported that no register is there. */
 static bool is_ignored(const Chip *chip, uint32_t address, enum Access access) {
   enum IgnoreReason kind = ignore_reason(chip, address);
   bool in_empty_page = kind == NO_REGISTER && chip->python_registers.empty_pages[page_of(address)] & access;
   return in_empty_page || python_registers_is_ignored(chip, address & ~3u, kind);
 }
 
-/* Keep the valid parts of Python's answer. */
 static void cache_answer(Chip *chip, uint32_t address, enum Access access) {
   if (chip->until_ps == NO_REGISTER_PS) {
     python_registers_ignore(chip, address & ~3u, ignore_reason(chip, address));
@@ -65,7 +61,7 @@ uint32_t python_load(Chip *chip, uint32_t address, unsigned size, int64_t *until
   *until_ps = chip->until_ps <= NO_REGISTER_PS ? NOT_CACHEABLE_PS : chip->until_ps;
   cache_answer(chip, address, ACCESS_READ);
   if (*until_ps < 0) {
-    python_registers_invalidate(chip); /* it may have had an effect */
+    python_registers_invalidate(chip); /* the read may have had an effect */
     return value;
   }
   python_registers->reads[slot].address = address;

@@ -1,14 +1,14 @@
-/* Plain loads and stores: RAM and constants in flash, without checks and reports.
+/* The fast path of loads and stores: RAM, and constants in flash, without checks.
  *
- * An operation tries these first. If they fail, the operation's second half runs: it calls look_outside()
- * (dispatch.h) and uses core_read() and core_write(), which handle all cases.
+ * If it fails, the operation's slow path calls sync_state() (dispatch.h), then core_read() or core_write(), which
+ * handle all cases.
  */
 #ifndef FCU_ACCESS_H
 #define FCU_ACCESS_H
 
 #include "cpu/dispatch.h"
 
-/* False: nothing has happened. The second half handles the last three bytes of a memory, for all sizes. */
+/* False: nothing has happened. The last three bytes of a memory take the slow path, for all sizes. */
 #define DEFINE_FAST_ACCESS(bits, type)                                                   \
   INLINE bool load##bits(const Core *core, uint32_t address, uint32_t *value) {          \
     type data;                                                                           \
@@ -41,16 +41,15 @@ DEFINE_FAST_ACCESS(8, uint8_t)
 DEFINE_FAST_ACCESS(16, uint16_t)
 DEFINE_FAST_ACCESS(32, uint32_t)
 
-/* Several words at once: only for aligned addresses. */
+/* Transfers of several words must be aligned. */
 INLINE bool is_aligned(const Core *core, uint32_t address) {
   (void)core;
   return LIKELY(!(address & 3));
 }
 static inline bool is_aligned_slow(Core *core, uint32_t address) { return core_is_aligned(core, address); }
 
-/* Define both halves of an operation that accesses memory: access(core, insn, address) and access_outside() with the
- * same arguments. `to` is the address; `afterwards` runs only after a successful access: a fault leaves the base
- * register unchanged. */
+/* Both paths of an operation that calls access(core, insn, address) or access_slow(). `afterwards` runs only after
+ * success: a fault leaves the base register unchanged. */
 #define DEFINE_ACCESS(name, access, to, afterwards)  \
   SLOW_OPERATION(name##_slow) {                      \
     uint32_t address = to;                           \

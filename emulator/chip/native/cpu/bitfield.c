@@ -1,4 +1,4 @@
-/* Parts of registers: MOVT, bit fields, saturation, packing (ARMv7-M ARM A7.7, by name). */
+/* MOVT, bit fields, saturation, packing (ARMv7-M ARM A7.7). */
 #include "cpu/operations.h"
 
 OPERATION(movt) {
@@ -6,7 +6,7 @@ OPERATION(movt) {
   NEXT;
 }
 
-/* -- bit fields: insn->imm is a mask as wide as the field, insn->by the field's lowest bit -------------- */
+/* -- bit fields: imm masks the width, shift is the lowest bit ----------------------------------------- */
 
 OPERATION(ubfx) {
   core->r[insn->d] = core->r[insn->n] >> insn->shift & insn->imm;
@@ -40,7 +40,7 @@ static bool decode_field(Operation run, unsigned msb, Insn *insn) {
   return true;
 }
 
-/* -- saturation (A2.2.1): insn->imm is the highest value ------------------------------------------------ */
+/* -- saturation (A2.2.1): imm is the highest value ---------------------------------------------------- */
 
 static inline uint32_t saturate(Core *core, int32_t value, int32_t low, uint32_t imm) {
   int32_t high = (int32_t)imm;
@@ -83,7 +83,7 @@ static bool decode_saturation(bool is_unsigned, bool by_asr, uint16_t second, In
   return true;
 }
 
-/* -- packing: m is shifted by insn->by ------------------------------------------------------------------ */
+/* -- packing ------------------------------------------------------------------------------------------ */
 
 OPERATION(pkhbt) {
   uint32_t m = core->r[insn->m] << insn->shift;
@@ -97,15 +97,15 @@ OPERATION(pkhtb) {
   NEXT;
 }
 
-/* -- decoding; d, n, m are decoded already -------------------------------------------------------------- */
+/* -- decoding, after d, n, m -------------------------------------------------------------------------- */
 
 void decode_movt(Insn *insn) {
-  insn->n = 0; /* part of the constant */
+  insn->n = 0; /* immediate bits */
   insn->run = movt;
   writes_d(insn);
 }
 
-/* A5.3.3, except for the part in data32.c. */
+/* A5.3.3, except data32.c. */
 bool decode_bit_field(uint16_t first, uint16_t second, Insn *insn) {
   unsigned low5 = bits(second, 4, 0);
   insn->shift = (uint8_t)(bits(second, 14, 12) << 2 | bits(second, 7, 6));

@@ -1,17 +1,17 @@
-/* Branches, IT, SVC, BKPT (ARMv7-M ARM A5.2.5, A5.2.6, A5.3.4). imm: the target of a branch. */
+/* Branches, IT, SVC, BKPT (ARMv7-M ARM A5.2.5, A5.2.6, A5.3.4). imm: target of a branch. */
 #include "cpu/control.h"
 
 #include "cpu/system.h"
 
 /* -- branches ------------------------------------------------------------------------------------------- */
 
-/* After each branch there are a link to the following address and a link to its target (decode_cache.h). */
+/* Two links follow a branch (decode_cache.h). */
 #define FOLLOWING insn[1].next
 #define TARGET insn[2].next
 
 OPERATION(b) { TAIL enter_block(core, TARGET, budget); }
 
-/* Every second condition (A7.3.1); the conditions between them are their opposites. */
+/* Even conditions (A7.3.1); the odd ones are their opposites. */
 INLINE bool is_eq(const Core *core) { return core->z == 0; }
 INLINE bool is_cs(const Core *core) { return core->c; }
 INLINE bool is_mi(const Core *core) { return core->n >> 31; }
@@ -48,13 +48,13 @@ OPERATION(bx) {
   TAIL enter_block(core, next, budget);
 }
 
-/* PC has bit 0 clear: the chip has no ARM state. */
+/* The chip has no ARM state: bit 0 of PC is clear. */
 OPERATION(bx_pc) {
   const Insn *next = bx_write_pc(core, insn->imm);
   TAIL enter_block(core, next, budget);
 }
 
-/* BLXWritePC (A2.3.1) does not handle exception returns. */
+/* BLXWritePC (A2.3.1): no exception returns. */
 OPERATION(blx) {
   const Insn *next = blx_write_pc(core, core->r[insn->m]);
   core->r[14] = insn[1].address | 1;
@@ -91,8 +91,7 @@ static bool decode_exchange(uint32_t address, uint16_t first, Insn *insn) {
   return bits(first, 2, 0) == 0;
 }
 
-/* -- IT: decode_cache.c makes the instructions of an IT block conditional. One whose condition fails takes a
- * cycle, like most instructions (Cortex-M4 TRM, ARM DDI 0439, 3.3.1), and is counted in the same way ------- */
+/* -- IT: decode_cache.c inserts the conditions. A failed one takes a cycle (Cortex-M4 TRM 3.3.1) and is counted  */
 
 #define DEFINE_SKIP_UNLESS(name, condition)  \
   OPERATION(skip_unless_##name) {            \
@@ -126,7 +125,7 @@ Operation mask_operation(unsigned condition) {
   return operations[condition >> 1];
 }
 
-/* A7.7.38. In another IT block it is UNPREDICTABLE. */
+/* A7.7.38; UNPREDICTABLE in another IT block. */
 static bool decode_it(uint32_t itstate, Insn *insn) {
   insn->run = nop;
   insn->imm = itstate;
@@ -140,7 +139,7 @@ OPERATION(svc) { stop_after(core, insn, budget, STOP_SVC); }
 
 OPERATION(bkpt) { stop_at(core, insn, budget, STOP_BKPT); }
 
-/* 1011: instructions that are neither data processing nor PUSH and POP. */
+/* 1011 (A5.2.5). */
 static bool decode_miscellaneous(uint32_t address, uint16_t first, Insn *insn) {
   if ((first & 0xF500) == 0xB100) {
     insn->n = bits(first, 2, 0);
@@ -181,19 +180,19 @@ bool decode_control16(uint32_t address, uint16_t first, Insn *insn) {
   }
 }
 
-/* 11110..., 1...: A5.3.4. */
+/* A5.3.4. */
 bool decode_control32(uint32_t address, uint16_t first, uint16_t second, Insn *insn) {
   uint32_t s = bits(first, 10, 10), j1 = bits(second, 13, 13), j2 = bits(second, 11, 11);
   uint32_t low = bits(second, 10, 0), pc = address + 4;
   unsigned condition = bits(first, 9, 6);
-  if (bits(second, 12, 12)) { /* B and BL: 25 bits (A7.7.12, encoding T4) */
+  if (bits(second, 12, 12)) { /* encoding T4 (A7.7.12) */
     uint32_t offset = s << 23 | (j1 ^ s ^ 1) << 22 | (j2 ^ s ^ 1) << 21 | bits(first, 9, 0) << 11 | low;
     return decode_branch(bits(second, 14, 14) ? bl : b, pc + 2 * (uint32_t)sign_extend(offset, 24), insn);
   }
   if (bits(second, 14, 14)) {
-    return false; /* BLX to ARM state, UDF */
+    return false; /* BLX, UDF */
   }
-  if (condition < 14) { /* 21 bits (encoding T3) */
+  if (condition < 14) { /* encoding T3 */
     uint32_t offset = s << 19 | j2 << 18 | j1 << 17 | bits(first, 5, 0) << 11 | low;
     return decode_branch(branches[condition], pc + 2 * (uint32_t)sign_extend(offset, 20), insn);
   }

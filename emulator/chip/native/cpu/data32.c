@@ -1,7 +1,7 @@
 /* 32-bit data processing (ARMv7-M ARM A5.3.1 to A5.3.3, A5.3.11). */
 #include "cpu/operations.h"
 
-/* Without a destination, with flags only: TST to CMP. Without n: MOV and MVN (tables A5-10, A5-22). */
+/* Without d: TST to CMP. Without n: MOV, MVN (tables A5-10, A5-22). */
 static enum Alu alu_of(unsigned opcode, bool set_flags, const Insn *insn) {
   static const uint8_t alus[16] = {
       [0] = AND, [1] = BIC, [2] = ORR, [3] = ORN, [4] = EOR, [8] = ADD, [10] = ADC, [11] = SBC, [13] = SUB,
@@ -16,7 +16,7 @@ static enum Alu alu_of(unsigned opcode, bool set_flags, const Insn *insn) {
   return insn->n == 15 && moves[alu] ? moves[alu] : alu;
 }
 
-/* 1110101: the operand is a shifted register (A5.3.11). */
+/* Shifted register (A5.3.11). */
 static bool decode_shifted(uint16_t first, uint16_t second, Insn *insn) {
   unsigned opcode = bits(first, 8, 5), type = bits(second, 5, 4);
   unsigned by = bits(second, 14, 12) << 2 | bits(second, 7, 6);
@@ -50,7 +50,7 @@ static uint32_t expand_immediate(uint32_t imm12) {
   }
 }
 
-/* The operand is a modified constant (A5.3.1). */
+/* A5.3.1. */
 static bool decode_modified_immediate(uint16_t first, uint32_t imm12, Insn *insn) {
   bool set_flags = bits(first, 4, 4);
   enum Alu alu = alu_of(bits(first, 8, 5), set_flags, insn);
@@ -59,7 +59,7 @@ static bool decode_modified_immediate(uint16_t first, uint32_t imm12, Insn *insn
   return alu != NO_ALU;
 }
 
-/* ADDW and SUBW; with PC it is ADR. */
+/* With PC: ADR. */
 static void decode_addw_subw(uint32_t address, enum Alu alu, uint32_t imm12, Insn *insn) {
   insn->imm = imm12;
   if (insn->n == 15) {
@@ -70,7 +70,7 @@ static void decode_addw_subw(uint32_t address, enum Alu alu, uint32_t imm12, Ins
   select_alu(insn, alu, CONSTANT, false);
 }
 
-/* The operand is a plain constant (A5.3.3). */
+/* A5.3.3. */
 static bool decode_plain_immediate(uint32_t address, uint16_t first, uint16_t second, uint32_t imm12, Insn *insn) {
   uint32_t imm16 = bits(first, 3, 0) << 12 | imm12;
   switch (bits(first, 8, 4)) {

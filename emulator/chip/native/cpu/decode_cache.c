@@ -8,17 +8,17 @@
 #include "fcu.h"
 #include "cpu/transfers.h"
 
-#define CAPACITY 65536 /* Insns; half of it is enough for a firmware of 100 KB */
-#define MAX_BLOCK 64     /* instructions; an IT block is not divided, so a block may have four more */
-#define MAX_STEPS 5       /* Insns of one instruction and the end of the block: five, with two links */
+#define CAPACITY 65536 /* twice the need of a firmware of 100 KB */
+#define MAX_BLOCK 64     /* instructions; plus four, because an IT block is not divided */
+#define MAX_STEPS 5       /* of one instruction, with two links */
 #define MAX_BLOCK_STEPS (MAX_STEPS * (MAX_BLOCK + 4) + 2)
 
 struct DecodeCache {
-  uint32_t used; /* the first Insn is unused: offset 0 means no block */
+  uint32_t used; /* offset 0 is no block */
   Insn insns[CAPACITY], prefix[MAX_BLOCK_STEPS], single[MAX_STEPS + 2];
 };
 
-/* -- steps that are not instructions --------------------------------------------------------------------- */
+/* -- steps other than instructions -------------------------------------------------------------------- */
 
 OPERATION(return_to_loop) {
   exit_chain(core, insn->address, budget);
@@ -32,11 +32,10 @@ OPERATION(resolve_link) {
   core->unresolved_link = insn;
 }
 
-/* Before an instruction that reads PC although the manual says UNPREDICTABLE: it reads its own address, which is
- * also the value of r[15] in accesses. */
+/* Before an instruction that reads PC although UNPREDICTABLE: it reads its own address. */
 COMPUTATION(set_pc, core->r[15] = insn->address)
 
-/* After an instruction that has written SP or PC. */
+/* After a write to SP. */
 COMPUTATION(align_sp, core->r[13] &= ~3u)
 
 OPERATION(branch_to_pc) {
@@ -46,9 +45,8 @@ OPERATION(branch_to_pc) {
 
 OPERATION(undefined) { stop_at(core, insn, budget, STOP_UNDEFINED); }
 
-/* -- writing --------------------------------------------------------------------------------------------- */
+/* -- building blocks ---------------------------------------------------------------------------------- */
 
-/* The output position and state of the block builder. */
 typedef struct {
   Core *core;
   const Memory *memory;
@@ -82,14 +80,13 @@ static Insn decode_at(const Core *core, const Memory *memory, uint32_t address, 
   if (!core->fpu_on && is_floating_point(first, second)) {
     insn = (Insn){.run = no_coprocessor, .address = address, .it = it, .remaining = 1, .flags = ENDS_BLOCK};
   }
-  bool has_core_registers = (first & 0xEC00) != 0xEC00; /* else those of the floating-point unit */
+  bool has_core_registers = (first & 0xEC00) != 0xEC00; /* no VFP */
   if (has_core_registers && (insn.d == 15 || insn.n == 15 || insn.m == 15 || insn.a == 15)) {
     insn.flags |= READS_PC;
   }
   return insn;
 }
 
-/* Add the instruction without its condition. */
 static void emit_insn(BlockBuilder *builder, Insn insn) {
   const Memory *memory = builder->memory;
   uint32_t offset = insn.imm - memory->base;
@@ -105,7 +102,6 @@ static void emit_insn(BlockBuilder *builder, Insn insn) {
   }
 }
 
-/* Add the links after the last instruction of the block. */
 static void emit_links(BlockBuilder *builder, const Insn *last) {
   emit_link(builder, builder->address);
   if (last->flags & DIRECT_BRANCH) {
@@ -113,7 +109,7 @@ static void emit_links(BlockBuilder *builder, const Insn *last) {
   }
 }
 
-/* Add the condition of the next instruction of an IT block; at the first one IT itself can be the condition. */
+/* IT itself can be the condition of its first instruction. */
 static Insn *emit_condition(BlockBuilder *builder) {
   Insn *before = builder->at - 1;
   Insn *condition = before->flags & IS_IT ? before : emit(builder, NULL);
@@ -121,8 +117,7 @@ static Insn *emit_condition(BlockBuilder *builder) {
   return condition;
 }
 
-/* Add an instruction that checks core->mask, which is already set, or is set before it (at the first one by IT
- * itself). */
+/* it_mask is set once for consecutive ones, the first time by IT itself. */
 static void emit_predicated(BlockBuilder *builder, Insn insn) {
   Insn *before = builder->at - 1;
   if (before->flags & IS_IT) {
@@ -145,7 +140,7 @@ static void mark_decoded(BlockBuilder *builder) {
   }
 }
 
-/* Add the next instruction of a block; false if it was the last one. */
+/* False: the block is complete. */
 static bool emit_next(BlockBuilder *builder, bool is_first, bool may_continue) {
   const Memory *memory = builder->memory;
   if (builder->address - memory->base >= memory->size || (!is_first && has_breakpoint(memory, builder->address))) {
@@ -154,7 +149,7 @@ static bool emit_next(BlockBuilder *builder, bool is_first, bool may_continue) {
   }
   Insn insn = decode_at(builder->core, memory, builder->address, builder->it), *condition = NULL;
   bool rest_of_it = it_advance(builder->it);
-  if (rest_of_it && insn.flags & ENDS_BLOCK) { /* UNPREDICTABLE for branches; rare for other instructions */
+  if (rest_of_it && insn.flags & ENDS_BLOCK) { /* UNPREDICTABLE for branches, else rare */
     emit(builder, return_to_loop);
     return false;
   }
@@ -200,7 +195,7 @@ static Memory *memory_at(Core *core, uint32_t address) {
   return NULL;
 }
 
-/* End the current chain, if there is one, after the current instruction. */
+/* Also ends the current chain after this instruction. */
 static void flush(Core *core) {
   DecodeCache *cache = core->decode_cache;
   int64_t work = WORK_DECODE * (int64_t)cache->used;
@@ -247,7 +242,7 @@ void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on) {
   }
 }
 
-/* -- the interface for the loop -------------------------------------------------------------------------- */
+/* -- interface for run_loop.c ------------------------------------------------------------------------- */
 
 const Insn *decode_cache_block(Core *core, const Memory *memory, uint32_t address) {
   DecodeCache *cache = core->decode_cache;
@@ -272,7 +267,7 @@ const Insn *decode_cache_block(Core *core, const Memory *memory, uint32_t addres
 
 const Insn *decode_cache_prefix(Core *core, const Insn *block, unsigned count) {
   Insn *prefix = core->decode_cache->prefix;
-  unsigned most = block->remaining - count; /* the minimum number of instructions left out */
+  unsigned most = block->remaining - count; /* minimum number of instructions to leave out */
   const Insn *rest = block;
   for (const Insn *insn = block + 1; insn->remaining >= most; insn++) {
     bool begins = insn->address != insn[-1].address && !insn->it;

@@ -1,21 +1,18 @@
 /* Exception entry and return (ARMv7-M ARM B1.5).
  *
- * An entry has two steps. First the frame is saved. After its cycles the most urgent pending exception is taken,
- * which may be one that has arrived meanwhile (late arrival, B1.5.11). A return checks for a pending exception first
- * and enters it directly, with the frame still on the stack (tail-chaining, B1.5.12).
+ * An entry saves the frame first. After its cycles it takes the most urgent pending exception, which may have
+ * arrived late (B1.5.11). A return enters a pending exception directly (tail-chaining, B1.5.12).
  *
- * Faults and SVC are pending from the instruction that caused them. A fault that may not preempt the current code,
- * or has no handler enabled, becomes a HardFault (B1.5.14). A HardFault inside a HardFault or NMI locks the core up
- * (B1.5.15): it executes nothing until a reset of the chip.
+ * A fault that may not preempt, or has no handler enabled, becomes a HardFault (B1.5.14). A HardFault inside
+ * HardFault or NMI locks the core up until a reset (B1.5.15).
  *
- * Frames: eight words are saved, or 26 when floating point is in use (CONTROL.FPCA). The frame is aligned to eight
- * bytes if CCR.STKALIGN is set, and always with floating point. Bit 9 of the saved xPSR tells the return that a word
- * of padding was added (B1.5.6 to B1.5.8). Decision: exception entry saves S0 to S15 and FPSCR at once. With
- * FPCCR.LSPEN the hardware only reserves their space until the handler uses floating point. A handler that restores
- * the registers that it changes cannot detect the difference.
+ * Frames have eight words, or 26 with floating point (CONTROL.FPCA), aligned to eight bytes if CCR.STKALIGN is set,
+ * and always with floating point. Bit 9 of the saved xPSR marks a word of padding (B1.5.6 to B1.5.8). Decision:
+ * exception entry saves S0 to S15 and FPSCR at once. The hardware's lazy stacking (FPCCR.LSPEN) cannot be told apart
+ * by a handler that restores the registers it changes.
  *
- * NOT MODELLED: an entry does not clear the exclusive monitor (A3.4), so that STREX may succeed after an interrupt
- * that did not change the value; stores are never buffered, so all bus faults are precise.
+ * NOT MODELLED: an entry does not clear the exclusive monitor (A3.4); stores are never buffered, so all bus faults
+ * are precise.
  */
 #include "cpu/exceptions.h"
 
@@ -24,10 +21,10 @@
 #include "fcu.h"
 #include "generated/registers_scb.h"
 
-enum { ENTRY_CYCLES = 12, RETURN_CYCLES = 10, CHAIN_CYCLES = 6 }; /* Cortex-M4 technical reference manual, 3.9 */
+enum { ENTRY_CYCLES = 12, RETURN_CYCLES = 10, CHAIN_CYCLES = 6 }; /* Cortex-M4 TRM 3.9 */
 enum { NPRIV = 1, SPSEL = 2, FPCA = 4, FLOATING_CONTEXT = 12 };   /* CONTROL */
 enum { THREAD = 8, PROCESS_STACK = 4, BASIC_FRAME = 16 };         /* EXC_RETURN (table B1-8) */
-enum { TO_HANDLER = 1, TO_THREAD = 9, TO_PROCESS = 13 };          /* its last four bits */
+enum { TO_HANDLER = 1, TO_THREAD = 9, TO_PROCESS = 13 };          /* last four bits */
 enum { FRAME = 0x20, FLOATING_FRAME = 0x68, FLOATING_AREA = 0x20 };
 
 #define EXC_RETURN 0xFFFFFFE1u
@@ -71,7 +68,7 @@ bool exceptions_end_wfi(const Chip *chip) {
 
 /* -- frames ---------------------------------------------------------------------------------------------- */
 
-/* Save the context; false if the stack could not be written. exc_return becomes its EXC_RETURN value. */
+/* False: the stack cannot be written. */
 static bool push_stack(Chip *chip) {
   Core *core = &chip->core;
   Exceptions *exceptions = &chip->exceptions;
@@ -102,7 +99,7 @@ static bool push_stack(Chip *chip) {
   return true;
 }
 
-/* Enter Handler mode, with the main stack and no floating-point context (ExceptionTaken). */
+/* ExceptionTaken: main stack, no floating-point context. */
 static void enter_handler(Chip *chip, int number, uint32_t vector) {
   Core *core = &chip->core;
   core->thumb = vector & 1;
@@ -112,7 +109,7 @@ static void enter_handler(Chip *chip, int number, uint32_t vector) {
   core->r[15] = vector & ~1u;
 }
 
-/* Restore a context: the return address and xPSR; false if the stack could not be read. */
+/* False: the stack cannot be read. */
 static bool pop_stack(Chip *chip, uint32_t exc_return, uint32_t *address, uint32_t *xpsr) {
   Core *core = &chip->core;
   bool process = (exc_return & 0xF) == TO_PROCESS, floating = !(exc_return & BASIC_FRAME);
@@ -167,7 +164,7 @@ void exceptions_finish_entry(Chip *chip) {
   const uint8_t *bytes = core_bytes_at(&chip->core, chip->scb.vtor + 4 * (uint32_t)number, 4);
   chip->exceptions.entering = 0;
   chip->work += WORK_EXCEPTION;
-  chip->costs.exceptions[number].times += number > USAGE_FAULT; /* faults are counted below */
+  chip->costs.exceptions[number].times += number > USAGE_FAULT; /* faults: below */
   chip->costs.exceptions[number].work += WORK_EXCEPTION;
   nvic_activate(&chip->nvic, number);
   chip->nvic.event_register = 1;
@@ -204,7 +201,7 @@ void exceptions_supervisor_call(Chip *chip) {
   }
 }
 
-/* Make the fault, or the HardFault that it becomes, pending; false if the core locks up instead. */
+/* False: the core locks up. */
 static bool escalate(Chip *chip, Fault fault) {
   Scb *scb = &chip->scb;
   int now = execution_priority(chip), number = fault.exception;
@@ -245,7 +242,7 @@ void exceptions_fault(Chip *chip, Fault fault) {
   }
 }
 
-/* By 512 MB: the regions that ARMv7-M ARM table B3-1 marks execute-never. */
+/* By 512 MB (ARMv7-M ARM table B3-1). */
 static bool is_execute_never(uint32_t address) { return 0xE4u >> (address >> 29) & 1; }
 
 Fault exceptions_fault_for(const Chip *chip, enum Stop stop) {
@@ -267,7 +264,7 @@ Fault exceptions_fault_for(const Chip *chip, enum Stop stop) {
 
 /* -- return ---------------------------------------------------------------------------------------------- */
 
-/* The checks of ExceptionReturn (B1.5.8). */
+/* ExceptionReturn (B1.5.8). */
 static bool is_valid(const Chip *chip, uint32_t exc_return, int number) {
   bool outermost = nvic_active_count(&chip->nvic) == 1;
   uint32_t kind = exc_return & 0xF;
@@ -316,7 +313,7 @@ bool exceptions_return(Chip *chip) {
   uint32_t exc_return = core->r[15] | 1;
   int number = (int)core->ipsr;
   if (!number) {
-    exceptions_fault(chip, (Fault){MEM_MANAGE, CFSR_IACCVIOL, 0, 0}); /* Thread mode has no special case */
+    exceptions_fault(chip, (Fault){MEM_MANAGE, CFSR_IACCVIOL, 0, 0}); /* no special case in Thread mode */
     return false;
   }
   bool valid = is_valid(chip, exc_return, number);

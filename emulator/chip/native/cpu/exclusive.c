@@ -1,11 +1,11 @@
-/* LDREX, STREX and those of bytes and half-words, TBB and TBH (ARMv7-M ARM A5.3.6).
+/* LDREX, STREX, TBB and TBH in all sizes (ARMv7-M ARM A5.3.6).
  *
- * Decision: STREX also fails if the word has changed since LDREX read it. The architecture allows this (A3.4.1), and
- * the reference engine does it. STREX thereby detects stores of an exception handler in between.
+ * Decision: STREX also fails if the word has changed since LDREX read it. The architecture allows it (A3.4.1), the
+ * reference engine does it, and it detects stores of an exception handler in between.
  */
 #include "cpu/transfers.h"
 
-/* imm is the offset. An address that is not a multiple of the size always faults (A3.2.1). */
+/* imm: offset. Unaligned addresses always fault (A3.2.1). */
 #define DEFINE_EXCLUSIVE(suffix, size)                                     \
   OPERATION(ldrex##suffix) {                                               \
     uint32_t value, address = core->r[insn->n] + insn->imm;                \
@@ -41,7 +41,7 @@ DEFINE_EXCLUSIVE(, 4)
 DEFINE_EXCLUSIVE(h, 2)
 DEFINE_EXCLUSIVE(b, 1)
 
-/* d, which must not be PC or SP, receives the value read or the failure; a is stored. */
+/* d: value read or failure; a: value to store. */
 static bool decode_exclusive(Operation run, unsigned n, unsigned d, unsigned a, Insn *insn) {
   insn->run = run;
   insn->n = (uint8_t)n;
@@ -56,7 +56,7 @@ bool decode_exclusive_word(bool load, unsigned n, uint16_t second, Insn *insn) {
   return load ? d == 15 && decode_exclusive(ldrex, n, t, 0, insn) : decode_exclusive(strex, n, d, t, insn);
 }
 
-/* -- TBB, TBH: the table is at n or at imm; m is the index ----------------------------------------------- */
+/* -- TBB, TBH: table at n or imm, index m ------------------------------------------------------------- */
 
 #define DEFINE_TABLE_BRANCH(name, bits, base)                                   \
   SLOW_OPERATION(name##_slow) {                                                 \

@@ -1,27 +1,24 @@
-/* Skipping of loops that wait for a variable: HAL_Delay on its tick, while (!flag), while (1).
+/* Skipping of loops that wait for a variable: HAL_Delay(), while (!flag), while (1).
  *
- * Such a loop accesses no register, so no access can trigger a check. Instead, after a while a run of instructions
- * without any access is ended and checked: is the core in a loop whose iteration is known? If so, one iteration is
- * executed. If it leaves all registers and RAM unchanged, it will be repeated until the next event. Whole iterations
- * are then counted instead of executed. New loops are found by single steps, from the end of such a run until the
- * core's state recurs.
+ * They access no register. A run without accesses is therefore ended for a check after a while. In a known loop one
+ * iteration is executed; if registers and RAM are unchanged, whole iterations up to the next event are counted
+ * instead of executed. New loops are found by single steps until the core's state recurs.
  *
- * Decision: idle loops are detected at the end of a run. A check at every backward branch was rejected, because it
- * slows down every loop of the program.
+ * Decision: idle loops are detected at the end of a run. A check at every backward branch would slow down all loops.
  */
 #include <string.h>
 
 #include "bus.h"
 #include "chip.h"
 
-#define CHECK_INTERVAL 20000        /* instructions after which a run is ended for a check */
+#define CHECK_INTERVAL 20000        /* maximum instructions of a run */
 #define MAX_CHECK_INTERVAL 100000000
-#define SUSPECT_AFTER 2000         /* instructions without an access after which a loop is suspected */
-#define LONGEST_LOOP 256  /* instructions of one iteration */
-#define PAUSE 1000000     /* instructions between an unsuccessful search and the next; doubled each time */
+#define SUSPECT_AFTER 2000         /* instructions without an access */
+#define LONGEST_LOOP 256  /* instructions of an iteration */
+#define PAUSE 1000000     /* instructions after an unsuccessful search; doubled each time */
 #define MAX_DOUBLINGS 5
 #define MAX_MISSES 100
-#define NO_ADDRESS 1u        /* not an address of an instruction */
+#define NO_ADDRESS 1u        /* no address of code */
 
 static unsigned slot_of(uint32_t address) { return (address >> 1) % IDLE_SKIP_SLOTS; }
 
@@ -40,13 +37,13 @@ static void record_loop(IdleSkip *idle_skip, const uint32_t *addresses, int coun
   }
 }
 
-/* Return true if the core has its earlier state again, and nothing was accessed since. */
+/* Same registers and RAM, no access since. */
 static bool state_recurs(const Chip *chip, const uint8_t *state, int64_t accesses) {
   return chip->poll_skip.accesses == accesses && !chip->must_stop && poll_skip_ram_unchanged(chip) &&
          !memcmp(state, chip->core.r, CORE_STATE_SIZE);
 }
 
-/* Execute an iteration of a known loop, and skip its repetitions. */
+/* Skip the repetitions if it changes nothing. */
 static void execute_iteration(Chip *chip, unsigned slot) {
   IdleSkip *idle_skip = &chip->idle_skip;
   uint8_t state[CORE_STATE_SIZE];
@@ -64,7 +61,7 @@ static void execute_iteration(Chip *chip, unsigned slot) {
   }
 }
 
-/* Step until the state recurs: then the loop is known. */
+/* Step until the state recurs. */
 static void search_loop(Chip *chip) {
   IdleSkip *idle_skip = &chip->idle_skip;
   uint8_t state[CORE_STATE_SIZE];
@@ -81,7 +78,7 @@ static void search_loop(Chip *chip) {
       idle_skip->failures = 0;
       return;
     }
-    if (chip->core.r[15] == address) { /* an interrupt may have changed the first state */
+    if (chip->core.r[15] == address) { /* an interrupt may have changed the state */
       memcpy(state, chip->core.r, sizeof state);
       poll_skip_begin_log(chip);
       begun = cycle_clock_retired(&chip->cycle_clock);

@@ -1,22 +1,20 @@
-/* Loads and stores of several registers: LDM, STM, POP, PUSH, LDRD, STRD (ARMv7-M ARM A7.7.40, A7.7.49,
- * A7.7.99, A7.7.101, A7.7.159, A7.7.166).
- */
+/* LDM, STM, POP, PUSH, LDRD, STRD (ARMv7-M ARM A7.7.40, A7.7.49, A7.7.99, A7.7.101, A7.7.159, A7.7.166). */
 #include <string.h>
 
 #include "cpu/transfers.h"
 
-/* -- LDM, STM: imm is the list, `by` its size in bytes; a load of PC is in the operation, not in the list ---- */
+/* -- LDM, STM: imm is the list without PC, shift its size in bytes ------------------------------------ */
 
 #define LOWEST_IN(list) __builtin_ctz(list)
 #define FOR_EACH_IN(list, rest) for (uint32_t rest = (list); rest; rest &= rest - 1)
 
-/* The address of all words in RAM; NULL if they are elsewhere, or accesses must be checked. */
+/* NULL: not in RAM, or checks are needed. */
 INLINE uint8_t *words_in_ram(const Core *core, const Insn *insn, uint32_t address, uint32_t plain) {
   uint32_t offset = address - RAM_BASE;
   return LIKELY(offset < plain && offset <= RAM_SIZE - insn->shift && !(offset & 3)) ? core->ram + offset : NULL;
 }
 
-/* Write the words read to the registers, except PC. If the base is in the list, it is loaded. */
+/* A base in the list is loaded. */
 INLINE void load_registers(Core *core, const Insn *insn, const uint8_t *words, uint32_t base) {
   core->r[insn->n] = base;
   FOR_EACH_IN(insn->imm, rest) {
@@ -25,7 +23,7 @@ INLINE void load_registers(Core *core, const Insn *insn, const uint8_t *words, u
   }
 }
 
-/* Read all words before any change of a register. */
+/* Before any register changes. */
 static bool read_words(Core *core, const Insn *insn, uint32_t address, uint8_t *words) {
   if (!core_is_aligned(core, address)) {
     return false;
@@ -140,7 +138,7 @@ bool decode_multiple(bool load, bool before, bool write_back, unsigned n, uint32
   return list != 0 && n != 15;
 }
 
-/* -- LDRD, STRD: d and a are the two registers ---------------------------------------------------------- */
+/* -- LDRD, STRD: registers d and a -------------------------------------------------------------------- */
 
 #define DEFINE_DUAL(suffix)                                                                          \
   INLINE bool ldrd##suffix(Core *core, const Insn *insn, uint32_t address) {                         \

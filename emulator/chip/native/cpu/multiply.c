@@ -1,7 +1,7 @@
 /* Multiplication and division (ARMv7-M ARM A5.3.16, A5.3.17).
  *
- * Fields: d, n, m, a as in the encoding; for 64-bit results d is RdHi and a is RdLo. by selects the half-words: bit
- * 1 the high one of n, bit 0 the high one of m. For the dual instructions bit 0 selects if m is swapped.
+ * 64-bit results: d is RdHi, a is RdLo. shift: bits 1 and 0 select the high halves of n and m; in dual instructions
+ * bit 0 swaps m.
  */
 #include "cpu/dsp.h"
 
@@ -14,7 +14,7 @@ static int32_t half(uint32_t word, bool high) { return (int16_t)(high ? word >> 
 static int32_t half_of_n(const Core *core, const Insn *insn) { return half(N, insn->shift & 2); }
 static int32_t half_of_m(const Core *core, const Insn *insn) { return half(M, insn->shift & 1); }
 
-/* The low word of a sum; Q is set if the sum does not fit. */
+/* Q: the sum overflows. */
 static void set_sum(Core *core, const Insn *insn, int64_t sum) {
   D = (uint32_t)sum;
   core->q |= sum != (int32_t)sum;
@@ -44,7 +44,7 @@ static int64_t word_by_half(const Core *core, const Insn *insn) {
 COMPUTATION(smulw, D = (uint32_t)word_by_half(core, insn))
 COMPUTATION(smlaw, set_sum(core, insn, (int32_t)A + word_by_half(core, insn)))
 
-/* The products of the low and of the high half-words, added or subtracted. */
+/* Sum or difference of both products. */
 static int64_t dual(const Core *core, const Insn *insn, bool subtract) {
   uint32_t m = insn->shift & 1 ? rotate_right(M, 16) : M;
   int64_t low = half(N, false) * half(m, false), high = half(N, true) * half(m, true);
@@ -55,7 +55,7 @@ COMPUTATION(smlad, set_sum(core, insn, (int32_t)A + dual(core, insn, false)))
 COMPUTATION(smusd, set_sum(core, insn, dual(core, insn, true)))
 COMPUTATION(smlsd, set_sum(core, insn, (int32_t)A + dual(core, insn, true)))
 
-/* The high word of a product, or of an accumulator with it; rounded to nearest if by is 1. */
+/* shift 1: rounded. */
 static uint64_t product(const Core *core, const Insn *insn) {
   return (uint64_t)((int64_t)(int32_t)N * (int32_t)M);
 }
@@ -90,7 +90,7 @@ OPERATION(smlal_halves) {
 COMPUTATION(smlald, set_long(core, insn, long_accumulator(core, insn) + (uint64_t)dual(core, insn, false)))
 COMPUTATION(smlsld, set_long(core, insn, long_accumulator(core, insn) + (uint64_t)dual(core, insn, true)))
 
-/* Division by 0 gives 0, or a fault if CCR.DIV_0_TRP is set. */
+/* Or a fault, with CCR.DIV_0_TRP. */
 #define DEFINE_DIVISION(name, quotient)                  \
   OPERATION(name) {                                      \
     if (UNLIKELY(M == 0 && core->div_0_trp)) {           \
@@ -105,7 +105,7 @@ DEFINE_DIVISION(sdiv, (uint32_t)((int64_t)(int32_t)N / (int32_t)M))
 
 /* -- decoding ------------------------------------------------------------------------------------------- */
 
-/* A5.3.16. a = 15 means no accumulator. */
+/* A5.3.16. a = 15: no accumulator. */
 static Operation multiply(unsigned op1, unsigned op2, unsigned a) {
   bool alone = a == 15;
   switch (op1) {
@@ -115,7 +115,7 @@ static Operation multiply(unsigned op1, unsigned op2, unsigned a) {
   case 3: return op2 > 1 ? NULL : alone ? smulw : smlaw;
   case 4: return op2 > 1 ? NULL : alone ? smusd : smlsd;
   case 5: return op2 > 1 ? NULL : alone ? smmul : smmla;
-  case 6: return op2 > 1 ? NULL : alone ? smmul : smmls; /* the former UNPREDICTABLE */
+  case 6: return op2 > 1 ? NULL : alone ? smmul : smmls; /* or UNPREDICTABLE */
   default: return op2 ? NULL : alone ? usad8 : usada8;
   }
 }
@@ -142,7 +142,7 @@ bool decode_multiply(uint16_t first, uint16_t second, Insn *insn) {
   insn->shift = op2 & 3;
   if (first & 0x80) {
     insn->run = multiply_long_or_divide(op1, op2);
-    if (op2 == 0xF) { /* divisions have no a */
+    if (op2 == 0xF) { /* division */
       insn->a = 0;
     }
     return insn->run && can_be_written(insn->a);

@@ -1,15 +1,12 @@
-/* Skipping of poll loops: a loop that polls registers and changes nothing repeats itself until one of them changes.
+/* Skipping of poll loops.
  *
- * A passage is a read of a register, with the core's state at that read. The following instructions repeat under two
- * conditions: core registers and RAM have the same contents as at an earlier passage of the same run, and nothing in
- * between had an effect. The repetition lasts until one of the registers read in the loop may change, or until the
- * end of the run. Up to the earliest of these times whole iterations are counted instead of executed. The result is
- * exact; only the speed depends on it. Instead of a copy of RAM for each passage, a log lists the words that have
- * changed since the first one.
+ * At a read of a polled register the core's state is recorded. If registers and RAM equal an earlier state of this
+ * run, and nothing in between had an effect, the loop repeats until one of the registers read in it may change.
+ * Whole iterations up to that time, or to the end of the run, are counted instead of executed, exactly. A log of
+ * changed words replaces copies of RAM.
  *
- * Comparing states costs time. If reads of a register were compared without success for a while, comparing pauses
- * for this register. Registers are kept in a table by a hash of their address. Two registers with the same hash
- * replace each other, which affects only the speed.
+ * Comparing costs time: after a number of misses it pauses for this register. Registers with the same hash replace
+ * each other in the table.
  */
 #include <string.h>
 
@@ -38,10 +35,10 @@ void poll_skip_log_store(Chip *chip, uint32_t address, uint32_t old) {
     poll_skip->log[poll_skip->logged].address = address;
     poll_skip->log[poll_skip->logged].old = old;
   }
-  poll_skip->logged++; /* beyond the log: all earlier states are unknown */
+  poll_skip->logged++; /* beyond the log: no state is comparable */
 }
 
-/* Return true if RAM has the contents that it had at log position `since`: the first change of each word decides. */
+/* The first logged change of a word decides. */
 static bool ram_unchanged_since(const Chip *chip, uint32_t since) {
   const PollSkip *poll_skip = &chip->poll_skip;
   if (poll_skip->logged > POLL_SKIP_LOGGED) {
@@ -85,14 +82,13 @@ static PollState *find_state(Chip *chip) {
   return NULL;
 }
 
-/* Skip to the last passage before any change. If the loop contains only this read, skip to the first passage after
- * the register's change. Return the skipped instructions; *changed is set if the register has changed. */
+/* Stop before the register's change; after it, if the loop contains no other read. Return the skipped instructions. */
 static int64_t skip(Chip *chip, int64_t position, int64_t period, bool alone, bool *changed) {
   CycleClock *cycle_clock = &chip->cycle_clock;
   int64_t limit = (int64_t)chip->core.limit, valid_ps = chip->poll_skip.valid_ps, end = chip->run_loop.slice_end;
   *changed = false;
   if (cycle_clock->count + limit <= position) {
-    return 0; /* the run is to end after this instruction */
+    return 0; /* the run ends here */
   }
   int64_t iterations = (end - position) / period;
   if (valid_ps < NEVER_PS) {

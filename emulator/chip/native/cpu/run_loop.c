@@ -6,9 +6,9 @@
 #include "cpu/decode_cache.h"
 #include "fcu.h"
 
-#define MAX_RUN 2000000 /* instructions of a run: some 10 ms of the host's time, and the numbers stay small */
-#define MAX_CHAIN 1000 /* instructions that are executed without a return to the loop; more than a block has */
-#define RESET_PULSE_PS INT64_C(20000000) /* minimum duration of a reset from inside the chip (RM0368 6.1.1) */
+#define MAX_RUN 2000000 /* instructions: about 10 ms of the host */
+#define MAX_CHAIN 1000 /* instructions without a return to the loop; more than a block */
+#define RESET_PULSE_PS INT64_C(20000000) /* minimum (RM0368 6.1.1) */
 #define THUMB (1u << 24)
 
 void run_loop_create(Chip *chip) {
@@ -16,7 +16,7 @@ void run_loop_create(Chip *chip) {
   chip->run_loop = (RunLoop){0};
 }
 
-/* -- branch targets that the loop handles ---------------------------------------------------------------- */
+/* -- branch targets ----------------------------------------------------------------------------------- */
 
 OPERATION(return_to_loop) {
   exit_chain(core, core->r[15], budget);
@@ -37,7 +37,7 @@ static void end_run(Core *core, enum Stop why) {
   core->limit = core->counter;
 }
 
-/* Return the memory at PC; NULL if no code can be executed there: the run has then ended. */
+/* NULL: the run has ended, no code there. */
 static const Memory *code_at_pc(Core *core) {
   if (!core->thumb) {
     end_run(core, STOP_INVALID_STATE);
@@ -53,14 +53,13 @@ static const Memory *code_at_pc(Core *core) {
   return NULL;
 }
 
-/* -- single instructions, if more care is needed --------------------------------------------------------- */
+/* -- single instructions ------------------------------------------------------------------------------ */
 
 static bool was_not_executed(enum Stop stop) {
   return stop > STOP_EXCEPTION_RETURN || stop == STOP_BREAKPOINT || stop == STOP_BKPT;
 }
 
-/* ConditionPassed() (A7.3.1); condition is 0..14, 15 counts as always. The mask of a condition contains the values
- * of NZCV (as bit numbers) for which it holds. */
+/* ConditionPassed() (A7.3.1). Masks: bit NZCV is set if the condition holds. */
 static bool condition_passed(const Core *core, unsigned condition) {
   static const uint16_t masks[16] = {0xF0F0, 0x0F0F, 0xCCCC, 0x3333, 0xFF00, 0x00FF, 0xAAAA, 0x5555,
                                      0x0C0C, 0xF3F3, 0xAA55, 0x55AA, 0x0A05, 0xF5FA, 0xFFFF, 0xFFFF};
@@ -68,7 +67,7 @@ static bool condition_passed(const Core *core, unsigned condition) {
   return masks[condition] >> nzcv & 1;
 }
 
-/* Execute the instruction at PC, with all checks; false if the run must end before it. */
+/* False: the run ends before it. */
 static bool step(Core *core) {
   const Memory *memory = code_at_pc(core);
   if (!memory) {
@@ -106,7 +105,6 @@ static bool step(Core *core) {
   return true;
 }
 
-/* Execute the rest of an IT block, as far as the limit allows. */
 static void finish_it_block(Core *core) {
   while (core->itstate && core->stop == STOP_SLICE && step(core)) {
   }
@@ -114,7 +112,7 @@ static void finish_it_block(Core *core) {
 
 /* -- chains of blocks ------------------------------------------------------------------------------------ */
 
-/* Execute a chain of blocks. False: the next step is an IT block that does not fit into the limit. */
+/* False: an IT block does not fit into the limit. */
 static bool run_chain(Core *core, const Memory *memory) {
   const Insn *block = decode_cache_block(core, memory, core->r[15]);
   uint64_t allowed = core->limit - core->counter;
@@ -131,7 +129,7 @@ static bool run_chain(Core *core, const Memory *memory) {
   return true;
 }
 
-/* Execute from r[15] until counter reaches limit; core->stop has the reason of the end. */
+/* From r[15] until limit or stop. */
 static void execute(Core *core) {
   finish_it_block(core);
   while (core->stop == STOP_SLICE && core->counter < core->limit) {
@@ -146,7 +144,7 @@ static void execute(Core *core) {
   }
 }
 
-/* -- runs of instructions, between events ---------------------------------------------------------------- */
+/* -- runs between events ------------------------------------------------------------------------------ */
 
 static int64_t min64(int64_t one, int64_t other) { return one < other ? one : other; }
 
@@ -195,7 +193,6 @@ void core_masks_changed(Core *core) {
 
 void core_send_event(Core *core) { core->chip->nvic.event_register = 1; }
 
-/* Handle the end of the run. */
 static void handle_stop(Chip *chip, enum Stop stop) {
   RunLoop *run_loop = &chip->run_loop;
   switch (stop) {
@@ -244,7 +241,6 @@ bool run_loop_step(Chip *chip) {
          !chip->run_loop.halt_requested && !chip->must_stop;
 }
 
-/* Execute or skip at most `instructions`. */
 static void execute_or_skip(Chip *chip, int64_t instructions) {
   poll_skip_reset(chip);
   if (!chip->poll_skip.enabled) {
@@ -322,7 +318,7 @@ static void reset(Chip *chip) {
   run_loop->reported_lock_up = 0;
   int64_t before = chip->work;
   python_registers_invalidate(chip);
-  chip->host.reset(chip->now_ps, reason); /* resets all peripherals, RCC last: none has new clocks with old settings */
+  chip->host.reset(chip->now_ps, reason); /* RCC last: no peripheral gets new clocks with old settings */
   fcu_start(chip);
   cycle_clock_sleep_until(&chip->cycle_clock, chip->now_ps + RESET_PULSE_PS);
   chip->work += WORK_RESET;
@@ -375,7 +371,7 @@ int32_t fcu_halted_on_bkpt(Chip *chip) {
 
 /* -- the loop -------------------------------------------------------------------------------------------- */
 
-/* Do the next work between instructions; false if there is none. */
+/* False: nothing to do. */
 static bool between_instructions(Chip *chip) {
   RunLoop *run_loop = &chip->run_loop;
   if (run_loop->reset_reason) {

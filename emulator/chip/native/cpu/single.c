@@ -19,7 +19,7 @@ DEFINE_LOAD(ldrb, 8, uint8_t)
 DEFINE_LOAD(ldrsh, 16, int16_t)
 DEFINE_LOAD(ldrsb, 8, int8_t)
 
-/* Its lowest bits are always 0 (B1.4.7). */
+/* Its lowest bits are 0 (B1.4.7). */
 #define DEFINE_LOAD_OF_SP(name, load)                                 \
   INLINE bool name(Core *core, const Insn *insn, uint32_t address) {  \
     uint32_t value;                                                   \
@@ -59,7 +59,7 @@ DEFINE_LOAD_FORMS(ldrsh)
 DEFINE_LOAD_FORMS(ldrsb)
 DEFINE_LOAD_FORMS(ldr_sp)
 
-/* -- a literal at a known address: d is in by ------------------------------------------------------------ */
+/* -- literal at a known address: d is in shift -------------------------------------------------------- */
 
 OPERATION(ldr_bytes) {
   __builtin_memcpy(&core->r[insn->shift], insn->bytes, 4);
@@ -72,7 +72,7 @@ void make_literal(Insn *insn, const uint8_t *bytes) {
   insn->run = ldr_bytes;
 }
 
-/* -- LDR to PC: the base is written first ----------------------------------------------------------------- */
+/* -- LDR to PC: writes the base first ----------------------------------------------------------------- */
 
 #define DEFINE_LOAD_OF_PC(form, to, afterwards)          \
   SLOW_OPERATION(ldr_pc_##form##_slow) {                 \

@@ -1,7 +1,7 @@
 /* Special registers, hints and barriers (ARMv7-M ARM B5.2, A5.3.4). */
 #include "cpu/system.h"
 
-/* SYSm (table B5-1); 0 to 7 are views of xPSR. */
+/* SYSm (table B5-1); 0 to 7: xPSR. */
 enum SpecialRegister {
   MSP = 8,
   PSP = 9,
@@ -20,20 +20,20 @@ enum SpecialRegister {
 
 static bool privileged(const Core *core) { return in_handler(core) || !(core->control & NPRIV); }
 
-/* r[13], or the storage of the stack pointer that is not in use (B1.4.7). */
+/* Possibly not in use (B1.4.7). */
 static uint32_t *stack_pointer(Core *core, bool process) {
   bool process_in_use = !in_handler(core) && core->control & SPSEL;
   return process == process_in_use ? &core->r[13] : &core->sp[process];
 }
 
-/* No effect if the execution priority is already that of HardFault (B5.2.1, B5.2.3). */
+/* No effect in HardFault and NMI (B5.2.1, B5.2.3). */
 static void set_faultmask(Core *core, uint32_t value) {
   core->faultmask = value && core->ipsr != NMI && core->ipsr != HARD_FAULT;
 }
 
 /* -- MRS ------------------------------------------------------------------------------------------------ */
 
-/* SYSm<0>: with IPSR, SYSm<2>: without APSR. EPSR reads as zero. */
+/* SYSm bit 0: IPSR, bit 2: not APSR. EPSR reads as 0. */
 static uint32_t program_status(const Core *core, unsigned which) {
   uint32_t apsr = read_xpsr(core) & 0xF80F0000;
   return (which & 4 ? 0 : apsr) | ((which & 1) && privileged(core) ? core->ipsr : 0);
@@ -90,7 +90,7 @@ static void write_special_register(Core *core, unsigned number, uint32_t value) 
   }
 }
 
-/* The end of an operation that has written a mask: a waiting exception may now be allowed. */
+/* After a write to a mask: an exception may now preempt. */
 INLINE void continue_unmasked(Core *core, const Insn *insn, int32_t budget) {
   if (LIKELY(!core_exception_pending(core))) {
     NEXT;
@@ -106,10 +106,10 @@ OPERATION(msr) {
   continue_unmasked(core, insn, budget);
 }
 
-/* by: the mask, bit 1 for N, Z, C, V and Q, bit 0 for GE. */
+/* shift: bit 1 for NZCVQ, bit 0 for GE. */
 COMPUTATION(msr_apsr, write_apsr(core, core->r[insn->n], insn->shift & 2, insn->shift & 1))
 
-/* by: bit 1 for PRIMASK, bit 0 for FAULTMASK; imm: their new value. */
+/* shift: bit 1 for PRIMASK, bit 0 for FAULTMASK; imm: value. */
 OPERATION(cps) {
   if (privileged(core)) {
     if (insn->shift & 2) {
@@ -131,7 +131,7 @@ bool decode_cps(uint16_t first, Insn *insn) {
 
 /* -- hints, barriers ------------------------------------------------------------------------------------ */
 
-/* Also for barriers: each access is complete before the next instruction. */
+/* Also barriers: accesses complete at once. */
 void nop(Core *core, const Insn *insn, int32_t budget) { NEXT; }
 
 OPERATION(wfe) { stop_after(core, insn, budget, STOP_WFE); }
@@ -154,7 +154,7 @@ static bool decode_barrier(unsigned number, Insn *insn) {
 bool decode_system32(uint16_t first, uint16_t second, Insn *insn) {
   insn->imm = bits(second, 7, 0);
   switch (bits(first, 10, 4)) {
-  case 0x38: /* the mask selects parts of APSR only; the other parts of xPSR cannot be written */
+  case 0x38: /* xPSR without APSR cannot be written */
     insn->n = bits(first, 3, 0);
     insn->shift = bits(second, 11, 10);
     insn->run = insn->imm < 4 ? msr_apsr : msr;

@@ -1,4 +1,4 @@
-/* Instructions that control the core itself; control.c recognises them. */
+/* Instructions that control the core. */
 #ifndef FCU_SYSTEM_H
 #define FCU_SYSTEM_H
 
@@ -6,7 +6,7 @@
 
 void nop(Core *core, const Insn *insn, int32_t budget);
 
-/* number: that of NOP, YIELD, WFE, WFI, SEV or an unallocated hint (A5.2.5, A5.3.4). */
+/* A5.2.5, A5.3.4. */
 bool decode_hint(unsigned number, Insn *insn);
 bool decode_cps(uint16_t first, Insn *insn);
 /* MRS, MSR, hints, barriers, CLREX. */

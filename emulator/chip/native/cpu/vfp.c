@@ -1,4 +1,4 @@
-/* Select the decoder of a coprocessor instruction (ARMv7-M ARM A5.3.18, A6.3 to A6.7). */
+/* Decoder of coprocessor instructions (ARMv7-M ARM A5.3.18, A6.3 to A6.7). */
 #include "cpu/vfp.h"
 
 void no_coprocessor(Core *core, const Insn *insn, int32_t budget) { stop_at(core, insn, budget, STOP_NO_COPROCESSOR); }
@@ -8,7 +8,7 @@ bool is_floating_point(uint16_t first, uint16_t second) {
 }
 
 bool decode_vfp(uint32_t address, uint16_t first, uint16_t second, Insn *insn) {
-  bool floating_point = (second & 0xE00) == 0xA00; /* coprocessors 10 and 11 */
+  bool floating_point = (second & 0xE00) == 0xA00; /* 10 and 11 */
   if ((first & 0xF00) == 0xF00) {
     return false; /* Advanced SIMD */
   }

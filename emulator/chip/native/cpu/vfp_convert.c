@@ -1,7 +1,4 @@
-/* Conversions between floating point and integers, fixed point, half precision (VCVT in ARMv7-M ARM A7.7).
- *
- * Fields: d, m are S registers; by: the number of fraction bits of fixed point.
- */
+/* VCVT: integers, fixed point, half precision (ARMv7-M ARM A7.7). d, m: S registers; shift: fraction bits. */
 #include "cpu/vfp.h"
 
 #define M core->s[insn->m]
@@ -16,7 +13,7 @@ static uint32_t saturated(Core *core, bool negative, bool is_signed, unsigned wi
   return negative ? (is_signed ? ~highest : 0) : highest;
 }
 
-/* FPToFixed; a 16-bit result is extended to 32 bits according to its sign. */
+/* FPToFixed. */
 static uint32_t to_fixed(Core *core, uint32_t value, unsigned by, bool is_signed, unsigned width,
                          enum Rounding mode) {
   Number number = unpacked(core, value);
@@ -25,10 +22,10 @@ static uint32_t to_fixed(Core *core, uint32_t value, unsigned by, bool is_signed
     return 0;
   }
   int exponent = number.exponent + (int)by;
-  if (number.significand && exponent > 16) { /* also if infinite; a shifted significand of 24 bits exceeds 32 bits */
+  if (number.significand && exponent > 16) { /* or infinite: exceeds 32 bits */
     return saturated(core, number.sign, is_signed, width);
   }
-  uint64_t wide = number.significand << 24; /* with 24 binary places, of which the lowest is sticky */
+  uint64_t wide = number.significand << 24; /* 24 binary places, the lowest sticky */
   int down = -exponent;
   if (down <= 0) {
     wide = number.significand << exponent << 24;
@@ -50,7 +47,7 @@ static uint32_t to_fixed(Core *core, uint32_t value, unsigned by, bool is_signed
   return (uint32_t)result;
 }
 
-/* True if a number is not denormal and, rounded toward zero, fits into a signed word. */
+/* And not denormal. */
 static inline bool fits_int32(uint32_t value) { return LIKELY((value >> 23 & 0xFF) - 1 < 126 + 31); }
 
 static uint32_t to_signed(Core *core, uint32_t value) {
@@ -94,7 +91,7 @@ static uint32_t from_integer(Core *core, int64_t value) {
 
 RESULT(vcvt_f32_s32, from_integer(core, (int32_t)M))
 RESULT(vcvt_f32_u32, from_integer(core, M))
-/* These always round to nearest, regardless of FPSCR (VCVT between floating point and fixed point, A7.7). */
+/* Always to nearest, regardless of FPSCR (A7.7). */
 RESULT(fixed_f32_s32, from_fixed(core, (int32_t)D, insn->shift, TO_NEAREST))
 RESULT(fixed_f32_u32, from_fixed(core, D, insn->shift, TO_NEAREST))
 RESULT(fixed_f32_s16, from_fixed(core, (int16_t)D, insn->shift, TO_NEAREST))
@@ -117,7 +114,7 @@ static uint32_t to_half(Core *core, uint32_t value) {
   bool alternative = core->fpscr & FPSCR_AHP;
   uint32_t sign = value >> 16 & 0x8000;
   Number number = unpacked(core, value);
-  if (alternative && (is_nan(value) || is_infinite(value))) { /* the alternative format has neither */
+  if (alternative && (is_nan(value) || is_infinite(value))) { /* not in this format */
     core->fpscr |= FPSCR_IOC;
     return is_nan(value) ? sign : sign | 0x7FFF;
   }
@@ -144,7 +141,7 @@ RESULT(vcvtt_f16_f32, with_half(D, to_half(core, M), true))
 /* -- decoding ------------------------------------------------------------------------------------------- */
 
 static bool decode_fixed(uint16_t first, uint16_t second, Insn *insn) {
-  static const Operation FIXED[] = { /* index bits: to fixed point, unsigned, 32 bits */
+  static const Operation FIXED[] = { /* bits: to fixed, unsigned, 32 bits */
       fixed_f32_s16, fixed_f32_s32, fixed_f32_u16, fixed_f32_u32,
       fixed_s16_f32, fixed_s32_f32, fixed_u16_f32, fixed_u32_f32};
   bool is_word = second & 0x80;
@@ -154,7 +151,7 @@ static bool decode_fixed(uint16_t first, uint16_t second, Insn *insn) {
   return by >= 0;
 }
 
-/* The rest of table A6-5. */
+/* Table A6-5. */
 bool decode_vfp_conversion(uint16_t first, uint16_t second, Insn *insn) {
   unsigned opc2 = first & 15;
   bool high = second & 0x80;

@@ -1,7 +1,6 @@
-/* Transfers of floating-point registers to and from memory and the core (ARMv7-M ARM A6.5 to A6.7).
+/* Transfers of floating-point registers (ARMv7-M ARM A6.5 to A6.7).
  *
- * Fields: n is the base register; d is the first S register, and a double register is two of them; a is the number
- * of registers; imm is an offset. In moves, n and m are core registers.
+ * n: base; d: first S register (a D register is two); a: number of S registers. In moves n and m are core registers.
  */
 #include "cpu/vfp.h"
 
@@ -47,7 +46,7 @@ DEFINE_LITERAL(vldr_double)
 static bool decode_one(uint32_t address, uint16_t first, Insn *insn) {
   bool load = first & 0x10, two = insn->a == 2;
   insn->imm = first & 0x80 ? insn->imm : -insn->imm;
-  if (insn->n == 15) { /* a store would be UNPREDICTABLE */
+  if (insn->n == 15) { /* or UNPREDICTABLE store */
     insn->imm += (address + 4) & ~3u;
     insn->n = 0;
     insn->run = two ? vldr_double_literal : vldr_single_literal;
@@ -63,7 +62,7 @@ static bool decode_one(uint32_t address, uint16_t first, Insn *insn) {
 
 /* -- VLDM, VSTM, VPOP, VPUSH ---------------------------------------------------------------------------- */
 
-/* imm is the change of the base with write-back; it can be one word more than the transfer (FLDMX). */
+/* imm: write-back; FLDMX has a word more than the transfer. */
 #define DEFINE_MULTIPLE_ACCESSES(suffix)                                              \
   INLINE bool vldm##suffix(Core *core, const Insn *insn, uint32_t address) {          \
     uint32_t words[32];                                                               \
@@ -107,7 +106,7 @@ DEFINE_MULTIPLE(vstm)
 
 static bool decode_multiple(uint16_t first, Insn *insn) {
   bool load = first & 0x10, back = first & 0x20, before = first & 0x100;
-  insn->a = (uint8_t)(insn->imm / 4); /* before rounding to an even number, for D registers */
+  insn->a = (uint8_t)(insn->imm / 4); /* before rounding down for D registers */
   if (before) {
     insn->run = load ? vldmdb_back : vstmdb_back;
   } else {
@@ -124,7 +123,7 @@ static bool decode_registers(uint16_t second, unsigned d_bit, Insn *insn) {
 
 static bool decode_two_cores(uint16_t first, uint16_t second, Insn *insn);
 
-/* A6.5, and the 64-bit transfers of A6.7, whose encoding is similar. */
+/* A6.5, and 64-bit transfers of A6.7. */
 bool decode_vfp_memory(uint32_t address, uint16_t first, uint16_t second, Insn *insn) {
   bool before = first & 0x100, up = first & 0x80, back = first & 0x20, is_double = second & 0x100;
   insn->n = first & 15;
@@ -192,7 +191,7 @@ OPERATION(vmrs_apsr) {
   NEXT;
 }
 
-/* SP and PC are UNPREDICTABLE in all of these. As results they are undefined here, except PC for VMRS. */
+/* SP and PC are UNPREDICTABLE: undefined as results, except VMRS to PC. */
 static bool can_be_moved(bool to_core, unsigned number) { return !to_core || (number != 13 && number != 15); }
 static void may_read_pc(Insn *insn) { insn->flags |= insn->n == 15 || insn->m == 15 ? READS_PC : 0; }
 
@@ -210,13 +209,13 @@ static bool decode_two_cores(uint16_t first, uint16_t second, Insn *insn) {
 bool decode_vfp_move(uint16_t first, uint16_t second, Insn *insn) {
   bool to_core = first & 0x10, of_double = second & 0x100;
   insn->n = second >> 12;
-  if ((first & 0xFEF) == 0xEE1 && !of_double) { /* FPSCR, the only system register available to firmware */
+  if ((first & 0xFEF) == 0xEE1 && !of_double) { /* FPSCR */
     insn->run = !to_core ? vmsr : insn->n == 15 ? vmrs_apsr : vmrs;
     return (second & 0xEF) == 0 && (to_core ? insn->n != 13 : insn->n != 15);
   }
   insn->run = to_core ? vmov_to_core : vmov_to_single;
   may_read_pc(insn);
-  if (of_double) { /* half of a D register, as bit 5 of first says */
+  if (of_double) { /* half of a D register */
     insn->d = (uint8_t)(2 * (first & 15) + (first >> 5 & 1));
     return (first & 0xC0) == 0 && (second & 0xEF) == 0 && can_be_moved(to_core, insn->n);
   }

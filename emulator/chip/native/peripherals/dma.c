@@ -1,21 +1,14 @@
-/* DMA1 and DMA2: eight streams each (RM0368 section 9; interrupt numbers of table 38), and the mapping of request
- * lines to streams and channels (section 9.3.3, tables 28 and 29).
+/* DMA1 and DMA2 (RM0368 section 9; interrupts: table 38), and the request lines (9.3.3, tables 28, 29).
  *
- * A transfer happens at once when its request is made. A peripheral requests it in an access or an event, so no flag
- * changes by itself. In FIFO mode the chip keeps data in the FIFO until its threshold is reached. Here data passes
- * directly; a program can detect this only if it reads memory before the end. Packing (PSIZE and MSIZE different,
- * section 9.3.10) follows from little-endian byte order: items are consecutive in memory, in the size that they have
- * at the peripheral.
+ * A transfer happens at once when it is requested. The FIFO is not delayed: only a program that reads memory before
+ * the end can see it. Packing (PSIZE unlike MSIZE, 9.3.10) follows from little-endian order. A memory-to-memory
+ * transfer is done at its end, after 4 cycles per item (an estimate); NDTR is constant until then.
  *
- * A memory-to-memory transfer is done at its end, after 4 cycles of HCLK per item (an estimate, the manual gives no
- * figure); NDTR shows the whole length until then.
+ * The tables agree with RM0090 (STM32F405), except I2C3_RX on stream 1 and I2C3_TX on stream 5, which are not
+ * certain.
  *
- * The tables were compared with those of RM0090 (STM32F405), of which they are a subset except for I2C3_RX on stream
- * 1 and I2C3_TX on stream 5: these two are not certain.
- *
- * NOT MODELLED, with a note if firmware uses it: the peripheral as flow controller (PFCTRL, for SDIO only). NOT
- * MODELLED, silent: priorities, bursts, PINCOS and FIFO errors; requests of I2S, SPI4, SDIO, and of timers except
- * for updates.
+ * NOT MODELLED, with a note: the peripheral as flow controller (PFCTRL, for SDIO). NOT MODELLED, silent: priorities,
+ * bursts, PINCOS, FIFO errors; requests of I2S, SPI4, SDIO, and of timers except updates.
  */
 #include "fcu.h"
 
@@ -23,14 +16,14 @@
 
 #define FIRST_STREAM SxCR(0)
 #define STREAM_SIZE (SxCR(1) - SxCR(0))
-enum { CR, NDTR, PAR, M0AR, M1AR, FCR }; /* of a stream, by word */
+enum { CR, NDTR, PAR, M0AR, M1AR, FCR }; /* words of a stream */
 _Static_assert(SxFCR(0) == FIRST_STREAM + 4 * FCR, "the words of a stream");
 
 enum { PERIPHERAL_TO_MEMORY, MEMORY_TO_PERIPHERAL, MEMORY_TO_MEMORY };
 #define CHANGEABLE_WHILE_ON (SxCR_EN | SxCR_DMEIE | SxCR_TEIE | SxCR_HTIE | SxCR_TCIE)
-/* A stream's flags, at the bit positions of stream 0. */
+/* As of stream 0. */
 #define FLAGS (LISR_FEIF0 | LISR_DMEIF0 | LISR_TEIF0 | LISR_HTIF0 | LISR_TCIF0)
-static const uint8_t FLAG_SHIFT[4] = {0, 6, 16, 22}; /* of streams 0 to 3 in LISR, 4 to 7 in HISR */
+static const uint8_t FLAG_SHIFT[4] = {0, 6, 16, 22}; /* streams 0 to 3, 4 to 7 */
 
 #define CYCLES_PER_ITEM 4
 
@@ -43,10 +36,10 @@ static const uint8_t INTERRUPTS_OF[DMA_CONTROLLERS][DMA_STREAMS] = {
 /* -- request lines --------------------------------------------------------------------------------------- */
 
 #define R(name) REQUEST_##name
-#define UNMODELLED REQUESTS /* a line without a modelled peripheral */
+#define UNMODELLED REQUESTS /* peripheral not modelled */
 #define NONE REQUEST_NONE
 
-/* One row per channel, one column per stream. */
+/* By channel and stream. */
 static const uint8_t LINES[DMA_CONTROLLERS][8][DMA_STREAMS] = {
   {
     {R(SPI3_RX), NONE, R(SPI3_RX), R(SPI2_RX), R(SPI2_TX), R(SPI3_TX), NONE, R(SPI3_TX)},
@@ -72,12 +65,11 @@ static const uint8_t LINES[DMA_CONTROLLERS][8][DMA_STREAMS] = {
 
 static int controller_of(const DmaController *dma) { return dma == &dma->peripheral.chip->dma.controllers[1]; }
 
-/* 1 to 16. */
 static uint8_t number_of(const DmaController *dma, int n) {
   return (uint8_t)(DMA_STREAMS * controller_of(dma) + n + 1);
 }
 
-/* The stream has been enabled: it serves the requests of its line now. */
+/* Serve the line's requests from now on. */
 static void attach(DmaController *dma, int n, enum Request line) {
   Dma *both = &dma->peripheral.chip->dma;
   dma->streams[n].line = line;
@@ -102,7 +94,7 @@ void dma_connect(Peripheral *peripheral, enum Request line) { peripheral->chip->
 
 /* -- the bus --------------------------------------------------------------------------------------------- */
 
-/* Both controllers access memory and the peripherals, except the core's private ones (RM0368 section 2.1). */
+/* All but the core's private peripherals (RM0368 2.1). */
 static bool is_accessible(uint32_t address) { return address < PERIPHERALS_BASE + PERIPHERALS_SIZE; }
 
 static bool load_item(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
@@ -127,7 +119,6 @@ static void raise_flags(DmaController *dma, int n, uint32_t flags) {
   update_interrupt(dma, n);
 }
 
-/* Schedule the end of the next memory-to-memory transfer. */
 static void schedule_copy(DmaController *dma) {
   int64_t at_ps = NEVER_PS;
   for (int n = 0; n < DMA_STREAMS; n++) {
@@ -151,7 +142,7 @@ static void stop(DmaController *dma, int n) {
 }
 
 static void begin(DmaStream *stream) {
-  static const uint8_t SIZES[] = {1, 2, 4, 4}; /* PSIZE: byte, half-word, word, reserved */
+  static const uint8_t SIZES[] = {1, 2, 4, 4}; /* by PSIZE */
   stream->length = stream->items;
   stream->moved = 0;
   stream->size = SIZES[FIELD(stream->control, SxCR_PSIZE)];
@@ -162,7 +153,7 @@ static void begin(DmaStream *stream) {
 static void start(DmaController *dma, int n, enum Request line) {
   DmaStream *stream = &dma->streams[n];
   Chip *chip = dma->peripheral.chip;
-  if (stream->items == 0) { /* section 9.3.14: nothing to transfer, the stream does not start */
+  if (stream->items == 0) { /* does not start (9.3.14) */
     stream->control &= ~SxCR_EN;
     return;
   }
@@ -175,7 +166,7 @@ static void start(DmaController *dma, int n, enum Request line) {
   }
 }
 
-/* Move one item; false is a bus error. */
+/* False: bus error. */
 static bool move_item(Chip *chip, DmaStream *stream) {
   uint32_t peripheral_address = stream->peripheral + stream->moved * stream->peripheral_step, value;
   uint32_t memory_address = stream->memory[stream->control & SxCR_CT ? 1 : 0] + stream->moved * stream->memory_step;
@@ -185,7 +176,6 @@ static bool move_item(Chip *chip, DmaStream *stream) {
          store_item(chip, to_peripheral ? peripheral_address : memory_address, stream->size, value);
 }
 
-/* All items are done. */
 static void complete(DmaController *dma, int n) {
   DmaStream *stream = &dma->streams[n];
   if (stream->control & (SxCR_CIRC | SxCR_DBM)) {
@@ -198,7 +188,6 @@ static void complete(DmaController *dma, int n) {
   raise_flags(dma, n, LISR_TCIF0);
 }
 
-/* Move one item between peripheral and memory. */
 static void transfer(DmaController *dma, int n) {
   DmaStream *stream = &dma->streams[n];
   if (!move_item(dma->peripheral.chip, stream)) {
@@ -214,7 +203,6 @@ static void transfer(DmaController *dma, int n) {
   }
 }
 
-/* Move all items of a memory-to-memory transfer. */
 static void copy_memory(DmaController *dma, int n) {
   DmaStream *stream = &dma->streams[n];
   bool good = true;
@@ -260,12 +248,11 @@ static uint32_t dma_peek(const Peripheral *peripheral, uint32_t offset) {
     return words[(offset - FIRST_STREAM) % STREAM_SIZE / 4];
   }
   for (int n = 0; offset <= HISR && n < 4; n++) {
-    value |= dma->streams[offset + (uint32_t)n].flags << FLAG_SHIFT[n]; /* HISR is 4: streams 4 to 7 */
+    value |= dma->streams[offset + (uint32_t)n].flags << FLAG_SHIFT[n]; /* HISR is at 4 */
   }
   return value;
 }
 
-/* Reads have no side effect, and only events and accesses change flags. */
 static uint32_t dma_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
   (void)until_ps;
   return dma_peek(peripheral, offset);
@@ -278,7 +265,6 @@ static void clear_flags(DmaController *dma, int first, uint32_t bits) {
   }
 }
 
-/* Report wrong settings when firmware enables a stream. */
 static void check(DmaController *dma, int n, uint32_t value, enum Request line) {
   bool to_memory = FIELD(value, SxCR_DIR) == MEMORY_TO_MEMORY;
   if (to_memory && controller_of(dma) == 0) {
@@ -306,7 +292,7 @@ static void control_written(DmaController *dma, int n, uint32_t value) {
   if (value & SxCR_EN && !was_on) {
     check(dma, n, value, line);
     start(dma, n, line);
-  } else if (was_on && !(value & SxCR_EN)) { /* section 9.3.15: the transfer ends, and TCIF says so */
+  } else if (was_on && !(value & SxCR_EN)) { /* the transfer ends with TCIF (9.3.15) */
     stop(dma, n);
     raise_flags(dma, n, LISR_TCIF0);
   }
@@ -342,7 +328,6 @@ static void dma_write(Peripheral *peripheral, uint32_t offset, uint32_t value, u
   }
 }
 
-/* Switch all streams off and clear all flags. */
 static void dma_reset(Peripheral *peripheral) {
   DmaController *dma = (DmaController *)peripheral;
   for (int n = 0; n < DMA_STREAMS; n++) {

@@ -1,7 +1,7 @@
-/* DWT (ARMv7-M ARM C1.8). CYCCNT counts while DEMCR.TRCENA and DWT_CTRL.CYCCNTENA are set. It also counts during
- * sleep here, because HCLK keeps running; the manual leaves this to the implementation.
+/* DWT (ARMv7-M ARM C1.8). CYCCNT counts while TRCENA and CYCCNTENA are set, also during sleep, because HCLK keeps
+ * running.
  *
- * NOT MODELLED: comparators and profiling counters are stored only.
+ * NOT MODELLED: comparators and profiling counters are stored.
  */
 #include "peripherals/dwt.h"
 
@@ -15,11 +15,10 @@ static uint32_t counted(const Dwt *dwt) {
   if (!dwt->trace_enabled || !(dwt->registers[0] & DWT_CTRL_CYCCNTENA)) {
     return 0;
   }
-  /* Times are rounded down by less than 1 ps; the 1 ps here compensates for it. */
+  /* 1 ps compensates for rounding down. */
   return (uint32_t)((Wide)(dwt->peripheral.chip->now_ps - dwt->since_ps + 1) * dwt->hz / PS_PER_S);
 }
 
-/* Make the current count the start value. */
 static void rebase(Dwt *dwt) {
   dwt->registers[DWT_CYCCNT / 4] += counted(dwt);
   dwt->since_ps = dwt->peripheral.chip->now_ps;

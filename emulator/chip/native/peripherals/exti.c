@@ -1,17 +1,12 @@
-/* EXTI: 23 edge detectors on pins and internal signals (RM0368 section 10.2; interrupt numbers of table 38); and
- * SYSCFG, which selects the pins (section 7).
+/* EXTI (RM0368 section 10.2; interrupts: table 38), and SYSCFG, which selects its pins (section 7).
  *
- * Lines 0 to 15 are pins; 16 the voltage detector, 17 the RTC's alarm, 18 USB wake-up, 21 the RTC's tamper and time
- * stamp, 22 its wake-up timer; 19 and 20 do not exist on this chip.
- *
- * An edge sets the pending bit regardless of IMR, as in figure 29. The text about SWIER requires IMR, so SWIER
- * follows the text.
+ * Lines 0 to 15: pins; 16 PVD, 17 RTC alarm, 18 USB wake-up, 21 RTC tamper and time stamp, 22 RTC wake-up. An edge
+ * sets the pending bit regardless of IMR (figure 29); SWIER requires IMR, as the text says.
  *
  * NOT MODELLED
- * - Event mode (EMR, a wake-up for WFE without an interrupt): stored, and a note.
- * - Memory remapping (SYSCFG_MEMRMP): stored, and a note; address 0 is always the flash, as the board's boot pins
- *   select.
- * - SYSCFG_PMC: stored, without effect.
+ * - Event mode (EMR): stored, and a note.
+ * - SYSCFG_MEMRMP: stored, and a note; address 0 is the flash.
+ * - SYSCFG_PMC: stored.
  */
 #include "peripherals/exti.h"
 
@@ -24,7 +19,7 @@
 
 #define LINES IMR_STORED
 
-/* Interrupt numbers and the lines that activate them (table 38). */
+/* Table 38. */
 static const struct {
   int number;
   uint32_t lines;
@@ -42,7 +37,6 @@ static void update_irqs(Exti *exti) {
   }
 }
 
-/* Set a line's input: a pin, or an internal signal for lines 16 and higher. */
 static void set_line(Exti *exti, int line, bool level) {
   uint32_t bit = 1u << line;
   if (!(exti->levels & bit) == !level) {
@@ -75,7 +69,7 @@ static uint32_t exti_peek(const Peripheral *peripheral, uint32_t offset) {
 }
 
 static uint32_t exti_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
-  (void)until_ps; /* only events and writes change registers */
+  (void)until_ps; /* changes by events and writes only */
   return exti_peek(peripheral, offset);
 }
 
@@ -83,7 +77,7 @@ static void merge(uint32_t *word, uint32_t value, uint32_t mask) {
   *word = (*word & ~mask) | (value & mask & LINES);
 }
 
-/* PR is cleared by writing 1, and SWIER with it (10.3.5, 10.3.6). */
+/* PR and SWIER: 1 in PR clears (10.3.5, 10.3.6). */
 static void exti_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   Exti *exti = (Exti *)peripheral;
   uint32_t rising;
@@ -111,7 +105,6 @@ static void exti_write(Peripheral *peripheral, uint32_t offset, uint32_t value, 
   update_irqs(exti);
 }
 
-/* Disable all lines and clear the pending bits. */
 static void exti_reset(Peripheral *peripheral) {
   Exti *exti = (Exti *)peripheral;
   exti->imr = exti->emr = exti->rtsr = exti->ftsr = exti->swier = exti->pr = 0;
@@ -124,15 +117,15 @@ static const PeripheralType EXTI_TYPE = {
 
 /* -- SYSCFG --------------------------------------------------------------------------------------------- */
 
-/* Return the index of the port of EXTI line 0 to 15 (7.2.3 to 7.2.6); -1 for a code without a port. */
+/* EXTICR (7.2.3 to 7.2.6); -1: no such port. */
 static int selected_port(const Syscfg *syscfg, int line) {
   static const int8_t PORT_OF[16] = {0, 1, 2, 3, 4, -1, -1, 5, -1, -1, -1, -1, -1, -1, -1, -1};
   return PORT_OF[syscfg->registers[(EXTICR1 >> 2) + line / 4] >> line % 4 * 4 & 15];
 }
 
-/* A newly selected pin causes an edge if its level differs. */
+/* May cause an edge. */
 static void select_pins(Chip *chip) {
-  chip->work += WORK_PIN * (PIN_LINES / 4); /* at most four lines have changed */
+  chip->work += WORK_PIN * (PIN_LINES / 4); /* maximum of changed lines */
   for (int line = 0; line < PIN_LINES; line++) {
     chip->exti.port[line] = selected_port(&chip->syscfg, line);
   }
@@ -167,13 +160,12 @@ static void syscfg_write(Peripheral *peripheral, uint32_t offset, uint32_t value
   if (offset == MEMRMP && *word) {
     peripheral_note(peripheral, 0, NOTE_NOT_MODELLED, "MEMRMP: address 0 stays the flash");
   } else if (offset == CMPCR) {
-    *word = *word & CMPCR_CMP_PD ? CMPCR_CMP_PD | CMPCR_READY : 0; /* the compensation cell is ready at once (7.2.7) */
+    *word = *word & CMPCR_CMP_PD ? CMPCR_CMP_PD | CMPCR_READY : 0; /* ready at once (7.2.7) */
   } else if (EXTICR1 <= offset && offset <= EXTICR4) {
     select_pins(peripheral->chip);
   }
 }
 
-/* Connect all lines to port A. */
 static void syscfg_reset(Peripheral *peripheral) {
   memset(((Syscfg *)peripheral)->registers, 0, sizeof((Syscfg *)peripheral)->registers);
   select_pins(peripheral->chip);

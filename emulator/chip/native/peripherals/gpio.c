@@ -1,22 +1,17 @@
-/* GPIO ports A to E and H (RM0368 section 8): modes, latches, inputs, the lock; and the level of each pin.
+/* GPIO ports A to E and H (RM0368 section 8), and the level of each pin.
  *
- * A pin has three kinds of drivers: the chip's output stage, devices outside (a sensor's interrupt pin, a button),
- * and the chip's weak pull resistor. The lowest strong driver wins, as on an open-drain wire. Without a driver the
- * pull resistor decides. A floating pin reads as 0 here, on the board as noise. emulator/buses/gpio.py combines the
- * drivers outside; this file computes the resulting level.
+ * Drivers: output stage, devices outside (combined by emulator/buses/gpio.py), pull resistor. The lowest strong
+ * driver wins; without one, the pull resistor. A floating pin reads as 0.
  *
- * Reset values: PA13 to PA15, PB3 and PB4 are the debug port's (AF0), so MODER is 0xA800 0000 for port A. RM0368
- * prints 0x0C00 0000 there in some revisions, which would make PA13 analog and contradicts its section 8.3.1. An
- * analog pin's input stage is off: IDR reads 0 (8.3.12).
+ * Reset: PA13 to PA15, PB3 and PB4 belong to the debug port (AF0), so MODER of port A is 0xA800 0000. Some revisions
+ * of RM0368 print 0x0C00 0000, which contradicts 8.3.1. Analog pins read as 0 (8.3.12).
  *
- * The trace shows the chip's outputs: an edge when the output stage changes, also to open drain high (1). A pin that
- * is switched from output to another mode shows 1, because the chip does not pull it low any more.
+ * The trace shows outputs. Open drain at 1, and a pin that stops being an output, show 1.
  *
  * NOT MODELLED
- * - Levels of a pin in alternate-function mode: the pin is released. USART, SPI, I2C and the timers are modelled as
- *   whole bytes, transfers and duty cycles.
- * - Output speed (OSPEEDR): stored, without effect.
- * - EXTI is not cut off from an analog pin.
+ * - Levels in alternate-function mode: the pin is released.
+ * - OSPEEDR: stored.
+ * - EXTI is not cut off from analog pins.
  */
 #include "peripherals/gpio.h"
 
@@ -27,8 +22,8 @@
 #include "fcu.h"
 #include "generated/registers_gpio.h"
 
-enum { INPUT, OUTPUT, ALTERNATE, ANALOG };   /* MODER, 8.4.1 */
-enum { NO_PULL, PULL_UP, PULL_DOWN };        /* PUPDR, 8.4.4 */
+enum { INPUT, OUTPUT, ALTERNATE, ANALOG };   /* MODER */
+enum { NO_PULL, PULL_UP, PULL_DOWN };        /* PUPDR */
 
 #define ALL_PINS 0xFFFFu
 
@@ -42,14 +37,12 @@ static void set_bit(uint16_t *set, uint32_t bit, bool in) { *set = (uint16_t)(in
 
 /* -- levels --------------------------------------------------------------------------------------------- */
 
-/* Return the input levels of all pins of the port. */
 static uint32_t levels(const GpioPort *port) {
   uint32_t strong = port->driven | port->external;
   uint32_t low = (port->driven & ~port->driven_high) | (port->external & ~port->external_high);
   return (strong & ~low) | (port->pulled_up & ~strong);
 }
 
-/* Call the listeners of the pin if its level has changed. */
 static void update_input(GpioPort *port, int pin) {
   Chip *chip = port->peripheral.chip;
   uint32_t bit = 1u << pin, now = levels(port);
@@ -72,7 +65,6 @@ static void update_input(GpioPort *port, int pin) {
   }
 }
 
-/* Add an edge to the trace if the level differs from the last one. */
 static void trace_level(GpioPort *port, int pin, int level) {
   Chip *chip = port->peripheral.chip;
   uint32_t bit = 1u << pin;
@@ -111,7 +103,7 @@ int64_t fcu_take_edges(Chip *chip, Edge *edges, int64_t size, int64_t *lost) {
 
 /* -- outputs -------------------------------------------------------------------------------------------- */
 
-/* Set the output stage from ODR and OTYPER; an open drain at 1 releases the pin. */
+/* An open drain at 1 releases the pin. */
 static void output(GpioPort *port, int pin) {
   uint32_t bit = 1u << pin;
   bool level = *reg(port, ODR) & bit;
@@ -129,7 +121,7 @@ static void release(GpioPort *port, int pin) {
   update_input(port, pin);
 }
 
-/* Return ODR after a write to ODR or BSRR; set wins when both bits of a pin are written (8.4.7). */
+/* In BSRR set wins (8.4.7). */
 static uint32_t latched(const GpioPort *port, uint32_t offset, uint32_t value, uint32_t mask) {
   uint32_t odr = port->registers[ODR >> 2];
   if (offset == BSRR) {
@@ -167,7 +159,7 @@ static void configure_pin(GpioPort *port, int pin) {
   set_bit(&port->analog, bit, mode == ANALOG);
 }
 
-/* Return the bits per pin in the register; 0: not a configuration register. */
+/* 0: no configuration register. */
 static unsigned bits_per_pin(uint32_t offset) {
   switch (offset) {
     case MODER: case OSPEEDR: case PUPDR: return 2;
@@ -196,7 +188,7 @@ static void configure(GpioPort *port, uint32_t offset, uint32_t value, uint32_t 
   }
 }
 
-/* The sequence 1, 0, 1 of LCKK with the same pins, as whole words, locks them until reset (8.4.8). */
+/* LCKK 1, 0, 1 with the same pins, in words, locks until reset (8.4.8). */
 static void write_lock(GpioPort *port, uint32_t value, uint32_t mask) {
   if (port->locked || mask != WORD) {
     return;
@@ -227,7 +219,7 @@ static uint32_t gpio_peek(const Peripheral *peripheral, uint32_t offset) {
 }
 
 static uint32_t gpio_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
-  (void)until_ps; /* only events and writes change registers */
+  (void)until_ps; /* changes by events and writes only */
   return gpio_peek(peripheral, offset);
 }
 
@@ -242,13 +234,12 @@ static void gpio_write(Peripheral *peripheral, uint32_t offset, uint32_t value, 
   }
 }
 
-/* True for a write that repeats the state: loops that show a state write the same to BSRR continuously. */
+/* Loops that show a state repeat the same write. */
 static bool gpio_is_redundant_write(const Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   const GpioPort *port = (const GpioPort *)peripheral;
   return (offset == BSRR || offset == ODR) && latched(port, offset, value, mask) == port->registers[ODR >> 2];
 }
 
-/* Make all pins inputs, except those of the debug port. */
 static void gpio_reset(Peripheral *peripheral) {
   GpioPort *port = (GpioPort *)peripheral;
   for (uint32_t offset = MODER; offset <= AFRH; offset += 4) {

@@ -1,44 +1,39 @@
-/* I2C1 to I2C3 as bus master (RM0368 section 18): registers, the sequence on the wire, interrupts, DMA.
+/* I2C1 to I2C3 as bus master (RM0368 section 18).
  *
- * A sequence of operations: start, address, data bytes, stop (18.3.3, figures 163, 164). Between two operations the
- * peripheral checks the requests of software (STOP, START, DR); it continues, or holds SCL low. Each operation ends
- * at a known time. The end is a deferred event, so that polling of flags does not end a run. While an interrupt or
- * DMA waits for it, it is a scheduled event.
+ * A message is a sequence of operations: start, address, bytes, stop (18.3.3, figures 163, 164). Between them the
+ * peripheral continues as STOP, START and DR request, or holds SCL low. The end of an operation is a deferred event;
+ * a scheduled one while an interrupt or DMA waits for it.
  *
- * The receiver has two stages, DR and shift register: if both are full (BTF), SCL is held until DR is read. ACK
- * takes effect at the end of a byte. With POS it takes effect one byte ahead: the first byte's answer is the value
- * of ACK when the address had been sent. HAL reads two bytes this way. After a byte that was not acknowledged SCL is
- * held until STOP or START, so a late STOP costs no byte. On the chip that is certain only while DR is still full.
+ * The receiver has two stages, DR and shift register; when both are full (BTF), SCL is held until DR is read. ACK
+ * applies at the end of a byte, with POS to the next one: the first byte's answer is the ACK of the time when the
+ * address was sent. HAL reads two bytes this way. After a byte without acknowledge SCL is held until STOP or START,
+ * so that a late STOP costs no byte, which is certain on the chip only while DR is full.
  *
- * A START clears TXE and BTF. STOP and START wait for the end of the byte in the shift register. A byte still in DR
- * is then lost, which is reported: the manual requires that STOP is written while TXE or BTF is set.
+ * A START clears TXE and BTF. STOP and START wait for the shift register; a byte in DR is then lost, with a note,
+ * because STOP must be written while TXE or BTF is set.
  *
- * The bus itself is in Python (emulator/buses/i2c_wire.py), which is called at the end of each byte. A message
- * "write a sub-address, repeated start, read" of cached bytes (read_cache.h) needs no call. Python receives such a
- * message when it asks for it, when it records messages, or when the message continues in another way.
+ * The bus is in Python (emulator/buses/i2c_wire.py), called at the end of each byte. A message "sub-address,
+ * repeated start, read" of cached bytes (read_cache.h) needs no call; Python fetches it later if it needs it.
  *
- * NOT MODELLED, and reported when used:
- *   CR1: SMBUS, ENARP, ENPEC, PEC   SMBus and packet error checking
- *   OAR1, OAR2                      slave mode: the board has no other master
- * NOT MODELLED:
- *   FLTR                            the filters: stored
- *   SR2.DUALF, SMBHOST, SMBDEFAULT, GENCALL, PEC; clock stretching by devices: the sensors never do it
+ * NOT MODELLED, with a note: SMBUS, ENARP, ENPEC, PEC; OAR1, OAR2 (slave mode: the board has no other master). NOT
+ * MODELLED: FLTR: stored; DUALF, SMBHOST, SMBDEFAULT, GENCALL, PEC of SR2; clock stretching, which the sensors never
+ * do.
  */
 #include "fcu.h"
 
 #include "generated/registers_i2c.h"
 
-/* Flags that software clears by writing 0. */
+/* Cleared by writing 0. */
 #define SR1_ERRORS  \
   (SR1_BERR | SR1_ARLO | SR1_AF | SR1_OVR | SR1_PECERR | SR1_TIMEOUT | SR1_SMBALERT)
 
-enum { FAST_MODE_HZ = 400000 }; /* the sensors' limit */
+enum { FAST_MODE_HZ = 400000 }; /* of the sensors */
 enum { NO_FUNCTION = 255 };
 
-/* The answers to an address, in the order of peripherals/i2c.py. */
+/* To an address, as in peripherals/i2c.py. */
 enum Answer { ANSWER_ACK, ANSWER_NACK, ANSWER_BUS_ERROR, ANSWER_ARBITRATION };
 
-/* The action at the end of the current operation. */
+/* Of the current operation. */
 enum Completion {
   DONE_NOTHING,
   DONE_START,
@@ -49,18 +44,17 @@ enum Completion {
   DONE_RECEIVE,
 };
 
-/* The operation on the wire, or the event that the peripheral waits for while it holds SCL low. */
+/* Current operation, or what SCL is held for. */
 enum Phase {
   PHASE_IDLE,
-  PHASE_BUSY,      /* an operation is in progress */
-  PHASE_ADDRESS,   /* after a start: for the address in DR */
-  PHASE_ADDRESSED, /* for ADDR to be cleared */
-  PHASE_SEND,      /* for a byte in DR, STOP or START */
-  PHASE_FULL,      /* for DR to be read */
-  PHASE_ENDED,     /* after a missing acknowledge, for STOP or START */
+  PHASE_BUSY,      /* an operation */
+  PHASE_ADDRESS,   /* the address in DR */
+  PHASE_ADDRESSED, /* ADDR to be cleared */
+  PHASE_SEND,      /* DR, STOP or START */
+  PHASE_FULL,      /* DR to be read */
+  PHASE_ENDED,     /* no acknowledge: STOP or START */
 };
 
-/* Notes that are reported once. */
 enum Noted {
   NOTED_DATA_LOST,
   NOTED_STOP_EARLY,
@@ -80,7 +74,7 @@ static int64_t now_ps(const I2c *i2c) { return i2c->peripheral.chip->now_ps; }
 
 static int number_of(const I2c *i2c) { return (int)(i2c - i2c->peripheral.chip->i2c); }
 
-/* -- the message on the wire ------------------------------------------------------------------------------ */
+/* -- the message on the wire -------------------------------------------------------------------------- */
 
 static Target *target_of(I2c *i2c) {
   int64_t target = i2c->wire.message.target;
@@ -89,7 +83,7 @@ static Target *target_of(I2c *i2c) {
 
 static bool is_cacheable(I2c *i2c) { return !i2c->wire.has_faults && i2c->wire.message.target >= 0; }
 
-/* Begin to read bytes at the sub-address from the read cache, if it has them. */
+/* From the read cache, if it has them. */
 static bool begin_reading(I2c *i2c, int64_t position) {
   Chip *chip = i2c->peripheral.chip;
   i2c->from_cache =
@@ -104,7 +98,6 @@ static void end_reading(I2c *i2c) {
   }
 }
 
-/* The message has ended at end_ps. */
 static void end_message(I2c *i2c, int64_t end_ps) {
   I2cWire *wire = &i2c->wire;
   if (!wire->message.open) {
@@ -132,7 +125,7 @@ static void abort_message(I2c *i2c) {
   }
 }
 
-/* A start and an address byte, except for a repeated start of the current message. */
+/* Start and address byte of a new message. */
 static enum Answer begin_message(I2c *i2c) {
   I2cMessage *message = &i2c->wire.message;
   Chip *chip = i2c->peripheral.chip;
@@ -180,7 +173,7 @@ static enum Answer send_address(I2c *i2c) {
   return (enum Answer)answer;
 }
 
-/* The byte in the shift register has been sent; true if it was acknowledged. */
+/* True: the byte was acknowledged. */
 static bool write_byte(I2c *i2c) {
   I2cMessage *message = &i2c->wire.message;
   bool is_first = message->written == 0;
@@ -216,12 +209,12 @@ static uint8_t read_byte(I2c *i2c) {
   return (uint8_t)answer;
 }
 
-/* Return the time when a line held low is released; 0 if none is. */
+/* Of a line held low; 0: none. */
 static int64_t released_ps(const I2c *i2c) {
   return i2c->wire.has_faults ? i2c->calls.released_ps(now_ps(i2c)) : 0;
 }
 
-/* Return true if the pins are switched to the bus; without that no device answers. */
+/* Without its pins no device answers. */
 static bool is_connected(I2c *i2c) {
   char missing[64];
   bool connected = pins_connected(i2c->peripheral.chip, i2c->pins, missing, sizeof missing);
@@ -245,7 +238,7 @@ static void set_lines(I2c *i2c) {
 static void serve_dma(I2c *i2c) {
   Chip *chip = i2c->peripheral.chip;
   enum Request rx = (enum Request)(REQUEST_I2C1_RX + 2 * number_of(i2c)), tx = (enum Request)(rx + 1);
-  for (int stage = 0; stage < 2; stage++) { /* DR and the shift register */
+  for (int stage = 0; stage < 2; stage++) { /* DR, shift register */
     if (i2c->sr1 & SR1_RXNE && dma_request(chip, rx)) {
       i2c->nack_next = i2c->cr2 & CR2_LAST && dma_remaining(chip, rx) == 1;
     }
@@ -255,7 +248,7 @@ static void serve_dma(I2c *i2c) {
   }
 }
 
-/* Make the active DMA requests and set the interrupt lines. */
+/* DMA requests and interrupt lines. */
 static void update(I2c *i2c) {
   if (i2c->in_dma || !i2c->wants_events) {
     return;
@@ -302,7 +295,7 @@ static void start_when_free(I2c *i2c) {
   }
 }
 
-/* Execute STOP or START between two bytes; false if neither is requested. */
+/* Between two bytes; false: no request. */
 static bool stop_or_start(I2c *i2c) {
   if (!(i2c->cr1 & (CR1_START | CR1_STOP))) {
     return false;
@@ -330,7 +323,7 @@ static void continue_bus(I2c *i2c) {
   }
 }
 
-/* A start or stop condition ends a transmission completely; received bytes stay. */
+/* Received bytes stay. */
 static void end_of_sending(I2c *i2c) {
   if (i2c->sr2 & SR2_TRA) {
     i2c->sr1 &= ~(uint32_t)(SR1_TXE | SR1_BTF);
@@ -344,7 +337,7 @@ static void started(I2c *i2c) {
   i2c->sr1 |= SR1_SB;
   i2c->sr2 = SR2_MSL | SR2_BUSY;
   i2c->phase = PHASE_ADDRESS;
-  continue_bus(i2c); /* 18.6.1: STOP "after the current Start condition is sent" */
+  continue_bus(i2c); /* STOP "after the current Start condition is sent" (18.6.1) */
 }
 
 static void stopped(I2c *i2c) {
@@ -405,7 +398,7 @@ static void sent(I2c *i2c) {
   }
 }
 
-/* Return true if the byte just received is acknowledged (ACK, POS, and LAST with DMA). */
+/* ACK, POS, LAST with DMA. */
 static bool acknowledges(I2c *i2c) {
   bool now = i2c->cr1 & CR1_ACK;
   bool acknowledged = i2c->cr1 & CR1_POS ? i2c->acknowledge : now;
@@ -445,7 +438,7 @@ static void released(I2c *i2c) {
   continue_bus(i2c);
 }
 
-/* Handle the end of the current operation. */
+/* End of an operation. */
 static void i2c_fire(Peripheral *peripheral) {
   static void (*const ends[])(I2c *) = {
       [DONE_NOTHING] = continue_bus,       [DONE_START] = started,           [DONE_STOP] = stopped,
@@ -459,7 +452,7 @@ static void i2c_fire(Peripheral *peripheral) {
   }
 }
 
-/* Clear operation and flags, and release the bus at any point of a message. */
+/* At any point of a message. */
 static void clear(I2c *i2c) {
   event_cancel(i2c->peripheral.chip, i2c->event);
   abort_message(i2c);
@@ -468,15 +461,15 @@ static void clear(I2c *i2c) {
   i2c->shift = i2c->dr_full = i2c->shift_full = i2c->acknowledge = i2c->nack_next = 0;
 }
 
-/* -- settings (18.6.2, 18.6.8, 18.6.9) -------------------------------------------------------------------- */
+/* -- settings (18.6.2, 18.6.8, 18.6.9) ---------------------------------------------------------------- */
 
-/* The period of SCL is counts / PCLK1 s; 0: CCR is 0. */
+/* Of PCLK1; 0: CCR is 0. */
 static int64_t clocks_per_bit(uint32_t ccr) {
-  int64_t per_period = ccr & CCR_FS ? (ccr & CCR_DUTY ? 25 : 3) : 2; /* 9+16, 1+2, 1+1 */
+  int64_t per_period = ccr & CCR_FS ? (ccr & CCR_DUTY ? 25 : 3) : 2; /* 9 + 16, 1 + 2, 1 + 1 */
   return per_period * (ccr & CCR_CCR);
 }
 
-static int64_t rounded(__int128 dividend, __int128 divisor) { /* to the nearest, a half to the even number */
+static int64_t rounded(__int128 dividend, __int128 divisor) { /* half to even */
   __int128 quotient = dividend / divisor, twice = dividend % divisor * 2;
   return (int64_t)(quotient + (twice > divisor || (twice == divisor && quotient & 1)));
 }
@@ -485,7 +478,7 @@ static void set_rate(I2c *i2c) {
   i2c->settings_checked = 0;
   int64_t dividend = clocks_per_bit(i2c->ccr) * PS_PER_S, divisor = i2c->peripheral.chip->clocks.pclk1_hz;
   if (dividend == 0 || divisor <= 0) {
-    i2c->bit_ps = i2c->byte_ps = NEVER_PS; /* operations never end */
+    i2c->bit_ps = i2c->byte_ps = NEVER_PS; /* no operation ends */
     return;
   }
   if (dividend < (__int128)i2c->shortest_ps * divisor) {
@@ -503,7 +496,7 @@ static void set_rate(I2c *i2c) {
   }
 }
 
-/* Report settings that the manual forbids; the peripheral still generates a clock. */
+/* Forbidden settings; the clock runs nevertheless. */
 static void check_settings(I2c *i2c) {
   Peripheral *peripheral = &i2c->peripheral;
   int64_t pclk_hz = peripheral->chip->clocks.pclk1_hz, counts = clocks_per_bit(i2c->ccr);
@@ -550,9 +543,9 @@ static void i2c_reset(Peripheral *peripheral) {
 
 static void i2c_clocks_changed(Peripheral *peripheral) { set_rate(i2c_of(peripheral)); }
 
-/* -- access (18.6) ---------------------------------------------------------------------------------------- */
+/* -- access (18.6) ------------------------------------------------------------------------------------ */
 
-/* ADDR is cleared: the data phase begins. */
+/* The data phase begins. */
 static void clear_addr(I2c *i2c) {
   i2c->sr1 &= ~(uint32_t)SR1_ADDR;
   if (!(i2c->sr2 & SR2_TRA)) {
@@ -568,7 +561,7 @@ static void clear_addr(I2c *i2c) {
   }
 }
 
-/* DR is read: the shift register moves up, and SCL is released if it was held. */
+/* The shift register moves up; SCL is released. */
 static uint32_t read_data(I2c *i2c) {
   uint32_t value = i2c->dr;
   if (i2c->shift_full) {
@@ -602,7 +595,7 @@ static uint32_t i2c_peek(const Peripheral *peripheral, uint32_t offset) {
   }
 }
 
-/* SR1, then SR2 clears ADDR (18.6.6). */
+/* SR1, SR2 clears ADDR (18.6.6). */
 static uint32_t read_sr2(I2c *i2c, int64_t *until_ps) {
   int64_t free_ps = released_ps(i2c);
   uint32_t status = free_ps ? i2c->sr2 | SR2_BUSY : i2c->sr2;
@@ -635,7 +628,7 @@ static uint32_t i2c_read(Peripheral *peripheral, uint32_t offset, int64_t *until
   }
 }
 
-/* DR is written: an address after SB, or a byte to be sent. */
+/* Address or data. */
 static void write_data(I2c *i2c, uint8_t value) {
   if (i2c->phase == PHASE_ADDRESS) {
     i2c->sr1 &= ~(uint32_t)SR1_SB;
@@ -679,7 +672,7 @@ static void write_cr1(I2c *i2c, uint32_t cr1) {
     if (cr1 & CR1_START && !i2c->settings_checked) {
       check_settings(i2c);
     }
-    i2c->cr1 = cr1; /* START and STOP take effect when no byte is in progress */
+    i2c->cr1 = cr1; /* START and STOP wait for a byte in progress */
     continue_bus(i2c);
   }
 }
@@ -687,7 +680,7 @@ static void write_cr1(I2c *i2c, uint32_t cr1) {
 static void write_cr2(I2c *i2c) {
   i2c->wants_events = (i2c->cr2 & (CR2_ITERREN | CR2_ITEVTEN | CR2_DMAEN)) != 0;
   if (due_ps(i2c) < NEVER_PS) {
-    schedule_end(i2c, due_ps(i2c), (enum Completion)i2c->completion); /* event_schedule() or event_defer() */
+    schedule_end(i2c, due_ps(i2c), (enum Completion)i2c->completion); /* scheduled or deferred */
   }
   set_lines(i2c);
 }

@@ -1,4 +1,4 @@
-/* Exceptions' states and priorities; nvic.h explains them. */
+/* States and priorities of exceptions. */
 #include "peripherals/nvic.h"
 
 #include <string.h>
@@ -7,8 +7,8 @@
 #include "generated/registers_nvic.h"
 
 #define SYSTEM ((uint64_t)0xFFFF)
-#define WORDS 3               /* of registers with a bit for each interrupt */
-#define IMPLEMENTED 0xF0F0F0F0u /* four bits of priority, 16 levels */
+#define WORDS 3               /* of interrupt bits */
+#define IMPLEMENTED 0xF0F0F0F0u /* four bits of priority */
 
 void nvic_reset(Nvic *nvic) {
   memset(nvic, 0, sizeof *nvic);
@@ -16,7 +16,7 @@ void nvic_reset(Nvic *nvic) {
   for (int number = 0; number < 4; number++) {
     nvic->priority[number] = (int16_t)(number - 4);
   }
-  nvic->subpriority_bits = 1; /* AIRCR.PRIGROUP 0: seven bits of group; at least one bit of subpriority */
+  nvic->subpriority_bits = 1; /* PRIGROUP 0: at least one bit */
 }
 
 /* -- priorities ------------------------------------------------------------------------------------------ */
@@ -105,7 +105,7 @@ void nvic_deactivate(Nvic *nvic, int number) {
 
 /* -- registers ------------------------------------------------------------------------------------------- */
 
-/* The 32 interrupts of one register word are in both words of a set. */
+/* A register word is in both words of a set. */
 static uint32_t interrupts(const uint64_t *set, unsigned word) {
   unsigned first = FIRST_INTERRUPT + 32 * word;
   uint64_t low = set[first >> 6] >> (first & 63);
@@ -113,10 +113,9 @@ static uint32_t interrupts(const uint64_t *set, unsigned word) {
   return (uint32_t)(low | high);
 }
 
-/* Convert the interrupts of a register word to a set. */
 static void as_set(uint32_t value, unsigned word, uint64_t set[2]) {
   unsigned first = FIRST_INTERRUPT + 32 * word;
-  uint64_t bits = word == WORDS - 1 ? value & 0x1FFFFF : value; /* 85 = 2 x 32 + 21 */
+  uint64_t bits = word == WORDS - 1 ? value & 0x1FFFFF : value; /* 85 = 64 + 21 */
   set[0] = first < 64 ? bits << first : 0;
   set[1] = first < 64 ? (first > 32 ? bits >> (64 - first) : 0) : bits << (first - 64);
 }

@@ -1,9 +1,9 @@
-/* The read cache of sensors' bytes; read_cache.h explains it. */
+/* Read cache of sensors' bytes. */
 #include "fcu.h"
 
 #include <string.h>
 
-#define LIVE_PS (PS_PER_S / 100) /* the pause before Python is asked again for bytes that must be read live */
+#define LIVE_PS (PS_PER_S / 100) /* before bytes read live are prefetched again */
 
 static uint64_t bit_of(const Chip *chip, const Target *target) {
   return UINT64_C(1) << (target - chip->read_cache.target);
@@ -17,7 +17,7 @@ static bool is_valid(const Chip *chip, const Target *target, const CacheLine *li
   return line->version == *target->version && chip->now_ps < line->valid_until_ps;
 }
 
-/* Return true if the run was not quiet and Python has already received it. */
+/* Dirty, and Python has received the reads. */
 static bool is_committed(const Chip *chip, const Target *target) {
   return target->dirty && !(chip->read_cache.uncommitted & bit_of(chip, target));
 }
@@ -26,7 +26,7 @@ static bool has_next(const Chip *chip, const Target *target) {
   return target->used < target->line.count && is_valid(chip, target, &target->line);
 }
 
-/* Discard the cached bytes of a finished run if the run was not quiet. */
+/* Side effects outdate the cached bytes. */
 static void leave_line(Target *target) {
   CacheLine *cached = line_at(target, target->line.address);
   if (target->dirty && cached->address == target->line.address) {
@@ -35,12 +35,11 @@ static void leave_line(Target *target) {
   target->dirty = 0;
 }
 
-/* Return true if the next byte is from the same register as the last one. */
 static bool repeats_register(const Target *target) {
   return target->line.side_effect_free & FIXED_ADDRESS && target->total;
 }
 
-/* Return the sub-address: a number of bytes after an address. */
+/* Address and bytes after it. */
 static int64_t position_of(const Target *target) {
   uint8_t next = target->line.address + target->used;
   if (target->line.side_effect_free & FIXED_ADDRESS) {
@@ -53,7 +52,7 @@ static void save_position(Chip *chip, const Target *target) {
   chip->read_cache.positions[index_of(chip, target)] = position_of(target);
 }
 
-/* Return the number of bytes usually read from a sub-address, as far as known. */
+/* 1: unknown. */
 static uint8_t expected_from(Target *target, uint8_t address) {
   const CacheLine *cached = line_at(target, address);
   return cached->address == address && cached->expected ? cached->expected : 1;
@@ -71,7 +70,7 @@ static void enter_line(Target *target, const CacheLine *line) {
   target->used = 0;
 }
 
-/* Cache Python's answer in chip->read_cache.prefetched. */
+/* From chip->read_cache.prefetched. */
 static CacheLine *fill_line(Chip *chip, Target *target, uint32_t count) {
   const Prefetched *prefetched = &chip->read_cache.prefetched;
   uint8_t address = (uint8_t)prefetched->address;
@@ -116,7 +115,7 @@ static bool begin(Chip *chip, Target *target, uint8_t address, uint8_t skip) {
   if (is_valid(chip, target, line) && chip->read_cache.uncommitted & bit_of(chip, target)) {
     chip->read_cache.calls.commit(chip->now_ps);
   }
-  enter_line(target, line); /* if it is not valid, the first byte asks Python: the line may then be another one */
+  enter_line(target, line); /* outdated: the first byte asks Python */
   return true;
 }
 
@@ -133,7 +132,7 @@ void target_prefetched(Chip *chip, Target *target, uint32_t count) {
   target->total = 0;
 }
 
-/* Python has received the bytes read: the run is the rest. Which reads of the rest are quiet is unknown. */
+/* Keep the rest of the line; its side effects are unknown. */
 static void drop_committed(Target *target) {
   CacheLine *line = &target->line;
   leave_line(target);

@@ -1,10 +1,7 @@
-/* The system control block: interrupt state, vector table, reset, fault status, FPU context (ARMv7-M ARM B3.2).
- * Accesses to SysTick and NVIC, which share its four kilobytes of system control space, are forwarded to them.
+/* System control block (ARMv7-M ARM B3.2). SysTick and NVIC, in the same 4 KB, are separate files.
  *
- * NOT MODELLED: FPCCR.LSPACT never becomes 1, because floating-point registers are stacked at exception entry, not
- * at the handler's first floating-point instruction. A program can detect the difference only if it reads an unused
- * frame. FPDSCR is stored; a new context begins with FPSCR 0, which is FPDSCR's reset value. MPU: its regions do not
- * protect anything.
+ * NOT MODELLED: FPCCR.LSPACT is 0, because floating-point registers are stacked at entry; only a program that reads
+ * an unused frame can see it. FPDSCR: stored; FPSCR of a new context is its reset value 0. MPU: protects nothing.
  */
 #include "peripherals/scb.h"
 
@@ -12,7 +9,7 @@
 #include "generated/registers_scb.h"
 #include "generated/registers_systick.h"
 
-#define ID_PFR0 0xD40u /* the first of 13 identification registers */
+#define ID_PFR0 0xD40u /* of 13 */
 #define ID_END 0xD74u
 #define MPU_TYPE 0xD90u
 #define MPU_END 0xDBCu
@@ -21,9 +18,9 @@
 #define AIRCR_KEY 0x05FAu
 #define CPACR_FULL (CPACR_CP10 | CPACR_CP11)
 #define SHCSR_ENABLES (SHCSR_MEMFAULTENA | SHCSR_BUSFAULTENA | SHCSR_USGFAULTENA)
-#define PRIORITY_BITS 0xF0F0F0F0u /* of four exceptions: a priority has the upper four bits of its byte */
+#define PRIORITY_BITS 0xF0F0F0F0u /* upper half of each byte */
 
-/* ID_PFR0 to ID_ISAR4 (Cortex-M4 technical reference manual, table 4-1). */
+/* To ID_ISAR4 (Cortex-M4 TRM table 4-1). */
 static const uint32_t identification[13] = {0x30,       0x200,      0x100000,   0,          0x30, 0, 0x01000000, 0,
                                             0x01101110, 0x02112000, 0x21232231, 0x01111131, 0x01310132};
 
@@ -129,14 +126,14 @@ static void write_icsr(Nvic *nvic, uint32_t value) {
   }
 }
 
-/* Ignored without the key (B3.2.6). */
+/* Requires the key (B3.2.6). */
 static void write_aircr(Scb *scb, uint32_t value) {
   Chip *chip = scb->peripheral.chip;
   if (FIELD(value, AIRCR_VECTKEY) != AIRCR_KEY) {
     return;
   }
   scb->aircr = value & AIRCR_PRIGROUP;
-  chip->nvic.subpriority_bits = (int32_t)FIELD(value, AIRCR_PRIGROUP) + 1; /* bits PRIGROUP to 0 of a priority */
+  chip->nvic.subpriority_bits = (int32_t)FIELD(value, AIRCR_PRIGROUP) + 1; /* bits PRIGROUP to 0 */
   chip->nvic.changed = 1;
   if (value & AIRCR_VECTCLRACTIVE) {
     chip->nvic.active[0] = chip->nvic.active[1] = 0;
@@ -162,7 +159,7 @@ static void write_shcsr(Scb *scb, uint32_t value) {
   nvic->changed = 1;
 }
 
-/* SHPR1 has the priorities of exceptions 4 to 7, SHPR2 of 8 to 11, SHPR3 of 12 to 15. */
+/* Exceptions 4 to 15. */
 static void set_priorities(Scb *scb, unsigned word) {
   Nvic *nvic = &scb->peripheral.chip->nvic;
   for (unsigned byte = 0; byte < 4; byte++) {
@@ -171,27 +168,25 @@ static void set_priorities(Scb *scb, unsigned word) {
   nvic->changed = 1;
 }
 
-/* Apply the registers to core, NVIC and DWT. */
 static void apply(Scb *scb) {
   Chip *chip = scb->peripheral.chip;
   bool floating = (scb->cpacr & CPACR_FULL) == CPACR_FULL;
   chip->nvic.sevonpend = (scb->scr & SCR_SEVONPEND) != 0;
   chip->core.div_0_trp = (scb->ccr & CCR_DIV_0_TRP) != 0;
   core_trap_unaligned(&chip->core, (scb->ccr & CCR_UNALIGN_TRP) != 0);
-  if (chip->core.fpu_on != floating) { /* decoded instructions are valid for one of the two settings only */
+  if (chip->core.fpu_on != floating) { /* decoded code depends on it */
     chip->core.fpu_on = floating;
     fcu_invalidate_code(chip);
   }
   dwt_enable(&chip->dwt, (scb->demcr & DEMCR_TRCENA) != 0);
 }
 
-/* Write the bits of mask, as far as the register stores them. */
 static void store(uint32_t *word, uint32_t value, uint32_t mask, uint32_t writable) {
   mask &= writable;
   *word = (*word & ~mask) | (value & mask);
 }
 
-/* value contains the bits of mask only (see PeripheralType.write). */
+/* value is masked already. */
 static void write_register(Scb *scb, uint32_t offset, uint32_t value, uint32_t mask) {
   static const uint32_t writable_shpr[3] = {
     SHPR1_STORED & PRIORITY_BITS, SHPR2_STORED & PRIORITY_BITS, SHPR3_STORED & PRIORITY_BITS};
@@ -210,7 +205,7 @@ static void write_register(Scb *scb, uint32_t offset, uint32_t value, uint32_t m
     set_priorities(scb, word);
     break;
   case SHCSR: write_shcsr(scb, (shcsr(scb) & ~mask) | value); break;
-  case CFSR: scb->cfsr &= ~value; break; /* and the next two: 1 clears */
+  case CFSR: scb->cfsr &= ~value; break; /* 1 clears */
   case HFSR: scb->hfsr &= ~value; break;
   case DFSR: scb->dfsr &= ~value; break;
   case MMFAR: store(&scb->mmfar, value, mask, WORD); break;
@@ -236,7 +231,6 @@ static bool is_known(uint32_t offset) {
          (offset >= DHCSR && offset <= DEMCR) || (offset >= FPCCR && offset <= MVFR1);
 }
 
-/* Report an unknown register: one of the MPU, or an offset without a register. */
 static void note_unknown(Scb *scb, uint32_t offset, const char *what, bool written) {
   if (offset < MPU_TYPE || offset >= MPU_END) {
     peripheral_note(&scb->peripheral, -1, NOTE_NOT_MODELLED, "0x%08X %s; there is no such register",
@@ -281,7 +275,7 @@ static void write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint3
   }
 }
 
-/* SYST_CVR changes with time, and reading SYST_CSR clears COUNTFLAG. */
+/* SYST_CVR counts; reading SYST_CSR clears COUNTFLAG. */
 static bool is_pure(const Peripheral *peripheral, uint32_t offset) {
   return offset != SYST_CVR &&
          !(offset == SYST_CSR && systick_peek(&peripheral->chip->systick, SYST_CSR) & SYST_CSR_COUNTFLAG);
@@ -300,7 +294,7 @@ static void clocks_changed(Peripheral *peripheral) { systick_retime(&peripheral-
 void scb_create(Chip *chip) {
   static const PeripheralType type = {.read = read, .peek = peek, .write = write, .reset = reset, .is_pure = is_pure,
                                  .clocks_changed = clocks_changed};
-  static const int16_t none[] = {-1}; /* no list: note_unknown() reports offsets without a register */
+  static const int16_t none[] = {-1}; /* note_unknown() reports */
   peripheral_create(chip, &chip->scb.peripheral, &type, SCS_BASE, SCS_SIZE, none);
   peripheral_set_all_registers(&chip->scb.peripheral);
   scb_reset(&chip->scb);

@@ -1,25 +1,17 @@
-/* SPI1 to SPI3 as master (RM0368 sections 20.3, 20.5). The devices at the pins are in spi_line.c.
+/* SPI1 to SPI3 as master (RM0368 sections 20.3, 20.5). Devices: spi_line.c.
  *
- * A byte takes eight periods of SCK from its start; its end is a deferred event, at which the line exchanges it.
- * With an interrupt or DMA enabled the end is a scheduled event.
- *
- * Directions: full duplex; one line out (BIDIMODE, BIDIOE); one line in (BIDIMODE), and receive-only (RXONLY). In
- * the last two the clock is started by SPE, not by DR, and BSY stays low in the third (20.3.7).
+ * A byte takes eight periods of SCK; at its end, a deferred event (scheduled with an interrupt or DMA), the line
+ * exchanges it. Directions: full duplex; one line out (BIDIMODE, BIDIOE); one line in (BIDIMODE), and receive-only
+ * (RXONLY). SPE starts the clock in the last two, not DR; BSY stays low in the third (20.3.7).
  *
  * Decision: in the receive directions of SPI a byte starts when SPE is set, and each further byte when DR is read
- * while SPE is still set. A byte in progress when SPE is cleared is completed. A pulse of SPE therefore gives
- * exactly one byte, as ST's sensor driver expects (67 DSB instructions between bit 1 and bit 8), for any number of
- * cycles per instruction. The chip's clock does not wait for DR, and a pulse that is too long causes an overrun.
- * This overrun is not modelled, because instruction timing is an estimate.
+ * while SPE is still set. A pulse of SPE gives exactly one byte, as ST's sensor driver expects (67 DSB between bit 1
+ * and bit 8), for any cycles per instruction. The chip's clock does not wait for DR; the overrun of a pulse that is
+ * too long is not modelled, because instruction timing is an estimate.
  *
- * A master whose internal NSS is low (SSM = 1, SSI = 0) gets MODF.
+ * A master with SSM = 1 and SSI = 0 gets MODF.
  *
- * NOT MODELLED
- * - Slave mode: a note.
- * - CRC calculation (CRCEN): a note; RXCRCR and TXCRCR read 0.
- * - TI mode (FRF): a note.
- * - I2S (I2SMOD): a note.
- * - The NSS pin as input or output; as input it is assumed high, with a note.
+ * NOT MODELLED, with notes: slave mode; CRC (RXCRCR, TXCRCR read 0); TI mode; I2S; NSS as input (high) or output.
  */
 #include "peripherals/spi.h"
 
@@ -32,8 +24,7 @@
 
 enum Note { NOTE_CRC, NOTE_TI, NOTE_I2S, NOTE_MODF, NOTE_SLAVE, NOTE_NSS, NOTE_LOST, NOTE_PINS };
 
-/* Base address, interrupt (table 38), request lines, and the pins that must be switched to the SPI. SPI2's pins are
- * the board's (its SCK and data line), alternate functions the STM32F401xB/C datasheet's (table 9). */
+/* Interrupts: table 38. Pins: the board's; functions: STM32F401xB/C datasheet table 9. */
 static const struct {
   uint32_t base;
   int number;
@@ -52,14 +43,14 @@ static void serve_dma(Spi *spi) {
   if (spi->cr2 & CR2_RXDMAEN && spi->sr & SR_RXNE) {
     dma_request(chip, SPI[spi->number].rx);
   }
-  for (int n = 0; n < 2; n++) { /* the shift register and DR */
+  for (int n = 0; n < 2; n++) { /* shift register, DR */
     if (spi->cr2 & CR2_TXDMAEN && spi->sr & SR_TXE) {
       dma_request(chip, SPI[spi->number].tx);
     }
   }
 }
 
-/* Make the active DMA requests and set the interrupt line. */
+/* DMA requests and the interrupt line. */
 static void update(Spi *spi) {
   if (spi->in_dma) {
     return;
@@ -80,7 +71,7 @@ static void update_if_enabled(Spi *spi) {
 
 /* -- frames --------------------------------------------------------------------------------------------- */
 
-/* Return true if SPE starts the clock instead of DR. */
+/* SPE starts the clock. */
 static bool is_receiving(uint32_t cr1) { return cr1 & CR1_BIDIMODE ? !(cr1 & CR1_BIDIOE) : cr1 & CR1_RXONLY; }
 
 static void schedule_end(Spi *spi, int64_t at_ps) {
@@ -98,7 +89,7 @@ static void start(Spi *spi, int32_t value) {
   }
 }
 
-/* Between two frames: start another one if needed. */
+/* Between two frames. */
 static void start_next(Spi *spi, bool began) {
   if ((spi->cr1 & MASTER_ENABLED) != MASTER_ENABLED) {
     return;
@@ -121,7 +112,7 @@ static uint8_t reversed(uint8_t byte) {
   return result;
 }
 
-/* Exchange one byte on the line; out may be SPI_NOTHING. */
+/* out: or SPI_NOTHING. */
 static uint8_t transfer_byte(Spi *spi, int32_t out) {
   if (!spi->is_connected) {
     return SPI_UNDRIVEN;
@@ -141,7 +132,7 @@ static uint8_t transfer_byte(Spi *spi, int32_t out) {
   return spi->cr1 & CR1_LSBFIRST ? reversed(answer) : answer;
 }
 
-/* Exchange the frame on the line, most significant byte first. */
+/* Most significant byte first. */
 static uint32_t transfer_frame(Spi *spi) {
   uint32_t frame = 0;
   for (int shift = spi->cr1 & CR1_DFF ? 8 : 0; shift >= 0; shift -= 8) {
@@ -187,7 +178,7 @@ static void write_data(Spi *spi, uint32_t value) {
 }
 
 static uint32_t read_data(Spi *spi) {
-  uint32_t frame = spi->received; /* the next frame arrives later */
+  uint32_t frame = spi->received; /* before the next one */
   spi->sr &= ~(uint32_t)SR_RXNE;
   spi->data_read = true;
   if (!spi->is_busy && is_receiving(spi->cr1)) {
@@ -199,7 +190,7 @@ static uint32_t read_data(Spi *spi) {
 
 /* -- settings ------------------------------------------------------------------------------------------- */
 
-/* Set SCK from BR, and the mode from CPOL and CPHA (20.5.1). */
+/* BR, CPOL, CPHA (20.5.1). */
 static void set_clock(Spi *spi) {
   const Clocks *clocks = &spi->peripheral.chip->clocks;
   int64_t kernel_hz = spi->number == 0 ? clocks->pclk2_hz : clocks->pclk1_hz;
@@ -288,7 +279,7 @@ static uint32_t spi_peek(const Peripheral *peripheral, uint32_t offset) {
   }
 }
 
-/* SR after DR clears OVR; SR, then a write of CR1 clears MODF (20.3.10). */
+/* SR after DR clears OVR; SR, then CR1 clears MODF (20.3.10). */
 static uint32_t read_status(Spi *spi, int64_t *until_ps) {
   uint32_t status = spi->sr;
   *until_ps = event_at(spi->peripheral.chip, spi->event);
@@ -344,7 +335,7 @@ static void spi_write(Peripheral *peripheral, uint32_t offset, uint32_t value, u
   update_if_enabled(spi);
 }
 
-/* Restore the state after reset; a frame in progress is lost. */
+/* A frame in progress is lost. */
 static void spi_reset(Peripheral *peripheral) {
   Spi *spi = (Spi *)peripheral;
   event_cancel(peripheral->chip, spi->event);

@@ -1,13 +1,12 @@
-/* The devices at the pins of an SPI: sensors at chip selects, which are GPIO pins; an absent module; none.
+/* Devices at the pins of an SPI: sensors at chip selects (GPIO pins), and an absent module.
  *
- * A message contains the bytes between two edges of a chip select. A byte goes to the sensors that are selected when
- * it ends. A chip select that rises earlier cuts the byte off, and the sensor never receives it. The sensors pull
- * their chip selects up (LSM6DSL datasheet 2, LIS2MDL 2, LPS22HB 2), so an unconfigured pin selects no sensor. With
- * two chip selects low, both sensors receive every byte and drive the line against each other. The host then reads
- * the AND of both, and a note reports it.
+ * A message is the bytes between two edges of a chip select. A byte reaches the sensors selected at its end: an
+ * earlier rising edge cuts it off. The sensors pull chip selects up (LSM6DSL, LIS2MDL, LPS22HB datasheets, 2), so
+ * unconfigured pins select none. Two selected sensors drive the line against each other: the host reads the AND,
+ * with a note.
  *
- * The sensors are in Python. A message that reads is answered from the read cache (read_cache.h). Python takes over,
- * byte by byte, if the bytes are not cached, if the host writes registers, or for sequences that no driver uses.
+ * Reads are answered from the read cache (read_cache.h). Python takes over if bytes are not cached, if registers are
+ * written, and for sequences that no driver uses.
  */
 #include "peripherals/spi.h"
 
@@ -30,7 +29,6 @@ static void end_reading(Spi *spi, SpiSensor *sensor) {
   }
 }
 
-/* Pass the rest of the message to Python. */
 static void hand_to_python(Spi *spi, SpiSensor *sensor) {
   if (!sensor->is_live) {
     sensor->is_live = true;
@@ -48,7 +46,7 @@ static void write_sensor(Spi *spi, SpiSensor *sensor, uint8_t byte) {
   spi->line.calls.send(spi->peripheral.chip->now_ps, sensor->message.sensor, byte);
 }
 
-/* Read the next byte from the read cache; false: Python must be asked. */
+/* False: ask Python. */
 static bool read_cached(Spi *spi, SpiSensor *sensor, uint8_t *byte) {
   Chip *chip = spi->peripheral.chip;
   SpiMessage *message = &sensor->message;
@@ -139,7 +137,7 @@ static void deselect_sensor(Spi *spi, SpiSensor *sensor) {
 
 static void chip_select_changed(Peripheral *peripheral, int pin, bool level) {
   Spi *spi = (Spi *)peripheral;
-  (void)level; /* another port may have a pin of this number */
+  (void)level; /* maybe of another port */
   for (int n = 0; n < spi->line.sensor_count; n++) {
     SpiSensor *sensor = &spi->line.sensors[n];
     bool is_high = peripheral->chip->gpio.ports[sensor->port].input >> sensor->pin & 1;
@@ -151,7 +149,7 @@ static void chip_select_changed(Peripheral *peripheral, int pin, bool level) {
 
 /* -- bytes ---------------------------------------------------------------------------------------------- */
 
-/* The conditions of cached bytes change: discard them all. A message in progress continues live. */
+/* The cache's conditions change; a message in progress continues live. */
 static void invalidate_cache(Spi *spi) {
   for (int n = 0; n < spi->line.sensor_count; n++) {
     SpiSensor *sensor = &spi->line.sensors[n];

@@ -1,19 +1,14 @@
-/* USART1, USART2 and USART6 in asynchronous mode (RM0368 section 19; interrupt numbers of table 38).
+/* USART1, USART2 and USART6 in asynchronous mode (RM0368 section 19; interrupts: table 38).
  *
- * Sending has two stages, the data register and the shift register. A byte may be written as soon as the previous
- * one is in the shift register (TXE). An uninterrupted sender therefore keeps the line busy without gaps. TXE and TC
- * are computed from the time when SR is read. An event is scheduled only while an interrupt or a DMA request waits
- * for one of them. Sent bytes go to Python in pieces.
+ * A byte may be written as soon as the previous one is in the shift register (TXE). TXE and TC are computed when SR
+ * is read; an event exists only while an interrupt or DMA waits. Python receives sent bytes in pieces.
  *
- * As on the chip (sections 19.3, 19.6.1): TC is cleared by a read of SR followed by a write of DR, or by writing 0
- * to it; ORE and IDLE by a read of SR that shows them followed by a read of DR. A byte written before the
- * transmitter is enabled waits in DR.
+ * Flags (19.3, 19.6.1): SR then DR written clears TC, as does writing 0; SR then DR read clears the ORE and IDLE
+ * that SR showed. A byte written before TE waits in DR.
  *
- * NOT MODELLED, with a note when switched on: synchronous, smartcard, IrDA, LIN and half-duplex mode, hardware flow
- * control, mute mode and break. NOT MODELLED, silent: parity and 9-bit frames have their length on the wire, but
- * carry only bits 0 to 7. The idle frame that setting TE sends first is omitted: it would delay the first byte only
- * if that is written within one frame after TE. RM0368 does not define this: when TE is cleared, the frames in
- * flight finish.
+ * NOT MODELLED, with a note: synchronous, smartcard, IrDA, LIN, half-duplex, hardware flow control, mute, break. NOT
+ * MODELLED, silent: parity and the ninth bit have their time, without contents; the idle frame after TE. Undefined
+ * in RM0368: frames in flight finish when TE is cleared.
  */
 #include "fcu.h"
 
@@ -28,11 +23,11 @@ static const uint32_t STORED[] = {[BRR >> 2] = BRR_STORED, [CR1 >> 2] = CR1_STOR
 
 #define SENDING (CR1_UE | CR1_TE)
 #define RECEIVING (CR1_UE | CR1_RE)
-#define BAUD_TOLERANCE 0.03 /* tolerance of a receiver that samples the middle of ten bits (section 19.3.5) */
+#define BAUD_TOLERANCE 0.03 /* of a receiver that samples ten bits (19.3.5) */
 
 static const struct {
   uint32_t base;
-  uint8_t apb, interrupt; /* the kernel clock is the bus clock (RM0368 figure 12) */
+  uint8_t apb, interrupt; /* kernel clock (RM0368 figure 12) */
   enum Request tx, rx;
 } VARIANTS[USARTS] = {
   {USART1_BASE, 2, 37, REQUEST_USART1_TX, REQUEST_USART1_RX},
@@ -63,13 +58,13 @@ static bool is_sending(const Usart *usart) { return (REGISTER(usart, CR1) & SEND
 
 /* -- the line --------------------------------------------------------------------------------------------- */
 
-/* Return the end of so many frames of the run; NEVER_PS if they never end. */
+/* NEVER_PS: without bit clock. */
 static int64_t end_of(const UsartRun *run, int64_t frames) {
   __int128 at_ps = run->start_ps + (__int128)frames * run->frame.num / run->frame.den;
   return at_ps < NEVER_PS ? (int64_t)at_ps : NEVER_PS;
 }
 
-/* Pass the bytes to Python that it has not received yet. */
+/* To Python. */
 static void flush(Usart *usart, bool detailed) {
   const UsartCalls *calls = &usart->peripheral.chip->usarts.calls;
   const UsartRun *run = &usart->run;
@@ -81,7 +76,7 @@ static void flush(Usart *usart, bool detailed) {
   }
 }
 
-/* Open the run of the next frame: a new one after a gap or a change of the frame. */
+/* A new one after a gap or a change of the frame. */
 static void open_run(Usart *usart, bool connected) {
   UsartRun *run = &usart->run;
   int64_t now_ps = now_of(usart);
@@ -95,7 +90,7 @@ static void open_run(Usart *usart, bool connected) {
   }
 }
 
-/* Send a byte through the data register, which is empty. */
+/* DR is empty. */
 static void transmit(Usart *usart, uint8_t value, bool connected) {
   bool detailed = usart->peripheral.chip->detailed;
   UsartRun *run = &usart->run;
@@ -112,7 +107,7 @@ static void transmit(Usart *usart, uint8_t value, bool connected) {
   }
 }
 
-/* Replace the byte that still waits in the data register. */
+/* The byte in DR. */
 static void replace(Usart *usart, uint8_t value) {
   const UsartCalls *calls = &usart->peripheral.chip->usarts.calls;
   if (usart->buffer_length) {
@@ -133,7 +128,7 @@ static uint32_t status_of(const Usart *usart) {
   return status | (usart->idle ? SR_IDLE : 0);
 }
 
-/* Return the next time of TXE or TC; the receiver's flags come with events. */
+/* TXE or TC. */
 static int64_t next_flag_ps(const Usart *usart) {
   int64_t now_ps = now_of(usart), at_ps = NEVER_PS;
   if (usart->txe_ps > now_ps) {
@@ -195,7 +190,7 @@ static uint32_t read_data(Usart *usart) {
   return usart->received;
 }
 
-/* TC and RXNE are cleared by writing 0 (rc_w0). */
+/* rc_w0. */
 static void clear_flags(Usart *usart, uint32_t kept) {
   if (!(kept & SR_TC) && now_of(usart) >= usart->tc_ps) {
     usart->tc_ps = now_of(usart) < usart->idle_ps ? usart->idle_ps : NEVER_PS;
@@ -207,7 +202,7 @@ static void clear_flags(Usart *usart, uint32_t kept) {
 
 /* -- settings --------------------------------------------------------------------------------------------- */
 
-/* Report a terminal at another rate or with another frame, which shows garbage. */
+/* It shows garbage. */
 static void check_terminal_settings(Usart *usart, double baud, bool plain) {
   int expected = usart->terminal_baud;
   if (!expected) {
@@ -223,13 +218,13 @@ static void check_terminal_settings(Usart *usart, double baud, bool plain) {
   }
 }
 
-/* Ticks of the kernel clock in a bit (section 19.3.4). */
+/* 19.3.4. */
 static int64_t ticks_per_bit(const Usart *usart) {
   uint32_t brr = REGISTER(usart, BRR);
   return REGISTER(usart, CR1) & CR1_OVER8 ? (brr >> 4) * 8 + (brr & 7) : brr;
 }
 
-/* The length of a frame from BRR, OVER8, M and STOP (section 19.3.4). */
+/* BRR, OVER8, M, STOP (19.3.4). */
 static void set_frame(Usart *usart) {
   static const uint8_t STOP_HALF_BITS[] = {2, 1, 4, 3};
   const Clocks *clocks = &usart->peripheral.chip->clocks;
@@ -238,7 +233,7 @@ static void set_frame(Usart *usart) {
   int64_t kernel_hz = VARIANTS[usart->number].apb == 1 ? clocks->pclk1_hz : clocks->pclk2_hz;
   int half_bits = 2 * (cr1 & CR1_M ? 10 : 9) + STOP_HALF_BITS[FIELD(REGISTER(usart, CR2), CR2_STOP)];
   if (ticks == 0 || kernel_hz == 0) {
-    usart->frame = (UsartFrame){NEVER_PS, 1}; /* no bit clock: bytes are never sent */
+    usart->frame = (UsartFrame){NEVER_PS, 1}; /* no bit clock */
     return;
   }
   int64_t num = half_bits * ticks * PS_PER_S, den = 2 * kernel_hz, divisor = gcd(num, den);
@@ -275,7 +270,7 @@ static void serve_dma(Usart *usart) {
     dma_request(chip, VARIANTS[usart->number].rx);
   }
   if (cr3 & CR3_DMAT && is_sending(usart)) {
-    for (int stage = 0; stage < 2; stage++) { /* the shift register and DR */
+    for (int stage = 0; stage < 2; stage++) { /* shift register, DR */
       if (status_of(usart) & SR_TXE) {
         dma_request(chip, VARIANTS[usart->number].tx);
       }
@@ -283,14 +278,14 @@ static void serve_dma(Usart *usart) {
   }
 }
 
-/* Section 19.4: flags and their enable bits have the same places, except the receiver's errors. */
+/* Flags and enable bits have the same places, except errors (19.4). */
 static bool is_interrupt_active(const Usart *usart) {
   uint32_t cr1 = REGISTER(usart, CR1), status = status_of(usart);
   bool errors = cr1 & CR1_RXNEIE || (REGISTER(usart, CR3) & (CR3_EIE | CR3_DMAR)) == (CR3_EIE | CR3_DMAR);
   return status & cr1 & (SR_TXE | SR_TC | SR_RXNE | SR_IDLE) || (status & SR_ORE && errors);
 }
 
-/* Schedule the next event: the time of a flag that an interrupt or DMA waits for. */
+/* A flag that an interrupt or DMA waits for. */
 static void schedule_next(Usart *usart) {
   Chip *chip = usart->peripheral.chip;
   int64_t at_ps = NEVER_PS;
@@ -307,7 +302,7 @@ static void schedule_next(Usart *usart) {
   }
 }
 
-/* Make the active requests, set the interrupt line, and schedule the next event. */
+/* DMA requests, interrupt line, next event. */
 static void update(Usart *usart) {
   if (usart->in_dma) {
     return;
@@ -340,7 +335,7 @@ static uint32_t usart_read(Peripheral *peripheral, uint32_t offset, int64_t *unt
     *until_ps = NOT_CACHEABLE_PS;
     return read_data(usart);
   }
-  if (offset == SR) { /* it begins the sequences that clear flags; a second read has no further effect */
+  if (offset == SR) { /* begins a clearing sequence; repeated reads have no further effect */
     *until_ps = next_flag_ps(usart);
     usart->sr_read = true;
     usart->last_sr = status_of(usart);
@@ -374,7 +369,7 @@ static void usart_write(Peripheral *peripheral, uint32_t offset, uint32_t value,
 
 static void usart_clocks_changed(Peripheral *peripheral) { set_frame((Usart *)peripheral); }
 
-/* Reset registers, flags and the received byte; frames on the wire are finished. */
+/* Frames on the wire finish. */
 static void usart_reset(Peripheral *peripheral) {
   Usart *usart = (Usart *)peripheral;
   memset(usart->registers, 0, sizeof usart->registers);
@@ -440,7 +435,7 @@ int32_t fcu_usart_receive(Chip *chip, int32_t index, int32_t value) {
   if ((REGISTER(usart, CR1) & RECEIVING) != RECEIVING) {
     return 1;
   }
-  if (lost) { /* section 19.3.3: DR keeps the previous byte */
+  if (lost) { /* DR keeps the previous byte (19.3.3) */
     usart->overrun = true;
   } else {
     usart->rx_byte = (int16_t)(value & 0xFF);

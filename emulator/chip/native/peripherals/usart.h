@@ -1,4 +1,4 @@
-/* One USART; usart.c explains it. */
+/* USART1, USART2 and USART6. */
 #ifndef FCU_USART_H
 #define FCU_USART_H
 
@@ -7,56 +7,52 @@
 #define USARTS 3
 #define USART_BUFFER 256
 
-/* The length of a frame, num / den ps. */
+/* num / den ps. */
 typedef struct {
   int64_t num, den;
 } UsartFrame;
 
-/* Frames on the wire without a gap: each time is computed from the first one, so that they do not drift. */
+/* Without a gap: times are computed from the first, so that they do not drift. */
 typedef struct {
   int64_t start_ps, count;
   UsartFrame frame;
-  uint8_t connected; /* the pin is switched to the transmitter: a terminal receives it */
+  uint8_t connected; /* pin switched to the USART */
 } UsartRun;
 
 typedef struct {
   Peripheral peripheral;
-  int32_t number; /* the number among the three */
+  int32_t number; /* 0 to 2 */
   int32_t event;
-  uint32_t registers[7]; /* by offset / 4; SR and DR are not stored */
-  UsartFrame frame; /* of the next byte */
+  uint32_t registers[7]; /* by offset / 4, without SR and DR */
+  UsartFrame frame; /* next byte */
 
-  /* The transmitter. */
   UsartRun run;
-  int64_t txe_ps, idle_ps; /* when the data register is next empty, and the line idle */
-  int64_t tc_ps;           /* when TC is next set */
-  int16_t pending_byte;         /* a byte in DR while the transmitter is off; -1: none */
-  uint8_t sr_read;           /* SR was read since DR was last written: writing DR clears TC */
-  /* The latest bytes of the run, which Python has not yet received. */
+  int64_t txe_ps, idle_ps; /* DR next empty, line next idle */
+  int64_t tc_ps;           /* TC next set */
+  int16_t pending_byte;         /* waits for TE and UE; -1: none */
+  uint8_t sr_read;           /* since a write of DR, which clears TC then */
+  /* Not yet passed to Python. */
   uint8_t buffer[USART_BUFFER];
   int32_t buffer_length;
 
-  /* The receiver. */
-  int16_t rx_byte;  /* a byte that has not been read; -1: none (RXNE) */
-  uint8_t received; /* the last byte that was read */
+  int16_t rx_byte;  /* RXNE; -1: none */
+  uint8_t received; /* last byte read */
   uint8_t overrun, idle;
-  uint32_t last_sr; /* SR as last read: the flags that a following read of DR clears */
+  uint32_t last_sr; /* flags that reading DR clears */
 
-  uint8_t wants_events; /* an interrupt or a DMA request may be due */
+  uint8_t wants_events; /* interrupts or DMA enabled */
   uint8_t in_dma;
 
-  /* The wiring, set once. */
-  PinFunction pins[2]; /* pins of the terminal; function 255 ends them */
-  int32_t terminal_baud; /* 0: no terminal */
+  PinFunction pins[2]; /* terminal; 255 ends */
+  int32_t terminal_baud; /* 0: none */
 } Usart;
 
-/* Callbacks into Python; either may be NULL. */
+/* Callbacks into Python, or NULL. */
 typedef struct {
-  /* Bytes were sent: frames number first and following of a run that began at start_ps. detailed: the trace needs
-   * them. */
+  /* From frame `first` of a run. detailed: for the trace. */
   void (*sent)(int64_t now_ps, int32_t peripheral, int64_t start_ps, int64_t num, int64_t den, int32_t connected,
                int64_t first, const uint8_t *bytes, int32_t length, int32_t detailed);
-  /* The last of these bytes was overwritten in DR. */
+  /* Overwrites the last byte sent. */
   void (*replaced)(int64_t now_ps, int32_t peripheral, int32_t value);
 } UsartCalls;
 
