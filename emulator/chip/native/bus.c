@@ -7,8 +7,6 @@
 
 #define MEMORY_LIKE_AFTER 1000 /* reads without a write, before read_memory_like() is used */
 
-/* -- the address map ---------------------------------------------------------------------------------- */
-
 static bool in_ram(uint32_t address, unsigned size) { return address - RAM_BASE <= RAM_SIZE - size; }
 
 const uint8_t *core_bytes_at(const Core *core, uint32_t address, uint32_t size) {
@@ -63,7 +61,6 @@ void core_ram_written(Core *core, uint32_t address, uint32_t size) {
   }
 }
 
-/* Charge the work since `before`. */
 static inline void charge(Chip *chip, uint32_t address, int64_t before) {
   Cost *cost = &chip->costs.accesses[page_of(address)];
   chip->work += WORK_ACCESS;
@@ -251,7 +248,7 @@ static bool read_register(Chip *chip, Peripheral *peripheral, uint32_t address, 
   return true;
 }
 
-/* An aligned address outside of memory. False: no register. */
+/* Read an aligned register address; false: no register is there. */
 static bool read_device(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
   return is_register_address(address) ? read_register(chip, chip_peripheral_at(chip, address), address, size, value)
                                : read_bit_band(chip, address, value);
@@ -305,7 +302,7 @@ static void report_access(Chip *chip, uint32_t address, unsigned size, bool writ
   chip->host.accessed(chip->now_ps, address, size, written);
 }
 
-/* Watched memory and UNALIGN_TRP; false: refused. */
+/* Check watched memory and UNALIGN_TRP; false: the access is refused. */
 static bool check_access(Core *core, uint32_t address, unsigned size, bool written) {
   if (core->unalign_trp && is_unaligned(address, size)) {
     return access_fault(core, address, STOP_UNALIGNED);
@@ -329,7 +326,7 @@ static bool read_unaligned(Core *core, uint32_t address, unsigned size, uint32_t
   return true;
 }
 
-/* A register that is polled continuously; false: use the normal path. */
+/* Read a register that is polled continuously; false: use the normal path. */
 static bool read_memory_like(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
   Peripheral *peripheral = chip_peripheral_at(chip, address);
   if (!peripheral || !peripheral->memory_like || ++peripheral->reads_since_write <= MEMORY_LIKE_AFTER ||

@@ -26,8 +26,8 @@ typedef struct {
     uint32_t address, size, value;
   } reads[CACHED_READS];
   uint32_t ignored[IGNORED_SLOTS]; /* address | enum IgnoreReason */
-  uint8_t empty_pages[PAGES];         /* enum Access */
-  uint8_t unclocked[PAGES];      /* gated by RCC */
+  uint8_t empty_pages[PAGES];      /* enum Access */
+  uint8_t unclocked[PAGES];
 } PythonRegisters;
 
 /* Why an address reads as 0 and ignores writes; reported already. */
@@ -40,21 +40,20 @@ enum IgnoreReason { NO_REGISTER = 1, NO_CLOCK = 2 };
 enum Access { ACCESS_READ = 1, ACCESS_WRITE = 2 };
 
 void python_registers_invalidate(Chip *chip);
-/* Ignored registers, by word address. */
 bool python_registers_is_ignored(const Chip *chip, uint32_t address, enum IgnoreReason kind);
 void python_registers_ignore(Chip *chip, uint32_t address, enum IgnoreReason kind);
-/* Access a register in Python. *until_ps as in PeripheralType. */
+/* *until_ps as in PeripheralType. */
 uint32_t python_load(Chip *chip, uint32_t address, unsigned size, int64_t *until_ps);
 void python_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);
 
 /* -- poll_skip.c: loops that poll registers ----------------------------------------------------------- */
 
 #define POLL_SKIP_COMPARE_AFTER 3 /* reads of a register before states are compared */
-#define POLL_SKIP_MAX_MISSES 50       /* unsuccessful comparisons before a pause */
-#define POLL_SKIP_PAUSE 2000    /* reads of a pause */
+#define POLL_SKIP_MAX_MISSES 50   /* unsuccessful comparisons before a pause */
+#define POLL_SKIP_PAUSE 2000
 #define POLL_SKIP_STATES 64
-#define POLL_SKIP_LOGGED 128    /* changes of RAM */
-#define POLL_SKIP_POLLED 256    /* a power of 2 */
+#define POLL_SKIP_LOGGED 128
+#define POLL_SKIP_POLLED 256
 
 typedef struct {
   uint8_t core[CORE_STATE_SIZE];
@@ -71,9 +70,9 @@ typedef struct {
 } Polled;
 
 typedef struct {
-  int64_t accesses;   /* of any kind */
-  int64_t version;    /* changes when a register may have changed early */
-  int64_t skipped;    /* instructions that were not executed */
+  int64_t accesses;
+  int64_t version; /* changes when a register may have changed early */
+  int64_t skipped;
   int64_t enabled;
   int64_t state_count;
   int64_t valid_ps;
@@ -93,7 +92,6 @@ static inline void poll_skip_invalidate(PollSkip *poll_skip) { poll_skip->versio
 static inline Polled *poll_skip_slot(PollSkip *poll_skip, uint32_t address) {
   return &poll_skip->polled[(address * 0x9E3779B1u >> 16) % POLL_SKIP_POLLED];
 }
-/* Discard the recorded states. */
 void poll_skip_reset(Chip *chip);
 /* Log changes of RAM; true: RAM has its contents from the beginning of the log. */
 void poll_skip_begin_log(Chip *chip);
@@ -105,15 +103,15 @@ void poll_skip_log_store(Chip *chip, uint32_t address, uint32_t old);
 
 /* -- idle_skip.c: loops that poll variables ----------------------------------------------------------- */
 
-#define IDLE_SKIP_SLOTS 1024 /* a power of 2 */
+#define IDLE_SKIP_SLOTS 1024
 
 typedef struct {
   struct {
     uint32_t address;
     uint16_t period; /* instructions of an iteration; 0: unknown */
-    uint16_t misses;   /* consecutive iterations without a repetition */
+    uint16_t misses; /* consecutive iterations without a repetition */
   } loops[IDLE_SKIP_SLOTS];
-  int64_t check_interval; /* maximum length of the next run */
+  int64_t check_interval;
   int64_t accesses, not_before;
   uint32_t suspect; /* address in a suspected loop; 1: none */
   int32_t failures;

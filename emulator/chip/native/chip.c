@@ -6,9 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define PYTHON_SOURCE 63 /* bit in irq_sources */
-
-/* -- creation -------------------------------------------------------------------------------------------- */
+#define PYTHON_SOURCE 63
 
 Chip *fcu_create(const Host *host) {
   Chip *chip = calloc(1, sizeof(Chip));
@@ -103,8 +101,6 @@ void fcu_costliest(const Chip *chip, Costliest *found) {
   }
 }
 
-/* -- snapshots ------------------------------------------------------------------------------------------- */
-
 int64_t fcu_snapshot_size(void) { return sizeof(Chip); }
 
 void fcu_save(const Chip *chip, void *snapshot) { memcpy(snapshot, chip, sizeof *chip); }
@@ -130,8 +126,6 @@ void fcu_restore(Chip *chip, const void *snapshot) {
   }
   fcu_watch_memory(chip, (int32_t)watches, begin, end);
 }
-
-/* -- peripherals ---------------------------------------------------------------------------------------------- */
 
 void peripheral_create(Chip *chip, Peripheral *peripheral, const PeripheralType *type, uint32_t base, uint32_t size,
                   const int16_t *offsets) {
@@ -200,8 +194,6 @@ void peripheral_note(Peripheral *peripheral, int id, enum NoteKind kind, const c
   va_end(arguments);
   peripheral->chip->host.note(peripheral->chip->now_ps, peripheral->index, kind, text);
 }
-
-/* -- peripherals, for Python -------------------------------------------------------------------------- */
 
 int32_t fcu_peripheral_count(const Chip *chip) { return chip->peripheral_count; }
 
@@ -290,7 +282,7 @@ static void schedule(Chip *chip, int event, int64_t at_ps, bool deferred) {
   chip->event_order[event] = chip->order++;
   chip->deferred = (chip->deferred & ~(UINT64_C(1) << event)) | (uint64_t)deferred << event;
   if (before_ps <= chip->next_ps || before_ps <= chip->due_ps) {
-    update_next_event(chip); /* it may have been the earliest */
+    update_next_event(chip);
     run_loop_update_limit(chip);
     return;
   }
@@ -378,8 +370,6 @@ void fcu_settle(Chip *chip) {
 
 int64_t fcu_next_event(const Chip *chip) { return chip->next_ps; }
 
-/* -- clocks and lines ------------------------------------------------------------------------------------ */
-
 int64_t gcd(int64_t a, int64_t b) {
   while (b) {
     int64_t rest = a % b;
@@ -424,8 +414,6 @@ int32_t fcu_irq_level(const Chip *chip, int32_t number) { return chip->irq_sourc
 void fcu_watch_irqs(Chip *chip, void (*changed)(int64_t now_ps, int32_t number, int32_t level)) {
   chip->irq_changed = changed;
 }
-
-/* -- pins ------------------------------------------------------------------------------------------------ */
 
 int port_index(char port) { return port == 'H' ? 5 : port - 'A'; }
 

@@ -21,7 +21,6 @@
 #define MAX_PERIPHERALS COST_PERIPHERALS
 #define INTERRUPTS 85 /* RM0368 table 38 */
 
-/* Accesses that a peripheral ignores. */
 enum IgnoredAccess { READ_UNCLOCKED, WRITE_UNCLOCKED, READ_UNKNOWN, WRITE_UNKNOWN };
 
 /* Callbacks into Python. They set chip->host_next_ps and never raise. */
@@ -36,7 +35,7 @@ typedef struct {
   void (*locked_up)(int64_t now_ps, uint32_t pc);
   /* Reset all peripherals, RCC last. */
   void (*reset)(int64_t now_ps, int32_t reason);
-  void (*accessed)(int64_t now_ps, uint32_t address, uint32_t size, int32_t written); /* watched memory */
+  void (*accessed)(int64_t now_ps, uint32_t address, uint32_t size, int32_t written);
 } Host;
 
 /* Frequencies in Hz that RCC sets (RM0368 section 6.2). */
@@ -52,10 +51,10 @@ struct Chip {
   int64_t must_stop;    /* end the run after this instruction: error or request in a callback */
   int64_t detailed;     /* the trace records bus transfers and chip-select edges */
   int64_t work;         /* since power-on, in units of work.h */
-  int64_t work_limit;   /* the run ends there */
-  int64_t observed;     /* the trace needs its events at once */
+  int64_t work_limit;
+  int64_t observed; /* the trace needs its events at once */
 
-  int32_t bare;         /* all registers are Python's: fcu_execute() */
+  int32_t bare; /* all registers are Python's: fcu_execute() */
   Host host;
   Clocks clocks;
 
@@ -68,21 +67,21 @@ struct Chip {
 
   Peripheral *peripherals[MAX_PERIPHERALS];
   int32_t peripheral_count;
-  Peripheral *pages[PERIPHERALS_SIZE >> 10]; /* NULL: in Python */
+  Peripheral *pages[PERIPHERALS_SIZE >> 10];
   PythonRegisters python_registers;
   Costs costs;
 
   /* next_ps: earliest scheduled event; due_ps: earliest of all. */
   int64_t next_ps, due_ps;
   int64_t event_ps[EVENTS];
-  uint64_t event_order[EVENTS], order, deferred; /* bit = event */
+  uint64_t event_order[EVENTS], order, deferred;
   Fire event_fire[EVENTS];
   Peripheral *event_peripheral[EVENTS];
   int32_t event_count;
 
   uint64_t irq_sources[INTERRUPTS]; /* bit = index of a peripheral; bit 63: Python */
   void (*irq_changed)(int64_t now_ps, int32_t number, int32_t level); /* NULL: not watched */
-  int8_t alternate[PORTS][16];      /* function of each pin; -1: none */
+  int8_t alternate[PORTS][16]; /* function of each pin; -1: none */
 
 #define MEMBER(type, member, create) type member;
   EACH_PERIPHERAL(MEMBER)
@@ -96,10 +95,8 @@ struct Chip {
 /* Carry out all events up to to_ps. At the same time the chip's events precede Python's, in the order of scheduling.
  */
 void chip_advance(Chip *chip, int64_t to_ps);
-/* Carry out all events that are due. */
 void chip_settle(Chip *chip);
 int port_index(char port);
-/* NULL: in Python, or none. */
 static inline Peripheral *chip_peripheral_at(const Chip *chip, uint32_t address) {
   uint32_t offset = address - PERIPHERALS_BASE;
   if (UNLIKELY(chip->bare)) {

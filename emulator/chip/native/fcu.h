@@ -1,6 +1,6 @@
 /* The C interface for Python; each section names the file that implements it.
  *
- * All functions take the handle of fcu_create(). There is no global state; one thread at a time uses a handle. Times
+ * All functions take the handle of fcu_create(). State is never global; one thread at a time uses a handle. Times
  * are picoseconds since power-on. Internal callers use hidden functions, because a call of an exported one goes
  * through a table.
  */
@@ -29,7 +29,6 @@ uint8_t *fcu_system_memory(Chip *chip);
 /* By number: 0 to 15, then enum Register of state.c. Between runs only. */
 void fcu_read_registers(const Chip *chip, const int32_t *numbers, uint32_t *values, int32_t count);
 void fcu_write_registers(Chip *chip, const int32_t *numbers, const uint32_t *values, int32_t count);
-/* EPSR.T. */
 int32_t fcu_thumb(const Chip *chip);
 void fcu_set_thumb(Chip *chip, int32_t thumb);
 
@@ -62,13 +61,10 @@ void fcu_halt(Chip *chip);
 void fcu_resume(Chip *chip, int32_t step);
 /* While halted fcu_run_until() returns at once. */
 int32_t fcu_is_halted(const Chip *chip);
-/* End WFI, WFE or sleep on exit. */
 void fcu_wake(Chip *chip);
 /* Select if BKPT halts the core. fcu_halted_on_bkpt(): it has, since the last call. */
 void fcu_debug(Chip *chip, int32_t on);
 int32_t fcu_halted_on_bkpt(Chip *chip);
-
-/* -- code: decode_cache.c --------------------------------------------------------------------------------------- */
 
 void fcu_invalidate_code(Chip *chip);
 /* Add or remove a breakpoint (STOP_BREAKPOINT). */
@@ -77,25 +73,24 @@ void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on);
 /* -- status: chip.c, nvic.c --------------------------------------------------------------------------- */
 
 typedef struct {
-  int64_t now_ps;    /* when the next instruction begins */
-  int64_t retired;   /* instructions since power-on */
-  int64_t skipped;   /* of these, not executed */
-  int64_t accesses;  /* to registers with side effects or changing values */
-  int64_t thread_ps; /* last return to Thread mode */
+  int64_t now_ps;
+  int64_t retired;
+  int64_t skipped;
+  int64_t accesses; /* to registers with side effects or changing values */
+  int64_t thread_ps;
   uint64_t pending[2], enabled[2], active[2]; /* bit = exception number */
-  int64_t execution_priority;    /* ARMv7-M ARM B1.5.4; 256: none */
-  uint32_t lowest_msp;   /* main stack at exception entries */
+  int64_t execution_priority;                 /* ARMv7-M ARM B1.5.4; 256: none */
+  uint32_t lowest_msp;                        /* main stack at exception entries */
   uint32_t locked_up, locked_up_pc;
-  uint32_t asleep;   /* enum Sleep */
+  uint32_t asleep;
 } Status;
 void fcu_status(const Chip *chip, Status *status);
 /* The most expensive kind of work since power-on. */
 typedef struct {
   int64_t times;
-  int32_t kind, index; /* enum CostKind of work.h */
+  int32_t kind, index;
 } Costliest;
 void fcu_costliest(const Chip *chip, Costliest *found);
-/* Priority of an exception; group priority of a priority. */
 int32_t fcu_priority(const Chip *chip, int32_t exception);
 int32_t fcu_priority_group(const Chip *chip, int32_t priority);
 
@@ -116,9 +111,7 @@ void fcu_restore(Chip *chip, const void *snapshot);
 
 /* -- time: chip.c ----------------------------------------------------------------------------------------- */
 
-/* Let time pass without executing instructions. */
 void fcu_advance(Chip *chip, int64_t to_ps);
-/* Carry out all events that are due. */
 void fcu_settle(Chip *chip);
 /* The earliest event of the chip that ends a run. */
 int64_t fcu_next_event(const Chip *chip);
@@ -128,7 +121,7 @@ void fcu_set_clocks(Chip *chip, const Clocks *clocks);
 
 int32_t fcu_peripheral_count(const Chip *chip);
 uint32_t fcu_peripheral_base(const Chip *chip, int32_t index);
-/* -1: in Python, or no peripheral. */
+/* Return -1 for an address without a peripheral in C. */
 int32_t fcu_peripheral_at(const Chip *chip, uint32_t address);
 /* RCC gates the clock of the peripheral in Python at an address. */
 void fcu_gate_python(Chip *chip, uint32_t address, int32_t clocked);
@@ -149,14 +142,13 @@ void fcu_write_peripheral(Chip *chip, int32_t index, uint32_t offset, uint32_t v
 /* NVIC input `number`, set by Python's peripherals; 1: active. */
 void fcu_set_irq(Chip *chip, int32_t number, int32_t level);
 int32_t fcu_irq_level(const Chip *chip, int32_t number);
-/* changed: NULL to stop. */
 void fcu_watch_irqs(Chip *chip, void (*changed)(int64_t now_ps, int32_t number, int32_t level));
-/* function: -1 for none. */
+/* function -1: none. */
 void fcu_set_alternate(Chip *chip, int32_t port, int32_t pin, int32_t function);
 
 /* -- pins: gpio.c, exti.c -------------------------------------------------------------------------------- */
 
-/* port: index in "ABCDEH". */
+/* port is an index in "ABCDEH". */
 void fcu_connect_pins(Chip *chip, const PinCalls *calls);
 /* Output edges recorded while the trace is not observed. Take the latest, oldest first; *lost: dropped ones. */
 int64_t fcu_pending_edges(const Chip *chip);
@@ -167,17 +159,16 @@ void fcu_watch_pin(Chip *chip, int32_t port, int32_t pin);
 void fcu_frequent_pin(Chip *chip, int32_t port, int32_t pin);
 /* Level of all external drivers together; -1: not driven. */
 void fcu_drive_pin(Chip *chip, int32_t port, int32_t pin, int32_t level);
-/* -1: none. */
+/* Return -1 for none. */
 int32_t fcu_pin_output(const Chip *chip, int32_t port, int32_t pin);
 int32_t fcu_pin_pull(const Chip *chip, int32_t port, int32_t pin);
 int32_t fcu_pin_alternate(const Chip *chip, int32_t port, int32_t pin);
-/* Internal signals: line 16 and above. */
+/* line is 16 or above: an internal signal. */
 void fcu_set_exti_line(Chip *chip, int32_t line, int32_t level);
 
 /* -- timers by index: tim.c --------------------------------------------------------------------------- */
 
 void fcu_connect_timers(Chip *chip, const TimCalls *calls);
-/* The address is valid as long as the chip. */
 const TickCounts *fcu_timer_counts(const Chip *chip, int32_t index);
 /* Update rate in Hz; 0 while ARR is 0. */
 double fcu_timer_rate(const Chip *chip, int32_t index);
@@ -197,9 +188,8 @@ void fcu_usart_flush(Chip *chip, int32_t index);
 int32_t fcu_usart_frame(const Chip *chip, int32_t index, int64_t *num, int64_t *den);
 /* Next time of TXE or TC. */
 int64_t fcu_usart_next_change(Chip *chip, int32_t index);
-/* 0: overrun, the byte is lost. */
+/* Return 0 if the byte is lost by overrun. */
 int32_t fcu_usart_receive(Chip *chip, int32_t index, int32_t value);
-/* The line has been idle for one frame. */
 void fcu_usart_line_idle(Chip *chip, int32_t index);
 
 /* -- DMA request lines (enum Request): dma.c ---------------------------------------------------------- */

@@ -15,7 +15,7 @@
     if (LIKELY(address - RAM_BASE < core->ram_load_limit)) {                             \
       __builtin_memcpy(&data, core->ram + (address - RAM_BASE), sizeof data);            \
     } else if (address - FLASH_BASE < core->flash_load_limit) {                          \
-      __builtin_memcpy(&data, core->constants + (address - FLASH_BASE), sizeof data);    \
+      __builtin_memcpy(&data, core->flash + (address - FLASH_BASE), sizeof data);    \
     } else {                                                                             \
       return false;                                                                      \
     }                                                                                    \

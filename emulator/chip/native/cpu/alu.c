@@ -64,8 +64,6 @@ INLINE uint32_t rotated_constant(const Core *core, const Insn *insn, uint32_t *c
   DEFINE(constant, __VA_ARGS__)    \
   DEFINE(rotated_constant, __VA_ARGS__)
 
-/* -- the operations ------------------------------------------------------------------------------------- */
-
 /* AddWithCarry (A2.2.1). */
 INLINE uint32_t add_with_carry(Core *core, uint32_t x, uint32_t y, uint32_t carry_in) {
   uint64_t sum = (uint64_t)x + y + carry_in;
@@ -153,8 +151,6 @@ EACH_OPERAND(DEFINE_TEST, teq, n ^ m)
 EACH_OPERAND(DEFINE_COMPARISON, cmn, m, 0)
 EACH_OPERAND(DEFINE_COMPARISON, cmp, ~m, 1)
 
-/* -- selection ------------------------------------------------------------------------------------------ */
-
 #define ENTRY(operand, name) name##_##operand,
 #define ROW(name) {EACH_OPERAND(ENTRY, name)}
 #define ALL(name) {ROW(name), ROW(name##s), ROW(name##_predicated)}
@@ -178,7 +174,7 @@ void select_alu(Insn *insn, enum Alu alu, enum Operand operand, bool set_flags) 
   insn->run = operations[alu][predicated ? IN_IT_BLOCK : set_flags][operand];
   if (predicated) {
     insn->flags |= PREDICATED;
-    insn->a = insn->it < 0xE0 ? insn->it >> 4 & 1 : 0; /* 15: always */
+    insn->a = insn->it < 0xE0 ? insn->it >> 4 & 1 : 0;
   }
   writes_d(insn);
 }

@@ -83,8 +83,6 @@ static bool decode_saturation(bool is_unsigned, bool by_asr, uint16_t second, In
   return true;
 }
 
-/* -- packing ------------------------------------------------------------------------------------------ */
-
 OPERATION(pkhbt) {
   uint32_t m = core->r[insn->m] << insn->shift;
   core->r[insn->d] = (m & 0xFFFF0000) | (core->r[insn->n] & 0xFFFF);
@@ -100,12 +98,12 @@ OPERATION(pkhtb) {
 /* -- decoding, after d, n, m -------------------------------------------------------------------------- */
 
 void decode_movt(Insn *insn) {
-  insn->n = 0; /* immediate bits */
+  insn->n = 0;
   insn->run = movt;
   writes_d(insn);
 }
 
-/* A5.3.3, except data32.c. */
+/* Section A5.3.3; the rest is in data32.c. */
 bool decode_bit_field(uint16_t first, uint16_t second, Insn *insn) {
   unsigned low5 = bits(second, 4, 0);
   insn->shift = (uint8_t)(bits(second, 14, 12) << 2 | bits(second, 7, 6));

@@ -3,8 +3,6 @@
 
 #include "cpu/system.h"
 
-/* -- branches ------------------------------------------------------------------------------------------- */
-
 /* Two links follow a branch (decode_cache.h). */
 #define FOLLOWING insn[1].next
 #define TARGET insn[2].next
@@ -133,13 +131,11 @@ static bool decode_it(uint32_t itstate, Insn *insn) {
   return !insn->it;
 }
 
-/* -- other instructions --------------------------------------------------------------------------------- */
-
 OPERATION(svc) { stop_after(core, insn, budget, STOP_SVC); }
 
 OPERATION(bkpt) { stop_at(core, insn, budget, STOP_BKPT); }
 
-/* 1011 (A5.2.5). */
+/* Section A5.2.5. */
 static bool decode_miscellaneous(uint32_t address, uint16_t first, Insn *insn) {
   if ((first & 0xF500) == 0xB100) {
     insn->n = bits(first, 2, 0);
@@ -174,13 +170,13 @@ bool decode_control16(uint32_t address, uint16_t first, Insn *insn) {
     }
     insn->run = svc;
     insn->flags |= ENDS_BLOCK;
-    return condition == 15; /* 14: UDF */
+    return condition == 15;
   case 0xE: return decode_branch(b, address + 4 + 2 * (uint32_t)sign_extend(first, 11), insn);
   default: return false;
   }
 }
 
-/* A5.3.4. */
+/* Section A5.3.4. */
 bool decode_control32(uint32_t address, uint16_t first, uint16_t second, Insn *insn) {
   uint32_t s = bits(first, 10, 10), j1 = bits(second, 13, 13), j2 = bits(second, 11, 11);
   uint32_t low = bits(second, 10, 0), pc = address + 4;
@@ -190,7 +186,7 @@ bool decode_control32(uint32_t address, uint16_t first, uint16_t second, Insn *i
     return decode_branch(bits(second, 14, 14) ? bl : b, pc + 2 * (uint32_t)sign_extend(offset, 24), insn);
   }
   if (bits(second, 14, 14)) {
-    return false; /* BLX, UDF */
+    return false;
   }
   if (condition < 14) { /* encoding T3 */
     uint32_t offset = s << 19 | j2 << 18 | j1 << 17 | bits(first, 5, 0) << 11 | low;

@@ -6,7 +6,7 @@
 
 /* Skip insn->shift steps unless the condition holds (A7.3.1). */
 Operation skip_unless(unsigned condition);
-/* Set core->it_mask to an even condition. */
+/* Set core->it_mask to a condition with an even number. */
 Operation mask_operation(unsigned condition);
 
 #endif

@@ -30,45 +30,45 @@ struct Insn {
       uint32_t imm;
       uint8_t d, n, m, a;
     };
-    const Insn *next;     /* of links */
-    const uint8_t *bytes; /* of loads from a fixed address */
+    const Insn *next;
+    const uint8_t *bytes;
   };
   uint32_t address;
-  uint8_t shift;   /* usually of a shift, 0..32 */
+  uint8_t shift;     /* usually a shift distance */
   uint8_t remaining; /* instructions from here to the end of the block */
-  uint8_t it;   /* ITSTATE */
-  uint8_t flags; /* enum InsnFlag */
+  uint8_t it;
+  uint8_t flags;
 };
 
 /* Set by the decoders for the block builder. */
 enum InsnFlag {
-  PREDICATED = 1,     /* executed if it_mask, inverted by a, is set */
-  ENDS_BLOCK = 2,       /* or may do so */
-  DIRECT_BRANCH = 4,      /* to imm */
-  UNCONDITIONAL = 8,     /* ignores the condition of its IT block */
-  IS_IT = 16,     /* imm: ITSTATE */
-  READS_PC = 32,  /* although UNPREDICTABLE */
-  WRITES_SP = 64, /* or PC: the lowest bits are cleared (B1.4.1) */
-  LITERAL = 128,  /* loads the word at imm to d */
+  PREDICATED = 1,    /* executed if it_mask, inverted by a, is set */
+  ENDS_BLOCK = 2,    /* writes PC or ends the run, or may do so */
+  DIRECT_BRANCH = 4, /* its target is imm */
+  UNCONDITIONAL = 8, /* ignores the condition of its IT block */
+  IS_IT = 16,        /* imm: ITSTATE */
+  READS_PC = 32,     /* although UNPREDICTABLE */
+  WRITES_SP = 64,    /* or PC: the lowest bits are cleared (B1.4.1) */
+  LITERAL = 128,     /* loads the word at imm to d */
 };
 
 enum Shift { LSL, LSR, ASR, ROR, RRX }; /* SRType (A7.4.2) */
 
 /* Why a run ended; as in bare_core.py. */
 enum Stop {
-  STOP_SLICE,     /* all instructions, or fcu_end_run() */
-  STOP_BREAKPOINT,     /* before the instruction */
-  STOP_WFI,       /* after */
-  STOP_WFE,       /* after */
-  STOP_SVC,       /* after */
-  STOP_BKPT,      /* on */
+  STOP_SLICE,      /* all instructions, or fcu_end_run() */
+  STOP_BREAKPOINT, /* before the instruction */
+  STOP_WFI,        /* after the instruction, like the next two */
+  STOP_WFE,
+  STOP_SVC,
+  STOP_BKPT,             /* on the instruction */
   STOP_EXCEPTION_RETURN, /* EXC_RETURN loaded into PC */
-  STOP_UNDEFINED, /* on, like all following ones */
+  STOP_UNDEFINED,        /* on the instruction, like all following ones */
   STOP_INVALID_STATE,
   STOP_NO_COPROCESSOR,
   STOP_UNALIGNED,
   STOP_DIVIDE_BY_ZERO,
-  STOP_FETCH,     /* the caller checks for execute-never */
+  STOP_FETCH, /* the caller checks for execute-never */
   STOP_READ,
   STOP_WRITE,
 };
@@ -81,8 +81,8 @@ enum SlowStores { STORES_CHECKED = 1, STORES_LOGGED = 2, STORES_CHANGE_CODE = 4 
 typedef struct {
   uint32_t base, size;
   uint8_t *bytes;
-  uint32_t *blocks; /* by half-word: offset of the block that begins there; 0: none */
-  uint8_t *code_flags;  /* by half-word: enum CodeFlag */
+  uint32_t *blocks;    /* by half-word: offset of the block that begins there; 0: none */
+  uint8_t *code_flags; /* by half-word: enum CodeFlag */
   bool writable;
 } Memory;
 
@@ -93,58 +93,55 @@ struct Core {
   uint32_t stop;
   uint32_t fault_address;
   uint32_t step_over; /* address of a breakpoint to ignore */
-  uint32_t fpu_on;      /* by CPACR */
+  uint32_t fpu_on;
   uint32_t div_0_trp;
   uint32_t unalign_trp;
 
-  uint64_t chain_end;   /* counter + budget (dispatch.h) */
-  uint64_t chain_limit;  /* maximum of chain_end */
+  uint64_t chain_end;
+  uint64_t chain_limit; /* maximum of chain_end */
   const Insn *insns;
   const Insn *unresolved_link; /* just left without a destination; or NULL */
   uint8_t *ram;
-  const uint8_t *constants;
+  const uint8_t *flash;
   /* Offsets below which access.h needs no check; 0: check all. */
   uint32_t ram_load_limit, ram_store_limit, flash_load_limit;
-  uint32_t it_mask;      /* -1 or 0 */
-  uint32_t slow_stores; /* enum SlowStores */
+  uint32_t it_mask; /* -1 if the condition holds, else 0 */
+  uint32_t slow_stores;
   /* From here to fpscr: CORE_STATE_SIZE bytes that, with memory, determine a program's course. */
-  uint32_t r[16];   /* 13: SP in use; 15: next instruction */
+  uint32_t r[16]; /* 13: SP in use; 15: next instruction */
   union {
     struct {
       uint32_t z, c; /* Z is z == 0 */
     };
-    uint64_t zc;     /* a sum of 33 bits */
+    uint64_t zc; /* a sum of 33 bits */
   };
-  uint32_t n, v;    /* in bit 31 */
+  uint32_t n, v; /* the flag is bit 31 */
   uint32_t q, ge;
   uint32_t itstate; /* 0 outside of IT blocks */
   uint32_t ipsr;
   uint32_t primask, basepri, faultmask, control;
-  uint32_t sp[2];   /* MSP, PSP; stale if in use */
+  uint32_t sp[2]; /* MSP, PSP; stale if in use */
   uint32_t s[32];
   uint32_t fpscr;
   uint32_t exclusive, exclusive_address, exclusive_value; /* local monitor (A3.4.1) */
   Chip *chip;
   DecodeCache *decode_cache;
-  Memory code;      /* at PC */
+  Memory code; /* at PC */
   Memory memory[MEMORIES];
-  uint32_t watching; /* fcu_watch_memory() */
-  uint32_t watch_begin, watch_end; /* both included */
+  uint32_t watching;
+  uint32_t watch_begin, watch_end;
 };
 
 #define CORE_STATE_SIZE (offsetof(Core, exclusive) - offsetof(Core, r))
 
 /* -- run_loop.c ------------------------------------------------------------------------------------------ */
 
-/* In an access or at the end of a chain. */
+/* End the run at this count. In an access or at the end of a chain. */
 static inline void core_set_limit(Core *core, uint64_t limit) { core->limit = limit; }
-/* PRIMASK, BASEPRI or FAULTMASK may hold it back; one of these has changed. */
+/* PRIMASK, BASEPRI or FAULTMASK holds back an exception; one of these has changed. */
 bool core_exception_pending(const Core *core);
 void core_masks_changed(Core *core);
-/* SEV. */
 void core_send_event(Core *core);
-
-/* -- decode_cache.c ------------------------------------------------------------------------------------------- */
 
 void core_invalidate_code(Core *core, uint32_t address, uint32_t size);
 
@@ -156,32 +153,24 @@ bool core_read(Core *core, uint32_t address, unsigned size, uint32_t *value);
 bool core_write(Core *core, uint32_t address, unsigned size, uint32_t value);
 /* False: fault. LDM, STM, LDRD, STRD and VFP transfers must be aligned regardless of CCR (A3.2.1). */
 bool core_is_aligned(Core *core, uint32_t address);
-/* By DMA or a debugger. */
+/* RAM was written by DMA or a debugger. */
 void core_ram_written(Core *core, uint32_t address, uint32_t size);
-/* NULL: not in memory. */
+/* NULL: the address is not in memory. */
 const uint8_t *core_bytes_at(const Core *core, uint32_t address, uint32_t size);
 void core_trap_unaligned(Core *core, bool on);
 /* Pass changes of RAM to poll_skip_log_store(). */
 void core_log_stores(Core *core, bool on);
-/* After a change of watching, unalign_trp or slow_stores. */
+/* Call this after a change of watching, unalign_trp or slow_stores. */
 void core_update_fast_limits(Core *core);
 
-/* -- create.c ------------------------------------------------------------------------------------------- */
-
-/* False: no host memory. */
 bool core_create(Core *core, Chip *chip, uint8_t *flash, uint8_t *ram, uint8_t *system);
 void core_destroy(Core *core);
 void core_reset(Core *core);
 
-/* -- state.c -------------------------------------------------------------------------------------------- */
-
 uint32_t read_xpsr(const Core *core);
-/* Including mode and stack pointer. */
 void write_xpsr(Core *core, uint32_t value);
-/* nzcvq: N, Z, C, V, Q; ge: GE. */
 void write_apsr(Core *core, uint32_t value, bool nzcvq, bool ge);
 void write_control(Core *core, uint32_t value);
-/* MSP or PSP. */
 uint32_t read_stack_pointer(const Core *core, bool process);
 void write_stack_pointer(Core *core, bool process, uint32_t value);
 
@@ -189,7 +178,7 @@ static inline bool in_handler(const Core *core) { return core->ipsr != 0; }
 
 /* -- decoders: false for an undefined instruction ----------------------------------------------------- */
 
-/* All fields but insn->it are 0. */
+/* The caller has set insn->it and cleared all other fields. */
 bool decode16(uint32_t address, uint16_t first, Insn *insn);
 bool decode32(uint32_t address, uint16_t first, uint16_t second, Insn *insn);
 bool decode_data16(uint32_t address, uint16_t first, Insn *insn);
@@ -203,8 +192,6 @@ bool decode_dsp(uint16_t first, uint16_t second, Insn *insn);
 bool is_floating_point(uint16_t first, uint16_t second);
 void no_coprocessor(Core *core, const Insn *insn, int32_t budget);
 bool decode_vfp(uint32_t address, uint16_t first, uint16_t second, Insn *insn);
-
-/* -- functions of the pseudocode ---------------------------------------------------------------------- */
 
 static inline uint32_t bits(uint32_t word, unsigned high, unsigned low) {
   return word >> low & ((2u << (high - low)) - 1);

@@ -17,9 +17,9 @@ static bool add_memory(Core *core, uint32_t base, uint8_t *bytes, uint32_t size,
 bool core_create(Core *core, Chip *chip, uint8_t *flash, uint8_t *ram, uint8_t *system) {
   core->chip = chip;
   core->ram = ram;
-  core->constants = flash;
+  core->flash = flash;
   core->thumb = 1;
-  core->step_over = 1; /* no address of code */
+  core->step_over = 1; /* no address of an instruction */
   bool made = decode_cache_create(core) && add_memory(core, FLASH_BASE, flash, FLASH_SIZE, false) &&
               add_memory(core, RAM_BASE, ram, RAM_SIZE, true) && add_memory(core, 0, flash, FLASH_SIZE, false) &&
               add_memory(core, SYSTEM_MEMORY_BASE, system, SYSTEM_MEMORY_SIZE, false);

@@ -16,31 +16,30 @@
 
 /* Time after n more instructions: origin_ps + ((count + n) * num + extra) / den, rounded down once. */
 typedef struct {
-  int64_t count;     /* since the origin, before the current run */
+  int64_t count; /* instructions since the origin, without the current run */
   int64_t origin_ps;
-  int64_t num, den, extra; /* extra < den */
+  int64_t num, den, extra;
   int64_t extra_per_cycle;
-  int64_t retired_before;   /* before the origin */
-  int64_t cycles_num, cycles_den; /* per instruction */
-  int64_t limit;     /* of count for products of 64 bits */
+  int64_t retired_before; /* instructions before the origin */
+  int64_t cycles_num, cycles_den;
+  int64_t limit; /* lower counts need only 64 bits */
   Divisor by_den;
 } CycleClock;
 
 void cycle_clock_create(CycleClock *cycle_clock, int64_t cycles_num, int64_t cycles_den, int64_t hclk_hz);
-/* For counts from limit on. */
 int64_t cycle_clock_wide_ps(const CycleClock *cycle_clock, int64_t count);
-/* The first count at at_ps or later. */
+/* Return the first count at at_ps or later. */
 int64_t cycle_clock_count_at(const CycleClock *cycle_clock, int64_t at_ps);
 /* Between runs: move the origin to the present before counts exceed 64 bits; times do not change. With clock errors,
  * the limit is a tenth of a second. */
 void cycle_clock_move_origin(CycleClock *cycle_clock);
-/* Between runs: cycles of exception entry and return. */
+/* Between runs: add cycles of exception entry and return. */
 void cycle_clock_add_cycles(CycleClock *cycle_clock, int cycles);
 void cycle_clock_sleep_until(CycleClock *cycle_clock, int64_t at_ps);
-/* At at_ps, `running` instructions into the current run. */
+/* Change HCLK `running` instructions after the start of the current run. */
 void cycle_clock_set_rate(CycleClock *cycle_clock, int64_t hclk_hz, int64_t at_ps, int64_t running);
 
-/* n = -1: start of the current instruction. */
+/* Return the time after n more instructions; n = -1: start of the current one. */
 static inline int64_t cycle_clock_ps(const CycleClock *cycle_clock, int64_t n) {
   int64_t count = cycle_clock->count + n;
   if (count >= 0 && count < cycle_clock->limit) {

@@ -1,9 +1,7 @@
 /* 16-bit data processing (ARMv7-M ARM A5.2.1 to A5.2.3, and parts of A5.2 and A5.2.5). */
 #include "cpu/operations.h"
 
-/* -- operations not in alu.c -------------------------------------------------------------------------- */
-
-/* By the lowest byte of m. 0 keeps C; more than 33 acts as 33 (A7.4.2). */
+/* Shift n by the lowest byte of m. 0 keeps C; more than 33 acts as 33 (A7.4.2). */
 #define DEFINE_SHIFT(name, not_zero)                                     \
   static uint32_t name(Core *core, const Insn *insn, uint32_t *carry) {  \
     uint32_t n = core->r[insn->n], by = core->r[insn->m] & 0xFF;         \
@@ -89,13 +87,10 @@ OPERATION(revsh) {
   NEXT;
 }
 
-/* imm is negative for SUB. */
 OPERATION(add_sp) {
   core->r[13] = (core->r[13] + insn->imm) & ~3u;
   NEXT;
 }
-
-/* -- decoding ------------------------------------------------------------------------------------------- */
 
 /* 000xxx: shifts, MOV, ADD, SUB (A5.2.1). */
 static void decode_shift(uint16_t first, Insn *insn) {
@@ -113,7 +108,7 @@ static void decode_shift(uint16_t first, Insn *insn) {
   select_alu16(insn, MOV, insn->shift ? (enum Operand)type : UNSHIFTED);
 }
 
-/* 001xxx (A5.2.1). */
+/* Section A5.2.1. */
 static void decode_immediate(uint16_t first, Insn *insn) {
   static const uint8_t alus[] = {MOV, CMP, ADD, SUB};
   insn->d = insn->n = bits(first, 10, 8);
@@ -121,7 +116,7 @@ static void decode_immediate(uint16_t first, Insn *insn) {
   select_alu16(insn, alus[bits(first, 12, 11)], CONSTANT);
 }
 
-/* 010000 (A5.2.2). */
+/* Section A5.2.2. */
 static void decode_registers(uint16_t first, Insn *insn) {
   static const uint8_t alus[16] = {
       AND, EOR, NO_ALU, NO_ALU, NO_ALU, ADC, SBC, NO_ALU, TST, NO_ALU, CMP, CMN, ORR, NO_ALU, BIC, MVN,
@@ -134,7 +129,7 @@ static void decode_registers(uint16_t first, Insn *insn) {
   case 3: insn->run = insn->it ? lsr_register : lsrs_register; break;
   case 4: insn->run = insn->it ? asr_register : asrs_register; break;
   case 7: insn->run = insn->it ? ror_register : rors_register; break;
-  case 9: /* RSB #0 */
+  case 9:
     insn->n = insn->m;
     select_alu16(insn, RSB, CONSTANT);
     break;
@@ -143,7 +138,7 @@ static void decode_registers(uint16_t first, Insn *insn) {
   }
 }
 
-/* 010001 (A5.2.3). PC as an operand is a constant. */
+/* Section A5.2.3. PC as an operand is a constant. */
 static void decode_high(uint32_t address, uint16_t first, Insn *insn) {
   static const uint8_t alus[] = {ADD, CMP, MOV};
   enum Alu alu = alus[bits(first, 9, 8)];
@@ -158,7 +153,7 @@ static void decode_high(uint32_t address, uint16_t first, Insn *insn) {
   select_alu(insn, alu, operand, false);
 }
 
-/* 1010xx: ADR, ADD of SP. */
+/* ADR, and ADD of SP. */
 static void decode_address(uint32_t address, uint16_t first, Insn *insn) {
   uint32_t imm = bits(first, 7, 0) << 2;
   insn->d = bits(first, 10, 8);
@@ -172,7 +167,7 @@ static void decode_address(uint32_t address, uint16_t first, Insn *insn) {
   }
 }
 
-/* 1011xx (A5.2.5). */
+/* Section A5.2.5. */
 static bool decode_miscellaneous(uint16_t first, Insn *insn) {
   static const Operation extensions[] = {sxth, sxtb, uxth, uxtb}, reversals[] = {rev, rev16, NULL, revsh};
   uint32_t imm = bits(first, 6, 0) << 2;

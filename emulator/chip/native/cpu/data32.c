@@ -29,7 +29,7 @@ static bool decode_shifted(uint16_t first, uint16_t second, Insn *insn) {
   }
   enum Alu alu = alu_of(opcode, set_flags, insn);
   enum Operand operand = (enum Operand)type;
-  if (by == 0) { /* DecodeImmShift (A7.4.2) */
+  if (by == 0) {
     operand = type == LSL ? UNSHIFTED : type == ROR ? BY_RRX : operand;
     by = 32;
   }
@@ -50,7 +50,7 @@ static uint32_t expand_immediate(uint32_t imm12) {
   }
 }
 
-/* A5.3.1. */
+/* Section A5.3.1. */
 static bool decode_modified_immediate(uint16_t first, uint32_t imm12, Insn *insn) {
   bool set_flags = bits(first, 4, 4);
   enum Alu alu = alu_of(bits(first, 8, 5), set_flags, insn);
@@ -59,7 +59,7 @@ static bool decode_modified_immediate(uint16_t first, uint32_t imm12, Insn *insn
   return alu != NO_ALU;
 }
 
-/* With PC: ADR. */
+/* PC as n makes it ADR. */
 static void decode_addw_subw(uint32_t address, enum Alu alu, uint32_t imm12, Insn *insn) {
   insn->imm = imm12;
   if (insn->n == 15) {
@@ -70,7 +70,7 @@ static void decode_addw_subw(uint32_t address, enum Alu alu, uint32_t imm12, Ins
   select_alu(insn, alu, CONSTANT, false);
 }
 
-/* A5.3.3. */
+/* Section A5.3.3. */
 static bool decode_plain_immediate(uint32_t address, uint16_t first, uint16_t second, uint32_t imm12, Insn *insn) {
   uint32_t imm16 = bits(first, 3, 0) << 12 | imm12;
   switch (bits(first, 8, 4)) {

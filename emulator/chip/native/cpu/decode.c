@@ -21,10 +21,10 @@ bool decode16(uint32_t address, uint16_t first, Insn *insn) {
 
 bool decode32(uint32_t address, uint16_t first, uint16_t second, Insn *insn) {
   if ((first & 0xEC00) == 0xEC00) {
-    return decode_vfp(address, first, second, insn); /* coprocessors */
+    return decode_vfp(address, first, second, insn);
   }
   if ((first & 0xFE00) == 0xEA00) {
-    return decode_data32(address, first, second, insn); /* shifted registers */
+    return decode_data32(address, first, second, insn);
   }
   if ((first & 0xFE00) == 0xE800) {
     return decode_memory32(address, first, second, insn); /* multiple, dual, exclusive, table branch */

@@ -9,12 +9,12 @@
 #include "cpu/transfers.h"
 
 #define CAPACITY 65536 /* twice the need of a firmware of 100 KB */
-#define MAX_BLOCK 64     /* instructions; plus four, because an IT block is not divided */
-#define MAX_STEPS 5       /* of one instruction, with two links */
+#define MAX_BLOCK 64   /* instructions; plus four, because an IT block is not divided */
+#define MAX_STEPS 5    /* of one instruction, with two links */
 #define MAX_BLOCK_STEPS (MAX_STEPS * (MAX_BLOCK + 4) + 2)
 
 struct DecodeCache {
-  uint32_t used; /* offset 0 is no block */
+  uint32_t used; /* offset 0 means none */
   Insn insns[CAPACITY], prefix[MAX_BLOCK_STEPS], single[MAX_STEPS + 2];
 };
 
@@ -35,7 +35,6 @@ OPERATION(resolve_link) {
 /* Before an instruction that reads PC although UNPREDICTABLE: it reads its own address. */
 COMPUTATION(set_pc, core->r[15] = insn->address)
 
-/* After a write to SP. */
 COMPUTATION(align_sp, core->r[13] &= ~3u)
 
 OPERATION(branch_to_pc) {
@@ -44,8 +43,6 @@ OPERATION(branch_to_pc) {
 }
 
 OPERATION(undefined) { stop_at(core, insn, budget, STOP_UNDEFINED); }
-
-/* -- building blocks ---------------------------------------------------------------------------------- */
 
 typedef struct {
   Core *core;
@@ -80,7 +77,7 @@ static Insn decode_at(const Core *core, const Memory *memory, uint32_t address, 
   if (!core->fpu_on && is_floating_point(first, second)) {
     insn = (Insn){.run = no_coprocessor, .address = address, .it = it, .remaining = 1, .flags = ENDS_BLOCK};
   }
-  bool has_core_registers = (first & 0xEC00) != 0xEC00; /* no VFP */
+  bool has_core_registers = (first & 0xEC00) != 0xEC00; /* not VFP */
   if (has_core_registers && (insn.d == 15 || insn.n == 15 || insn.m == 15 || insn.a == 15)) {
     insn.flags |= READS_PC;
   }
@@ -140,7 +137,7 @@ static void mark_decoded(BlockBuilder *builder) {
   }
 }
 
-/* False: the block is complete. */
+/* Return false if the block is complete. */
 static bool emit_next(BlockBuilder *builder, bool is_first, bool may_continue) {
   const Memory *memory = builder->memory;
   if (builder->address - memory->base >= memory->size || (!is_first && has_breakpoint(memory, builder->address))) {
@@ -183,8 +180,6 @@ static Insn *build_block(Core *core, const Memory *memory, uint32_t address, Ins
   }
   return builder.at;
 }
-
-/* -- discarding ------------------------------------------------------------------------------------------ */
 
 static Memory *memory_at(Core *core, uint32_t address) {
   for (Memory *memory = core->memory; memory < core->memory + MEMORIES; memory++) {
@@ -242,8 +237,6 @@ void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on) {
   }
 }
 
-/* -- interface for run_loop.c ------------------------------------------------------------------------- */
-
 const Insn *decode_cache_block(Core *core, const Memory *memory, uint32_t address) {
   DecodeCache *cache = core->decode_cache;
   uint32_t *offset = &memory->blocks[(address - memory->base) >> 1];
@@ -294,8 +287,6 @@ const Insn *decode_cache_single(Core *core, const Memory *memory, uint32_t addre
   emit_links(&builder, &insn);
   return single;
 }
-
-/* -- creation -------------------------------------------------------------------------------------------- */
 
 bool decode_cache_create(Core *core) {
   core->decode_cache = calloc(1, sizeof(DecodeCache));

@@ -1,12 +1,10 @@
 /* Threaded code: an operation ends with a call of the next one, which becomes a jump. One shared jump in a loop
- * would be predicted badly. The arguments core, insn and budget stay in host registers.
+ * would be predicted badly. The arguments stay in host registers.
  *
- * Instructions are counted once per block, at its entry: budget is how many may begin after it. core->counter and
- * r[15] are therefore outdated inside a chain (core->chain_end is counter + budget, insn->remaining were counted in
- * advance) until sync_state() updates them. core->itstate is 0 in a chain.
- *
- * A block that exceeds the budget is not entered; run_loop.c divides it. The budget is some hundred instructions,
- * because a compiler may turn the jumps into calls.
+ * Instructions are counted once per block, at its entry: budget is how many may begin after it. Inside a chain
+ * counter and r[15] are outdated, until sync_state() updates them (core->chain_end is counter + budget;
+ * insn->remaining were counted in advance), and itstate is 0. run_loop.c divides a block that exceeds the budget.
+ * The budget is some hundred instructions, because a compiler may turn the jumps into calls.
  */
 #ifndef FCU_DISPATCH_H
 #define FCU_DISPATCH_H
@@ -25,17 +23,15 @@
 #define OPERATION(name)                                                                           \
   static void name(Core *core __attribute__((unused)), const Insn *insn __attribute__((unused)),  \
                    int32_t budget __attribute__((unused)))
-/* Compute and continue. */
 #define COMPUTATION(name, ...)  \
   OPERATION(name) {             \
     __VA_ARGS__;                \
     NEXT;                       \
   }
-/* Keeps its registers out of the fast path. */
+/* Separate functions keep registers of slow paths out of fast ones. */
 #define SLOW_OPERATION(name) __attribute__((noinline, cold)) OPERATION(name)
 #define INLINE static inline __attribute__((always_inline))
 
-/* Continue with the next step. */
 #define NEXT TAIL insn[1].run(core, insn + 1, budget)
 
 /* Update counter and r[15]: other code may now read the state. */
@@ -45,7 +41,6 @@ INLINE void sync_state(Core *core, const Insn *insn, int32_t budget) {
   core->itstate = insn->it;
 }
 
-/* Continue at the address in the loop. */
 INLINE void exit_chain(Core *core, uint32_t address, int32_t budget) {
   core->counter = core->chain_end - (uint64_t)(int64_t)budget;
   core->r[15] = address;
@@ -73,7 +68,6 @@ static inline void resume_chain(Core *core, const Insn *insn) {
   }
 }
 
-/* Continue at a branch target. */
 static inline void resume_chain_at(Core *core, const Insn *next) {
   uint64_t end = core->limit < core->chain_limit ? core->limit : core->chain_limit;
   core->chain_end = end > core->counter ? end : core->counter;
@@ -81,14 +75,12 @@ static inline void resume_chain_at(Core *core, const Insn *next) {
   enter_block(core, next, (int32_t)(core->chain_end - core->counter));
 }
 
-/* End the run on this instruction. */
 static inline void stop_at(Core *core, const Insn *insn, int32_t budget, enum Stop why) {
   sync_state(core, insn, budget);
   core->stop = why;
   core->limit = core->counter;
 }
 
-/* End the run after it. */
 static inline void stop_after(Core *core, const Insn *insn, int32_t budget, enum Stop why) {
   stop_at(core, insn, budget, why);
   core->r[15] = insn[1].address;
@@ -97,10 +89,9 @@ static inline void stop_after(Core *core, const Insn *insn, int32_t budget, enum
 
 /* -- branch targets, for enter_block() ---------------------------------------------------------------- */
 
-/* Continue at r[15] in the loop; end the run with EXCEPTION_RETURN. In run_loop.c. */
+/* The loop continues at r[15], or the run ends with EXCEPTION_RETURN. In run_loop.c. */
 extern const Insn exit_to_loop, exception_return;
 
-/* The address must be even. */
 INLINE const Insn *block_at(Core *core, uint32_t target) {
   uint32_t offset = target - core->code.base;
   if (LIKELY(offset < core->code.size)) {
@@ -113,7 +104,6 @@ INLINE const Insn *block_at(Core *core, uint32_t target) {
   return &exit_to_loop;
 }
 
-/* BLXWritePC (A2.3.1). */
 INLINE const Insn *blx_write_pc(Core *core, uint32_t target) {
   if (LIKELY(target & 1)) {
     return block_at(core, target - 1);

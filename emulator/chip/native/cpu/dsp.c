@@ -72,9 +72,9 @@ DEFINE_EXTENSION_OF_TWO(uxtb16, uxtab16, UXTB)
 
 enum Result { MODULO, SATURATED, HALVED };
 typedef struct {
-  unsigned width;                     /* of a lane */
-  bool low_subtracts, high_subtracts; /* of half-words */
-  bool exchanged;                     /* half-words of m */
+  unsigned width;
+  bool low_subtracts, high_subtracts;
+  bool exchanged; /* the half-words of m (ASX, SAX) */
 } Lanes;
 
 INLINE int32_t lane(uint32_t word, unsigned at, unsigned width, bool is_signed) {
@@ -169,8 +169,6 @@ OPERATION(sel) {
 /* By bits 5:4 of first and second. */
 static const Operation MISCELLANEOUS[4][4] = {
     {qadd, qdadd, qsub, qdsub}, {rev, rev16, rbit, revsh}, {sel}, {clz}};
-
-/* -- decoding ------------------------------------------------------------------------------------------- */
 
 static Operation shift_or_extension(uint16_t first, uint16_t second, Insn *insn) {
   static const Operation SHIFTS[] = {lsl, lsls, lsr, lsrs, asr, asrs, ror, rors};

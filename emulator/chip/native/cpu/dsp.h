@@ -3,10 +3,9 @@
 #define FCU_DSP_H
 #include "cpu/dispatch.h"
 
-/* n, m, d, a are set. */
 bool decode_multiply(uint16_t first, uint16_t second, Insn *insn);
 
-/* SP and PC as results: UNPREDICTABLE, here undefined. */
+/* Instructions with SP or PC as result are UNPREDICTABLE, here undefined. */
 static inline bool can_be_written(unsigned number) { return number != 13 && number != 15; }
 
 #endif

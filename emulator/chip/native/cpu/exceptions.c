@@ -1,15 +1,13 @@
 /* Exception entry and return (ARMv7-M ARM B1.5).
  *
- * An entry saves the frame first. After its cycles it takes the most urgent pending exception, which may have
- * arrived late (B1.5.11). A return enters a pending exception directly (tail-chaining, B1.5.12).
- *
- * A fault that may not preempt, or has no handler enabled, becomes a HardFault (B1.5.14). A HardFault inside
- * HardFault or NMI locks the core up until a reset (B1.5.15).
+ * An entry saves the frame, then takes the most urgent pending exception, which may have arrived late (B1.5.11). A
+ * return enters a pending exception directly (tail-chaining, B1.5.12). A fault that may not preempt, or has no
+ * handler enabled, becomes a HardFault (B1.5.14). A HardFault inside HardFault or NMI locks the core up (B1.5.15).
  *
  * Frames have eight words, or 26 with floating point (CONTROL.FPCA), aligned to eight bytes if CCR.STKALIGN is set,
- * and always with floating point. Bit 9 of the saved xPSR marks a word of padding (B1.5.6 to B1.5.8). Decision:
- * exception entry saves S0 to S15 and FPSCR at once. The hardware's lazy stacking (FPCCR.LSPEN) cannot be told apart
- * by a handler that restores the registers it changes.
+ * and always with floating point. Bit 9 of the saved xPSR marks padding (B1.5.6 to B1.5.8). Decision: exception
+ * entry saves S0 to S15 and FPSCR at once. A handler that restores the registers it changes cannot detect the
+ * difference to lazy stacking (FPCCR.LSPEN).
  *
  * NOT MODELLED: an entry does not clear the exclusive monitor (A3.4); stores are never buffered, so all bus faults
  * are precise.
@@ -22,9 +20,9 @@
 #include "generated/registers_scb.h"
 
 enum { ENTRY_CYCLES = 12, RETURN_CYCLES = 10, CHAIN_CYCLES = 6 }; /* Cortex-M4 TRM 3.9 */
-enum { NPRIV = 1, SPSEL = 2, FPCA = 4, FLOATING_CONTEXT = 12 };   /* CONTROL */
-enum { THREAD = 8, PROCESS_STACK = 4, BASIC_FRAME = 16 };         /* EXC_RETURN (table B1-8) */
-enum { TO_HANDLER = 1, TO_THREAD = 9, TO_PROCESS = 13 };          /* last four bits */
+enum { NPRIV = 1, SPSEL = 2, FPCA = 4, FLOATING_CONTEXT = 12 };
+enum { THREAD = 8, PROCESS_STACK = 4, BASIC_FRAME = 16 }; /* EXC_RETURN (table B1-8) */
+enum { TO_HANDLER = 1, TO_THREAD = 9, TO_PROCESS = 13 };  /* last four bits */
 enum { FRAME = 0x20, FLOATING_FRAME = 0x68, FLOATING_AREA = 0x20 };
 
 #define EXC_RETURN 0xFFFFFFE1u
@@ -42,8 +40,6 @@ void exceptions_reset(Chip *chip) {
   chip->exceptions = (Exceptions){.lowest_msp = HIGHEST_ADDRESS};
   chip->exceptions.thread_ps = cycle_clock_ps(&chip->cycle_clock, 0);
 }
-
-/* -- priorities ------------------------------------------------------------------------------------------ */
 
 static int execution_priority(const Chip *chip) {
   const Core *core = &chip->core;
@@ -65,8 +61,6 @@ bool exceptions_end_wfi(const Chip *chip) {
   return number && group_priority(chip, number) <
                        nvic_execution_priority(&chip->nvic, false, core->basepri, core->faultmask);
 }
-
-/* -- frames ---------------------------------------------------------------------------------------------- */
 
 /* False: the stack cannot be written. */
 static bool push_stack(Chip *chip) {
@@ -109,7 +103,6 @@ static void enter_handler(Chip *chip, int number, uint32_t vector) {
   core->r[15] = vector & ~1u;
 }
 
-/* False: the stack cannot be read. */
 static bool pop_stack(Chip *chip, uint32_t exc_return, uint32_t *address, uint32_t *xpsr) {
   Core *core = &chip->core;
   bool process = (exc_return & 0xF) == TO_PROCESS, floating = !(exc_return & BASIC_FRAME);
@@ -134,8 +127,6 @@ static bool pop_stack(Chip *chip, uint32_t exc_return, uint32_t *address, uint32
   write_stack_pointer(core, process, sp);
   return true;
 }
-
-/* -- entry ----------------------------------------------------------------------------------------------- */
 
 static void schedule_entry(Chip *chip, int cycles) {
   cycle_clock_add_cycles(&chip->cycle_clock, cycles);
@@ -164,7 +155,7 @@ void exceptions_finish_entry(Chip *chip) {
   const uint8_t *bytes = core_bytes_at(&chip->core, chip->scb.vtor + 4 * (uint32_t)number, 4);
   chip->exceptions.entering = 0;
   chip->work += WORK_EXCEPTION;
-  chip->costs.exceptions[number].times += number > USAGE_FAULT; /* faults: below */
+  chip->costs.exceptions[number].times += number > USAGE_FAULT; /* pend_fault() counts faults */
   chip->costs.exceptions[number].work += WORK_EXCEPTION;
   nvic_activate(&chip->nvic, number);
   chip->nvic.event_register = 1;
@@ -189,8 +180,6 @@ int32_t fcu_enter_exception(Chip *chip, int32_t number, uint32_t vectors) {
   enter_handler(chip, number, vector | 1);
   return true;
 }
-
-/* -- faults and SVC -------------------------------------------------------------------------------------- */
 
 void exceptions_supervisor_call(Chip *chip) {
   if (group_priority(chip, SV_CALL) < execution_priority(chip)) {
@@ -261,8 +250,6 @@ Fault exceptions_fault_for(const Chip *chip, enum Stop stop) {
   default: return (Fault){0, 0, 0, 0};
   }
 }
-
-/* -- return ---------------------------------------------------------------------------------------------- */
 
 /* ExceptionReturn (B1.5.8). */
 static bool is_valid(const Chip *chip, uint32_t exc_return, int number) {

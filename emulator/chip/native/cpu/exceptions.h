@@ -14,12 +14,12 @@ typedef struct {
 #define HIGHEST_ADDRESS 0xFFFFFFFFu
 
 typedef struct {
-  int64_t thread_ps;     /* last return to Thread mode */
+  int64_t thread_ps;
   uint32_t exc_return;
-  uint32_t lowest_msp;       /* main stack at exception entries */
-  uint32_t locked_up;    /* until a reset */
+  uint32_t lowest_msp; /* of the main stack, at exception entries */
+  uint32_t locked_up;
   uint32_t locked_up_pc;
-  uint8_t entering;      /* the frame is saved, the handler not chosen */
+  uint8_t entering; /* the frame is saved, the handler not chosen */
 } Exceptions;
 
 void exceptions_reset(Chip *chip);
@@ -28,13 +28,10 @@ bool exceptions_take_pending(Chip *chip);
 bool exceptions_may_preempt(const Chip *chip);
 /* A pending exception ends WFI, as if PRIMASK were 0 (B1.5.19). */
 bool exceptions_end_wfi(const Chip *chip);
-/* Enter the handler. */
 void exceptions_finish_entry(Chip *chip);
-/* PC is after SVC. */
 void exceptions_supervisor_call(Chip *chip);
-/* PC is on the refused instruction. */
 void exceptions_fault(Chip *chip, Fault fault);
-/* exception 0: not a fault. */
+/* exception is 0 if it was not a fault. */
 Fault exceptions_fault_for(const Chip *chip, enum Stop stop);
 /* EXC_RETURN is in PC. True: sleep on exit. */
 bool exceptions_return(Chip *chip);

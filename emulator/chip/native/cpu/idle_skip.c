@@ -1,8 +1,8 @@
 /* Skipping of loops that wait for a variable: HAL_Delay(), while (!flag), while (1).
  *
- * They access no register. A run without accesses is therefore ended for a check after a while. In a known loop one
- * iteration is executed; if registers and RAM are unchanged, whole iterations up to the next event are counted
- * instead of executed. New loops are found by single steps until the core's state recurs.
+ * They access no register; so a run without accesses is ended for a check after a while. In a known loop one
+ * iteration is executed. If registers and RAM are unchanged, whole iterations up to the next event are counted
+ * instead of executed. New loops are found by single steps.
  *
  * Decision: idle loops are detected at the end of a run. A check at every backward branch would slow down all loops.
  */
@@ -11,14 +11,14 @@
 #include "bus.h"
 #include "chip.h"
 
-#define CHECK_INTERVAL 20000        /* maximum instructions of a run */
+#define CHECK_INTERVAL 20000 /* maximum instructions of a run */
 #define MAX_CHECK_INTERVAL 100000000
-#define SUSPECT_AFTER 2000         /* instructions without an access */
-#define LONGEST_LOOP 256  /* instructions of an iteration */
-#define PAUSE 1000000     /* instructions after an unsuccessful search; doubled each time */
+#define SUSPECT_AFTER 2000 /* instructions without an access */
+#define LONGEST_LOOP 256
+#define PAUSE 1000000 /* instructions after an unsuccessful search; doubled each time */
 #define MAX_DOUBLINGS 5
 #define MAX_MISSES 100
-#define NO_ADDRESS 1u        /* no address of code */
+#define NO_ADDRESS 1u
 
 static unsigned slot_of(uint32_t address) { return (address >> 1) % IDLE_SKIP_SLOTS; }
 
@@ -37,13 +37,13 @@ static void record_loop(IdleSkip *idle_skip, const uint32_t *addresses, int coun
   }
 }
 
-/* Same registers and RAM, no access since. */
+/* Return true if registers and RAM are as before, and nothing was accessed. */
 static bool state_recurs(const Chip *chip, const uint8_t *state, int64_t accesses) {
   return chip->poll_skip.accesses == accesses && !chip->must_stop && poll_skip_ram_unchanged(chip) &&
          !memcmp(state, chip->core.r, CORE_STATE_SIZE);
 }
 
-/* Skip the repetitions if it changes nothing. */
+/* Execute an iteration; skip its repetitions if it changes nothing. */
 static void execute_iteration(Chip *chip, unsigned slot) {
   IdleSkip *idle_skip = &chip->idle_skip;
   uint8_t state[CORE_STATE_SIZE];
@@ -61,7 +61,6 @@ static void execute_iteration(Chip *chip, unsigned slot) {
   }
 }
 
-/* Step until the state recurs. */
 static void search_loop(Chip *chip) {
   IdleSkip *idle_skip = &chip->idle_skip;
   uint8_t state[CORE_STATE_SIZE];

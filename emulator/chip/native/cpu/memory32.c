@@ -2,7 +2,6 @@
 #include "cpu/system.h"
 #include "cpu/transfers.h"
 
-/* False: no such form. */
 static bool decode_form(uint32_t address, uint16_t first, uint16_t second, Insn *insn, enum Form *form) {
   bool pre = bits(second, 10, 10), add = bits(second, 9, 9), write_back = bits(second, 8, 8);
   insn->n = bits(first, 3, 0);
@@ -41,7 +40,7 @@ static bool decode_single(uint32_t address, uint16_t first, uint16_t second, Ins
     return form < PRE_INDEXED;
   }
   bool known = decode_transfer(transfers[size][load + sign_extended], form, d, insn);
-  return known && !(load && !word && d == 13); /* UNPREDICTABLE */
+  return known && !(load && !word && d == 13);
 }
 
 /* P = W = 0: exclusives (A5.3.6). */

@@ -8,7 +8,7 @@
 #define LOWEST_IN(list) __builtin_ctz(list)
 #define FOR_EACH_IN(list, rest) for (uint32_t rest = (list); rest; rest &= rest - 1)
 
-/* NULL: not in RAM, or checks are needed. */
+/* NULL: they are not in RAM, or accesses must be checked. */
 INLINE uint8_t *words_in_ram(const Core *core, const Insn *insn, uint32_t address, uint32_t plain) {
   uint32_t offset = address - RAM_BASE;
   return LIKELY(offset < plain && offset <= RAM_SIZE - insn->shift && !(offset & 3)) ? core->ram + offset : NULL;
@@ -23,7 +23,7 @@ INLINE void load_registers(Core *core, const Insn *insn, const uint8_t *words, u
   }
 }
 
-/* Before any register changes. */
+/* All words are read before a register changes. */
 static bool read_words(Core *core, const Insn *insn, uint32_t address, uint8_t *words) {
   if (!core_is_aligned(core, address)) {
     return false;
@@ -173,5 +173,5 @@ bool decode_dual(bool load, enum Form form, unsigned n, uint16_t second, uint32_
   insn->a = (uint8_t)bits(second, 11, 8);
   insn->imm = imm;
   bool stack_or_pc = insn->d == 13 || insn->d == 15 || insn->a == 13 || insn->a == 15;
-  return !(load && stack_or_pc); /* UNPREDICTABLE */
+  return !(load && stack_or_pc);
 }

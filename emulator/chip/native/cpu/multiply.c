@@ -14,7 +14,7 @@ static int32_t half(uint32_t word, bool high) { return (int16_t)(high ? word >> 
 static int32_t half_of_n(const Core *core, const Insn *insn) { return half(N, insn->shift & 2); }
 static int32_t half_of_m(const Core *core, const Insn *insn) { return half(M, insn->shift & 1); }
 
-/* Q: the sum overflows. */
+/* Q is set if the sum overflows. */
 static void set_sum(Core *core, const Insn *insn, int64_t sum) {
   D = (uint32_t)sum;
   core->q |= sum != (int32_t)sum;
@@ -25,8 +25,6 @@ static void set_long(Core *core, const Insn *insn, uint64_t result) {
   A = (uint32_t)result;
   D = (uint32_t)(result >> 32);
 }
-
-/* -- 32 bits -------------------------------------------------------------------------------------------- */
 
 COMPUTATION(mul, D = N * M)
 COMPUTATION(mla, D = A + N * M)
@@ -44,7 +42,6 @@ static int64_t word_by_half(const Core *core, const Insn *insn) {
 COMPUTATION(smulw, D = (uint32_t)word_by_half(core, insn))
 COMPUTATION(smlaw, set_sum(core, insn, (int32_t)A + word_by_half(core, insn)))
 
-/* Sum or difference of both products. */
 static int64_t dual(const Core *core, const Insn *insn, bool subtract) {
   uint32_t m = insn->shift & 1 ? rotate_right(M, 16) : M;
   int64_t low = half(N, false) * half(m, false), high = half(N, true) * half(m, true);
@@ -55,7 +52,7 @@ COMPUTATION(smlad, set_sum(core, insn, (int32_t)A + dual(core, insn, false)))
 COMPUTATION(smusd, set_sum(core, insn, dual(core, insn, true)))
 COMPUTATION(smlsd, set_sum(core, insn, (int32_t)A + dual(core, insn, true)))
 
-/* shift 1: rounded. */
+/* Rounded if shift is 1. */
 static uint64_t product(const Core *core, const Insn *insn) {
   return (uint64_t)((int64_t)(int32_t)N * (int32_t)M);
 }
@@ -75,8 +72,6 @@ static uint32_t sum_of_differences(const Core *core, const Insn *insn) {
 COMPUTATION(usad8, D = sum_of_differences(core, insn))
 COMPUTATION(usada8, D = A + sum_of_differences(core, insn))
 
-/* -- 64 bits -------------------------------------------------------------------------------------------- */
-
 COMPUTATION(smull, set_long(core, insn, product(core, insn)))
 COMPUTATION(umull, set_long(core, insn, (uint64_t)N * M))
 COMPUTATION(smlal, set_long(core, insn, long_accumulator(core, insn) + product(core, insn)))
@@ -90,7 +85,7 @@ OPERATION(smlal_halves) {
 COMPUTATION(smlald, set_long(core, insn, long_accumulator(core, insn) + (uint64_t)dual(core, insn, false)))
 COMPUTATION(smlsld, set_long(core, insn, long_accumulator(core, insn) + (uint64_t)dual(core, insn, true)))
 
-/* Or a fault, with CCR.DIV_0_TRP. */
+/* Division by 0 gives 0, or a fault with CCR.DIV_0_TRP. */
 #define DEFINE_DIVISION(name, quotient)                  \
   OPERATION(name) {                                      \
     if (UNLIKELY(M == 0 && core->div_0_trp)) {           \
@@ -103,9 +98,7 @@ COMPUTATION(smlsld, set_long(core, insn, long_accumulator(core, insn) + (uint64_
 DEFINE_DIVISION(udiv, N / M)
 DEFINE_DIVISION(sdiv, (uint32_t)((int64_t)(int32_t)N / (int32_t)M))
 
-/* -- decoding ------------------------------------------------------------------------------------------- */
-
-/* A5.3.16. a = 15: no accumulator. */
+/* Section A5.3.16. a = 15 means no accumulator. */
 static Operation multiply(unsigned op1, unsigned op2, unsigned a) {
   bool alone = a == 15;
   switch (op1) {
@@ -115,12 +108,12 @@ static Operation multiply(unsigned op1, unsigned op2, unsigned a) {
   case 3: return op2 > 1 ? NULL : alone ? smulw : smlaw;
   case 4: return op2 > 1 ? NULL : alone ? smusd : smlsd;
   case 5: return op2 > 1 ? NULL : alone ? smmul : smmla;
-  case 6: return op2 > 1 ? NULL : alone ? smmul : smmls; /* or UNPREDICTABLE */
+  case 6: return op2 > 1 ? NULL : alone ? smmul : smmls;
   default: return op2 ? NULL : alone ? usad8 : usada8;
   }
 }
 
-/* A5.3.17. */
+/* Section A5.3.17. */
 static Operation multiply_long_or_divide(unsigned op1, unsigned op2) {
   switch (op1 << 4 | op2) {
   case 0x00: return smull;
@@ -142,7 +135,7 @@ bool decode_multiply(uint16_t first, uint16_t second, Insn *insn) {
   insn->shift = op2 & 3;
   if (first & 0x80) {
     insn->run = multiply_long_or_divide(op1, op2);
-    if (op2 == 0xF) { /* division */
+    if (op2 == 0xF) {
       insn->a = 0;
     }
     return insn->run && can_be_written(insn->a);

@@ -11,9 +11,9 @@ enum Operand { BY_LSL = LSL, BY_LSR, BY_ASR, BY_ROR, BY_RRX, UNSHIFTED, CONSTANT
 /* MOV and MVN have no n; TST to CMP no d, and always set flags. */
 enum Alu { NO_ALU, AND, BIC, ORR, ORN, EOR, ADD, ADC, SBC, SUB, RSB, MOV, MVN, TST, TEQ, CMN, CMP, ALUS };
 
-/* d, n, m, imm and shift are set. */
+/* The caller has set d, n, m, imm and shift. */
 void select_alu(Insn *insn, enum Alu alu, enum Operand operand, bool set_flags);
-/* 16 bits: flags outside of IT blocks only. */
+/* 16-bit instructions set flags only outside of IT blocks. */
 void select_alu16(Insn *insn, enum Alu alu, enum Operand operand);
 
 /* The low bits of SP and PC are always 0 (B1.4.1, A2.3.1). */
@@ -21,11 +21,8 @@ static inline void writes_d(Insn *insn) {
   insn->flags |= insn->d == 13 ? WRITES_SP : insn->d == 15 ? WRITES_SP | ENDS_BLOCK : 0;
 }
 
-/* bitfield.c, after d, n and m. */
 void decode_movt(Insn *insn);
-/* 0xEACx: PKHBT, PKHTB. */
 bool decode_pack(uint16_t first, uint16_t second, Insn *insn);
-/* 0xF3xx: saturation, bit fields. */
 bool decode_bit_field(uint16_t first, uint16_t second, Insn *insn);
 
 #endif

@@ -1,12 +1,9 @@
 /* Skipping of poll loops.
  *
  * At a read of a polled register the core's state is recorded. If registers and RAM equal an earlier state of this
- * run, and nothing in between had an effect, the loop repeats until one of the registers read in it may change.
- * Whole iterations up to that time, or to the end of the run, are counted instead of executed, exactly. A log of
- * changed words replaces copies of RAM.
- *
- * Comparing costs time: after a number of misses it pauses for this register. Registers with the same hash replace
- * each other in the table.
+ * run, and nothing in between had an effect, the loop repeats until a register read in it may change. Whole
+ * iterations up to then are counted instead of executed, exactly. A log of changed words replaces copies of RAM.
+ * After a number of misses comparing pauses for this register.
  */
 #include <string.h>
 
@@ -82,13 +79,13 @@ static PollState *find_state(Chip *chip) {
   return NULL;
 }
 
-/* Stop before the register's change; after it, if the loop contains no other read. Return the skipped instructions. */
+/* Skip to the last read before the register's change; past the change if the loop contains no other read. */
 static int64_t skip(Chip *chip, int64_t position, int64_t period, bool alone, bool *changed) {
   CycleClock *cycle_clock = &chip->cycle_clock;
   int64_t limit = (int64_t)chip->core.limit, valid_ps = chip->poll_skip.valid_ps, end = chip->run_loop.slice_end;
   *changed = false;
   if (cycle_clock->count + limit <= position) {
-    return 0; /* the run ends here */
+    return 0;
   }
   int64_t iterations = (end - position) / period;
   if (valid_ps < NEVER_PS) {

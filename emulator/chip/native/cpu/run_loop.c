@@ -6,8 +6,8 @@
 #include "cpu/decode_cache.h"
 #include "fcu.h"
 
-#define MAX_RUN 2000000 /* instructions: about 10 ms of the host */
-#define MAX_CHAIN 1000 /* instructions without a return to the loop; more than a block */
+#define MAX_RUN 2000000                  /* instructions: about 10 ms of the host */
+#define MAX_CHAIN 1000                   /* instructions without a return to the loop; more than a block */
 #define RESET_PULSE_PS INT64_C(20000000) /* minimum (RM0368 6.1.1) */
 #define THUMB (1u << 24)
 
@@ -15,8 +15,6 @@ void run_loop_create(Chip *chip) {
   cycle_clock_create(&chip->cycle_clock, 13, 10, chip->clocks.hclk_hz);
   chip->run_loop = (RunLoop){0};
 }
-
-/* -- branch targets ----------------------------------------------------------------------------------- */
 
 OPERATION(return_to_loop) {
   exit_chain(core, core->r[15], budget);
@@ -30,14 +28,12 @@ OPERATION(return_from_exception) {
 
 const Insn exit_to_loop = {.run = return_to_loop}, exception_return = {.run = return_from_exception};
 
-/* -- the next instruction -------------------------------------------------------------------------------- */
-
 static void end_run(Core *core, enum Stop why) {
   core->stop = why;
   core->limit = core->counter;
 }
 
-/* NULL: the run has ended, no code there. */
+/* NULL: no code is there, and the run has ended. */
 static const Memory *code_at_pc(Core *core) {
   if (!core->thumb) {
     end_run(core, STOP_INVALID_STATE);
@@ -53,8 +49,6 @@ static const Memory *code_at_pc(Core *core) {
   return NULL;
 }
 
-/* -- single instructions ------------------------------------------------------------------------------ */
-
 static bool was_not_executed(enum Stop stop) {
   return stop > STOP_EXCEPTION_RETURN || stop == STOP_BREAKPOINT || stop == STOP_BKPT;
 }
@@ -67,7 +61,7 @@ static bool condition_passed(const Core *core, unsigned condition) {
   return masks[condition] >> nzcv & 1;
 }
 
-/* False: the run ends before it. */
+/* Return false if the run ends before the instruction. */
 static bool step(Core *core) {
   const Memory *memory = code_at_pc(core);
   if (!memory) {
@@ -110,9 +104,7 @@ static void finish_it_block(Core *core) {
   }
 }
 
-/* -- chains of blocks ------------------------------------------------------------------------------------ */
-
-/* False: an IT block does not fit into the limit. */
+/* Return false if an IT block exceeds the limit. */
 static bool run_chain(Core *core, const Memory *memory) {
   const Insn *block = decode_cache_block(core, memory, core->r[15]);
   uint64_t allowed = core->limit - core->counter;
@@ -129,7 +121,7 @@ static bool run_chain(Core *core, const Memory *memory) {
   return true;
 }
 
-/* From r[15] until limit or stop. */
+/* Execute from r[15] until limit or stop. */
 static void execute(Core *core) {
   finish_it_block(core);
   while (core->stop == STOP_SLICE && core->counter < core->limit) {
@@ -338,8 +330,6 @@ void fcu_reset_now(Chip *chip, int32_t reason) {
   reset(chip);
 }
 
-/* -- for debuggers --------------------------------------------------------------------------------------- */
-
 static bool is_halted(const Chip *chip) { return chip->run_loop.halt_requested && !chip->exceptions.entering; }
 
 int32_t fcu_is_halted(const Chip *chip) { return is_halted(chip); }
@@ -369,9 +359,7 @@ int32_t fcu_halted_on_bkpt(Chip *chip) {
   return met;
 }
 
-/* -- the loop -------------------------------------------------------------------------------------------- */
-
-/* False: nothing to do. */
+/* Return false if nothing is to be done. */
 static bool between_instructions(Chip *chip) {
   RunLoop *run_loop = &chip->run_loop;
   if (run_loop->reset_reason) {
@@ -421,8 +409,6 @@ int32_t fcu_run_until(Chip *chip, int64_t at_ps) {
     }
   }
 }
-
-/* -- instructions without peripherals -------------------------------------------------------------------- */
 
 int32_t fcu_execute(Chip *chip, int64_t instructions, int32_t step_over) {
   Core *core = &chip->core;

@@ -10,22 +10,21 @@
 #include "peripherals/peripheral.h"
 #include "cpu/core.h"
 
-/* Why fcu_run_until() returned. */
 enum Ended { ENDED_AT_TIME, ENDED_HALTED, ENDED_BY_HOST, ENDED_BY_WORK };
 enum Sleep { AWAKE, SLEEPS_WFI, SLEEPS_WFE };
 /* Others are Python's (cpu/core.py). */
 enum ResetReason { RESET_NONE, RESET_SYSRESETREQ };
 
 typedef struct {
-  int64_t until_ps; /* end of fcu_run_until() */
+  int64_t until_ps;
   int64_t slice_end_ps; /* end of the current run */
-  int64_t slice_end;   /* as cycle_clock.count */
-  int64_t executed; /* instructions of the latest run */
+  int64_t slice_end;    /* as cycle_clock.count */
+  int64_t executed;
   int32_t reset_reason;
   uint8_t running;
-  uint8_t asleep;  /* enum Sleep */
+  uint8_t asleep;
   uint8_t halt_requested, stepping;
-  uint8_t debug_enabled; /* BKPT halts */
+  uint8_t debug_enabled; /* BKPT halts the core */
   uint8_t halted_on_bkpt;
   uint8_t reported_lock_up;
 } RunLoop;
@@ -35,9 +34,9 @@ void run_loop_create(Chip *chip);
 void run_loop_update_limit(Chip *chip);
 void run_loop_hclk_changed(Chip *chip);
 
-/* For idle_skip.c: one run, with the handling of its end. */
+/* For idle_skip.c: one run, and the handling of its end. */
 enum Stop run_loop_run(Chip *chip, int64_t instructions);
-/* One instruction; false: other work is due. */
+/* Execute one instruction; false: other work is due. */
 bool run_loop_step(Chip *chip);
 
 #endif

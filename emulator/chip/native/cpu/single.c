@@ -98,8 +98,6 @@ DEFINE_LOAD_OF_PC(literal, insn->imm, )
 DEFINE_LOAD_OF_PC(pre_indexed, core->r[insn->n] + insn->imm, write_base(core, insn, address))
 DEFINE_LOAD_OF_PC(post_indexed, core->r[insn->n], write_base(core, insn, address + insn->imm))
 
-/* -- selection -------------------------------------------------------------------------------------------- */
-
 #define STORE_FORMS(access)  \
   { access##_offset, access##_register, NULL, access##_pre_indexed, access##_post_indexed }
 #define LOAD_FORMS(access)  \

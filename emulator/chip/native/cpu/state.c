@@ -6,7 +6,7 @@
 #define NPRIV 1u
 #define SPSEL 2u
 
-/* SP in use: 0 MSP, 1 PSP (B1.4.7). */
+/* The SP in use: 0 is MSP, 1 is PSP (B1.4.7). */
 static unsigned bank(const Core *core) { return !in_handler(core) && core->control & SPSEL ? 1 : 0; }
 
 uint32_t read_xpsr(const Core *core) {

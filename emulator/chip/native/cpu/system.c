@@ -20,7 +20,7 @@ enum SpecialRegister {
 
 static bool privileged(const Core *core) { return in_handler(core) || !(core->control & NPRIV); }
 
-/* Possibly not in use (B1.4.7). */
+/* MSP or PSP, in use or not (B1.4.7). */
 static uint32_t *stack_pointer(Core *core, bool process) {
   bool process_in_use = !in_handler(core) && core->control & SPSEL;
   return process == process_in_use ? &core->r[13] : &core->sp[process];
@@ -30,8 +30,6 @@ static uint32_t *stack_pointer(Core *core, bool process) {
 static void set_faultmask(Core *core, uint32_t value) {
   core->faultmask = value && core->ipsr != NMI && core->ipsr != HARD_FAULT;
 }
-
-/* -- MRS ------------------------------------------------------------------------------------------------ */
 
 /* SYSm bit 0: IPSR, bit 2: not APSR. EPSR reads as 0. */
 static uint32_t program_status(const Core *core, unsigned which) {
@@ -60,10 +58,7 @@ static uint32_t special_register(Core *core, unsigned number) {
   }
 }
 
-/* imm: SYSm. */
 COMPUTATION(mrs, core->r[insn->d] = special_register(core, insn->imm))
-
-/* -- MSR, CPS ------------------------------------------------------------------------------------------- */
 
 static void set_control(Core *core, uint32_t value) {
   uint32_t settable = NPRIV | FPCA | (in_handler(core) ? 0 : SPSEL);
@@ -100,7 +95,6 @@ INLINE void continue_unmasked(Core *core, const Insn *insn, int32_t budget) {
   resume_chain(core, insn);
 }
 
-/* imm: SYSm. */
 OPERATION(msr) {
   write_special_register(core, insn->imm, core->r[insn->n]);
   continue_unmasked(core, insn, budget);
@@ -129,9 +123,7 @@ bool decode_cps(uint16_t first, Insn *insn) {
   return bits(first, 3, 2) == 0;
 }
 
-/* -- hints, barriers ------------------------------------------------------------------------------------ */
-
-/* Also barriers: accesses complete at once. */
+/* For barriers, too: accesses complete at once. */
 void nop(Core *core, const Insn *insn, int32_t budget) { NEXT; }
 
 OPERATION(wfe) { stop_after(core, insn, budget, STOP_WFE); }
@@ -148,7 +140,7 @@ bool decode_hint(unsigned number, Insn *insn) {
 
 static bool decode_barrier(unsigned number, Insn *insn) {
   insn->run = number == 2 ? clrex : nop;
-  return number == 2 || (number >= 4 && number <= 6); /* DSB, DMB, ISB */
+  return number == 2 || (number >= 4 && number <= 6);
 }
 
 bool decode_system32(uint16_t first, uint16_t second, Insn *insn) {
@@ -164,7 +156,7 @@ bool decode_system32(uint16_t first, uint16_t second, Insn *insn) {
   case 0x3E:
     insn->d = bits(second, 11, 8);
     insn->run = mrs;
-    return insn->d != 13 && insn->d != 15; /* UNPREDICTABLE */
+    return insn->d != 13 && insn->d != 15;
   default: return false;
   }
 }

@@ -6,10 +6,9 @@
 
 void nop(Core *core, const Insn *insn, int32_t budget);
 
-/* A5.2.5, A5.3.4. */
+/* Sections A5.2.5, A5.3.4. */
 bool decode_hint(unsigned number, Insn *insn);
 bool decode_cps(uint16_t first, Insn *insn);
-/* MRS, MSR, hints, barriers, CLREX. */
 bool decode_system32(uint16_t first, uint16_t second, Insn *insn);
 
 #endif

@@ -4,32 +4,21 @@
 
 #include "cpu/access.h"
 
-/* -- single.c: one register ----------------------------------------------------------------------------- */
-
-/* Numbers up to LDRSH: A5.2.4. */
+/* The numbers up to LDRSH are those of A5.2.4. */
 enum Transfer { STR, STRH, STRB, LDRSB, LDR, LDRH, LDRB, LDRSH, LDR_SP, LDR_PC, TRANSFERS };
 /* [n, #imm]  [n, m, LSL #shift]  [#imm]  [n, #imm]!  [n], #imm. */
 enum Form { OFFSET, REGISTER, LITERAL_FORM, PRE_INDEXED, POST_INDEXED, FORMS };
 
-/* n, m, shift and imm are set. False: no literal stores. */
+/* The caller has set n, m, shift and imm. Stores have no literal form. */
 bool decode_transfer(enum Transfer transfer, enum Form form, unsigned d, Insn *insn);
-/* An LDR of the word at `bytes`. */
 void make_literal(Insn *insn, const uint8_t *bytes);
 
-/* -- multiple.c --------------------------------------------------------------------------------------- */
-
-/* before: DB, else IA. */
+/* before: DB instead of IA. */
 bool decode_multiple(bool load, bool before, bool write_back, unsigned n, uint32_t list, Insn *insn);
-/* No REGISTER form. */
 bool decode_dual(bool load, enum Form form, unsigned n, uint16_t second, uint32_t imm, Insn *insn);
 
-/* -- exclusive.c ---------------------------------------------------------------------------------------- */
-
-/* Words; then bytes, half-words, TBB, TBH. */
 bool decode_exclusive_word(bool load, unsigned n, uint16_t second, Insn *insn);
 bool decode_exclusive_or_table(uint32_t address, bool load, unsigned n, uint16_t second, Insn *insn);
-
-/* -- both ----------------------------------------------------------------------------------------------- */
 
 /* Bits 1:0 of SP are 0 (B1.4.7). */
 static inline void write_base(Core *core, const Insn *insn, uint32_t address) {

@@ -8,7 +8,7 @@ bool is_floating_point(uint16_t first, uint16_t second) {
 }
 
 bool decode_vfp(uint32_t address, uint16_t first, uint16_t second, Insn *insn) {
-  bool floating_point = (second & 0xE00) == 0xA00; /* 10 and 11 */
+  bool floating_point = (second & 0xE00) == 0xA00;
   if ((first & 0xF00) == 0xF00) {
     return false; /* Advanced SIMD */
   }

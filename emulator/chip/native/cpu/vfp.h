@@ -24,7 +24,7 @@
 #define FPSCR_AHP (1u << 26)
 #define FPSCR_NZCV (15u << 28)
 
-enum Rounding { TO_NEAREST, UPWARD, DOWNWARD, TOWARD_ZERO }; /* FPSCR.RMODE */
+enum Rounding { TO_NEAREST, UPWARD, DOWNWARD, TOWARD_ZERO };
 
 static inline enum Rounding rounding_mode(const Core *core) { return core->fpscr >> 22 & 3; }
 
@@ -48,8 +48,6 @@ static inline uint32_t from_float(float value) {
   memcpy(&result, &value, sizeof result);
   return result;
 }
-
-/* -- vfp.c ---------------------------------------------------------------------------------------------- */
 
 #define FLOATING_CONTEXT 0xCu /* FPCA, and bit 3, as in the reference engine */
 
@@ -82,21 +80,18 @@ typedef struct {
 } Format;
 extern const Format SINGLE, HALF, ALTERNATIVE_HALF;
 
-/* Finite; FPSCR.FZ flushes denormals. */
+/* For finite values; FPSCR.FZ flushes denormals. */
 Number unpacked(Core *core, uint32_t value);
 /* FPRound, with flags. */
 uint32_t rounded(Core *core, Number number, Format format, enum Rounding mode);
 /* FPProcessNaN. */
 uint32_t quieted(Core *core, uint32_t nan);
 
-/* -- decoders ----------------------------------------------------------------------------------------- */
-
 bool decode_vfp_data(uint16_t first, uint16_t second, Insn *insn);
 bool decode_vfp_conversion(uint16_t first, uint16_t second, Insn *insn);
 bool decode_vfp_memory(uint32_t address, uint16_t first, uint16_t second, Insn *insn);
 bool decode_vfp_move(uint16_t first, uint16_t second, Insn *insn);
 
-/* A6.4.1. */
 static inline uint8_t single(unsigned four, unsigned one) { return (uint8_t)((four & 15) << 1 | (one & 1)); }
 
 #endif

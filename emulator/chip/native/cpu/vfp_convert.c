@@ -5,8 +5,6 @@
 #define D core->s[insn->d]
 #define RESULT(name, result) COMPUTATION(name, use_floating_point(core), D = result)
 
-/* -- to integers ---------------------------------------------------------------------------------------- */
-
 static uint32_t saturated(Core *core, bool negative, bool is_signed, unsigned width) {
   core->fpscr |= FPSCR_IOC;
   uint32_t highest = (uint32_t)((1ull << (is_signed ? width - 1 : width)) - 1);
@@ -22,7 +20,7 @@ static uint32_t to_fixed(Core *core, uint32_t value, unsigned by, bool is_signed
     return 0;
   }
   int exponent = number.exponent + (int)by;
-  if (number.significand && exponent > 16) { /* or infinite: exceeds 32 bits */
+  if (number.significand && exponent > 16) { /* or infinite; exceeds 32 bits */
     return saturated(core, number.sign, is_signed, width);
   }
   uint64_t wide = number.significand << 24; /* 24 binary places, the lowest sticky */
@@ -47,7 +45,7 @@ static uint32_t to_fixed(Core *core, uint32_t value, unsigned by, bool is_signed
   return (uint32_t)result;
 }
 
-/* And not denormal. */
+/* Denormals are excluded, too. */
 static inline bool fits_int32(uint32_t value) { return LIKELY((value >> 23 & 0xFF) - 1 < 126 + 31); }
 
 static uint32_t to_signed(Core *core, uint32_t value) {
@@ -72,8 +70,6 @@ RESULT(fixed_u32_f32, to_fixed(core, D, insn->shift, false, 32, TOWARD_ZERO))
 RESULT(fixed_s16_f32, to_fixed(core, D, insn->shift, true, 16, TOWARD_ZERO))
 RESULT(fixed_u16_f32, to_fixed(core, D, insn->shift, false, 16, TOWARD_ZERO))
 
-/* -- from integers -------------------------------------------------------------------------------------- */
-
 /* FixedToFP. */
 static uint32_t from_fixed(Core *core, int64_t value, unsigned by, enum Rounding mode) {
   uint64_t magnitude = (uint64_t)(value < 0 ? -value : value);
@@ -91,13 +87,11 @@ static uint32_t from_integer(Core *core, int64_t value) {
 
 RESULT(vcvt_f32_s32, from_integer(core, (int32_t)M))
 RESULT(vcvt_f32_u32, from_integer(core, M))
-/* Always to nearest, regardless of FPSCR (A7.7). */
+/* These round to nearest, regardless of FPSCR (A7.7). */
 RESULT(fixed_f32_s32, from_fixed(core, (int32_t)D, insn->shift, TO_NEAREST))
 RESULT(fixed_f32_u32, from_fixed(core, D, insn->shift, TO_NEAREST))
 RESULT(fixed_f32_s16, from_fixed(core, (int16_t)D, insn->shift, TO_NEAREST))
 RESULT(fixed_f32_u16, from_fixed(core, (uint16_t)D, insn->shift, TO_NEAREST))
-
-/* -- half precision ------------------------------------------------------------------------------------- */
 
 static uint32_t from_half(Core *core, uint32_t half) {
   uint32_t sign = (half & 0x8000) << 16, fraction = half & 0x3FF;
@@ -137,8 +131,6 @@ RESULT(vcvtb_f32_f16, from_half(core, M & 0xFFFF))
 RESULT(vcvtt_f32_f16, from_half(core, M >> 16))
 RESULT(vcvtb_f16_f32, with_half(D, to_half(core, M), false))
 RESULT(vcvtt_f16_f32, with_half(D, to_half(core, M), true))
-
-/* -- decoding ------------------------------------------------------------------------------------------- */
 
 static bool decode_fixed(uint16_t first, uint16_t second, Insn *insn) {
   static const Operation FIXED[] = { /* bits: to fixed, unsigned, 32 bits */

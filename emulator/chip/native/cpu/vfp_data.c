@@ -50,8 +50,6 @@ static inline uint32_t multiply_add(Core *core, uint32_t addend, uint32_t left, 
   return is_sum ? result : exact_multiply_add(core, addend, left, right);
 }
 
-/* -- operations ----------------------------------------------------------------------------------------- */
-
 RESULT(vadd, add(core, N, M))
 RESULT(vsub, subtract(core, N, M))
 RESULT(vmul, multiply(core, N, M))
@@ -59,7 +57,6 @@ RESULT(vnmul, negated(multiply(core, N, M)))
 RESULT(vdiv, divide(core, N, M))
 RESULT(vsqrt, square_root(core, M))
 
-/* The product is rounded, too. */
 RESULT(vmla, add(core, D, multiply(core, N, M)))
 RESULT(vmls, add(core, D, negated(multiply(core, N, M))))
 RESULT(vnmla, add(core, negated(D), negated(multiply(core, N, M))))
@@ -75,9 +72,7 @@ RESULT(vmov, M)
 RESULT(vabs, M & ~SIGN)
 RESULT(vneg, negated(M))
 
-/* -- comparison ----------------------------------------------------------------------------------------- */
-
-/* In the order of the values. */
+/* Integers in the order of the values. */
 static int32_t ordinal(uint32_t value) {
   int32_t magnitude = (int32_t)(value & ~SIGN);
   return value & SIGN ? -magnitude : magnitude;
@@ -108,8 +103,6 @@ COMPUTATION(vcmp, compare(core, D, M, false))
 COMPUTATION(vcmpe, compare(core, D, M, true))
 COMPUTATION(vcmp_zero, compare(core, D, 0, false))
 COMPUTATION(vcmpe_zero, compare(core, D, 0, true))
-
-/* -- decoding ------------------------------------------------------------------------------------------- */
 
 /* VFPExpandImm (A6.4.1). */
 static uint32_t expand_immediate(uint32_t imm8) {

@@ -13,8 +13,6 @@ static uint32_t invalid(Core *core) {
 static uint32_t zero(bool sign) { return sign ? SIGN : 0; }
 static uint32_t infinity(bool sign) { return zero(sign) | INFINITE; }
 
-/* -- NaNs ----------------------------------------------------------------------------------------------- */
-
 uint32_t quieted(Core *core, uint32_t nan) {
   if (is_signalling(nan)) {
     raise_flag(core, FPSCR_IOC);
@@ -37,8 +35,6 @@ static bool process_nans(Core *core, const uint32_t *operands, unsigned count, u
   return true;
 }
 
-/* -- unpacking and rounding ----------------------------------------------------------------------------- */
-
 Number unpacked(Core *core, uint32_t value) {
   uint32_t fraction = value & 0x7FFFFF;
   int biased = value >> 23 & 0xFF;
@@ -53,7 +49,7 @@ Number unpacked(Core *core, uint32_t value) {
   };
 }
 
-/* Sticky. */
+/* The lowest bit is sticky. */
 static uint64_t shifted_right(uint64_t significand, int by) {
   if (by <= 0) {
     return significand;
@@ -61,7 +57,7 @@ static uint64_t shifted_right(uint64_t significand, int by) {
   return by > 63 ? significand != 0 : significand >> by | ((significand << (64 - by)) != 0);
 }
 
-/* Set bit 63. */
+/* Shift left until bit 63 is set. */
 static Number normalised(Number number) {
   int by = __builtin_clzll(number.significand);
   number.significand <<= by;
@@ -89,7 +85,7 @@ static bool rounds_away(uint64_t lost, uint64_t half, bool is_odd, bool sign, en
   }
 }
 
-/* Sign in bit 31, also of half precision. */
+/* The sign is bit 31, also of half precision. */
 uint32_t rounded(Core *core, Number number, Format format, enum Rounding mode) {
   uint32_t sign = zero(number.sign);
   if (!number.significand) {
@@ -124,8 +120,6 @@ uint32_t rounded(Core *core, Number number, Format format, enum Rounding mode) {
 static uint32_t rounded_single(Core *core, Number number) {
   return rounded(core, number, SINGLE, rounding_mode(core));
 }
-
-/* -- arithmetic ----------------------------------------------------------------------------------------- */
 
 static uint32_t sum(Core *core, Number left, Number right) {
   if (!left.significand && !right.significand) {
@@ -166,7 +160,6 @@ uint32_t exact_add(Core *core, uint32_t left, uint32_t right) {
 
 static bool is_zero(uint32_t value, Number number) { return !is_infinite(value) && number.significand == 0; }
 
-/* At most 48 bits. */
 static Number product(Number left, Number right) {
   return (Number){
       .sign = left.sign != right.sign,

@@ -4,8 +4,6 @@
  */
 #include "cpu/vfp.h"
 
-/* -- VLDR, VSTR ----------------------------------------------------------------------------------------- */
-
 #define DEFINE_ACCESSES(suffix)                                                                      \
   INLINE bool vldr_single##suffix(Core *core, const Insn *insn, uint32_t address) {                  \
     use_floating_point(core);                                                                        \
@@ -46,7 +44,7 @@ DEFINE_LITERAL(vldr_double)
 static bool decode_one(uint32_t address, uint16_t first, Insn *insn) {
   bool load = first & 0x10, two = insn->a == 2;
   insn->imm = first & 0x80 ? insn->imm : -insn->imm;
-  if (insn->n == 15) { /* or UNPREDICTABLE store */
+  if (insn->n == 15) { /* a store is UNPREDICTABLE */
     insn->imm += (address + 4) & ~3u;
     insn->n = 0;
     insn->run = two ? vldr_double_literal : vldr_single_literal;
@@ -60,9 +58,7 @@ static bool decode_one(uint32_t address, uint16_t first, Insn *insn) {
   return true;
 }
 
-/* -- VLDM, VSTM, VPOP, VPUSH ---------------------------------------------------------------------------- */
-
-/* imm: write-back; FLDMX has a word more than the transfer. */
+/* imm is the write-back; that of FLDMX has one more word. */
 #define DEFINE_MULTIPLE_ACCESSES(suffix)                                              \
   INLINE bool vldm##suffix(Core *core, const Insn *insn, uint32_t address) {          \
     uint32_t words[32];                                                               \
@@ -118,12 +114,12 @@ static bool decode_multiple(uint16_t first, Insn *insn) {
 static bool decode_registers(uint16_t second, unsigned d_bit, Insn *insn) {
   bool is_double = second & 0x100;
   insn->d = is_double ? (uint8_t)(2 * (second >> 12)) : single(second >> 12, d_bit);
-  return !(is_double && d_bit); /* there are 16 D registers */
+  return !(is_double && d_bit);
 }
 
 static bool decode_two_cores(uint16_t first, uint16_t second, Insn *insn);
 
-/* A6.5, and 64-bit transfers of A6.7. */
+/* Section A6.5, and 64-bit transfers of A6.7. */
 bool decode_vfp_memory(uint32_t address, uint16_t first, uint16_t second, Insn *insn) {
   bool before = first & 0x100, up = first & 0x80, back = first & 0x20, is_double = second & 0x100;
   insn->n = first & 15;
@@ -170,7 +166,7 @@ OPERATION(vmov_to_two_cores) {
   NEXT;
 }
 
-#define WRITABLE 0xF7C0009Fu /* of FPSCR */
+#define WRITABLE 0xF7C0009Fu
 
 OPERATION(vmsr) {
   use_floating_point(core);
@@ -191,7 +187,7 @@ OPERATION(vmrs_apsr) {
   NEXT;
 }
 
-/* SP and PC are UNPREDICTABLE: undefined as results, except VMRS to PC. */
+/* SP and PC are UNPREDICTABLE; as results undefined, except VMRS to PC. */
 static bool can_be_moved(bool to_core, unsigned number) { return !to_core || (number != 13 && number != 15); }
 static void may_read_pc(Insn *insn) { insn->flags |= insn->n == 15 || insn->m == 15 ? READS_PC : 0; }
 
@@ -209,7 +205,7 @@ static bool decode_two_cores(uint16_t first, uint16_t second, Insn *insn) {
 bool decode_vfp_move(uint16_t first, uint16_t second, Insn *insn) {
   bool to_core = first & 0x10, of_double = second & 0x100;
   insn->n = second >> 12;
-  if ((first & 0xFEF) == 0xEE1 && !of_double) { /* FPSCR */
+  if ((first & 0xFEF) == 0xEE1 && !of_double) {
     insn->run = !to_core ? vmsr : insn->n == 15 ? vmrs_apsr : vmrs;
     return (second & 0xEF) == 0 && (to_core ? insn->n != 13 : insn->n != 15);
   }

@@ -14,19 +14,19 @@
 #include "generated/memory_map.h"
 
 enum {
-  WORK_RUN = 20,       /* between events */
-  WORK_ACCESS = 8,     /* to a register */
-  WORK_EVENT = 60,     /* of a peripheral */
-  WORK_EXCEPTION = 30, /* entry and return */
-  WORK_DECODE = 15,    /* an instruction, and discarding it */
-  WORK_TIMER = 8,      /* write to a register */
-  WORK_PIN = 8,        /* configured */
-  WORK_EDGE = 10,      /* of an output */
-  WORK_EDGE_TRACED = 500, /* built when the trace is read */
+  WORK_RUN = 20,          /* run between events */
+  WORK_ACCESS = 8,        /* register access */
+  WORK_EVENT = 60,        /* event of a peripheral */
+  WORK_EXCEPTION = 30,    /* exception entry and return */
+  WORK_DECODE = 15,       /* decoding an instruction, and discarding it */
+  WORK_TIMER = 8,         /* write to a timer */
+  WORK_PIN = 8,           /* configuration of a pin */
+  WORK_EDGE = 10,         /* edge of an output */
+  WORK_EDGE_TRACED = 500, /* edge that is built when the trace is read */
   WORK_RESET = 20000,
 };
 
-enum { PAGES = 514, PAGE_OTG = 512, PAGE_PRIVATE = 513 }; /* kilobytes; OTG; core */
+enum { PAGES = 514, PAGE_OTG = 512, PAGE_PRIVATE = 513 }; /* kilobytes; OTG; the core's own */
 
 static inline int page_of(uint32_t address) {
   uint32_t offset = address - PERIPHERALS_BASE;
@@ -36,7 +36,7 @@ static inline int page_of(uint32_t address) {
   return address < PRIVATE_BASE ? PAGE_OTG : PAGE_PRIVATE;
 }
 
-/* times: occurrences; work: including consequences. */
+/* work includes what the occurrences caused. */
 typedef struct {
   int64_t times, work;
 } Cost;
@@ -45,7 +45,7 @@ typedef struct {
 enum CostKind { COST_INSTRUCTIONS, COST_ACCESSES, COST_EVENTS, COST_PYTHON_EVENTS, COST_EXCEPTIONS, COST_RESETS };
 
 #define COST_PERIPHERALS 48
-#define COST_EXCEPTIONS_MOST 101 /* as in nvic.h */
+#define COST_EXCEPTIONS_MOST 101
 
 typedef struct {
   Cost instructions, accesses[PAGES], events[COST_PERIPHERALS], python_events, exceptions[COST_EXCEPTIONS_MOST], resets;

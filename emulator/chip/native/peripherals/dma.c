@@ -1,8 +1,8 @@
 /* DMA1 and DMA2 (RM0368 section 9; interrupts: table 38), and the request lines (9.3.3, tables 28, 29).
  *
- * A transfer happens at once when it is requested. The FIFO is not delayed: only a program that reads memory before
- * the end can see it. Packing (PSIZE unlike MSIZE, 9.3.10) follows from little-endian order. A memory-to-memory
- * transfer is done at its end, after 4 cycles per item (an estimate); NDTR is constant until then.
+ * A transfer happens at once when it is requested; the FIFO delays nothing. Packing (9.3.10) follows from
+ * little-endian order. A memory-to-memory transfer is done at its end, after 4 cycles per item (an estimate); NDTR
+ * is constant until then.
  *
  * The tables agree with RM0090 (STM32F405), except I2C3_RX on stream 1 and I2C3_TX on stream 5, which are not
  * certain.
@@ -16,12 +16,12 @@
 
 #define FIRST_STREAM SxCR(0)
 #define STREAM_SIZE (SxCR(1) - SxCR(0))
-enum { CR, NDTR, PAR, M0AR, M1AR, FCR }; /* words of a stream */
+enum { CR, NDTR, PAR, M0AR, M1AR, FCR }; /* of a stream */
 _Static_assert(SxFCR(0) == FIRST_STREAM + 4 * FCR, "the words of a stream");
 
 enum { PERIPHERAL_TO_MEMORY, MEMORY_TO_PERIPHERAL, MEMORY_TO_MEMORY };
 #define CHANGEABLE_WHILE_ON (SxCR_EN | SxCR_DMEIE | SxCR_TEIE | SxCR_HTIE | SxCR_TCIE)
-/* As of stream 0. */
+/* At the positions of stream 0. */
 #define FLAGS (LISR_FEIF0 | LISR_DMEIF0 | LISR_TEIF0 | LISR_HTIF0 | LISR_TCIF0)
 static const uint8_t FLAG_SHIFT[4] = {0, 6, 16, 22}; /* streams 0 to 3, 4 to 7 */
 
@@ -36,7 +36,7 @@ static const uint8_t INTERRUPTS_OF[DMA_CONTROLLERS][DMA_STREAMS] = {
 /* -- request lines --------------------------------------------------------------------------------------- */
 
 #define R(name) REQUEST_##name
-#define UNMODELLED REQUESTS /* peripheral not modelled */
+#define UNMODELLED REQUESTS /* its peripheral is not modelled */
 #define NONE REQUEST_NONE
 
 /* By channel and stream. */
@@ -69,7 +69,6 @@ static uint8_t number_of(const DmaController *dma, int n) {
   return (uint8_t)(DMA_STREAMS * controller_of(dma) + n + 1);
 }
 
-/* Serve the line's requests from now on. */
 static void attach(DmaController *dma, int n, enum Request line) {
   Dma *both = &dma->peripheral.chip->dma;
   dma->streams[n].line = line;
@@ -91,8 +90,6 @@ static void detach(DmaController *dma, int n) {
 }
 
 void dma_connect(Peripheral *peripheral, enum Request line) { peripheral->chip->dma.requester[line] = peripheral; }
-
-/* -- the bus --------------------------------------------------------------------------------------------- */
 
 /* All but the core's private peripherals (RM0368 2.1). */
 static bool is_accessible(uint32_t address) { return address < PERIPHERALS_BASE + PERIPHERALS_SIZE; }
@@ -142,7 +139,7 @@ static void stop(DmaController *dma, int n) {
 }
 
 static void begin(DmaStream *stream) {
-  static const uint8_t SIZES[] = {1, 2, 4, 4}; /* by PSIZE */
+  static const uint8_t SIZES[] = {1, 2, 4, 4}; /* PSIZE */
   stream->length = stream->items;
   stream->moved = 0;
   stream->size = SIZES[FIELD(stream->control, SxCR_PSIZE)];
@@ -166,7 +163,7 @@ static void start(DmaController *dma, int n, enum Request line) {
   }
 }
 
-/* False: bus error. */
+/* Return false on a bus error. */
 static bool move_item(Chip *chip, DmaStream *stream) {
   uint32_t peripheral_address = stream->peripheral + stream->moved * stream->peripheral_step, value;
   uint32_t memory_address = stream->memory[stream->control & SxCR_CT ? 1 : 0] + stream->moved * stream->memory_step;
@@ -248,7 +245,7 @@ static uint32_t dma_peek(const Peripheral *peripheral, uint32_t offset) {
     return words[(offset - FIRST_STREAM) % STREAM_SIZE / 4];
   }
   for (int n = 0; offset <= HISR && n < 4; n++) {
-    value |= dma->streams[offset + (uint32_t)n].flags << FLAG_SHIFT[n]; /* HISR is at 4 */
+    value |= dma->streams[offset + (uint32_t)n].flags << FLAG_SHIFT[n]; /* HISR is at offset 4 */
   }
   return value;
 }
@@ -347,8 +344,6 @@ void dma_create(Chip *chip) {
     dma_reset(&dma->peripheral);
   }
 }
-
-/* -- for Python ------------------------------------------------------------------------------------------ */
 
 int32_t fcu_dma_request(Chip *chip, int32_t line) { return dma_request(chip, (enum Request)line); }
 

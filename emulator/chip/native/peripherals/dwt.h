@@ -4,7 +4,7 @@
 
 #include "peripherals/peripheral.h"
 
-#define DWT_STORED 24 /* from CTRL on */
+#define DWT_STORED 24 /* registers from CTRL on */
 
 typedef struct {
   Peripheral peripheral;
@@ -15,7 +15,6 @@ typedef struct {
 
 void dwt_create(Chip *chip);
 void dwt_reset(Dwt *dwt);
-/* DEMCR.TRCENA. */
 void dwt_enable(Dwt *dwt, bool on);
 
 #endif

@@ -19,7 +19,7 @@
 
 #define LINES IMR_STORED
 
-/* Table 38. */
+/* RM0368 table 38. */
 static const struct {
   int number;
   uint32_t lines;
@@ -27,8 +27,6 @@ static const struct {
   {6, 1u << 0}, {7, 1u << 1}, {8, 1u << 2}, {9, 1u << 3}, {10, 1u << 4}, {23, 0x03E0}, {40, 0xFC00},
   {1, 1u << 16}, {41, 1u << 17}, {42, 1u << 18}, {2, 1u << 21}, {3, 1u << 22},
 };
-
-/* -- EXTI ----------------------------------------------------------------------------------------------- */
 
 static void update_irqs(Exti *exti) {
   uint32_t active = exti->pr & exti->imr;
@@ -77,7 +75,7 @@ static void merge(uint32_t *word, uint32_t value, uint32_t mask) {
   *word = (*word & ~mask) | (value & mask & LINES);
 }
 
-/* PR and SWIER: 1 in PR clears (10.3.5, 10.3.6). */
+/* Writing 1 to PR clears PR and SWIER (10.3.5, 10.3.6). */
 static void exti_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   Exti *exti = (Exti *)peripheral;
   uint32_t rising;
@@ -115,17 +113,15 @@ static const PeripheralType EXTI_TYPE = {
   .read = exti_read, .peek = exti_peek, .write = exti_write, .reset = exti_reset
 };
 
-/* -- SYSCFG --------------------------------------------------------------------------------------------- */
-
-/* EXTICR (7.2.3 to 7.2.6); -1: no such port. */
+/* EXTICR (7.2.3 to 7.2.6); -1: the code has no port. */
 static int selected_port(const Syscfg *syscfg, int line) {
   static const int8_t PORT_OF[16] = {0, 1, 2, 3, 4, -1, -1, 5, -1, -1, -1, -1, -1, -1, -1, -1};
   return PORT_OF[syscfg->registers[(EXTICR1 >> 2) + line / 4] >> line % 4 * 4 & 15];
 }
 
-/* May cause an edge. */
+/* A newly selected pin may cause an edge. */
 static void select_pins(Chip *chip) {
-  chip->work += WORK_PIN * (PIN_LINES / 4); /* maximum of changed lines */
+  chip->work += WORK_PIN * (PIN_LINES / 4); /* at most four lines change */
   for (int line = 0; line < PIN_LINES; line++) {
     chip->exti.port[line] = selected_port(&chip->syscfg, line);
   }

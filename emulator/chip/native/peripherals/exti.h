@@ -8,19 +8,18 @@
 
 typedef struct {
   Peripheral peripheral;
-  uint32_t registers[9]; /* by offset / 4 */
+  uint32_t registers[9];
 } Syscfg;
 
 typedef struct {
   Peripheral peripheral;
   uint32_t imr, emr, rtsr, ftsr, swier, pr;
-  uint32_t levels;         /* of all lines */
-  int32_t port[PIN_LINES]; /* selected in EXTICR; -1: none */
+  uint32_t levels;         /* last level of each line */
+  int32_t port[PIN_LINES]; /* of the line's pin; -1: none */
 } Exti;
 
 void syscfg_create(Chip *chip);
 void exti_create(Chip *chip);
-/* port: index. */
 void exti_pin_changed(Exti *exti, int port, int pin, bool level);
 
 #endif

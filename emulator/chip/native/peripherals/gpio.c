@@ -1,12 +1,12 @@
 /* GPIO ports A to E and H (RM0368 section 8), and the level of each pin.
  *
- * Drivers: output stage, devices outside (combined by emulator/buses/gpio.py), pull resistor. The lowest strong
- * driver wins; without one, the pull resistor. A floating pin reads as 0.
+ * The lowest strong driver wins: output stage, or devices outside (combined by emulator/buses/gpio.py). Without one
+ * the pull resistor decides; a floating pin reads as 0.
  *
- * Reset: PA13 to PA15, PB3 and PB4 belong to the debug port (AF0), so MODER of port A is 0xA800 0000. Some revisions
+ * Reset: PA13 to PA15, PB3 and PB4 belong to the debug port (AF0), so MODER of port A is 0xA800 0000; some revisions
  * of RM0368 print 0x0C00 0000, which contradicts 8.3.1. Analog pins read as 0 (8.3.12).
  *
- * The trace shows outputs. Open drain at 1, and a pin that stops being an output, show 1.
+ * In the trace an output at open drain 1, and a pin that stops being an output, show 1.
  *
  * NOT MODELLED
  * - Levels in alternate-function mode: the pin is released.
@@ -22,8 +22,8 @@
 #include "fcu.h"
 #include "generated/registers_gpio.h"
 
-enum { INPUT, OUTPUT, ALTERNATE, ANALOG };   /* MODER */
-enum { NO_PULL, PULL_UP, PULL_DOWN };        /* PUPDR */
+enum { INPUT, OUTPUT, ALTERNATE, ANALOG };
+enum { NO_PULL, PULL_UP, PULL_DOWN };
 
 #define ALL_PINS 0xFFFFu
 
@@ -34,8 +34,6 @@ static uint32_t *reg(GpioPort *port, uint32_t offset) { return &port->registers[
 static int index_of(const GpioPort *port) { return (int)(port - port->peripheral.chip->gpio.ports); }
 
 static void set_bit(uint16_t *set, uint32_t bit, bool in) { *set = (uint16_t)(in ? *set | bit : *set & ~bit); }
-
-/* -- levels --------------------------------------------------------------------------------------------- */
 
 static uint32_t levels(const GpioPort *port) {
   uint32_t strong = port->driven | port->external;
@@ -101,8 +99,6 @@ int64_t fcu_take_edges(Chip *chip, Edge *edges, int64_t size, int64_t *lost) {
   return count;
 }
 
-/* -- outputs -------------------------------------------------------------------------------------------- */
-
 /* An open drain at 1 releases the pin. */
 static void output(GpioPort *port, int pin) {
   uint32_t bit = 1u << pin;
@@ -140,8 +136,6 @@ static void latch(GpioPort *port, uint32_t odr) {
   }
 }
 
-/* -- configuration -------------------------------------------------------------------------------------- */
-
 static void configure_pin(GpioPort *port, int pin) {
   port->peripheral.chip->work += WORK_PIN;
   uint32_t bit = 1u << pin, mode = *reg(port, MODER) >> 2 * pin & 3;
@@ -159,7 +153,7 @@ static void configure_pin(GpioPort *port, int pin) {
   set_bit(&port->analog, bit, mode == ANALOG);
 }
 
-/* 0: no configuration register. */
+/* Return 0 for other registers. */
 static unsigned bits_per_pin(uint32_t offset) {
   switch (offset) {
     case MODER: case OSPEEDR: case PUPDR: return 2;
@@ -210,8 +204,6 @@ static void write_lock(GpioPort *port, uint32_t value, uint32_t mask) {
     port->lock_step = 0;
   }
 }
-
-/* -- access --------------------------------------------------------------------------------------------- */
 
 static uint32_t gpio_peek(const Peripheral *peripheral, uint32_t offset) {
   const GpioPort *port = (const GpioPort *)peripheral;
@@ -274,8 +266,6 @@ void gpio_create(Chip *chip) {
 
 void gpio_destroy(Chip *chip) { free(chip->gpio.edges); }
 
-/* -- pins for other peripherals ------------------------------------------------------------------------------ */
-
 void pin_listen(Peripheral *peripheral, char port, int pin, PinChanged changed) {
   Gpio *gpio = &peripheral->chip->gpio;
   int n = gpio->listener_count++, index = port_index(port);
@@ -291,8 +281,6 @@ int pin_level(const Chip *chip, int port, int pin) {
   uint32_t held = gpio->driven | gpio->external | gpio->pulled_up | gpio->pulled_down;
   return held >> pin & 1 ? gpio->input >> pin & 1 : -1;
 }
-
-/* -- pins for Python ------------------------------------------------------------------------------------ */
 
 void fcu_connect_pins(Chip *chip, const PinCalls *calls) { chip->gpio.calls = *calls; }
 

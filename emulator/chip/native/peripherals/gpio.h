@@ -12,20 +12,20 @@ typedef struct {
   Peripheral peripheral;
   uint32_t registers[10]; /* by offset / 4, without IDR and BSRR */
   uint32_t locked, lock_step, lock_pins;
-  uint16_t driven, driven_high;   /* by the chip's output stage */
-  uint16_t external, external_high; /* by all drivers outside of the chip */
+  uint16_t driven, driven_high;     /* driven by the output stage */
+  uint16_t external, external_high; /* driven from outside of the chip */
   uint16_t pulled_up, pulled_down;
   uint16_t analog;
-  uint16_t input;             /* resulting level; 0 while floating */
-  uint16_t traced, traced_high; /* once an output; its level in the trace */
-  uint16_t frequent;          /* traced in detail only */
-  uint16_t has_listener;             /* in a peripheral */
-  uint16_t watched;           /* by Python */
+  uint16_t input;               /* resulting level; 0 while floating */
+  uint16_t traced, traced_high; /* once an output, and its level in the trace */
+  uint16_t frequent;            /* traced in detail only */
+  uint16_t has_listener;
+  uint16_t watched;
 } GpioPort;
 
 typedef struct {
   void (*edge)(int64_t now_ps, int32_t port, int32_t pin, int32_t level); /* an output, while observed */
-  void (*changed)(int64_t now_ps, int32_t port, int32_t pin, int32_t level); /* the input of a watched pin */
+  void (*changed)(int64_t now_ps, int32_t port, int32_t pin, int32_t level);
 } PinCalls;
 
 #define EDGE_RING_SIZE 262144 /* a power of 2; more than a trace keeps (emulator/trace.py) */
@@ -37,9 +37,9 @@ typedef struct {
 
 typedef struct {
   GpioPort ports[PORTS];
-  Edge *edges;         /* a ring outside of snapshots */
-  int64_t edge_count;  /* so far */
-  int64_t edges_taken; /* of these */
+  Edge *edges; /* not in snapshots */
+  int64_t edge_count;
+  int64_t edges_taken;
   PinCalls calls;
   struct {
     Peripheral *peripheral;

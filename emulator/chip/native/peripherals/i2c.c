@@ -1,39 +1,35 @@
 /* I2C1 to I2C3 as bus master (RM0368 section 18).
  *
- * A message is a sequence of operations: start, address, bytes, stop (18.3.3, figures 163, 164). Between them the
- * peripheral continues as STOP, START and DR request, or holds SCL low. The end of an operation is a deferred event;
- * a scheduled one while an interrupt or DMA waits for it.
+ * A message is a sequence of operations: start, address, bytes, stop (18.3.3, figures 163, 164). After each the
+ * peripheral continues as STOP, START and DR request, or holds SCL low. The end of an operation is a deferred event,
+ * or a scheduled one while an interrupt or DMA waits for it.
  *
  * The receiver has two stages, DR and shift register; when both are full (BTF), SCL is held until DR is read. ACK
- * applies at the end of a byte, with POS to the next one: the first byte's answer is the ACK of the time when the
- * address was sent. HAL reads two bytes this way. After a byte without acknowledge SCL is held until STOP or START,
- * so that a late STOP costs no byte, which is certain on the chip only while DR is full.
+ * applies at the end of a byte; with POS the first byte's answer is the ACK of the time when the address was sent.
+ * HAL reads two bytes this way. After a byte without acknowledge SCL is held, so that a late STOP costs no byte. On
+ * the chip this is certain only while DR is full.
  *
- * A START clears TXE and BTF. STOP and START wait for the shift register; a byte in DR is then lost, with a note,
- * because STOP must be written while TXE or BTF is set.
- *
- * The bus is in Python (emulator/buses/i2c_wire.py), called at the end of each byte. A message "sub-address,
- * repeated start, read" of cached bytes (read_cache.h) needs no call; Python fetches it later if it needs it.
+ * A START clears TXE and BTF. STOP and START wait for the shift register; a byte in DR is lost, with a note, because
+ * the manual requires STOP while TXE or BTF is set.
  *
  * NOT MODELLED, with a note: SMBUS, ENARP, ENPEC, PEC; OAR1, OAR2 (slave mode: the board has no other master). NOT
- * MODELLED: FLTR: stored; DUALF, SMBHOST, SMBDEFAULT, GENCALL, PEC of SR2; clock stretching, which the sensors never
+ * MODELLED: FLTR, stored; DUALF, SMBHOST, SMBDEFAULT, GENCALL, PEC of SR2; clock stretching, which the sensors never
  * do.
  */
 #include "fcu.h"
 
 #include "generated/registers_i2c.h"
 
-/* Cleared by writing 0. */
+/* Software clears these by writing 0. */
 #define SR1_ERRORS  \
   (SR1_BERR | SR1_ARLO | SR1_AF | SR1_OVR | SR1_PECERR | SR1_TIMEOUT | SR1_SMBALERT)
 
-enum { FAST_MODE_HZ = 400000 }; /* of the sensors */
+enum { FAST_MODE_HZ = 400000 }; /* limit of the sensors */
 enum { NO_FUNCTION = 255 };
 
-/* To an address, as in peripherals/i2c.py. */
+/* In the order of peripherals/i2c.py. */
 enum Answer { ANSWER_ACK, ANSWER_NACK, ANSWER_BUS_ERROR, ANSWER_ARBITRATION };
 
-/* Of the current operation. */
 enum Completion {
   DONE_NOTHING,
   DONE_START,
@@ -44,10 +40,10 @@ enum Completion {
   DONE_RECEIVE,
 };
 
-/* Current operation, or what SCL is held for. */
+/* The current operation, or the event for which SCL is held. */
 enum Phase {
   PHASE_IDLE,
-  PHASE_BUSY,      /* an operation */
+  PHASE_BUSY,
   PHASE_ADDRESS,   /* the address in DR */
   PHASE_ADDRESSED, /* ADDR to be cleared */
   PHASE_SEND,      /* DR, STOP or START */
@@ -83,7 +79,6 @@ static Target *target_of(I2c *i2c) {
 
 static bool is_cacheable(I2c *i2c) { return !i2c->wire.has_faults && i2c->wire.message.target >= 0; }
 
-/* From the read cache, if it has them. */
 static bool begin_reading(I2c *i2c, int64_t position) {
   Chip *chip = i2c->peripheral.chip;
   i2c->from_cache =
@@ -125,7 +120,6 @@ static void abort_message(I2c *i2c) {
   }
 }
 
-/* Start and address byte of a new message. */
 static enum Answer begin_message(I2c *i2c) {
   I2cMessage *message = &i2c->wire.message;
   Chip *chip = i2c->peripheral.chip;
@@ -173,7 +167,7 @@ static enum Answer send_address(I2c *i2c) {
   return (enum Answer)answer;
 }
 
-/* True: the byte was acknowledged. */
+/* Return true if the byte was acknowledged. */
 static bool write_byte(I2c *i2c) {
   I2cMessage *message = &i2c->wire.message;
   bool is_first = message->written == 0;
@@ -209,7 +203,7 @@ static uint8_t read_byte(I2c *i2c) {
   return (uint8_t)answer;
 }
 
-/* Of a line held low; 0: none. */
+/* Return when a line held low is released; 0: none is. */
 static int64_t released_ps(const I2c *i2c) {
   return i2c->wire.has_faults ? i2c->calls.released_ps(now_ps(i2c)) : 0;
 }
@@ -225,8 +219,6 @@ static bool is_connected(I2c *i2c) {
   return connected && i2c->calls.start;
 }
 
-/* -- interrupts and DMA ----------------------------------------------------------------------------------- */
-
 static void set_lines(I2c *i2c) {
   static const uint8_t inputs[I2C_COUNT][2] = {{31, 32}, {33, 34}, {72, 73}}; /* RM0368 table 38 */
   const uint8_t *input = inputs[number_of(i2c)];
@@ -238,7 +230,7 @@ static void set_lines(I2c *i2c) {
 static void serve_dma(I2c *i2c) {
   Chip *chip = i2c->peripheral.chip;
   enum Request rx = (enum Request)(REQUEST_I2C1_RX + 2 * number_of(i2c)), tx = (enum Request)(rx + 1);
-  for (int stage = 0; stage < 2; stage++) { /* DR, shift register */
+  for (int stage = 0; stage < 2; stage++) {
     if (i2c->sr1 & SR1_RXNE && dma_request(chip, rx)) {
       i2c->nack_next = i2c->cr2 & CR2_LAST && dma_remaining(chip, rx) == 1;
     }
@@ -248,7 +240,6 @@ static void serve_dma(I2c *i2c) {
   }
 }
 
-/* DMA requests and interrupt lines. */
 static void update(I2c *i2c) {
   if (i2c->in_dma || !i2c->wants_events) {
     return;
@@ -262,8 +253,6 @@ static void update(I2c *i2c) {
 }
 
 static void i2c_dma_ready(Peripheral *peripheral) { update(i2c_of(peripheral)); }
-
-/* -- operations ------------------------------------------------------------------------------------------- */
 
 static int64_t due_ps(const I2c *i2c) { return event_at(i2c->peripheral.chip, i2c->event); }
 
@@ -295,7 +284,7 @@ static void start_when_free(I2c *i2c) {
   }
 }
 
-/* Between two bytes; false: no request. */
+/* Execute STOP or START between two bytes; false: no request. */
 static bool stop_or_start(I2c *i2c) {
   if (!(i2c->cr1 & (CR1_START | CR1_STOP))) {
     return false;
@@ -323,7 +312,7 @@ static void continue_bus(I2c *i2c) {
   }
 }
 
-/* Received bytes stay. */
+/* Received bytes are kept. */
 static void end_of_sending(I2c *i2c) {
   if (i2c->sr2 & SR2_TRA) {
     i2c->sr1 &= ~(uint32_t)(SR1_TXE | SR1_BTF);
@@ -398,7 +387,7 @@ static void sent(I2c *i2c) {
   }
 }
 
-/* ACK, POS, LAST with DMA. */
+/* ACK, POS, and LAST with DMA. */
 static bool acknowledges(I2c *i2c) {
   bool now = i2c->cr1 & CR1_ACK;
   bool acknowledged = i2c->cr1 & CR1_POS ? i2c->acknowledge : now;
@@ -438,7 +427,6 @@ static void released(I2c *i2c) {
   continue_bus(i2c);
 }
 
-/* End of an operation. */
 static void i2c_fire(Peripheral *peripheral) {
   static void (*const ends[])(I2c *) = {
       [DONE_NOTHING] = continue_bus,       [DONE_START] = started,           [DONE_STOP] = stopped,
@@ -452,7 +440,7 @@ static void i2c_fire(Peripheral *peripheral) {
   }
 }
 
-/* At any point of a message. */
+/* Possible at any point of a message. */
 static void clear(I2c *i2c) {
   event_cancel(i2c->peripheral.chip, i2c->event);
   abort_message(i2c);
@@ -463,7 +451,7 @@ static void clear(I2c *i2c) {
 
 /* -- settings (18.6.2, 18.6.8, 18.6.9) ---------------------------------------------------------------- */
 
-/* Of PCLK1; 0: CCR is 0. */
+/* The period in clocks of PCLK1; 0 if CCR is 0. */
 static int64_t clocks_per_bit(uint32_t ccr) {
   int64_t per_period = ccr & CCR_FS ? (ccr & CCR_DUTY ? 25 : 3) : 2; /* 9 + 16, 1 + 2, 1 + 1 */
   return per_period * (ccr & CCR_CCR);
@@ -478,7 +466,7 @@ static void set_rate(I2c *i2c) {
   i2c->settings_checked = 0;
   int64_t dividend = clocks_per_bit(i2c->ccr) * PS_PER_S, divisor = i2c->peripheral.chip->clocks.pclk1_hz;
   if (dividend == 0 || divisor <= 0) {
-    i2c->bit_ps = i2c->byte_ps = NEVER_PS; /* no operation ends */
+    i2c->bit_ps = i2c->byte_ps = NEVER_PS;
     return;
   }
   if (dividend < (__int128)i2c->shortest_ps * divisor) {
@@ -496,7 +484,7 @@ static void set_rate(I2c *i2c) {
   }
 }
 
-/* Forbidden settings; the clock runs nevertheless. */
+/* Note forbidden settings; the clock runs nevertheless. */
 static void check_settings(I2c *i2c) {
   Peripheral *peripheral = &i2c->peripheral;
   int64_t pclk_hz = peripheral->chip->clocks.pclk1_hz, counts = clocks_per_bit(i2c->ccr);
@@ -543,9 +531,6 @@ static void i2c_reset(Peripheral *peripheral) {
 
 static void i2c_clocks_changed(Peripheral *peripheral) { set_rate(i2c_of(peripheral)); }
 
-/* -- access (18.6) ------------------------------------------------------------------------------------ */
-
-/* The data phase begins. */
 static void clear_addr(I2c *i2c) {
   i2c->sr1 &= ~(uint32_t)SR1_ADDR;
   if (!(i2c->sr2 & SR2_TRA)) {
@@ -628,7 +613,6 @@ static uint32_t i2c_read(Peripheral *peripheral, uint32_t offset, int64_t *until
   }
 }
 
-/* Address or data. */
 static void write_data(I2c *i2c, uint8_t value) {
   if (i2c->phase == PHASE_ADDRESS) {
     i2c->sr1 &= ~(uint32_t)SR1_SB;
@@ -680,7 +664,7 @@ static void write_cr1(I2c *i2c, uint32_t cr1) {
 static void write_cr2(I2c *i2c) {
   i2c->wants_events = (i2c->cr2 & (CR2_ITERREN | CR2_ITEVTEN | CR2_DMAEN)) != 0;
   if (due_ps(i2c) < NEVER_PS) {
-    schedule_end(i2c, due_ps(i2c), (enum Completion)i2c->completion); /* scheduled or deferred */
+    schedule_end(i2c, due_ps(i2c), (enum Completion)i2c->completion);
   }
   set_lines(i2c);
 }
@@ -745,8 +729,6 @@ static void i2c_write(Peripheral *peripheral, uint32_t offset, uint32_t value, u
   }
   update(i2c);
 }
-
-/* -- creation --------------------------------------------------------------------------------------------- */
 
 static const PeripheralType i2c_type = {
     .read = i2c_read,

@@ -12,34 +12,34 @@
 /* From start to stop; Python reads this struct. */
 typedef struct {
   int64_t open;
-  int64_t live; /* Python takes part: it has all but the bytes below */
+  int64_t live; /* Python has it, except for the bytes below */
   int64_t start_ps, end_ps;
-  int64_t address, reading, target; /* target: index or -1 */
-  int64_t written, subaddress;      /* bytes written; the first of them */
-  int64_t count;                    /* received, not yet passed to Python */
+  int64_t address, reading, target;
+  int64_t written, subaddress; /* number of bytes, and the first one */
+  int64_t count;               /* of bytes that Python does not have */
   uint8_t bytes[I2C_BYTES];
 } I2cMessage;
 
-/* Callbacks into Python at the end of a byte. While message.open, each first processes the bytes that C handled. */
+/* Callbacks into Python at the end of a byte. While message.open, each first processes the bytes that C has handled.
+ */
 typedef struct {
-  int32_t (*start)(int64_t now_ps, int32_t address, int64_t start_ps); /* enum Answer */
-  int32_t (*write)(int64_t now_ps, int32_t value);                    /* 1: acknowledged */
+  int32_t (*start)(int64_t now_ps, int32_t address, int64_t start_ps); /* returns enum Answer */
+  int32_t (*write)(int64_t now_ps, int32_t value);                     /* returns 1 if acknowledged */
   /* The byte + 256 * bytes in chip->read_cache.prefetched. */
   int32_t (*read)(int64_t now_ps);
   void (*stop)(int64_t now_ps, int64_t end_ps);
-  void (*abort)(int64_t now_ps);                /* bus released without stop */
-  void (*ended)(int64_t now_ps); /* recent[] has a message; while chip->detailed */
-  int64_t (*released_ps)(int64_t now_ps);       /* a line held low; 0: none */
+  void (*abort)(int64_t now_ps);
+  void (*ended)(int64_t now_ps);          /* recent[] has a message; if chip->detailed */
+  int64_t (*released_ps)(int64_t now_ps); /* 0: no line is held low */
   void (*set_speed)(int64_t now_ps, int64_t hz);
 } I2cCalls;
 
-/* Read and written by Python. */
 typedef struct {
   int64_t has_faults; /* nothing is cached */
-  int64_t ended;    /* messages that C handled alone */
+  int64_t ended;
   I2cMessage message;
   I2cMessage recent[I2C_RECENT];
-  int8_t target_index[128]; /* by address; -1: no cache */
+  int8_t target_index[128]; /* by address; -1: not cached */
 } I2cWire;
 
 typedef struct {
@@ -47,16 +47,16 @@ typedef struct {
   uint32_t cr1, cr2, oar1, oar2, sr1, sr2, dr, ccr, trise, fltr;
   int32_t event;
   uint8_t phase, completion;
-  uint8_t wants_events;     /* an interrupt or DMA waits for flags */
-  uint8_t in_dma;     /* in a DMA request */
-  uint8_t settings_checked;     /* since their last change */
-  uint8_t nack_next;   /* DMA: last byte */
+  uint8_t wants_events; /* an interrupt or DMA waits for flags */
+  uint8_t in_dma;       /* in a DMA request */
+  uint8_t settings_checked;
+  uint8_t nack_next;   /* DMA has announced the last byte */
   uint8_t dr_full;     /* a byte waits for the shift register */
   uint8_t shift_full;  /* DR was full when the byte arrived */
   uint8_t acknowledge; /* POS: answer to the next byte */
   uint8_t shift;
-  uint8_t from_cache;        /* bytes come from the read cache */
-  uint32_t last_sr1;       /* SR1 as last read */
+  uint8_t from_cache;
+  uint32_t last_sr1;
   int64_t bit_ps, byte_ps, start_ps;
   int64_t speed_hz, shortest_ps;
   PinFunction pins[I2C_PINS + 1];

@@ -7,7 +7,7 @@
 #include "generated/registers_nvic.h"
 
 #define SYSTEM ((uint64_t)0xFFFF)
-#define WORDS 3               /* of interrupt bits */
+#define WORDS 3                 /* interrupt bits */
 #define IMPLEMENTED 0xF0F0F0F0u /* four bits of priority */
 
 void nvic_reset(Nvic *nvic) {
@@ -18,8 +18,6 @@ void nvic_reset(Nvic *nvic) {
   }
   nvic->subpriority_bits = 1; /* PRIGROUP 0: at least one bit */
 }
-
-/* -- priorities ------------------------------------------------------------------------------------------ */
 
 int nvic_group_priority(const Nvic *nvic, int priority) {
   return priority < 0 ? priority : priority >> nvic->subpriority_bits << nvic->subpriority_bits;
@@ -62,8 +60,6 @@ int32_t fcu_priority(const Chip *chip, int32_t exception) { return chip->nvic.pr
 
 int32_t fcu_priority_group(const Chip *chip, int32_t priority) { return nvic_group_priority(&chip->nvic, priority); }
 
-/* -- states ---------------------------------------------------------------------------------------------- */
-
 static void update_changed(Nvic *nvic) {
   if (nvic_any_ready(nvic)) {
     nvic->changed = 1;
@@ -103,9 +99,7 @@ void nvic_deactivate(Nvic *nvic, int number) {
   pend(nvic, number >> 6, nvic->lines[number >> 6] & bit);
 }
 
-/* -- registers ------------------------------------------------------------------------------------------- */
-
-/* A register word is in both words of a set. */
+/* A register word spans both words of a set. */
 static uint32_t interrupts(const uint64_t *set, unsigned word) {
   unsigned first = FIRST_INTERRUPT + 32 * word;
   uint64_t low = set[first >> 6] >> (first & 63);

@@ -12,7 +12,7 @@
 
 #define EXCEPTIONS 101 /* 16 + 85 interrupts (RM0368 table 38) */
 #define FIRST_INTERRUPT 16
-#define THREAD_PRIORITY 256     /* outside of handlers; smaller is more urgent */
+#define THREAD_PRIORITY 256 /* outside of handlers; smaller is more urgent */
 
 enum Exception {
   RESET = 1,
@@ -30,28 +30,27 @@ enum Exception {
 typedef struct {
   uint64_t pending[2], enabled[2], active[2], lines[2]; /* bit = exception number */
   int32_t subpriority_bits;
-  uint8_t changed;          /* an exception may have become ready */
-  uint8_t event_register;         /* for WFE (B1.5.18) */
-  uint8_t sevonpend; /* SCR.SEVONPEND (B3.2.7) */
+  uint8_t changed;        /* an exception may have become ready */
+  uint8_t event_register; /* for WFE (B1.5.18) */
+  uint8_t sevonpend;      /* SCR.SEVONPEND (B3.2.7) */
   int16_t priority[EXCEPTIONS];
 } Nvic;
 
-/* Active lines count as rising again. */
+/* An active line counts as rising. */
 void nvic_reset(Nvic *nvic);
-/* The exception to be taken first; 0: none. */
+/* Return 0 if none is ready. */
 int nvic_highest_pending(const Nvic *nvic);
-/* Decides on preemption (B1.5.4). */
+/* This part decides on preemption (B1.5.4). */
 int nvic_group_priority(const Nvic *nvic, int priority);
 /* ExecutionPriority() (B1.5.4). */
 int nvic_execution_priority(const Nvic *nvic, bool primask, uint32_t basepri, bool faultmask);
-/* By exception number. */
 void nvic_pend(Nvic *nvic, int number);
 void nvic_unpend(Nvic *nvic, int number);
 void nvic_set_line(Nvic *nvic, int number, bool level);
 void nvic_activate(Nvic *nvic, int number);
 void nvic_deactivate(Nvic *nvic, int number);
 
-/* ICTR, ISER to IPR, STIR (B3.4.3), by offset in the system control space. */
+/* Offsets in the system control space: ICTR, ISER to IPR, STIR (B3.4.3). */
 bool nvic_has_register(uint32_t offset);
 uint32_t nvic_read(const Nvic *nvic, uint32_t offset);
 void nvic_write(Nvic *nvic, uint32_t offset, uint32_t value, uint32_t mask);

@@ -1,13 +1,12 @@
 /* The interface of a peripheral: memory map, clock, events, interrupt and DMA lines, notes about firmware.
  *
- * A peripheral is a struct in struct Chip that begins with a Peripheral. Its file contains: a comment that cites the
- * manual and lists functions that are NOT MODELLED, the functions of its PeripheralType, and X_create(). All state
- * is plain data in the struct, because a snapshot is a copy of the chip; statics are constants.
+ * A peripheral is a struct in struct Chip that begins with a Peripheral. Its file has a comment that cites the
+ * manual and lists functions that are NOT MODELLED, a PeripheralType, and X_create(). All state is plain data in the
+ * struct, because a snapshot is a copy of the chip.
  *
- * chip->now_ps is the exact time of the current access or event; earlier events have been carried out. State is
- * computed when it is read, or changed by an event. A scheduled event ends the run of instructions: for interrupts,
- * pins, DMA. A deferred event does not: it is carried out at the next access to a register, next event, or end of a
- * run, with its exact time and order.
+ * chip->now_ps is the exact time of the current access or event. State is computed when it is read, or changed by an
+ * event. A scheduled event ends the run of instructions: for interrupts, pins, DMA. A deferred event is carried out,
+ * with its exact time and order, at the next access to a register, next event, or end of a run.
  */
 #ifndef FCU_PERIPHERAL_H
 #define FCU_PERIPHERAL_H
@@ -24,7 +23,7 @@
 #define PS_PER_S INT64_C(1000000000000)
 #define WORD 0xFFFFFFFFu
 
-/* The bits of an access, at its lowest byte. */
+/* The bits of an access at its lowest byte. */
 static inline uint32_t size_mask(unsigned size) { return size == 4 ? WORD : (1u << 8 * size) - 1; }
 
 /* FIELD(cr2, CR2_STOP), with the names of the generated header. */
@@ -40,18 +39,17 @@ typedef struct {
    * access or a scheduled event; to NOT_CACHEABLE_PS after a side effect, or if it changes continuously. Loops
    * that poll it are skipped until then. */
   uint32_t (*read)(Peripheral *peripheral, uint32_t offset, int64_t *until_ps);
-  /* Without side effects. */
   uint32_t (*peek)(const Peripheral *peripheral, uint32_t offset);
-  /* The bits of mask, which is narrower than a word for bytes and half-words. */
+  /* mask has the bits of a byte or half-word for such a store. */
   void (*write)(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask);
-  /* By system reset or RCC_xxxRSTR. */
+  /* System reset, or RCC_xxxRSTR. */
   void (*reset)(Peripheral *peripheral);
   /* These may be NULL. */
   bool (*is_pure)(const Peripheral *peripheral, uint32_t offset); /* false: read() would give NOT_CACHEABLE_PS */
   bool (*is_redundant_write)(const Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask);
-  void (*clocks_changed)(Peripheral *peripheral); /* a frequency */
-  void (*gated)(Peripheral *peripheral);          /* peripheral->clocked */
-  /* A stream serves a request line. */
+  void (*clocks_changed)(Peripheral *peripheral);
+  void (*gated)(Peripheral *peripheral);
+  /* A stream now serves a request line. */
   void (*dma_ready)(Peripheral *peripheral);
 } PeripheralType;
 
@@ -59,17 +57,15 @@ struct Peripheral {
   const PeripheralType *type;
   Chip *chip;
   uint32_t base, size;
-  int32_t index;    /* for Python */
-  uint32_t noted;   /* reported ones: bit = id */
-  uint8_t clocked;  /* by RCC; else it reads as 0 and ignores writes */
+  int32_t index;
+  uint32_t noted;  /* reported ones: bit = id */
+  uint8_t clocked; /* RCC; without clock it reads as 0 and ignores writes */
   uint32_t reads_since_write;
-  uint8_t memory_like;    /* no side effects; changes only by events and writes */
+  uint8_t memory_like;      /* reads have no side effect; changes by events and writes only */
   uint32_t implemented[32]; /* bit = offset / 4, first 4 KB */
 };
 
-/* -- peripherals --------------------------------------------------------------------------------------------- */
-
-/* offsets: of its registers, ended by -1. */
+/* offsets: its registers, ended by -1. */
 void peripheral_create(Chip *chip, Peripheral *peripheral, const PeripheralType *type, uint32_t base, uint32_t size,
                   const int16_t *offsets);
 
@@ -85,28 +81,26 @@ static inline bool peripheral_has_register(const Peripheral *peripheral, uint32_
 
 typedef void (*Fire)(Peripheral *peripheral);
 
-/* At creation. fire() is called at the event's time. */
+/* At creation. fire() runs at the event's time. */
 int event_create(Peripheral *peripheral, Fire fire);
-/* Or reschedule; a past time means now. */
+/* A time in the past means now. */
 void event_schedule(Chip *chip, int event, int64_t at_ps);
 void event_defer(Chip *chip, int event, int64_t at_ps);
 void event_cancel(Chip *chip, int event);
-/* NEVER_PS: not scheduled. */
+/* Return NEVER_PS if it is not scheduled. */
 int64_t event_at(const Chip *chip, int event);
 
 /* -- DMA lines; interrupts: peripheral_set_irq() of chip.h -------------------------------------------- */
 
-/* At creation: call dma_ready() when a stream serves the line. */
+/* At creation: dma_ready() is called when a stream serves the line. */
 void dma_connect(Peripheral *peripheral, enum Request line);
-/* One transfer, at once; false: no stream. */
+/* Make one transfer at once; false: no stream serves the line. */
 bool dma_request(Chip *chip, enum Request line);
-/* NDTR of the stream; 0: none. */
+/* Return 0 if no stream serves the line. */
 uint32_t dma_remaining(const Chip *chip, enum Request line);
 
-/* -- pins ------------------------------------------------------------------------------------------------ */
-
 typedef struct {
-  char port; /* letter */
+  char port;
   uint8_t pin, function;
 } PinFunction;
 
@@ -116,14 +110,14 @@ bool pins_connected(const Chip *chip, const PinFunction *pins, char *missing, si
 /* At creation: call changed() at every change of the input level. */
 typedef void (*PinChanged)(Peripheral *peripheral, int pin, bool level);
 void pin_listen(Peripheral *peripheral, char port, int pin, PinChanged changed);
-/* -1: floating. port: index. */
+/* Return -1 if the pin floats. port is an index. */
 int pin_level(const Chip *chip, int port, int pin);
 
 /* -- notes about firmware -------------------------------------------------------------------------------- */
 
 enum NoteKind { NOTE_FORBIDDEN, NOTE_NOT_MODELLED, NOTE_REFUSED };
 
-/* id 0 to 31: report once. -1: Python drops repeated texts. */
+/* id 0 to 31: reported once. id -1: Python drops repeated texts. */
 void peripheral_note(Peripheral *peripheral, int id, enum NoteKind kind, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#define LIVE_PS (PS_PER_S / 100) /* before bytes read live are prefetched again */
+#define LIVE_PS (PS_PER_S / 100) /* bytes read live are prefetched again after this time */
 
 static uint64_t bit_of(const Chip *chip, const Target *target) {
   return UINT64_C(1) << (target - chip->read_cache.target);
@@ -17,7 +17,7 @@ static bool is_valid(const Chip *chip, const Target *target, const CacheLine *li
   return line->version == *target->version && chip->now_ps < line->valid_until_ps;
 }
 
-/* Dirty, and Python has received the reads. */
+/* Return true if Python has received the reads of a dirty line. */
 static bool is_committed(const Chip *chip, const Target *target) {
   return target->dirty && !(chip->read_cache.uncommitted & bit_of(chip, target));
 }
@@ -39,7 +39,6 @@ static bool repeats_register(const Target *target) {
   return target->line.side_effect_free & FIXED_ADDRESS && target->total;
 }
 
-/* Address and bytes after it. */
 static int64_t position_of(const Target *target) {
   uint8_t next = target->line.address + target->used;
   if (target->line.side_effect_free & FIXED_ADDRESS) {
@@ -52,7 +51,6 @@ static void save_position(Chip *chip, const Target *target) {
   chip->read_cache.positions[index_of(chip, target)] = position_of(target);
 }
 
-/* 1: unknown. */
 static uint8_t expected_from(Target *target, uint8_t address) {
   const CacheLine *cached = line_at(target, address);
   return cached->address == address && cached->expected ? cached->expected : 1;
@@ -70,7 +68,7 @@ static void enter_line(Target *target, const CacheLine *line) {
   target->used = 0;
 }
 
-/* From chip->read_cache.prefetched. */
+/* The bytes are in chip->read_cache.prefetched. */
 static CacheLine *fill_line(Chip *chip, Target *target, uint32_t count) {
   const Prefetched *prefetched = &chip->read_cache.prefetched;
   uint8_t address = (uint8_t)prefetched->address;

@@ -9,7 +9,7 @@
 #include "generated/registers_scb.h"
 #include "generated/registers_systick.h"
 
-#define ID_PFR0 0xD40u /* of 13 */
+#define ID_PFR0 0xD40u
 #define ID_END 0xD74u
 #define MPU_TYPE 0xD90u
 #define MPU_END 0xDBCu
@@ -29,7 +29,6 @@ typedef struct {
   int exception;
 } ExceptionBit;
 
-/* SHCSR (B3.2.13). */
 static const ExceptionBit shcsr_active[] = {
   {SHCSR_MEMFAULTACT, MEM_MANAGE},    {SHCSR_BUSFAULTACT, BUS_FAULT}, {SHCSR_USGFAULTACT, USAGE_FAULT},
   {SHCSR_SVCALLACT, SV_CALL},         {SHCSR_MONITORACT, DEBUG_MONITOR}, {SHCSR_PENDSVACT, PEND_SV},
@@ -39,7 +38,6 @@ static const ExceptionBit shcsr_pending[] = {{SHCSR_USGFAULTPENDED, USAGE_FAULT}
                                                   {SHCSR_BUSFAULTPENDED, BUS_FAULT},
                                                   {SHCSR_SVCALLPENDED, SV_CALL}};
 
-/* ICSR (B3.2.4). */
 static const ExceptionBit icsr_set_bits[] = {
   {ICSR_NMIPENDSET, NMI}, {ICSR_PENDSVSET, PEND_SV}, {ICSR_PENDSTSET, SYS_TICK}};
 static const ExceptionBit icsr_clear_bits[] = {{ICSR_PENDSVCLR, PEND_SV}, {ICSR_PENDSTCLR, SYS_TICK}};
@@ -51,8 +49,6 @@ bool scb_fault_enabled(const Scb *scb, int exception) {
   return exception < MEM_MANAGE || exception > USAGE_FAULT ||
          scb->shcsr & SHCSR_MEMFAULTENA << (exception - MEM_MANAGE);
 }
-
-/* -- reading --------------------------------------------------------------------------------------------- */
 
 static uint32_t icsr(const Chip *chip) {
   const Nvic *nvic = &chip->nvic;
@@ -111,8 +107,6 @@ static uint32_t value_of(const Scb *scb, uint32_t offset) {
   }
 }
 
-/* -- writing --------------------------------------------------------------------------------------------- */
-
 static void write_icsr(Nvic *nvic, uint32_t value) {
   FOR_EACH(n, icsr_set_bits) {
     if (value & icsr_set_bits[n].bit) {
@@ -126,7 +120,7 @@ static void write_icsr(Nvic *nvic, uint32_t value) {
   }
 }
 
-/* Requires the key (B3.2.6). */
+/* The key is required (B3.2.6). */
 static void write_aircr(Scb *scb, uint32_t value) {
   Chip *chip = scb->peripheral.chip;
   if (FIELD(value, AIRCR_VECTKEY) != AIRCR_KEY) {
@@ -222,8 +216,6 @@ static void write_register(Scb *scb, uint32_t offset, uint32_t value, uint32_t m
   }
 }
 
-/* -- the peripheral: system control space --------------------------------------------------------------------- */
-
 static bool is_systick(uint32_t offset) { return offset >= SYST_CSR && offset <= SYST_CALIB; }
 
 static bool is_known(uint32_t offset) {
@@ -294,7 +286,7 @@ static void clocks_changed(Peripheral *peripheral) { systick_retime(&peripheral-
 void scb_create(Chip *chip) {
   static const PeripheralType type = {.read = read, .peek = peek, .write = write, .reset = reset, .is_pure = is_pure,
                                  .clocks_changed = clocks_changed};
-  static const int16_t none[] = {-1}; /* note_unknown() reports */
+  static const int16_t none[] = {-1};
   peripheral_create(chip, &chip->scb.peripheral, &type, SCS_BASE, SCS_SIZE, none);
   peripheral_set_all_registers(&chip->scb.peripheral);
   scb_reset(&chip->scb);

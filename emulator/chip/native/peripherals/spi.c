@@ -1,13 +1,13 @@
-/* SPI1 to SPI3 as master (RM0368 sections 20.3, 20.5). Devices: spi_line.c.
+/* SPI1 to SPI3 as master (RM0368 sections 20.3, 20.5).
  *
- * A byte takes eight periods of SCK; at its end, a deferred event (scheduled with an interrupt or DMA), the line
- * exchanges it. Directions: full duplex; one line out (BIDIMODE, BIDIOE); one line in (BIDIMODE), and receive-only
- * (RXONLY). SPE starts the clock in the last two, not DR; BSY stays low in the third (20.3.7).
+ * A byte takes eight periods of SCK. At its end, a deferred event (scheduled with an interrupt or DMA), spi_line.c
+ * exchanges it. Directions: full duplex; one line out (BIDIMODE, BIDIOE) or in (BIDIMODE); receive-only (RXONLY). In
+ * the last two SPE starts the clock; with one line in, BSY stays low (20.3.7).
  *
  * Decision: in the receive directions of SPI a byte starts when SPE is set, and each further byte when DR is read
- * while SPE is still set. A pulse of SPE gives exactly one byte, as ST's sensor driver expects (67 DSB between bit 1
- * and bit 8), for any cycles per instruction. The chip's clock does not wait for DR; the overrun of a pulse that is
- * too long is not modelled, because instruction timing is an estimate.
+ * while SPE is still set. A pulse of SPE gives exactly one byte, as ST's sensor driver expects, for any cycles per
+ * instruction. The chip's clock does not wait for DR; the overrun after a long pulse is not modelled, because
+ * instruction timing is an estimate.
  *
  * A master with SSM = 1 and SSI = 0 gets MODF.
  *
@@ -36,21 +36,18 @@ static const struct {
   {SPI3_BASE, 51, REQUEST_SPI3_RX, REQUEST_SPI3_TX, {{0, 0, 255}}},
 };
 
-/* -- interrupts and DMA --------------------------------------------------------------------------------- */
-
 static void serve_dma(Spi *spi) {
   Chip *chip = spi->peripheral.chip;
   if (spi->cr2 & CR2_RXDMAEN && spi->sr & SR_RXNE) {
     dma_request(chip, SPI[spi->number].rx);
   }
-  for (int n = 0; n < 2; n++) { /* shift register, DR */
+  for (int n = 0; n < 2; n++) {
     if (spi->cr2 & CR2_TXDMAEN && spi->sr & SR_TXE) {
       dma_request(chip, SPI[spi->number].tx);
     }
   }
 }
 
-/* DMA requests and the interrupt line. */
 static void update(Spi *spi) {
   if (spi->in_dma) {
     return;
@@ -69,9 +66,7 @@ static void update_if_enabled(Spi *spi) {
   }
 }
 
-/* -- frames --------------------------------------------------------------------------------------------- */
-
-/* SPE starts the clock. */
+/* Return true if SPE starts the clock. */
 static bool is_receiving(uint32_t cr1) { return cr1 & CR1_BIDIMODE ? !(cr1 & CR1_BIDIOE) : cr1 & CR1_RXONLY; }
 
 static void schedule_end(Spi *spi, int64_t at_ps) {
@@ -89,7 +84,6 @@ static void start(Spi *spi, int32_t value) {
   }
 }
 
-/* Between two frames. */
 static void start_next(Spi *spi, bool began) {
   if ((spi->cr1 & MASTER_ENABLED) != MASTER_ENABLED) {
     return;
@@ -112,7 +106,7 @@ static uint8_t reversed(uint8_t byte) {
   return result;
 }
 
-/* out: or SPI_NOTHING. */
+/* out may be SPI_NOTHING. */
 static uint8_t transfer_byte(Spi *spi, int32_t out) {
   if (!spi->is_connected) {
     return SPI_UNDRIVEN;
@@ -178,7 +172,7 @@ static void write_data(Spi *spi, uint32_t value) {
 }
 
 static uint32_t read_data(Spi *spi) {
-  uint32_t frame = spi->received; /* before the next one */
+  uint32_t frame = spi->received;
   spi->sr &= ~(uint32_t)SR_RXNE;
   spi->data_read = true;
   if (!spi->is_busy && is_receiving(spi->cr1)) {
@@ -187,8 +181,6 @@ static uint32_t read_data(Spi *spi) {
   update_if_enabled(spi);
   return frame;
 }
-
-/* -- settings ------------------------------------------------------------------------------------------- */
 
 /* BR, CPOL, CPHA (20.5.1). */
 static void set_clock(Spi *spi) {
@@ -262,8 +254,6 @@ static void cr2_changed(Spi *spi) {
   }
   update(spi);
 }
-
-/* -- access --------------------------------------------------------------------------------------------- */
 
 static uint32_t spi_peek(const Peripheral *peripheral, uint32_t offset) {
   const Spi *spi = (const Spi *)peripheral;

@@ -7,31 +7,31 @@
 #define SPIS 3
 #define SPI_SENSORS 4
 #define SPI_RECEIVED 256 /* bytes of an answer in C; longer ones in Python */
-#define SPI_RECENT 8     /* for diagnosis */
+#define SPI_RECENT 8
 
 #define SPI_READ 0x80u     /* first byte: the sensor answers */
 #define SPI_UNDRIVEN 0xFFu /* read without a driver */
-#define SPI_NOTHING (-1)   /* no byte */
+#define SPI_NOTHING (-1)
 
-/* Between two edges of a chip select. */
+/* Bytes between two edges of a chip select. */
 typedef struct {
   int64_t start_ps, end_ps;
   int32_t sensor;
-  int32_t command; /* first byte from the host */
-  int32_t count;   /* received */
+  int32_t command; /* first byte sent by the host */
+  int32_t count;
   uint8_t received[SPI_RECEIVED];
 } SpiMessage;
 
 typedef struct {
   int64_t at_ps;
-  int32_t byte; /* SPI_NOTHING: read */
+  int32_t byte; /* SPI_NOTHING: a byte was read */
 } SpiUnaddressed;
 
 /* Callbacks into Python, by the number of the sensor. */
 typedef struct {
-  /* For the following bytes. */
+  /* Settings for the following bytes. */
   void (*configure)(int64_t now_ps, int32_t speed_hz, int32_t mode, int32_t wires);
-  /* Python takes over, with the bytes so far. 1: the sensor has power. */
+  /* Python takes over, with the bytes so far. Return 1 if the sensor has power. */
   int32_t (*open)(int64_t now_ps, const SpiMessage *message);
   void (*send)(int64_t now_ps, int32_t sensor, int32_t byte);
   int32_t (*receive)(int64_t now_ps, int32_t sensor, int32_t wires);
@@ -40,11 +40,10 @@ typedef struct {
   void (*ended)(int64_t now_ps);
 } SpiCalls;
 
-/* At a chip select. */
 typedef struct {
   int32_t port, pin;
   int32_t target;     /* index in the read cache; negative: none */
-  uint8_t is_powered; /* and answers */
+  uint8_t is_powered; /* has power and answers */
   uint8_t is_selected, is_live, is_reading;
   SpiMessage message;
 } SpiSensor;
@@ -52,17 +51,17 @@ typedef struct {
 typedef struct {
   SpiCalls calls;
   uint8_t has_devices; /* now or later */
-  uint8_t wires;    /* for reading: 3 or 4 */
+  uint8_t wires;       /* 3 or 4, for reading */
   int32_t mode, speed_hz;
   int32_t sensor_count;
   SpiSensor sensors[SPI_SENSORS];
-  uint8_t selected[SPI_SENSORS]; /* in order of selection */
+  uint8_t selected[SPI_SENSORS];
   int32_t selected_count;
-  SpiMessage recent[SPI_RECENT]; /* a ring */
+  SpiMessage recent[SPI_RECENT];
   uint32_t recent_count, recent_taken;
   SpiUnaddressed unaddressed[SPI_RECENT];
   uint32_t unaddressed_count, unaddressed_taken;
-  int32_t absent_port, absent_pin;     /* chip select; SPI_NOTHING: none */
+  int32_t absent_port, absent_pin;          /* chip select; SPI_NOTHING: none */
   void (*on_absent_access)(int64_t now_ps); /* NULL after the first call */
 } SpiLine;
 
@@ -70,27 +69,25 @@ typedef struct {
   Peripheral peripheral;
   uint32_t number; /* 0: SPI1 */
   uint32_t cr1, cr2, sr, crcpr, i2scfgr, i2spr;
-  uint32_t to_send, received; /* buffers of DR */
-  int32_t shift;              /* SPI_NOTHING: receive only */
+  uint32_t to_send, received;
+  int32_t shift; /* SPI_NOTHING: receive only */
   uint8_t is_busy;
   uint8_t data_read; /* since OVR; then SR clears it */
   uint8_t modf_seen;
-  uint8_t in_dma; /* in a DMA request */
-  uint8_t wants_events; /* interrupt or DMA enabled */
+  uint8_t in_dma;
+  uint8_t wants_events;
   uint8_t is_connected;
-  int32_t configured_cr1; /* for the line */
+  int32_t configured_cr1; /* of the line's settings */
   int64_t byte_ps;
-  int32_t event; /* end of a frame */
+  int32_t event;
   SpiLine line;
 } Spi;
 
 void spi_create(Chip *chip);
 
-/* -- spi_line.c ------------------------------------------------------------------------------------------ */
-
 void spi_line_create(SpiLine *line);
 void spi_line_configure(Spi *spi, int32_t speed_hz, int32_t mode);
-/* At the end of a byte. With three wires: either direction. */
+/* At the end of a byte. With three wires in one direction. */
 uint8_t spi_line_exchange(Spi *spi, uint8_t out);
 void spi_line_send(Spi *spi, uint8_t out);
 uint8_t spi_line_receive(Spi *spi);

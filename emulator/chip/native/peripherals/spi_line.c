@@ -1,9 +1,8 @@
 /* Devices at the pins of an SPI: sensors at chip selects (GPIO pins), and an absent module.
  *
- * A message is the bytes between two edges of a chip select. A byte reaches the sensors selected at its end: an
- * earlier rising edge cuts it off. The sensors pull chip selects up (LSM6DSL, LIS2MDL, LPS22HB datasheets, 2), so
- * unconfigured pins select none. Two selected sensors drive the line against each other: the host reads the AND,
- * with a note.
+ * A message is the bytes between two edges of a chip select. A byte reaches the sensors selected at its end. The
+ * sensors pull chip selects up (LSM6DSL, LIS2MDL, LPS22HB datasheets, 2). Two selected sensors drive the line
+ * against each other: the host reads the AND, with a note.
  *
  * Reads are answered from the read cache (read_cache.h). Python takes over if bytes are not cached, if registers are
  * written, and for sequences that no driver uses.
@@ -15,8 +14,6 @@
 
 #include "chip.h"
 #include "fcu.h"
-
-/* -- messages ------------------------------------------------------------------------------------------- */
 
 static Target *target_of(Spi *spi, const SpiSensor *sensor) {
   return &spi->peripheral.chip->read_cache.target[sensor->target];
@@ -46,7 +43,7 @@ static void write_sensor(Spi *spi, SpiSensor *sensor, uint8_t byte) {
   spi->line.calls.send(spi->peripheral.chip->now_ps, sensor->message.sensor, byte);
 }
 
-/* False: ask Python. */
+/* Return false if Python must be asked. */
 static bool read_cached(Spi *spi, SpiSensor *sensor, uint8_t *byte) {
   Chip *chip = spi->peripheral.chip;
   SpiMessage *message = &sensor->message;
@@ -74,8 +71,6 @@ static uint8_t read_sensor(Spi *spi, SpiSensor *sensor) {
   hand_to_python(spi, sensor);
   return (uint8_t)spi->line.calls.receive(spi->peripheral.chip->now_ps, sensor->message.sensor, spi->line.wires);
 }
-
-/* -- chip selects --------------------------------------------------------------------------------------- */
 
 static void note_conflict(Spi *spi) {
   char names[32] = "";
@@ -137,7 +132,7 @@ static void deselect_sensor(Spi *spi, SpiSensor *sensor) {
 
 static void chip_select_changed(Peripheral *peripheral, int pin, bool level) {
   Spi *spi = (Spi *)peripheral;
-  (void)level; /* maybe of another port */
+  (void)level; /* another port may have this pin, too */
   for (int n = 0; n < spi->line.sensor_count; n++) {
     SpiSensor *sensor = &spi->line.sensors[n];
     bool is_high = peripheral->chip->gpio.ports[sensor->port].input >> sensor->pin & 1;
@@ -147,9 +142,7 @@ static void chip_select_changed(Peripheral *peripheral, int pin, bool level) {
   }
 }
 
-/* -- bytes ---------------------------------------------------------------------------------------------- */
-
-/* The cache's conditions change; a message in progress continues live. */
+/* A message in progress continues live. */
 static void invalidate_cache(Spi *spi) {
   for (int n = 0; n < spi->line.sensor_count; n++) {
     SpiSensor *sensor = &spi->line.sensors[n];
@@ -236,8 +229,6 @@ uint8_t spi_line_receive(Spi *spi) {
 }
 
 void spi_line_create(SpiLine *line) { line->wires = 3; }
-
-/* -- for Python ----------------------------------------------------------------------------------------- */
 
 void fcu_connect_spi(Chip *chip, int32_t spi, const SpiCalls *calls) {
   chip->spi[spi].line.calls = *calls;

@@ -34,7 +34,7 @@ static void schedule(SysTick *tick) {
   event_schedule(tick->chip, tick->event, tick->origin_ps + (int64_t)(cycles * PS_PER_S / tick->hz));
 }
 
-/* 0 is reloaded first. */
+/* A value of 0 is reloaded first. */
 static void start(SysTick *tick, int64_t value) {
   int64_t hclk_hz = tick->chip->clocks.hclk_hz;
   event_cancel(tick->chip, tick->event);

@@ -1,16 +1,16 @@
 /* TIM1 to TIM5 and TIM9 to TIM11 (RM0368 sections 12 to 14, tables 1, 38; pins: STM32F401xB/C datasheet).
  *
  * State is computed when it is read. An event exists only while an enabled interrupt or DMA request waits for its
- * flag, so that PWM or a time base costs nothing. Missed updates are counted when the flag is cleared.
+ * flag, so that PWM costs nothing. Missed updates are counted when the flag is cleared.
  *
- * Time is counted in ticks of the timer's clock since origin_ps, so that it does not drift; the origin follows the
- * counter to keep within 64 bits. After any pause the counter needs few steps: to the next update, which loads the
- * preloaded registers, then whole cycles at once.
+ * Times are ticks of the timer's clock since origin_ps, so that they do not drift; the origin follows the counter to
+ * keep within 64 bits. catch_up() needs few steps: to the next update, which loads the preloaded registers, then
+ * whole cycles at once.
  *
  * NOT MODELLED, with a note: slave modes, external clocks, encoders (SMCR), DMA on capture and compare, DMA bursts.
- * NOT MODELLED, silent: break input, dead time; outputs as levels (fcu_timer_pwm() gives the duty); input filters;
- * CCxS = 3; the ticks of synchronisation after CEN. A compare flag is raised when the counter arrives, not when CNT
- * or CCR is written to be equal. A gated timer continues to count.
+ * NOT MODELLED, silent: break input, dead time; outputs as levels; input filters; CCxS = 3; synchronisation after
+ * CEN. A compare flag is raised when the counter arrives, not when CNT or CCR is written to be equal. A gated timer
+ * continues to count.
  */
 #include "fcu.h"
 
@@ -22,13 +22,13 @@
 
 _Static_assert(sizeof TIM_RESETS[0] == sizeof((Tim *)0)->registers, "the registers of a timer");
 
-/* Of SR; also in DIER and EGR. */
+/* Flags of SR, enable bits of DIER and events of EGR. */
 #define CC_FLAGS (SR_CC1IF | SR_CC2IF | SR_CC3IF | SR_CC4IF)
 #define COM_TRIGGER (SR_COMIF | SR_TIF)
 #define ALL_FLAGS 0xFFu
 #define CC_DMA (DIER_CC1DE | DIER_CC2DE | DIER_CC3DE | DIER_CC4DE)
 #define ECE_SMS (SMCR_ECE | SMCR_SMS)
-/* Of channel 1. */
+/* At the position of channel 1. */
 #define OCM(settings) FIELD(settings, CCMR1_OC1M)
 #define ICPSC(settings) FIELD(settings, CCMR1_IC1PSC)
 #define CCS(settings) FIELD(settings, CCMR1_CC1S)
@@ -38,18 +38,16 @@ enum { FORCED_LOW = 4, FORCED_HIGH = 5, PWM1 = 6, PWM2 = 7 };
 
 enum { NOTE_SMCR, NOTE_DIER, NOTE_DCR, NOTE_DMAR };
 
-/* -- the variants of the timers -------------------------------------------------------------------------- */
-
 typedef struct {
-  uint8_t flags, number; /* of SR; NVIC input */
+  uint8_t flags, number; /* bits of SR, and their NVIC input */
 } TimIrq;
 
 typedef struct TimVariant {
   uint32_t base;
   uint8_t apb, bits, channels, alternate;
   bool advanced;
-  enum Request request; /* update */
-  TimIrq irqs[4];       /* flags 0 ends */
+  enum Request request;
+  TimIrq irqs[4];                 /* flags 0 ends them */
   const char *pins[TIM_CHANNELS]; /* "A8 E9" */
 } TimVariant;
 
@@ -70,7 +68,6 @@ static const TimVariant VARIANTS[TIMERS] = {
 
 static uint32_t low_bits(unsigned count) { return count >= 32 ? WORD : (1u << count) - 1; }
 
-/* Of existing channels. */
 static uint32_t compare_flags(const TimVariant *variant) { return low_bits(variant->channels) << 1; }
 
 /* Missing registers read as 0. */
@@ -78,7 +75,7 @@ static uint32_t bits_of(const TimVariant *variant, uint32_t offset) {
   return TIM_EXISTING[variant - VARIANTS][offset >> 2];
 }
 
-/* 0 to 3; -1: none. */
+/* Return -1 if it has none. */
 static int channel_of_pin(const TimVariant *variant, char port, int pin) {
   for (int channel = 0; channel < variant->channels; channel++) {
     for (const char *name = variant->pins[channel]; *name;) {
@@ -96,8 +93,6 @@ static int channel_of_pin(const TimVariant *variant, char port, int pin) {
   return -1;
 }
 
-/* -- the counter ----------------------------------------------------------------------------------------- */
-
 /* index is a position in a cycle (12.3.2, 13.3.2): counting up the value, counting down the distance from ARR;
  * centre-aligned from 0 to ARR and back in 2 * ARR counts. The arrival at 0, centre-aligned also at ARR, is an
  * overflow or underflow.
@@ -108,7 +103,7 @@ static int channel_of_pin(const TimVariant *variant, char port, int pin) {
 
 static int64_t modulus(const Tim *tim) { return INT64_C(1) << tim->variant->bits; }
 
-/* 12.3.2. */
+/* Section 12.3.2. */
 static bool is_blocked(const Tim *tim) { return tim->arr == 0; }
 
 static void set_active_arr(Tim *tim, int64_t arr) {
@@ -131,7 +126,7 @@ static bool is_falling(const Tim *tim) {
   return tim->mode == TIM_DOWN || (tim->mode == TIM_CENTRE && tim->index >= tim->arr);
 }
 
-/* falling: centre-aligned only. */
+/* falling affects the centre-aligned mode only. */
 static void set_cnt(Tim *tim, int64_t value, bool falling) {
   if (tim->mode == TIM_DOWN) {
     tim->index = tim->arr - value;
@@ -144,27 +139,23 @@ static void set_cnt(Tim *tim, int64_t value, bool falling) {
   }
 }
 
-/* Must not be blocked. */
+/* The counter must not be blocked. */
 static int64_t steps_to_overflow(const Tim *tim) {
   bool within = tim->index < tim->overflow_period; /* usually; a remainder needs a division */
   return tim->overflow_period - (within ? tim->index : tim->index % tim->overflow_period);
 }
 
-/* Overflows and underflows. */
 static int64_t overflows_in(const Tim *tim, int64_t steps) {
   int64_t first = steps_to_overflow(tim);
   return steps < first ? 0 : 1 + (steps - first) / tim->overflow_period;
 }
 
-/* To a position. */
 static int64_t steps_to(const Tim *tim, int64_t position) {
   int64_t steps = position - tim->index;
   return steps > 0 || tim->index < 0 ? steps : steps + tim->cycle_length;
 }
 
-/* -- the channels ---------------------------------------------------------------------------------------- */
-
-static uint32_t flag_of(int channel) { return 2u << channel; } /* CCxIF, CCxG */
+static uint32_t flag_of(int channel) { return 2u << channel; }
 
 static bool is_input(const TimChannel *channel) { return CCS(channel->settings) != 0; }
 
@@ -196,7 +187,7 @@ static void find_all_matches(Tim *tim) {
   }
 }
 
-/* INT64_MAX: never. */
+/* Return INT64_MAX if there is none. */
 static int64_t steps_to_flags(const Tim *tim, uint32_t flags) {
   int64_t least = INT64_MAX;
   for (int n = 0; n < tim->variant->channels; n++) {
@@ -209,7 +200,6 @@ static int64_t steps_to_flags(const Tim *tim, uint32_t flags) {
   return least;
 }
 
-/* Of the next counts. */
 static void raise_compare_flags(Tim *tim, int64_t steps) {
   uint32_t missing = ~REGISTER(tim, SR) & compare_flags(tim->variant);
   for (int n = 0; missing; n++, missing &= ~(flag_of(n) - 1)) {
@@ -219,22 +209,22 @@ static void raise_compare_flags(Tim *tim, int64_t steps) {
   }
 }
 
-/* 12.3.6. */
+/* Section 12.3.6. */
 static void capture(Tim *tim, int channel) {
   if (REGISTER(tim, SR) & flag_of(channel)) {
-    REGISTER(tim, SR) |= flag_of(channel) << 8; /* CCxOF */
+    REGISTER(tim, SR) |= flag_of(channel) << 8;
   }
   REGISTER(tim, SR) |= flag_of(channel);
   REGISTER(tim, CCRx(channel + 1)) = (uint32_t)cnt_of(tim);
 }
 
-/* Own pin (CCxS = 1) or the neighbour's (2). */
+/* Its own pin (CCxS = 1) or the neighbour's (2). */
 static bool listens_to(const TimChannel *channel, int number, int source) {
   uint32_t selected = CCS(channel->settings);
   return (selected == 1 && source == number) || (selected == 2 && source == (number ^ 1));
 }
 
-/* Polarity (CCxP, CCxNP), prescaler (ICxPSC). */
+/* Check polarity (CCxP, CCxNP) and prescaler (ICxPSC). */
 static bool captures(TimChannel *channel, bool level) {
   const uint32_t both_edges = CCER_CC1P | CCER_CC1NP;
   bool both = (channel->enable & both_edges) == both_edges, rising = !(channel->enable & CCER_CC1P);
@@ -284,8 +274,6 @@ static void discard_tick(Tim *tim) {
   tim->missed_ticks = 0;
 }
 
-/* -- updates --------------------------------------------------------------------------------------------- */
-
 static void load_preloaded(Tim *tim) {
   if (tim->preload_done) {
     return;
@@ -318,7 +306,7 @@ static void raise_update_flag(Tim *tim, int64_t count) {
   }
 }
 
-/* The first update loads preloaded values. */
+/* The first update loads the preloaded values. */
 static void update(Tim *tim, int64_t count) {
   load_preloaded(tim);
   tim->repetitions_left = tim->repetition;
@@ -329,11 +317,9 @@ static void update(Tim *tim, int64_t count) {
   }
   raise_update_flag(tim, count);
   if (REGISTER(tim, DIER) & DIER_UDE) {
-    dma_request(tim->peripheral.chip, tim->variant->request); /* may write to this timer */
+    dma_request(tim->peripheral.chip, tim->variant->request);
   }
 }
-
-/* -- the time base --------------------------------------------------------------------------------------- */
 
 static void set_tick(Tim *tim, int64_t hz) {
   int64_t divisor = gcd(PS_PER_S, hz);
@@ -351,7 +337,7 @@ static void set_origin(Tim *tim, int64_t at_ps) {
   tim->extra = 0;
 }
 
-/* Before times exceed 64 bits; they do not change. */
+/* Before times exceed 64 bits; times do not change. */
 static void move_origin(Tim *tim, int64_t now_ps) {
   if (tim->base_tick > 0 && tim->hz && now_ps - tim->origin_ps > tim->max_ps / 2) {
     __int128 passed = (__int128)tim->base_tick * tim->num + tim->extra;
@@ -361,7 +347,7 @@ static void move_origin(Tim *tim, int64_t now_ps) {
   }
 }
 
-/* Largest k not after now. */
+/* Return the last tick up to now. */
 static int64_t ticks_at(const Tim *tim, int64_t now_ps) {
   int64_t after_ps = now_ps - tim->origin_ps + 1;
   if (after_ps > 0 && after_ps <= tim->max_ps) {
@@ -375,7 +361,7 @@ static int64_t counts_in(const Tim *tim, int64_t ticks) {
   return tim->prescale == 1 ? ticks : ticks < tim->prescale ? 0 : ticks / tim->prescale;
 }
 
-/* While counting. */
+/* The counter must be running. */
 static int64_t time_after(const Tim *tim, int64_t steps) {
   int64_t ticks = tim->base_tick + steps * tim->prescale;
   if (!tim->hz) {
@@ -388,7 +374,7 @@ static int64_t time_after(const Tim *tim, int64_t steps) {
   return at_ps < NEVER_PS ? (int64_t)at_ps : NEVER_PS;
 }
 
-/* After catch_up(). */
+/* Call catch_up() first. */
 static void change_clock(Tim *tim, int64_t now_ps, int64_t hz) {
   if (tim->running) {
     tim->base_tick -= ticks_at(tim, now_ps);
@@ -397,7 +383,6 @@ static void change_clock(Tim *tim, int64_t now_ps, int64_t hz) {
   set_tick(tim, hz);
 }
 
-/* CEN = 1. */
 static void start(Tim *tim, int64_t now_ps) {
   if (!tim->running) {
     tim->running = true;
@@ -405,7 +390,7 @@ static void start(Tim *tim, int64_t now_ps) {
   }
 }
 
-/* CEN = 0, after catch_up(): keeps the prescaler's phase. */
+/* Call catch_up() first. The prescaler keeps its phase. */
 static void stop(Tim *tim, int64_t now_ps) {
   if (tim->running) {
     tim->running = false;
@@ -413,7 +398,7 @@ static void stop(Tim *tim, int64_t now_ps) {
   }
 }
 
-/* INT64_MAX: never. */
+/* Return INT64_MAX if there is none. */
 static int64_t steps_to_update(const Tim *tim) {
   if (!tim->updates_enabled || is_blocked(tim)) {
     return INT64_MAX;
@@ -421,7 +406,7 @@ static int64_t steps_to_update(const Tim *tim) {
   return steps_to_overflow(tim) + tim->repetitions_left * tim->overflow_period;
 }
 
-/* At most to the next update. */
+/* At most up to the next update. */
 static inline void advance(Tim *tim, int64_t steps) {
   if (steps <= 0) {
     return;
@@ -437,7 +422,7 @@ static inline void advance(Tim *tim, int64_t steps) {
   }
 }
 
-/* After an update whole cycles repeat it: nothing is left to load. */
+/* Whole cycles repeat an update, because nothing is left to load. */
 static void skip_cycles(Tim *tim, int64_t ticks) {
   if (!tim->running || !tim->preload_done || is_blocked(tim)) {
     return;
@@ -450,7 +435,6 @@ static void skip_cycles(Tim *tim, int64_t ticks) {
   }
 }
 
-/* To the current time. */
 static inline void catch_up(Tim *tim) {
   int64_t now_ps = tim->peripheral.chip->now_ps;
   move_origin(tim, now_ps);
@@ -471,9 +455,7 @@ static inline void catch_up(Tim *tim) {
   }
 }
 
-/* -- future flags ------------------------------------------------------------------------------------- */
-
-/* Up to the next update, which may change compare values. */
+/* Predict up to the next update, which may change compare values. */
 static int64_t find_next_ps(const Tim *tim) {
   if (!tim->running || is_blocked(tim)) {
     return NEVER_PS;
@@ -495,7 +477,7 @@ static int64_t next_ps(Tim *tim) {
   return tim->next_ps;
 }
 
-/* Event for the next flag; interrupt lines. */
+/* Schedule an event for the next flag; set the interrupt lines. */
 static inline void reschedule(Tim *tim) {
   Chip *chip = tim->peripheral.chip;
   uint32_t status = REGISTER(tim, SR), enabled = REGISTER(tim, DIER), active = status & enabled;
@@ -519,11 +501,9 @@ static void sync(Tim *tim) {
 
 static void on_event(Peripheral *peripheral) { sync((Tim *)peripheral); }
 
-/* -- registers ------------------------------------------------------------------------------------------- */
-
 static bool is_ccr(uint32_t offset) { return offset >= CCRx(1) && offset <= CCRx(4); }
 
-/* After catch_up(). */
+/* Call catch_up() first. */
 static uint32_t value_of(const Tim *tim, uint32_t offset) {
   if (offset == CNT) {
     return (uint32_t)cnt_of(tim);
@@ -534,7 +514,7 @@ static uint32_t value_of(const Tim *tim, uint32_t offset) {
   return REGISTER(tim, offset);
 }
 
-/* A copy, without effects on the chip. */
+/* Return a copy at the current time, without effects on the chip. */
 static Tim at_present(const Tim *tim) {
   Tim now = *tim;
   REGISTER(&now, DIER) = 0; /* these have events: none is due */
@@ -548,7 +528,7 @@ static uint32_t tim_peek(const Peripheral *peripheral, uint32_t offset) {
   return value_of(&now, offset);
 }
 
-/* 12.4.5. */
+/* Section 12.4.5. */
 static void read_capture(Tim *tim, int channel) {
   if (is_input(&tim->channels[channel]) && REGISTER(tim, SR) & flag_of(channel)) {
     REGISTER(tim, SR) &= ~flag_of(channel);
@@ -556,13 +536,13 @@ static void read_capture(Tim *tim, int channel) {
   }
 }
 
-/* CNT, DIR and captures change or have side effects. */
+/* CNT, DIR and captures change, or have side effects. */
 static bool tim_is_pure(const Peripheral *peripheral, uint32_t offset) {
   const Tim *tim = (const Tim *)peripheral;
   return offset != CNT && !is_ccr(offset) && !(offset == CR1 && tim->mode == TIM_CENTRE);
 }
 
-/* SR and CR1 are valid to the next flag. */
+/* SR and CR1 are valid until the next flag. */
 static uint32_t tim_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
   Tim *tim = (Tim *)peripheral;
   bool runs = !tim_is_pure(peripheral, offset);
@@ -578,7 +558,7 @@ static uint32_t tim_read(Peripheral *peripheral, uint32_t offset, int64_t *until
   return value;
 }
 
-/* Or ARR. CNT keeps its value. */
+/* Also for ARR. CNT keeps its value. */
 static void cr1_changed(Tim *tim) {
   uint32_t cr1 = REGISTER(tim, CR1);
   int64_t now_ps = tim->peripheral.chip->now_ps, value = cnt_of(tim);
@@ -608,7 +588,7 @@ static void dier_changed(Tim *tim) {
   }
 }
 
-/* Without OCxPE at once (12.4.7). */
+/* Without OCxPE it becomes active at once (12.4.7). */
 static void compare_changed(Tim *tim, int number) {
   TimChannel *channel = &tim->channels[number];
   if (is_input(channel) || !(channel->settings & CCMR1_OC1PE)) {
@@ -626,7 +606,7 @@ static void channels_changed(Tim *tim) {
   find_all_matches(tim);
 }
 
-/* 12.4.6. */
+/* Section 12.4.6. */
 static void generate_events(Tim *tim, uint32_t events) {
   if (events & EGR_UG) {
     if (!(REGISTER(tim, CR1) & CR1_UDIS)) {
@@ -699,8 +679,6 @@ static void tim_write(Peripheral *peripheral, uint32_t offset, uint32_t value, u
   reschedule(tim);
 }
 
-/* -- clock, reset, creation ------------------------------------------------------------------------------ */
-
 static int64_t input_hz(const Tim *tim) {
   const Clocks *clocks = &tim->peripheral.chip->clocks;
   return tim->variant->apb == 1 ? clocks->timer1_hz : clocks->timer2_hz;
@@ -716,7 +694,7 @@ static void tim_clocks_changed(Peripheral *peripheral) {
   }
 }
 
-/* Keeps the counts of ticks. */
+/* The counts of ticks are kept. */
 static void tim_reset(Peripheral *peripheral) {
   Tim *tim = (Tim *)peripheral;
   memcpy(tim->registers, TIM_RESETS[tim->variant - VARIANTS], sizeof tim->registers);
@@ -745,7 +723,7 @@ static const PeripheralType TIM = {
   .is_pure = tim_is_pure,
 };
 
-/* HAL writes registers that smaller timers do not have. */
+/* HAL writes to registers that smaller timers do not have. */
 void timers_create(Chip *chip) {
   for (int n = 0; n < TIMERS; n++) {
     Tim *tim = &chip->timers.timers[n];
@@ -774,8 +752,6 @@ void timers_pin_changed(Chip *chip, int port, int pin, bool level) {
   }
 }
 
-/* -- for Python ------------------------------------------------------------------------------------------ */
-
 static const Tim *timer_of(const Chip *chip, int32_t index) { return (const Tim *)chip->peripherals[index]; }
 
 void fcu_connect_timers(Chip *chip, const TimCalls *calls) { chip->timers.calls = *calls; }
@@ -800,7 +776,7 @@ static double duty_below(const Tim *tim, uint32_t compare) {
   return share < 1 ? share : 1;
 }
 
-/* Negative: no PWM, no constant level. */
+/* Return a negative number without PWM or constant level. */
 static double duty_of(const Tim *tim, const TimChannel *channel) {
   uint32_t mode = OCM(channel->settings);
   double active;

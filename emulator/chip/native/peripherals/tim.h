@@ -1,4 +1,4 @@
-/* Timers; tim.c. */
+/* Timers TIM1 to TIM5 and TIM9 to TIM11. */
 #ifndef FCU_TIM_H
 #define FCU_TIM_H
 
@@ -8,21 +8,21 @@
 #define TIMERS 8
 #define TIM_CHANNELS 4
 
-/* Update interrupts, for the summary. */
+/* Update interrupts, for the run's summary. */
 typedef struct {
-  int64_t ticks;           /* updates with UIE */
-  int64_t late;            /* handled late */
-  int64_t lost;            /* the flag was still set */
-  int64_t longest_wait_ps; /* of late ones */
+  int64_t ticks; /* updates while UIE was set */
+  int64_t late;
+  int64_t lost;
+  int64_t longest_wait_ps; /* from a late tick to its handler */
 } TickCounts;
 
 typedef struct {
-  uint8_t settings;     /* byte of CCMR */
-  uint8_t enable;       /* CCER: E, P, NE, NP */
-  uint8_t edges;        /* since a capture */
+  uint8_t settings; /* the channel's byte of CCMR */
+  uint8_t enable;   /* CCER: E, P, NE, NP */
+  uint8_t edges;    /* since the last capture */
   uint8_t match_count;
-  uint32_t compare;     /* active value */
-  int64_t matches[2];   /* positions that raise the flag */
+  uint32_t compare;
+  int64_t matches[2]; /* positions that raise the flag */
 } TimChannel;
 
 enum TimMode { TIM_UP, TIM_DOWN, TIM_CENTRE };
@@ -33,44 +33,40 @@ typedef struct {
   int32_t event;
   uint32_t registers[21]; /* by offset / 4, without CNT */
 
-  /* Explained in tim.c. */
   enum TimMode mode;
-  int64_t index, arr; /* active ARR */
-  int64_t overflow_period;    /* counts between overflows */
-  int64_t cycle_length;     /* counts */
+  int64_t index, arr;      /* arr: active ARR */
+  int64_t overflow_period; /* counts between overflows */
+  int64_t cycle_length;
 
   /* Tick k is at origin_ps + (k * num + extra) / den, rounded down once. */
-  int64_t hz, num, den, extra; /* extra < den */
+  int64_t hz, num, den, extra;
   Divisor by_num;
-  int64_t max_ps, max_ticks; /* for products of 64 bits */
+  int64_t max_ps, max_ticks; /* products below need only 64 bits */
   int64_t origin_ps;
-  int64_t base_tick; /* tick of the last count; stopped: minus the phase */
-  uint32_t prescale, repetition, repetitions_left; /* active PSC + 1, active RCR */
+  int64_t base_tick; /* of the last count; stopped: minus the phase */
+  uint32_t prescale, repetition, repetitions_left; /* active PSC + 1, and RCR */
   uint8_t running, updates_enabled, one_pulse;
   uint8_t preload_done; /* active registers equal preloaded ones */
 
   TimChannel channels[TIM_CHANNELS];
-  int64_t next_ps;  /* next flag, if next_known */
+  int64_t next_ps; /* next flag, if next_known */
   uint8_t next_known;
-  uint8_t tick_pending;  /* waits for its handler */
+  uint8_t tick_pending; /* a tick waits for its handler */
   int64_t tick_ps, missed_ticks;
   TickCounts counts;
 } Tim;
 
-/* A late handler; lost ticks. */
 typedef struct {
   void (*late)(int64_t now_ps, int32_t peripheral, int64_t wait_ps);
   void (*lost)(int64_t now_ps, int32_t peripheral, int64_t count);
 } TimCalls;
 
-/* TIM1 to TIM5 and TIM9 to TIM11. */
 typedef struct {
   Tim timers[TIMERS];
   TimCalls calls;
 } Timers;
 
 void timers_create(Chip *chip);
-/* Captures. */
 void timers_pin_changed(Chip *chip, int port, int pin, bool level);
 
 #endif

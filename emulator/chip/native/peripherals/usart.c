@@ -1,14 +1,14 @@
 /* USART1, USART2 and USART6 in asynchronous mode (RM0368 section 19; interrupts: table 38).
  *
- * A byte may be written as soon as the previous one is in the shift register (TXE). TXE and TC are computed when SR
- * is read; an event exists only while an interrupt or DMA waits. Python receives sent bytes in pieces.
+ * TXE and TC are computed when SR is read; an event exists only while an interrupt or DMA waits. Python receives
+ * sent bytes in pieces. A byte written before TE waits in DR.
  *
- * Flags (19.3, 19.6.1): SR then DR written clears TC, as does writing 0; SR then DR read clears the ORE and IDLE
- * that SR showed. A byte written before TE waits in DR.
+ * Reading SR, then writing DR clears TC, as does writing 0; reading SR, then DR clears the ORE and IDLE that SR
+ * showed (19.3, 19.6.1).
  *
  * NOT MODELLED, with a note: synchronous, smartcard, IrDA, LIN, half-duplex, hardware flow control, mute, break. NOT
- * MODELLED, silent: parity and the ninth bit have their time, without contents; the idle frame after TE. Undefined
- * in RM0368: frames in flight finish when TE is cleared.
+ * MODELLED, silent: parity and the ninth bit have their time, but no contents; the idle frame after TE. Undefined in
+ * RM0368: frames in flight finish when TE is cleared.
  */
 #include "fcu.h"
 
@@ -23,7 +23,7 @@ static const uint32_t STORED[] = {[BRR >> 2] = BRR_STORED, [CR1 >> 2] = CR1_STOR
 
 #define SENDING (CR1_UE | CR1_TE)
 #define RECEIVING (CR1_UE | CR1_RE)
-#define BAUD_TOLERANCE 0.03 /* of a receiver that samples ten bits (19.3.5) */
+#define BAUD_TOLERANCE 0.03 /* of a receiver (19.3.5) */
 
 static const struct {
   uint32_t base;
@@ -56,15 +56,12 @@ static int64_t now_of(const Usart *usart) { return usart->peripheral.chip->now_p
 
 static bool is_sending(const Usart *usart) { return (REGISTER(usart, CR1) & SENDING) == SENDING; }
 
-/* -- the line --------------------------------------------------------------------------------------------- */
-
-/* NEVER_PS: without bit clock. */
+/* Return NEVER_PS without a bit clock. */
 static int64_t end_of(const UsartRun *run, int64_t frames) {
   __int128 at_ps = run->start_ps + (__int128)frames * run->frame.num / run->frame.den;
   return at_ps < NEVER_PS ? (int64_t)at_ps : NEVER_PS;
 }
 
-/* To Python. */
 static void flush(Usart *usart, bool detailed) {
   const UsartCalls *calls = &usart->peripheral.chip->usarts.calls;
   const UsartRun *run = &usart->run;
@@ -76,7 +73,7 @@ static void flush(Usart *usart, bool detailed) {
   }
 }
 
-/* A new one after a gap or a change of the frame. */
+/* A gap or another frame begins a new run. */
 static void open_run(Usart *usart, bool connected) {
   UsartRun *run = &usart->run;
   int64_t now_ps = now_of(usart);
@@ -90,7 +87,7 @@ static void open_run(Usart *usart, bool connected) {
   }
 }
 
-/* DR is empty. */
+/* DR must be empty. */
 static void transmit(Usart *usart, uint8_t value, bool connected) {
   bool detailed = usart->peripheral.chip->detailed;
   UsartRun *run = &usart->run;
@@ -107,7 +104,6 @@ static void transmit(Usart *usart, uint8_t value, bool connected) {
   }
 }
 
-/* The byte in DR. */
 static void replace(Usart *usart, uint8_t value) {
   const UsartCalls *calls = &usart->peripheral.chip->usarts.calls;
   if (usart->buffer_length) {
@@ -116,8 +112,6 @@ static void replace(Usart *usart, uint8_t value) {
     calls->replaced(now_of(usart), usart->peripheral.index, value);
   }
 }
-
-/* -- flags ------------------------------------------------------------------------------------------------ */
 
 static uint32_t status_of(const Usart *usart) {
   int64_t now_ps = now_of(usart);
@@ -128,7 +122,6 @@ static uint32_t status_of(const Usart *usart) {
   return status | (usart->idle ? SR_IDLE : 0);
 }
 
-/* TXE or TC. */
 static int64_t next_flag_ps(const Usart *usart) {
   int64_t now_ps = now_of(usart), at_ps = NEVER_PS;
   if (usart->txe_ps > now_ps) {
@@ -136,8 +129,6 @@ static int64_t next_flag_ps(const Usart *usart) {
   }
   return usart->tc_ps > now_ps && usart->tc_ps < at_ps ? usart->tc_ps : at_ps;
 }
-
-/* -- data ------------------------------------------------------------------------------------------------- */
 
 static void send(Usart *usart, uint8_t value) {
   char missing[40];
@@ -190,7 +181,6 @@ static uint32_t read_data(Usart *usart) {
   return usart->received;
 }
 
-/* rc_w0. */
 static void clear_flags(Usart *usart, uint32_t kept) {
   if (!(kept & SR_TC) && now_of(usart) >= usart->tc_ps) {
     usart->tc_ps = now_of(usart) < usart->idle_ps ? usart->idle_ps : NEVER_PS;
@@ -200,9 +190,7 @@ static void clear_flags(Usart *usart, uint32_t kept) {
   }
 }
 
-/* -- settings --------------------------------------------------------------------------------------------- */
-
-/* It shows garbage. */
+/* A terminal with other settings shows garbage. */
 static void check_terminal_settings(Usart *usart, double baud, bool plain) {
   int expected = usart->terminal_baud;
   if (!expected) {
@@ -218,13 +206,13 @@ static void check_terminal_settings(Usart *usart, double baud, bool plain) {
   }
 }
 
-/* 19.3.4. */
+/* Section 19.3.4. */
 static int64_t ticks_per_bit(const Usart *usart) {
   uint32_t brr = REGISTER(usart, BRR);
   return REGISTER(usart, CR1) & CR1_OVER8 ? (brr >> 4) * 8 + (brr & 7) : brr;
 }
 
-/* BRR, OVER8, M, STOP (19.3.4). */
+/* BRR, OVER8, M and STOP (19.3.4). */
 static void set_frame(Usart *usart) {
   static const uint8_t STOP_HALF_BITS[] = {2, 1, 4, 3};
   const Clocks *clocks = &usart->peripheral.chip->clocks;
@@ -233,7 +221,7 @@ static void set_frame(Usart *usart) {
   int64_t kernel_hz = VARIANTS[usart->number].apb == 1 ? clocks->pclk1_hz : clocks->pclk2_hz;
   int half_bits = 2 * (cr1 & CR1_M ? 10 : 9) + STOP_HALF_BITS[FIELD(REGISTER(usart, CR2), CR2_STOP)];
   if (ticks == 0 || kernel_hz == 0) {
-    usart->frame = (UsartFrame){NEVER_PS, 1}; /* no bit clock */
+    usart->frame = (UsartFrame){NEVER_PS, 1};
     return;
   }
   int64_t num = half_bits * ticks * PS_PER_S, den = 2 * kernel_hz, divisor = gcd(num, den);
@@ -261,8 +249,6 @@ static void settings_changed(Usart *usart, uint32_t offset) {
   update(usart);
 }
 
-/* -- interrupts and DMA ----------------------------------------------------------------------------------- */
-
 static void serve_dma(Usart *usart) {
   Chip *chip = usart->peripheral.chip;
   uint32_t cr3 = REGISTER(usart, CR3);
@@ -270,7 +256,7 @@ static void serve_dma(Usart *usart) {
     dma_request(chip, VARIANTS[usart->number].rx);
   }
   if (cr3 & CR3_DMAT && is_sending(usart)) {
-    for (int stage = 0; stage < 2; stage++) { /* shift register, DR */
+    for (int stage = 0; stage < 2; stage++) {
       if (status_of(usart) & SR_TXE) {
         dma_request(chip, VARIANTS[usart->number].tx);
       }
@@ -285,7 +271,7 @@ static bool is_interrupt_active(const Usart *usart) {
   return status & cr1 & (SR_TXE | SR_TC | SR_RXNE | SR_IDLE) || (status & SR_ORE && errors);
 }
 
-/* A flag that an interrupt or DMA waits for. */
+/* Schedule the time of a flag that an interrupt or DMA waits for. */
 static void schedule_next(Usart *usart) {
   Chip *chip = usart->peripheral.chip;
   int64_t at_ps = NEVER_PS;
@@ -302,7 +288,6 @@ static void schedule_next(Usart *usart) {
   }
 }
 
-/* DMA requests, interrupt line, next event. */
 static void update(Usart *usart) {
   if (usart->in_dma) {
     return;
@@ -317,8 +302,6 @@ static void update(Usart *usart) {
 static void on_event(Peripheral *peripheral) { update((Usart *)peripheral); }
 
 static void usart_dma_ready(Peripheral *peripheral) { update((Usart *)peripheral); }
-
-/* -- registers -------------------------------------------------------------------------------------------- */
 
 static uint32_t usart_peek(const Peripheral *peripheral, uint32_t offset) {
   const Usart *usart = (const Usart *)peripheral;
@@ -335,7 +318,7 @@ static uint32_t usart_read(Peripheral *peripheral, uint32_t offset, int64_t *unt
     *until_ps = NOT_CACHEABLE_PS;
     return read_data(usart);
   }
-  if (offset == SR) { /* begins a clearing sequence; repeated reads have no further effect */
+  if (offset == SR) { /* begins a clearing sequence; repetitions have no further effect */
     *until_ps = next_flag_ps(usart);
     usart->sr_read = true;
     usart->last_sr = status_of(usart);
@@ -365,11 +348,9 @@ static void usart_write(Peripheral *peripheral, uint32_t offset, uint32_t value,
   }
 }
 
-/* -- clock, reset, creation ------------------------------------------------------------------------------- */
-
 static void usart_clocks_changed(Peripheral *peripheral) { set_frame((Usart *)peripheral); }
 
-/* Frames on the wire finish. */
+/* Frames on the wire are finished. */
 static void usart_reset(Peripheral *peripheral) {
   Usart *usart = (Usart *)peripheral;
   memset(usart->registers, 0, sizeof usart->registers);
@@ -404,8 +385,6 @@ void usarts_create(Chip *chip) {
     usart_reset(&usart->peripheral);
   }
 }
-
-/* -- for Python ------------------------------------------------------------------------------------------- */
 
 static Usart *usart_of(Chip *chip, int32_t index) { return (Usart *)chip->peripherals[index]; }
 
