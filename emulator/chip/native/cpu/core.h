@@ -52,6 +52,8 @@ enum InsnFlag {
   LITERAL = 128,     /* loads the word at imm to d */
 };
 
+enum { NPRIV = 1, SPSEL = 2, FPCA = 4, FLOATING_CONTEXT = 12 }; /* CONTROL; bit 3 as in the reference engine */
+
 enum Shift { LSL, LSR, ASR, ROR, RRX }; /* SRType (A7.4.2) */
 
 /* Why a run ended; as in bare_core.py. */
@@ -166,6 +168,8 @@ void core_update_fast_limits(Core *core);
 bool core_create(Core *core, Chip *chip, uint8_t *flash, uint8_t *ram, uint8_t *system);
 void core_destroy(Core *core);
 void core_reset(Core *core);
+
+#define THUMB (1u << 24) /* EPSR.T */
 
 uint32_t read_xpsr(const Core *core);
 void write_xpsr(Core *core, uint32_t value);

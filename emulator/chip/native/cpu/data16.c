@@ -1,51 +1,6 @@
 /* 16-bit data processing (ARMv7-M ARM A5.2.1 to A5.2.3, and parts of A5.2 and A5.2.5). */
 #include "cpu/operations.h"
 
-/* Shift n by the lowest byte of m. 0 keeps C; more than 33 acts as 33 (A7.4.2). */
-#define DEFINE_SHIFT(name, not_zero)                                     \
-  static uint32_t name(Core *core, const Insn *insn, uint32_t *carry) {  \
-    uint32_t n = core->r[insn->n], by = core->r[insn->m] & 0xFF;         \
-    *carry = core->c;                                                    \
-    if (by == 0) {                                                       \
-      return n;                                                          \
-    }                                                                    \
-    not_zero                                                             \
-  }                                                                      \
-  OPERATION(name##_register) {                                           \
-    uint32_t carry;                                                      \
-    core->r[insn->d] = name(core, insn, &carry);                         \
-    NEXT;                                                                \
-  }                                                                      \
-  OPERATION(name##s_register) {                                          \
-    uint32_t carry, result = name(core, insn, &carry);                   \
-    core->r[insn->d] = result;                                           \
-    core->c = carry;                                                     \
-    set_nz(core, result);                                                \
-    NEXT;                                                                \
-  }
-#define AT_MOST_33(by) ((by) < 33 ? (by) : 33)
-
-DEFINE_SHIFT(lsl, {
-  uint64_t wide = (uint64_t)n << AT_MOST_33(by);
-  *carry = wide >> 32 & 1;
-  return (uint32_t)wide;
-})
-DEFINE_SHIFT(lsr, {
-  uint64_t wide = (uint64_t)n >> (AT_MOST_33(by) - 1);
-  *carry = wide & 1;
-  return (uint32_t)(wide >> 1);
-})
-DEFINE_SHIFT(asr, {
-  int64_t wide = (int64_t)(int32_t)n >> (AT_MOST_33(by) - 1);
-  *carry = wide & 1;
-  return (uint32_t)(wide >> 1);
-})
-DEFINE_SHIFT(ror, {
-  uint32_t result = rotate_right(n, by);
-  *carry = result >> 31;
-  return result;
-})
-
 OPERATION(mul) {
   core->r[insn->d] = core->r[insn->n] * core->r[insn->m];
   NEXT;
@@ -71,19 +26,6 @@ OPERATION(uxth) {
 }
 OPERATION(uxtb) {
   core->r[insn->d] = (uint8_t)core->r[insn->m];
-  NEXT;
-}
-
-OPERATION(rev) {
-  core->r[insn->d] = __builtin_bswap32(core->r[insn->m]);
-  NEXT;
-}
-OPERATION(rev16) {
-  core->r[insn->d] = rotate_right(__builtin_bswap32(core->r[insn->m]), 16);
-  NEXT;
-}
-OPERATION(revsh) {
-  core->r[insn->d] = (uint32_t)(int16_t)__builtin_bswap16((uint16_t)core->r[insn->m]);
   NEXT;
 }
 
@@ -125,10 +67,10 @@ static void decode_registers(uint16_t first, Insn *insn) {
   insn->d = insn->n = bits(first, 2, 0);
   insn->m = bits(first, 5, 3);
   switch (opcode) {
-  case 2: insn->run = insn->it ? lsl_register : lsls_register; break;
-  case 3: insn->run = insn->it ? lsr_register : lsrs_register; break;
-  case 4: insn->run = insn->it ? asr_register : asrs_register; break;
-  case 7: insn->run = insn->it ? ror_register : rors_register; break;
+  case 2: insn->run = shift_by_register(LSL, !insn->it); break;
+  case 3: insn->run = shift_by_register(LSR, !insn->it); break;
+  case 4: insn->run = shift_by_register(ASR, !insn->it); break;
+  case 7: insn->run = shift_by_register(ROR, !insn->it); break;
   case 9:
     insn->n = insn->m;
     select_alu16(insn, RSB, CONSTANT);
@@ -169,7 +111,7 @@ static void decode_address(uint32_t address, uint16_t first, Insn *insn) {
 
 /* Section A5.2.5. */
 static bool decode_miscellaneous(uint16_t first, Insn *insn) {
-  static const Operation extensions[] = {sxth, sxtb, uxth, uxtb}, reversals[] = {rev, rev16, NULL, revsh};
+  static const Operation extensions[] = {sxth, sxtb, uxth, uxtb};
   uint32_t imm = bits(first, 6, 0) << 2;
   insn->d = bits(first, 2, 0);
   insn->m = bits(first, 5, 3);
@@ -179,7 +121,7 @@ static bool decode_miscellaneous(uint16_t first, Insn *insn) {
     insn->run = add_sp;
     break;
   case 0x2: insn->run = extensions[bits(first, 7, 6)]; break;
-  case 0xA: insn->run = reversals[bits(first, 7, 6)]; break;
+  case 0xA: insn->run = bits(first, 7, 6) == 2 ? NULL : reversal(bits(first, 7, 6)); break;
   }
   return insn->run != NULL;
 }

@@ -5,6 +5,8 @@
  */
 #include "cpu/dsp.h"
 
+#include "cpu/operations.h"
+
 #define N core->r[insn->n]
 #define M core->r[insn->m]
 #define D core->r[insn->d]
@@ -170,13 +172,19 @@ OPERATION(sel) {
 static const Operation MISCELLANEOUS[4][4] = {
     {qadd, qdadd, qsub, qdsub}, {rev, rev16, rbit, revsh}, {sel}, {clz}};
 
+Operation shift_by_register(enum Shift type, bool set_flags) {
+  static const Operation operations[][2] = {{lsl, lsls}, {lsr, lsrs}, {asr, asrs}, {ror, rors}};
+  return operations[type][set_flags];
+}
+
+Operation reversal(unsigned number) { return MISCELLANEOUS[1][number]; }
+
 static Operation shift_or_extension(uint16_t first, uint16_t second, Insn *insn) {
-  static const Operation SHIFTS[] = {lsl, lsls, lsr, lsrs, asr, asrs, ror, rors};
   static const Operation EXTENSIONS[] = {sxth, uxth, sxtb16, uxtb16, sxtb, uxtb};
   static const Operation ADDED[] = {sxtah, uxtah, sxtab16, uxtab16, sxtab, uxtab};
   unsigned op1 = bits(first, 6, 4);
   if (!(second & 0xF0)) {
-    return SHIFTS[op1];
+    return shift_by_register((enum Shift)(op1 >> 1), op1 & 1);
   }
   if ((second & 0xC0) != 0x80 || op1 > 5) {
     return NULL;

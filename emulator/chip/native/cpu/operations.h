@@ -25,4 +25,8 @@ void decode_movt(Insn *insn);
 bool decode_pack(uint16_t first, uint16_t second, Insn *insn);
 bool decode_bit_field(uint16_t first, uint16_t second, Insn *insn);
 
+/* In dsp.c: the shift of n by the lowest byte of m; REV, REV16, RBIT, REVSH of m. */
+Operation shift_by_register(enum Shift type, bool set_flags);
+Operation reversal(unsigned number);
+
 #endif

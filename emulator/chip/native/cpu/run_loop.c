@@ -9,7 +9,6 @@
 #define MAX_RUN 2000000                  /* instructions: about 10 ms of the host */
 #define MAX_CHAIN 1000                   /* instructions without a return to the loop; more than a block */
 #define RESET_PULSE_PS INT64_C(20000000) /* minimum (RM0368 6.1.1) */
-#define THUMB (1u << 24)
 
 void run_loop_create(Chip *chip) {
   cycle_clock_create(&chip->cycle_clock, 13, 10, chip->clocks.hclk_hz);

@@ -3,9 +3,6 @@
 
 #include "fcu.h"
 
-#define NPRIV 1u
-#define SPSEL 2u
-
 /* The SP in use: 0 is MSP, 1 is PSP (B1.4.7). */
 static unsigned bank(const Core *core) { return !in_handler(core) && core->control & SPSEL ? 1 : 0; }
 

@@ -1,6 +1,8 @@
 /* Special registers, hints and barriers (ARMv7-M ARM B5.2, A5.3.4). */
 #include "cpu/system.h"
 
+#include "peripherals/nvic.h"
+
 /* SYSm (table B5-1); 0 to 7: xPSR. */
 enum SpecialRegister {
   MSP = 8,
@@ -12,19 +14,7 @@ enum SpecialRegister {
   CONTROL = 20,
 };
 
-#define NPRIV 1u
-#define SPSEL 2u
-#define FPCA 4u
-#define NMI 2
-#define HARD_FAULT 3
-
 static bool privileged(const Core *core) { return in_handler(core) || !(core->control & NPRIV); }
-
-/* MSP or PSP, in use or not (B1.4.7). */
-static uint32_t *stack_pointer(Core *core, bool process) {
-  bool process_in_use = !in_handler(core) && core->control & SPSEL;
-  return process == process_in_use ? &core->r[13] : &core->sp[process];
-}
 
 /* No effect in HardFault and NMI (B5.2.1, B5.2.3). */
 static void set_faultmask(Core *core, uint32_t value) {
@@ -48,8 +38,8 @@ static uint32_t special_register(Core *core, unsigned number) {
     return 0;
   }
   switch (number) {
-  case MSP: return *stack_pointer(core, false);
-  case PSP: return *stack_pointer(core, true);
+  case MSP: return read_stack_pointer(core, false);
+  case PSP: return read_stack_pointer(core, true);
   case PRIMASK: return core->primask;
   case BASEPRI:
   case BASEPRI_MAX: return core->basepri;
@@ -71,8 +61,8 @@ static void write_special_register(Core *core, unsigned number, uint32_t value) 
     return;
   }
   switch (number) {
-  case MSP: *stack_pointer(core, false) = value & ~3u; break;
-  case PSP: *stack_pointer(core, true) = value & ~3u; break;
+  case MSP: write_stack_pointer(core, false, value); break;
+  case PSP: write_stack_pointer(core, true, value); break;
   case PRIMASK: core->primask = value & 1; break;
   case BASEPRI: core->basepri = priority; break;
   case BASEPRI_MAX:

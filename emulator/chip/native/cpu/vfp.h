@@ -49,8 +49,6 @@ static inline uint32_t from_float(float value) {
   return result;
 }
 
-#define FLOATING_CONTEXT 0xCu /* FPCA, and bit 3, as in the reference engine */
-
 /* ExecuteFPCheck: a new context begins with FPDSCR, here 0. */
 static inline void use_floating_point(Core *core) {
   if (UNLIKELY((core->control & FLOATING_CONTEXT) != FLOATING_CONTEXT)) {

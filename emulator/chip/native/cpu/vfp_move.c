@@ -2,6 +2,7 @@
  *
  * n: base; d: first S register (a D register is two); a: number of S registers. In moves n and m are core registers.
  */
+#include "cpu/transfers.h"
 #include "cpu/vfp.h"
 
 #define DEFINE_ACCESSES(suffix)                                                                      \
@@ -33,7 +34,6 @@ DEFINE_ACCESSES()
 DEFINE_ACCESSES(_slow)
 
 #define DEFINE_OFFSET(access) DEFINE_ACCESS(access##_offset, access, core->r[insn->n] + insn->imm, )
-#define DEFINE_LITERAL(access) DEFINE_ACCESS(access##_literal, access, insn->imm, )
 DEFINE_OFFSET(vldr_single)
 DEFINE_OFFSET(vldr_double)
 DEFINE_OFFSET(vstr_single)
@@ -89,10 +89,6 @@ static bool decode_one(uint32_t address, uint16_t first, Insn *insn) {
 DEFINE_MULTIPLE_ACCESSES()
 DEFINE_MULTIPLE_ACCESSES(_slow)
 
-INLINE void write_base(Core *core, const Insn *insn, uint32_t base) {
-  core->r[insn->n] = insn->n == 13 ? base & ~3u : base;
-}
-
 #define DEFINE_MULTIPLE(letters)                                                                           \
   DEFINE_ACCESS(letters##ia, letters, core->r[insn->n], )                                                  \
   DEFINE_ACCESS(letters##ia_back, letters, core->r[insn->n], write_base(core, insn, address + insn->imm))  \
@@ -100,7 +96,7 @@ INLINE void write_base(Core *core, const Insn *insn, uint32_t base) {
 DEFINE_MULTIPLE(vldm)
 DEFINE_MULTIPLE(vstm)
 
-static bool decode_multiple(uint16_t first, Insn *insn) {
+static bool decode_vfp_multiple(uint16_t first, Insn *insn) {
   bool load = first & 0x10, back = first & 0x20, before = first & 0x100;
   insn->a = (uint8_t)(insn->imm / 4); /* before rounding down for D registers */
   if (before) {
@@ -134,7 +130,7 @@ bool decode_vfp_memory(uint32_t address, uint16_t first, uint16_t second, Insn *
     insn->a = is_double ? 2 : 1;
     return decode_one(address, first, insn);
   }
-  if ((before && up) || !decode_multiple(first, insn)) {
+  if ((before && up) || !decode_vfp_multiple(first, insn)) {
     return false;
   }
   insn->a &= is_double ? ~1 : ~0;

@@ -250,11 +250,6 @@ static uint32_t dma_peek(const Peripheral *peripheral, uint32_t offset) {
   return value;
 }
 
-static uint32_t dma_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
-  (void)until_ps;
-  return dma_peek(peripheral, offset);
-}
-
 static void clear_flags(DmaController *dma, int first, uint32_t bits) {
   for (int n = 0; n < 4; n++) {
     dma->streams[first + n].flags &= ~(bits >> FLAG_SHIFT[n] & FLAGS);
@@ -334,7 +329,7 @@ static void dma_reset(Peripheral *peripheral) {
   }
 }
 
-static const PeripheralType DMA = {.read = dma_read, .peek = dma_peek, .write = dma_write, .reset = dma_reset};
+static const PeripheralType DMA = {.read = peripheral_read_as_peek, .peek = dma_peek, .write = dma_write, .reset = dma_reset};
 
 void dma_create(Chip *chip) {
   for (int n = 0; n < DMA_CONTROLLERS; n++) {

@@ -44,9 +44,7 @@ static void write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint3
   Dwt *dwt = (Dwt *)peripheral;
   rebase(dwt);
   if (offset / 4 < DWT_STORED) {
-    uint32_t *word = &dwt->registers[offset / 4];
-    mask &= offset == DWT_CTRL ? DWT_CTRL_STORED : WORD;
-    *word = (*word & ~mask) | (value & mask);
+    write_bits(&dwt->registers[offset / 4], value, mask, offset == DWT_CTRL ? DWT_CTRL_STORED : WORD);
   }
 }
 

@@ -66,29 +66,20 @@ static uint32_t exti_peek(const Peripheral *peripheral, uint32_t offset) {
   }
 }
 
-static uint32_t exti_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
-  (void)until_ps; /* changes by events and writes only */
-  return exti_peek(peripheral, offset);
-}
-
-static void merge(uint32_t *word, uint32_t value, uint32_t mask) {
-  *word = (*word & ~mask) | (value & mask & LINES);
-}
-
 /* Writing 1 to PR clears PR and SWIER (10.3.5, 10.3.6). */
 static void exti_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   Exti *exti = (Exti *)peripheral;
   uint32_t rising;
   switch (offset) {
-    case IMR: merge(&exti->imr, value, mask); break;
+    case IMR: write_bits(&exti->imr, value, mask, LINES); break;
     case EMR:
-      merge(&exti->emr, value, mask);
+      write_bits(&exti->emr, value, mask, LINES);
       if (exti->emr) {
         peripheral_note(peripheral, 0, NOTE_NOT_MODELLED, "EMR: events that wake WFE without an interrupt");
       }
       break;
-    case RTSR: merge(&exti->rtsr, value, mask); break;
-    case FTSR: merge(&exti->ftsr, value, mask); break;
+    case RTSR: write_bits(&exti->rtsr, value, mask, LINES); break;
+    case FTSR: write_bits(&exti->ftsr, value, mask, LINES); break;
     case SWIER:
       rising = value & ~exti->swier & LINES;
       exti->swier |= rising;
@@ -110,7 +101,7 @@ static void exti_reset(Peripheral *peripheral) {
 }
 
 static const PeripheralType EXTI_TYPE = {
-  .read = exti_read, .peek = exti_peek, .write = exti_write, .reset = exti_reset
+  .read = peripheral_read_as_peek, .peek = exti_peek, .write = exti_write, .reset = exti_reset
 };
 
 /* EXTICR (7.2.3 to 7.2.6); -1: the code has no port. */
@@ -135,11 +126,6 @@ static uint32_t syscfg_peek(const Peripheral *peripheral, uint32_t offset) {
   return ((const Syscfg *)peripheral)->registers[offset >> 2];
 }
 
-static uint32_t syscfg_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
-  (void)until_ps;
-  return syscfg_peek(peripheral, offset);
-}
-
 static uint32_t writable(uint32_t offset) {
   switch (offset) {
     case MEMRMP: return 0x3;
@@ -151,8 +137,7 @@ static uint32_t writable(uint32_t offset) {
 
 static void syscfg_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   uint32_t *word = &((Syscfg *)peripheral)->registers[offset >> 2];
-  mask &= writable(offset);
-  *word = (*word & ~mask) | (value & mask);
+  write_bits(word, value, mask, writable(offset));
   if (offset == MEMRMP && *word) {
     peripheral_note(peripheral, 0, NOTE_NOT_MODELLED, "MEMRMP: address 0 stays the flash");
   } else if (offset == CMPCR) {
@@ -168,7 +153,7 @@ static void syscfg_reset(Peripheral *peripheral) {
 }
 
 static const PeripheralType SYSCFG_TYPE = {
-  .read = syscfg_read, .peek = syscfg_peek, .write = syscfg_write, .reset = syscfg_reset
+  .read = peripheral_read_as_peek, .peek = syscfg_peek, .write = syscfg_write, .reset = syscfg_reset
 };
 
 void syscfg_create(Chip *chip) {

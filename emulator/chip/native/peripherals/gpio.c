@@ -210,11 +210,6 @@ static uint32_t gpio_peek(const Peripheral *peripheral, uint32_t offset) {
   return offset == IDR ? port->input & (uint32_t)~port->analog : port->registers[offset >> 2];
 }
 
-static uint32_t gpio_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
-  (void)until_ps; /* changes by events and writes only */
-  return gpio_peek(peripheral, offset);
-}
-
 static void gpio_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   GpioPort *port = (GpioPort *)peripheral;
   if (offset == BSRR || offset == ODR) {
@@ -244,7 +239,7 @@ static void gpio_reset(Peripheral *peripheral) {
 }
 
 static const PeripheralType TYPE = {
-  .read = gpio_read,
+  .read = peripheral_read_as_peek,
   .peek = gpio_peek,
   .write = gpio_write,
   .reset = gpio_reset,

@@ -669,11 +669,6 @@ static void write_cr2(I2c *i2c) {
   set_lines(i2c);
 }
 
-static uint32_t merged(uint32_t before, uint32_t value, uint32_t mask, uint32_t writable) {
-  mask &= writable;
-  return (before & ~mask) | (value & mask);
-}
-
 static void note_if_enabled(I2c *i2c, enum Noted id, const char *name) {
   if (i2c->cr1 & CR1_PE) {
     peripheral_note(&i2c->peripheral, (int)id, NOTE_FORBIDDEN, "%s written while PE in CR1 is 1", name);
@@ -683,30 +678,30 @@ static void note_if_enabled(I2c *i2c, enum Noted id, const char *name) {
 static void configure(I2c *i2c, uint32_t offset, uint32_t value, uint32_t mask) {
   switch (offset) {
   case CR2:
-    i2c->cr2 = merged(i2c->cr2, value, mask, CR2_STORED);
+    write_bits(&i2c->cr2, value, mask, CR2_STORED);
     write_cr2(i2c);
     break;
   case OAR1:
-    i2c->oar1 = merged(i2c->oar1, value, mask, OAR1_STORED);
+    write_bits(&i2c->oar1, value, mask, OAR1_STORED);
     note_not_modelled(i2c, i2c->oar1 & OAR1_ADD, NOTED_OAR1,
                  "slave mode: an own address is set, but nobody on this board will address it");
     break;
   case OAR2:
-    i2c->oar2 = merged(i2c->oar2, value, mask, OAR2_STORED);
+    write_bits(&i2c->oar2, value, mask, OAR2_STORED);
     note_not_modelled(i2c, i2c->oar2 & 1, NOTED_OAR2,
                  "slave mode: a second own address is set, but nobody on this board will address it");
     break;
   case CCR:
-    i2c->ccr = merged(i2c->ccr, value, mask, CCR_STORED);
+    write_bits(&i2c->ccr, value, mask, CCR_STORED);
     note_if_enabled(i2c, NOTED_CCR, "CCR");
     set_rate(i2c);
     break;
   case TRISE:
-    i2c->trise = merged(i2c->trise, value, mask, TRISE_STORED);
+    write_bits(&i2c->trise, value, mask, TRISE_STORED);
     note_if_enabled(i2c, NOTED_TRISE, "TRISE");
     break;
   case FLTR:
-    i2c->fltr = merged(i2c->fltr, value, mask, FLTR_STORED);
+    write_bits(&i2c->fltr, value, mask, FLTR_STORED);
     break;
   }
   i2c->settings_checked = 0;
@@ -714,6 +709,7 @@ static void configure(I2c *i2c, uint32_t offset, uint32_t value, uint32_t mask) 
 
 static void i2c_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   I2c *i2c = i2c_of(peripheral);
+  uint32_t cr1 = i2c->cr1;
   switch (offset) {
   case DR:
     write_data(i2c, (uint8_t)value);
@@ -722,7 +718,8 @@ static void i2c_write(Peripheral *peripheral, uint32_t offset, uint32_t value, u
     i2c->sr1 &= value | ~(mask & SR1_ERRORS);
     break;
   case CR1:
-    write_cr1(i2c, merged(i2c->cr1, value, mask, CR1_STORED));
+    write_bits(&cr1, value, mask, CR1_STORED);
+    write_cr1(i2c, cr1);
     break;
   default:
     configure(i2c, offset, value, mask);

@@ -26,6 +26,12 @@
 /* The bits of an access at its lowest byte. */
 static inline uint32_t size_mask(unsigned size) { return size == 4 ? WORD : (1u << 8 * size) - 1; }
 
+/* Write the bits of mask, as far as the register stores them. */
+static inline void write_bits(uint32_t *word, uint32_t value, uint32_t mask, uint32_t stored) {
+  mask &= stored;
+  *word = (*word & ~mask) | (value & mask);
+}
+
 /* FIELD(cr2, CR2_STOP), with the names of the generated header. */
 #define FIELD(value, name) (((value) & (name)) >> name##_SHIFT)
 
@@ -76,6 +82,9 @@ static inline bool peripheral_has_register(const Peripheral *peripheral, uint32_
   uint32_t offset = address - peripheral->base;
   return offset < 0x1000 && peripheral->implemented[offset >> 7] >> (offset >> 2 & 31) & 1;
 }
+
+/* A read() without side effects, for registers that only events and writes change. */
+uint32_t peripheral_read_as_peek(Peripheral *peripheral, uint32_t offset, int64_t *until_ps);
 
 /* -- events: chip.c -------------------------------------------------------------------------------------- */
 

@@ -175,40 +175,35 @@ static void apply(Scb *scb) {
   dwt_enable(&chip->dwt, (scb->demcr & DEMCR_TRCENA) != 0);
 }
 
-static void store(uint32_t *word, uint32_t value, uint32_t mask, uint32_t writable) {
-  mask &= writable;
-  *word = (*word & ~mask) | (value & mask);
-}
-
 /* value is masked already. */
 static void write_register(Scb *scb, uint32_t offset, uint32_t value, uint32_t mask) {
   static const uint32_t writable_shpr[3] = {
     SHPR1_STORED & PRIORITY_BITS, SHPR2_STORED & PRIORITY_BITS, SHPR3_STORED & PRIORITY_BITS};
   unsigned word = (offset - SHPR1) / 4;
   switch (offset) {
-  case ACTLR: store(&scb->actlr, value, mask, ACTLR_STORED); break;
+  case ACTLR: write_bits(&scb->actlr, value, mask, ACTLR_STORED); break;
   case ICSR: write_icsr(&scb->peripheral.chip->nvic, value); break;
-  case VTOR: store(&scb->vtor, value, mask, VTOR_STORED); break;
+  case VTOR: write_bits(&scb->vtor, value, mask, VTOR_STORED); break;
   case AIRCR: write_aircr(scb, value); break;
-  case SCR: store(&scb->scr, value, mask, SCR_STORED); break;
-  case CCR: store(&scb->ccr, value, mask, CCR_STORED); break;
+  case SCR: write_bits(&scb->scr, value, mask, SCR_STORED); break;
+  case CCR: write_bits(&scb->ccr, value, mask, CCR_STORED); break;
   case SHPR1:
   case SHPR2:
   case SHPR3:
-    store(&scb->shpr[word], value, mask, writable_shpr[word]);
+    write_bits(&scb->shpr[word], value, mask, writable_shpr[word]);
     set_priorities(scb, word);
     break;
   case SHCSR: write_shcsr(scb, (shcsr(scb) & ~mask) | value); break;
   case CFSR: scb->cfsr &= ~value; break; /* 1 clears */
   case HFSR: scb->hfsr &= ~value; break;
   case DFSR: scb->dfsr &= ~value; break;
-  case MMFAR: store(&scb->mmfar, value, mask, WORD); break;
-  case BFAR: store(&scb->bfar, value, mask, WORD); break;
-  case CPACR: store(&scb->cpacr, value, mask, CPACR_FULL); break;
-  case DEMCR: store(&scb->demcr, value, mask, DEMCR_STORED); break;
-  case FPCCR: store(&scb->fpccr, value, mask, FPCCR_STORED); break;
-  case FPCAR: store(&scb->fpcar, value, mask, FPCAR_STORED); break;
-  case FPDSCR: store(&scb->fpdscr, value, mask, FPDSCR_STORED); break;
+  case MMFAR: write_bits(&scb->mmfar, value, mask, WORD); break;
+  case BFAR: write_bits(&scb->bfar, value, mask, WORD); break;
+  case CPACR: write_bits(&scb->cpacr, value, mask, CPACR_FULL); break;
+  case DEMCR: write_bits(&scb->demcr, value, mask, DEMCR_STORED); break;
+  case FPCCR: write_bits(&scb->fpccr, value, mask, FPCCR_STORED); break;
+  case FPCAR: write_bits(&scb->fpcar, value, mask, FPCAR_STORED); break;
+  case FPDSCR: write_bits(&scb->fpdscr, value, mask, FPDSCR_STORED); break;
   default: break;
   }
   if (offset == SCR || offset == CCR || offset == CPACR || offset == DEMCR) {

@@ -295,31 +295,27 @@ static uint32_t spi_read(Peripheral *peripheral, uint32_t offset, int64_t *until
   return spi_peek(peripheral, offset);
 }
 
-static void merge(uint32_t *word, uint32_t value, uint32_t mask, uint32_t writable) {
-  *word = (*word & ~(mask & writable)) | (value & writable);
-}
-
 static void spi_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   Spi *spi = (Spi *)peripheral;
   uint32_t old = spi->cr1;
   switch (offset) {
     case CR1:
-      merge(&spi->cr1, value, mask, CR1_STORED);
+      write_bits(&spi->cr1, value, mask, CR1_STORED);
       cr1_changed(spi, old);
       break;
     case CR2:
-      merge(&spi->cr2, value, mask, CR2_STORED);
+      write_bits(&spi->cr2, value, mask, CR2_STORED);
       cr2_changed(spi);
       break;
     case DR: write_data(spi, value & (spi->cr1 & CR1_DFF ? 0xFFFF : 0xFF)); break;
-    case CRCPR: merge(&spi->crcpr, value, mask, CRCPR_STORED); break;
+    case CRCPR: write_bits(&spi->crcpr, value, mask, CRCPR_STORED); break;
     case I2SCFGR:
-      merge(&spi->i2scfgr, value, mask, I2SCFGR_STORED);
+      write_bits(&spi->i2scfgr, value, mask, I2SCFGR_STORED);
       if (spi->i2scfgr & I2SCFGR_I2SMOD) {
         peripheral_note(peripheral, NOTE_I2S, NOTE_NOT_MODELLED, "I2SMOD (I2S mode)");
       }
       break;
-    case I2SPR: merge(&spi->i2spr, value, mask, I2SPR_STORED); break;
+    case I2SPR: write_bits(&spi->i2spr, value, mask, I2SPR_STORED); break;
     default: break;
   }
   update_if_enabled(spi);

@@ -252,26 +252,26 @@ void fcu_add_absent_spi_device(Chip *chip, int32_t spi, int32_t port, int32_t pi
   line->on_absent_access = on_access;
 }
 
+/* Return the index in a ring of the oldest record that was not taken; -1: none. */
+static int take_oldest(uint32_t count, uint32_t *taken) {
+  *taken = count - *taken > SPI_RECENT ? count - SPI_RECENT : *taken;
+  return *taken == count ? -1 : (int)((*taken)++ % SPI_RECENT);
+}
+
 int32_t fcu_take_spi_message(Chip *chip, int32_t spi, SpiMessage *message) {
   SpiLine *line = &chip->spi[spi].line;
-  if (line->recent_count - line->recent_taken > SPI_RECENT) {
-    line->recent_taken = line->recent_count - SPI_RECENT;
+  int index = take_oldest(line->recent_count, &line->recent_taken);
+  if (index >= 0) {
+    *message = line->recent[index];
   }
-  if (line->recent_taken == line->recent_count) {
-    return false;
-  }
-  *message = line->recent[line->recent_taken++ % SPI_RECENT];
-  return true;
+  return index >= 0;
 }
 
 int32_t fcu_take_spi_unaddressed(Chip *chip, int32_t spi, SpiUnaddressed *unaddressed) {
   SpiLine *line = &chip->spi[spi].line;
-  if (line->unaddressed_count - line->unaddressed_taken > SPI_RECENT) {
-    line->unaddressed_taken = line->unaddressed_count - SPI_RECENT;
+  int index = take_oldest(line->unaddressed_count, &line->unaddressed_taken);
+  if (index >= 0) {
+    *unaddressed = line->unaddressed[index];
   }
-  if (line->unaddressed_taken == line->unaddressed_count) {
-    return false;
-  }
-  *unaddressed = line->unaddressed[line->unaddressed_taken++ % SPI_RECENT];
-  return true;
+  return index >= 0;
 }

@@ -339,8 +339,7 @@ static void usart_write(Peripheral *peripheral, uint32_t offset, uint32_t value,
   } else if (offset == SR) {
     clear_flags(usart, value | ~mask);
   } else {
-    mask &= STORED[offset >> 2];
-    REGISTER(usart, offset) = (REGISTER(usart, offset) & ~mask) | (value & mask);
+    write_bits(&REGISTER(usart, offset), value, mask, STORED[offset >> 2]);
     settings_changed(usart, offset);
   }
   if (usart->wants_events) {
