@@ -198,7 +198,7 @@ void fcu_usart_line_idle(Chip *chip, int32_t index);
 int32_t fcu_dma_request(Chip *chip, int32_t line);
 uint32_t fcu_dma_remaining(const Chip *chip, int32_t line);
 
-/* -- read cache: read_cache.c; I2C: i2c.c ------------------------------------------------------------- */
+/* -- read cache: read_cache.c; I2C: i2c.c, i2c_wire.c ------------------------------------------------------------- */
 
 ReadCache *fcu_connect_targets(Chip *chip, const TargetCalls *calls);
 /* version: the sensor's version counter, which must stay valid. -1: too many, not cached. */

@@ -329,7 +329,9 @@ static void dma_reset(Peripheral *peripheral) {
   }
 }
 
-static const PeripheralType DMA = {.read = peripheral_read_as_peek, .peek = dma_peek, .write = dma_write, .reset = dma_reset};
+static const PeripheralType DMA = {
+  .read = peripheral_read_as_peek, .peek = dma_peek, .write = dma_write, .reset = dma_reset
+};
 
 void dma_create(Chip *chip) {
   for (int n = 0; n < DMA_CONTROLLERS; n++) {

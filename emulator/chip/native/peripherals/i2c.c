@@ -27,11 +27,7 @@
 enum { FAST_MODE_HZ = 400000 }; /* limit of the sensors */
 enum { NO_FUNCTION = 255 };
 
-/* In the order of peripherals/i2c.py. */
-enum Answer { ANSWER_ACK, ANSWER_NACK, ANSWER_BUS_ERROR, ANSWER_ARBITRATION };
-
 enum Completion {
-  DONE_NOTHING,
   DONE_START,
   DONE_STOP,
   DONE_WAIT,
@@ -69,144 +65,6 @@ static I2c *i2c_of(Peripheral *peripheral) { return (I2c *)peripheral; }
 static int64_t now_ps(const I2c *i2c) { return i2c->peripheral.chip->now_ps; }
 
 static int number_of(const I2c *i2c) { return (int)(i2c - i2c->peripheral.chip->i2c); }
-
-/* -- the message on the wire -------------------------------------------------------------------------- */
-
-static Target *target_of(I2c *i2c) {
-  int64_t target = i2c->wire.message.target;
-  return target < 0 ? NULL : &i2c->peripheral.chip->read_cache.target[target];
-}
-
-static bool is_cacheable(I2c *i2c) { return !i2c->wire.has_faults && i2c->wire.message.target >= 0; }
-
-static bool begin_reading(I2c *i2c, int64_t position) {
-  Chip *chip = i2c->peripheral.chip;
-  i2c->from_cache =
-      is_cacheable(i2c) && target_begin(chip, target_of(i2c), (uint8_t)(position >> 8), (uint8_t)position);
-  return i2c->from_cache;
-}
-
-static void end_reading(I2c *i2c) {
-  if (i2c->from_cache) {
-    i2c->from_cache = 0;
-    target_end(i2c->peripheral.chip, target_of(i2c));
-  }
-}
-
-static void end_message(I2c *i2c, int64_t end_ps) {
-  I2cWire *wire = &i2c->wire;
-  if (!wire->message.open) {
-    return;
-  }
-  end_reading(i2c);
-  if (wire->message.live) {
-    i2c->calls.stop(now_ps(i2c), end_ps);
-    wire->message.open = 0;
-    return;
-  }
-  wire->message.open = 0;
-  wire->message.end_ps = end_ps;
-  wire->recent[wire->ended++ % I2C_RECENT] = wire->message;
-  if (i2c->peripheral.chip->detailed) {
-    i2c->calls.ended(now_ps(i2c));
-  }
-}
-
-static void abort_message(I2c *i2c) {
-  if (i2c->wire.message.open) {
-    end_reading(i2c);
-    i2c->calls.abort(now_ps(i2c));
-    i2c->wire.message.open = 0;
-  }
-}
-
-static enum Answer begin_message(I2c *i2c) {
-  I2cMessage *message = &i2c->wire.message;
-  Chip *chip = i2c->peripheral.chip;
-  bool reading = i2c->shift & 1;
-  int32_t target = i2c->wire.target_index[i2c->shift >> 1];
-  bool answers = !i2c->wire.has_faults && target >= 0 && target_acknowledges(chip, &chip->read_cache.target[target]);
-  end_message(i2c, i2c->start_ps);
-  message->target = target;
-  message->start_ps = i2c->start_ps;
-  message->address = i2c->shift >> 1;
-  message->reading = message->written = message->count = 0;
-  int64_t position = answers ? chip->read_cache.positions[target] : POSITION_SYNCED;
-  if (answers && (!reading || (position != POSITION_SYNCED && begin_reading(i2c, position)))) {
-    message->live = 0;
-    message->open = 1;
-    message->reading = reading;
-    return ANSWER_ACK;
-  }
-  message->live = 1;
-  int32_t answer = i2c->calls.start(now_ps(i2c), i2c->shift, i2c->start_ps);
-  message->open = 1;
-  message->reading = reading;
-  if (answer == ANSWER_ACK && target >= 0) {
-    target_acknowledged(chip, &chip->read_cache.target[target]);
-  }
-  return (enum Answer)answer;
-}
-
-static enum Answer send_address(I2c *i2c) {
-  I2cMessage *message = &i2c->wire.message;
-  bool is_same = message->open && message->address == i2c->shift >> 1;
-  end_reading(i2c);
-  if (!is_same || !(i2c->shift & 1) || message->reading) {
-    return begin_message(i2c);
-  }
-  if (!message->live && message->written && begin_reading(i2c, message->subaddress << 8)) {
-    message->reading = 1;
-    return ANSWER_ACK;
-  }
-  int32_t answer = i2c->calls.start(now_ps(i2c), i2c->shift, i2c->start_ps);
-  message->reading = 1;
-  if (answer == ANSWER_ACK && message->written == 1) {
-    begin_reading(i2c, message->subaddress << 8);
-  }
-  return (enum Answer)answer;
-}
-
-/* Return true if the byte was acknowledged. */
-static bool write_byte(I2c *i2c) {
-  I2cMessage *message = &i2c->wire.message;
-  bool is_first = message->written == 0;
-  message->written += message->written < 2;
-  if (is_first) {
-    message->subaddress = i2c->shift;
-    if (!message->live) {
-      i2c->peripheral.chip->read_cache.positions[message->target] = (int64_t)i2c->shift << 8;
-      return true;
-    }
-  }
-  return i2c->calls.write(now_ps(i2c), i2c->shift);
-}
-
-static uint8_t read_byte(I2c *i2c) {
-  I2cMessage *message = &i2c->wire.message;
-  if (i2c->from_cache && message->count == I2C_BYTES) {
-    end_reading(i2c);
-  }
-  uint8_t byte;
-  if (i2c->from_cache) {
-    i2c->from_cache = target_read(i2c->peripheral.chip, target_of(i2c), &byte);
-  }
-  if (i2c->from_cache) {
-    message->bytes[message->count++] = byte;
-    return byte;
-  }
-  int32_t answer = i2c->calls.read(now_ps(i2c));
-  if (answer >> 8) {
-    target_prefetched(i2c->peripheral.chip, target_of(i2c), (uint32_t)answer >> 8);
-    i2c->from_cache = 1;
-  }
-  return (uint8_t)answer;
-}
-
-/* Return when a line held low is released; 0: none is. */
-static int64_t released_ps(const I2c *i2c) {
-  return i2c->wire.has_faults ? i2c->calls.released_ps(now_ps(i2c)) : 0;
-}
 
 /* Without its pins no device answers. */
 static bool is_connected(I2c *i2c) {
@@ -275,7 +133,7 @@ static void start(I2c *i2c) {
 }
 
 static void start_when_free(I2c *i2c) {
-  int64_t free_ps = released_ps(i2c);
+  int64_t free_ps = i2c_wire_released_ps(i2c);
   if (free_ps) {
     i2c->phase = PHASE_BUSY;
     schedule_end(i2c, free_ps, DONE_WAIT);
@@ -330,7 +188,7 @@ static void started(I2c *i2c) {
 }
 
 static void stopped(I2c *i2c) {
-  end_message(i2c, now_ps(i2c));
+  i2c_wire_end(i2c, now_ps(i2c));
   i2c->cr1 &= ~(uint32_t)CR1_STOP;
   end_of_sending(i2c);
   i2c->sr1 &= ~(uint32_t)SR1_SB;
@@ -346,7 +204,7 @@ static void end_with_error(I2c *i2c, uint32_t flag) {
 }
 
 static void address_sent(I2c *i2c) {
-  switch (is_connected(i2c) ? send_address(i2c) : ANSWER_NACK) {
+  switch (is_connected(i2c) ? i2c_wire_address(i2c) : ANSWER_NACK) {
   case ANSWER_ACK:
     i2c->sr1 |= SR1_ADDR;
     i2c->sr2 |= i2c->shift & 1 ? 0 : SR2_TRA;
@@ -354,7 +212,7 @@ static void address_sent(I2c *i2c) {
     i2c->phase = PHASE_ADDRESSED;
     break;
   case ANSWER_ARBITRATION:
-    abort_message(i2c);
+    i2c_wire_abort(i2c);
     i2c->sr1 |= SR1_ARLO;
     i2c->sr2 = 0;
     i2c->phase = PHASE_IDLE;
@@ -375,7 +233,7 @@ static void send(I2c *i2c) {
 }
 
 static void sent(I2c *i2c) {
-  if (!write_byte(i2c)) {
+  if (!i2c_wire_write(i2c)) {
     end_with_error(i2c, SR1_AF);
   } else if (stop_or_start(i2c)) {
     return;
@@ -400,7 +258,7 @@ static bool acknowledges(I2c *i2c) {
 }
 
 static void received(I2c *i2c) {
-  uint8_t value = read_byte(i2c);
+  uint8_t value = i2c_wire_read(i2c);
   bool acknowledged = acknowledges(i2c);
   if (i2c->sr1 & SR1_RXNE) {
     i2c->shift = value;
@@ -429,9 +287,8 @@ static void released(I2c *i2c) {
 
 static void i2c_fire(Peripheral *peripheral) {
   static void (*const ends[])(I2c *) = {
-      [DONE_NOTHING] = continue_bus,       [DONE_START] = started,           [DONE_STOP] = stopped,
-      [DONE_WAIT] = released, [DONE_ADDRESS] = address_sent, [DONE_SEND] = sent,
-      [DONE_RECEIVE] = received,
+      [DONE_START] = started,        [DONE_STOP] = stopped, [DONE_WAIT] = released,
+      [DONE_ADDRESS] = address_sent, [DONE_SEND] = sent,    [DONE_RECEIVE] = received,
   };
   I2c *i2c = i2c_of(peripheral);
   ends[i2c->completion](i2c);
@@ -443,7 +300,7 @@ static void i2c_fire(Peripheral *peripheral) {
 /* Possible at any point of a message. */
 static void clear(I2c *i2c) {
   event_cancel(i2c->peripheral.chip, i2c->event);
-  abort_message(i2c);
+  i2c_wire_abort(i2c);
   i2c->cr1 = i2c->sr1 = i2c->sr2 = i2c->dr = i2c->last_sr1 = 0;
   i2c->phase = PHASE_IDLE;
   i2c->shift = i2c->dr_full = i2c->shift_full = i2c->acknowledge = i2c->nack_next = 0;
@@ -572,7 +429,7 @@ static uint32_t i2c_peek(const Peripheral *peripheral, uint32_t offset) {
   case OAR2: return i2c->oar2;
   case DR: return i2c->dr;
   case SR1: return i2c->sr1;
-  case SR2: return released_ps(i2c) ? i2c->sr2 | SR2_BUSY : i2c->sr2;
+  case SR2: return i2c_wire_released_ps(i2c) ? i2c->sr2 | SR2_BUSY : i2c->sr2;
   case CCR: return i2c->ccr;
   case TRISE: return i2c->trise;
   case FLTR: return i2c->fltr;
@@ -582,7 +439,7 @@ static uint32_t i2c_peek(const Peripheral *peripheral, uint32_t offset) {
 
 /* SR1, SR2 clears ADDR (18.6.6). */
 static uint32_t read_sr2(I2c *i2c, int64_t *until_ps) {
-  int64_t free_ps = released_ps(i2c);
+  int64_t free_ps = i2c_wire_released_ps(i2c);
   uint32_t status = free_ps ? i2c->sr2 | SR2_BUSY : i2c->sr2;
   *until_ps = free_ps && free_ps < *until_ps ? free_ps : *until_ps;
   if (i2c->sr1 & SR1_ADDR) {
@@ -684,12 +541,12 @@ static void configure(I2c *i2c, uint32_t offset, uint32_t value, uint32_t mask) 
   case OAR1:
     write_bits(&i2c->oar1, value, mask, OAR1_STORED);
     note_not_modelled(i2c, i2c->oar1 & OAR1_ADD, NOTED_OAR1,
-                 "slave mode: an own address is set, but nobody on this board will address it");
+                 "slave mode: an own address is set, but the board has no other master");
     break;
   case OAR2:
     write_bits(&i2c->oar2, value, mask, OAR2_STORED);
     note_not_modelled(i2c, i2c->oar2 & 1, NOTED_OAR2,
-                 "slave mode: a second own address is set, but nobody on this board will address it");
+                 "slave mode: a second own address is set, but the board has no other master");
     break;
   case CCR:
     write_bits(&i2c->ccr, value, mask, CCR_STORED);
@@ -769,5 +626,3 @@ void fcu_i2c_pin(Chip *chip, int32_t number, int32_t which, int32_t port, int32_
   pins[which] = (PinFunction){"ABCDEH"[port], (uint8_t)pin, (uint8_t)function};
   pins[which + 1].function = NO_FUNCTION;
 }
-
-I2cWire *fcu_i2c_wire(Chip *chip, int32_t number) { return &chip->i2c[number].wire; }

@@ -66,4 +66,20 @@ typedef struct {
 
 void i2c_create(Chip *chip);
 
+/* -- i2c_wire.c ------------------------------------------------------------------------------------------ */
+
+/* In the order of peripherals/i2c.py. */
+enum Answer { ANSWER_ACK, ANSWER_NACK, ANSWER_BUS_ERROR, ANSWER_ARBITRATION };
+
+/* Send the address byte in the shift register. */
+enum Answer i2c_wire_address(I2c *i2c);
+/* Send the byte in the shift register; return true if it was acknowledged. */
+bool i2c_wire_write(I2c *i2c);
+uint8_t i2c_wire_read(I2c *i2c);
+/* The message has ended with a stop condition at end_ps, or without one. */
+void i2c_wire_end(I2c *i2c, int64_t end_ps);
+void i2c_wire_abort(I2c *i2c);
+/* Return when a line held low is released; 0: none is. */
+int64_t i2c_wire_released_ps(const I2c *i2c);
+
 #endif
