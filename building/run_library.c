@@ -132,7 +132,7 @@ int main(int count, char **arguments) {
   for (int64_t ms = 1; !over && ms <= LONGEST_MS; ms++) {
     fcu_run_until_(chip, ms * MS_PS);
   }
-  fcu_usart_hand_over_(chip, usart);
+  fcu_usart_flush_(chip, usart);
   Status status;
   fcu_status_(chip, &status);
   printf("retired %lld\n", (long long)status.retired);
