@@ -245,6 +245,12 @@ class BoardErrors(PartErrors):
     thermal_s: float = strength(
         "time constant with which it becomes so", "s", 200.0, "its size and thickness"
     )
+    pressure_wander_hpa: float = strength(
+        "RMS by which the pressure of its room wanders",
+        "hPa",
+        0.02,
+        "an assumption, with a measured spectrum",
+    )
 
     def soft_iron(self) -> Matrix:
         """Matrix (3, 3) applied to the outer field, symmetric as of steel without hysteresis."""

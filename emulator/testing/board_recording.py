@@ -37,7 +37,16 @@ _KEYS = {"hpa": "pressure_hpa", "degc": "temperature_degc", "percent": "humidity
 _DURATIONS = {"duration_s": "for", "catch_s": "catch", "time_constant_s": "time_constant"}
 _FIELD = ("north_ut", "east_ut", "down_ut")
 _NO_ENTRY = frozenset(
-    {"set_altitude", "warm_up", "replay", "set_hard_iron", "set_soft_iron", "set_iron", "set_gravity"}
+    {
+        "set_altitude",
+        "warm_up",
+        "replay",
+        "set_hard_iron",
+        "set_soft_iron",
+        "set_iron",
+        "set_gravity",
+        "let_pressure_wander",
+    }
 )
 _NOT_A_CHANGE = frozenset({"on_change", "throttle"})
 _CHANGES = tuple(

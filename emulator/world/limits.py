@@ -37,6 +37,7 @@ ANGLE = Range(-36_000, 36_000, "deg")  # a hundred turns
 ALTITUDE = Range(-1_000, 10_000, "m")
 PRESSURE = Range(10, 2_000, "hPa")
 PRESSURE_CHANGE = Range(-500, 500, "hPa")
+WANDER = Range(0, 10, "hPa")
 WIND = Range(0, 100, "m/s")
 PUSH = Range(-100, 100, "hPa")
 TEMPERATURE = Range(-90, 200, "degC")

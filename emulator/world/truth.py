@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.world import limits
-from fcu_emulator.emulator.world.air import Drift, PressureDisturbance
+from fcu_emulator.emulator.world.air import Drift, PressureDisturbance, Wander
 from fcu_emulator.emulator.world.attitude import Attitude, Held, matrix_to_euler, to_board
 from fcu_emulator.emulator.world.hand import Grip
 from fcu_emulator.emulator.world.height import Height, RestSegment, Shake
@@ -93,6 +93,7 @@ class Truth:
         self._soft_iron = Track(Constant(np.eye(3)))
         self._floor_pressure: Track[Constant | Drift] = Track(Constant(floor_hpa))
         self._puffs: Overlays[PressureDisturbance] = Overlays(width=1)
+        self._wander = Track(Wander(0.0, 0))
         self._temperature = Track(Constant(ROOM_DEGC))
         self._heating = Warmth()
         self._lag = Track(Warmth())
@@ -185,7 +186,7 @@ class Truth:
         return magnet.moment_am2, north, west, up
 
     def rests(self, from_s: float, to_s: float) -> bool:
-        """Return whether nothing changes between these times; False if forgotten."""
+        """Return whether nothing but a wandering pressure changes between these times; False if forgotten."""
         return (
             from_s >= self._forgotten_s
             and self._heating.settled(from_s)
@@ -223,6 +224,7 @@ class Truth:
             self._hard_iron,
             self._soft_iron,
             self._floor_pressure,
+            self._wander,
             self._temperature,
             self._lag,
             self._humidity,
@@ -304,6 +306,7 @@ class Truth:
     def _pressure_hpa(self, t_s: Array) -> Array:
         floor_hpa = self._floor_pressure.evaluate(t_s, lambda piece, t: piece.value(t))
         floor_hpa = floor_hpa + self._puffs.total(t_s, lambda puff, t: puff.value(t))[:, 0]
+        floor_hpa = floor_hpa + self._wander.evaluate(t_s, Wander.value)
         return floor_hpa * pressure_ratio(self._altitude_m(t_s), self._temperature_degc(t_s))
 
     def _temperature_degc(self, t_s: Array) -> Array:

@@ -23,6 +23,7 @@ from fcu_emulator.emulator.world.air import (
     Drift,
     PressureDisturbance,
     SlammedDoor,
+    Wander,
     Wind,
 )
 from fcu_emulator.emulator.world.attitude import (
@@ -485,6 +486,13 @@ class World(Truth):
         push = limits.PUSH.check("push_hpa", push_hpa)
         start = self._start(start_s)
         return self._puff(start, start + DOOR_LASTS_S, SlammedDoor(start, push))
+
+    def let_pressure_wander(self, rms_hpa: float, seed: int = 0) -> None:
+        """Let the room's pressure wander from now on; 0: no longer (:mod:`fcu_emulator.emulator.world.air`)."""
+        now = self._clock.now_s
+        self._wander.plan(now, Wander(limits.WANDER.check("rms_hpa", rms_hpa), seed))
+        self._agitation["pressure"].add(now, now)
+        self._changed(now, ("pressure",))
 
     def _puff(self, start_s: float, end_s: float, puff: PressureDisturbance) -> float:
         self._puffs.add(start_s, end_s, puff)
