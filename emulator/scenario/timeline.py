@@ -79,6 +79,7 @@ class TimelineAction(Table):
 
 ATTITUDE = frozenset({"attitude"})
 ALTITUDE = frozenset({"altitude"})
+PLACE = frozenset({"place"})
 MAGNET = frozenset({"magnet"})
 CATCH_PS = 50 * PS_PER_S // 1000
 TAP_PS = 10 * PS_PER_S // 1000
@@ -163,6 +164,22 @@ class LiftAction(MotionAction):
 
     def plan(self, world: World, start_s: float) -> None:
         world.lift(self.metres, self.for_s, start_s)
+
+
+class MoveAction(MotionAction):
+    """Push the board straight by a way; ``up_m`` of 0 leaves its height alone."""
+
+    do: Literal["move"]
+    north_m: Annotated[float, within(limits.WAY)] = 0.0
+    east_m: Annotated[float, within(limits.WAY)] = 0.0
+    up_m: Annotated[float, within(limits.ALTITUDE)] = 0.0
+
+    @property
+    def moves(self) -> frozenset[str]:
+        return PLACE | ALTITUDE if self.up_m else PLACE
+
+    def plan(self, world: World, start_s: float) -> None:
+        world.move(self.north_m, self.east_m, self.up_m, self.for_s, start_s)
 
 
 class FreeFallAction(MotionAction):
@@ -286,7 +303,7 @@ class Replay(TimelineAction):
 class TakeInHand(TimelineAction):
     """Let a hand hold the board from now on: it turns about the wrist, and trembles."""
 
-    MOVES: ClassVar[frozenset[str]] = ALTITUDE
+    MOVES: ClassVar[frozenset[str]] = PLACE | ALTITUDE
     do: Literal["take_in_hand"]
     wrist_m: Vector = WRIST_M
     tremor_mg: Annotated[float, within(limits.TREMOR)] = TREMOR_MG
@@ -299,7 +316,7 @@ class TakeInHand(TimelineAction):
 class PutDown(TimelineAction):
     """Put the board down: it is not held by a hand from now on."""
 
-    MOVES: ClassVar[frozenset[str]] = ALTITUDE
+    MOVES: ClassVar[frozenset[str]] = PLACE | ALTITUDE
     do: Literal["put_down"]
 
     def plan(self, world: World, start_s: float) -> None:
@@ -533,6 +550,7 @@ AnyEntry = Annotated[
     | TurnOver
     | FigureEight
     | LiftAction
+    | MoveAction
     | FreeFallAction
     | ShakeAction
     | TapAction

@@ -22,9 +22,9 @@ from fcu_emulator.emulator.world import limits
 from fcu_emulator.emulator.world.air import Drift, PressureDisturbance, Wander
 from fcu_emulator.emulator.world.attitude import Attitude, Held, matrix_to_euler, to_board
 from fcu_emulator.emulator.world.hand import Grip
-from fcu_emulator.emulator.world.height import Height, RestSegment, Shake
 from fcu_emulator.emulator.world.magnetism import HeldMagnet, Magnet, ned_to_nwu_mgauss
 from fcu_emulator.emulator.world.motors import Motors
+from fcu_emulator.emulator.world.position import Coordinate, RestSegment, Shake
 from fcu_emulator.emulator.world.track import Agitation, Array, Constant, Overlays, Spans, Track
 from fcu_emulator.emulator.world.warmth import Warmth
 
@@ -81,7 +81,9 @@ class Truth:
     def __init__(self, floor_altitude_m: float) -> None:
         floor_hpa = isa_pressure_hpa(limits.ALTITUDE.check("floor_altitude_m", floor_altitude_m))
         self._attitude: Track[Attitude] = Track(Held(np.zeros(3)))
-        self._height: Track[Height] = Track(RestSegment(0.0))
+        self._north: Track[Coordinate] = Track(RestSegment(0.0))
+        self._west: Track[Coordinate] = Track(RestSegment(0.0))
+        self._height: Track[Coordinate] = Track(RestSegment(0.0))
         self._grip: Track[Grip | None] = Track(None)
         self._motors: Track[Motors | None] = Track(None)
         self._shakes: Overlays[Shake] = Overlays()
@@ -177,6 +179,11 @@ class Truth:
         """Return the height above the room's floor."""
         return _sampled(self._altitude_m, t_s)
 
+    def position_m(self, t_s: npt.ArrayLike) -> Array:
+        """Return metres north and east of the start and above the room's floor, (N, 3)."""
+        north, west, up = _sampled(self._position_m, t_s).T
+        return np.stack((north, 0.0 - west, up), axis=1)
+
     def magnet(self, t_s: float) -> tuple[float, float, float, float] | None:
         """Return the hand-held magnet, if any: moment in A m2; metres north, west, up of the board."""
         magnet = self._magnet.at(t_s)
@@ -215,6 +222,8 @@ class Truth:
             events.settle(now_s - RECENT_S)
         tracks: tuple[Track[Any], ...] = (
             self._attitude,
+            self._north,
+            self._west,
             self._height,
             self._grip,
             self._motors,
@@ -257,9 +266,14 @@ class Truth:
         return steady if grip is None else grip.rate_dps(steady, t_s)
 
     def _motion_m_s2(self, t_s: Array) -> Array:
-        lift = self._height.evaluate(t_s, lambda piece, t: piece.acceleration_m_s2(t))
-        total: Array = self._shakes.total(t_s, Shake.acceleration_m_s2) + lift[:, np.newaxis] * UP
+        moved = self._along(t_s, lambda piece, t: piece.acceleration_m_s2(t))
+        total: Array = self._shakes.total(t_s, Shake.acceleration_m_s2) + moved
         return total
+
+    def _along(self, t_s: Array, function: Callable[[Coordinate, Array], Array]) -> Array:
+        """Return a quantity of the motion north, west and up, (N, 3), or (1, 3) if constant."""
+        columns = [track.evaluate(t_s, function) for track in (self._north, self._west, self._height)]
+        return np.stack(np.broadcast_arrays(*columns), axis=1)
 
     def _carried_in(self, grip: Grip | None, t_s: Array) -> Array:
         if grip is None:
@@ -295,13 +309,18 @@ class Truth:
         own = self._hard_iron.evaluate(t_s, Constant.value) + self._motors.evaluate(t_s, _magnetised_by)
         return distorted + own
 
-    def _altitude_m(self, t_s: Array) -> Array:
-        height = self._height.evaluate(t_s, lambda piece, t: piece.position_m(t))
-        rise = self._grip.evaluate(t_s, self._rise_in)
-        return height + rise + self._shakes.total(t_s, Shake.displacement_m)[:, 2]
+    def _position_m(self, t_s: Array) -> Array:
+        """Return metres north, west and up, (N, 3), or (1, 3) at rest."""
+        carried = self._along(t_s, lambda piece, t: piece.position_m(t))
+        carried = carried + self._grip.evaluate(t_s, self._shift_in)
+        total: Array = carried + self._shakes.total(t_s, Shake.displacement_m)
+        return total
 
-    def _rise_in(self, grip: Grip | None, t_s: Array) -> Array:
-        return NOTHING[:, 0] if grip is None else grip.rise_m(self._rotation_in(grip, t_s))
+    def _altitude_m(self, t_s: Array) -> Array:
+        return self._position_m(t_s)[:, 2]
+
+    def _shift_in(self, grip: Grip | None, t_s: Array) -> Array:
+        return NOTHING if grip is None else grip.shift_m(self._rotation_in(grip, t_s))
 
     def _pressure_hpa(self, t_s: Array) -> Array:
         floor_hpa = self._floor_pressure.evaluate(t_s, lambda piece, t: piece.value(t))

@@ -114,6 +114,7 @@ def test_integrating_the_rate_gives_the_angle(angle: float, duration: float) -> 
 EVERYTHING = (
     "rotation",
     "altitude_m",
+    "position_m",
     "specific_force_g",
     "angular_rate_dps",
     "magnetic_field_mgauss",
@@ -149,6 +150,7 @@ CHANGES: tuple[Callable[[World, float], object], ...] = (
     lambda world, size: world.figure_eight(0.5 + size),
     lambda world, size: world.turn_over(0.1 + size),
     lambda world, size: world.lift(size, 0.7),
+    lambda world, size: world.move(size, -2 * size, size / 2, 0.6),
     lambda world, size: world.free_fall(0.1 + size / 2),
     lambda world, size: world.shake("up", 0.3, 20, 0.1 + size),
     lambda world, size: world.disturb_field(9 * size, 0, 0, 0.3),
