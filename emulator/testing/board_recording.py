@@ -46,6 +46,8 @@ _NO_ENTRY = frozenset(
         "set_iron",
         "set_gravity",
         "let_pressure_wander",
+        "put_steel",
+        "take_steel_away",
     }
 )
 _NOT_A_CHANGE = frozenset({"on_change", "throttle"})

@@ -81,7 +81,7 @@ class Changes(Truth):
         signals = ("acc", "pressure") if track is self._height else ("acc",)
         for start_s, piece in pieces:
             track.plan(start_s, piece)
-        self._agitate(pieces, signals)
+        self._agitate(pieces, (*signals, "mag"))  # the field may vary with the place
         self._changed(pieces[0][0], signals)
         return pieces[-1][0]
 

@@ -22,7 +22,7 @@ from fcu_emulator.emulator.world import limits
 from fcu_emulator.emulator.world.air import Drift, PressureDisturbance, Wander
 from fcu_emulator.emulator.world.attitude import Attitude, Held, matrix_to_euler, to_board
 from fcu_emulator.emulator.world.hand import Grip
-from fcu_emulator.emulator.world.magnetism import HeldMagnet, Magnet, ned_to_nwu_mgauss
+from fcu_emulator.emulator.world.magnetism import HeldMagnet, Magnet, Steel, ned_to_nwu_mgauss
 from fcu_emulator.emulator.world.motors import Motors
 from fcu_emulator.emulator.world.position import Coordinate, RestSegment, Shake
 from fcu_emulator.emulator.world.track import Agitation, Array, Constant, Overlays, Spans, Track
@@ -90,6 +90,7 @@ class Truth:
         self._gravity = Track(Constant(STANDARD_GRAVITY))
         self._earth = Track(Constant(ned_to_nwu_mgauss(*ZURICH_FIELD_UT)))
         self._disturbances: Overlays[Disturbance] = Overlays()
+        self._steel: Track[tuple[Steel, ...]] = Track(())
         self._magnet: Track[HeldMagnet | None] = Track(None)
         self._hard_iron = Track(Constant(np.zeros(3)))
         self._soft_iron = Track(Constant(np.eye(3)))
@@ -229,6 +230,7 @@ class Truth:
             self._motors,
             self._gravity,
             self._earth,
+            self._steel,
             self._magnet,
             self._hard_iron,
             self._soft_iron,
@@ -304,10 +306,20 @@ class Truth:
     def _field_mgauss(self, t_s: Array) -> Array:
         disturbance = self._disturbances.total(t_s, lambda piece, t: piece.value(t))
         disturbance = disturbance + self._magnet.evaluate(t_s, _field_of)
-        field = to_board(self._rotation(t_s), self._earth.evaluate(t_s, Constant.value) + disturbance)
+        room = self._steel.evaluate(t_s, self._bent_in)
+        field = to_board(self._rotation(t_s), room + disturbance)
         distorted: Array = np.einsum("nij,nj->ni", self._soft_iron.evaluate(t_s, Constant.value), field)
         own = self._hard_iron.evaluate(t_s, Constant.value) + self._motors.evaluate(t_s, _magnetised_by)
         return distorted + own
+
+    def _bent_in(self, steel: tuple[Steel, ...], t_s: Array) -> Array:
+        """Return the Earth's field, bent by steel in the room."""
+        earth = self._earth.evaluate(t_s, Constant.value)
+        if not steel:
+            return earth
+        position_m = self._position_m(t_s)
+        bent: Array = earth + sum(one.value(position_m, earth) for one in steel)
+        return bent
 
     def _position_m(self, t_s: Array) -> Array:
         """Return metres north, west and up, (N, 3), or (1, 3) at rest."""

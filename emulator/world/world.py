@@ -38,7 +38,7 @@ from fcu_emulator.emulator.world.attitude import (
 from fcu_emulator.emulator.world.changes import TURNED_SIGNALS, Changes, position_at
 from fcu_emulator.emulator.world.follow import SETTLED, Approach, FollowedAttitude, FollowedHeight
 from fcu_emulator.emulator.world.hand import TREMOR_HZ, TREMOR_MG, WRIST_M, Grip, Tremor, from_wrist_m
-from fcu_emulator.emulator.world.magnetism import MOMENT_AM2, HeldMagnet, Magnet, ned_to_nwu_mgauss
+from fcu_emulator.emulator.world.magnetism import MOMENT_AM2, HeldMagnet, Magnet, Steel, ned_to_nwu_mgauss
 from fcu_emulator.emulator.world.motors import MOTORS, Motors
 from fcu_emulator.emulator.world.position import (
     Coordinate,
@@ -106,6 +106,38 @@ class World(Changes):
     def set_magnetic_field(self, north_ut: float, east_ut: float, down_ut: float) -> None:
         """Set the Earth's field, NED; disturbances are still added."""
         self._set(self._earth, ned_to_nwu_mgauss(north_ut, east_ut, down_ut), "mag")
+
+    def put_steel(
+        self,
+        north_m: float,
+        east_m: float,
+        up_m: float,
+        radius_m: float,
+        moment_am2: npt.ArrayLike = (0.0, 0.0, 0.0),
+    ) -> None:
+        """Put steel into the room, as a sphere at this place from the start of the board and above the floor.
+
+        ``moment_am2``: of its own magnetisation, north, east and down; zeros for soft steel.
+        """
+        named = (("north_m", north_m), ("west_m", -east_m), ("up_m", up_m))
+        place = np.array([limits.PLACE.check(name, value) for name, value in named])
+        radius = limits.RADIUS.check("radius_m", radius_m)
+        given = np.asarray(moment_am2, dtype=object)
+        if given.shape != (3,):
+            raise InputError(f"moment_am2 is {moment_am2!r}: give three numbers, north, east and down")
+        north, east, down = (limits.MOMENT.check("moment_am2", value) for value in given)
+        before = self._steel.at(self._clock.now_s)
+        self._lay_steel((*before, Steel(place, radius, np.array([north, -east, -down]))))
+
+    def take_steel_away(self) -> None:
+        """Remove all steel from the room."""
+        self._lay_steel(())
+
+    def _lay_steel(self, steel: tuple[Steel, ...]) -> None:
+        now = self._clock.now_s
+        self._steel.plan(now, steel)
+        self._agitation["mag"].add(now, now)
+        self._changed(now, ("mag",))
 
     def set_hard_iron(self, x_mgauss: float, y_mgauss: float, z_mgauss: float) -> None:
         """Set the board's own magnetic field, board axes."""

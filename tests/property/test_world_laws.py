@@ -138,6 +138,8 @@ CHANGES: tuple[Callable[[World, float], object], ...] = (
     lambda world, size: world.set_hard_iron(100 * size, 0, 0),
     lambda world, size: world.set_soft_iron(np.eye(3) * (1 + size)),
     lambda world, size: world.set_gravity(9 + size),
+    lambda world, size: world.put_steel(0.2, size, 0, 0.1),
+    lambda world, _: world.take_steel_away(),
     lambda world, size: world.follow_attitude(20, 90 * size, 0),
     lambda world, size: world.follow_altitude(size),
     lambda world, size: world.follow_magnet(0.1 + size, 0, 0),
