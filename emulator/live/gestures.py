@@ -48,8 +48,10 @@ GESTURES = {
         interrupts=True,
     ),
     "figure_eight": Gesture(
-        1.0,
-        lambda turns, time, _: [{"do": "figure_eight", "turns": int(turns), "for": time or "4s"}],
+        2.0,
+        lambda turns, time, _: [
+            {"do": "figure_eight", "turns": int(turns), "for": time or "12s", "by": "hand"}
+        ],
         interrupts=True,
     ),
     "turn_over": Gesture(
@@ -88,7 +90,7 @@ _BUTTONS: tuple[tuple[str, float | None, str | None, str], ...] = (
     ("lift", -1.0, "2s", "Down by a metre in two seconds"),
     ("turn_over", None, None, "Half round about the board's X axis in a second"),
     ("free_fall", None, None, "Let go for 0.3 s, then caught"),
-    ("figure_eight", 3.0, "12s", "Three figures-of-eight in 12 s, for the calibration"),
+    ("figure_eight", 2.0, "12s", "Two figures-of-eight in 12 s, as a hand draws them, for the calibration"),
     ("pass_magnet", None, None, "A magnet of 1 A m\N{SUPERSCRIPT TWO} passes 0.1 m to the east"),
 )
 

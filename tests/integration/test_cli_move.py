@@ -106,6 +106,19 @@ def test_every_page_button_is_a_working_gesture() -> None:
         board.run_for(0.01)
 
 
+def test_calibration_gesture_is_drawn_as_by_hand() -> None:
+    """Not along the field: the middle of the extremes is near the hard iron, but not exact, at a hand's rates."""
+    board = Board(ideal=True)
+    board.world.set_hard_iron(120, -80, 45)
+    for entry in entries(options("figure_eight"), FLAT):
+        assert "truth" in Moved(board).answer({"type": "do", "entry": entry})
+    t_s = np.linspace(0, 12, 2401)
+    seen = board.world.magnetic_field_mgauss(t_s)
+    error = np.abs((seen.max(axis=0) + seen.min(axis=0)) / 2 - [120, -80, 45])
+    assert 2 < error.max() < 35
+    assert np.abs(board.world.angular_rate_dps(t_s)).max() < 500
+
+
 @pytest.mark.parametrize("word", GESTURES)
 def test_every_gesture_is_executed_by_the_board(word: str) -> None:
     board = Board()
