@@ -41,8 +41,7 @@ if TYPE_CHECKING:
         ScenarioError,
     )
     from fcu_emulator.emulator.scenario import (
-        Failure,
-        Finding,
+        ExpectationResult,
         Result,
         Scenario,
         check,
@@ -78,10 +77,9 @@ __all__ = [
     "CallError",
     "DeviceNote",
     "ExpectationError",
-    "Failure",
+    "ExpectationResult",
     "Fault",
     "FcuError",
-    "Finding",
     "FirmwareError",
     "FirmwareFileError",
     "GpioEdge",
@@ -113,7 +111,7 @@ __all__ = [
 ]
 
 
-OLD_NAMES = {"Miss": "Failure"}
+OLD_NAMES = dict.fromkeys(("Failure", "Finding", "Miss"), "ExpectationResult")
 
 
 def __getattr__(name: str) -> Any:

@@ -153,17 +153,7 @@ class RunRecord:
             "checks": result.checks,
             "held": result.passed_count,
             "judged": result.judged,
-            "findings": [
-                {
-                    "key": finding.key,
-                    "kind": finding.kind,
-                    "fault": finding.miss.fault,
-                    "expected": finding.miss.expected,
-                    "seen": finding.miss.seen,
-                    "diff": list(finding.miss.diff),
-                }
-                for finding in result.findings
-            ],
+            "findings": [finding.to_dict() for finding in result.findings],
             "reports": list(result.reports),
         }
 

@@ -245,9 +245,9 @@ class Broadcast:
                 "kind": one.kind,
                 "says": one.says,
                 "state": one.state,
-                "found": str(one.miss or ""),
+                "found": one.summary if one.state == "failed" else "",
             }
-            for one in plan.verdicts(board)
+            for one in plan.results(board)
         ]
         verdicts = messages.Verdicts(shown, plan.is_over(board))
         if verdicts != self._verdicts:

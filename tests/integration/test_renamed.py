@@ -180,11 +180,20 @@ def test_record_of_run_has_both_names(tmp_path: Path, capsys: pytest.CaptureFixt
     assert board["profile"] == board["wiring"] == "lab3"
 
 
-def test_old_name_of_failure_warns() -> None:
-    with pytest.warns(DeprecationWarning, match="Failure"):
-        old = fcu_emulator.Miss
+@pytest.mark.parametrize("name", ["Miss", "Failure", "Finding"])
+def test_old_name_of_result_warns(name: str) -> None:
+    with pytest.warns(DeprecationWarning, match="ExpectationResult"):
+        old = getattr(fcu_emulator, name)
 
-    assert old is fcu_emulator.Failure
+    assert old is fcu_emulator.ExpectationResult
+
+
+def test_failure_of_finding_is_the_finding() -> None:
+    finding = fcu_emulator.ExpectationResult("a line", "missing")
+    with pytest.warns(DeprecationWarning, match="leave out"):
+        miss = finding.miss
+
+    assert miss is finding
 
 
 def test_old_place_of_strategies_warns() -> None:

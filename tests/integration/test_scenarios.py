@@ -67,12 +67,12 @@ def test_a_verdict_that_has_fallen_stays(name: str, firmware: str | None) -> Non
     fallen: dict[str, str] = {}
     for _ in range(8):
         board.run_for(plan.duration_s / 8)
-        states = {one.key: one.state for one in plan.verdicts(board)}
+        states = {one.key: one.state for one in plan.results(board)}
         assert states | fallen == states
         fallen = {key: state for key, state in states.items() if state != "open"}
     board.run_until(plan.duration_s)
     result = plan.check(board)
-    states = {one.key: one.state for one in plan.verdicts(board)}
+    states = {one.key: one.state for one in plan.results(board)}
     assert "open" not in (states | fallen).values()
     assert {key for key, state in states.items() if state == "failed"} == {one.key for one in result.findings}
     assert firmware == "template" or set(states.values()) == {"met"}
@@ -175,8 +175,8 @@ def test_a_run_that_is_not_over_is_judged_so_far() -> None:
     board = Board(scenario="desk")
     board.run_for(2)
     findings = check(board)
-    assert findings[0].miss.fault == "stopped"
-    assert "4 s" in findings[0].miss.expected
+    assert findings[0].fault == "stopped"
+    assert "4 s" in findings[0].expected
     assert {finding.kind for finding in findings[1:]} == {"line"}
 
 
@@ -190,7 +190,7 @@ def test_only_a_board_with_this_scenario_is_judged() -> None:
 
 def test_too_much_text_stops_the_run(tmp_path: Path) -> None:
     result = play(tmp_path, f"{IDEAL}[limits]\nterminal_bytes = 400\n")
-    assert [finding.miss.fault for finding in result.findings] == ["stopped"]
+    assert [finding.fault for finding in result.findings] == ["stopped"]
     assert "limits.terminal_bytes" in result.lines[0]
     assert (result.passed_count, result.failed_count, result.passed) == (0, 0, False)
 
@@ -221,7 +221,7 @@ def test_a_missing_sensor_ends_the_boot(tmp_path: Path) -> None:
     banner = "[[expect]]\nkind = 'line'\ntext = 'STEVAL-FCU001V1 FH rev.1.0 - Sep 2017'\n"
     no_timer = "[[expect]]\nkind = 'ticks'\nlate_max = 0\n"
     result = play(tmp_path, SHORT + fault + only_banner + banner + no_timer)
-    assert [(finding.key, finding.miss.fault) for finding in result.findings] == [("expect[2]", "missing")]
+    assert [(finding.key, finding.fault) for finding in result.findings] == [("expect[2]", "missing")]
 
 
 def test_what_is_sent_arrives_at_the_board(tmp_path: Path) -> None:

@@ -431,7 +431,7 @@ def test_a_pattern_that_never_ends_is_stopped_and_says_so(tmp_path: Path) -> Non
     file = tmp_path / "slow.toml"
     file.write_text(SHORT + "[[expect]]\nkind = 'regex'\npattern = '^(.|..)+(?<!.)$'\n")
     (finding,) = run(Board(scenario=file)).findings
-    assert finding.miss.fault == "stopped"
+    assert finding.fault == "stopped"
 
 
 def test_a_window_after_the_end_is_refused(tmp_path: Path) -> None:
@@ -459,7 +459,7 @@ def test_format_that_can_be_read_in_many_ways_is_a_finding(
     table = f"[[expect]]\nkind = 'printed'\nformat = '{'%s' * 40}%d'\nmax_gap = '1s'\n"
     (finding,) = play(tmp_path, SHORT + table).findings
 
-    assert finding.miss.fault == "stopped"
+    assert finding.fault == "stopped"
 
 
 @pytest.mark.parametrize("kind", ["field", "line_follows"])
@@ -475,4 +475,4 @@ def test_pattern_of_a_number_that_takes_too_long_is_a_finding(
     table = f"[[expect]]\nkind = '{kind}'\npattern = '^(?P<number>.|..)+(?<!.)$'\n{keys[kind]}\n"
     (finding,) = play(tmp_path, SHORT + table).findings
 
-    assert (finding.kind, finding.miss.fault) == (kind, "stopped")
+    assert (finding.kind, finding.fault) == (kind, "stopped")
