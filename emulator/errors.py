@@ -8,6 +8,7 @@
     │   ├── RubricError            a rubric: names file and key path
     │   ├── RecordingError         a CSV recording: names file and line
     │   ├── FirmwareFileError      an ELF, HEX or BIN that is not firmware for this board: names the file
+    │   ├── SymbolError            a C name of the firmware that cannot be used; a KeyError, too
     │   └── LinkError              a serial link or output file that cannot be opened on this machine
     ├── ExpectationError           the firmware did not meet an expectation (exit code 1)
     ├── FirmwareError              the firmware itself failed             (exit code 3)
@@ -59,7 +60,7 @@ class FcuError(Exception):
         super().__init__(*arguments)
 
     def __str__(self) -> str:
-        return visible(super().__str__(), lines=self.has_lines)
+        return visible(Exception.__str__(self), lines=self.has_lines)
 
 
 def failure_text(error: Exception) -> str:
@@ -119,6 +120,10 @@ class FirmwareFileError(InputError):
 
 class LinkError(InputError):
     """A serial link or an output file cannot be opened on this machine."""
+
+
+class SymbolError(InputError, KeyError):
+    """A variable or function cannot be found in the firmware by its C name, or its type is unknown."""
 
 
 class ExpectationError(FcuError):

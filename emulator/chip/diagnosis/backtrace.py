@@ -61,12 +61,9 @@ class Places:
 
     def address_of(self, *names: str) -> int | None:
         """Return the address of the first existing symbol of these names."""
-        for name in names:
-            try:
-                return self._symbols.address_of(name) if self._symbols else None
-            except KeyError:
-                continue
-        return None
+        found = (name for name in names if self._symbols and name in self._symbols)
+        name = next(found, None)
+        return self._symbols.address_of(name) if self._symbols and name else None
 
     def end_of_variables(self) -> int | None:
         """Return the end of ``.bss``, where heap and stack may begin, by the linker script's usual symbols."""
