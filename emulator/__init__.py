@@ -13,9 +13,10 @@ if not __name__.startswith("fcu_emulator."):  # imported by its former name
 
     redirect(__name__)
 
-import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from fcu_emulator.emulator.renamed import warn_renamed
 
 if TYPE_CHECKING:
     from fcu_emulator.emulator.assembly.board import Board
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
         RecordingError,
         RubricError,
         ScenarioError,
+        SymbolError,
     )
     from fcu_emulator.emulator.scenario import (
         ExpectationResult,
@@ -99,6 +101,7 @@ __all__ = [
     "RubricError",
     "Scenario",
     "ScenarioError",
+    "SymbolError",
     "TerminalBytes",
     "TickLate",
     "TickLost",
@@ -117,7 +120,7 @@ OLD_NAMES = dict.fromkeys(("Failure", "Finding", "Miss"), "ExpectationResult")
 def __getattr__(name: str) -> Any:
     if name in OLD_NAMES:
         new = OLD_NAMES[name]
-        warnings.warn(f"{name} is now called {new}; use that name", DeprecationWarning, stacklevel=2)
+        warn_renamed(name, new)
         name = new
     if name in __all__:
         for home in map(import_module, _HOMES):

@@ -22,7 +22,6 @@ it.
 from __future__ import annotations
 
 import math
-import warnings
 import weakref
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
@@ -57,6 +56,7 @@ from fcu_emulator.emulator.errors import FcuError, InputError
 from fcu_emulator.emulator.python_cpu.cpu import PythonCpu
 from fcu_emulator.emulator.python_cpu.hal import VirtualHal
 from fcu_emulator.emulator.python_cpu.timer import IntervalTimer
+from fcu_emulator.emulator.renamed import OldName, warn_renamed
 from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, to_ps
 from fcu_emulator.emulator.time.ticks import TickCounts
 from fcu_emulator.emulator.trace import BusTransfer, Trace
@@ -67,7 +67,6 @@ if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.calls import Caller, Scratch
     from fcu_emulator.emulator.chip.firmware import ArmFirmware
     from fcu_emulator.emulator.scenario import Scenario
-
 
 LONGEST_RUN_S = 1_000_000  # eleven days
 _TRIAL_STEP_S, _LONGEST_TRIAL_S = 0.02, 2.0
@@ -98,6 +97,7 @@ class Board:
     Raises InputError (ScenarioError) when a name, a file or a value cannot be used.
     """
 
+    arm = OldName("chip")
     description: ClassVar[BoardDescription] = FCU001V1
     """The kind of board; another kind is a subclass with another description."""
 
@@ -316,12 +316,6 @@ class Board:
         """Return a copy of the chip for a series of calls, without effect on the board."""
         return self._calls("scratch").scratch()
 
-    @property
-    def arm(self) -> ArmFirmware | None:
-        """Name of :attr:`chip` in the previous release."""
-        warnings.warn("board.arm is now called board.chip; use that name", DeprecationWarning, stacklevel=2)
-        return self.chip
-
     def _calls(self, what: str) -> Caller:
         if self._caller is None:
             self._caller = self._built(what).caller(self._restoring)
@@ -441,7 +435,7 @@ def _named(ones: Mapping[str, _One], name: str | None, what: str) -> _One:
 
 
 def _given_as_profile(wiring: str) -> str:
-    warnings.warn("profile is now called wiring; use that name", DeprecationWarning, stacklevel=3)
+    warn_renamed("profile", "wiring", stacklevel=3)
     return wiring
 
 

@@ -95,7 +95,7 @@ class Truth:
         self._hard_iron = Track(Constant(np.zeros(3)))
         self._soft_iron = Track(Constant(np.eye(3)))
         self._floor_pressure: Track[Constant | Drift] = Track(Constant(floor_hpa))
-        self._puffs: Overlays[PressureDisturbance] = Overlays(width=1)
+        self._pressure_disturbances: Overlays[PressureDisturbance] = Overlays(width=1)
         self._temperature = Track(Constant(ROOM_DEGC))
         self._heating = Warmth()
         self._lag = Track(Warmth())
@@ -238,7 +238,7 @@ class Truth:
         for agitation in self._agitation.values():
             agitation.forget(before_s)
         self._shakes.forget(before_s)
-        self._puffs.forget(before_s)
+        self._pressure_disturbances.forget(before_s)
         self._disturbances.forget(before_s)
 
     def _signal(self, name: str, t_s: npt.ArrayLike) -> Array:
@@ -312,7 +312,7 @@ class Truth:
 
     def _pressure_hpa(self, t_s: Array) -> Array:
         floor_hpa = self._floor_pressure.evaluate(t_s, lambda piece, t: piece.value(t))
-        floor_hpa = floor_hpa + self._puffs.total(t_s, lambda puff, t: puff.value(t))[:, 0]
+        floor_hpa = floor_hpa + self._pressure_disturbances.total(t_s, lambda one, t: one.value(t))[:, 0]
         return floor_hpa * pressure_ratio(self._altitude_m(t_s), self._temperature_degc(t_s))
 
     def _temperature_degc(self, t_s: Array) -> Array:

@@ -17,8 +17,9 @@ from fcu_emulator.emulator.cli import execute
 from fcu_emulator.emulator.cli.commands import cli
 from fcu_emulator.emulator.cli.declare import Command
 from fcu_emulator.emulator.live.gestures import OLD_WORDS
+from fcu_emulator.emulator.renamed import RenamedWarning
 from fcu_emulator.emulator.scenario import load_scenario
-from fcu_emulator.emulator.scenario.renamed import RenamedWarning
+from fcu_emulator.emulator.world.world import World
 
 PAGE = Path(__file__).parents[2] / "docs" / "renamed.md"
 TEXT = PAGE.read_text(encoding="utf-8")
@@ -159,7 +160,7 @@ def test_old_key_means_what_the_new_one_does(old: str, new: str, tmp_path: Path)
 def test_old_names_of_board_warn() -> None:
     with pytest.warns(DeprecationWarning, match="wiring"):
         board = Board("solution", profile="fcu001v1")  # the previous name of wiring
-    with pytest.warns(DeprecationWarning, match=r"board\.chip"):
+    with pytest.warns(DeprecationWarning, match="chip"):
         chip = board.arm
 
     assert board.booted.wiring.name == "fcu001v1"
@@ -194,6 +195,19 @@ def test_failure_of_finding_is_the_finding() -> None:
         miss = finding.miss
 
     assert miss is finding
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("change_weather", "change_pressure"), ("blow", "blow_wind"), ("shut_door", "slam_door")],
+)
+def test_old_method_of_world_warns(old: str, new: str) -> None:
+    world = World()
+    with pytest.warns(DeprecationWarning, match=new):
+        method = getattr(world, old)
+
+    assert method == getattr(world, new)
+    assert f"world.{old}" in dict(row[:2] for row in ROWS)
 
 
 def test_old_place_of_strategies_warns() -> None:
