@@ -3,7 +3,7 @@
 This module has the numbers; ``sensors.front_end`` applies them to a signal.
 
 Each sensor has a dataclass of explicit numbers in the datasheet's units. Each number is declared with its
-meaning, its limit or typical value, and the source. Three named grades fill them:
+meaning, its limit or typical value, and the source. Three named qualities fill them:
 
 ``ideal``    no error; only the sensor's resolution and range remain
 ``typical``  one sensor, drawn from the seed: a normal distribution cut at three standard deviations; noise and
@@ -30,6 +30,7 @@ For LIS2MDL and LPS22HB no figures are published; the same value is used. Two al
 
 from __future__ import annotations
 
+import warnings
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
@@ -40,8 +41,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Vec3: TypeAlias = tuple[float, float, float]
-Grade: TypeAlias = Literal["ideal", "typical", "worst"]
-GRADES: tuple[Grade, ...] = get_args(Grade)
+Quality: TypeAlias = Literal["ideal", "typical", "worst"]
+QUALITIES: tuple[Quality, ...] = get_args(Quality)
 ZERO: Vec3 = (0.0, 0.0, 0.0)
 
 Kind: TypeAlias = Literal["limit", "sigma", "typical"]
@@ -59,7 +60,7 @@ class Figure:
     """Declaration of one number by which a sensor deviates.
 
     ``deviation``: deviation in both directions, as in the source, 0 for a number that is the same in every
-    grade;
+    quality;
     ``kind``: its meaning in the source.
     ``typical``: for a strength, else 0.
     ``axes``: 3 for one number per axis.
@@ -143,7 +144,7 @@ def noise(doc: str, unit: str, typical: float, source: str) -> Any:
 
 
 def fixed(doc: str, unit: str, value: float, source: str, allowed: tuple[float, float] | None = None) -> Any:
-    """Return a field of a :class:`PartErrors` with the same value in every grade, for the user to set."""
+    """Return a field of a :class:`PartErrors` with the same value in every quality, for the user to set."""
     return field(default=value, metadata={"figure": Figure(doc, unit, source, allowed=allowed)})
 
 
@@ -182,9 +183,9 @@ class PartErrors:
         return float(getattr(self, "heating_percent", 0.0)) / 100.0
 
     @classmethod
-    def of_grade(cls, grade: Grade, seed: int) -> Self:
-        """Return one sensor of the given grade; equal seeds give equal sensors. Raises ValueError for an unknown grade."""
-        draw = GradeDraw(grade, cls.PART, seed)
+    def of_quality(cls, quality: Quality, seed: int) -> Self:
+        """Return one sensor of the given quality; equal seeds give equal sensors. Raises ValueError."""
+        draw = QualityDraw(quality, cls.PART, seed)
         numbers: dict[str, float | Vec3] = {}
         for name, figure in cls.figures().items():
             if figure.deviation:
@@ -194,14 +195,20 @@ class PartErrors:
         factory: Callable[..., Self] = cls
         return factory(**numbers)
 
+    @classmethod
+    def of_grade(cls, grade: Quality, seed: int) -> Self:
+        """Return :meth:`of_quality`, by its name of the previous release."""
+        warnings.warn("of_grade is now called of_quality; use that name", DeprecationWarning, stacklevel=2)
+        return cls.of_quality(grade, seed)
 
-class GradeDraw:
-    """Draws one sensor's deviations for a grade; equal seeds and sensors give equal deviations."""
 
-    def __init__(self, grade: Grade, part: str, seed: int) -> None:
-        if grade not in GRADES:
-            raise ValueError(f"unknown error grade {grade!r}; known: {', '.join(GRADES)}")
-        self._grade = grade
+class QualityDraw:
+    """Draws one sensor's deviations for a quality; equal seeds and sensors give equal deviations."""
+
+    def __init__(self, quality: Quality, part: str, seed: int) -> None:
+        if quality not in QUALITIES:
+            raise ValueError(f"unknown quality {quality!r}; known: {', '.join(QUALITIES)}")
+        self._quality = quality
         self._random = np.random.default_rng([seed & (2**63 - 1), zlib.crc32(part.encode())])
 
     def scalar(self, sigma: float) -> float:
@@ -209,9 +216,9 @@ class GradeDraw:
         normal, is_positive = self._random.standard_normal(), self._random.integers(2)
         while abs(normal) > SIGMAS:
             normal = self._random.standard_normal()
-        if self._grade == "ideal":
+        if self._quality == "ideal":
             return 0.0
-        if self._grade == "worst":
+        if self._quality == "worst":
             return SIGMAS * sigma if is_positive else -SIGMAS * sigma
         return normal * sigma
 
@@ -220,5 +227,5 @@ class GradeDraw:
         return self.scalar(sigma), self.scalar(sigma), self.scalar(sigma)
 
     def strength(self, typical: float) -> float:
-        """Return the grade's figure for a typical one."""
-        return typical * STRENGTHS[self._grade]
+        """Return the quality's figure for a typical one."""
+        return typical * STRENGTHS[self._quality]

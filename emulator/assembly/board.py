@@ -61,7 +61,7 @@ from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, to_ps
 from fcu_emulator.emulator.time.ticks import TickCounts
 from fcu_emulator.emulator.trace import BusTransfer, Trace
 from fcu_emulator.emulator.world import World
-from fcu_emulator.sensors.errors import Grade
+from fcu_emulator.sensors.errors import Quality
 
 if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.calls import Caller, Scratch
@@ -128,8 +128,8 @@ class Board:
         self.trace = Trace()
         parts = plan.sensor_settings() if plan else SensorSettings()
         if ideal:
-            parts = replace(parts, grade="ideal")
-        self.world, own = _world_of(plan, parts.grade, self.seed, clock)
+            parts = replace(parts, quality="ideal")
+        self.world, own = _world_of(plan, parts.quality, self.seed, clock)
         powered_on_ps = 0 if cold_start else plan.powered_on_ps if plan else None
         powered_for_s = math.inf if powered_on_ps is None else -powered_on_ps / PS_PER_S
         self.world.warm_up(own.heating_degc, own.thermal_s, powered_for_s)
@@ -157,7 +157,7 @@ class Board:
         self._spi = {name: SpiMaster(bus, run.until_ps) for name, bus in spi.items()}
         self.terminal = Terminal(uart, clock, run.until_ps)
         self.terminal.diagnosis = _diagnosis_of(self.chip)
-        self.ideal = parts.grade == "ideal"
+        self.ideal = parts.quality == "ideal"
         """Whether the sensors have no noise, offset or scale error."""
         self._named = {**self.leds, **self._i2c, **self._spi, board.timer.peripheral: self.timer}
         vars(self).update((name.lower(), one) for name, one in self._named.items())
@@ -413,12 +413,12 @@ class _RunState:
 _One = TypeVar("_One")
 
 
-def _world_of(plan: Scenario | None, grade: Grade, seed: int, clock: Clock) -> tuple[World, BoardErrors]:
+def _world_of(plan: Scenario | None, quality: Quality, seed: int, clock: Clock) -> tuple[World, BoardErrors]:
     """Return the world at power-on, and the board's own errors in it."""
     if plan:
-        own = plan.board_errors(grade, seed)
+        own = plan.board_errors(quality, seed)
         return plan.create_world(clock, own), own
-    own = BoardErrors.of_grade(grade, seed)
+    own = BoardErrors.of_quality(quality, seed)
     world = World(clock)
     world.set_iron(own.hard_iron_mgauss, own.soft_iron())
     return world, own

@@ -101,7 +101,7 @@ def _build(
     mounted: MountedPart, world: World, settings: SensorSettings, seed: int, powered_on_ps: int | None
 ) -> Part:
     part = mounted.part
-    errors = _replace(part.ERRORS.of_grade(settings.grade, seed), settings.figures.get(mounted.key, {}))
+    errors = _replace(part.ERRORS.of_quality(settings.quality, seed), settings.figures.get(mounted.key, {}))
     signals: dict[str, Signal] = {}
     for quantity in part.SIGNALS:
         signal = world.sensed(quantity.name, one_row=quantity.one_row, heating=errors.heating)

@@ -27,7 +27,7 @@ from fcu_emulator.emulator.buses.uart import Uart
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.time.clock import Clock
 from fcu_emulator.emulator.trace import Trace
-from fcu_emulator.sensors.errors import Grade, PartErrors, Vec3, drawn, drawn_by_axis, fixed, strength
+from fcu_emulator.sensors.errors import PartErrors, Quality, Vec3, drawn, drawn_by_axis, fixed, strength
 from fcu_emulator.sensors.part import Part
 
 Matrix: TypeAlias = NDArray[np.float64]
@@ -221,12 +221,12 @@ class BoardDescription:
 class SensorSettings:
     """Deviation of the sensors from ideal ones.
 
-    ``grade`` sets every figure; ``figures`` replaces single ones by explicit numbers, by the sensor's key and
+    ``quality`` sets every figure; ``figures`` replaces single ones by explicit numbers, by the sensor's key and
     the names of its class of errors: ``{"lps22hb": {"pressure_bias_hpa": 0.5}}``. ``mountings``: by mounting
     key, if it is not the usual one.
     """
 
-    grade: Grade = "typical"
+    quality: Quality = "typical"
     figures: Mapping[str, Numbers] = field(default_factory=dict)
     mountings: Mapping[str, str] = field(default_factory=dict)
 

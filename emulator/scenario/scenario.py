@@ -36,7 +36,7 @@ from fcu_emulator.emulator.scenario.schema import AnyExpectation, LimitsTable, R
 from fcu_emulator.emulator.scenario.timeline import TimelineAction
 from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, format_duration, seconds
 from fcu_emulator.emulator.world import World, earth_field
-from fcu_emulator.sensors.errors import Grade
+from fcu_emulator.sensors.errors import Quality
 
 # -- Steps with absolute times, from timeline entries -------------------------------------------------------
 
@@ -170,9 +170,9 @@ class Scenario:
         """Return the file's deviations of the sensors."""
         return self.contents.sensors.settings()
 
-    def board_errors(self, grade: Grade, seed: int) -> BoardErrors:
+    def board_errors(self, quality: Quality, seed: int) -> BoardErrors:
         """Return the deviations of the board itself: values from the file, drawn values for the rest."""
-        return replace(BoardErrors.of_grade(grade, seed), **self.contents.board)
+        return replace(BoardErrors.of_quality(quality, seed), **self.contents.board)
 
     def create_world(self, clock: Clock, own: BoardErrors | None = None) -> World:
         """Create the world at power-on. ``own``: deviations of the board, used for values that the file does not give."""

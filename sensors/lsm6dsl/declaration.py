@@ -38,7 +38,7 @@ _SISTER = "datasheet of the ISM330DHCX"
 class LSM6DSLErrors(PartErrors):
     """Explicit numbers, axes in the sensor's own frame; the default is an ideal sensor.
 
-    The gyroscope's turn-on time is the same in every grade, for the user to set: the datasheet only has a
+    The gyroscope's turn-on time is the same in every quality, for the user to set: the datasheet only has a
     typical time. For the thermometer's offset, Table 4 has a minimum and a maximum. The figures of Table 3
     are typical values. Section 4.6 calls the zero-g offset's tolerance a standard deviation and the
     sensitivity's a range. For the rates see :mod:`fcu_emulator.sensors.errors`.

@@ -29,7 +29,7 @@ WORLD = {
 
 @parts
 def test_a_part_is_built_from_the_signals_it_declares(part: type[Part]) -> None:
-    chip = part.build(WORLD, part.ERRORS.of_grade("worst", 3), 3, powered_on_ps=None)
+    chip = part.build(WORLD, part.ERRORS.of_quality("worst", 3), 3, powered_on_ps=None)
 
     for quantity in part.SIGNALS:
         low, high, lsb = chip.sample_range(quantity.name)

@@ -35,7 +35,7 @@ def test_samples_come_at_the_parts_own_rate(channel: Channel, percent: float) ->
 @channels
 def test_a_typical_part_beats_against_its_nominal_rate(channel: Channel) -> None:
     """Read at the rate of the datasheet for ten seconds, a sample is missed, or seen twice, now and then."""
-    errors = PARTS[channel.part].ERRORS.of_grade("typical", 1)
+    errors = PARTS[channel.part].ERRORS.of_quality("typical", 1)
     percent = float(vars(errors)["odr_percent"])
     chip = Chip(channel.part, errors, seed=1)
     chip.configure(channel.scales[0][0])

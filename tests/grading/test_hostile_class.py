@@ -342,7 +342,7 @@ def test_compiler_in_a_home_folder_does_not_open_the_folder(
 # -- recorded text ------------------------------------------------------------------------------------------
 
 _RUN = """[run.still.sensors]
-grade = "ideal"
+quality = "ideal"
 
 [run.still.world]
 pitch_deg = { uniform = [-70, 70] }

@@ -15,7 +15,7 @@ from fcu_emulator.firmware_model import LabFirmware
 from fcu_emulator.firmware_model.hal import PRINTF, Hal
 from tests.support.scenario_files import HEAD, refusal, write
 
-IDEAL = f'{HEAD}[sensors]\ngrade = "ideal"\n'
+IDEAL = f'{HEAD}[sensors]\nquality = "ideal"\n'
 THRESHOLD = '[[threshold]]\nquantity = "roll"\nvalue = 45\nmargin = 1\n'
 TURN = '[[timeline]]\ndo = "turn_over"\nfor = "1s"\n'
 ALARM = (
@@ -243,7 +243,7 @@ def test_run_that_ends_before_its_thresholds_is_refused(tmp_path: Path) -> None:
 
 def number(format_key: str, rest: str = 'truth = "roll", scale = 100, tolerance = 60') -> str:
     head = f'{HEAD}world = {{ roll_deg = 30 }}\nduration = "3s"\n'
-    return f'{head}expect = [{{ kind = "field", {format_key}, {rest} }}]\nsensors = {{ grade = "ideal" }}\n'
+    return f'{head}expect = [{{ kind = "field", {format_key}, {rest} }}]\nsensors = {{ quality = "ideal" }}\n'
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from fcu_emulator.emulator.live.gestures import OLD_WORDS
 from fcu_emulator.emulator.renamed import RenamedWarning
 from fcu_emulator.emulator.scenario import load_scenario
 from fcu_emulator.emulator.world.world import World
+from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
 
 PAGE = Path(__file__).parents[2] / "docs" / "renamed.md"
 TEXT = PAGE.read_text(encoding="utf-8")
@@ -88,6 +89,9 @@ duration = "2s"
 
 [world]
 pitch_deg = {{ {uniform} = [20, 30], {random_sign} = true }}
+
+[sensors]
+{quality} = "typical"
 
 [[timeline]]
 do = "{change_pressure}"
@@ -208,6 +212,13 @@ def test_old_method_of_world_warns(old: str, new: str) -> None:
 
     assert method == getattr(world, new)
     assert f"world.{old}" in dict(row[:2] for row in ROWS)
+
+
+def test_old_name_of_quality_warns() -> None:
+    with pytest.warns(DeprecationWarning, match="of_quality"):
+        old = LIS2MDLErrors.of_grade("typical", 1)
+
+    assert old == LIS2MDLErrors.of_quality("typical", 1)
 
 
 def test_old_place_of_strategies_warns() -> None:

@@ -30,21 +30,21 @@ BREAKS = {
     "desk": ("23.058", "24.3"),
     "drift": ("dph = 300", "dph = 3"),
     "figure_eight": ('do = "figure_eight"', 'do = "hold"'),
-    "flat": ('grade = "typical"', 'grade = "typical"\n[sensors.lsm6dsl]\nacc_bias_mg = [150, 0, 0]'),
+    "flat": ('quality = "typical"', 'quality = "typical"\n[sensors.lsm6dsl]\nacc_bias_mg = [150, 0, 0]'),
     "free_fall": ('do = "free_fall"', 'do = "hold"'),
     "hand": ('do = "take_in_hand"', 'do = "put_down"'),
     "iron": ('do = "figure_eight"', 'do = "hold"'),
-    "exercise_1": ('grade = "ideal"', 'grade = "ideal"\n[sensors.lsm6dsl]\nacc_bias_mg = [180, 0, 0]'),
-    "led_x": ('grade = "ideal"', 'grade = "ideal"\n[sensors.lsm6dsl]\nacc_bias_mg = [0, 0, 40]'),
-    "led_y": ('grade = "ideal"', 'grade = "ideal"\n[sensors.lsm6dsl]\nacc_bias_mg = [0, 0, 40]'),
+    "exercise_1": ('quality = "ideal"', 'quality = "ideal"\n[sensors.lsm6dsl]\nacc_bias_mg = [180, 0, 0]'),
+    "led_x": ('quality = "ideal"', 'quality = "ideal"\n[sensors.lsm6dsl]\nacc_bias_mg = [0, 0, 40]'),
+    "led_y": ('quality = "ideal"', 'quality = "ideal"\n[sensors.lsm6dsl]\nacc_bias_mg = [0, 0, 40]'),
     "magnet_passes_by": ("moment_am2 = 8", "moment_am2 = 80"),
     "motors": ("throttle = 1", "throttle = 0.7"),
     "outside": ("thermal_s = 20", "thermal_s = 0"),
     "plugged_in": ("heating_percent = 30", "heating_percent = 0"),
     "slow_bus": ('"100kHz"', '"400kHz"'),
-    "stairs": ('grade = "typical"', 'grade = "typical"\n[sensors.lps22hb]\npressure_noise_hpa = 0.15'),
+    "stairs": ('quality = "typical"', 'quality = "typical"\n[sensors.lps22hb]\npressure_noise_hpa = 0.15'),
     "weather": ("change_hpa = -0.6", "change_hpa = -0.2"),
-    "tilt_sweep": ('grade = "ideal"', 'grade = "worst"'),
+    "tilt_sweep": ('quality = "ideal"', 'quality = "worst"'),
 }
 
 
@@ -292,7 +292,7 @@ date = 2026-03-01
 def test_the_printed_yaw_is_compared_with_the_yaw_from_magnetic_north(tmp_path: Path, north: str) -> None:
     text = f"""{HEAD}duration = "16s"
 [sensors]
-grade = "ideal"
+quality = "ideal"
 [[timeline]]
 do = "figure_eight"
 at = "2s"

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fcu_emulator.sensors import LIS2MDL, LPS22HB, LSM6DSL
-from fcu_emulator.sensors.errors import Grade
+from fcu_emulator.sensors.errors import Quality
 from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
 from fcu_emulator.sensors.lps22hb import LPS22HBErrors
 from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
@@ -20,7 +20,7 @@ from fcu_emulator.sensors.register_file import EACH_ALONE
 from fcu_emulator.sensors.sampling import PS_PER_S, Times
 from tests.support.keeping_masters import BurstKeeper, ByteKeeper, LiveBursts, LiveBytes, Master
 
-GRADE: Grade = "typical"
+GRADE: Quality = "typical"
 PARTS = ("LSM6DSL", "LIS2MDL", "LPS22HB")
 SWITCHED_ON = {
     "LSM6DSL": ((0x12, 0x04), (0x10, 0x50), (0x11, 0x40)),  # IF_INC, 208 Hz, 104 Hz
@@ -110,11 +110,13 @@ class Bench:
 
     def _make(self, name: str) -> Part:
         if name == "LSM6DSL":
-            lsm_errors = LSM6DSLErrors.of_grade(GRADE, 1)
+            lsm_errors = LSM6DSLErrors.of_quality(GRADE, 1)
             return LSM6DSL(self._vector, self._vector, self._scalar, lsm_errors, 1)
         if name == "LIS2MDL":
-            return LIS2MDL(self._vector, self._scalar, LIS2MDLErrors.of_grade(GRADE, 1), 1)
-        return LPS22HB(lambda t_s: 900 + self._scalar(t_s), self._scalar, LPS22HBErrors.of_grade(GRADE, 1), 1)
+            return LIS2MDL(self._vector, self._scalar, LIS2MDLErrors.of_quality(GRADE, 1), 1)
+        return LPS22HB(
+            lambda t_s: 900 + self._scalar(t_s), self._scalar, LPS22HBErrors.of_quality(GRADE, 1), 1
+        )
 
     def _scalar(self, t_s: Times) -> Times:
         return 20 + self._slope * np.sin(40 * t_s) * (t_s >= self._since_s)

@@ -140,7 +140,7 @@ def test_a_cold_board_behaves_as_any_other_once_it_is_warm() -> None:
 
 def test_a_scenario_says_how_long_the_supply_has_been_on(tmp_path: Path) -> None:
     text = "schema = 1\nquestion = '?'\nduration = '2s'\nuptime = '{}'\n"
-    text += "[sensors]\ngrade = 'ideal'\n[board]\nheating_degc = 5\nthermal_s = 1\n"
+    text += "[sensors]\nquality = 'ideal'\n[board]\nheating_degc = 5\nthermal_s = 1\n"
     register, identity = IDENTITY["LSM6DSL"]
     for powered_ms in (0, 5, 15):
         path = tmp_path / f"{powered_ms}.toml"

@@ -13,7 +13,7 @@ from fcu_emulator.sensors import PARTS, Part
 from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
 from tests.support.scenario_files import write
 
-HEAD = "schema = 1\nquestion = '?'\nduration = '2s'\n[sensors]\ngrade = 'ideal'\n"
+HEAD = "schema = 1\nquestion = '?'\nduration = '2s'\n[sensors]\nquality = 'ideal'\n"
 
 
 @pytest.mark.parametrize("turned_deg", [(1.0, 0.0, 0.0), (0.0, -0.7, 0.0), (0.3, 0.5, -1.0)])
@@ -40,4 +40,4 @@ def test_gravity_of_a_level_board_is_seen_aslant(tmp_path: Path) -> None:
 def test_ideal_parts_and_those_without_axes_are_not_turned(part: type[Part]) -> None:
     np.testing.assert_array_equal(part.ERRORS().mounted(), np.eye(3))
     has_axes = any(quantity.axes == 3 for quantity in part.SIGNALS)
-    assert np.any(part.ERRORS.of_grade("typical", 1).mounted() != np.eye(3)) == has_axes
+    assert np.any(part.ERRORS.of_quality("typical", 1).mounted() != np.eye(3)) == has_axes

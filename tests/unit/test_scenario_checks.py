@@ -169,7 +169,7 @@ def test_truth_is_that_of_the_moment_of_printing(tmp_path: Path) -> None:
 
 def test_truth_survives_jumps_of_the_world(tmp_path: Path) -> None:
     """The world forgets what lies five seconds behind a jump; the recorder has noted the truth by then."""
-    head = HEAD + 'duration = "12s"\n[sensors]\ngrade = "ideal"\n'
+    head = HEAD + 'duration = "12s"\n[sensors]\nquality = "ideal"\n'
     jumps = "".join(
         f"[[timeline]]\ndo = 'set_attitude'\npitch_deg = {second * 7 % 50}\nat = '{second}.7s'\n"
         for second in range(12)
@@ -180,7 +180,7 @@ def test_truth_survives_jumps_of_the_world(tmp_path: Path) -> None:
 
 def test_motions_after_a_jump_begin_where_it_led(tmp_path: Path) -> None:
     """A jump would drop what was planned after it, and the sweep begins from the angles then in force."""
-    head = HEAD + 'duration = "8s"\n[sensors]\ngrade = "ideal"\n'
+    head = HEAD + 'duration = "8s"\n[sensors]\nquality = "ideal"\n'
     timeline = (
         "[[timeline]]\ndo = 'rotate_to'\npitch_deg = 50\nfor = '2s'\n"
         "[[timeline]]\ndo = 'set_attitude'\nroll_deg = 40\nat = '3s'\n"

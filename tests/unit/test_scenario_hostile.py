@@ -61,7 +61,7 @@ def test_scenario_error_is_cut_at_400_characters(tmp_path: Path) -> None:
         (HEAD + "[world]\nsoft_iron = [[1,0,0],[0,1,0],[0,0,'1']]", "world.soft_iron[2][2]", "float_type"),
         (HEAD + "[world]\npressure_hpa = 900\nfloor_altitude_m = 0", "world", "value_error"),
         (HEAD + "world = 3", "world", "model_type"),
-        (HEAD + '[sensors]\ngrade = "good"', "sensors.grade", "literal_error"),
+        (HEAD + '[sensors]\nquality = "good"', "sensors.quality", "literal_error"),
         (HEAD + "[sensors.lsm6dsl]\nacc_bias = 1", "sensors.lsm6dsl.acc_bias", "unknown_key"),
         (HEAD + "[sensors.lis2mdl]\nnoise_mgauss = -1", "sensors.lis2mdl.noise_mgauss", "greater_than_equal"),
         (HEAD + "timeline = 1", "timeline", "list_type"),

@@ -70,7 +70,7 @@ def test_it_follows_the_air_as_a_body_that_stores_heat() -> None:
 
 
 def test_what_the_world_begins_with_has_been_so_for_long(tmp_path: Path) -> None:
-    settings = "[sensors]\ngrade = 'ideal'\n[world]\ntemperature_degc = 5\n[board]\nthermal_s = 100\n"
+    settings = "[sensors]\nquality = 'ideal'\n[world]\ntemperature_degc = 5\n[board]\nthermal_s = 100\n"
     board = Board(scenario=write(tmp_path, f"schema = 1\nquestion = '?'\nduration = '2s'\n{settings}"))
     np.testing.assert_array_equal(board.world.board_temperature_degc([0, 1, 2]), [5, 5, 5])
 
@@ -108,7 +108,7 @@ def test_the_thermometers_of_a_cold_board_show_it(cold: bool) -> None:
     risen = np.subtract(*reversed(readings))
     expected = 5 * (np.exp(-1 / 200) - np.exp(-61 / 200)) if cold else 0.0
     for rise, (part, (_, _, counts)) in zip(risen, THERMOMETERS.items(), strict=True):
-        share = 1 + board.sensors[part.upper()].ERRORS.of_grade("typical", 0).heating
+        share = 1 + board.sensors[part.upper()].ERRORS.of_quality("typical", 0).heating
         assert rise == pytest.approx(share * expected, abs=1.01 / counts)
 
 
