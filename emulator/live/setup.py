@@ -90,7 +90,7 @@ class CollectedErrors:
             self._refused.append(error)
 
 
-def as_it_is(board: Board) -> list[dict[str, Any]]:
+def pose_entries(board: Board) -> list[dict[str, Any]]:
     """Return the entries that move another board to the position of this one."""
     now = view.instant(board)
     world = board.world

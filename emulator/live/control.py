@@ -2,7 +2,7 @@
 
 The messages are those of a session (:mod:`fcu_emulator.emulator.live.messages`). ``do`` has a timeline entry,
 which is performed at once, between two slices of the run. ``truth`` asks for the board's state; both are
-answered with the current truth. ``text`` asks for the output since a position; the answer is the text
+answer_message with the current truth. ``text`` asks for the output since a position; the answer is the text
 (Latin-1) and the position after it. The answer to an invalid message is ``error``.
 
 Decision: a board that plays a scenario in ``fcu run`` cannot be moved by hand, because a manual motion could
@@ -22,7 +22,7 @@ from fcu_emulator.emulator.errors import InputError
 _MOST_TEXT = 8192  # bytes of one answer
 
 
-class Moved:
+class ControlRequests:
     """Answers messages for ``board``; call it only between slices."""
 
     def __init__(self, board: Board) -> None:
@@ -30,7 +30,7 @@ class Moved:
 
     def answer(self, message: Mapping[str, Any]) -> dict[str, Any]:
         """Execute a message and return the answer. Raises InputError if this is impossible."""
-        return answered(self._board, message, self._do)
+        return answer_message(self._board, message, self._do)
 
     def _do(self, table: Mapping[str, Any]) -> None:
         from fcu_emulator.emulator.scenario.toml_writer import parse_entry
@@ -47,7 +47,7 @@ class Moved:
         entry.act(board, board.clock.now_ps)
 
 
-def answered(
+def answer_message(
     board: Board, message: Mapping[str, Any], do: Callable[[Mapping[str, Any]], None]
 ) -> dict[str, Any]:
     """Return the answer to a message; ``do`` performs a timeline entry. Raises InputError."""
