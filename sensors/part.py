@@ -14,6 +14,7 @@ no description of these interfaces mentions it.
 
 from __future__ import annotations
 
+import warnings
 from array import array
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Protocol, Self, TypeAlias, cast, runtime_checkable
@@ -95,7 +96,7 @@ class Prefetch(Protocol):
 _PS_PER_MS = PS_PER_S // 1000
 
 
-class Part:
+class Sensor:
     """One sensor behind its bus.
 
     ``read``, ``write``, ``advance``, ``prefetch``, ``consumed`` and ``burst_reader`` are methods of the
@@ -316,7 +317,7 @@ class _IncrementBit:
     Addresses keep that bit; everything else is delegated to the sensor.
     """
 
-    def __init__(self, part: Part, bit: int) -> None:
+    def __init__(self, part: Sensor, bit: int) -> None:
         self._part = part
         self._bit = bit
 
@@ -367,9 +368,9 @@ class _IncrementBit:
         return lambda now_ps: (self.read(address, count, now_ps), 0)
 
 
-def with_increment_bit(part: Part, bit: int) -> Part:
+def with_increment_bit(part: Sensor, bit: int) -> Sensor:
     """Return the sensor with an address ``bit`` that enables the increment; 0: no such bit."""
-    return cast("Part", _IncrementBit(part, bit)) if bit else part
+    return cast("Sensor", _IncrementBit(part, bit)) if bit else part
 
 
 class SubaddressTarget:
@@ -378,7 +379,7 @@ class SubaddressTarget:
     ``now_ps`` returns the virtual time in picoseconds, at which the sensor's samples are due.
     """
 
-    def __init__(self, part: Part, now_ps: Callable[[], int]) -> None:
+    def __init__(self, part: Sensor, now_ps: Callable[[], int]) -> None:
         bit = part.BUS.i2c_increment_bit
         self.part = with_increment_bit(part, bit)
         self._now_ps = now_ps
@@ -477,3 +478,11 @@ class SubaddressTarget:
         if self._booting:
             self._booting = not self.part.accessible(self._now_ps())
         return not self._booting and not self.part.i2c_off
+
+
+def __getattr__(name: str) -> type[Sensor]:
+    """Return :class:`Sensor` by its name of the previous release."""
+    if name != "Part":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    warnings.warn("Part is now called Sensor; use that name", DeprecationWarning, stacklevel=2)
+    return Sensor

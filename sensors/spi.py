@@ -20,7 +20,7 @@ from collections.abc import Callable
 from typing import Final
 
 from fcu_emulator.sensors.declaration import Mode, Wires
-from fcu_emulator.sensors.part import Part, with_increment_bit
+from fcu_emulator.sensors.part import Sensor, with_increment_bit
 from fcu_emulator.sensors.register_file import NOTHING_PREFETCHED, Prefetched
 
 READ: Final = 0x80
@@ -33,7 +33,7 @@ class SpiTarget:
     ``now_ps`` returns the virtual time at which the sensor's samples are due.
     """
 
-    def __init__(self, part: Part, now_ps: Callable[[], int]) -> None:
+    def __init__(self, part: Sensor, now_ps: Callable[[], int]) -> None:
         bit = part.BUS.spi_increment_bit
         self.part = with_increment_bit(part, bit)
         self._now_ps = now_ps

@@ -14,7 +14,7 @@ from pathlib import Path
 from fcu_emulator.emulator.boards.description import BoardErrors
 from fcu_emulator.emulator.chip.registers import DECLARED, KINDS
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.sensors import PARTS, Part
+from fcu_emulator.sensors import SENSORS, Sensor
 from fcu_emulator.sensors.errors import SIGMAS, STRENGTHS, Figure
 
 BEGIN = "<!-- fidelity: made by python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity.md -->"
@@ -32,7 +32,7 @@ END_BOARD = "<!-- end of the board itself -->"
 def table() -> str:
     """Return the table of all sensors as Markdown, without a newline at the end."""
     lines = ["| part | function | documented in | in the model |", "|---|---|---|---|"]
-    for part in PARTS.values():
+    for part in SENSORS.values():
         lines += [
             f"| {part.NAME} | {function.name} | {function.source} | {function.verdict} |"
             for function in part.FUNCTIONS
@@ -67,7 +67,7 @@ def figures_table() -> str:
         "| part | figure | in the document | the document | `typical` | `worst` |",
         "|---|---|---|---|---|---|",
     ]
-    for part in PARTS.values():
+    for part in SENSORS.values():
         for figure in part.ERRORS.figures().values():
             if not figure.deviation and not figure.is_strength:
                 continue
@@ -83,7 +83,7 @@ def _drawn(figure: Figure) -> str:
     return f"sigma {figure.sigma:.3g} | +-{SIGMAS * figure.sigma:.3g}"
 
 
-def without_behaviour(part: type[Part]) -> list[str]:
+def without_behaviour(part: type[Sensor]) -> list[str]:
     """Return every register and field of a sensor, banks included, that can be accessed but does nothing."""
     return [name for bank in part.maps().values() for name in bank.without_behaviour()]
 
@@ -112,7 +112,7 @@ def rewrite(text: str) -> str:
     return text
 
 
-def _registers(part: type[Part]) -> str:
+def _registers(part: type[Sensor]) -> str:
     count = sum(len(bank.registers) for bank in part.maps().values())
     names = ", ".join(f"`{name}`" for name in without_behaviour(part))
     verdict = f"not modelled, reported when touched: {names}" if names else "modelled"

@@ -25,10 +25,11 @@ from fcu_emulator.emulator.buses.i2c import I2CBus
 from fcu_emulator.emulator.buses.spi import SpiBus
 from fcu_emulator.emulator.buses.uart import Uart
 from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.renamed import warn_renamed
 from fcu_emulator.emulator.time.clock import Clock
 from fcu_emulator.emulator.trace import Trace
 from fcu_emulator.sensors.errors import PartErrors, Quality, Vec3, drawn, drawn_by_axis, fixed, strength
-from fcu_emulator.sensors.part import Part
+from fcu_emulator.sensors.part import Sensor
 
 Matrix: TypeAlias = NDArray[np.float64]
 Numbers: TypeAlias = Mapping[str, Any]
@@ -42,7 +43,7 @@ PinFunction: TypeAlias = tuple[str, int, int]
 
 
 @dataclass(frozen=True)
-class MountedPart:
+class MountedSensor:
     """A sensor and its mounting on the board: it measures matrix @ a vector in the board's axes.
 
     ``mountings``: the matrices that a scenario may choose from, by name, the usual one first; empty for a
@@ -50,7 +51,7 @@ class MountedPart:
     one.
     """
 
-    part: type[Part]
+    part: type[Sensor]
     mountings: Mapping[str, Matrix] = field(default_factory=dict)
     mounting_key: str = ""
 
@@ -153,7 +154,7 @@ class BoardDescription:
     """
 
     name: str
-    parts: tuple[MountedPart, ...]
+    parts: tuple[MountedSensor, ...]
     wirings: tuple[Wiring, ...]
     serial: SerialLine
     timer: CallbackTimer
@@ -319,3 +320,11 @@ class BoardSignals:
     spi: Mapping[str, SpiBus]
     number: int = 0
     errors: BoardErrors = field(default_factory=BoardErrors)
+
+
+def __getattr__(name: str) -> type[MountedSensor]:
+    """Return :class:`MountedSensor` by its name of the previous release."""
+    if name != "MountedPart":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    warn_renamed(name, "MountedSensor")
+    return MountedSensor

@@ -19,7 +19,7 @@ from fcu_emulator.emulator.scenario.run_view import SAMPLE_STEP_PS, BoardView
 from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, seconds
 from fcu_emulator.emulator.time.ticks import TickCounts
 from fcu_emulator.emulator.trace import BusTransfer, TraceEvent
-from fcu_emulator.sensors import PARTS
+from fcu_emulator.sensors import SENSORS
 
 # -- LEDs ---------------------------------------------------------------------------------------------------
 
@@ -458,7 +458,7 @@ def _outputs() -> dict[str, tuple[str, int, str]]:
         ("magnetometer", "LIS2MDL", "OUTX_L_REG"),
         ("barometer", "LPS22HB", "PRESS_OUT_XL"),
     ):
-        registers = next(iter(PARTS[part].maps().values())).registers
+        registers = next(iter(SENSORS[part].maps().values())).registers
         register = next(one for one in registers if first in one.names)
         found[name] = part, register.addr, first
     return found

@@ -38,7 +38,7 @@ from fcu_emulator.sensors.lis2mdl.registers import (
     OUT,
     STATUS_REG,
 )
-from fcu_emulator.sensors.part import Part, SelfClearingBits, Signal
+from fcu_emulator.sensors.part import SelfClearingBits, Sensor, Signal
 from fcu_emulator.sensors.pin import Pin
 from fcu_emulator.sensors.register import RegisterMap
 from fcu_emulator.sensors.register_file import NEVER_PS, WriteHook
@@ -48,7 +48,7 @@ _SOFT_RST_PS = 5 * PS_PER_S // 10**6  # datasheet 8.5
 _BURST_WRAP = {0x6D: 0x68}  # after Z a burst continues at X, never at the temperature (PX4's driver)
 
 
-class LIS2MDL(Part):
+class LIS2MDL(Sensor):
     """Magnetometer with thermometer; ``magnetic_field_mgauss``: (n, 3) in the sensor's own axes.
 
     ``powered_on_ps``: time of power-on, None for long ago; the registers are not accessible for 20 ms from

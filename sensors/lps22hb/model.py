@@ -48,7 +48,7 @@ from fcu_emulator.sensors.lps22hb.registers import (
     TEMP_OUT,
     THS_P,
 )
-from fcu_emulator.sensors.part import Part, SelfClearingBits, Signal, Write
+from fcu_emulator.sensors.part import SelfClearingBits, Sensor, Signal, Write
 from fcu_emulator.sensors.pin import Pin
 from fcu_emulator.sensors.register import RegisterMap
 from fcu_emulator.sensors.register_file import NEVER_PS, RegisterFile
@@ -142,7 +142,7 @@ _TEMP_OUT_H = TEMP_OUT.addr + 1
 _BURST_WRAP = {_TEMP_OUT_H: PRESS_OUT.addr}  # a burst wraps within the output (datasheet 5.8)
 
 
-class LPS22HB(Part):
+class LPS22HB(Sensor):
     """Barometer with thermometer; ``pressure_hpa`` and ``temperature_degc``: (n,).
 
     Settings for gaps and contradictions of the sources: ``rpds_counts_per_lsb`` is 256, or 1 as in ST's

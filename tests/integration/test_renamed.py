@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from types import ModuleType
 
 import click
 import pytest
@@ -12,7 +13,9 @@ import serial
 
 import fcu_emulator
 import fcu_emulator.emulator.adapters.protocol_fcu
-from fcu_emulator import Board
+import fcu_emulator.sensors.part
+from fcu_emulator import Board, sensors
+from fcu_emulator.emulator.boards import description
 from fcu_emulator.emulator.cli import execute
 from fcu_emulator.emulator.cli.commands import cli
 from fcu_emulator.emulator.cli.declare import Command
@@ -219,6 +222,22 @@ def test_old_name_of_quality_warns() -> None:
         old = LIS2MDLErrors.of_grade("typical", 1)
 
     assert old == LIS2MDLErrors.of_quality("typical", 1)
+
+
+@pytest.mark.parametrize(
+    ("module", "old", "new"),
+    [
+        (sensors, "Part", "Sensor"),
+        (sensors, "PARTS", "SENSORS"),
+        (sensors.part, "Part", "Sensor"),
+        (description, "MountedPart", "MountedSensor"),
+    ],
+)
+def test_old_name_of_sensor_warns(module: ModuleType, old: str, new: str) -> None:
+    with pytest.warns(DeprecationWarning, match=new):
+        former = getattr(module, old)
+
+    assert former is getattr(module, new)
 
 
 def test_old_place_of_strategies_warns() -> None:

@@ -15,7 +15,7 @@ from fcu_emulator.emulator.boards.description import (
     BoardDescription,
     CallbackTimer,
     I2cPins,
-    MountedPart,
+    MountedSensor,
     SerialLine,
     Wiring,
 )
@@ -280,5 +280,5 @@ def test_what_does_not_fit_together_is_refused_when_the_board_is_described() -> 
         with pytest.raises(InputError, match=says):
             described(wirings=(Wiring("bench", bus, places, "a bench"),))
     with pytest.raises(InputError, match="LSM6DSL") as refused:
-        MountedPart(LSM6DSL)
+        MountedSensor(LSM6DSL)
     assert refused.value.kind == "no_mounting"
