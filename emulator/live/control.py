@@ -36,9 +36,7 @@ class ControlRequests:
                 f"the board plays the scenario {name}, which moves it; run it without --scenario",
                 kind="moved_by_scenario",
             )
-        entry = parse_entry(table, board.description)
-        entry.plan(board.world, board.now_s)
-        entry.act(board, board.clock.now_ps)
+        parse_entry(table, board.description).perform(board, board.clock.now_ps)
 
 
 def answer_message(

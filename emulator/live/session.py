@@ -29,9 +29,8 @@ from fcu_emulator.emulator.live.exercises import Exercises
 from fcu_emulator.emulator.live.files import FileWatch, UploadedFile
 from fcu_emulator.emulator.live.messages import PageCommand
 from fcu_emulator.emulator.live.recording import SessionRecording
-from fcu_emulator.emulator.live.setup import CollectedErrors, Setup, pose_entries
+from fcu_emulator.emulator.live.setup import Setup, pose_entries
 from fcu_emulator.emulator.scenario import scenario_names
-from fcu_emulator.emulator.scenario.scenario import perform_at
 from fcu_emulator.emulator.scenario.timeline import TimelineAction
 from fcu_emulator.emulator.scenario.toml_writer import parse_entry
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
@@ -431,7 +430,14 @@ class LiveSession:
             at_ps += 1  # a recording would not have the same order of events at that time
         self._last_ps = at_ps
         refused: list[FcuError] = []
-        perform_at(board, CollectedErrors(entry, refused), at_ps)
+
+        def perform() -> None:
+            try:
+                entry.perform(board, at_ps)
+            except InputError as error:  # it must not end the run
+                refused.append(error)
+
+        clock.schedule(at_ps, perform)
         self._run_until(at_ps)
         if refused:
             raise refused[0]

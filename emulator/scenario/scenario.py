@@ -213,7 +213,7 @@ class Scenario:
         for step in self.steps:
             jumped = jumped or step.entry.LIVE
             if jumped:
-                perform_at(board, step.entry, step.at_ps)
+                board.clock.schedule(step.at_ps, partial(step.entry.perform, board, step.at_ps))
             else:
                 step.entry.plan(board.world, step.at_ps / PS_PER_S)
                 board.clock.schedule(step.at_ps, partial(step.entry.act, board, step.at_ps))
@@ -354,31 +354,6 @@ def _may_be(number: NumberFormat, line: str) -> bool:
         return number.is_begun_by(line)
     except TimeoutError:
         return True
-
-
-# -- Performing an entry at its time ------------------------------------------------------------------------
-
-
-class TimelineAct(Protocol):
-    """Actions of a timeline entry at its time."""
-
-    def plan(self, world: World, start_s: float) -> None:
-        """Change the world from the action's time on."""
-        ...
-
-    def act(self, board: BoardView, from_ps: int) -> None:
-        """Perform the part of the action outside the world."""
-        ...
-
-
-def perform_at(board: BoardView, entry: TimelineAct, at_ps: int) -> None:
-    """Schedule an entry on a board for its time ``at_ps``, in order with all other events."""
-    board.clock.schedule(at_ps, partial(_perform, board, entry, at_ps))
-
-
-def _perform(board: BoardView, entry: TimelineAct, at_ps: int) -> None:
-    entry.plan(board.world, at_ps / PS_PER_S)
-    entry.act(board, at_ps)
 
 
 # -- Running a board through its scenario -------------------------------------------------------------------

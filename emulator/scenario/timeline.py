@@ -73,6 +73,11 @@ class TimelineAction(Table):
     def act(self, board: BoardView, from_ps: int) -> None:
         """Perform the part of the action outside the world; the time is ``from_ps``."""
 
+    def perform(self, board: BoardView, at_ps: int) -> None:
+        """Perform the whole action now, at ``at_ps``. Raises InputError."""
+        self.plan(board.world, at_ps / PS_PER_S)
+        self.act(board, at_ps)
+
 
 DURATIONS = {"for_": "duration_s", "catch": "catch_s", "time_constant": "time_constant_s"}
 """Arguments of the world, in seconds, by the keys that are lengths of time."""
