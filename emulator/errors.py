@@ -8,6 +8,7 @@
     │   ├── RubricError            a rubric
     │   ├── RecordingError         a CSV recording
     │   ├── FirmwareFileError      a file that is not firmware for this board
+    │   ├── SymbolError            a C name that cannot be used; a KeyError, too
     │   └── LinkError              a serial link or output file
     ├── ExpectationError           an expectation was not met   (exit code 1)
     ├── FirmwareError              the firmware itself failed   (exit code 3)
@@ -55,7 +56,7 @@ class FcuError(Exception):
         super().__init__(*arguments)
 
     def __str__(self) -> str:
-        return visible(super().__str__(), lines=self.has_lines)
+        return visible(Exception.__str__(self), lines=self.has_lines)
 
 
 def failure_text(error: Exception) -> str:
@@ -115,6 +116,10 @@ class FirmwareFileError(InputError):
 
 class LinkError(InputError):
     """A serial link or an output file cannot be opened on this machine."""
+
+
+class SymbolError(InputError, KeyError):
+    """A variable or function cannot be found in the firmware by its C name, or its type is unknown."""
 
 
 class ExpectationError(FcuError):

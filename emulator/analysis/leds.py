@@ -126,7 +126,7 @@ def _toggled(board: Board, name: str, angle: str, looks: Sequence[_LedCondition]
             "led",
             f"{name} is toggled every {every}{', in each callback,' if each else ''} {when}",
             (
-                *_who_toggles(board.chip, each),
+                *_toggling_lines(board.chip, each),
                 "A LED that is toggled is wrong half of the time.",
                 f"BSP_LED_On({name}) where fabsf({angle}) > 80, BSP_LED_Off({name}) otherwise.",
             ),
@@ -148,7 +148,7 @@ def _regular_interval(edges_s: Sequence[float]) -> float | None:
     return usual_s if alike >= _MOSTLY * len(intervals_s) else None
 
 
-def _who_toggles(arm: ArmFirmware | None, in_callback: bool) -> Iterator[str]:
+def _toggling_lines(arm: ArmFirmware | None, in_callback: bool) -> Iterator[str]:
     if arm is None:
         return
     places = Places(arm.image)

@@ -18,10 +18,11 @@ from fcu_emulator.emulator.buses.i2c import I2CBus
 from fcu_emulator.emulator.buses.spi import SpiBus
 from fcu_emulator.emulator.buses.uart import Uart
 from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.renamed import warn_renamed
 from fcu_emulator.emulator.time.clock import Clock
 from fcu_emulator.emulator.trace import Trace
-from fcu_emulator.sensors.errors import Grade, PartErrors, Vec3, drawn, drawn_by_axis, fixed, strength
-from fcu_emulator.sensors.part import Part
+from fcu_emulator.sensors.errors import PartErrors, Quality, Vec3, drawn, drawn_by_axis, fixed, strength
+from fcu_emulator.sensors.part import Sensor
 
 Matrix: TypeAlias = NDArray[np.float64]
 Numbers: TypeAlias = Mapping[str, Any]
@@ -35,14 +36,14 @@ PinFunction: TypeAlias = tuple[str, int, int]
 
 
 @dataclass(frozen=True)
-class MountedPart:
+class MountedSensor:
     """A sensor that measures matrix @ a vector in the board's axes.
 
     ``mountings``: matrices by name, the usual one first. ``mounting_key``: name of the choice in a scenario
     file.
     """
 
-    part: type[Part]
+    part: type[Sensor]
     mountings: Mapping[str, Matrix] = field(default_factory=dict)
     mounting_key: str = ""
 
@@ -129,7 +130,7 @@ class BoardDescription:
     """
 
     name: str
-    parts: tuple[MountedPart, ...]
+    parts: tuple[MountedSensor, ...]
     wirings: tuple[Wiring, ...]
     serial: SerialLine
     timer: CallbackTimer
@@ -194,10 +195,10 @@ class BoardDescription:
 class SensorSettings:
     """Deviation of the sensors from ideal ones.
 
-    ``figures`` replaces numbers of the ``grade``: ``{"lps22hb": {"pressure_bias_hpa": 0.5}}``.
+    ``figures`` replaces numbers of the ``quality``: ``{"lps22hb": {"pressure_bias_hpa": 0.5}}``.
     """
 
-    grade: Grade = "typical"
+    quality: Quality = "typical"
     figures: Mapping[str, Numbers] = field(default_factory=dict)
     mountings: Mapping[str, str] = field(default_factory=dict)
 
@@ -273,3 +274,11 @@ class BoardSignals:
     spi: Mapping[str, SpiBus]
     number: int = 0
     errors: BoardErrors = field(default_factory=BoardErrors)
+
+
+def __getattr__(name: str) -> type[MountedSensor]:
+    """Return :class:`MountedSensor` by its name of the previous release."""
+    if name != "MountedPart":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    warn_renamed(name, "MountedSensor")
+    return MountedSensor

@@ -14,7 +14,7 @@ from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.time.clock import PS_PER_S, Clock
 from fcu_emulator.emulator.trace import BusTransfer, Trace
 from fcu_emulator.sensors.declaration import Mode, Wires
-from fcu_emulator.sensors.part import Part
+from fcu_emulator.sensors.part import Sensor
 from fcu_emulator.sensors.spi import READ, SpiTarget
 
 USUAL_HZ = 2_625_000
@@ -43,9 +43,9 @@ class SpiBus:
         """Called before both are read: a master that keeps messages itself adds them."""
         self._clock = clock
         self._trace = trace
-        self._targets: dict[str, tuple[Part, SpiTarget]] = {}
+        self._targets: dict[str, tuple[Sensor, SpiTarget]] = {}
 
-    def attach(self, chip_select: str, part: Part) -> None:
+    def attach(self, chip_select: str, part: Sensor) -> None:
         """Connect a sensor to a chip select such as ``"PA8"``."""
         self._targets[chip_select] = part, SpiTarget(part, lambda: self._clock.now_ps)
 

@@ -29,7 +29,7 @@ from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, CoreRegist
 from fcu_emulator.emulator.chip.image.c_types import Array, Boolean, CType, CValue, Integer, Structure
 from fcu_emulator.emulator.chip.image.c_values import alignment, floats_of, load_into, store
 from fcu_emulator.emulator.chip.memory_map import RAM, RAM_SIZE
-from fcu_emulator.emulator.errors import CallError, InputError
+from fcu_emulator.emulator.errors import CallError, InputError, SymbolError
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
 if TYPE_CHECKING:
@@ -211,11 +211,11 @@ class Scratch:
         self._everything.write(*self._of_core.read())
 
     def variable(self, name: str) -> CValue:
-        """Return a global variable by its C name. Raises KeyError."""
+        """Return a global variable by its C name. Raises SymbolError."""
         return _symbols(self._image).read_variable(name, self._read)
 
     def set_variable(self, name: str, value: Any) -> None:
-        """Raises KeyError, and InputError if the value does not fit."""
+        """Raises SymbolError, and InputError if the value does not fit."""
         set_variable(self._image, name, value, self._read, self._write)
 
     def call(self, name: str, *arguments: Any, max_instructions: int = INSTRUCTIONS) -> Any:
@@ -267,7 +267,8 @@ class Scratch:
     def _read(self, address: int, size: int) -> bytes:
         content = self._copy.memory(address, size)
         if content is None:
-            raise KeyError(f"{size} bytes at 0x{address:08X} are neither in flash nor in RAM")
+            problem = f"{size} bytes at 0x{address:08X} are neither in flash nor in RAM"
+            raise SymbolError(problem, kind="outside_memory")
         return bytes(content)
 
     def _write(self, address: int, raw: bytes) -> None:
@@ -388,7 +389,7 @@ def set_variable(
     read: Callable[[int, int], bytes],
     write: Callable[[int, bytes], None],
 ) -> None:
-    """Raises KeyError, and InputError if the value does not fit."""
+    """Raises SymbolError, and InputError if the value does not fit."""
     address, kind = _symbols(image).variable_type(name)
     if address < RAM:
         raise InputError(
@@ -404,8 +405,8 @@ def find_function(image: FirmwareImage, name: str, arguments: Sequence[Any]) -> 
     symbols = _symbols(image)
     try:
         address, signature = symbols.function(name)
-    except KeyError as problem:
-        raise InputError(problem.args[0], kind="not_callable") from None
+    except SymbolError as problem:
+        raise InputError(str(problem), kind="not_callable") from None
     if signature.is_variadic:
         raise InputError(
             f"{name}() takes a variable number of arguments, which cannot be called from here",

@@ -13,7 +13,7 @@ from fcu_emulator.emulator.chip.registers.declaration import DeclaredPeripheral,
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.scenario import json_schema, load_scenario, scenario_names
 from fcu_emulator.emulator.text import visible
-from fcu_emulator.sensors import PARTS, Part
+from fcu_emulator.sensors import SENSORS, Sensor
 from fcu_emulator.sensors.declaration import Bus
 from fcu_emulator.sensors.errors import Figure
 from fcu_emulator.sensors.register import Bits, Register, RegisterMap
@@ -36,14 +36,14 @@ def print_registers(name: str | None) -> None:
     """
     wanted = (name or "").strip().upper()
     peripheral = next((one for own, one in DECLARED.items() if own.upper() == wanted), None)
-    if wanted in PARTS:
-        _print_part(PARTS[wanted])
+    if wanted in SENSORS:
+        _print_part(SENSORS[wanted])
     elif peripheral is not None:
         _print_peripheral(peripheral)
     elif found := list(_called(wanted)):
         click.echo("\n".join(found))
     else:
-        parts, peripherals = ", ".join(PARTS), ", ".join(DECLARED)
+        parts, peripherals = ", ".join(SENSORS), ", ".join(DECLARED)
         raise InputError(
             f"unknown part {name or ''!r}; known: {parts}, and of the chip {peripherals}, and the registers of all"
         )
@@ -51,7 +51,7 @@ def print_registers(name: str | None) -> None:
 
 def _called(wanted: str) -> Iterator[str]:
     """Yield the lines of all registers with that name, and their place."""
-    for part in PARTS.values():
+    for part in SENSORS.values():
         for title, bank in part.maps().items():
             for register in bank.registers:
                 if register.__name__.upper() == wanted:
@@ -65,7 +65,7 @@ def _called(wanted: str) -> Iterator[str]:
                 yield from (_word_field_line(word, field) for field in word.fields())
 
 
-def _print_part(part: type[Part]) -> None:
+def _print_part(part: type[Sensor]) -> None:
     names = without_behaviour(part)
     measured = (f"{quantity.doc} ({quantity.unit})" for quantity in part.SIGNALS)
     click.echo(f"{part.NAME} measures {', '.join(measured)}")

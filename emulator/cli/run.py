@@ -62,10 +62,10 @@ def run_board(options: RunOptions) -> ExitCode:
             stack.callback(board.trace.close)
         views = _views(options, board, limits, stack)
         record = RunRecord(board, links, options.json, stack)
-        say = record.hear if options.quiet else record.hear_and(to_stderr)
+        say = record.add_line if options.quiet else record.add_line_and(to_stderr)
         for line in _announcement(options, board, speed, links, debugger):
             say(line)
-        door = _door(board, links, stack) if speed is not None else None
+        control = _control_server(board, links, stack) if speed is not None else None
         exceeded = exceeded_limit(board, limits, paced=speed is not None)
         runner = Runner(board, links, end_ps, speed, exceeded, debugger=debugger)
         show = ProgressDisplay() if speed is None and not options.quiet else None
@@ -75,8 +75,8 @@ def run_board(options: RunOptions) -> ExitCode:
         def between_slices(progress: Progress) -> None:
             explainer.look()
             runner.stopped |= end_ps is None and _unread(links)
-            if door:
-                door.serve()
+            if control:
+                control.serve()
             if show:
                 show.update(progress)
 
@@ -167,19 +167,19 @@ def _open(spec: str, board: Board, say: Callable[[str], None], stack: ExitStack)
     return link
 
 
-def _door(board: Board, links: list[ByteLink], stack: ExitStack) -> ControlServer | None:
+def _control_server(board: Board, links: list[ByteLink], stack: ExitStack) -> ControlServer | None:
     """Return the control server by which another fcu finds this board; None if it cannot be opened."""
     from fcu_emulator.emulator.links.control import ControlServer
-    from fcu_emulator.emulator.live.moved import Moved
+    from fcu_emulator.emulator.live.control import ControlRequests
 
     serial = [link.address for link in links if isinstance(link, Addressed)]
     try:
-        door = ControlServer(board.booted.name, serial, Moved(board).answer)
+        control = ControlServer(board.booted.name, serial, ControlRequests(board).answer)
     except LinkError as error:
         to_stderr(f"no other fcu will find this board: {error}")
         return None
-    stack.callback(door.close)
-    return door
+    stack.callback(control.close)
+    return control
 
 
 class View(Protocol):

@@ -70,15 +70,15 @@ class RunRecord:
                 raise LinkError(f"--json {path}: {problem}") from error
             stack.callback(self._file.close)
 
-    def hear(self, line: str) -> None:
+    def add_line(self, line: str) -> None:
         """Record a line about the run."""
         self._lines.append(line)
 
-    def hear_and(self, say: Callable[[str], None]) -> Callable[[str], None]:
+    def add_line_and(self, say: Callable[[str], None]) -> Callable[[str], None]:
         """Return a function that records a line and then calls ``say``."""
 
         def both(line: str) -> None:
-            self.hear(line)
+            self.add_line(line)
             say(line)
 
         return both
@@ -153,17 +153,7 @@ class RunRecord:
             "checks": result.checks,
             "held": result.passed_count,
             "judged": result.judged,
-            "findings": [
-                {
-                    "key": finding.key,
-                    "kind": finding.kind,
-                    "fault": finding.miss.fault,
-                    "expected": finding.miss.expected,
-                    "seen": finding.miss.seen,
-                    "diff": list(finding.miss.diff),
-                }
-                for finding in result.findings
-            ],
+            "findings": [finding.to_dict() for finding in result.findings],
             "reports": list(result.reports),
         }
 

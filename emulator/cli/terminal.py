@@ -112,7 +112,7 @@ class _SerialPort:
         self._device.close()
 
 
-class _DoorPort:
+class _ControlPort:
     """Terminal of a board without a port, through the board's control server."""
 
     def __init__(self, board: RunningBoard) -> None:
@@ -153,7 +153,7 @@ def open_port(where: str | None, board: str | None = None) -> tuple[str, Port]:
     if where is None:
         running = the_running_board(board)
         if not running.serial:
-            return f"the board {running.name} (process {running.process})", _DoorPort(running)
+            return f"the board {running.name} (process {running.process})", _ControlPort(running)
         where = running.serial[0]
     kind, _, rest = where.partition(":")
     if kind == "tcp":

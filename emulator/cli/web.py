@@ -61,7 +61,7 @@ def serve_board(options: WebOptions) -> ExitCode:
             to_stderr(warned)
         for line in session.ways():
             to_stderr(line)
-        session.door = _door(session, links, stack)
+        session.control = _control_server(session, links, stack)
         if not options.no_browser and limits_of_worker() is None:  # a browser would have the same limits
             threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
         with interruptible(session) as ended:
@@ -90,16 +90,16 @@ def _exercises(firmware: str | None) -> Exercises | None:
         return None
 
 
-def _door(session: LiveSession, links: list[ByteLink], stack: ExitStack) -> ControlServer | None:
+def _control_server(session: LiveSession, links: list[ByteLink], stack: ExitStack) -> ControlServer | None:
     """Return the control server by which another fcu finds this board; None if it cannot be opened."""
     serial = [link.address for link in links if isinstance(link, Addressed)]
     try:
-        door = ControlServer(session.board.booted.name, serial, session.answer)
+        control = ControlServer(session.board.booted.name, serial, session.answer)
     except LinkError as error:
         to_stderr(f"no other fcu will find this board: {error}")
         return None
-    stack.callback(door.close)
-    return door
+    stack.callback(control.close)
+    return control
 
 
 def _end_s(text: str | None) -> float:

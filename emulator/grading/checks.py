@@ -2,12 +2,12 @@
 
 One class holds the schema and the evaluation of a kind, as in
 :mod:`fcu_emulator.emulator.scenario.expectations`. To add a kind, write a class and add its name to the union
-at the end. :meth:`Check.watch` observes the run; :class:`Judged` holds all other data.
+at the end. :meth:`Check.watch` observes the run; :class:`FinishedRun` holds all other data.
 """
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -23,8 +23,9 @@ from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis, Kind
 from fcu_emulator.emulator.chip.firmware import ArmFirmware
 from fcu_emulator.emulator.errors import FirmwareError, NotJudgedError
-from fcu_emulator.emulator.scenario.expectations import Failure, RunView
-from fcu_emulator.emulator.scenario.fields import Duration, Length, Table
+from fcu_emulator.emulator.scenario.expectations import RunView
+from fcu_emulator.emulator.scenario.fields import Duration, Length
+from fcu_emulator.emulator.scenario.result import ExpectationResult, Expected
 from fcu_emulator.emulator.scenario.run_view import escaped
 from fcu_emulator.emulator.scenario.schema import Kinds
 from fcu_emulator.emulator.text import shown
@@ -34,7 +35,7 @@ from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
 
 
 @dataclass(frozen=True)
-class Judged:
+class FinishedRun:
     """A finished run: the board, its run view for scenarios, and the diagnosis.
 
     ``watched``: result of the check's own :meth:`Check.watch`.
@@ -42,24 +43,19 @@ class Judged:
 
     firmware: str | Path | FirmwareFactory
     board: Board
-    seen: RunView
+    view: RunView
     recorder: TruthRecorder
     diagnoses: tuple[Diagnosis, ...]
     build_log: str | None
     watched: Any
 
 
-class Check(Table, ABC):
+class Check(Expected):
     """An entry of ``expect`` of a kind that scenarios do not have."""
 
-    def watch(self, board: Board) -> Any:
-        """Start watching before the run; the result is ``watched`` at the end."""
-        del board
-        return None
-
     @abstractmethod
-    def judge(self, run: Judged) -> Failure | None:
-        """Return the failure, or None if the check is met. Raises NotJudgedError if it cannot be evaluated."""
+    def evaluate(self, run: FinishedRun) -> ExpectationResult:
+        """Return the result. Raises NotJudgedError if it cannot be evaluated."""
 
 
 # -- The program as a whole: no fault, no diagnosis, no compiler warnings -----------------------------------
@@ -70,10 +66,13 @@ class NoFault(Check):
 
     kind: Literal["no_fault"]
 
-    def judge(self, run: Judged) -> Failure | None:
+    def describe(self) -> str:
+        return "a program that runs on"
+
+    def evaluate(self, run: FinishedRun) -> ExpectationResult:
         """Check the diagnosis at the end of the run."""
         fatal = next((one for one in run.diagnoses if one.fatal), None)
-        return None if fatal is None else Failure("wrong value", "a program that runs on", fatal.summary)
+        return self.met() if fatal is None else self.failed("wrong value", fatal.summary)
 
 
 class NoDiagnosis(Check):
@@ -86,12 +85,13 @@ class NoDiagnosis(Check):
     kind: Literal["no_diagnosis"]
     of: list[Kind] = Field(min_length=1)
 
-    def judge(self, run: Judged) -> Failure | None:
+    def describe(self) -> str:
+        return f"nothing to be said about: {', '.join(self.of)}"
+
+    def evaluate(self, run: FinishedRun) -> ExpectationResult:
         """Return the first of these diagnoses as the failure."""
         found = next((one for one in run.diagnoses if one.fatal or one.kind in self.of), None)
-        if found is None:
-            return None
-        return Failure("wrong value", f"nothing to be said about: {', '.join(self.of)}", found.summary)
+        return self.met() if found is None else self.failed("wrong value", found.summary)
 
 
 class NoWarnings(Check):
@@ -102,7 +102,10 @@ class NoWarnings(Check):
     kind: Literal["no_warnings"]
     max: int = Field(0, ge=0)
 
-    def judge(self, run: Judged) -> Failure | None:
+    def describe(self) -> str:
+        return f"at most {self.max} warnings" if self.max else "no warning"
+
+    def evaluate(self, run: FinishedRun) -> ExpectationResult:
         """Count the lines with ``warning:`` in the build's output."""
         if run.build_log is None:
             raise NotJudgedError("the program was not built here")
@@ -111,9 +114,9 @@ class NoWarnings(Check):
             line for line in lines if "warning:" in line and line[:1] != " "
         ]  # a line with a space is an excerpt
         if len(warnings) <= self.max:
-            return None
+            return self.met()
         count = f"{len(warnings)} warning{'s' * (len(warnings) > 1)}, the first: {escaped(warnings[0])[:200]}"
-        return Failure("wrong value", f"at most {self.max} warnings" if self.max else "no warning", count)
+        return self.failed("wrong value", count)
 
 
 # -- The callback -------------------------------------------------------------------------------------------
@@ -130,6 +133,9 @@ class QuietCallback(Check):
     kind: Literal["quiet_callback"]
     from_: Duration = Field(2 * PS_PER_S, alias="from")
     for_: Length = Field(1_200 * PS_PER_MS, alias="for")
+
+    def describe(self) -> str:
+        return "no print in the timer's callback"
 
     def watch(self, board: Board) -> list[float]:
         """Poll every 0.1 ms for bytes sent while the timer's interrupt is handled."""
@@ -155,13 +161,13 @@ class QuietCallback(Check):
         board.clock.schedule(self.from_, begin)
         return caught
 
-    def judge(self, run: Judged) -> Failure | None:
+    def evaluate(self, run: FinishedRun) -> ExpectationResult:
         """Return the first such moment as the failure."""
         if not run.watched:
-            return None
+            return self.met()
         place = _print_in_callback(run.board)
         seen = f"one at {run.watched[0]:.3f} s" + (f", from {place}" if place else "")
-        return Failure("wrong value", "no print in the timer's callback", seen)
+        return self.failed("wrong value", seen)
 
 
 def _print_in_callback(board: Board) -> str:
@@ -216,7 +222,10 @@ class Property(Check):
     ]
     examples: int = Field(100, ge=1, le=10_000)
 
-    def judge(self, run: Judged) -> Failure | None:
+    def describe(self) -> str:
+        return self.property.replace("_", " ")
+
+    def evaluate(self, run: FinishedRun) -> ExpectationResult:
         """Search for a counter-example with Hypothesis, and minimise it."""
         if not isinstance(run.firmware, str | Path):
             raise NotJudgedError("firmware in Python has no compiled functions")
@@ -227,11 +236,8 @@ class Property(Check):
         try:
             found = counterexample(str(run.firmware), self.property, self.examples)
         except FirmwareError as error:
-            return Failure("wrong value", self._text(), str(error).splitlines()[0])
-        return None if found is None else Failure("wrong value", self._text(), found)
-
-    def _text(self) -> str:
-        return self.property.replace("_", " ")
+            return self.failed("wrong value", str(error).splitlines()[0])
+        return self.met() if found is None else self.failed("wrong value", found)
 
 
 AnyCheck = Annotated[

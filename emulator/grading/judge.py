@@ -20,7 +20,7 @@ from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.assembly.firmware import FirmwareFactory, choose
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 from fcu_emulator.emulator.errors import FirmwareError, NotJudgedError
-from fcu_emulator.emulator.grading.checks import AnyCheck, Check, Judged
+from fcu_emulator.emulator.grading.checks import AnyCheck, Check, FinishedRun
 from fcu_emulator.emulator.grading.prerequisites import PREREQUISITE
 from fcu_emulator.emulator.grading.rubric import CheckTable, ExerciseTable, Rubric
 from fcu_emulator.emulator.grading.verdict import (
@@ -40,14 +40,13 @@ from fcu_emulator.emulator.scenario.expectations import (
     Expectation,
     ExpectField,
     ExpectText,
-    Failure,
     RunView,
     Windowed,
 )
 from fcu_emulator.emulator.scenario.following import ExpectLineFollows
 from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
+from fcu_emulator.emulator.scenario.result import ExpectationResult
 from fcu_emulator.emulator.scenario.run_view import unit_of
-from fcu_emulator.emulator.scenario.scenario import judged
 from fcu_emulator.emulator.scenario.schema import ReportTable
 from fcu_emulator.emulator.scenario.toml_writer import names_files, scenario_text
 from fcu_emulator.emulator.time.clock import PS_PER_S, seconds, to_ps
@@ -232,7 +231,7 @@ class _JudgedRun:
         except NotJudgedError as error:
             self.unjudged = str(error).splitlines()[0]
         self.diagnoses = explain(board, self.recorder, after_failure=True)
-        self.seen: RunView = self.scenario.seen(board)
+        self.view: RunView = self.scenario.run_view(board)
         self.died_ps = self._died_ps()
         board.close()
 
@@ -244,26 +243,26 @@ class _JudgedRun:
         if fatal is None:
             return None
         return (
-            fatal.at_ps if fatal.at_ps is not None else max((one.at_ps for one in self.seen.lines), default=0)
+            fatal.at_ps if fatal.at_ps is not None else max((one.at_ps for one in self.view.lines), default=0)
         )
 
     def result(self, exercise: ExerciseTable, check: CheckTable) -> CheckResult:
         """Return the result of one check in this run."""
         outcome: Outcome = "passed"
         share, unjudged = 1.0, self.unjudged
-        misses: list[Failure | None] = []
+        results: list[ExpectationResult] = []
         for one in check.expect:
             try:
-                misses.append(self._judged(one, check.enough))
+                results.append(self._evaluated(one, check.enough))
             except NotJudgedError as error:
                 unjudged = unjudged or str(error).splitlines()[0]
-        failed = [miss for miss in misses if miss is not None]
+        failed = [one for one in results if one.fault]
         if failed and not check.partial and not self.unjudged:
             unjudged = ""  # one failed expectation decides, independent of the rest
         if unjudged:
             outcome, share, failed = "unjudged", 0.0, []
         elif failed:
-            share = 1 - len(failed) / len(misses) if check.partial else 0.0
+            share = 1 - len(failed) / len(results) if check.partial else 0.0
             outcome = "partial" if share else "failed"
         first = failed[0] if failed else None
         return CheckResult(
@@ -276,27 +275,28 @@ class _JudgedRun:
             expected=_expected(failed, check),
             actual=first.seen if first else "",
             printed=next(filter(None, map(_first_printed, failed)), ""),
-            finding=first.kind if first else "",
-            fault=first.fault if first else "",
-            hint=check.hint_for(first.kind, first.fault) if first else "",
+            finding=first.reason if first else "",
+            fault=(first.fault or "") if first else "",
+            hint=check.hint_for(first.reason, first.fault or "") if first else "",
             visibility=check.visible,
             detail=check.detail,
             unjudged_because=unjudged,
         )
 
-    def _judged(self, check: AnyCheck, enough_ps: int | None) -> Failure | None:
-        """Return the failure of one expectation; None if it is met.
+    def _evaluated(self, check: AnyCheck, enough_ps: int | None) -> ExpectationResult:
+        """Return the result of one expectation.
 
         Raises NotJudgedError, also for an unexpected error inside the check: only this check is lost.
         """
         enough = self.died_ps is None or (enough_ps is not None and self.died_ps >= enough_ps)
         on_terminal = isinstance(check, Expectation) and check.ON_TERMINAL
         if not enough and (self.stopped or on_terminal):
-            return Failure("stopped", f"a run of {seconds(self.scenario.duration_ps)}", self._stop())
+            expected = f"a run of {seconds(self.scenario.duration_ps)}"
+            return check.failed("stopped", self._stop(), expected=expected)
         if enough and enough_ps is not None and on_terminal:
             check = self._seen_before_the_end(check, enough_ps)
         try:
-            return self._judged_here(check, enough)
+            return self._evaluated_here(check, enough)
         except NotJudgedError:
             raise
         except Exception as error:
@@ -307,28 +307,28 @@ class _JudgedRun:
         """Return the check with its window begun at ``enough_ps``, if the program died before a print in the window."""
         if self.died_ps is None or not isinstance(check, Windowed):
             return check
-        begun = any(check.covers(line.at_ps) and line.at_ps < self.died_ps for line in self.seen.lines)
+        begun = any(check.covers(line.at_ps) and line.at_ps < self.died_ps for line in self.view.lines)
         return check if begun else check.model_copy(update={"from_": enough_ps})
 
-    def _judged_here(self, check: AnyCheck, enough: bool) -> Failure | None:
+    def _evaluated_here(self, check: AnyCheck, enough: bool) -> ExpectationResult:
         if isinstance(check, Check):
-            run = Judged(
+            run = FinishedRun(
                 firmware=self.firmware,
                 board=self.board,
-                seen=self.seen,
+                view=self.view,
                 recorder=self.recorder,
                 diagnoses=tuple(one for one in self.diagnoses if not (one.fatal and enough)),
                 build_log=self.build_log,
                 watched=self._watched[id(check)],
             )
-            return check.judge(run)
-        seen = self.seen
+            return check.evaluate(run)
+        view = self.view
         if self.died_ps is not None and check.ON_TERMINAL:
-            seen = replace(seen, end_ps=min(seen.end_ps, self.died_ps))
-        miss = judged(check, seen)
-        if miss is not None and miss.fault == "stopped":
-            raise NotJudgedError(miss.seen)
-        return miss
+            view = replace(view, end_ps=min(view.end_ps, self.died_ps))
+        result = check.result(view)
+        if result.fault == "stopped":
+            raise NotJudgedError(result.seen)
+        return result
 
     def _stop(self) -> str:
         if self.stopped:
@@ -372,7 +372,7 @@ class _JudgedRun:
         for one in expected:
             if isinstance(one, kinds):
                 with suppress(TimeoutError):  # the check reports a pattern that takes too long
-                    followed.append(one.followed(self.seen))
+                    followed.append(one.followed(self.view))
         return tuple(
             Following(
                 name=one.name, condition=one.condition, wanted=_in_s(one.wanted), shown=_in_s(one.shown)
@@ -400,7 +400,7 @@ class _JudgedRun:
         line_format = number.number_format()
         points = []
         with suppress(TimeoutError):  # the check reports a pattern that takes too long
-            for line in self.seen.lines:
+            for line in self.view.lines:
                 if line_format.is_begun_by(line.text) and number.quantity in line.truth:
                     value = line_format.number(line.text)
                     printed = None if value is None or value - value != 0 else value
@@ -421,16 +421,16 @@ def _in_s(spans: Sequence[tuple[int, int]]) -> tuple[tuple[float, float], ...]:
     return tuple((begin / PS_PER_S, end / PS_PER_S) for begin, end in spans[:MOST_PRINTS])
 
 
-def _first_printed(miss: Failure) -> str:
+def _first_printed(failure: ExpectationResult) -> str:
     """Return the first wrong line; another text reports its deviation."""
-    line = next((line[1:] for line in miss.diff if line.startswith("+")), "")
+    line = next((line[1:] for line in failure.diff if line.startswith("+")), "")
     text, _, when = line.partition("  (off by")[0].rpartition("  at ")
     return f'"{text}" at {when}' if text else f'"{when}"' if when else ""
 
 
-def _expected(failed: Sequence[Failure], check: CheckTable) -> str:
+def _expected(failed: Sequence[ExpectationResult], check: CheckTable) -> str:
     """Name the expectations of a check that are not met; of a partial one, with the points of the further ones."""
-    texts = list(dict.fromkeys(miss.expected for miss in failed))
+    texts = list(dict.fromkeys(one.expected for one in failed))
     if check.partial and len(texts) > 1:
         share = f"{check.points / len(check.expect):g} of {check.points:g} points"
         return f"{texts[0]}; nor, for {share}, {'; '.join(texts[1:])}"

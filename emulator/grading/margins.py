@@ -66,7 +66,7 @@ def sensor_error(quantity: str, value: float, settings: SensorSettings) -> float
 
 def _largest(part: Any, key: str, settings: SensorSettings, error: Callable[[Any], float]) -> float:
     figures: Mapping[str, Any] = settings.figures.get(key, {})
-    boards = (replace(part.of_grade(settings.grade, seed), **figures) for seed in range(BOARDS))
+    boards = (replace(part.of_quality(settings.quality, seed), **figures) for seed in range(BOARDS))
     return round(max(map(error, boards)), 6)
 
 
@@ -145,9 +145,9 @@ def _unfair(run: str, margins: list[_Margin], settings: SensorSettings) -> Itera
         if small:
             size = f"{error:.2g}{unit_text(quantity)}"
             yield (
-                f"in run {run} the {settings.grade} sensors show {quantity} {value:g} up to {size} wrong "
+                f"in run {run} the {settings.quality} sensors show {quantity} {value:g} up to {size} wrong "
                 f"(the largest of {BOARDS} boards), so correct programs can fail with the margin of "
-                f'{", ".join(small)}; give larger margins, or the run sensors = {{ grade = "ideal" }}'
+                f'{", ".join(small)}; give larger margins, or the run sensors = {{ quality = "ideal" }}'
             )
 
 

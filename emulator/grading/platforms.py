@@ -58,7 +58,7 @@ _GRADESCOPE = re.compile(r"submission_(?P<id>\d+)", re.ASCII)
 
 
 @dataclass(frozen=True)
-class HandedIn:
+class SubmittedEntry:
     """One submitted file or folder, or one that a platform lists but that is missing.
 
     ``ids`` and ``names``: possible keys of the student in a roster; the platform gives ids, a student may
@@ -98,16 +98,16 @@ class HandedIn:
         return _LATE_MARK.sub("", name) if self.is_renamed else name
 
 
-def entries(folder: Path) -> list[HandedIn]:
+def entries(folder: Path) -> list[SubmittedEntry]:
     """Return the entries of a class folder in alphabetical order. Raises InputError."""
     folder = _ilias_folder(folder)
-    paths = _handed_in(folder)
+    paths = _submitted_paths(folder)
     told = _gradescope_submitters(folder)
     blackboard, ilias = _blackboard(paths), _ilias(paths)
     canvas = _canvas([path for path in paths if path not in blackboard])
     if ilias.entries:
         paths = [path for path in paths if not _is_table(path)]
-    found: list[HandedIn] = []
+    found: list[SubmittedEntry] = []
     for path in paths:
         if path in ilias.teams:
             found += (ilias.entries[member] for member in ilias.teams[path])
@@ -142,7 +142,7 @@ def shown_name(name: str) -> str:
     return one_line(name, 200) or repr(name)
 
 
-def _handed_in(folder: Path) -> list[Path]:
+def _submitted_paths(folder: Path) -> list[Path]:
     """Return all paths in a class folder except files of operating systems, version control and platforms."""
     return [path for path in sorted(folder.iterdir()) if not _is_of_a_system(path)]
 
@@ -152,24 +152,24 @@ def _is_of_a_system(path: Path) -> bool:
     return name in _OF_SYSTEMS or name.startswith(("._", "__macosx")) or (name[0] == "." and path.is_dir())
 
 
-def _by_name(path: Path) -> HandedIn:
+def _by_name(path: Path) -> SubmittedEntry:
     """Return an entry of a folder that was collected by hand, or a Gradescope folder without its table."""
     name = stem(path)
     if match := _GRADESCOPE.fullmatch(name):
-        return HandedIn(path, Student(match["id"]), ids=(match["id"],))
-    return HandedIn(path, Student(name))
+        return SubmittedEntry(path, Student(match["id"]), ids=(match["id"],))
+    return SubmittedEntry(path, Student(name))
 
 
-def _moodle(path: Path) -> HandedIn | None:
+def _moodle(path: Path) -> SubmittedEntry | None:
     name = stem(path)
     heads = _MOODLE.findall(path.name)
     if len(heads) + (bool(heads) and _CANVAS.fullmatch(path.name) is not None) > 1:
         problem = f"the name {one_line(path.name)!r} has two ids in it; download the submissions again"
-        return HandedIn(path, Student(name), problem=problem)
+        return SubmittedEntry(path, Student(name), problem=problem)
     if not (match := _MOODLE.match(name)):
         return None
     own = _MOODLES_FILE.fullmatch(path.name) if not path.is_dir() else None
-    return HandedIn(
+    return SubmittedEntry(
         path,
         Student(match["id"], match["name"]),
         ids=(match["id"],),
@@ -179,7 +179,7 @@ def _moodle(path: Path) -> HandedIn | None:
     )
 
 
-def _canvas(paths: Sequence[Path]) -> dict[Path, HandedIn]:
+def _canvas(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
     """Return the entries of Canvas: each id has one name, and each file a unique number."""
     matches = {path: match for path in paths if (match := _CANVAS.fullmatch(path.name)) and not path.is_dir()}
     names: dict[str, set[str]] = {}
@@ -187,7 +187,7 @@ def _canvas(paths: Sequence[Path]) -> dict[Path, HandedIn]:
         names.setdefault(match["id"], set()).add(match["name"].casefold())
     files = Counter(match["file_id"] for match in matches.values() if match["file_id"] != "_")
     return {
-        path: HandedIn(
+        path: SubmittedEntry(
             path,
             Student(match["id"], match["name"]),
             ids=(match["id"],),
@@ -201,7 +201,7 @@ def _canvas(paths: Sequence[Path]) -> dict[Path, HandedIn]:
     }
 
 
-def _blackboard(paths: Sequence[Path]) -> dict[Path, HandedIn]:
+def _blackboard(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
     """Return the entries of Blackboard. The login follows the assignment's name, with which all names begin."""
     found = {path: list(_ATTEMPT.finditer(path.name)) for path in paths if not path.is_dir()}
     found = {path: matches for path, matches in found.items() if matches}
@@ -213,11 +213,11 @@ def _blackboard(paths: Sequence[Path]) -> dict[Path, HandedIn]:
             problem = (
                 f"the name {one_line(path.name)!r} has two attempts in it; download the submissions again"
             )
-            entries[path] = HandedIn(path, Student(path.stem), problem=problem)
+            entries[path] = SubmittedEntry(path, Student(path.stem), problem=problem)
             continue
         match, rest = sure[path], path.name[sure[path].end() :]
         who = logins[path.name[: match.start()]]
-        entries[path] = HandedIn(
+        entries[path] = SubmittedEntry(
             path,
             Student(who.logins[0], who.name),
             ids=who.logins,
@@ -230,20 +230,20 @@ def _blackboard(paths: Sequence[Path]) -> dict[Path, HandedIn]:
     return entries
 
 
-class _Who(NamedTuple):
+class _Owner(NamedTuple):
     """Student of a file. ``logins``: the likely one, and further ones if the name can be read in several ways."""
 
     logins: tuple[str, ...]
     name: str = ""
 
 
-def _logins(heads: Mapping[Path, str]) -> dict[str, _Who]:
+def _logins(heads: Mapping[Path, str]) -> dict[str, _Owner]:
     """Return the student of each beginning of Blackboard's names; two beginnings never share a login."""
     said = {}
     for path, head in heads.items():
         match = _BLACKBOARDS_NAME.match(_beginning(path)) if path.suffix == ".txt" else None
         if match and path.stem.startswith(f"{head}_attempt_") and head.endswith(f"_{match['login']}"):
-            said[head] = _Who((match["login"],), match["name"].strip())
+            said[head] = _Owner((match["login"],), match["name"].strip())
     different = sorted(set(heads.values()))
     common = _common_words(different)
     found = {}
@@ -251,10 +251,10 @@ def _logins(heads: Mapping[Path, str]) -> dict[str, _Who]:
         words = head.split("_")
         rests = ["_".join(words[number:]) for number in range(1, len(words))] or [head]
         likely = head.removeprefix(f"{common}_") if common else rests[-1]
-        found[head] = said.get(head) or _Who(tuple(dict.fromkeys((likely, *rests))))
+        found[head] = said.get(head) or _Owner(tuple(dict.fromkeys((likely, *rests))))
     times = Counter(who.logins[0].casefold() for who in found.values())
     return {
-        head: who if times[who.logins[0].casefold()] == 1 else _Who((head,), who.name)
+        head: who if times[who.logins[0].casefold()] == 1 else _Owner((head,), who.name)
         for head, who in found.items()
     }
 
@@ -279,14 +279,16 @@ def _beginning(path: Path) -> str:
 
 
 class _Ilias(NamedTuple):
-    entries: dict[Path, HandedIn]
+    entries: dict[Path, SubmittedEntry]
     teams: dict[Path, list[Path]]
     """Folders of the members, in the folder of each team."""
 
 
 def _ilias(paths: Sequence[Path]) -> _Ilias:
     """Return the entries of Ilias, if most folders have its names, each with a unique number at the end."""
-    teams = {path: _handed_in(path) for path in paths if _TEAM.fullmatch(path.name) and _is_folder(path)}
+    teams = {
+        path: _submitted_paths(path) for path in paths if _TEAM.fullmatch(path.name) and _is_folder(path)
+    }
     teams = {
         path: members
         for path, members in teams.items()
@@ -301,12 +303,12 @@ def _ilias(paths: Sequence[Path]) -> _Ilias:
     return _Ilias({path: _iliass_entry(path, match) for path, match in matches.items()}, teams)
 
 
-def _iliass_entry(path: Path, match: re.Match[str]) -> HandedIn:
+def _iliass_entry(path: Path, match: re.Match[str]) -> SubmittedEntry:
     """Parse ``Last_First_login_id``. Names and logins may have underscores: each way to read them is tried."""
     words = match["rest"].split("_")
     first = " ".join(words[: max(1, len(words) - 1)])
     logins = tuple("_".join(words[number:]) for number in range(1, len(words)))
-    return HandedIn(
+    return SubmittedEntry(
         path,
         Student(match["id"], f"{first} {match['last']}"),
         ids=(match["id"], *logins),
@@ -329,7 +331,7 @@ def _ilias_folder(folder: Path) -> Path:
     """Return the folder with the students' folders: in an Ilias download at most two levels below the top."""
     here = folder
     for _ in range(3):
-        paths = _handed_in(here)
+        paths = _submitted_paths(here)
         if _ilias(paths).entries:
             return here
         folders = [path for path in paths if _is_folder(path)]
@@ -346,13 +348,13 @@ def _is_table(path: Path) -> bool:
 # -- Gradescope's table -------------------------------------------------------------------------------------
 
 
-def _gradescope_submitters(folder: Path) -> dict[str, list[HandedIn]]:
+def _gradescope_submitters(folder: Path) -> dict[str, list[SubmittedEntry]]:
     """Return the students, all of a team, by the names of their folders; empty without a table."""
     file = folder / _METADATA
     if not file.is_file():
         return {}
     table = _yaml(file)
-    found: dict[str, list[HandedIn]] = {}
+    found: dict[str, list[SubmittedEntry]] = {}
     for name, entry in table.items() if isinstance(table, dict) else ():
         submitters = entry.get(":submitters") if isinstance(entry, dict) else None
         listed = [one for one in submitters if isinstance(one, dict)] if isinstance(submitters, list) else []
@@ -360,7 +362,7 @@ def _gradescope_submitters(folder: Path) -> dict[str, list[HandedIn]]:
         board = min((student.id for student in students), default="")
         at = _time(str(entry.get(":created_at")) if isinstance(entry, dict) else "")
         found[str(name)] = [
-            HandedIn(
+            SubmittedEntry(
                 folder / str(name),
                 student,
                 ids=tuple(filter(None, (student.id, student.email))),

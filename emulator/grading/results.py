@@ -12,12 +12,12 @@ import hmac
 import re
 from typing import Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from fcu_emulator.emulator.grading.late import after_penalty
 from fcu_emulator.emulator.grading.roster import Student
 from fcu_emulator.emulator.grading.rubric import is_shipped
-from fcu_emulator.emulator.grading.verdict import ExerciseTitle, Verdict
+from fcu_emulator.emulator.grading.verdict import ExerciseTitle, ResultModel, Verdict
 from fcu_emulator.emulator.host.install_hints import command_line
 from fcu_emulator.emulator.text import visible
 
@@ -28,17 +28,13 @@ there is none. Only "judged" has points that count.
 """
 
 
-class _ResultModel(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
-
-
 TOTAL = "total"
 """Value of :attr:`Override.what` for all points."""
 LATE_PENALTY = "late penalty"
 """Value of :attr:`Override.what` for the late penalty."""
 
 
-class Override(_ResultModel):
+class Override(ResultModel):
     """Points that the teacher gives for a check, an exercise or everything (:data:`TOTAL`).
 
     For :data:`LATE_PENALTY`, points that the teacher takes off.
@@ -49,7 +45,7 @@ class Override(_ResultModel):
     comment: str = ""
 
 
-class Graded(_ResultModel):
+class Graded(ResultModel):
     """Result of one student. ``verdict`` is None if nothing was judged, and has no evidence here.
 
     ``reason``: why it is not judged, or only partly. ``report``: the name of the student's files, without
@@ -159,7 +155,7 @@ class Graded(_ResultModel):
         return visible(f"{self.name} ({self.id})" if self.name and self.name != self.id else self.id)
 
 
-class GradedClass(_ResultModel):
+class GradedClass(ResultModel):
     """Contents of the file ``grade.json``."""
 
     schema_: Literal[1] = Field(default=1, alias="schema")

@@ -30,7 +30,7 @@ from typing import Final, Literal, NamedTuple, TypeAlias
 from fcu_emulator.emulator.errors import InputError, NotJudgedError
 from fcu_emulator.emulator.grading import platforms
 from fcu_emulator.emulator.grading.archives import CLASS, ArchiveError, unpack
-from fcu_emulator.emulator.grading.platforms import HandedIn
+from fcu_emulator.emulator.grading.platforms import SubmittedEntry
 from fcu_emulator.emulator.grading.roster import Roster, Student
 from fcu_emulator.emulator.host.files import is_about_the_name
 from fcu_emulator.emulator.text import one_line
@@ -86,7 +86,7 @@ class Submission:
     """Whether the student is on the roster; None without a roster."""
     problem: str = ""
     """Reason for a rejection that is known from the file's place alone."""
-    entries: tuple[HandedIn, ...] = ()
+    entries: tuple[SubmittedEntry, ...] = ()
     """All files and folders of the student, if they have more data than ``path``."""
 
     @property
@@ -108,7 +108,7 @@ class Submission:
         return f"the last of {len(attempts)} attempts is judged" if len(attempts) > 1 else ""
 
     @property
-    def counted(self) -> list[HandedIn]:
+    def counted(self) -> list[SubmittedEntry]:
         """Return the judged entries: of several attempts the last."""
         last = max((entry.attempt for entry in self.entries), default="")
         return [entry for entry in self.entries if entry.attempt == last and entry.is_there]
@@ -166,7 +166,7 @@ def _newest(path: Path) -> datetime:
 class _Resolved(NamedTuple):
     """An entry and its student. ``sure``: False if found by a name alone, which a student may have chosen."""
 
-    entry: HandedIn
+    entry: SubmittedEntry
     student: Student
     known: bool | None
     problem: str
@@ -232,7 +232,7 @@ def _class_folder(where: Path, scratch: Path) -> Path:
     return inside[0] if len(inside) == 1 and inside[0].is_dir() else scratch
 
 
-def _resolved(entry: HandedIn, roster: Roster | None) -> _Resolved:
+def _resolved(entry: SubmittedEntry, roster: Roster | None) -> _Resolved:
     """Find the student of an entry: the teacher's table counts first, then the platform's ids, then names."""
     unknown = Student(platforms.stem(entry.path))
     if entry.problem and entry.is_there:  # the name can be read in two ways
@@ -257,7 +257,7 @@ def _shown(student: Student) -> str:
     return one_line(f"{student.name} ({student.id})" if student.name else student.id, 60)
 
 
-def _gathered(handed_in: Sequence[HandedIn], folder: Path) -> Path:
+def _gathered(handed_in: Sequence[SubmittedEntry], folder: Path) -> Path:
     """Copy the entries of one student into a folder, under the student's own names."""
     folder.mkdir(parents=True)
     left = _LARGEST
@@ -272,7 +272,7 @@ def _gathered(handed_in: Sequence[HandedIn], folder: Path) -> Path:
     return folder
 
 
-def _own_files(handed_in: Sequence[HandedIn]) -> Iterator[tuple[Path, str]]:
+def _own_files(handed_in: Sequence[SubmittedEntry]) -> Iterator[tuple[Path, str]]:
     """Yield each ordinary file with the student's own name. Raises RejectedError for a link or a device."""
     for entry in handed_in:
         kind = entry.path.lstat().st_mode

@@ -21,13 +21,13 @@ Visibility: TypeAlias = Literal["always", "after_due_date", "never"]
 Detail: TypeAlias = Literal["full", "actual", "name", "none"]
 
 
-class _VerdictModel(BaseModel):
+class ResultModel(BaseModel):
     """Base class: frozen, strict, and without unknown keys."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
 
-class CheckResult(_VerdictModel):
+class CheckResult(ResultModel):
     """Result of one check of a rubric.
 
     ``check`` is unique in the rubric ("3.pitch"). ``expected`` and ``actual`` are sentences for people, empty
@@ -66,7 +66,7 @@ def _without(names: Iterable[str]) -> str:
     return f"no points without {', '.join(names)}, which this check requires"
 
 
-class Series(_VerdictModel):
+class Series(ResultModel):
     """A printed number against the truth. All lists have one entry for each print; None: not a number.
 
     ``unit``: of ``printed`` and ``truth``. At most :data:`MOST_PRINTS` entries, evenly selected.
@@ -79,7 +79,7 @@ class Series(_VerdictModel):
     truth: tuple[float, ...]
 
 
-class Following(_VerdictModel):
+class Following(ResultModel):
     """Input of a plot of a LED or line that must follow a condition: periods of the condition, and of LED or line.
 
     Times in s, from and until; for a printed line both are the begin of printing. At most :data:`MOST_PRINTS`
@@ -92,7 +92,7 @@ class Following(_VerdictModel):
     shown: tuple[tuple[float, float], ...]
 
 
-class DiagnosedCause(_VerdictModel):
+class DiagnosedCause(ResultModel):
     """One diagnosis: a line with function and source line if they are known, and sentences."""
 
     kind: str
@@ -101,7 +101,7 @@ class DiagnosedCause(_VerdictModel):
     fatal: bool = False
 
 
-class RunEvidence(_VerdictModel):
+class RunEvidence(ResultModel):
     """Evidence of one run of the board, which several exercises may use.
 
     ``terminal``: begin and end of the output, decoded as Latin-1, with raw control characters: the viewer
@@ -127,7 +127,7 @@ class RunEvidence(_VerdictModel):
     replay: str = ""
 
 
-class ExerciseTitle(_VerdictModel):
+class ExerciseTitle(ResultModel):
     """Title of a judged exercise, in the rubric's order."""
 
     exercise: str
@@ -138,7 +138,7 @@ MOST_PRINTS = 200  # limit of entries in a series
 MOST_TERMINAL = 8_000  # limit for a run's text: its first and last characters
 
 
-class Verdict(_VerdictModel):
+class Verdict(ResultModel):
     """Verdict on a program by a rubric."""
 
     schema_: Literal[1] = 1

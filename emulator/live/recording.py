@@ -69,7 +69,7 @@ class SessionRecording:
         if self.world:
             tables["world"] = {**tables.get("world", {}), **self.world}
         if self._ideal:
-            tables["sensors"] = {**tables.get("sensors", {}), "grade": "ideal"}
+            tables["sensors"] = {**tables.get("sensors", {}), "quality": "ideal"}
         if plan is not None:
             serial = plan.contents.model_dump(mode="json", by_alias=True, exclude_unset=True)
             tables = {**tables, "bus": serial.get("bus")}

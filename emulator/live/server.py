@@ -139,7 +139,7 @@ class PageServer:
         from websockets.asyncio.server import serve
 
         self._stop = asyncio.Event()
-        self._loop.set_exception_handler(self._hear_of_failure)
+        self._loop.set_exception_handler(self._handle_failure)
         server = await serve(
             self._talk,
             self._listen_on,
@@ -171,7 +171,7 @@ class PageServer:
         self._requests = Requests(self.address, listening.hosts(self._listen_on, port))
         self._ready.set()
 
-    def _hear_of_failure(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    def _handle_failure(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         del loop
         self._say(f"page: {_failure(str(context.get('message')), context.get('exception'))}")
 

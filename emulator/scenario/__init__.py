@@ -20,17 +20,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fcu_emulator.emulator.scenario.expectations import Failure
     from fcu_emulator.emulator.scenario.loader import load_scenario, scenario_names
-    from fcu_emulator.emulator.scenario.scenario import Finding, Result, Scenario, check, run
+    from fcu_emulator.emulator.scenario.result import ExpectationResult, Result
+    from fcu_emulator.emulator.scenario.scenario import Scenario, check, run
     from fcu_emulator.emulator.scenario.schema import ScenarioFile, json_schema
 
 _HOMES = {
     "load_scenario": "loader",
     "scenario_names": "loader",
-    "Failure": "expectations",
-    "Finding": "scenario",
-    "Result": "scenario",
+    "ExpectationResult": "result",
+    "Result": "result",
     "Scenario": "scenario",
     "check": "scenario",
     "run": "scenario",
@@ -39,8 +38,7 @@ _HOMES = {
 }
 
 __all__ = [
-    "Failure",
-    "Finding",
+    "ExpectationResult",
     "Result",
     "Scenario",
     "ScenarioFile",

@@ -38,11 +38,11 @@ def _known_led(name: str, info: ValidationInfo) -> str:
 LedName = Annotated[str, AfterValidator(_known_led), Field(json_schema_extra={"enum": LED_NAMES})]
 
 
-def led_states(seen: RunView, led: str) -> Iterator[tuple[int, int, bool]]:
+def led_states(run: RunView, led: str) -> Iterator[tuple[int, int, bool]]:
     """Yield (from, until, lit) in order of time, from the edges of the pin; the LED is dark at first."""
-    pin = seen.board.led(led.upper()).pin
+    pin = run.board.led(led.upper()).pin
     begin_ps, lit = 0, False
-    for edge in seen.board.trace.of(GpioEdge):
+    for edge in run.board.trace.of(GpioEdge):
         if edge.pin == pin:
             yield begin_ps, edge.t_ps, lit
             begin_ps, lit = edge.t_ps, edge.level == 0
@@ -118,30 +118,30 @@ class Condition(Table):
             return None
         return over < 0 if self.below is not None else over > 0
 
-    def stretches(self, seen: RunView) -> Iterator[Stretch]:
+    def stretches(self, run: RunView) -> Iterator[Stretch]:
         """Yield the parts of a run in order of time, up to its end."""
         if self.led is not None:
-            for begin_ps, until_ps, lit in led_states(seen, self.led):
-                if begin_ps < seen.end_ps:
-                    yield Stretch(begin_ps, min(until_ps, seen.end_ps), lit)
+            for begin_ps, until_ps, lit in led_states(run, self.led):
+                if begin_ps < run.end_ps:
+                    yield Stretch(begin_ps, min(until_ps, run.end_ps), lit)
             return
         at_ps = 0
-        for holds, samples in groupby(seen.samples[self.quantity or ""], key=self.holds):
+        for holds, samples in groupby(run.samples[self.quantity or ""], key=self.holds):
             end_ps = at_ps + SAMPLE_STEP_PS * sum(1 for _ in samples)
-            if at_ps < seen.end_ps:
-                yield Stretch(at_ps, min(end_ps, seen.end_ps), holds)
+            if at_ps < run.end_ps:
+                yield Stretch(at_ps, min(end_ps, run.end_ps), holds)
             at_ps = end_ps
 
-    def held(self, seen: RunView) -> tuple[tuple[int, int], ...]:
+    def held(self, run: RunView) -> tuple[tuple[int, int], ...]:
         """Return the periods in which the condition holds, in ps."""
-        return tuple((one.begin_ps, one.end_ps) for one in self.stretches(seen) if one.holds)
+        return tuple((one.begin_ps, one.end_ps) for one in self.stretches(run) if one.holds)
 
-    def value_text(self, seen: RunView, at_ps: int) -> str:
+    def value_text(self, run: RunView, at_ps: int) -> str:
         """Describe the state at a moment for findings: " with a true roll of 44.2 degrees"."""
         if self.led is not None:
             return ""
         name = self.quantity or ""
-        samples = seen.samples[name]
+        samples = run.samples[name]
         index, rest_ps = divmod(at_ps, SAMPLE_STEP_PS)
         before, after = (samples[min(one, len(samples) - 1)] for one in (index, index + 1))
         value = before + deviation(name, after, before) * rest_ps / SAMPLE_STEP_PS

@@ -8,9 +8,9 @@ in :mod:`fcu_emulator.emulator.scenario.hardware`.
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -21,7 +21,6 @@ from fcu_emulator.emulator.scenario.fields import (
     Duration,
     Length,
     PatternText,
-    Table,
     TextFile,
     TextPattern,
     TimeBudget,
@@ -36,6 +35,7 @@ from fcu_emulator.emulator.scenario.formats import (
     PrintfFormat,
     shown_format,
 )
+from fcu_emulator.emulator.scenario.result import ExpectationResult, Expected, Fault
 from fcu_emulator.emulator.scenario.run_view import (
     FIELDS,
     MAX_SETTLE_PS,
@@ -50,7 +50,6 @@ from fcu_emulator.emulator.scenario.run_view import (
     unit_of,
 )
 from fcu_emulator.emulator.scenario.text_diff import (
-    Fault,
     difference,
     fault_between,
     first_difference,
@@ -60,30 +59,7 @@ from fcu_emulator.emulator.scenario.text_diff import (
 from fcu_emulator.emulator.text import shown, visible
 from fcu_emulator.emulator.time.clock import PS_PER_MS, seconds
 
-# -- Shared by all expectations: failure, view of the run, window -------------------------------------------
-
-
-@dataclass(frozen=True)
-class Failure:
-    """Reason for a failed expectation."""
-
-    fault: Fault
-    expected: str
-    seen: str
-    diff: tuple[str, ...] = ()
-    """Lines in the style of a unified diff: "-" expected, "+" printed, " " around them."""
-    for_good: bool = False
-    """Whether the failure is final: no later output or LED state can correct it, so it is reported during the run."""
-    finding: str = ""
-    """Details beyond ``fault``: for a LED "never lit", "one side", "late" and so on. They select a rubric's hint."""
-
-    @property
-    def kind(self) -> str:
-        """Return the finding, or the fault if there is no finding."""
-        return self.finding or self.fault
-
-    def __str__(self) -> str:
-        return f"expected {self.expected}; seen: {self.seen}"
+# -- Shared by all expectations: view of the run, evaluation, window -------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -102,26 +78,21 @@ class RunView:
     """Results of :meth:`Expectation.watch`, by the identity of the expectation."""
 
 
-class Expectation(Table, ABC):
-    """One ``[[expect]]`` table: schema and evaluation in one class.
-
-    ``ON_TERMINAL``: whether it reads terminal output, which ends with a crash.
-    """
+class Expectation(Expected):
+    """One ``[[expect]]`` table. ``ON_TERMINAL``: whether it reads terminal output, which ends with a crash."""
 
     ON_TERMINAL: ClassVar[bool] = False
 
-    def watch(self, board: BoardView) -> Any:
-        """Start watching at power-on, for expectations that observe the run; the result is kept in ``Seen.watched``."""
-        del board
-        return None
-
     @abstractmethod
-    def wording(self) -> str:
-        """Describe the expectation for verdicts and for the page."""
+    def evaluate(self, run: RunView) -> ExpectationResult: ...
 
-    @abstractmethod
-    def judge(self, seen: RunView) -> Failure | None:
-        """Return the failure, or None if the expectation is met."""
+    def result(self, run: RunView) -> ExpectationResult:
+        """Evaluate the expectation; a search that takes too long is "stopped"."""
+        try:
+            return self.evaluate(run)
+        except TimeoutError:
+            expected = "a pattern that can be searched in reasonable time"
+            return self.failed("stopped", "the search took too long", expected=expected)
 
 
 class Windowed(Window, Expectation):
@@ -129,9 +100,22 @@ class Windowed(Window, Expectation):
 
     ON_TERMINAL = True
 
-    def lines_in_window(self, seen: RunView) -> list[PrintedLine]:
+    def lines_in_window(self, run: RunView) -> list[PrintedLine]:
         """Return the lines whose printing began in the window."""
-        return [line for line in seen.lines if self.covers(line.at_ps)]
+        return [line for line in run.lines if self.covers(line.at_ps)]
+
+    def nearly_printed(
+        self, wanted: str, lines: Sequence[str], patience: TimeBudget
+    ) -> ExpectationResult | None:
+        """Return the difference to the most similar line; None if no line is similar."""
+        near = None
+        if not patience.exhausted:
+            with patience.limited():
+                near = nearest(wanted, lines)
+        if near is None:
+            return None
+        diff = (f"-{escaped(wanted)}", f"+{escaped(near)}")
+        return self.failed(fault_between(wanted, near), shown_line(near), diff)
 
 
 # -- The terminal's text: a line, a pattern, a pattern never, the whole text --------------------------------
@@ -144,43 +128,31 @@ class ExpectLine(Windowed):
     text: str = Field(max_length=255)  # longest text of one PRINTF
     count: int | None = Field(None, ge=1)
 
-    def wording(self) -> str:
+    def describe(self) -> str:
         times = "" if self.count is None else " once" if self.count == 1 else f" {self.count} times"
         return f"the line {shown_line(same_banner(self.text.strip()))}{times}{self.window_text()}"
 
-    def judge(self, seen: RunView) -> Failure | None:
+    def evaluate(self, run: RunView) -> ExpectationResult:
         """Compare whole lines without leading and trailing blanks."""
         wanted = same_banner(self.text.strip())
-        lines = [same_banner(line.text) for line in self.lines_in_window(seen)]
+        lines = [same_banner(line.text) for line in self.lines_in_window(run)]
         found = lines.count(wanted)
         if found == self.count or (found and self.count is None):
-            return None
+            return self.met()
         if found:
             too_often = found > (self.count or found)
-            return Failure("wrong value", self.wording(), f"{found} times", for_good=too_often)
-        nearly = nearly_printed(wanted, lines, self.wording(), seen.patience)
-        return nearly or Failure("missing", self.wording(), f"{len(lines)} other lines")
-
-
-def nearly_printed(wanted: str, lines: Sequence[str], expected: str, patience: TimeBudget) -> Failure | None:
-    """Describe the difference to the most similar line; None if no line is similar."""
-    near = None
-    if not patience.exhausted:
-        with patience.limited():
-            near = nearest(wanted, lines)
-    if near is None:
-        return None
-    diff = (f"-{escaped(wanted)}", f"+{escaped(near)}")
-    return Failure(fault_between(wanted, near), expected, shown_line(near), diff)
+            return self.failed("wrong value", f"{found} times", final=too_often)
+        nearly = self.nearly_printed(wanted, lines, run.patience)
+        return nearly or self.failed("missing", f"{len(lines)} other lines")
 
 
 class _Matching(Windowed):
     pattern: PatternText
 
-    def matches(self, seen: RunView) -> list[PrintedLine]:
+    def matches(self, run: RunView) -> list[PrintedLine]:
         """Return the lines in the window that contain the pattern."""
-        lines = self.lines_in_window(seen)
-        return [line for line in lines if self._found_in(line.text, seen.patience)]
+        lines = self.lines_in_window(run)
+        return [line for line in lines if self._found_in(line.text, run.patience)]
 
     def _found_in(self, line: str, patience: TimeBudget) -> bool:
         texts = dict.fromkeys((line, same_banner(line)))
@@ -193,18 +165,18 @@ class ExpectRegex(_Matching):
     kind: Literal["regex"]
     count: int | None = Field(None, ge=1)
 
-    def wording(self) -> str:
+    def describe(self) -> str:
         """Describe the pattern and the number of lines."""
         times = "" if self.count is None else f" in {self.count} line{'s' * (self.count > 1)}"
         return f'a match of "{visible(self.pattern.text)}"{times}{self.window_text()}'
 
-    def judge(self, seen: RunView) -> Failure | None:
-        found = len(self.matches(seen))
+    def evaluate(self, run: RunView) -> ExpectationResult:
+        found = len(self.matches(run))
         if found == self.count or (found and self.count is None):
-            return None
+            return self.met()
         too_many = found > (self.count or found)
         fault: Fault = "wrong value" if found else "missing"
-        return Failure(fault, self.wording(), f"{found} matches", for_good=too_many)
+        return self.failed(fault, f"{found} matches", final=too_many)
 
 
 class ExpectNever(_Matching):
@@ -212,16 +184,16 @@ class ExpectNever(_Matching):
 
     kind: Literal["never"]
 
-    def wording(self) -> str:
+    def describe(self) -> str:
         return f'no match of "{visible(self.pattern.text)}"{self.window_text()}'
 
-    def judge(self, seen: RunView) -> Failure | None:
-        found = self.matches(seen)
+    def evaluate(self, run: RunView) -> ExpectationResult:
+        found = self.matches(run)
         if not found:
-            return None
+            return self.met()
         first = found[0]
-        seen_text = f"{len(found)} lines, first line {first.number} at {seconds(first.at_ps)}"
-        return Failure("wrong value", self.wording(), seen_text, (f"+{escaped(first.text)}",), for_good=True)
+        seen = f"{len(found)} lines, first line {first.number} at {seconds(first.at_ps)}"
+        return self.failed("wrong value", seen, (f"+{escaped(first.text)}",), final=True)
 
 
 class ExpectText(Expectation):
@@ -232,16 +204,16 @@ class ExpectText(Expectation):
     kind: Literal["text"]
     file: TextFile
 
-    def wording(self) -> str:
+    def describe(self) -> str:
         expected = same_banner(self.file.content.decode("latin-1"))
         lines = len(expected.split("\n"))
         return f"{self.file.path} ({lines} lines, {len(expected)} bytes)"
 
-    def judge(self, seen: RunView) -> Failure | None:
+    def evaluate(self, run: RunView) -> ExpectationResult:
         expected = same_banner(self.file.content.decode("latin-1"))
-        printed = same_banner(seen.board.terminal.text)
+        printed = same_banner(run.board.terminal.text)
         if printed == expected:
-            return None
+            return self.met()
         wanted_lines, printed_lines = expected.split("\n"), printed.split("\n")
         index = first_difference(wanted_lines, printed_lines)
         fault = fault_between(
@@ -250,7 +222,7 @@ class ExpectText(Expectation):
         )
         count = f"{len(printed_lines)} lines, {len(printed)} bytes"
         ended = index < len(printed_lines) - 1  # the first different line that is complete
-        return Failure(fault, self.wording(), count, difference(wanted_lines, printed_lines), for_good=ended)
+        return self.failed(fault, count, difference(wanted_lines, printed_lines), final=ended)
 
 
 def shown_line(text: str) -> str:
@@ -318,6 +290,27 @@ class _Number(Windowed):
         which = f" (number {self.number})" if self.number > 1 else ""
         return shown_format(self.format or self._pattern().text) + which
 
+    def _not_printed(self, number: NumberFormat, run: RunView) -> ExpectationResult:
+        """Report that no line of the window begins like the format: the output has another form, or none."""
+        lines = self.lines_in_window(run)
+        near = [line for line in lines if number.is_meant_by(line.text)]
+        if near:
+            return self._malformed(number, near, len(near))
+        text = f'no line "{number.text}" among {len(lines)} lines'
+        outside = [line for line in run.lines if number.is_begun_by(line.text)]
+        if outside:
+            text += f", the last one is at {seconds(outside[-1].at_ps)}"
+        return self.failed("missing", text)
+
+    def _malformed(
+        self, number: NumberFormat, wrong: Sequence[PrintedLine], count: int, final: bool = False
+    ) -> ExpectationResult:
+        """Report lines with the format's beginning that do not follow it, and the difference."""
+        what = format_difference(number.text, wrong[0].text)
+        seen = f"{len(wrong)} of {count} lines in another format" + (f": {what}" if what else "")
+        diff = (f"-{number.text}", *map(_printed, wrong[:_DIFF_LINES]))
+        return self.failed("wrong format", seen, diff, final=final)
+
     def _pattern(self) -> TextPattern:
         assert self.pattern is not None  # guaranteed by the validator
         return self.pattern
@@ -355,7 +348,7 @@ class ExpectField(_Number):
         """Return the name of the true quantity; "" for a comparison with a value."""
         return (self.name or "") if self.truth is True else self.truth or ""
 
-    def wording(self) -> str:
+    def describe(self) -> str:
         """Describe the reference and the tolerance."""
         unit = f" {unit_of(self.name)}" if self.name else ""
         return f"{self.title} within {self.tolerance:g}{unit} of {self._target()}{self.window_text()}"
@@ -369,33 +362,31 @@ class ExpectField(_Number):
         scaled = f" times {self.scale:g}" if self.scale != 1 else ""
         return f"the true {self.quantity}{scaled}" + (f" ({recent})" if recent else "")
 
-    def judge(self, seen: RunView) -> Failure | None:
+    def evaluate(self, run: RunView) -> ExpectationResult:
         """Fail as missing if the number is never printed; also fail for a line that begins like it in another format."""
-        line_format = self.number_format(seen.patience)
-        lines = [line for line in self.lines_in_window(seen) if line_format.is_begun_by(line.text)]
+        line_format = self.number_format(run.patience)
+        lines = [line for line in self.lines_in_window(run) if line_format.is_begun_by(line.text)]
         if not lines:
-            return _not_printed(line_format, self.wording(), self.lines_in_window(seen), seen)
+            return self._not_printed(line_format, run)
         numbers = [(line, line_format.number(line.text)) for line in lines]
         malformed = [line for line, number in numbers if number is None]
         if malformed:
-            return replace(_malformed(line_format, self.wording(), malformed, len(lines)), for_good=True)
+            return self._malformed(line_format, malformed, len(lines), final=True)
         errors = [(line, number, self._error(line, number)) for line, number in numbers if number is not None]
         wrong = [one for one in errors if not abs(one[2]) <= self.tolerance]
         if not wrong:
-            return None
+            return self.met()
         wrong.sort(key=lambda one: -abs(one[2]) if math.isfinite(one[2]) else math.inf)
         finite = [one for one in wrong if math.isfinite(one[2])]
-        seen_text = (
-            f"{len(finite)} of {len(lines)} prints off, {self._compared(*finite[0])}" if finite else ""
-        )
+        seen = f"{len(finite)} of {len(lines)} prints off, {self._compared(*finite[0])}" if finite else ""
         if len(finite) < len(wrong):
             none = f"{len(wrong) - len(finite)} of {len(lines)}"
-            seen_text += f", {none} are nan or inf" if finite else f"{none} prints are nan or inf"
+            seen += f", {none} are nan or inf" if finite else f"{none} prints are nan or inf"
         diff = tuple(
             f"{_printed(line)}  (off by {error:+.6g}{self._reference(printed, error)})"
             for line, printed, error in wrong[:_DIFF_LINES]
         )
-        return Failure("wrong value", self.wording(), seen_text, diff, for_good=True)
+        return self.failed("wrong value", seen, diff, final=True)
 
     def _compared(self, line: PrintedLine, printed: float, error: float) -> str:
         """Return the worst print and its reference."""
@@ -429,30 +420,30 @@ class ExpectPrinted(_Number):
     kind: Literal["printed"]
     max_gap: Length
 
-    def wording(self) -> str:
+    def describe(self) -> str:
         """Describe the format of the line and its interval."""
         every = f"at least every {seconds(self.max_gap)}"
         return f'a line "{self.number_format().text}" {every}{self.window_text()}'
 
-    def judge(self, seen: RunView) -> Failure | None:
+    def evaluate(self, run: RunView) -> ExpectationResult:
         """Check from the window's begin to its end, or to the run's end."""
-        line_format, expected = self.number_format(seen.patience), self.wording()
-        lines = [line for line in self.lines_in_window(seen) if line_format.is_begun_by(line.text)]
-        earlier = [line for line in seen.lines if line.at_ps < self.from_]
+        line_format = self.number_format(run.patience)
+        lines = [line for line in self.lines_in_window(run) if line_format.is_begun_by(line.text)]
+        earlier = [line for line in run.lines if line.at_ps < self.from_]
         before = [line for line in earlier if line_format.number(line.text) is not None]
         if not lines and before:
-            return Failure("missing", expected, f"none after {seconds(before[-1].at_ps)}")
+            return self.failed("missing", f"none after {seconds(before[-1].at_ps)}")
         if not lines:
-            return _not_printed(line_format, expected, self.lines_in_window(seen), seen)
+            return self._not_printed(line_format, run)
         wrong = [line for line in lines if line_format.number(line.text) is None]
         if wrong:
-            return _malformed(line_format, expected, wrong, len(lines))
-        end_ps = seen.end_ps if self.to is None else min(self.to, seen.end_ps)
+            return self._malformed(line_format, wrong, len(lines))
+        end_ps = run.end_ps if self.to is None else min(self.to, run.end_ps)
         times = [self.from_, *(line.at_ps for line in lines), end_ps]
         gap, since = max((after - before, before) for before, after in pairwise(times))
         if gap <= self.max_gap:
-            return None
-        return Failure("missing", expected, f"none for {seconds(gap)} from {seconds(since)} on")
+            return self.met()
+        return self.failed("missing", f"none for {seconds(gap)} from {seconds(since)} on")
 
 
 class ExpectWithin(_Number):
@@ -465,48 +456,26 @@ class ExpectWithin(_Number):
     max: float
     min_difference: float = Field(0.0, ge=0)
 
-    def wording(self) -> str:
+    def describe(self) -> str:
         apart = f", two of them {self.min_difference:g} apart" if self.min_difference else ""
         return f"{self.title} from {self.min:g} to {self.max:g}{apart}{self.window_text()}"
 
-    def judge(self, seen: RunView) -> Failure | None:
+    def evaluate(self, run: RunView) -> ExpectationResult:
         """Fail as missing if the number is never printed."""
-        line_format, expected = self.number_format(seen.patience), self.wording()
-        parsed = [(line, line_format.number(line.text)) for line in self.lines_in_window(seen)]
+        line_format = self.number_format(run.patience)
+        parsed = [(line, line_format.number(line.text)) for line in self.lines_in_window(run)]
         values = [(line, number) for line, number in parsed if number is not None]
         if not values:
-            return _not_printed(line_format, expected, self.lines_in_window(seen), seen)
+            return self._not_printed(line_format, run)
         wrong = [line for line, value in values if not self.min <= value <= self.max]
         if wrong:
             text, diff = f"{len(wrong)} of {len(values)} prints outside", map(_printed, wrong[:_DIFF_LINES])
-            return Failure("wrong value", expected, text, tuple(diff), for_good=True)
+            return self.failed("wrong value", text, tuple(diff), final=True)
         apart = np.ptp([value for _, value in values])
         if apart < self.min_difference:
             text = f"all {len(values)} within {apart:g}"
-            return Failure("wrong value", expected, text, (_printed(values[0][0]),))
-        return None
-
-
-def _not_printed(
-    line_format: NumberFormat, expected: str, lines: Sequence[PrintedLine], seen: RunView
-) -> Failure:
-    """Report that no line of the window begins like the format: the output has another form, or none."""
-    near = [line for line in lines if line_format.is_meant_by(line.text)]
-    if not near:
-        text = f'no line "{line_format.text}" among {len(lines)} lines'
-        outside = [line for line in seen.lines if line_format.is_begun_by(line.text)]
-        if outside:
-            text += f", the last one is at {seconds(outside[-1].at_ps)}"
-        return Failure("missing", expected, text)
-    return _malformed(line_format, expected, near, len(near))
-
-
-def _malformed(line_format: NumberFormat, expected: str, wrong: Sequence[PrintedLine], count: int) -> Failure:
-    """Report lines with the format's beginning that do not follow it, and the difference."""
-    what = format_difference(line_format.text, wrong[0].text)
-    seen_text = f"{len(wrong)} of {count} lines in another format" + (f": {what}" if what else "")
-    diff = (f"-{line_format.text}", *map(_printed, wrong[:_DIFF_LINES]))
-    return Failure("wrong format", expected, seen_text, diff)
+            return self.failed("wrong value", text, (_printed(values[0][0]),))
+        return self.met()
 
 
 def _printed(line: PrintedLine) -> str:

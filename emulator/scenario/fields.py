@@ -47,7 +47,7 @@ from pydantic_core import PydanticCustomError
 from fcu_emulator.emulator.boards.description import BoardDescription
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.errors import RecordingError
-from fcu_emulator.emulator.scenario.renamed import with_current_keys
+from fcu_emulator.emulator.renamed import with_current_keys
 from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.time.clock import (
     DURATION,

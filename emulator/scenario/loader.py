@@ -37,8 +37,8 @@ from pydantic import ValidationError
 from fcu_emulator.emulator.boards.description import BoardDescription
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.errors import InputError, ScenarioError
+from fcu_emulator.emulator.renamed import with_current_keys
 from fcu_emulator.emulator.scenario.fields import Resources, read_bounded
-from fcu_emulator.emulator.scenario.renamed import with_current_keys
 from fcu_emulator.emulator.scenario.rules import with_rules
 from fcu_emulator.emulator.scenario.scenario import Scenario
 from fcu_emulator.emulator.scenario.schema import scenario_file

@@ -1,4 +1,4 @@
-"""Scenarios ready to be played on any number of boards, runs of a board through a scenario, and the verdict.
+"""Scenarios ready to be played on any number of boards, runs of a board through a scenario.
 
 Playing: motions are planned on the world when the board is created, with absolute start times, so that the
 truth can be computed ahead of time. From the first jump of the world (``set_...``), every step is performed
@@ -10,8 +10,6 @@ error of the file with its key path, not a surprise during the run.
 
 Limits are checked between slices of virtual time. Python firmware that loops without any call of the HAL lets
 no virtual time pass, so these checks cannot stop it.
-
-The verdict contains the findings of a run, for people and for programs.
 """
 
 from __future__ import annotations
@@ -21,23 +19,24 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Any, Protocol
 from weakref import WeakKeyDictionary
 
 from fcu_emulator.emulator.boards.description import BoardErrors, SensorSettings
 from fcu_emulator.emulator.errors import InputError, ScenarioError
 from fcu_emulator.emulator.links.runner import Runner
-from fcu_emulator.emulator.scenario.expectations import SETTLE_PS, Expectation, ExpectField, Failure, RunView
+from fcu_emulator.emulator.scenario.expectations import SETTLE_PS, ExpectField, RunView
 from fcu_emulator.emulator.scenario.fields import Window
 from fcu_emulator.emulator.scenario.following import ExpectLineFollows
 from fcu_emulator.emulator.scenario.formats import NamedFormat, NumberFormat
 from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
+from fcu_emulator.emulator.scenario.result import ExpectationResult, Result
 from fcu_emulator.emulator.scenario.run_view import BoardView, Recorder, TerminalView, Wanted, against_truth
 from fcu_emulator.emulator.scenario.schema import AnyExpectation, LimitsTable, ReportTable, ScenarioFile
 from fcu_emulator.emulator.scenario.timeline import TimelineAction
 from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, format_duration, seconds
 from fcu_emulator.emulator.world import World, earth_field
-from fcu_emulator.sensors.errors import Grade
+from fcu_emulator.sensors.errors import Quality
 
 # -- Steps with absolute times, from timeline entries -------------------------------------------------------
 
@@ -171,9 +170,9 @@ class Scenario:
         """Return the file's deviations of the sensors."""
         return self.contents.sensors.settings()
 
-    def board_errors(self, grade: Grade, seed: int) -> BoardErrors:
+    def board_errors(self, quality: Quality, seed: int) -> BoardErrors:
         """Return the deviations of the board itself: values from the file, drawn values for the rest."""
-        return replace(BoardErrors.of_grade(grade, seed), **self.contents.board)
+        return replace(BoardErrors.of_quality(quality, seed), **self.contents.board)
 
     def create_world(self, clock: Clock, own: BoardErrors | None = None) -> World:
         """Create the world at power-on. ``own``: deviations of the board, used for values that the file does not give."""
@@ -214,7 +213,7 @@ class Scenario:
         for step in self.steps:
             jumped = jumped or step.entry.LIVE
             if jumped:
-                perform_at(board, step.entry, step.at_ps)
+                board.clock.schedule(step.at_ps, partial(step.entry.perform, board, step.at_ps))
             else:
                 step.entry.plan(board.world, step.at_ps / PS_PER_S)
                 board.clock.schedule(step.at_ps, partial(step.entry.act, board, step.at_ps))
@@ -233,27 +232,22 @@ class Scenario:
         A board that has not reached the end is evaluated up to now, with a finding that says so; ``limit`` is
         the reason. Raises InputError for a board that plays another scenario.
         """
-        seen = self.seen(board)
-        now_ps = board.clock.now_ps
-        findings = []
+        run = self.run_view(board)
+        early_end = None
         if limit or not self.is_over(board):
             cause = f"; the run exceeded {limit}" if limit else ""
-            miss = Failure("stopped", f"a run of {seconds(self.duration_ps)}", f"{seconds(now_ps)}{cause}")
-            findings.append(Finding("duration", "run", miss))
-        for number, expectation in enumerate(self.expectations):
-            failure = judged(expectation, seen)
-            if failure is not None:
-                findings.append(Finding(f"expect[{number}]", expectation.kind, failure))
+            expected, seen = f"a run of {seconds(self.duration_ps)}", f"{seconds(board.clock.now_ps)}{cause}"
+            early_end = ExpectationResult(expected, "stopped", seen, key="duration", kind="run")
         settle_ps = {report.field: SETTLE_PS for report in self.reports}
         for one in self._truth_wanted():
             settle_ps[one.quantity] = max(one.settle_ps, settle_ps.get(one.quantity, 0))
         reports: list[str] = []
         for report in self.reports:
-            lines = [line for line in seen.lines if report.covers(line.at_ps)]
+            lines = [line for line in run.lines if report.covers(line.at_ps)]
             reports += against_truth(report.field, lines, settle_ps[report.field], report.window_text())
-        return Result(len(self.expectations), tuple(findings), tuple(reports))
+        return Result(self._results(run, self.is_over(board)), tuple(reports), early_end)
 
-    def seen(self, board: BoardView) -> RunView:
+    def run_view(self, board: BoardView) -> RunView:
         """Return the run view of a board that plays this scenario. Raises InputError if it plays another one."""
         recorder = self._recorders.get(board.terminal)
         if recorder is None:
@@ -274,12 +268,22 @@ class Scenario:
         changed = {"expect": list(expectations), "report": list(reports)}
         return Scenario(self.contents.model_copy(update=changed), self.path, self.name, self.table)
 
-    def verdicts(self, board: BoardView) -> list[ExpectationResult]:
-        """Return the current state of every expectation on a board that plays this scenario. Raises InputError."""
-        seen, over = self.seen(board), self.is_over(board)
-        return [
-            _verdict(f"expect[{number}]", one, seen, over) for number, one in enumerate(self.expectations)
-        ]
+    def results(self, board: BoardView) -> tuple[ExpectationResult, ...]:
+        """Return the current result of every expectation on a board that plays this scenario. Raises InputError."""
+        return self._results(self.run_view(board), self.is_over(board))
+
+    def _results(self, run: RunView, over: bool) -> tuple[ExpectationResult, ...]:
+        results = []
+        for number, one in enumerate(self.expectations):
+            result = one.result(run)
+            end_ps = getattr(one, "to", None)
+            is_final = over or bool(result.is_final) or (end_ps is not None and run.end_ps >= end_ps)
+            results.append(
+                replace(
+                    result, says=one.describe(), key=f"expect[{number}]", kind=one.kind, is_final=is_final
+                )
+            )
+        return tuple(results)
 
     def is_over(self, board: BoardView) -> bool:
         """Return whether a board that plays this scenario has reached the end."""
@@ -292,11 +296,11 @@ class Scenario:
         """
         if self.is_over(board):
             return self.check(board).lines
-        verdicts = self.verdicts(board)
-        met, still_open = (sum(one.state == state for one in verdicts) for state in ("met", "open"))
+        results = self.results(board)
+        met, still_open = (sum(one.state == state for one in results) for state in ("met", "open"))
         when = f"{seconds(board.clock.now_ps)} of {seconds(self.duration_ps)}"
-        count = f"{met} of {len(verdicts)} expectations met, {still_open} still open at {when}"
-        return [*(line for one in verdicts for line in one.lines), count]
+        count = f"{met} of {len(results)} expectations met, {still_open} still open at {when}"
+        return [*(line for one in results if one.state == "failed" for line in one.lines), count]
 
     def _refuse_windows_after_the_end(self) -> None:
         """Refuse windows after the end: an expectation without lines must not pass, nor a report be empty."""
@@ -352,123 +356,6 @@ def _may_be(number: NumberFormat, line: str) -> bool:
         return True
 
 
-# -- Performing an entry at its time ------------------------------------------------------------------------
-
-
-class TimelineAct(Protocol):
-    """Actions of a timeline entry at its time."""
-
-    def plan(self, world: World, start_s: float) -> None:
-        """Change the world from the action's time on."""
-        ...
-
-    def act(self, board: BoardView, from_ps: int) -> None:
-        """Perform the part of the action outside the world."""
-        ...
-
-
-def perform_at(board: BoardView, entry: TimelineAct, at_ps: int) -> None:
-    """Schedule an entry on a board for its time ``at_ps``, in order with all other events."""
-    board.clock.schedule(at_ps, partial(_perform, board, entry, at_ps))
-
-
-def _perform(board: BoardView, entry: TimelineAct, at_ps: int) -> None:
-    entry.plan(board.world, at_ps / PS_PER_S)
-    entry.act(board, at_ps)
-
-
-# -- Results of the checks, for people and for programs -----------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Finding:
-    """A failed expectation: ``key`` is its place in the file, such as ``expect[2]``."""
-
-    key: str
-    kind: str
-    miss: Failure
-
-    @property
-    def lines(self) -> list[str]:
-        head = f"{self.miss.fault}: {self.miss}"
-        return [head, *(f"    {line}" for line in self.miss.diff)]
-
-    def __str__(self) -> str:
-        return "\n".join(self.lines)
-
-
-Standing = Literal["open", "met", "failed"]
-
-
-@dataclass(frozen=True)
-class ExpectationResult:
-    """State of an expectation during the run: place, kind, text, status, failure."""
-
-    key: str
-    kind: str
-    says: str
-    state: Standing
-    miss: Failure | None = None
-
-    @property
-    def lines(self) -> list[str]:
-        """Return the failure as lines for people, as in the final result."""
-        return Finding(self.key, self.kind, self.miss).lines if self.miss else []
-
-
-@dataclass(frozen=True)
-class Result:
-    """Result of a run: ``checks`` is the number of expectations, ``reports`` are texts for people."""
-
-    checks: int
-    findings: tuple[Finding, ...]
-    reports: tuple[str, ...] = ()
-
-    @property
-    def passed(self) -> bool:
-        """Whether the run came to its end and met every expectation."""
-        return not self.findings
-
-    @property
-    def judged(self) -> bool:
-        """Whether every expectation could be evaluated: the run came to its end, no search took too long."""
-        return all(finding.miss.fault != "stopped" for finding in self.findings)
-
-    @property
-    def failed_count(self) -> int:
-        """Number of failed expectations; a stopped run does not count as one."""
-        return sum(finding.miss.fault != "stopped" for finding in self.findings)
-
-    @property
-    def passed_count(self) -> int:
-        return self.checks - self.failed_count
-
-    @property
-    def lines(self) -> list[str]:
-        """Return the whole result for people: reports, findings, and the count last."""
-        found = [line for finding in self.findings for line in finding.lines]
-        return [*self.reports, *found, f"{self.passed_count} of {self.checks} expectations met"]
-
-
-def judged(expectation: Expectation, seen: RunView) -> Failure | None:
-    """Return the failure of an expectation, None if it is met; a search that takes too long is "stopped"."""
-    try:
-        return expectation.judge(seen)
-    except TimeoutError:
-        return Failure(
-            "stopped", "a pattern that can be searched in reasonable time", "the search took too long"
-        )
-
-
-def _verdict(key: str, expectation: AnyExpectation, seen: RunView, over: bool) -> ExpectationResult:
-    miss, says = judged(expectation, seen), expectation.wording()
-    end_ps = getattr(expectation, "to", None)
-    over = over or (end_ps is not None and seen.end_ps >= end_ps)
-    if miss and (over or miss.for_good):
-        return ExpectationResult(key, expectation.kind, says, "failed", miss)
-    return ExpectationResult(key, expectation.kind, says, "met" if over else "open")
-
-
 # -- Running a board through its scenario -------------------------------------------------------------------
 
 
@@ -490,7 +377,7 @@ def run(board: ScenarioBoard, wall_clock_s: Callable[[], float] = time.monotonic
     return plan.check(board, runner.limit)
 
 
-def check(board: ScenarioBoard) -> list[Finding]:
+def check(board: ScenarioBoard) -> list[ExpectationResult]:
     """Return the failed expectations of a board's scenario as of now; see Scenario.check."""
     return list(_scenario(board).check(board).findings)
 

@@ -63,7 +63,7 @@ from fcu_emulator.emulator.scenario.timeline import AnyEntry
 from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.time.clock import PS_PER_S, format_duration
 from fcu_emulator.emulator.world import limits
-from fcu_emulator.sensors.errors import Figure, Grade, PartErrors
+from fcu_emulator.sensors.errors import Figure, PartErrors, Quality
 
 # -- Tables about the board at power-on: firmware, bus, world, sensors; and the run's limits ----------------
 
@@ -148,7 +148,7 @@ class PlaceTable(Table):
 class WorldTable(Table):
     """[world]: the state at power-on; missing values are the world's defaults (Zurich, flat, 25 degC).
 
-    Missing iron values are drawn by the sensors' grade; an ideal board has none.
+    Missing iron values are drawn by the sensors' quality; an ideal board has none.
     """
 
     roll_deg: Annotated[float, within(limits.ANGLE)] = 0.0
@@ -174,20 +174,22 @@ class WorldTable(Table):
 
 
 class SensorsTable(Table):
-    """[sensors]: the grade sets all figures, the sensors' tables replace single ones.
+    """[sensors]: the quality sets all figures, the sensors' tables replace single ones.
 
     The board defines the tables of the sensors, and the keys for mountings that can be chosen:
     :func:`sensors_table`.
     """
 
-    grade: Grade = "typical"
+    RENAMED: ClassVar[Mapping[str, str]] = {"grade": "quality"}
+
+    quality: Quality = "typical"
 
     def settings(self) -> SensorSettings:
         """Return all settings in the form that a board takes."""
-        given = {name: getattr(self, name) for name in type(self).model_fields if name != "grade"}
+        given = {name: getattr(self, name) for name in type(self).model_fields if name != "quality"}
         figures = {name: value for name, value in given.items() if isinstance(value, dict)}
         mountings = {name: value for name, value in given.items() if isinstance(value, str)}
-        return SensorSettings(self.grade, figures, mountings)
+        return SensorSettings(self.quality, figures, mountings)
 
 
 def sensors_table(board: BoardDescription) -> type[SensorsTable]:

@@ -5,13 +5,9 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Sequence
-from typing import Literal, TypeAlias
 
+from fcu_emulator.emulator.scenario.result import Fault
 from fcu_emulator.emulator.scenario.run_view import escaped
-
-Fault: TypeAlias = Literal["missing", "wrong value", "wrong format", "stopped"]
-"""Missing; present with another value; present in another form; not evaluated because the run ended too soon."""
-
 
 _CONTEXT = 3
 _SHOWN = 6  # lines of each side after the first difference

@@ -21,20 +21,13 @@ from fcu_emulator.emulator.buses.i2c import I2CFault
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.host.install_hints import command_line
 from fcu_emulator.emulator.live.recording import SessionRecording
-from fcu_emulator.emulator.scenario.timeline import LONGEST_INPUT, RunMotors
+from fcu_emulator.emulator.scenario.timeline import DURATIONS, LONGEST_INPUT, RunMotors
 from fcu_emulator.emulator.scenario.toml_writer import parse_entry
 from fcu_emulator.emulator.time.clock import NEVER_PS, format_duration, to_ps
 from fcu_emulator.emulator.world import World
 
-_NAMES = {
-    "change_weather": "change_pressure",
-    "blow": "blow_wind",
-    "shut_door": "slam_door",
-    "set_magnetic_field": "set_field",
-}
-"""Entries whose name differs from the world's method."""
 _KEYS = {"hpa": "pressure_hpa", "degc": "temperature_degc", "percent": "humidity_percent"}
-_DURATIONS = {"duration_s": "for", "catch_s": "catch", "time_constant_s": "time_constant"}
+_LENGTHS = {argument: key.rstrip("_") for key, argument in DURATIONS.items()}
 _FIELD = ("north_ut", "east_ut", "down_ut")
 _NO_ENTRY = frozenset(
     {"set_altitude", "warm_up", "replay", "set_hard_iron", "set_soft_iron", "set_iron", "set_gravity"}
@@ -111,12 +104,12 @@ class BoardRecording:
             else:
                 self._lose(f"board.world.{name}")
             return
-        table: dict[str, Any] = {"do": _NAMES.get(name, name)}
+        table: dict[str, Any] = {"do": "set_field" if name == "set_magnetic_field" else name}
         if all(key in given for key in _FIELD):
             table["field"] = {key: given.pop(key) for key in _FIELD}
         for key, value in given.items():
-            if key in _DURATIONS:
-                table[_DURATIONS[key]] = format_duration(to_ps(value))
+            if key in _LENGTHS:
+                table[_LENGTHS[key]] = format_duration(to_ps(value))
             else:
                 table[_KEYS.get(key, key)] = _plain(value)
         self._add(at_ps, table, f"board.world.{name}")

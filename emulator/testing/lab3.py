@@ -33,7 +33,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from fcu_emulator import Board
-from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.errors import InputError, SymbolError
 from fcu_emulator.emulator.testing.law_scenarios import (
     FILE,
     LEAST_DEG,
@@ -182,8 +182,8 @@ class Compiled:
         ):
             try:
                 find(self._names[name])
-            except KeyError as problem:
-                return f"{problem.args[0]}; if it has another name: Compiled(..., names={{{name!r}: ...}})"
+            except SymbolError as problem:
+                return f"{problem}; if it has another name: Compiled(..., names={{{name!r}: ...}})"
         return ""
 
     def angles(self, acc: Vector, mag: Vector) -> Angles:

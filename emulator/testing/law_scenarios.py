@@ -92,7 +92,7 @@ def _pose_table(pose: Pose, expectations: list[Table], gravity: float, field: fl
             {"do": "set_attitude", "at": "17500ms", **vars(pose)},
         ],
         "expect": [*expectations, *ranges],
-        "sensors": {"grade": "ideal"},
+        "sensors": {"quality": "ideal"},
         **({"world": world} if world else {}),
     }
 
@@ -121,7 +121,7 @@ def calibration_scenario(offset: Vector, field_mgauss: int, order: Sequence[int]
             "duration": "9s",
             "timeline": steps,
             "expect": expectations,
-            "sensors": {"grade": "ideal"},
+            "sensors": {"quality": "ideal"},
             "world": {
                 "hard_iron_mgauss": list(offset),
                 "field": {"north_ut": north_ut, "east_ut": 0, "down_ut": 0},
@@ -145,7 +145,7 @@ def altitude_scenario(
             "duration": "8s",
             "timeline": [{"do": "set_pressure", "at": "3s", "pressure_hpa": press_hpa}],
             "expect": [altitude | {"tolerance": tolerance}],
-            "sensors": {"grade": "ideal"},
+            "sensors": {"quality": "ideal"},
             "world": {"pressure_hpa": zero_hpa, "temperature_degc": temperature_degc},
         }
     )

@@ -219,7 +219,7 @@ def _table(timeline: list[dict[str, Any]], expect: Sequence[Mapping[str, Any]]) 
         "duration": f"{length_ms}ms",
         "timeline": [start, *timeline],
         "expect": [dict(one) for one in expect],
-        "sensors": {"grade": "ideal"},
+        "sensors": {"quality": "ideal"},
     }
     return {key: value for key, value in table.items() if value != []}
 

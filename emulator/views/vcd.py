@@ -50,7 +50,7 @@ class VcdFile:
         self.left_out = 0
         """Messages that were broken or took too long."""
         self._declare()
-        self._unsubscribe = board.trace.subscribe(self._hear)
+        self._unsubscribe = board.trace.subscribe(self._handle)
         self._looking = Periodic(board.clock, board.clock.now_ps, Fraction(LOOK_PS), self._look)
         self._closed = False
 
@@ -109,7 +109,7 @@ class VcdFile:
 
     # -- the events -------------------------------------------------------------------------------------
 
-    def _hear(self, event: TraceEvent) -> None:
+    def _handle(self, event: TraceEvent) -> None:
         if isinstance(event, BusTransfer):
             self._add(self._drawn(event))
         elif isinstance(event, TerminalBytes):

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.renamed import OldName
 from fcu_emulator.emulator.time.clock import Clock
 from fcu_emulator.emulator.world import limits
 from fcu_emulator.emulator.world.air import (
@@ -61,6 +62,8 @@ class World(Truth):
     It begins flat and still on the floor, board X to the north, in the air and field of Zurich. A setter acts
     now, as a jump. Invalid values raise `InputError`.
     """
+
+    change_weather, blow, shut_door = map(OldName, ("change_pressure", "blow_wind", "slam_door"))
 
     def __init__(self, clock: Clock | None = None, floor_altitude_m: float = ZURICH_ALTITUDE_M) -> None:
         super().__init__(floor_altitude_m)
@@ -360,8 +363,7 @@ class World(Truth):
     def lift(self, metres: float, duration_s: float, start_s: float | None = None) -> float:
         """Raise the board by ``metres`` (negative: lower), from rest to rest."""
         start, end = self._span(start_s, duration_s)
-        from_m = self._height_at(start)
-        way_m = limits.ALTITUDE.check("metres", metres)
+        from_m, way_m = self._height_at(start), limits.ALTITUDE.check("metres", metres)
         to_m = limits.ALTITUDE.check("altitude after the lift", from_m + way_m)
         lift = Lift(from_m, way_m, MinimumJerk(start, end - start))
         return self._plan_height((start, lift), (end, RestSegment(to_m)))
@@ -461,7 +463,7 @@ class World(Truth):
 
     # -- the air --------------------------------------------------------------------------------------------
 
-    def change_weather(self, change_hpa: float, duration_s: float, start_s: float | None = None) -> float:
+    def change_pressure(self, change_hpa: float, duration_s: float, start_s: float | None = None) -> float:
         """Change the pressure at the floor smoothly (negative: fall)."""
         change = limits.PRESSURE_CHANGE.check("change_hpa", change_hpa)
         start, end = self._span(start_s, duration_s)
@@ -474,21 +476,20 @@ class World(Truth):
         self._changed(start, ("pressure",))
         return end
 
-    def blow(self, speed_m_s: float, duration_s: float, start_s: float | None = None) -> float:
+    def blow_wind(self, speed_m_s: float, duration_s: float, start_s: float | None = None) -> float:
         """Let a gusty wind press on the windows."""
         speed = limits.WIND.check("speed_m_s", speed_m_s)
         start, end = self._span(start_s, duration_s)
-        return self._puff(start, end, Wind(start, end, speed))
+        return self._disturb_pressure(start, end, Wind(start, end, speed))
 
-    def shut_door(self, push_hpa: float = DOOR_HPA, start_s: float | None = None) -> float:
+    def slam_door(self, push_hpa: float = DOOR_HPA, start_s: float | None = None) -> float:
         """Push air into the room for about a second; negative: a door is torn open."""
-        push = limits.PUSH.check("push_hpa", push_hpa)
-        start = self._start(start_s)
-        return self._puff(start, start + DOOR_LASTS_S, SlammedDoor(start, push))
+        start, push = self._start(start_s), limits.PUSH.check("push_hpa", push_hpa)
+        return self._disturb_pressure(start, start + DOOR_LASTS_S, SlammedDoor(start, push))
 
-    def _puff(self, start_s: float, end_s: float, puff: PressureDisturbance) -> float:
-        self._puffs.add(start_s, end_s, puff)
-        self._agitation["pressure"].add(start_s, end_s, puff.pace_s)
+    def _disturb_pressure(self, start_s: float, end_s: float, disturbance: PressureDisturbance) -> float:
+        self._pressure_disturbances.add(start_s, end_s, disturbance)
+        self._agitation["pressure"].add(start_s, end_s, disturbance.pace_s)
         self._changed(start_s, ("pressure",))
         return end_s
 
@@ -509,9 +510,8 @@ class World(Truth):
             return now
         start = limits.TIME.check("start_s", start_s)
         if start < now - NOW_TOLERANCE_S:
-            raise InputError(
-                f"start_s is {start_s!r}: it is {now:g} s already, give a later time", kind="past"
-            )
+            problem = f"start_s is {start_s!r}: it is {now:g} s already, give a later time"
+            raise InputError(problem, kind="past")
         return max(start, now)
 
     def _span(self, start_s: float | None, duration_s: float) -> tuple[float, float]:

@@ -25,7 +25,7 @@ yaw_deg = 77
 hard_iron_mgauss = [60, -40, 25]
 temperature_degc = 18
 [sensors]
-grade = "ideal"
+quality = "ideal"
 """
 
 

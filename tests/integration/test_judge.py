@@ -272,7 +272,7 @@ schema = 1
 title = "LED1 follows the pitch"
 [run.steep]
 duration = "6s"
-sensors = { grade = "ideal" }
+sensors = { quality = "ideal" }
 timeline = [{ do = "set_attitude", pitch_deg = 85, at = "3s" }]
 [[exercise]]
 id = "1"

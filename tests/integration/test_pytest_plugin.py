@@ -174,7 +174,7 @@ def test_printed_command_repeats_the_test(pytester: pytest.Pytester) -> None:
             dut.write("hello")
             board.i2c2.inject(I2CFault("nack", 2.5, 2.6))
             board.run_for(2)
-            board.world.change_weather(2, 1)
+            board.world.change_pressure(2, 1)
             board.run_for(1.5)
             Path("seen.txt").write_bytes(board.terminal.text.encode("latin-1"))
             assert False

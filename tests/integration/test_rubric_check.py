@@ -18,7 +18,7 @@ schema = 1
 title = "Tilt alarm"
 
 [run.tilt]
-sensors = { grade = "ideal" }
+sensors = { quality = "ideal" }
 threshold = [{ quantity = "roll", value = 45, margin = 1, rest = "1.5s", turn = "500ms" }]
 
 [[exercise]]

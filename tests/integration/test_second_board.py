@@ -15,7 +15,7 @@ from fcu_emulator.emulator.boards.description import (
     BoardDescription,
     CallbackTimer,
     I2cPins,
-    MountedPart,
+    MountedSensor,
     SerialLine,
     Wiring,
 )
@@ -136,7 +136,7 @@ def test_a_scenario_moves_and_judges_it(tmp_path: Path) -> None:
         [world]
         humidity_percent = 70
         [sensors]
-        grade = "ideal"
+        quality = "ideal"
         [[timeline]]
         at = "1s"
         do = "set_humidity"
@@ -193,7 +193,11 @@ def test_scenario_breaks_the_bus_by_part_name(tmp_path: Path) -> None:
             "timeline[0].address",
             '"HTX221"',
         ),
-        ("[sensors.lsm6dsl]\nacc_noise_ug_rthz = 1", "sensors.lsm6dsl", "known here: grade, htx221, lps22hb"),
+        (
+            "[sensors.lsm6dsl]\nacc_noise_ug_rthz = 1",
+            "sensors.lsm6dsl",
+            "known here: quality, htx221, lps22hb",
+        ),
         ('[sensors]\nmagnetometer_mounting = "parallel"', "sensors.magnetometer_mounting", "unknown key"),
         (
             "[sensors.htx221]\nhumidity_noise_percent = -1",
@@ -211,7 +215,7 @@ def test_scenario_for_another_board_is_refused(tmp_path: Path, text: str, key: s
 
 
 def test_figures_of_its_parts_can_be_chosen(tmp_path: Path) -> None:
-    file = scenario(tmp_path, '[sensors]\ngrade = "ideal"\n[sensors.htx221]\nhumidity_bias_percent = 2.5\n')
+    file = scenario(tmp_path, '[sensors]\nquality = "ideal"\n[sensors.htx221]\nhumidity_bias_percent = 2.5\n')
     board = GreenhouseBoard(scenario=file)
     board.world.set_humidity(40)
     board.i2c1.write(HTX221_AT, b"\x20\x83")
@@ -274,5 +278,5 @@ def test_inconsistent_board_description_is_refused() -> None:
         with pytest.raises(InputError, match=says):
             described(wirings=(Wiring("bench", bus, places, "a bench"),))
     with pytest.raises(InputError, match="LSM6DSL") as refused:
-        MountedPart(LSM6DSL)
+        MountedSensor(LSM6DSL)
     assert refused.value.kind == "no_mounting"

@@ -53,12 +53,9 @@ class Places:
 
     def address_of(self, *names: str) -> int | None:
         """Return the first known symbol's address."""
-        for name in names:
-            try:
-                return self._symbols.address_of(name) if self._symbols else None
-            except KeyError:
-                continue
-        return None
+        found = (name for name in names if self._symbols and name in self._symbols)
+        name = next(found, None)
+        return self._symbols.address_of(name) if self._symbols and name else None
 
     def end_of_variables(self) -> int | None:
         """Return the end of ``.bss``, by the linker script's usual symbols."""

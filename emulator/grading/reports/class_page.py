@@ -111,7 +111,7 @@ def _body(graded: GradedClass) -> Iterator[Html]:
     yield from _listed("Identical", [(one, one.copies) for one in graded.submissions if one.copies])
     yield from _hardest(hardest_checks(graded))
     yield element("h2", "Everybody, by exercise")
-    yield element("div", _everybody(graded), class_="scroll")
+    yield element("div", _all_students(graded), class_="scroll")
     yield element("p", f"Rubric {graded.rubric}, {graded.version}.", class_="quiet")
 
 
@@ -180,7 +180,7 @@ def _hardest(checks: list[HardCheck]) -> Iterator[Html]:
     yield element("table", element("tr", *head, element("th", "passed by", class_="number")), *rows)
 
 
-def _everybody(graded: GradedClass) -> Html:
+def _all_students(graded: GradedClass) -> Html:
     names = [exercise.exercise for exercise in graded.exercises]
     head = [element("th", "who")]
     head += [

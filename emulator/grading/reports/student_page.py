@@ -41,7 +41,7 @@ def _body(graded: Graded, title: str, after_due_date: bool) -> Iterator[Html]:
         yield element("p", f"Handed in: {', '.join(graded.files)}", class_="quiet")
     if graded.note:
         yield element("p", f"{graded.note[0].upper()}{graded.note[1:]}.", class_="quiet")
-    yield from _of_the_teacher(graded, verdict)
+    yield from _overrides(graded, verdict)
     if graded.status != "judged":
         yield _notice(graded)
     if graded.build_log:
@@ -117,7 +117,7 @@ def _points_of(graded: Graded, verdict: Verdict, exercise: str) -> float:
     return next(given, sum(check.points for check in verdict.of(exercise)))
 
 
-def _of_the_teacher(graded: Graded, verdict: Verdict | None) -> Iterator[Html]:
+def _overrides(graded: Graded, verdict: Verdict | None) -> Iterator[Html]:
     """The teacher's points and comments, but those of checks that the page does not show."""
     checks = {check.check: check.title for check in verdict.checks} if verdict else {}
     names = checks | {TOTAL: "everything", LATE_PENALTY: "taken off for handing in late"}

@@ -1,10 +1,12 @@
-"""Renamed keys of scenarios and rubrics. The old name works for one release, with a warning."""
+"""Names of the previous release work for one release, with a warning (``docs/renamed.md``)."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
 from typing import Any
+
+# -- in files and addresses ---------------------------------------------------------------------------
 
 
 class RenamedWarning(FutureWarning):
@@ -34,16 +36,26 @@ def current_name(name: Any, renamed: Mapping[str, str]) -> Any:
     return new
 
 
-_ACTIONS = {
-    "weather": "change_pressure",
-    "wind": "blow_wind",
-    "door": "slam_door",
-    "fault": "inject_fault",
-}
+# -- in Python --------------------------------------------------------------------------------------------
 
 
-def with_current_action(entry: Any) -> Any:
-    """Return a timeline entry with the current name of its action."""
-    if isinstance(entry, dict) and str(entry.get("do")) in _ACTIONS:
-        return {**entry, "do": current_name(entry["do"], _ACTIONS)}
-    return entry
+def warn_renamed(old: str, new: str, stacklevel: int = 2) -> None:
+    """Warn the caller's caller that a name is now another one."""
+    problem = f"{old} is now called {new}; use that name"
+    warnings.warn(problem, DeprecationWarning, stacklevel=stacklevel + 1)
+
+
+class OldName:
+    """An attribute by its previous name: ``arm = OldName("chip")``."""
+
+    def __init__(self, new: str) -> None:
+        self._new = new
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._old = name
+
+    def __get__(self, owner: object, kind: type | None = None) -> Any:
+        if owner is None:
+            return self
+        warn_renamed(self._old, self._new)
+        return getattr(owner, self._new)
