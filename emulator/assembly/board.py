@@ -114,7 +114,7 @@ class Board:
     ) -> None:
         wiring = wiring if profile is None else _given_as_profile(profile)
         if seed is not None and not isinstance(seed, int):
-            raise InputError(f"seed is {seed!r}; give an integer")
+            raise InputError(f"seed must be an integer, not {seed!r}")
         board = self.description
         plan = _load(scenario, board, seed)
         if firmware is None and plan is not None:
@@ -216,7 +216,7 @@ class Board:
         """
         if not isinstance(seconds, int | float) or not 0 <= seconds <= LONGEST_RUN_S:
             raise InputError(
-                f"cannot run until {seconds!r} s; give the seconds since power-on, from 0 to {LONGEST_RUN_S}",
+                f"end must be from 0 to {LONGEST_RUN_S} s since power-on, not {seconds!r}",
                 kind="time",
             )
         if to_ps(seconds) > self.clock.now_ps:
@@ -408,7 +408,7 @@ class _RunState:
     def until_ps(self, at_ps: int) -> None:
         """Run up to and including ``at_ps``."""
         if self.closed:
-            raise InputError("this board has been closed and runs no more; make another one")
+            raise InputError("cannot run a closed board; create another one")
         before, self.running = self.running, True
         try:
             self.backend.run_until_ps(at_ps)
@@ -433,7 +433,7 @@ def _world_of(plan: Scenario | None, grade: Grade, seed: int, clock: Clock) -> t
 def _named(ones: Mapping[str, _One], name: str | None, what: str) -> _One:
     """Return an object of the board by name, the first one without a name."""
     if not ones:
-        raise InputError(f"this board has no {what}")
+        raise InputError(f"this board must have a {what}")
     wanted = next(iter(ones)) if name is None else name
     if wanted not in ones:
         raise InputError(f"unknown {what} {wanted!r}; known: {', '.join(ones)}")

@@ -60,7 +60,7 @@ class I2CWire:
 
     def write_byte(self, value: int) -> bool:
         """Transfer a byte from the master; return True if it was acknowledged."""
-        assert self._target is not None, "a byte after an address that nobody acknowledged"
+        assert self._target is not None, "a byte after an unacknowledged address"
         self._written.append(value)
         index = len(self._written)
         if index == self._nack_at or not self._target.write(bytes((value,))):
@@ -70,7 +70,7 @@ class I2CWire:
 
     def read_byte(self) -> int:
         """Transfer a byte to the master and return it."""
-        assert self._target is not None, "a byte after an address that nobody acknowledged"
+        assert self._target is not None, "a byte after an unacknowledged address"
         value = self._target.read(1)[0]
         self._received.append(value)
         return value
