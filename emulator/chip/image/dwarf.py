@@ -293,9 +293,9 @@ class DebugInfo:
         if form == REF_ADDR and isinstance(value, int):
             return self._at(self._unit_with(value), value)
         if form == REF_SIGNATURE:
-            raise DebugInfoError("it is in a unit of its own; compile without -fdebug-types-section")
+            raise DebugInfoError("it is in a separate unit; compile without -fdebug-types-section")
         if form:
-            raise DebugInfoError(f"a reference is of form 0x{form:X}, which is not read")
+            raise DebugInfoError(f"a reference is of form 0x{form:X}, which is not supported")
         return None
 
     def name(self, entry: DebugEntry) -> str:
@@ -303,14 +303,14 @@ class DebugInfo:
         form, value = entry.values.get(AT_NAME, (0, b""))
         if isinstance(value, int):
             if form not in self._strings:
-                raise DebugInfoError(f"a name is of form 0x{form:X}, which is not read")
+                raise DebugInfoError(f"a name is of form 0x{form:X}, which is not supported")
             value = Cursor(self._strings[form], value).string()
         return printable(value)
 
     def _unit_with(self, offset: int) -> Unit:
         index = bisect_right(self._units, offset, key=lambda unit: unit.start) - 1
         if index < 0:
-            raise DebugInfoError("a reference leads nowhere")
+            raise DebugInfoError("a reference is invalid")
         return self._units[index]
 
     def _at(self, unit: Unit, offset: int) -> DebugEntry:
@@ -319,7 +319,7 @@ class DebugInfo:
         cursor = Cursor(self._info, offset, unit.end)
         abbreviation = self._abbreviation(unit, cursor)
         if abbreviation is None:
-            raise DebugInfoError("a reference leads to no entry")
+            raise DebugInfoError("a reference does not point to an entry")
         return self._values(unit, offset, abbreviation, cursor)
 
     def _unit(self, start: int, cursor: Cursor) -> Unit:

@@ -236,13 +236,13 @@ class Symbols:
         """Return address and type of a global or static variable. Raises KeyError like ``read_variable``."""
         symbol = self._symbol(name)
         if symbol.is_function:
-            raise KeyError(f"{name!r} is a function, not a variable")
+            raise KeyError(f"{name!r} must be a variable, not a function")
         try:
             kind = self._type(symbol.address)
         except DebugInfoError as problem:
             raise KeyError(f"the type of {name!r} is unknown: {problem}") from None
         if not fits(symbol.address, symbol.address + kind.size):
-            raise KeyError(f"{name!r} lies at 0x{symbol.address:08X}, outside the chip's memories")
+            raise KeyError(f"{name!r} is at 0x{symbol.address:08X}, outside the chip's memories")
         return symbol.address, kind
 
     def function(self, name: str) -> tuple[int, Signature]:
@@ -250,22 +250,22 @@ class Symbols:
         try:
             return self._function(name)
         except DebugInfoError as problem:
-            raise KeyError(f"what {name}() takes is unknown: {problem}") from None
+            raise KeyError(f"the parameters of {name}() are unknown: {problem}") from None
 
     def _function(self, name: str) -> tuple[int, Signature]:
         if self._functions is None:
             raise DebugInfoError("the debug information cannot be read")
         if not (self._table and self._table.named(name)) and self._functions.is_inlined(name):
             raise KeyError(
-                f"{name}() was put into its callers by the compiler, so there is nothing to call; "
+                f"cannot call {name}(): the compiler inlined it;  "
                 "declare it __attribute__((noinline)), or compile with -O0"
             )
         symbol = self._symbol(name)
         if not symbol.is_function:
-            raise KeyError(f"{name!r} is a variable, not a function")
+            raise KeyError(f"{name!r} must be a function, not a variable")
         if symbol.name != name:
             raise KeyError(
-                f"of {name}() there is only {symbol.name}, which the compiler has made for its callers; "
+                f"cannot call {name}(): the compiler specialised it as {symbol.name};  "
                 "declare it __attribute__((noinline, noclone)), or compile with -O0"
             )
         return symbol.address, self._functions.signature_at(symbol.address)
@@ -274,8 +274,8 @@ class Symbols:
         found = self._table.named(name) if self._table else []
         if not found:
             near = get_close_matches(name, self._table.names() if self._table else [], 1)
-            known = f"; is it {near[0]!r}?" if near else ""
-            raise KeyError(f"the firmware has no variable or function {name!r}{known}")
+            known = f"; did you mean {near[0]!r}?" if near else ""
+            raise KeyError(f"unknown variable or function {name!r}{known}")
         if len(found) > 1:
             files = ", ".join(sorted({symbol.file or "?" for symbol in found}))
             raise KeyError(f"{name!r} is static {len(found)} times ({files}); give one of them another name")
