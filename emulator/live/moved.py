@@ -39,7 +39,7 @@ class Moved:
         if board.scenario is not None:
             name = board.scenario.name
             raise InputError(
-                f"the board plays the scenario {name}, which moves it; run it without --scenario",
+                f"cannot move the board: it plays the scenario {name}; run it without --scenario",
                 kind="moved_by_scenario",
             )
         entry = parse_entry(table, board.description)
@@ -62,7 +62,7 @@ def answered(
     if kind != "truth":
         command = messages.decode(json.dumps(message))
         if not isinstance(command, messages.Do):
-            raise InputError(f"a running board takes the messages do, truth and text, no {kind!r}")
+            raise InputError(f"a message must be of type do, truth or text, not {kind!r}")
         do(command.entry)
     return {"t_s": board.now_s, "truth": view.truth(board)}
 
