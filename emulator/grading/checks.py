@@ -73,7 +73,9 @@ class NoFault(Check):
     def judge(self, run: Judged) -> Failure | None:
         """Check the diagnosis at the end of the run."""
         fatal = next((one for one in run.diagnoses if one.fatal), None)
-        return None if fatal is None else Failure("wrong value", "a program that runs on", fatal.summary)
+        return (
+            None if fatal is None else Failure("wrong value", "a program that keeps running", fatal.summary)
+        )
 
 
 class NoDiagnosis(Check):
@@ -91,7 +93,7 @@ class NoDiagnosis(Check):
         found = next((one for one in run.diagnoses if one.fatal or one.kind in self.of), None)
         if found is None:
             return None
-        return Failure("wrong value", f"nothing to be said about: {', '.join(self.of)}", found.summary)
+        return Failure("wrong value", f"no diagnosis of: {', '.join(self.of)}", found.summary)
 
 
 class NoWarnings(Check):
@@ -105,7 +107,7 @@ class NoWarnings(Check):
     def judge(self, run: Judged) -> Failure | None:
         """Count the lines with ``warning:`` in the build's output."""
         if run.build_log is None:
-            raise NotJudgedError("the program was not built here")
+            raise NotJudgedError("the program was not built from source")
         lines = run.build_log.splitlines()
         warnings = [
             line for line in lines if "warning:" in line and line[:1] != " "
@@ -199,7 +201,7 @@ PROPERTIES = (
 
 def _known_property(name: str) -> str:
     if name not in PROPERTIES:
-        raise ValueError(f"is {shown(name)}; known: {', '.join(PROPERTIES)}")
+        raise ValueError(f"must be one of {', '.join(PROPERTIES)}, not {shown(name)}")
     return name
 
 
@@ -223,7 +225,9 @@ class Property(Check):
         try:
             from fcu_emulator.emulator.testing.counterexample import counterexample
         except ModuleNotFoundError as error:
-            raise NotJudgedError(f"{error.name} is not installed; pip install {error.name}") from error
+            raise NotJudgedError(
+                f"{error.name} is not installed; install it: pip install {error.name}"
+            ) from error
         try:
             found = counterexample(str(run.firmware), self.property, self.examples)
         except FirmwareError as error:
