@@ -227,7 +227,7 @@ def _not_a_number(board: Board, lines: Sequence[LabLine], where: _Where) -> Iter
         if any(name[:4] in ("asin", "acos") for name in called):
             sentences.append(
                 "asin and acos take -1 to 1: an acceleration in mg, or one that noise makes a little larger "
-                "than 1 g, is outside. The slides' atan2 has no such limit."
+                "than 1 g, is outside. Use the slides' atan2, which has no such limit."
             )
         if called:
             sentences.append(f"The program calls these functions that can return it: {', '.join(called)}.")

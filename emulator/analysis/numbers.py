@@ -200,7 +200,7 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
             min(one.distance(value), one.distance(value - raw_wrap))
             for value, one in zip(values, truth, strict=True)
         ),
-        f"{name} is {raw_wrap:.0f} {group.unit} too large where it is negative",
+        f"{name} is {raw_wrap:.0f} {group.unit} too large if it is negative",
         (
             "The sensor's values are signed 16 bits: (int16_t)(low | high << 8).",
             "As uint16_t, or as int without the cast, -1 becomes 65535.",
@@ -229,8 +229,8 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
         (
             "The sensors give the low byte first: (int16_t)(bytes[0] | bytes[1] << 8).",
             (
-                "Or bytes are read at an offset of one: from an odd register, or from a struct in which "
-                "the compiler leaves a hole before an int16_t."
+                "Or bytes are read at an offset of one: from an odd register, or from a struct with "
+                "padding before an int16_t."
             ),
         ),
     )

@@ -68,7 +68,7 @@ def observe(
         kept.close()
     if kept.exceeded():
         raise NotJudgedError(
-            f"{board.now_s:.3g} s of this firmware are too much to compare; give a shorter time",
+            f"{board.now_s:.3g} s of this firmware have too many events to compare; give a shorter time",
             kind="too_many_events",
         )
     if runner.limit.endswith("limits.wall"):

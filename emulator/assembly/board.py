@@ -204,7 +204,7 @@ class Board:
         """Run for exactly this much virtual time. Raises FirmwareError when the firmware itself fails."""
         if not isinstance(seconds, int | float) or not 0 <= seconds <= LONGEST_RUN_S:
             raise InputError(
-                f"cannot run for {seconds!r} s; give a number of seconds from 0 to {LONGEST_RUN_S}",
+                f"cannot run for {seconds!r} s: the duration must be from 0 to {LONGEST_RUN_S}",
                 kind="duration",
             )
         self.run_until_ps(self.clock.now_ps + to_ps(seconds))

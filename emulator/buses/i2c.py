@@ -94,7 +94,7 @@ class I2CFault:
             raise InputError(f"unknown fault {self.kind!r}; known: {', '.join(get_args(FaultKind))}")
         if not 0 <= self.from_s <= self.until_s:
             raise InputError(
-                f"fault window {self.from_s!r} s to {self.until_s!r} s is invalid:  "
+                f"fault window {self.from_s!r} s to {self.until_s!r} s is invalid: "
                 "from_s must be at least 0, and until_s must not be before from_s"
             )
         object.__setattr__(self, "from_ps", to_ps(self.from_s))

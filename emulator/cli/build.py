@@ -147,7 +147,7 @@ class _Build:
         missing = [name for name in _OPTIONS if not (self._support / name).is_file()]
         if missing:
             raise InputError(
-                f"{self._support} must have {missing[0]}, as written by `fcu new`; build with make,  "
+                f"{self._support} must have {missing[0]}, as written by `fcu new`; build with make, "
                 "or copy support/ from a new project"
             )
         try:

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import re
 import shutil
-import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import cast
@@ -29,7 +28,7 @@ from fcu_emulator.emulator.cli.causes import relevant_causes
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.options import CheckOptions
 from fcu_emulator.emulator.cli.project import rubric_of
-from fcu_emulator.emulator.cli.screen import WIDTH, Look, ProgressLine, paint, say
+from fcu_emulator.emulator.cli.screen import Look, ProgressLine, paint, say, wrapped
 from fcu_emulator.emulator.errors import FirmwareError, InputError, LinkError, NotJudgedError, OutputError
 from fcu_emulator.emulator.grading.checks import Property
 from fcu_emulator.emulator.grading.judge import JudgeProgress, judge
@@ -240,7 +239,7 @@ class _Screen:
             if self._warning:
                 yield ""
                 yield paint("Compiler warning, often the mistake itself:", "warning")
-                yield from _wrapped(self._warning, "  ")
+                yield from wrapped(f"  {self._warning}", hang=0)
             for name in open_ones if self._options.exercises else open_ones[:1]:
                 yield from self._exercise(name)
         yield from self._remarks()
@@ -289,10 +288,10 @@ class _Screen:
         if wrong[_CHECKS_SHOWN:]:
             more = wrong[_CHECKS_SHOWN:]
             told = "; ".join(one.title for one in more) if self._options.exercises else f"{len(more)} more"
-            yield from _wrapped(f"Also failed: {told}", "  ")
+            yield from wrapped(f"  Also failed: {told}", hang=0)
         for check in checks:
             if check.outcome == "unjudged":
-                yield from _wrapped(f"Not judged: {check.title}: {check.unjudged_because}", "  ")
+                yield from wrapped(f"  Not judged: {check.title}: {check.unjudged_because}", hang=0)
         if besides:
             yield ""
             yield paint(f"Exercise {name}: diagnosis", "heading")
@@ -375,7 +374,9 @@ class _Screen:
         for check in self._verdict.unjudged:
             if not check.max_points and check.exercise in begun:
                 yield ""
-                yield from _wrapped(f"Not checked (no points): {check.title}: {check.unjudged_because}.", "")
+                yield from wrapped(
+                    f"Not checked (no points): {check.title}: {check.unjudged_because}.", hang=0
+                )
 
     def _is_written(self, name: str, advice: str) -> bool:
         """Return whether an exercise has points, the functions that the advice names, or wrong lines."""
@@ -401,7 +402,7 @@ class _Screen:
         if causes or not advice or self._is_written(name, advice):
             advice = "Fix the problems above, starting with the first, then check again."
         yield paint("Next", "heading")
-        yield from _wrapped(advice, "  ")
+        yield from wrapped(f"  {advice}", hang=0)
         commands = [(f"{again} --exercise {name}{seed}", "check again")]
         if self._hints_are_shown(causes) and self._more_hints(name):
             hints = " --hint" * (self._options.hints + 1)
@@ -440,8 +441,8 @@ class _Screen:
             if not all(isinstance(expected, Expectation) for expected in _table(self._rubric, one).expect)
         ]
         if left_out:
-            yield from _wrapped(
-                f"The saved scenarios move the board, but do not check: {'; '.join(left_out)}.", "  "
+            yield from wrapped(
+                f"  The saved scenarios move the board, but do not check: {'; '.join(left_out)}.", hang=0
             )
 
 
@@ -451,20 +452,20 @@ def _has(firmware: str, function: str) -> bool:
 
 
 def _check(check: CheckResult, hints: Sequence[tuple[str, str]]) -> Iterator[str]:
-    first, *rest = _wrapped(check.title, "        ")
+    first, *rest = wrapped(f"        {check.title}", hang=0)
     yield f"  {paint('FAIL', 'fail')}  {first.lstrip()}"
     yield from rest
     seen = "; ".join(filter(None, (check.actual, check.printed and f"such as {check.printed}")))
     told = (("expected", check.expected), ("seen", seen), *hints)
     for word, text in told:
         if text:
-            yield from _wrapped(f"{word}: {text}", "        ")
+            yield from wrapped(f"        {word}: {text}", hang=0)
 
 
 def _cause(cause: DiagnosedCause) -> Iterator[str]:
-    yield from _wrapped(cause.summary, "  ")
+    yield from wrapped(f"  {cause.summary}", hang=0)
     for sentence in cause.details[:_SENTENCES_SHOWN]:
-        yield from _wrapped(sentence.strip(), "      ")
+        yield from wrapped(f"      {sentence.strip()}", hang=0)
 
 
 def _stop(run: RunEvidence) -> Iterator[DiagnosedCause]:
@@ -476,14 +477,3 @@ def _commands(commands: Sequence[tuple[str, str]]) -> Iterator[str]:
     """Yield commands with their purposes in a second column."""
     width = min(max(len(command) for command, _ in commands), _COMMAND)
     yield from (visible(f"    {command:<{width}}  # {purpose}") for command, purpose in commands)
-
-
-def _wrapped(text: str, indent: str) -> list[str]:
-    """Return untrusted text as lines, with escapes for control characters."""
-    return textwrap.wrap(
-        visible(text, lines=True),
-        WIDTH,
-        initial_indent=indent,
-        subsequent_indent=" " * len(indent),
-        break_long_words=False,
-    )

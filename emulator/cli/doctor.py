@@ -14,11 +14,10 @@ from pathlib import Path
 
 import click
 
-from fcu_emulator.emulator.cli.screen import ProgressLine, paint
+from fcu_emulator.emulator.cli.screen import ProgressLine, paint, wrapped
 from fcu_emulator.emulator.cli.toolchain import COMPILER, find_compiler
 from fcu_emulator.emulator.errors import FcuError
 from fcu_emulator.emulator.host.install_hints import how_to_install
-from fcu_emulator.emulator.text import visible
 
 _PACKAGES = (
     *("numpy", "greenlet", "click", "pydantic", "pygeomag", "pyserial", "regex"),
@@ -40,6 +39,7 @@ _BUILD_TOOLS = {
     "bwrap": "the sandbox in which fcu grade builds source",
 }
 _SPEED_TEST_S = 2.0
+_MARK = 11  # width of the column of marks
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,8 @@ def examine() -> bool:
         click.echo(paint(title, "heading"))
         for finding in findings:
             if finding.needed == needed:
-                click.echo(f"  {_mark(finding)}  {visible(finding.text)}")
+                first, *rest = wrapped(f"{' ' * _MARK}{finding.text}", hang=0)
+                click.echo("\n".join([f"  {_mark(finding)}  {first[_MARK:]}", *rest]))
         click.echo()
     healthy = all(finding.ok for finding in findings if finding.needed)
     click.echo(paint("Next", "heading"))

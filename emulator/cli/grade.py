@@ -19,7 +19,7 @@ import click
 
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.options import GradeOptions
-from fcu_emulator.emulator.cli.screen import ProgressLine, is_terminal, paint, say
+from fcu_emulator.emulator.cli.screen import ProgressLine, is_terminal, paint, say, wrapped
 from fcu_emulator.emulator.cli.signals import Terminated
 from fcu_emulator.emulator.errors import FcuError, InputError
 from fcu_emulator.emulator.grading.autograder import write_autograder
@@ -181,7 +181,7 @@ def _reported(reports: Reports, graded: Graded) -> Graded:
     except FcuError:  # a full disk ends the class: no further report can be written
         raise
     except Exception as error:
-        reason = f"cannot write its report, please report this bug:  {type(error).__name__}: {error}"
+        reason = f"cannot write its report, please report this bug: {type(error).__name__}: {error}"
         changed = {"status": "unjudged", "reason": one_line(reason, 400), "verdict": None, "build_log": ""}
         return reports.student(graded.model_copy(update=changed))
 
@@ -290,7 +290,7 @@ def _conclude(whole: GradedClass, out: Path) -> ExitCode:
         click.echo()
         click.echo(paint("Not judged", "heading"))
     for one in whole.not_judged[:_MOST_LISTED]:
-        click.echo(visible(f"  {one_line(one.shown_name, 60)}: {one.reason}"))
+        click.echo("\n".join(wrapped(f"  {one_line(one.shown_name, 60)}: {one.reason}")))
     if len(whole.not_judged) > _MOST_LISTED:
         click.echo(f"  and {len(whole.not_judged) - _MOST_LISTED} more")
     click.echo()

@@ -48,7 +48,7 @@ def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]
             raise InputError("give an angle such as --roll 30, or a gesture such as lift")
         return [_turn(angles, options.duration, truth)] if turned else []
     if turned:
-        raise InputError(f"{options.gesture} must be given without an angle; give two commands")
+        raise InputError(f"{options.gesture} must be given without an angle; use two commands")
     gesture = GESTURES[options.gesture]
     if options.amount is not None and gesture.usual is None:
         raise InputError(f"{options.gesture} must be given without a number")

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import os
 import sys
+import textwrap
 import threading
 import time
 from contextlib import suppress
@@ -45,6 +46,19 @@ def paint(text: str, look: Look | None, *, err: bool = False) -> str:
     return click.style(text, **_LOOKS[look]) if look is not None and coloured else text
 
 
+def wrapped(text: str, width: int = WIDTH, hang: int = 4) -> list[str]:
+    """Return untrusted text as lines with escapes for control characters; further lines are indented by ``hang`` more.
+
+    Paths and other long words are not broken.
+    """
+    text = visible(text, lines=True)
+    indent = " " * (len(text) - len(text.lstrip()) + hang)
+    lines = textwrap.wrap(
+        text, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )
+    return lines or [""]
+
+
 class Say(Protocol):
     """A function that prints a line for the user, such as :func:`say`."""
 
@@ -59,9 +73,12 @@ def say(line: str, look: Look | None = None, mark: str = "") -> None:
     With ``mark``, such as "FAIL", the colour is that of the mark, which is before the line.
     """
     text = visible(line)
-    _print_err(
-        f"fcu: {paint(mark, look, err=True)} {text}" if mark else f"fcu: {paint(text, look, err=True)}"
-    )
+    lines = wrapped(text, WIDTH - len(f"fcu: {mark}")) if is_terminal(sys.stderr) else [text]
+    lines = [paint(one, None if mark else look, err=True) for one in lines]
+    if mark:
+        lines[0] = f"{paint(mark, look, err=True)} {lines[0]}"
+    for one in lines:
+        _print_err(f"fcu: {one}")
 
 
 def gap() -> None:

@@ -77,7 +77,7 @@ def unpack(archive: Path, into: Path, bounds: Bounds = SUBMISSION) -> None:
             raise ArchiveError(f"cannot be unpacked: {reason}") from error
         raise NotJudgedError(f"this machine cannot unpack the archive: {reason}") from error
     except Exception as error:  # zipfile raises a dozen kinds of errors for damaged archives
-        raise ArchiveError(f"is damaged or not a zip file:  {one_line(str(error), 80)}") from error
+        raise ArchiveError(f"is damaged or not a zip file: {one_line(str(error), 80)}") from error
 
 
 def _count_entries(archive: Path, bounds: Bounds) -> None:

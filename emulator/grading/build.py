@@ -252,7 +252,7 @@ class Builder:
                     reason = f"bubblewrap cannot create a sandbox on this machine ({_last_line(made.log)})"
                     raise InputError(f"{reason}; {how}")
                 if made.code:
-                    raise InputError(f"cannot build LAB3's template on this machine:  {_last_line(made.log)}")
+                    raise InputError(f"cannot build LAB3's template on this machine: {_last_line(made.log)}")
                 objects = made.folder / "build" / self._bus / "support"
                 half = self._objects.with_suffix(".half")
                 shutil.rmtree(half, ignore_errors=True)

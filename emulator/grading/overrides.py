@@ -46,7 +46,7 @@ def load_overrides(path: Path, rubric: Rubric) -> dict[str, tuple[Override, ...]
                 )
             found[student] = (*earlier, override)
     except csv.Error as error:
-        raise InputError(f"{path}:{lines.line_num}: must be CSV:  {one_line(str(error), 80)}") from error
+        raise InputError(f"{path}:{lines.line_num}: must be CSV: {one_line(str(error), 80)}") from error
     return found
 
 

@@ -384,7 +384,7 @@ def _yaml(file: Path) -> Any:
     except MemoryError:
         raise
     except Exception as error:  # PyYAML raises many kinds of errors for damaged files
-        raise InputError(f"{file} must be YAML:  {one_line(str(error), 80)}") from error
+        raise InputError(f"{file} must be YAML: {one_line(str(error), 80)}") from error
 
 
 def _submitter(folder: str, entry: Mapping[object, object]) -> Student:

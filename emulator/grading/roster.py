@@ -96,7 +96,7 @@ def load_roster(path: Path) -> Roster:
             if len(students) > _MOST_ROWS:
                 raise InputError(f"{path}: must have at most {_MOST_ROWS} students")
     except csv.Error as error:
-        raise InputError(f"{path}:{lines.line_num}: must be CSV:  {one_line(str(error), 80)}") from error
+        raise InputError(f"{path}:{lines.line_num}: must be CSV: {one_line(str(error), 80)}") from error
     return Roster(students.values(), notes)
 
 

@@ -64,7 +64,7 @@ def judge_task(task: Task) -> str:
             except InputError as error:  # an error of this machine, such as a missing C library
                 raise NotJudgedError(str(error), kind=error.kind) from error
     except OSError as error:
-        raise NotJudgedError(f"this machine has run out of a resource:  {error}") from error
+        raise NotJudgedError(f"this machine has run out of a resource: {error}") from error
     finally:
         gc.collect()  # boards have reference cycles; without an explicit collection, memory use doubles
 

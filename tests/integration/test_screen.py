@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -15,6 +16,12 @@ if sys.platform == "win32":
 
 import pty
 
+from fcu_emulator.emulator.cli.screen import WIDTH, wrapped
+from tests.support.words import FOLDER, sections
+
+COLUMNS = 100
+_LONG_WORD = re.compile(r"\S{60}|TMP/|PYTHON|fcu:   main\.c:")
+"""A path, or a quoted line of the program."""
 SCENARIO = """
 schema = 1
 question = "Is it printed?"
@@ -135,3 +142,22 @@ def test_progress_is_not_shown_in_pipe() -> None:
 
 def test_progress_is_not_shown_on_dumb_terminal() -> None:
     assert on_terminal([sys.executable, "-c", WAITS], TERM="dumb") == "fcu: a line\r\n"
+
+
+def test_wrapped_text_has_at_most_98_columns_and_keeps_its_indent() -> None:
+    lines = wrapped(f"  {'word ' * 60}/{'p' * 120} \x1b end")
+
+    assert all(len(line) <= WIDTH for line in lines if "ppp" not in line)
+    assert lines[0].startswith("  word")
+    assert all(line.startswith("      ") for line in lines[1:])
+    assert "\x1b" not in "".join(lines)
+
+
+@pytest.mark.parametrize("file", sorted(FOLDER.glob("*.txt")), ids=lambda file: file.stem)
+def test_output_fits_into_100_columns(file: Path) -> None:
+    """Lines of screens are indented and printed as they are; messages are wrapped on a terminal."""
+    lines = [line for text in sections(file).values() for line in text.splitlines()]
+    printed = [part for line in lines for part in ([line] if line.startswith("  ") else wrapped(line))]
+    unbroken = [line for line in printed if not _LONG_WORD.search(line)]
+
+    assert [line for line in unbroken if len(line) > COLUMNS] == []

@@ -133,7 +133,7 @@ class RecentTransfers:
         used += [one.name for one in self._spi if one.recent_transfers() or one.unheard]
         for wiring in self._signals.board.wirings:
             if wiring.bus not in used:
-                nothing = f"On {wiring.bus} nothing was ever transferred"
+                nothing = f"On {wiring.bus} there were no transfers"
                 sentences.append(f"{nothing}; firmware for it runs with wiring {wiring.name}.")
         return Cause(f"{what} is read as 0x{value:02X} over {bus}", sentences)
 

@@ -42,7 +42,7 @@ CFSR: Final[Mapping[str, str]] = {
     "LSPERR": "floating-point registers could not be saved on the stack",
     "BFARVALID": "BFAR holds the address",
     "UNDEFINSTR": "the bytes there are not an instruction",
-    "INVSTATE": "execution went to an even address: a Cortex-M knows Thumb code only, bit 0 must be 1",
+    "INVSTATE": "execution went to an even address: a Cortex-M runs Thumb code only, bit 0 must be 1",
     "INVPC": "the return from an exception had a wrong value",
     "NOCP": "a floating-point instruction while the floating-point unit is off (CPACR)",
     "UNALIGNED": "an address that is not a multiple of the access size",

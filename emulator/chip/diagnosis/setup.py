@@ -65,7 +65,7 @@ def silent_terminal(chip: Chip, signals: BoardSignals, places: Places) -> Diagno
         look = f"Check the pins in {init} or HAL_UART_MspInit()."
     else:
         return None
-    return Diagnosis("terminal", f"nothing was printed: {short}", (why, look), fatal=False)
+    return Diagnosis("terminal", f"there is no output: {short}", (why, look), fatal=False)
 
 
 def wrong_baud(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
@@ -134,7 +134,7 @@ def bus_never_on(chip: Chip, signals: BoardSignals, places: Places) -> Cause | N
     return Cause(
         "the sensors' bus was never set up",
         [
-            f"{' and '.join(bits_off)} {verb} 0, and no transfer was ever made.",
+            f"{' and '.join(bits_off)} {verb} 0, and there were no transfers.",
             (
                 f"Call MX_SensorBus_Init() (in CubeMX's projects {calls}) in "
                 f"{places.place(places.address_of('main') or 0)}, before the sensors are set up."

@@ -93,7 +93,7 @@ class Cursor:
         """Return the bytes up to the next zero."""
         end = self.data.find(b"\0", self.offset, min(self.end, self.offset + _LONGEST_STRING))
         if end < 0:
-            raise DebugInfoError("a string in the debug information has no end")
+            raise DebugInfoError("a string in the debug information is not terminated")
         text = self.data[self.offset : end]
         self.offset = end + 1
         return text
@@ -102,7 +102,9 @@ class Cursor:
         """Return a cursor over the unit that begins here, after its length; this one moves past the unit."""
         size = self.unsigned(4)
         if size >= _DWARF64:
-            raise DebugInfoError("debug information is in the 64-bit format, which no 32-bit chip needs")
+            raise DebugInfoError(
+                "debug information is in the 64-bit format, but must be in the 32-bit format"
+            )
         start = self.skip(size)
         return Cursor(self.data, start, start + size)
 
@@ -114,7 +116,7 @@ class Cursor:
             bits += 7
             if byte < 0x80:
                 return value, bits
-        raise DebugInfoError("a number in the debug information has no end")
+        raise DebugInfoError("a number in the debug information is not terminated")
 
 
 # -- how attribute values are encoded (section 7.5.6, for 32-bit DWARF and 4-byte addresses) ----------------

@@ -129,7 +129,7 @@ def _header(file: str, data: bytes) -> _ElfHeader:
         )
     if bits != 1 or order != 1:
         raise FirmwareFileError(
-            file, f"must be a little-endian 32-bit ELF for a Cortex-M4;  {_RIGHT}", kind="wrong_format"
+            file, f"must be a little-endian 32-bit ELF for a Cortex-M4; {_RIGHT}", kind="wrong_format"
         )
     if abi == _LINUX_ABI:
         raise FirmwareFileError(file, f"is a program for Linux on ARM; {_RIGHT}", kind="linux_program")
@@ -142,9 +142,7 @@ def _header(file: str, data: bytes) -> _ElfHeader:
 def _program_headers(file: str, data: bytes, header: _ElfHeader) -> list[_ProgramHeader]:
     count, start = header.program_header_count, header.program_headers
     if count == 0:
-        raise FirmwareFileError(
-            file, f"has no program headers, so nothing to load; {_RIGHT}", kind="no_program_headers"
-        )
+        raise FirmwareFileError(file, f"must have program headers; {_RIGHT}", kind="no_program_headers")
     if header.program_header_size != _PROGRAM_HEADER.size:
         problem = f"is damaged: its program headers have {header.program_header_size} bytes, not 32"
         raise FirmwareFileError(file, problem, kind="program_header_size")

@@ -141,7 +141,7 @@ def _contents(path: Path) -> bytes:
         status = path.stat()
         if stat.S_ISDIR(status.st_mode):
             raise FirmwareFileError(
-                str(path), "is a folder; give the ELF, HEX or BIN file in it", kind="folder"
+                str(path), "must be a file, not a folder; give the ELF, HEX or BIN file in it", kind="folder"
             )
         if not stat.S_ISREG(status.st_mode):
             raise FirmwareFileError(

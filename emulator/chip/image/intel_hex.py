@@ -64,7 +64,7 @@ def read_hex(file: str, data: bytes) -> tuple[Segment, ...]:
     if not ended:
         raise FirmwareFileError(
             file,
-            "has no end record (:00000001FF); it is cut short: build or copy it again",
+            "must have an end record (:00000001FF); the file is cut short: build or copy it again",
             kind="no_end_record",
         )
     return join(file, pieces)

@@ -257,7 +257,7 @@ class Symbols:
             raise DebugInfoError("the debug information cannot be read")
         if not (self._table and self._table.named(name)) and self._functions.is_inlined(name):
             raise KeyError(
-                f"cannot call {name}(): the compiler inlined it;  "
+                f"cannot call {name}(): the compiler inlined it; "
                 "declare it __attribute__((noinline)), or compile with -O0"
             )
         symbol = self._symbol(name)
@@ -265,7 +265,7 @@ class Symbols:
             raise KeyError(f"{name!r} must be a function, not a variable")
         if symbol.name != name:
             raise KeyError(
-                f"cannot call {name}(): the compiler specialised it as {symbol.name};  "
+                f"cannot call {name}(): the compiler specialised it as {symbol.name}; "
                 "declare it __attribute__((noinline, noclone)), or compile with -O0"
             )
         return symbol.address, self._functions.signature_at(symbol.address)
@@ -278,7 +278,7 @@ class Symbols:
             raise KeyError(f"unknown variable or function {name!r}{known}")
         if len(found) > 1:
             files = ", ".join(sorted({symbol.file or "?" for symbol in found}))
-            raise KeyError(f"{name!r} is static {len(found)} times ({files}); give one of them another name")
+            raise KeyError(f"{name!r} is static {len(found)} times ({files}); rename one of them")
         return found[0]
 
     def _type(self, address: int) -> CType:

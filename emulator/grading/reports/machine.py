@@ -122,7 +122,7 @@ def gradescope_results(one: Graded) -> dict[str, Any]:
         for check, shown in zip(verdict.checks, verdict.allowed(), strict=True)
         if check.outcome != "unjudged"  # it gives no points, else there were no grade
     ]
-    again = f"To repeat this on your machine:  {one.again}" if one.again else ""
+    again = f"To repeat this on your machine: {one.again}" if one.again else ""
     open_ = verdict.for_student()
     total = f"{open_.points:g} of {open_.max_points:g} points"
     total += " in the checks that are shown before the due date." if open_.hidden_checks else "."
