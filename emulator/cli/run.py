@@ -327,8 +327,10 @@ def _say_result(result: Result) -> None:
     for finding in result.findings:
         head, *diff = finding.lines
         say_to_user(head, "fail", "FAIL")
-        for line in diff:
-            say_to_user(line)
+        for line in diff:  # of the program
+            say_to_user(line, wrap=False)
+    if result.findings:
+        gap()
     count = f"{result.passed_count} of {result.checks} expectations met"
     say_to_user(count, *(("pass", "PASS") if result.passed else ("fail", "FAIL")))
 

@@ -96,7 +96,7 @@ def _resets(board: Board) -> Iterator[str]:
 
 def _bus_errors(board: Board) -> Iterator[str]:
     for (bus, result), count in failed_transfers(board).most_common():
-        yield f"{bus}: {count} failed transfers: {result}"
+        yield f"{bus}: {count} failed transfer{'s' * (count > 1)}: {result}"
     lost = received_bytes_lost(board)
     if lost:
         name = board.terminal.uart.name

@@ -67,13 +67,14 @@ class Say(Protocol):
         ...
 
 
-def say(line: str, look: Look | None = None, mark: str = "") -> None:
+def say(line: str, look: Look | None = None, mark: str = "", *, wrap: bool = True) -> None:
     """Print a line for the user on stderr with the prefix ``fcu:``; control characters become escapes.
 
-    With ``mark``, such as "FAIL", the colour is that of the mark, which is before the line.
+    With ``mark``, such as "FAIL", the colour is that of the mark, which is before the line. On a terminal a
+    long line is wrapped, unless ``wrap`` is False.
     """
     text = visible(line)
-    lines = wrapped(text, WIDTH - len(f"fcu: {mark}")) if is_terminal(sys.stderr) else [text]
+    lines = wrapped(text, WIDTH - len(f"fcu: {mark}")) if wrap and is_terminal(sys.stderr) else [text]
     lines = [paint(one, None if mark else look, err=True) for one in lines]
     if mark:
         lines[0] = f"{paint(mark, look, err=True)} {lines[0]}"
