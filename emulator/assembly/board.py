@@ -433,7 +433,7 @@ def _world_of(plan: Scenario | None, grade: Grade, seed: int, clock: Clock) -> t
 def _named(ones: Mapping[str, _One], name: str | None, what: str) -> _One:
     """Return an object of the board by name, the first one without a name."""
     if not ones:
-        raise InputError(f"this board must have a {what}")
+        raise InputError(f"this board has no {what}")
     wanted = next(iter(ones)) if name is None else name
     if wanted not in ones:
         raise InputError(f"unknown {what} {wanted!r}; known: {', '.join(ones)}")

@@ -113,7 +113,7 @@ def test_the_template_as_it_is_does_not_pass_for_a_solution(tmp_path: Path) -> N
 
     text = fcu("diff", "lab3", elf, "--scenario", "desk", *SHORT, code=1).stdout.decode()
     assert "LSM6DSL registers: the same, 20 and 20 entries" in text
-    assert "first difference, terminal, entry 14: another text" in text
+    assert "first difference, terminal, entry 14: different text" in text
 
 
 def test_a_mistake_in_the_arithmetic_shows_as_the_first_difference(tmp_path: Path) -> None:

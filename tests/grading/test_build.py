@@ -127,7 +127,7 @@ def test_quoted_source_is_no_reason(builder: Builder) -> None:
                 "main.c": b"int main(void) { return 0; }\n",
                 "main_old.c": b"int x;\nint main(void) { return 1; }\n",
             },
-            "has two programs",
+            "must have one main()",
             ("main.c", "main_old.c"),
         ),
         (
@@ -135,7 +135,7 @@ def test_quoted_source_is_no_reason(builder: Builder) -> None:
                 "main.c": b"int x; int main(void) { return 0; }\n",
                 "b.c": b"int x; int main(void) { return 0; }\n",
             },
-            "has two programs",
+            "must have one main()",
             ("main.c", "b.c"),
         ),
         (

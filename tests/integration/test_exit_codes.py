@@ -220,7 +220,7 @@ def test_two_files_of_a_run_are_two(tmp_path: Path) -> None:
     file = tmp_path / "run"
     done = fcu("run", "--duration", "1s", "--json", file, "--trace", file)
     assert (done.returncode, done.stdout) == (USAGE_ERROR, "")
-    assert done.stderr == f"fcu: --json and --trace both name {file}; give each a file of its own\n"
+    assert done.stderr == f"fcu: --json and --trace must not both name {file}; give each its own file\n"
 
 
 @needs_full

@@ -269,8 +269,8 @@ def test_what_does_not_fit_together_is_refused_when_the_board_is_described() -> 
 
     assert described().addresses == {"HTX221": 0x5F}
     for places, bus, says in (
-        ({"HTX221": 0x5F}, "I2C3", "there is no bus I2C3; known: I2C1"),
-        ({"HTS221": 0x5F}, "I2C1", "there is no part HTS221; known: HTX221"),
+        ({"HTX221": 0x5F}, "I2C3", "unknown bus I2C3; known: I2C1"),
+        ({"HTS221": 0x5F}, "I2C1", "unknown part HTS221; known: HTX221"),
         ({"HTX221": "PA8"}, "I2C1", "HTX221 is at 'PA8' of I2C1; give a 7-bit address"),
     ):
         with pytest.raises(InputError, match=says):

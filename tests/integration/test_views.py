@@ -182,7 +182,7 @@ def test_a_file_that_becomes_too_large_ends_the_run(kind: Any, tmp_path: Path) -
 
 @pytest.mark.parametrize("kind", [VcdFile, PerfettoFile])
 def test_a_path_that_cannot_be_written_is_told(kind: Any, tmp_path: Path) -> None:
-    with pytest.raises(LinkError, match="give a path that can be written"):
+    with pytest.raises(LinkError, match="give a writable path"):
         kind(Board(), tmp_path / "missing" / "file")
 
 
