@@ -169,7 +169,7 @@ def _speed(text: str | None, serial: tuple[str, ...], end_ps: int | None) -> flo
         factor = 0.0
     if not _SLOWEST <= factor <= _FASTEST:
         raise InputError(
-            f"--speed must be max, or a factor of at least {_SLOWEST:g}, such as 1, 0.5 or 10, not {text}"
+            f"--speed must be max, or a factor of at least {_SLOWEST:g}, such as 1, 0.5 or 10, not {text!r}"
         )
     return factor
 
