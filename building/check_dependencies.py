@@ -1,7 +1,6 @@
-"""Whether pip finds wheels of all that is needed at run time: python building/check_dependencies.py [FOLDER]
+"""Check that pip finds wheels of all dependencies: python building/check_dependencies.py [FOLDER]
 
-For each wheel of building/wheels.py and each version of Python, without installing anything. What exists only
-as a source distribution would need a compiler, and is refused.
+Source distributions are refused, because they need a compiler.
 """
 
 from __future__ import annotations
@@ -17,13 +16,13 @@ from targets import TARGETS
 
 PYTHONS: Final = ("3.11", "3.12", "3.13", "3.14")
 _ALSO: Final = {
-    "manylinux2014": ("manylinux_2_27", "manylinux_2_28"),  # what packages in C++ are built for nowadays
+    "manylinux2014": ("manylinux_2_27", "manylinux_2_28"),  # used by packages in C++
     "musllinux_1_2": ("musllinux_1_1",),
 }
 
 
 def platforms(name: str) -> list[str]:
-    """The tags that a machine of this kind accepts, beside older ones that pip knows itself."""
+    """Return the wheel tags that such a machine accepts."""
     for family, others in _ALSO.items():
         if name.startswith(family):
             return [name, *(name.replace(family, other) for other in others)]
@@ -31,7 +30,7 @@ def platforms(name: str) -> list[str]:
 
 
 def resolve(wheel: Path, name: str, python: str) -> str:
-    """What pip would install; RuntimeError if it finds no set of wheels."""
+    """Return the packages. Raises RuntimeError without wheels."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "pip", "install", "-q", "--dry-run", "--ignore-installed"]
         command += ["--only-binary", ":all:", "--implementation", "cp", "--python-version", python]
@@ -45,7 +44,7 @@ def resolve(wheel: Path, name: str, python: str) -> str:
 
 
 def main(folder: str = "dist") -> None:
-    """A line for each platform; an exit code for the first that fails."""
+    """Print a line for each platform. Raises RuntimeError."""
     for name, target in TARGETS.items():
         (wheel,) = Path(folder).glob(f"*-{target.tag}.whl")
         found = {resolve(wheel, name, python) for python in PYTHONS}

@@ -1,7 +1,6 @@
-"""Install distributions on this machine and run an example: python building/check_installation.py [FOLDER]
+"""Install each distribution and run an example: python building/check_installation.py [FOLDER]
 
-The wheel for this system and the source archive in FOLDER, ``dist`` unless another is named, are each installed into a
-new virtual environment. pip takes the packages that they need from its index. See docs/building.md.
+FOLDER is ``dist`` by default. See docs/building.md.
 """
 
 from __future__ import annotations
@@ -20,18 +19,18 @@ EXAMPLES: Final = (
     ("fcu", "doctor"),
     ("fcu", "run", "solution", "--scenario", "desk", "--speed", "max"),
 )
-"""Commands that must succeed. The last one runs firmware for the chip, and its output is judged."""
+"""Commands that must succeed. The last one runs firmware for the chip, and its output is checked."""
 
 
 def main(folder: str = "dist") -> None:
-    """Check the wheel, then the source archive. Exit with the status of the first command that fails."""
+    """Check the wheel, then the source archive."""
     (archive,) = Path(folder).resolve().glob("fcu_emulator-*.tar.gz")
     check("--no-index", "--find-links", str(archive.parent), "--only-binary", ":all:", NAME)
     check(str(archive))
 
 
 def check(*distribution: str) -> None:
-    """Install what pip finds by the arguments ``distribution`` and run the examples, outside of this clone."""
+    """Install a distribution and run the examples."""
     sys.stdout.write(f"== pip install {' '.join(distribution)}\n")
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as work:
         environment = Path(work, "environment")
@@ -39,7 +38,7 @@ def check(*distribution: str) -> None:
         programs = environment / ("Scripts" if os.name == "nt" else "bin")
         pip = (programs / "python", "-m", "pip", "-q")
         _run(work, *pip, "install", "--no-deps", *distribution)
-        _run(work, *pip, "install", NAME)  # it is there already: only the packages that it needs
+        _run(work, *pip, "install", NAME)  # only the packages that it needs
         for program, *arguments in EXAMPLES:
             _run(work, programs / program, *arguments)
 

@@ -1,7 +1,6 @@
 """Check that all files name one version: python building/check_version.py [REF]
 
-The version of ``pyproject.toml`` must be that of ``CITATION.cff`` and have a section in ``CHANGELOG.md``. If REF is a
-tag, such as refs/tags/v0.2.0, the tag must be ``v`` and the version.
+``CITATION.cff``, ``CHANGELOG.md`` and a tag REF (refs/tags/v0.2.0) must have the version of ``pyproject.toml``.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ _TAG: Final = "refs/tags/"
 
 
 def problems(root: Path, ref: str = "") -> Iterator[str]:
-    """Yield a line for each place that names another version than ``pyproject.toml``."""
+    """Yield a line for each file with another version."""
     version = tomllib.loads(_text(root / "pyproject.toml"))["project"]["version"]
     cited = re.findall(r"^version: (\S+)$", _text(root / "CITATION.cff"), re.MULTILINE)
     if cited != [version]:

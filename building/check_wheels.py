@@ -1,8 +1,7 @@
-"""Look into the wheels that building/wheels.py has made: python building/check_wheels.py [FOLDER]
+"""Check the wheels in a folder: python building/check_wheels.py [FOLDER]
 
-Each has one library, made from the sources that are here, for its platform, which needs nothing but what all
-its systems have. The source archive beside them has every committed file and no other. This command needs lief and
-auditwheel. See docs/building.md.
+Each has one current library that needs only its platform's libraries; the source archive has the committed files. Needs
+lief and auditwheel; see docs/building.md.
 """
 
 from __future__ import annotations
@@ -30,11 +29,11 @@ _MACHINES: Final = {
 }
 _OLDEST_MACOS: Final = [11, 0, 0]
 _WINDOWS_HAS: Final = re.compile(r"kernel32\.dll|api-ms-win-crt-\w+-l1-1-0\.dll")
-"""The second is the Universal C Runtime, a part of Windows 10 and later."""
+"""The second is the Universal C Runtime of Windows 10 and later."""
 
 
 def check(wheel: Path, target: Target) -> Iterator[str]:
-    """What was found to be right. AssertionError for what is wrong."""
+    """Return correct properties. Raises AssertionError for a wrong one."""
     with ZipFile(wheel) as archive:
         names = [name for name in archive.namelist() if name.startswith(_PLACE)]
         assert not [name for name in names if name.endswith((".c", ".h"))], "it has C sources"
@@ -60,7 +59,6 @@ def check(wheel: Path, target: Target) -> Iterator[str]:
 
 
 def _carried(wheel: Path) -> int:
-    """How many files beside programs it has: the page, scenarios, rubrics and firmware, all that are here."""
     root = Path(__file__).parents[1]
     folders = {
         "emulator/live/page": "*.*",
@@ -125,7 +123,7 @@ def _windows(library: Any, _wheel: Path, _target: Target) -> Iterator[str]:
 
 
 def check_archive(archive: Path) -> str:
-    """Return how many files the source archive has. AssertionError if they are not the committed ones."""
+    """Return the file count. Raises AssertionError if other files are committed."""
     with tarfile.open(archive) as content:
         names = {member.name.partition("/")[2] for member in content if not member.isdir()}
     command = ["git", "-C", str(Path(__file__).parents[1]), "ls-files", "-z"]
@@ -136,7 +134,7 @@ def check_archive(archive: Path) -> str:
 
 
 def main(folder: str = "dist") -> None:
-    """A line for each wheel and for the source archive; an exit code for the first that is wrong."""
+    """Print a line for each distribution; fail at a wrong one."""
     (archive,) = Path(folder).glob("*.tar.gz")
     sys.stdout.write(f"{archive.name}: {check_archive(archive)}\n")
     for name, target in TARGETS.items():

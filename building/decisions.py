@@ -1,8 +1,6 @@
-"""Generate the index of decisions from the modules: python building/decisions.py
+"""Generate the index docs/decisions.md: python building/decisions.py
 
-A decision is recorded once, at the top of the file that it governs, in a paragraph that begins with "Decision". This
-script reads these paragraphs in docstrings and C comments. It writes the first sentence of each into docs/decisions.md,
-by package, with its file. A test fails when the page is not current.
+It has the first sentence of each paragraph that begins with "Decision". A test fails when the page is not current.
 """
 
 from __future__ import annotations
@@ -29,7 +27,7 @@ _ROLE: Final = re.compile(r":\w+:`[~!]?([^`]*)`")
 
 
 def texts(path: Path) -> Iterator[str]:
-    """The docstrings of a file in Python, the comments of one in C."""
+    """Return a Python file's docstrings or a C file's comments."""
     source = path.read_text(encoding="utf-8")
     if path.suffix != ".py":
         for comment in _COMMENT.findall(source):
@@ -41,7 +39,7 @@ def texts(path: Path) -> Iterator[str]:
 
 
 def decided(text: str) -> Iterator[str]:
-    """The first sentence of each decision; of a list of them, that of each item."""
+    """Return the first sentence of each decision or list item."""
     for found in _DECISION.finditer(text):
         rest = _UNDERLINE.sub("", text[found.end() :])
         items = []
@@ -53,7 +51,7 @@ def decided(text: str) -> Iterator[str]:
 
 
 def sentence(text: str) -> str:
-    """Up to the first full stop, colon or semicolon outside parentheses, in one line, as Markdown."""
+    """Return text up to a full stop, colon or semicolon outside parentheses."""
     line = " ".join(text.strip().partition("\n\n")[0].split())
     line = _ROLE.sub(r"`\1`", line).replace("``", "`").replace("|", "\\|")
     for end in _END.finditer(line):
@@ -64,7 +62,7 @@ def sentence(text: str) -> str:
 
 
 def index() -> str:
-    """The whole index, without a newline at its end."""
+    """Return the index of all decisions."""
     packages: dict[str, list[str]] = defaultdict(list)
     for path in sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.[pch]*")):
         if (
@@ -80,7 +78,7 @@ def index() -> str:
 
 
 def rewrite(page: str) -> str:
-    """``page`` with what is between the markers brought up to date."""
+    """Return ``page`` with an updated index."""
     before, _, rest = page.partition(BEGIN)
     return f"{before}{BEGIN}\n\n{index()}\n\n{END}{rest.partition(END)[2]}"
 

@@ -1,7 +1,4 @@
-"""The build hook: compile the C library into the wheel, or beside its sources for pip install -e.
-
-A source archive gets the generated C headers.
-"""
+"""The build hook: compile the C library into the wheel, or in place for pip install -e."""
 
 from __future__ import annotations
 
@@ -25,16 +22,16 @@ _GENERATED = "emulator/chip/native/generated"
 
 
 class CustomBuildHook(BuildHookInterface[Any]):
-    """See building/library.py, and building/targets.py for other systems than this one."""
+    """Builds with building/library.py, for other systems with building/targets.py."""
 
     def dependencies(self) -> list[str]:
-        """Zig where no C compiler works; pip then fetches it, for as long as the wheel is built."""
+        """Return zig if no C compiler works."""
         if self.target_name == "sdist":
             return []
         return [library.ZIG] if _target() or self._tried(library.own_compiler) is None else []
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """``version`` is "editable" for pip install -e."""
+        """Build the library; ``version`` is "editable" for pip install -e."""
         if self.target_name == "sdist":
             self._folder = Path(tempfile.mkdtemp())
             self._tried(lambda: library.write_headers(self._folder))
@@ -49,7 +46,7 @@ class CustomBuildHook(BuildHookInterface[Any]):
         for cache in ("ZIG_GLOBAL_CACHE_DIR", "ZIG_LOCAL_CACHE_DIR"):
             os.environ.setdefault(
                 cache, str(self._folder / "zig")
-            )  # else zig leaves 60 MB in the user's folder
+            )  # otherwise zig leaves 60 MB in the user's folder
         target = _target()
         compiler = self._tried(
             lambda: library.zig(target.system, *target.flags) if target else library.compiler()
@@ -61,7 +58,6 @@ class CustomBuildHook(BuildHookInterface[Any]):
         build_data["tag"] = f"py3-none-{target.tag if target else _platform()}"
 
     def finalize(self, version: str, *_: Any) -> None:
-        """Remove the files that the wheel or the source archive contains now."""
         if version != "editable":
             shutil.rmtree(self._folder)
 
@@ -83,5 +79,5 @@ def _compiler() -> library.Compiler:
 
 
 def _platform() -> str:
-    """This machine's; what the library needs of a Linux distribution was not looked at, so none is named."""
+    """Return this machine's tag; the Linux baseline is unknown."""
     return next(tag for tag in platform_tags() if "manylinux" not in tag and "musllinux" not in tag)

@@ -1,12 +1,6 @@
-"""Build the C library, emulator/chip/native, beside its sources: python building/library.py [--force]
+"""Build the C library beside its sources, emulator/chip/native, if outdated: python building/library.py [--force]
 
-Nothing is done where the library was built from these sources with this compiler. Needs no package but, where
-no C compiler works, ziglang. The compiler is
-
-- what the environment variable ``CC`` says, with arguments if it has some (``CC="gcc -m64"``), or else
-- ``cc``, where there is one that makes a library which this Python can load, or else
-- zig, a C compiler for all systems that pip can install.
-
+The compiler is ``CC``, with arguments (``CC="gcc -m64"``), by default ``cc`` if it works, else zig from ziglang.
 ``CFLAGS`` and ``LDFLAGS`` are added, as packagers expect.
 """
 
@@ -34,18 +28,17 @@ NATIVE: Final = runpy.run_path(str(FOLDER / "__init__.py"))
 FLAGS: Final = (
     "-std=gnu11",
     "-O2",
-    # Flags are written together and read one by one: out of a vector they come late. A fifth faster so.
+    # flags are written together and read one by one, too soon for vectors: a fifth faster
     "-fno-tree-slp-vectorize",
     "-fwrapv",  # signed sums wrap on every compiler, as the chip's do
-    # Only what fcu.h declares is exported. Calls of all else go straight to their function, not by a table in
-    # which another library could replace it: a sixth more speed where registers are polled.
+    # Only exports of fcu.h; other calls are direct, which makes polling loops a sixth faster.
     "-fvisibility=hidden",
-    "-ffp-contract=off",  # a product and a sum are rounded one after the other, as on the chip
+    "-ffp-contract=off",  # products and sums are rounded separately, as on the chip
 )
 ZIG: Final = "ziglang~=0.17.0"
-"""For pip: the versions of zig whose library was tested."""
+"""For pip: the tested versions."""
 _ZIG_FLAGS: Final = (
-    "-mcpu=baseline",  # else the library needs the instructions that the machine which builds it has
+    "-mcpu=baseline",  # otherwise the library needs this machine's instructions
     "-g0",
     "-s",
 )
@@ -53,15 +46,12 @@ _TRIAL: Final = "long long trial(long long a, long long b) { return (long long)(
 
 
 class BuildError(Exception):
-    """No library can be built; the message says why, and what helps."""
+    """The message has reason and remedy."""
 
 
 @dataclass(frozen=True)
 class Compiler:
-    """A C compiler: the beginning of its command lines, what a report calls it, flags of its own.
-
-    ``system``, as in ``sys.platform``, is the one that it compiles for.
-    """
+    """A C compiler: command, name, flags, and ``sys.platform`` of its output."""
 
     command: tuple[str, ...]
     name: str
@@ -70,17 +60,17 @@ class Compiler:
 
     @property
     def description(self) -> str:
-        """What the library keeps, and ``fcu doctor`` says: the name, and flags from the environment."""
+        """Name and flags from the environment."""
         text = f"{self.name} {os.environ.get('CFLAGS', '')}".strip()
         return text.replace("\\", "/").replace('"', "'")
 
     @property
     def position_independent(self) -> tuple[str, ...]:
-        """On Windows all code is, and clang refuses the flag."""
+        """Empty on Windows, where clang refuses the flag."""
         return () if self.system == "win32" else ("-fPIC",)
 
     def run(self, *arguments: str | Path) -> None:
-        """BuildError with what the compiler says, if it fails."""
+        """Compile. Raises BuildError."""
         line = [*self.command, *self.flags, *map(str, arguments)]
         try:
             done = subprocess.run(line, capture_output=True, text=True, check=False)
@@ -91,12 +81,12 @@ class Compiler:
 
 
 def compiler() -> Compiler:
-    """The compiler of this machine, else zig. BuildError if there is none."""
+    """Return this machine's compiler or zig. Raises BuildError."""
     return own_compiler() or zig()
 
 
 def own_compiler() -> Compiler | None:
-    """What ``CC`` says, or ``cc``; None if zig is needed. BuildError for a system that cannot be served."""
+    """Return ``CC`` or ``cc``; None if zig is needed. Raises BuildError for an unsupported system."""
     if sys.maxsize < 2**32:
         raise BuildError("32-bit systems are not supported: the library needs 128-bit integers (__int128)")
     words = shlex.split(os.environ.get("CC", ""), posix=os.name == "posix")
@@ -109,7 +99,7 @@ def own_compiler() -> Compiler | None:
 
 
 def zig(system: str = sys.platform, *flags: str) -> Compiler:
-    """Zig of the package ziglang. BuildError if that is not installed."""
+    """Return zig. Raises BuildError without ziglang."""
     if importlib.util.find_spec("ziglang") is None:
         raise BuildError(
             "no C compiler here makes a library that this Python can load (cc; CC names another one): "
@@ -134,7 +124,7 @@ def _works(compiler: Compiler) -> bool:
 
 
 def write_headers(folder: Path) -> None:
-    """Generate the headers of ``emulator/chip/native/generated`` from the declarations in Python."""
+    """Generate the headers from the declarations in Python."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"}
     command = [sys.executable, "-m", "fcu_emulator.emulator.chip.registers", str(folder)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
@@ -143,7 +133,7 @@ def write_headers(folder: Path) -> None:
 
 
 def build(library: Path, compiler: Compiler) -> None:
-    """Compile all sources, as many at a time as there are cores, and put the library there in one step."""
+    """Compile in parallel, then install in one step."""
     flags = *FLAGS, *compiler.position_independent, *shlex.split(os.environ.get("CFLAGS", ""))
     libraries = "-lm", *shlex.split(os.environ.get("LDFLAGS", ""))
     macros = f'-DSOURCES="{NATIVE["digest"](FOLDER)}"', f'-DCOMPILER="{compiler.description}"'
@@ -160,13 +150,13 @@ def build(library: Path, compiler: Compiler) -> None:
         made = library.with_name(f"{library.name}.{os.getpid()}")
         try:
             compiler.run("-shared", *flags, *objects, *libraries, "-o", made)
-            made.replace(library)  # a process that runs keeps the library which it has loaded
+            made.replace(library)  # running processes keep the library that they have loaded
         finally:
             made.unlink(missing_ok=True)
 
 
 def build_in_place(force: bool = False) -> str:
-    """Build the library beside its sources if it does not fit them: what was done, for people."""
+    """Build an outdated library; return a message."""
     library = FOLDER / NATIVE["library_name"]()
     chosen = compiler()
     write_headers(FOLDER / "generated")  # for editors and tests; the library is compiled with its own copy

@@ -1,7 +1,6 @@
-"""Put the four top-level folders into the package fcu_emulator: for a wheel, and for type checkers.
+"""Put the four top-level folders into the package fcu_emulator, for wheels and type checkers.
 
-``python building/namespace.py`` links them below build/types, where mypy finds ``fcu_emulator.emulator``; a type
-checker does not follow a package's search path.
+``python building/namespace.py`` links them below build/types for mypy.
 """
 
 from __future__ import annotations
@@ -13,15 +12,15 @@ from typing import Final
 ROOT: Final = Path(__file__).parents[1]
 FOLDERS: Final = ("emulator", "firmware_model", "sensors", "scenarios")
 SOURCES: Final = ("pyproject.toml", "building", "fcu_emulator", *FOLDERS)
-"""The files and folders of the repository that the contents of a wheel depend on."""
+"""The files and folders that a wheel depends on."""
 TYPES: Final = ROOT / "build" / "types" / "fcu_emulator"
 _NOT_SHIPPED: Final = ("emulator/chip/native/", "firmware_model/arm/solution/")
-"""C sources, of which the library is built, and the lab's solution."""
+"""C sources, and the lab's solution."""
 _BUILT: Final = {".c", ".h", ".so", ".dylib", ".dll", ".pyd", ".pyc"}
 
 
 def wheel_files() -> dict[str, str]:
-    """Return the place in a wheel of each file of the four folders and of building/site (the former names)."""
+    """Return the place in a wheel of each file."""
     files = {str(path): path.name for path in (ROOT / "building" / "site").iterdir() if path.is_file()}
     for folder in FOLDERS:
         for path in sorted((ROOT / folder).rglob("*")):
@@ -37,10 +36,7 @@ def _left_out(place: str) -> bool:
 
 
 def link_types() -> None:
-    """Link the folders and the package's own modules below build/types, or copy them without links.
-
-    Links that are right stay, since several type checkers may be running.
-    """
+    """Link or copy the folders. Correct links stay for running type checkers."""
     TYPES.mkdir(parents=True, exist_ok=True)
     for source in (*(ROOT / name for name in FOLDERS), *(ROOT / "fcu_emulator").iterdir()):
         place = TYPES / source.name
@@ -50,10 +46,10 @@ def link_types() -> None:
             place.unlink()
         try:
             place.symlink_to(source)
-        except FileExistsError:  # another process was faster, or a copy is there
+        except FileExistsError:  # another process was faster, or a copy exists
             if not place.is_symlink():
                 _copy(source, place)
-        except OSError:  # Windows, without the right to make links
+        except OSError:  # Windows, without permission to create links
             _copy(source, place)
 
 

@@ -1,7 +1,6 @@
-"""The picture of a run on the README's first screen: python building/picture.py
+"""Draw docs/run.svg, a run of ``fcu``: python building/picture.py
 
-It runs ``fcu`` as a user does and writes docs/run.svg, a terminal as vector graphics, light and small. Needs
-rich, which the extra ``docs`` brings. What was left out of the middle is three dots.
+Needs rich (extra ``docs``).
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ WIDTH: Final = 84
 
 
 def printed(command: str) -> tuple[list[str], list[str]]:
-    """The terminal's lines without the empty ones and the stars, and those of fcu itself."""
+    """Return the terminal's lines, and those of fcu."""
     done = subprocess.run(
         [sys.executable, "-m", "fcu_emulator", *command.split()],
         cwd=ROOT,
@@ -37,7 +36,7 @@ def printed(command: str) -> tuple[list[str], list[str]]:
 
 
 def shown(terminal: list[str], remarks: list[str]) -> list[tuple[str, str]]:
-    """Lines with their styles: how it starts, a flat second, one on the edge, and how it went."""
+    """Return selected lines with styles."""
     seconds = [number for number, line in enumerate(terminal) if line.startswith("ACC")]
     second, on_edge, after = seconds[1], seconds[4], seconds[5]
     begun = next(number for number, line in enumerate(remarks) if "serial:" in line) + 1
@@ -53,7 +52,7 @@ def shown(terminal: list[str], remarks: list[str]) -> list[tuple[str, str]]:
 
 
 def draw(lines: list[tuple[str, str]]) -> str:
-    """The lines as SVG."""
+    """Return the lines as SVG."""
     console = Console(record=True, width=WIDTH, file=io.StringIO(), force_terminal=True)
     for line, style in lines:
         console.print(Text(line, style=style), soft_wrap=True)

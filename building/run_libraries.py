@@ -1,11 +1,8 @@
-"""Execute a program on the libraries of the wheels: .venv/bin/python building/run_libraries.py [FOLDER]
+"""Run the libraries of the wheels: .venv/bin/python building/run_libraries.py [FOLDER]
 
-building/run_library.c is compiled for each system that can be imitated here, and runs the kernels of
-tests/arm/kernels on the library alone: on this machine, under qemu-user, under wine, with musl's C library.
-Their checksums have to be those of QEMU's Cortex-M4, and the number of instructions the same everywhere.
-
-Needs what .ci/wheels installs: qemu-user, wine, the cross compiler; Debian's C libraries in
-``build/debian-*``, zig in ``build/venv``.
+They run the kernels of tests/arm/kernels natively, under qemu-user, under wine and with musl. Checksums must match
+QEMU's Cortex-M4, and instruction counts each other. Needs the packages of .ci/wheels, ``build/debian-*`` and
+``build/venv``.
 """
 
 from __future__ import annotations
@@ -31,11 +28,11 @@ RUN_BY: Final[dict[str, tuple[str, ...]]] = {
     "musllinux_1_2_aarch64": QEMU,
     "win_amd64": ("wine",),
 }
-"""What a program of that system is called with here."""
+"""Commands that run a program of that system."""
 
 
 def image(folder: Path) -> Path:
-    """The kernels, as the contents of flash."""
+    """Return the kernels as flash."""
     sys.path.insert(0, str(ROOT))
     from tests.support.arm.conformance import build
 
@@ -45,7 +42,7 @@ def image(folder: Path) -> Path:
 
 
 def run(wheel: Path, target: Target, by: tuple[str, ...], program: Path, folder: Path) -> list[str]:
-    """The lines that the program prints on the library of that wheel."""
+    """Return the output with a wheel's library."""
     name = NATIVE["library_name"](target.system)
     with ZipFile(wheel) as archive:
         (folder / name).write_bytes(archive.read(f"fcu_emulator/emulator/chip/native/{name}"))
@@ -67,7 +64,7 @@ def run(wheel: Path, target: Target, by: tuple[str, ...], program: Path, folder:
 
 
 def main(dist: str = "dist") -> None:
-    """A line for each; an exit code for the first that differs."""
+    """Print a line for each wheel."""
     expected = (ROOT / "tests" / "arm" / "kernels" / "results.txt").read_text(encoding="ascii").splitlines()
     counts = set()
     with tempfile.TemporaryDirectory() as folder:

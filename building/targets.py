@@ -1,4 +1,4 @@
-"""The systems that wheels are made for, and how zig is told."""
+"""The systems with wheels, and zig's names of them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final
 
 @dataclass(frozen=True)
 class Target:
-    """``tag``: the wheel's platform; ``triple``: zig's name of it; ``system``: as in ``sys.platform``."""
+    """The wheel's platform, zig's target, and its name in ``sys.platform``."""
 
     tag: str
     triple: str
@@ -16,13 +16,12 @@ class Target:
 
     @property
     def flags(self) -> tuple[str, ...]:
-        """For zig."""
         named = ("-Wl,-install_name,@rpath/libfcu.dylib",) if self.system == "darwin" else ()
         return "-target", self.triple, *named
 
 
 VARIABLE: Final = "FCU_TARGET"
-"""The environment variable that names the target of a build, if it is not this machine."""
+"""The environment variable with the target of a build for another machine."""
 TARGETS: Final = {
     target.tag.partition(".")[0]: target
     for target in (
@@ -36,4 +35,4 @@ TARGETS: Final = {
         Target("win_arm64", "aarch64-windows-gnu", "win32"),
     )
 }
-"""By the first of the names that their wheels have."""
+"""By the first platform name of their wheels."""

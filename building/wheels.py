@@ -1,9 +1,6 @@
-"""Build the wheels of all systems here, with zig: python building/wheels.py [FOLDER [PLATFORM ...]]
+"""Build the wheels of all systems with zig: python building/wheels.py [FOLDER [PLATFORM ...]]
 
-They are put into the folder, ``dist`` unless another is named. Without names of platforms the source archive is
-built, too; its name among them is ``sdist``. A virtual environment with hatchling and zig
-is made in ``build`` for that, and zig keeps there what it has compiled of the systems' C libraries. See
-docs/building.md.
+FOLDER is ``dist`` by default; the platform ``sdist`` is the source archive. See docs/building.md.
 """
 
 from __future__ import annotations
@@ -33,7 +30,7 @@ def _python() -> Path:
 
 
 def main(folder: str = "dist", *platforms: str) -> None:
-    """One wheel after the other."""
+    """Build one wheel after the other."""
     if unknown := set(platforms) - {*TARGETS, _ARCHIVE}:
         sys.exit(
             f"building/wheels.py: {', '.join(sorted(unknown))}: unknown; known: {', '.join(TARGETS)}, {_ARCHIVE}"

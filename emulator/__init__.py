@@ -1,9 +1,6 @@
 """A virtual STEVAL-FCU001V1: sensors, timer, UART and one physical world, in exact virtual time.
 
-``from fcu_emulator import Board`` is sufficient for most course material; see
-:class:`fcu_emulator.emulator.assembly.board.Board`. All other documented names are also here.
-
-Names are loaded on first use: the board needs numpy, and ``fcu --help`` does not.
+All documented names are here, loaded on first use: the board needs numpy, and ``fcu --help`` does not.
 """
 
 from __future__ import annotations
@@ -70,7 +67,7 @@ _HOMES = (
     "fcu_emulator.emulator.assembly.board",
     "fcu_emulator.emulator.scenario",
 )
-"""Modules that define the names, in the order of the search: modules that load quickly come first."""
+"""Modules that define the names; those that load quickly come first."""
 
 __all__ = [
     "Board",

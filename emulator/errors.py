@@ -3,26 +3,25 @@
 ::
 
     FcuError
-    ├── InputError                 wrong user input                      (exit code 2)
-    │   ├── ScenarioError          a scenario file: names file and key path
-    │   ├── RubricError            a rubric: names file and key path
-    │   ├── RecordingError         a CSV recording: names file and line
-    │   ├── FirmwareFileError      an ELF, HEX or BIN that is not firmware for this board: names the file
-    │   └── LinkError              a serial link or output file that cannot be opened on this machine
-    ├── ExpectationError           the firmware did not meet an expectation (exit code 1)
-    ├── FirmwareError              the firmware itself failed             (exit code 3)
-    │   ├── LimitError             it exceeded a limit of the run
+    ├── InputError                 wrong user input             (exit code 2)
+    │   ├── ScenarioError          a scenario file
+    │   ├── RubricError            a rubric
+    │   ├── RecordingError         a CSV recording
+    │   ├── FirmwareFileError      a file that is not firmware for this board
+    │   └── LinkError              a serial link or output file
+    ├── ExpectationError           an expectation was not met   (exit code 1)
+    ├── FirmwareError              the firmware itself failed   (exit code 3)
+    │   ├── LimitError             it exceeded a limit
     │   └── CallError              a called function did not return
-    ├── NotJudgedError             no verdict about the firmware          (exit code 4)
-    │   └── OutputError            output or a recording could not be delivered
-    └── I2CError                   a transfer on the simulated bus failed
-        ├── I2CNackError           no acknowledge: absent device, or NACK at a byte
+    ├── NotJudgedError             no verdict                   (exit code 4)
+    │   └── OutputError            lost output
+    └── I2CError                   a transfer on the bus failed
+        ├── I2CNackError           no acknowledge
         ├── I2CBusError            misplaced start or stop (BERR)
-        └── I2CStuckError          a line is held low, the bus stays busy
+        └── I2CStuckError          a line is held low
 
-An error of the guest (a NACK that firmware provokes, an overrun, a write to a read-only register) does not
-raise an exception inside a run: the trace records it for graders. The I2C errors reach Python only when
-Python itself is the bus master, through ``board.i2c2``. An error outside this tree is a bug of this package.
+An error of the guest is recorded in the trace; I2C errors are raised only when Python is the bus master,
+through ``board.i2c2``. An error outside this tree is a bug of this package.
 """
 
 from __future__ import annotations
@@ -43,13 +42,10 @@ def _kind_of(error: type[FcuError]) -> str:
 
 
 class FcuError(Exception):
-    """Base of everything this package raises on purpose.
+    """Base of everything this package raises on purpose; the text is one line without control characters.
 
-    Its text is one line without control characters, for all names and values that it contains. With
-    ``has_lines`` it may have several lines, of a terminal, a compiler or a diagnosis.
-
-    ``kind`` names the problem in one word ("unknown_key"). It stays when the text is improved. An error
-    without a specific kind has that of its class ("scenario").
+    ``has_lines``: it may have several lines. ``kind`` names the problem in one stable word ("unknown_key"),
+    by default that of the class ("scenario").
     """
 
     has_lines = False
@@ -75,7 +71,7 @@ def failure_text(error: Exception) -> str:
 
 
 class InputError(FcuError):
-    """The user's input cannot be used; the message states the problem, its place and the correct form."""
+    """The user's input cannot be used; the message states problem, place and correct form."""
 
 
 class ScenarioError(InputError):
@@ -99,7 +95,7 @@ class RubricError(InputError):
 
 
 class RecordingError(InputError):
-    """A CSV recording is wrong at ``line`` (counted from 1, the header's line; 0 means the whole file)."""
+    """A CSV recording is wrong at ``line`` (from 1; 0 means the whole file)."""
 
     def __init__(self, file: str, line: int, problem: str, *, kind: str = "") -> None:
         self.file = file
@@ -109,7 +105,7 @@ class RecordingError(InputError):
 
 
 class FirmwareFileError(InputError):
-    """A firmware file cannot be run on this board; ``problem`` states the error and the correct form."""
+    """A firmware file cannot be run on this board."""
 
     def __init__(self, file: str, problem: str, *, kind: str = "") -> None:
         self.file = file
@@ -124,8 +120,8 @@ class LinkError(InputError):
 class ExpectationError(FcuError):
     """An expectation of the firmware was not met.
 
-    ``lines``: the last lines of the terminal; ``diagnosis``: the detected problems of the firmware, "" if
-    there are none. Both are part of the message.
+    ``lines``: the last lines of the terminal; ``diagnosis``: the firmware's problems. Both are part of the
+    message.
     """
 
     has_lines = True
@@ -158,7 +154,7 @@ class CallError(FirmwareError):
 
 
 class NotJudgedError(FcuError):
-    """The run gives no verdict about the firmware, because of an outside failure or an early end."""
+    """The run gives no verdict, because of an outside failure or an early end."""
 
 
 class OutputError(NotJudgedError):

@@ -1,8 +1,4 @@
-"""Safe display of untrusted text: names, paths, values, compiler messages, output of firmware.
-
-A terminal obeys control characters, and so do a few viewers of logs. Unicode has more characters that reorder
-a line (bidirectional overrides) or are invisible (zero-width ones). All are written as escapes.
-"""
+"""Safe display of untrusted text: control, reordering and invisible characters are written as escapes."""
 
 from __future__ import annotations
 
@@ -21,9 +17,9 @@ _SHOWN = 40  # maximum length of a bad value repeated in a message
 
 
 def visible(text: str, *, lines: bool = False) -> str:
-    """Return ``text`` with control and hidden characters escaped; with ``lines``, keep newlines and tabs.
+    """Return ``text`` with control and hidden characters escaped.
 
-    With ``lines``, a carriage return before or after a newline, as in the lab's text, is omitted.
+    With ``lines``, keep newlines and tabs, and omit a carriage return beside a newline.
     """
     if lines:
         text = text.replace("\r\n", "\n").replace("\n\r", "\n")

@@ -1,13 +1,8 @@
 """Trace of a run: append-only, typed events, to memory, to JSON-lines files and to subscribers.
 
-Rare and important events (faults, late and lost ticks, GPIO edges, functions that are not modelled) are
-always kept. Frequent events, thousands per second (bus transfers, register writes, terminal bytes), are
-recorded only on request. Otherwise their producers see ``trace.detailed`` False and do not build the event,
-so a trace that is off costs nothing.
-
-A line of a JSON-lines file has the time, the kind, and the event's fields in their order: times in seconds as
-exact decimal strings, bytes in hexadecimal. Lines are joined from the fields' own texts: a general encoder
-for 3,200 bus transfers per second of virtual time would cost more than the run itself.
+Rare events (faults, late and lost ticks, GPIO edges, notes) are always kept. Frequent ones (bus transfers,
+register writes, terminal bytes) are built only on request. A JSON line has time, kind, and the event's
+fields: times in seconds as exact decimal strings, bytes in hexadecimal.
 """
 
 from __future__ import annotations
@@ -34,15 +29,15 @@ class TraceEvent:
 
     @property
     def t_s(self) -> float:
-        """Time of the event in seconds since power-on."""
+        """Time in seconds since power-on."""
         return self.t_ps / PS_PER_S
 
 
 @dataclass(frozen=True, slots=True)
 class BusTransfer(TraceEvent):
-    """One transfer on a bus, from start to stop. ``t_ps`` is its start, ``end_ps`` its end.
+    """One transfer on a bus, from start ``t_ps`` to stop ``end_ps``.
 
-    ``register`` is the datasheet's name of the first register; ``result`` is "ok" or the failure.
+    ``register`` is the first register's name; ``result`` is "ok" or the failure.
     """
 
     kind: ClassVar[str] = "bus"
@@ -57,7 +52,7 @@ class BusTransfer(TraceEvent):
 
     @property
     def end_s(self) -> float:
-        """End of the transfer in seconds since power-on."""
+        """End in seconds since power-on."""
         return self.end_ps / PS_PER_S
 
 
@@ -74,7 +69,7 @@ class RegisterWrite(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class DeviceNote(TraceEvent):
-    """An access that a sensor refuses, forbids or does not model; ``what`` tells which of these."""
+    """An access that a sensor refuses, forbids or does not model; ``what`` tells which."""
 
     kind: ClassVar[str] = "note"
     device: str
@@ -93,7 +88,7 @@ class GpioEdge(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class TickLate(TraceEvent):
-    """A timer callback started ``late_ps`` after its tick, because the one before was still running."""
+    """A timer callback that started ``late_ps`` after its tick, because the previous one was running."""
 
     kind: ClassVar[str] = "tick_late"
     timer: str
@@ -107,7 +102,7 @@ class TickLate(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class TickLost(TraceEvent):
-    """Ticks were lost, detected in the handler: the flag of the one before had not been cleared."""
+    """Lost ticks, detected in the handler because the flag was still set."""
 
     kind: ClassVar[str] = "tick_lost"
     timer: str
@@ -167,7 +162,7 @@ def transfer_line(
     read: bytes,
     result: str,
 ) -> str:
-    """Return the line of a :class:`BusTransfer` with these fields."""
+    """Return the line of a :class:`BusTransfer`."""
     begin, end = _of_transfers(bus, address, device, register, written, result)
     times = f'"t_s":{_seconds(t_ps)},"kind":"bus","end_s":{_seconds(end_ps)}'
     return f'{{{times},{begin},"read":"{read.hex()}",{end}}}\n'
@@ -177,7 +172,6 @@ def transfer_line(
 def _of_transfers(
     bus: str, address: int, device: str, register: str, written: bytes, result: str
 ) -> tuple[str, str]:
-    """Return the common text of lines of the same transfer: before and after the bytes read."""
     begin = (
         f'"bus":{quoted(bus)},"address":{address},"device":{quoted(device)},'
         f'"register":{quoted(register)},"written":"{written.hex()}"'
@@ -209,19 +203,18 @@ _NAMES = {
 _KEPT = 200_000  # rare events in memory; older ones are dropped and counted
 _KEPT_IN_DETAIL = 4_000_000  # after record_all(), several minutes of the lab's firmware
 LARGEST_FILE = 4 << 30
-"""Maximum bytes of a file unless another limit is given: some two hours of the lab's firmware."""
+"""Default maximum of a file in bytes: some two hours of the lab's firmware."""
 
 EventT = TypeVar("EventT", bound=TraceEvent)
 Subscriber: TypeAlias = Callable[[TraceEvent], None]
-"""Called with each event, in the order of the trace; it must not run the board."""
+"""Called with each event, in order; it must not run the board."""
 
 
 class Trace:
     """A run's events; iterate over it, or call :meth:`of` for one type.
 
-    ``detailed``: whether frequent events are requested; producers check it before they build one.
-    ``observed``: whether events are written or passed to a subscriber. Otherwise a producer may keep events
-    in another form and add them when the trace is read (:meth:`draw_from`).
+    ``detailed``: whether frequent events are requested. ``observed``: whether events are written or passed
+    on.
     """
 
     def __init__(self) -> None:
@@ -254,14 +247,11 @@ class Trace:
         self._look_who_listens()
 
     def draw_from(self, source: Callable[[], None]) -> None:
-        """Call ``source()`` before the trace is read, or another event added: it adds its kept events.
-
-        It does so by :meth:`add_kept`.
-        """
+        """Call ``source()`` before the trace is read or changed; it calls :meth:`add_kept`."""
         self._sources.append(source)
 
     def add_kept(self, events: Sequence[TraceEvent], dropped: int) -> None:
-        """Add rare events kept by a source, and the number of earlier ones that it has dropped."""
+        """Add rare events kept by a source, and the number that it has dropped."""
         most = self.kept_at_most
         dropped += max(0, len(events) - most)
         events = events[-most:]
@@ -273,7 +263,7 @@ class Trace:
 
     @property
     def kept_at_most(self) -> int:
-        """Return the maximum number of events in memory."""
+        """Maximum number of events in memory."""
         return _KEPT_IN_DETAIL if self._keep_detail else _KEPT
 
     def _draw(self) -> None:
@@ -300,7 +290,7 @@ class Trace:
     def write_to(self, path: str | Path, most_bytes: int = LARGEST_FILE) -> None:
         """Write every event from now on to a JSON-lines file. Raises LinkError if it cannot be opened.
 
-        A later write error, or a file larger than ``most_bytes``, raises an OutputError from the run.
+        A later write error, or more than ``most_bytes``, raises OutputError from the run.
         """
         self._draw()
         self._files.append(BoundedFile(path, f"trace file {path}", most_bytes))
@@ -330,7 +320,7 @@ class Trace:
         read: bytes,
         result: str,
     ) -> None:
-        """Record a transfer by the fields of its event; most events are transfers, and files need no event object."""
+        """Record a transfer by its fields; files need no event object."""
         fields = t_ps, end_ps, bus, address, device, register, written, read, result
         if result != "ok":
             self.add(BusTransfer(*fields))
@@ -349,12 +339,11 @@ class Trace:
             file.close()
 
     def snapshot(self) -> int:
-        """Return the number of events so far; for :mod:`fcu_emulator.emulator.assembly.snapshot`."""
         self._draw()
         return len(self._events) + self.dropped
 
     def restore(self, state: int) -> None:
-        """Drop the events after this state; observers continue, and files keep their contents."""
+        """Drop the events after this state; observers and files are unchanged."""
         self._draw()
         for _ in range(min(len(self._events) + self.dropped - state, len(self._events))):
             self._events.pop()

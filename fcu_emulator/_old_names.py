@@ -55,7 +55,7 @@ class _Aliases(MetaPathFinder):
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return the spec of the alias; None for a module of somebody else."""
+        """Return the spec of the alias; None for a foreign module."""
         del path, target
         top, _, rest = name.partition(".")
         ours = rest and top in OLD and getattr(sys.modules.get(top), "__name__", "") == _NEW + top

@@ -1,13 +1,9 @@
 """The lab's firmware in Python, on HAL-like calls, as a reference for the students' C programs.
 
-``FIRMWARES`` names the programs; each takes a HAL (:mod:`fcu_emulator.firmware_model.hal`) and optional
-settings::
+A program takes a HAL (:mod:`fcu_emulator.firmware_model.hal`) and optional settings::
 
     firmware = FIRMWARES["lab3"](hal, Settings(mu=0.1))
     firmware.main()
-
-It imports the standard library only. The scale tables are built when a firmware is created, so importing is
-cheap.
 """
 
 from __future__ import annotations

@@ -1,17 +1,12 @@
-"""C semantics that differ from Python: float32 arithmetic, integer division, division by zero, pow(), printf.
+"""C semantics that differ from Python: float32, integer division, division by zero, pow(), printf.
 
-A Python float is C's double, so a float32 variable is modelled by rounding at each store. Single-precision
-products and quotients are also exact: for two float32 operands, rounding the double result once more gives
-exactly the single-precision result (the 53 bits of a double are at least 2 * 24 + 2).
+A Python float is C's double, rounded at each store to a float32. Products and quotients of two float32 are then exact.
 
-``sprintf`` formats for a target where int and long have 32 bits (ARM, C11 7.21.6.1). Supported are ``%d %i %u
-%x %X %c %s %f %F %e %E %g %G %%`` with the flags ``- + space # 0``, width, precision (also ``*``) and the
-length modifiers hh, h, l, ll. Anything else raises a one-line ValueError. Extra arguments are ignored, as in
-C.
+``sprintf`` supports ``%d %i %u %x %X %c %s %f %F %e %E %g %G %%``, flags, width, precision and hh, h, l, ll, for int
+and long of 32 bits (C11 7.21.6.1).
 
-Decision: printf formatting does not use Python's ``%`` operator, because that differs from C. The differences
-are zero padding with a precision, a precision of 0, ``%#x`` of 0, negative ``%x``, and padding of infinities.
-Only the digits of a float come from Python, which rounds them correctly, as newlib and glibc do.
+Decision: printf formatting does not use Python's ``%`` operator, because that differs from C. Differences are zero
+padding with a precision, a precision of 0, ``%#x`` of 0, negative ``%x``, and infinities.
 """
 
 from __future__ import annotations
@@ -30,7 +25,7 @@ _FLOAT = struct.Struct("<f")
 
 
 def f32(value: float) -> float:
-    """Return ``(float)value``: the nearest single; too large values become an infinity, as on the FPU."""
+    """Return the nearest single; too large values become an infinity, as on the FPU."""
     try:
         (single,) = _FLOAT.unpack(_FLOAT.pack(value))
     except OverflowError:  # struct refuses values that the FPU turns into an infinity
@@ -39,13 +34,13 @@ def f32(value: float) -> float:
 
 
 def int_divide(dividend: int, divisor: int) -> int:
-    """Return ``dividend / divisor`` of two C ints: truncated toward zero, unlike Python's ``//``."""
+    """Return the quotient of two C ints, truncated toward zero."""
     quotient = abs(dividend) // abs(divisor)
     return quotient if (dividend < 0) == (divisor < 0) else -quotient
 
 
 def float_divide(dividend: float, divisor: float) -> float:
-    """Return ``dividend / divisor`` of two C doubles (IEEE 754): x/0 is an infinity, 0/0 a NaN."""
+    """Return the quotient of two C doubles (IEEE 754): x/0 is an infinity, 0/0 a NaN."""
     if divisor != 0.0:
         return dividend / divisor
     if dividend == 0.0 or math.isnan(dividend):
@@ -54,7 +49,7 @@ def float_divide(dividend: float, divisor: float) -> float:
 
 
 def c_pow(base: float, exponent: float) -> float:
-    """Return math.h's ``pow`` (C11 7.12.7.4): a negative base with a fractional exponent gives a NaN."""
+    """Return math.h's ``pow``: a NaN for a negative base with a fractional exponent."""
     try:
         return math.pow(base, exponent)
     except ValueError:
@@ -83,20 +78,17 @@ class _Spec(NamedTuple):
 def sprintf(fmt: str, *args: CArgument) -> bytes:
     """Format ``args`` as C's ``sprintf`` would.
 
-    Integer conversions take integers and wrap them to their C type; floating-point conversions take floats (a
-    float32 is promoted to double without loss); ``%s`` takes str (sent as UTF-8) or bytes; ``%c`` takes an
-    integer or a one-character str. Raises ValueError for an unsupported specification, a missing argument, or
-    an argument of the wrong kind.
+    ``%s`` takes str (sent as UTF-8) or bytes, ``%c`` an integer or one character. Raises ValueError for an unsupported
+    specification, or a missing or wrong argument.
     """
     arguments = iter(args)
-    # One character per byte from here on, so that widths and precisions count bytes as C does.
+    # One character per byte, so that widths and precisions count bytes as C does.
     template = fmt.encode().decode("latin-1")
     text = _SPEC.sub(lambda match: _convert(_parse(match, arguments), arguments), template)
     return text.encode("latin-1")
 
 
 def _parse(match: re.Match[str], arguments: Iterator[CArgument]) -> _Spec:
-    """Turn a matched specification into numbers, taking the arguments of ``*``."""
     text = match.group()
     flags, width_text, precision_text, length, conversion = match.groups()
     width = _number(width_text or "0", text, arguments)

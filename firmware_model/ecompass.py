@@ -1,15 +1,9 @@
 """The slides' mathematics: hard-iron calibration, eCompass, and the hypsometric altitude.
 
-``MagCalibration`` keeps running extremes of each axis and subtracts their centre, in place as in C. A sample
-that was not refreshed (failed read) is corrected again on the next call; the slides' code does the same.
+Values are computed in double and stored as float32; stores share a struct call, the slowest operation.
 
-Every right-hand side is computed in double with math.h and stored in a float32 variable, which the next line
-reads. Two or three independent stores share one struct call, the slowest operation. The angles of earlier
-vectors are looked up, since a board at rest shows the same few.
-
-Decision: the slides' roll, atan2(Gy, sqrt(mu*Gx^2 + Gz^2)), is kept although it is an approximation: it never
-exceeds 90 degrees and is wrong when pitch and roll are both large. The exact atan2(Gy, Gz) would be better
-but would not match the lab.
+Decision: the slides' roll, atan2(Gy, sqrt(mu*Gx^2 + Gz^2)), is kept although it is an approximation. The exact
+atan2(Gy, Gz) would not match the lab.
 """
 
 from __future__ import annotations
@@ -29,19 +23,17 @@ MAG_MAX_START = -10000
 
 
 def MagCalibration(mag: AxesRaw_TypeDef, mag_min: AxesRaw_TypeDef, mag_max: AxesRaw_TypeDef) -> None:
-    """Widen the extremes by this sample, then subtract their centre; mgauss. The first sample gives 0."""
+    """Widen the extremes by this sample (mgauss), then subtract their centre."""
     x, min_x, max_x = mag.AXIS_X, mag_min.AXIS_X, mag_max.AXIS_X
     y, min_y, max_y = mag.AXIS_Y, mag_min.AXIS_Y, mag_max.AXIS_Y
     z, min_z, max_z = mag.AXIS_Z, mag_min.AXIS_Z, mag_max.AXIS_Z
 
-    # find min
     if x < min_x:
         mag_min.AXIS_X = min_x = x
     if y < min_y:
         mag_min.AXIS_Y = min_y = y
     if z < min_z:
         mag_min.AXIS_Z = min_z = z
-    # find max
     if x > max_x:
         mag_max.AXIS_X = max_x = x
     if y > max_y:
@@ -49,7 +41,7 @@ def MagCalibration(mag: AxesRaw_TypeDef, mag_min: AxesRaw_TypeDef, mag_max: Axes
     if z > max_z:
         mag_max.AXIS_Z = max_z = z
 
-    # hard-iron calibration; int(sum / 2) truncates toward zero like C's division, where // would round down
+    # int(sum / 2) truncates toward zero like C's division, where // would round down
     mag.AXIS_X = x - int((max_x + min_x) / 2)
     mag.AXIS_Y = y - int((max_y + min_y) / 2)
     mag.AXIS_Z = z - int((max_z + min_z) / 2)
@@ -71,9 +63,8 @@ _EXPONENT = 1 / 5.257
 def eCompass(acc: AxesRaw_TypeDef, mag: AxesRaw_TypeDef, mu: float) -> tuple[float, float, float]:
     """Return pitch, roll and yaw in degrees (float32) from acceleration in mg and field in mgauss.
 
-    Frame: X right, Y forward, Z up, acceleration +1000 mg on the axis that points up. ``mu`` is 0.01..1.
-    Pitch and roll lie in -90..90, yaw in -180..180; yaw is 0 when X points to magnetic north, and grows
-    counter-clockwise seen from above.
+    X right, Y forward, Z up, +1000 mg on the axis that points up. Yaw is 0 when X points to magnetic north, and grows
+    counter-clockwise from above.
     """
     return _angles(acc.AXIS_X, acc.AXIS_Y, acc.AXIS_Z, mag.AXIS_X, mag.AXIS_Y, mag.AXIS_Z, mu)
 
@@ -98,10 +89,9 @@ def _angles(
 
 
 def getAltitude(press: float, temperature: float, press_zero_level: float) -> float:
-    """Return the height in m (float32) above the place of ``press_zero_level``, by the hypsometric formula.
+    """Return the height in m (float32) above ``press_zero_level``, from hPa and degC.
 
-    Pressures in hPa, temperature in degC. Absurd readings give the same result as in C: an infinity at a
-    pressure of 0, a NaN at a negative one.
+    As in C, a pressure of 0 gives an infinity, a negative one a NaN.
     """
     ratio = float_divide(press_zero_level, press)
     return f32((c_pow(ratio, _EXPONENT) - 1) * (temperature + _KELVIN) / _LAPSE_RATE)

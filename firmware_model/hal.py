@@ -1,17 +1,11 @@
-"""Hardware interface of the firmware: STM32Cube HAL calls, as protocols; and PRINTF on top of them.
+"""Hardware interface of the firmware: STM32Cube HAL calls, as protocols, and PRINTF.
 
-The firmware model is the lab's C program written in Python. It reaches the board through these calls only,
-and **only HAL calls cost virtual time**: the code between two of them takes none. This is the model's only
-difference from a compiled firmware, whose arithmetic fills part of the 1.25 ms tick.
+**Only HAL calls cost virtual time**, unlike in a compiled firmware.
 
-Decisions
-    HAL calls use Python types instead of C pointers: a read returns ``(status, data)``. A caller's
-    buffer filled in place was rejected, because it needs a bytearray per call site without a benefit. Device
-    addresses are in the HAL's 8-bit form (7-bit address shifted left by one), because C source for these
-    sensors contains that form: 0xD6, 0x3C, 0xBA.
+Decision: HAL calls use Python types instead of C pointers: a read returns ``(status, data)``. Device addresses have 8
+bits, as in C: 0xD6, 0x3C, 0xBA.
 
-    ``PRINTF`` formats with ``vsnprintf`` into 255 bytes, so at most 254 characters reach the line. ST's own
-    ``myprintf`` passes 254 as the limit but then sends the *untruncated* length, reading past its buffer.
+``PRINTF`` sends at most 254 bytes; ST's ``myprintf`` reads past its buffer.
 """
 
 from __future__ import annotations
@@ -34,25 +28,25 @@ class Hal(Protocol):
     """The lab's HAL calls. A status is one of HAL_OK, HAL_ERROR, HAL_BUSY, HAL_TIMEOUT."""
 
     def HAL_Delay(self, delay_ms: int) -> None:
-        """Wait at least ``delay_ms`` milliseconds; interrupts run meanwhile."""
+        """Wait at least ``delay_ms``; interrupts run meanwhile."""
 
     def HAL_GetTick(self) -> int:
         """Return the milliseconds since reset."""
 
     def HAL_I2C_Mem_Read(self, dev_address: int, mem_address: int, size: int) -> tuple[int, bytes]:
-        """Read ``size`` bytes from register ``mem_address`` on; no data unless the status is HAL_OK."""
+        """Read ``size`` bytes from ``mem_address`` on; no data unless HAL_OK."""
 
     def HAL_I2C_Mem_Write(self, dev_address: int, mem_address: int, data: bytes) -> int:
-        """Write ``data`` from register ``mem_address`` on; returns the status."""
+        """Write ``data`` from ``mem_address`` on; return the status."""
 
     def HAL_UART_Transmit(self, data: bytes, timeout_ms: int) -> int:
-        """Send ``data`` on USART1 and wait for the last bit; interrupts run meanwhile. Returns the status."""
+        """Send on USART1, wait for the last bit, return the status; interrupts run meanwhile."""
 
     def HAL_UART_Receive(self, size: int, timeout_ms: int) -> tuple[int, bytes]:
-        """Wait for ``size`` bytes on USART1; the data are those received before the timeout."""
+        """Return the bytes that USART1 receives before the timeout."""
 
     def HAL_GPIO_Init(self, port: str, pin: int) -> None:
-        """Make a pin a push-pull output; ``port`` is a letter, ``pin`` 0..15."""
+        """Make a pin a push-pull output; ``port``: a letter, ``pin``: 0..15."""
 
     def HAL_GPIO_WritePin(self, port: str, pin: int, state: int) -> None:
         """Drive a pin to GPIO_PIN_RESET or GPIO_PIN_SET."""
@@ -61,10 +55,10 @@ class Hal(Protocol):
         """Invert a pin's output."""
 
     def HAL_TIM_Base_Init(self, prescaler: int, period: int) -> None:
-        """Set TIM9: it overflows every (prescaler + 1) * (period + 1) cycles of 84 MHz."""
+        """Set TIM9 to overflow every (prescaler + 1) * (period + 1) cycles of 84 MHz."""
 
     def HAL_TIM_Base_Start_IT(self) -> None:
-        """Start TIM9 with its update interrupt, which calls ``HAL_TIM_PeriodElapsedCallback`` from now on."""
+        """Start TIM9, which then calls ``HAL_TIM_PeriodElapsedCallback``."""
 
 
 class Application(Protocol):
@@ -74,7 +68,7 @@ class Application(Protocol):
         """Run the program; never returns."""
 
     def HAL_TIM_PeriodElapsedCallback(self) -> None:
-        """Handle TIM9's update interrupt; it preempts ``main`` at any wait inside a HAL call."""
+        """Handle TIM9's interrupt, which preempts ``main`` in waiting HAL calls."""
 
 
 PRINTF_LIMIT = 254  # a 255-byte buffer without the terminating zero
@@ -82,8 +76,5 @@ PRINTF_TIMEOUT_MS = 1000
 
 
 def PRINTF(hal: Hal, fmt: str, *args: CArgument) -> None:
-    """Format as C does and send the first 254 bytes in one blocking transmit.
-
-    The status is ignored: a busy UART loses the text, as on the board.
-    """
+    """Format as C does and transmit; a busy UART loses the text."""
     hal.HAL_UART_Transmit(sprintf(fmt, *args)[:PRINTF_LIMIT], PRINTF_TIMEOUT_MS)

@@ -1,15 +1,9 @@
-"""The lab's programs: the common base of all exercises, the template, and all exercises solved.
+"""The lab's programs: the common base, the template, and the solution.
 
-State variables are attributes under their C names, so that a debugger view, a test or a grader can read
-``firmware.acc.AXIS_X`` as on the board.
+Decision: each program of the lab is one class derived from ``LabFirmware``, which fixes the order of ``main``.
 
-Decisions
-    Each program of the lab is one class derived from ``LabFirmware``, which fixes the order of ``main``; a
-    program adds its timer callback and the body of its endless loop. One class with exercise switches was
-    rejected, because every reader would have to consider every switch.
-
-    The angles are computed in the 800 Hz callback, although the slide about plotting calls eCompass in the
-    main loop: the LEDs must follow the tilt at once, and MagCalibration and eCompass need every sample.
+Decision: the angles are computed in the 800 Hz callback, because the LEDs must follow the tilt at once, and
+MagCalibration and eCompass need every sample.
 """
 
 from __future__ import annotations
@@ -84,7 +78,7 @@ LED2_PIN = 4
 
 
 class LabLed:
-    """One LED. Creating it is ``BSP_LED_Init`` and ``BSP_LED_Off``: a push-pull output, dark."""
+    """One LED, a push-pull output, created dark."""
 
     def __init__(self, hal: Hal, pin: int) -> None:
         self._hal = hal
@@ -94,13 +88,12 @@ class LabLed:
         hal.HAL_GPIO_WritePin(LED_PORT, pin, GPIO_PIN_SET)
 
     def switch(self, on: bool) -> None:
-        """Switch the LED; the pin is written only on a change, so that a trace shows changes only."""
+        """Switch the LED; the pin is written only on a change."""
         if on is not self.on:
             self.on = on
             self._hal.HAL_GPIO_WritePin(LED_PORT, self._pin, GPIO_PIN_RESET if on else GPIO_PIN_SET)
 
     def toggle(self) -> None:
-        """Invert the LED, as ``BSP_LED_Toggle`` does."""
         self.on = not self.on
         self._hal.HAL_GPIO_TogglePin(LED_PORT, self._pin)
 
@@ -112,11 +105,10 @@ LOOP_DELAY_MS = 1000
 
 
 class LabFirmware(ABC):
-    """The lab's program on a HAL.
+    """The lab's program on a HAL, with C names.
 
-    ``acc`` (mg), ``gyro`` (mdps), ``mag`` (mgauss): frame X right, Y forward, Z up; ``press`` and
-    ``press_zero_level`` in hPa, ``temperature`` in degC, ``pitch``, ``roll`` and ``azimuth`` in degrees,
-    ``alt`` in m: float32 values.
+    ``acc`` is in mg, ``gyro`` in mdps, ``mag`` in mgauss (X right, Y forward, Z up), pressures in hPa, ``temperature``
+    in degC, angles in degrees, ``alt`` in m.
     """
 
     def __init__(self, hal: Hal, settings: Settings | None = None) -> None:
@@ -137,7 +129,6 @@ class LabFirmware(ABC):
         self._sensors = SensorReader(hal)
 
     def main(self) -> None:
-        """Boot, then loop for ever."""
         self._boot()
         while True:
             self.loop()
@@ -151,11 +142,10 @@ class LabFirmware(ABC):
         """Handle TIM9's interrupt, 800 times per second."""
 
     def ReadSensorRawData(self) -> None:
-        """Refresh ``acc``, ``gyro``, ``mag`` and ``press``; values that cannot be read are unchanged."""
+        """Refresh the values that can be read."""
         self.press = self._sensors.ReadSensorRawData(self.acc, self.gyro, self.mag, self.press)
 
     def print_template_block(self) -> None:
-        """Print the template's block, as on the slides."""
         hal, acc, gyro, mag = self.hal, self.acc, self.gyro, self.mag
         PRINTF(hal, "*****\n\n\n")
         PRINTF(hal, "ACC[x,y,z] %d mg %d mg %d mg \n\r", acc.AXIS_X, acc.AXIS_Y, acc.AXIS_Z)
@@ -178,7 +168,7 @@ class LabFirmware(ABC):
         hal.HAL_TIM_Base_Start_IT()
 
     def _set_zero_level(self) -> None:
-        """Set 0 m to the floor's pressure, before the timer starts and shares the bus."""
+        """Set 0 m to the floor's pressure, before the timer shares the bus."""
         LPS22HB_WaitForData(self.hal)
         self.press = self.press_zero_level = LPS22HB_Get_Press(self.hal, self.press)
         self.temperature = LPS22HB_Get_Temp(self.hal, self.temperature)
@@ -194,7 +184,7 @@ class Template(LabFirmware):
         self.ReadSensorRawData()
 
     def loop(self) -> None:
-        """Print the measured values, wait a second, toggle both LEDs."""
+        """Print the values, wait a second, toggle both LEDs."""
         self.print_template_block()
         self.hal.HAL_Delay(LOOP_DELAY_MS)
         self.led1.toggle()
@@ -216,7 +206,6 @@ class Lab3(LabFirmware):
         self._angles = (0.0, 0.0, 0.0)
 
     def HAL_TIM_PeriodElapsedCallback(self) -> None:
-        """Refresh, calibrate, compute the angles, show the tilt."""
         self.ReadSensorRawData()
         MagCalibration(self.mag, self.mag_min, self.mag_max)
         angles = eCompass(self.acc, self.mag, self._mu)
@@ -226,7 +215,6 @@ class Lab3(LabFirmware):
             self._show_tilt()
 
     def loop(self) -> None:
-        """Print both blocks and wait a second; the LEDs belong to the callback."""
         self.print_template_block()
         self._print_plot_block()
         self.hal.HAL_Delay(LOOP_DELAY_MS)

@@ -1,16 +1,11 @@
 """The sensors of the lab's main.c: started, read, scaled, turned into the board's axes.
 
-Frame of all vectors (COORDINATE_SYSTEM 3 of ST's firmware): X right, Y forward, Z up out of the component
-side: out.X = -raw.Y, out.Y = raw.X, out.Z = raw.Z, applied after the truncation to int32.
+Frame of all vectors: X right, Y forward, Z up out of the component side; out.X = -raw.Y, out.Y = raw.X, out.Z = raw.Z.
 
-Decisions
-    Sensors are read in bursts of 6, 6, 6 and 3 bytes. ST's firmware reads each byte in a separate transaction
-    and re-reads the full-scale registers every sample; at 400 kHz those 24 transactions would not fit into
-    1.25 ms.
+Decision: sensors are read in bursts of 6, 6, 6 and 3 bytes. The 24 one-byte transactions of ST's firmware would not fit
+into 1.25 ms.
 
-    Scaling is a look-up in a table of all 65536 raw values. Computing ``(int32_t)(raw * 0.122f)``, a product
-    rounded to single and truncated, takes 290 ns in Python against 12 ns, nine times per tick, 800 ticks per
-    second. A table is built on first use (about 13 ms), not on import.
+Decision: scaling is a look-up in a table of all 65536 raw values, which takes 12 ns instead of 290 ns.
 """
 
 from __future__ import annotations
@@ -51,12 +46,12 @@ GYRO_MDPS_PER_LSB = 70.0  # 2000 dps
 MAG_MGAUSS_PER_LSB = 1.5
 
 unpack_axes = struct.Struct("<HHH").unpack
-"""Convert six output bytes to raw X, Y, Z as unsigned 16-bit numbers, the index of a scale table."""
+"""Convert six output bytes to raw X, Y, Z, as indices of a scale table."""
 
 
 @dataclass(slots=True)
 class AxesRaw:
-    """``AxesRaw_TypeDef``: a vector of int32; the user of the vector chooses mg, mdps or mgauss."""
+    """``AxesRaw_TypeDef``: a vector of int32 in mg, mdps or mgauss."""
 
     AXIS_X: int = 0
     AXIS_Y: int = 0
@@ -68,7 +63,7 @@ AxesRaw_TypeDef = AxesRaw  # the C name, there also a typedef of the structure
 
 @cache
 def scale_table(sensitivity: float) -> tuple[int, ...]:
-    """Return ``(int32_t)(raw * sensitivity)`` in single precision for every int16, indexed by raw as uint16."""
+    """Return ``(int32_t)(raw * sensitivity)`` in single precision for every int16, indexed as uint16."""
     factor = f32(sensitivity)
     raw_values = itertools.chain(range(0x8000), range(-0x8000, 0))
     products = array("f", (raw * factor for raw in raw_values))  # stored, hence rounded, as float32
@@ -82,11 +77,9 @@ _SPIN_MS = 1000
 
 
 def initializeAllSensors(hal: Hal) -> None:
-    """Initialise the sensors one after the other; **never returns** if one is missing or of another type.
+    """Initialise the sensors; **never returns** if one is missing or wrong.
 
-    ST's code then hangs in ``while(1);`` without a message: the terminal only shows the banner, the LEDs stay
-    dark, the timer never starts. Only HAL calls let virtual time pass, so the empty loop is modelled by
-    endless delays.
+    ST's code then hangs in ``while(1);``, here with delays, because only HAL calls let virtual time pass.
     """
     for init in (LSM6DSL_X_Init, LSM6DSL_G_Init, LIS2MDL_Init, LPS22HB_Init):
         if init(hal) != COMPONENT_OK:
@@ -95,7 +88,7 @@ def initializeAllSensors(hal: Hal) -> None:
 
 
 def enableAllSensors(hal: Hal) -> None:
-    """Start each sensor and print a message; like main.c it ignores the status."""
+    """Start each sensor and print a message, ignoring the status as main.c does."""
     LSM6DSL_X_Enable(hal)
     PRINTF(hal, "LSM6DSL MEMS Accelerometer initialized and enabled\n")
     LSM6DSL_G_Enable(hal)
@@ -109,7 +102,7 @@ def enableAllSensors(hal: Hal) -> None:
 
 
 def setUpForFlight(hal: Hal) -> None:
-    """Set the output rates, ranges and filters that the rest of the program needs."""
+    """Set the rates, ranges and filters of the program."""
     LSM6DSL_FlightSetup(hal)
     LIS2MDL_FlightSetup(hal)
 
@@ -121,10 +114,7 @@ _REMEMBERED = 4096  # samples of a sensor
 
 
 class AxesReader:
-    """One three-axis sensor: its output registers, and its samples in the board's axes.
-
-    Earlier samples are looked up: at rest, noise produces the same few again and again.
-    """
+    """A three-axis sensor in the board's axes; earlier samples are looked up."""
 
     def __init__(self, hal: Hal, device: int, register: int, sensitivity: float) -> None:
         self._hal = hal
@@ -134,7 +124,7 @@ class AxesReader:
         self._seen: dict[bytes, tuple[int, int, int]] = {}
 
     def read(self, axes: AxesRaw_TypeDef) -> None:
-        """Refresh ``axes`` in place; they keep their old values if the read fails."""
+        """Refresh ``axes``; a failed read keeps the old values."""
         status, data = self._hal.HAL_I2C_Mem_Read(self._device, self._register, 6)
         if status == HAL_OK:
             axes.AXIS_X, axes.AXIS_Y, axes.AXIS_Z = self._seen.get(data) or self._convert(data)
@@ -160,10 +150,8 @@ class SensorReader:
     def ReadSensorRawData(
         self, acc: AxesRaw_TypeDef, gyro: AxesRaw_TypeDef, mag: AxesRaw_TypeDef, press: float
     ) -> float:
-        """Refresh ``acc`` (mg), ``gyro`` (mdps) and ``mag`` (mgauss) in place; return the pressure in hPa.
-
-        A failed read leaves the old value; for the pressure that is ``press``, passed in because Python has
-        no pointer to a float.
+        """Refresh ``acc`` (mg), ``gyro`` (mdps) and ``mag`` (mgauss); return the pressure in hPa, ``press`` after a
+        failed read.
         """
         self._acc.read(acc)
         self._gyro.read(gyro)

@@ -1,27 +1,21 @@
 """Register-level models of the three sensors on the STEVAL-FCU001V1.
 
-A sensor has two interfaces: its registers, read and written through sub-addresses at a given virtual time,
-and the physical signals given to its constructor. It does not depend on a bus, a clock or a thread, and needs
-only numpy.
+A sensor has registers, accessed at a given virtual time, and physical signals, given to its constructor. It needs only
+numpy.
 
-Common modules, from the bus inwards:
-
-=================  ====================================================================================
-part               base class of every sensor, and the I2C protocol, from message to register
-spi                the SPI protocol
-register_file      memory, hooks, and the rules for reading and writing bursts
-register           declarations of registers and their bits
-sampling           the latest sample at a given time, and the output registers that show it
-filters            digital filters on samples
-front_end          signal chain before a sample: analog stage, clipping, deviation, noise
-errors             deviations of a real sensor: offset, scale, drift, noise
-declaration        a sensor's declarations: signals, bus, functions
-pin                interrupt and data-ready pins
-registry           ``PARTS``, the sensors by name
-=================  ====================================================================================
-
-Each sensor is a folder: ``declaration``, ``registers``, ``model``, and a file for each chapter of its
-datasheet or application note.
+================  ================================================================
+part              base class of every sensor, and the I2C protocol
+spi               the SPI protocol
+register_file     memory, hooks, and the rules for reading and writing bursts
+register          declarations of registers and their bits
+sampling          the latest sample at a given time, and its output registers
+filters           digital filters on samples
+front_end         signal chain before a sample: analog stage, clipping, noise
+errors            deviations of a real sensor: offset, scale, drift, noise
+declaration       a sensor's declarations: signals, bus, functions
+pin               interrupt and data-ready pins
+registry          ``PARTS``, the sensors by name
+================  ================================================================
 """
 
 if not __name__.startswith("fcu_emulator."):  # imported by its former name
@@ -48,7 +42,7 @@ _HOMES = {
     "AccessError": "register_file",
     "Part": "part",
 }
-"""Names are loaded on first use: the C headers are generated from register declarations without numpy."""
+"""Names are loaded on first use: C headers are generated from register declarations without numpy."""
 
 __all__ = ["LIS2MDL", "LPS22HB", "LSM6DSL", "PARTS", "AccessError", "Part"]
 

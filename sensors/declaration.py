@@ -1,9 +1,6 @@
-"""Declarations of a sensor as data: measured quantities, bus access, and fidelity of the model.
+"""Declarations of a sensor: measured quantities, bus access, and fidelity of the model.
 
-The class of a sensor carries one of each, beside its name and its register map: ``SIGNALS``, ``BUS``,
-``ERRORS`` (:class:`fcu_emulator.sensors.errors.PartErrors`) and ``FUNCTIONS``. Boards, the keys of scenario
-files, diagnoses, printed register maps and the fidelity table are generated from them. A new sensor is
-therefore one folder here and one line in the list of a board.
+Scenario keys, diagnoses, register maps and the fidelity table are generated from them.
 """
 
 from __future__ import annotations
@@ -12,7 +9,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 Wires: TypeAlias = Literal[3, 4]
-"""Number of SPI wires: 4 with a separate line for data out, 3 with one line for both directions."""
+"""Number of SPI wires: 4 with a separate data output, 3 with one line for both directions."""
 
 Mode: TypeAlias = Literal[0, 1, 2, 3]
 """SPI mode: CPOL (bit 1) and CPHA (bit 0)."""
@@ -20,11 +17,9 @@ Mode: TypeAlias = Literal[0, 1, 2, 3]
 
 @dataclass(frozen=True)
 class Output:
-    """Location of a quantity in the registers.
+    """Registers of a quantity.
 
-    ``size`` bytes for each axis from sub-address ``address`` on, X first, little endian (after reset, if the
-    sensor supports both); ``zero`` is the value that reads 0, in the quantity's unit. ``sample_range``
-    returns the size of a step, which may depend on the full scale.
+    ``size`` bytes per axis from ``address`` on, X first, little endian; ``zero``: the value that reads 0.
     """
 
     address: int
@@ -34,14 +29,10 @@ class Output:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A physical quantity that a sensor measures: one of the signals given to its constructor.
+    """Physical quantity that a sensor measures.
 
-    ``name``: its name in the constructor and ``sample_range``;
-    ``unit``: of its values;
-    ``axes``: 3 for a vector in the sensor's own axes, an array of shape (n, 3), or 1 for a scalar, (n,);
-    ``doc``: its description;
-    ``output``: location of the result;
-    ``one_row``: the sensor accepts a single row if the signal is the same at all requested times.
+    ``axes``: 3 for shape (n, 3) in the sensor's axes, or 1 for (n,); ``one_row``: one row is enough if the signal is
+    constant.
     """
 
     name: str
@@ -56,12 +47,8 @@ class Quantity:
 class Bus:
     """Access to a sensor over its buses.
 
-    ``i2c_addresses``: 7-bit addresses, by the level of the pin that selects one; empty: no I2C.
-    ``spi_wires``: number of wires after reset; None: no SPI.
-    ``spi_modes``: modes in which bits are received correctly.
-    ``i2c_increment_bit``, ``spi_increment_bit``: the bit of the sub-address byte that makes a burst continue
-    at the next register; 0 if bursts always do.
-    ``source``: document and section.
+    ``i2c_addresses``: 7-bit, by the pin that selects one, or empty; ``spi_wires``: after reset, or None;
+    ``i2c_increment_bit``, ``spi_increment_bit``: sub-address bit that enables the increment, 0 if always on.
     """
 
     i2c_addresses: tuple[int, ...]
@@ -76,12 +63,9 @@ class Bus:
 
 @dataclass(frozen=True)
 class Function:
-    """Fidelity of one sensor function; registers and bits without behaviour are marked in the register map.
+    """Fidelity of one sensor function.
 
-    ``source``: document and section;
-    ``approximated``: differences from silicon and assumptions where the documents are silent, empty if there
-    are none;
-    ``missing``: behaviour that the model does not have.
+    ``approximated``: differences from silicon, and assumptions; ``missing``: behaviour that the model lacks.
     """
 
     name: str

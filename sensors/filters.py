@@ -1,20 +1,12 @@
-"""Digital filters as biquad sections, evaluated in blocks on demand.
+"""Digital filters as biquad sections, evaluated in blocks.
 
-Decision: every filter of the sensors is a second-order Butterworth section by the bilinear transform, with -3
-dB exactly at the documented cut-off, because no datasheet gives order or shape. A cut-off at or above half
-the sample rate has no visible effect at that rate, so its section is omitted.
+Decision: every filter of the sensors is a second-order Butterworth section by the bilinear transform, with -3 dB at the
+documented cut-off, because no datasheet gives order or shape.
 
-A cascade of sections runs as a state-space system over pages of 32 blocks of 64 samples. It computes the
-effect of each block on the state, then the state before each block, then the output of all blocks: a few
-matrix products and no loop. scipy's ``sosfilt`` was rejected: it adds 30 MB of dependency for one loop in C.
+A cascade runs as a state-space system, without a loop; scipy's ``sosfilt`` would add 30 MB.
 
-Decision: a filtered sample is a pure function of its number (:class:`SampledFilter`). Samples are computed in
-pages of fixed place and size, each from the state after the page before it. Every sixteen pages or more a new
-segment begins: it starts so many samples early that earlier samples have no effect any more. A reader that
-skips an hour thus pays for a segment, not for the hour, and gets the same bits as one that read every sample.
-
-Inputs are cached to the end of their page: a world that changes at sample n changes the samples from n on,
-and the world need not keep its past.
+Decision: a filtered sample is a pure function of its number (:class:`SampledFilter`). Segments of sixteen pages or more
+begin with a warm-up, so a reader that skips an hour pays for one segment.
 """
 
 from __future__ import annotations
@@ -34,12 +26,7 @@ Section: TypeAlias = tuple[float, float, float, float, float]
 """b0, b1, b2, a1, a2 of (b0 + b1/z + b2/z^2) / (1 + a1/z + a2/z^2)."""
 
 Start: TypeAlias = Literal["settled", "zero", "reference"]
-"""Assumed input of a filter before its first sample.
-
-``settled``: constantly the first sample;
-``zero``: nothing;
-``reference``: as ``settled``, with the first sample subtracted from every output.
-"""
+"""Assumed input before the first sample: ``settled``, that sample; ``zero``, nothing; ``reference``, subtracted."""
 
 _BLOCK = 64
 _BLOCKS = 32
@@ -61,7 +48,7 @@ def low_pass(cutoff: float) -> Section:
 
 
 def fourth_order_low_pass(cutoff: float) -> tuple[Section, Section]:
-    """Return a fourth-order Butterworth low-pass; ``cutoff`` as of :func:`low_pass`."""
+    """Return a fourth-order Butterworth low-pass; ``cutoff`` as for :func:`low_pass`."""
     k = math.tan(math.pi * cutoff)
     sections: list[Section] = []
     for angle in (math.pi / 8, 3 * math.pi / 8):
@@ -73,14 +60,14 @@ def fourth_order_low_pass(cutoff: float) -> tuple[Section, Section]:
 
 
 def high_pass(cutoff: float) -> Section:
-    """Return a second-order high-pass; ``cutoff`` is its -3 dB frequency over the sample rate, below 0.5."""
+    """Return a second-order high-pass; ``cutoff`` as for :func:`low_pass`."""
     _, _, _, a1, a2 = low_pass(cutoff)
     gain = (1 - a1 + a2) / 4  # 1 at half the sample rate
     return gain, -2 * gain, gain, a1, a2
 
 
 def response(sections: tuple[Section, ...], frequency: Array) -> Spectrum:
-    """Return the complex gain of a cascade at ``frequency`` (n,), as a fraction of the sample rate."""
+    """Return the complex gain at ``frequency`` (n,), a fraction of the sample rate."""
     delay = np.exp(-2j * np.pi * frequency)
     gain: Spectrum = np.ones_like(delay)
     for b0, b1, b2, a1, a2 in sections:
@@ -90,12 +77,12 @@ def response(sections: tuple[Section, ...], frequency: Array) -> Spectrum:
 
 @lru_cache(maxsize=64)  # shared by all boards; the number of settings is small
 def chain(sections: tuple[Section, ...], start: Start) -> Chain:
-    """Return the cascade of ``sections`` in the given order; the same object for the same arguments."""
+    """Return the cascade of ``sections``, cached."""
     return Chain(sections, start)
 
 
 class Chain:
-    """A cascade of sections. Signals are axis-major, (axes, n); a state is (axes, ``order``), 0 at rest."""
+    """A cascade of sections; signals are (axes, n), states (axes, ``order``)."""
 
     def __init__(self, sections: tuple[Section, ...], start: Start) -> None:
         self.sections = sections
@@ -104,7 +91,7 @@ class Chain:
         self.order = len(b)
         powers = _powers(a, _BLOCK)
         impulse = np.array([d, *(c @ power @ b for power in powers[: _BLOCK - 1])])
-        # All matrices are transposed, since signals are rows: row times matrix.
+        # Matrices are transposed, since signals are rows.
         self._powers = [power.T for power in powers]
         self._to_state = np.array([powers[_BLOCK - 1 - sample] @ b for sample in range(_BLOCK)])
         self._from_state = np.array([c @ power for power in powers[:_BLOCK]]).T.copy()
@@ -121,22 +108,20 @@ class Chain:
 
     @cached_property
     def settling(self) -> int:
-        """Number of samples after which earlier samples have no effect on the output."""
+        """Number of samples until earlier ones have no effect."""
         slowest = max(float(np.abs(np.roots((1.0, *section[3:]))).max()) for section in self.sections)
         return math.ceil(math.log(_FORGOTTEN) / math.log(slowest)) if slowest else 2
 
     @cached_property
     def noise_gain(self) -> float:
-        """RMS of the output for white noise of RMS 1 at the input."""
+        """Output RMS for white noise of RMS 1."""
         frequency = (np.arange(_GRID) + 0.5) / (2 * _GRID)
         return float(np.sqrt(np.mean(np.abs(response(self.sections, frequency)) ** 2)))
 
     def at_rest(self, axes: int) -> Array:
-        """Return the state before the first sample."""
         return np.zeros((axes, self.order))
 
     def run(self, page: Array, state: Array) -> tuple[Array, Array]:
-        """Return the output of ``PAGE`` samples, and the state after them."""
         if not (state.any() or page.any()):  # a still world minus its reference
             return np.zeros_like(page), state
         blocks = page.reshape(len(page), _BLOCKS, _BLOCK)
@@ -146,7 +131,6 @@ class Chain:
         return output.reshape(page.shape), states[:, -1]
 
     def after(self, signal: Array, state: Array) -> Array:
-        """Return the state after at most ``PAGE`` samples."""
         axes, count = signal.shape
         page = np.zeros((axes, PAGE))
         page[:, :count] = signal
@@ -158,7 +142,7 @@ class Chain:
         return after
 
     def _states(self, blocks: Array, state: Array) -> Array:
-        """Return the state before each block and after the last, (axes, blocks + 1, order)."""
+        """Return the states before and after blocks, (axes, blocks + 1, order)."""
         left = (blocks @ self._to_state).reshape(len(blocks), -1)
         states: Array = left @ self._carry + state @ self._leaps
         return states.reshape(len(blocks), -1, self.order)
@@ -172,10 +156,10 @@ def _powers(matrix: Array, highest: int) -> list[Array]:
 
 
 def _state_space(sections: tuple[Section, ...]) -> tuple[Array, Array, Array, float]:
-    """Return A, B, C, D of the cascade: s' = A s + B x, y = C s + D x; two states per section."""
+    """Return A, B, C, D of the cascade: s' = A s + B x, y = C s + D x."""
     a, b, c, d = np.zeros((0, 0)), np.zeros(0), np.zeros(0), 1.0
     for b0, b1, b2, a1, a2 in sections:
-        # one section in transposed direct form II, fed by the output of the sections before it
+        # one section in transposed direct form II, fed by the sections before it
         own = np.array([[-a1, 1.0], [-a2, 0.0]])
         entry = np.array([b1 - a1 * b0, b2 - a2 * b0])
         a = np.block([[a, np.zeros((len(b), 2))], [np.outer(entry, c), own]])
@@ -188,17 +172,14 @@ def _state_space(sections: tuple[Section, ...]) -> tuple[Array, Array, Array, fl
 # -- a filter on a stream of samples ------------------------------------------------------------------------
 
 Source: TypeAlias = Callable[[int, int], Array]
-"""``source(number, count)``: unfiltered samples, (axes, count), of the present settings and world."""
+"""``source(number, count)``: unfiltered samples, (axes, count)."""
 
 _SEGMENT = 16  # length in multiples of the warm-up pages
 _KEPT = 4  # pages: the stream's block, and the lag of a second reader
 
 
 class _Page:
-    """One page: its input minus the reference, the output, and the filter's state after it.
-
-    Arrays are replaced, never changed, because a snapshot of the sensor refers to them.
-    """
+    """One page; snapshots refer to arrays, so they are never changed."""
 
     __slots__ = ("after", "known", "output", "samples")
 
@@ -210,7 +191,7 @@ class _Page:
 
 
 class SampledFilter:
-    """The samples of ``source`` through a chain; numbers are those of the stream's samples."""
+    """The samples of ``source`` through a chain, by number."""
 
     def __init__(self, source: Source, axes: int = 3) -> None:
         self._source = source
@@ -224,7 +205,7 @@ class SampledFilter:
         self._pages: dict[int, _Page] = {}
 
     def restart(self, chain: Chain | None, number: int) -> None:
-        """Filter with another chain from ``number`` on, which starts according to its ``start``."""
+        """Filter with another chain from ``number`` on."""
         self._chain = chain
         self._started = self._first = number
         self._reference = None
@@ -235,7 +216,7 @@ class SampledFilter:
             self._segment = _SEGMENT * self._warm
 
     def split(self, number: int) -> None:
-        """Save the filter's state: the source's settings are about to change from ``number`` on."""
+        """Save the filter's state before the settings change."""
         if self._chain is None or number == self._first:
             return
         page, offset = divmod(number - self._first, PAGE)
@@ -245,7 +226,6 @@ class SampledFilter:
         self._pages.clear()
 
     def forget(self, number: int) -> None:
-        """Discard samples computed ahead from ``number`` on, because the world has changed."""
         if number <= self._started:
             self._reference = None
             self._pages.clear()
@@ -256,7 +236,7 @@ class SampledFilter:
                 entry.known = min(entry.known, offset) if key == page else 0
 
     def block(self, number: int, count: int) -> Array:
-        """Return filtered samples ``number`` to ``number + count - 1``, (axes, count)."""
+        """Return ``count`` filtered samples from ``number`` on, (axes, count)."""
         first = number - self._first
         end = first + count
         pieces = []
@@ -281,7 +261,6 @@ class SampledFilter:
         return output
 
     def _state_before(self, page: int) -> Array:
-        """Return the filter's state before a page: from the page before it, or by warming up for its segment."""
         assert self._chain is not None
         segment = page - page % self._segment
         for begin in range(page, segment, -1):
@@ -300,7 +279,6 @@ class SampledFilter:
         return state
 
     def _input(self, page: int) -> _Page:
-        """Return a page with all of its input samples."""
         entry = self._pages.get(page)
         if entry is None:
             while len(self._pages) >= _KEPT:
@@ -317,7 +295,7 @@ class SampledFilter:
         return entry
 
     def _reference_value(self) -> Array:
-        """Return the reference of the filter's input, (axes, 1): a still world equals it bit by bit."""
+        """Return the input's reference, (axes, 1)."""
         if self._reference is None:
             assert self._chain is not None
             zero = self._chain.start == "zero"

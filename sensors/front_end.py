@@ -1,48 +1,18 @@
-"""The signal chain before a sample: analog stage, converter with clipping, filter before decimation, and the
-sensor's own errors (deviation, noise, bias instability). ``sensors.errors`` has their sizes.
+"""The signal chain before a sample: analog stage, clipping converter, filter before decimation, deviation and noise.
 
-A sensor converts much faster than its output rate, and filters before decimation, so that motion above half
-the output rate is not aliased. This module does the same. It samples the world at :data:`ANALOG_OVER` times
-the converter's rate, which represents the analog side, and applies an analog low-pass. The converter takes
-every n-th value and clips it at full scale. Then come a digital low-pass and the decimation to the output
-rate.
-
-No document of the sensors gives the converter's rate, the order of the filters, or the point of clipping.
-Decisions:
+Decisions where the documents are silent:
 
 * The converter of the LSM6DSL runs at its highest output rate, 6664 Hz by its own oscillator.
-* Analog stages are second-order Butterworth low-passes, as all filters here (``sensors.filters``). The
-  digital filter before decimation has two such sections: a fourth-order Butterworth with -3 dB at half the
-  output rate. Narrower filters after it, at the output rate, then keep their documented cut-off within 0.2
-  dB. Another order would change the remainder above half the output rate: 104 Hz at an output of 104 Hz is
-  attenuated 16 times.
-* A signal is clipped at the limits of the converter's 16 bits, before any digital filter. Vibration beyond
-  full scale is then measured wrong, as on a real sensor. A clip at the output alone was rejected: it averages
-  such vibration to a value that seems right.
+* Analog stages are second-order Butterworth low-passes; the digital filter has fourth order and -3 dB at half the
+  output rate, so that later filters keep their cut-off within 0.2 dB.
+* A signal is clipped at the limits of the converter's 16 bits, before any digital filter. A clip at the output would
+  average strong vibration to a plausible value.
 
-The filters have finite impulse responses, so a sample is a pure function of the signal before it and not of
-the order of reads. If the world moves slowly compared with the filter, the chain is a pure delay: the world
-is then sampled once per output sample, slightly earlier. The world reports when it moves fast
-(:class:`fcu_emulator.sensors.part.DynamicSignal`). A plain function cannot report it: its values are taken as
-already filtered by the converter.
+In a slow world the chain is a pure delay. A plain function's values count as filtered.
 
-Noise is white, and a pure function of a key and the sample index. A counter-based generator (Philox)
-generates fixed pages of samples; page ``p`` of a key always holds the same numbers, whichever pages were
-drawn before. So a run does not depend on the order of reads, a world change does not shift the noise, and
-hundreds of boards need no shared state. The numbers are those of numpy's ``Generator.standard_normal``; numpy
-guarantees the bit stream and keeps the normal transform in practice (it reserves the right to change it
-between releases).
-
-Bias instability is the slow drift of an offset that averaging does not remove. Its power is the same in every
-octave of frequency (flicker noise, density proportional to 1/f). Here it is a sum of twelve slow noises, one
-for each octave: normally distributed values 1 s, 2 s, 4 s ... 2048 s apart, with linear interpolation. Values
-of standard deviation w at a distance T have the two-sided power density w^2 T sinc^4(f T); the sum over all
-octaves is w^2 / (3 ln 2 f). IEEE Std 952 defines B as the bias instability of a density B^2 / (2 pi f), whose
-Allan deviation is sqrt(2 ln 2 / pi) B = 0.664 B at every averaging time, so w = sqrt(3 ln 2 / (2 pi)) B.
-Below 1 s and beyond half an hour the model has less of it; there, white noise and drift with temperature mask
-the difference. The usual sum of first-order Gauss-Markov processes was rejected, because each of its values
-needs the previous one. This model is a function of time alone, and costs one interpolation per channel for a
-block of samples.
+Noise is a pure function of a key and the sample index (Philox). Bias instability, equal in every octave, is a sum of
+twelve interpolated noises with values T = 1 s, 2 s ... 2048 s apart. Each has the density w^2 T sinc^4(f T), their sum
+w^2 / (3 ln 2 f). IEEE Std 952 defines B by B^2 / (2 pi f), so w = sqrt(3 ln 2 / (2 pi)) B.
 """
 
 from __future__ import annotations
@@ -50,7 +20,7 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import TypeAlias
 
@@ -65,28 +35,32 @@ from fcu_emulator.sensors.sampling import Times
 
 Array: TypeAlias = NDArray[np.float64]
 
+Measured: TypeAlias = Callable[[Array, Times], Array]
+"""``measured(signal, t_s)``: the signal (n, axes), or a single row, with the sensor's offset and scale errors."""
+
 # -- from the signal to a sample ----------------------------------------------------------------------------
 
 
 CONVERTER_HZ = 6664
 ANALOG_OVER = 4
-"""Oversampling of the world relative to the converter's rate: sufficient for 10 kHz, the fastest vibration."""
+"""Oversampling relative to the converter's rate, enough for vibration of 10 kHz."""
+
+USUAL_DECIMATION = 0.5
+"""Cut-off of the low-pass before decimation over the output rate."""
 
 _FORGOTTEN = 1e-7  # part of a filter's response that is cut off
-_SLOW = 25.0  # a motion this many times slower than the filters' delay passes them with an error below 1e-3
-_LOOKS_AT_ONCE = 1 << 18  # this and the next bound the memory for vibration at a low output rate
+_ALL_CLIPPED = 1 - 1e-9  # of full scale: rounding of the sum of a filter's weights
+_SLOW = 25.0  # motion this many times slower than the filters' delay has an error below 1e-3
+_LOOKS_AT_ONCE = 1 << 18  # this and the next bound the memory
 _PRODUCTS_AT_ONCE = 1 << 16
 
 
 @dataclass(frozen=True)
 class Kernel:
-    """The mapping from the signal to a sample. Times are in seconds.
+    """The mapping from signal to sample.
 
-    ``look_s``: time between two values of the signal;
-    ``analog``: the low-pass on these, of which every :data:`ANALOG_OVER`-th is converted;
-    ``digital``: the low-pass on the conversions, of which every ``conversions``-th is a sample;
-    ``late_s``: a delay before the whole chain;
-    ``highest``: the limit of the converter in both directions.
+    ``look_s``: time between signal values; ``analog``: low-pass on these; ``digital``: low-pass on conversions;
+    ``late_s``: extra delay; ``highest``: limit in both directions.
     """
 
     look_s: float
@@ -104,13 +78,12 @@ class Kernel:
 
     @cached_property
     def memory_s(self) -> float:
-        """Time from the earliest signal value that a sample depends on to the sample."""
+        """Time from a sample's earliest value to the sample."""
         looks = _length(self.digital) * ANALOG_OVER + _length(self.analog)
         return looks * self.look_s + self.late_s
 
     @property
     def looks(self) -> int:
-        """Number of signal values in a sample period."""
         return self.conversions * ANALOG_OVER
 
     @property
@@ -118,25 +91,26 @@ class Kernel:
         """``memory_s`` in sample periods, rounded up."""
         return math.ceil(self.memory_s / (self.looks * self.look_s))
 
-    def samples(self, signal: Signal, t_s: Times) -> Array:
-        """Return the samples at ``t_s[lead:]``, (n, axes); ``t_s`` are the times of consecutive samples."""
+    def samples(self, signal: Signal, t_s: Times, measured: Measured) -> Array:
+        """Return the samples at ``t_s[lead:]``, (n, axes)."""
         at_once = max(_LOOKS_AT_ONCE // self.looks, self.lead)
         groups = range(self.lead, len(t_s), at_once)
         return np.concatenate(
-            [self._samples(signal, t_s[first - self.lead : first + at_once]) for first in groups]
+            [self._samples(signal, t_s[first - self.lead : first + at_once], measured) for first in groups]
         )
 
-    def _samples(self, signal: Signal, t_s: Times) -> Array:
+    def _samples(self, signal: Signal, t_s: Times, measured: Measured) -> Array:
         earlier_s = np.arange(1 - self.looks, 1) * self.look_s - self.late_s
-        looked = signal((t_s[:, np.newaxis] + earlier_s).ravel())
-        count = len(t_s) - self.lead
+        times_s = (t_s[:, np.newaxis] + earlier_s).ravel()
+        looked = signal(times_s)
         if looked.shape[0] == 1:
-            return np.broadcast_to(self._clipped(looked), (count, *looked.shape[1:]))
-        converted = self._clipped(_filtered(looked, self._analog_weights, ANALOG_OVER))
-        return _filtered(converted, self._digital_weights, self.conversions)[-count:]
-
-    def _clipped(self, values: Array) -> Array:
-        return np.clip(values, -self.highest, self.highest)
+            still = np.clip(measured(looked, t_s[self.lead :]), -self.highest, self.highest)
+            return np.broadcast_to(still, (len(t_s) - self.lead, *still.shape[1:]))
+        weights = self._analog_weights
+        converted_s = times_s[len(weights) - 1 + (len(times_s) - len(weights)) % ANALOG_OVER :: ANALOG_OVER]
+        converted = measured(_filtered(looked, weights, ANALOG_OVER), converted_s)
+        clipped = np.clip(converted, -self.highest, self.highest)
+        return _filtered(clipped, self._digital_weights, self.conversions)[self.lead - len(t_s) :]
 
     @cached_property
     def _analog_weights(self) -> Array:
@@ -148,10 +122,7 @@ class Kernel:
 
 
 def _filtered(values: Array, weights: Array, step: int) -> Array:
-    """Return the weighted sums of values (n, axes), ending with the last value and every ``step``-th before it.
-
-    A matrix product is avoided, because its rounding depends on the number of rows.
-    """
+    """Return weighted sums of values (n, axes), at the last and every ``step``-th before."""
     begin = (len(values) - len(weights)) % step
     sums = []
     for axis in values[begin:].T:
@@ -168,40 +139,45 @@ def kernel(
     analog_hz: float | None,
     digital_hz: float | None,
     highest: float,
-    delay_s: float = 0.0,
+    late_s: float = 0.0,
     rate_factor: float = 1.0,
+    decimation: float = USUAL_DECIMATION,
 ) -> Kernel:
-    """Return the kernel for a nominal rate of ``output_hz`` samples per second.
+    """Return the kernel for a nominal rate.
 
-    ``analog_hz``: cut-off of the analog stage, None for no stage;
-    ``digital_hz``: cut-off of a second-order low-pass before decimation, None for the usual one at half the
-    output rate;
-    ``delay_s``: total delay, if it is longer than that of the filters;
-    ``rate_factor``: speed of the sensor's clock relative to the nominal one. It scales all but the analog
-    stage.
+    ``analog_hz``: None for no stage; ``digital_hz``: None for the usual low-pass; ``late_s``: delay before the filters;
+    ``rate_factor``: true over nominal clock; ``decimation``: cut-off of the usual low-pass over the output rate.
     """
-    conversions = max(round(CONVERTER_HZ / output_hz), 1)
+    conversions = conversions_per_sample(output_hz)
     converter_hz = output_hz * rate_factor * conversions
     look_s = 1 / (converter_hz * ANALOG_OVER)
     analog = (low_pass(analog_hz * look_s),) if analog_hz else ()
     digital: tuple[Section, ...] = ()
     if digital_hz is not None:
         digital = (low_pass(digital_hz * rate_factor / converter_hz),)
-    elif conversions > 1:
-        digital = fourth_order_low_pass(0.5 / conversions)
-    own = Kernel(look_s, analog, digital, conversions, 0.0, highest)
-    return replace(own, late_s=max(delay_s - own.delay_s, 0.0))
+    else:
+        digital = before_decimation(conversions, decimation)
+    return Kernel(look_s, analog, digital, conversions, late_s, highest)
+
+
+def conversions_per_sample(output_hz: float) -> int:
+    """Return the number of conversions per sample at a nominal output rate."""
+    return max(round(CONVERTER_HZ / output_hz), 1)
+
+
+def before_decimation(conversions: int, cutoff: float = USUAL_DECIMATION) -> tuple[Section, ...]:
+    """Return the low-pass on the conversions before decimation; ``cutoff`` is over the output rate."""
+    return fourth_order_low_pass(cutoff / conversions) if conversions > 1 else ()
 
 
 def _delay(sections: tuple[Section, ...]) -> float:
-    """Return the delay of a slow signal in steps: the centre of the sections' impulse response."""
+    """Return the delay in steps: the centre of the impulse response."""
     return sum(
         (b1 + 2 * b2) / (b0 + b1 + b2) - (a1 + 2 * a2) / (1 + a1 + a2) for b0, b1, b2, a1, a2 in sections
     )
 
 
 def _length(sections: tuple[Section, ...]) -> int:
-    """Return the length of the impulse response in steps; the poles are complex, of modulus sqrt(a2)."""
     if not sections:
         return 1
     slowest = math.sqrt(max(section[4] for section in sections))
@@ -209,7 +185,6 @@ def _length(sections: tuple[Section, ...]) -> int:
 
 
 def _weights(sections: tuple[Section, ...]) -> Array:
-    """Return the impulse response, the latest weight last, with a sum of 1."""
     weights = np.zeros(_length(sections))
     weights[0] = 1.0
     for b0, b1, b2, a1, a2 in sections:
@@ -223,37 +198,50 @@ def _weights(sections: tuple[Section, ...]) -> Array:
 
 
 class FrontEnd:
-    """A sensor's samples without its own errors; ``times_s(number, count)`` returns their times."""
+    """A sensor's samples with its offset and scale errors, without noise."""
 
-    def __init__(self, signal: Signal, times_s: Callable[[int, int], Times]) -> None:
+    def __init__(
+        self, signal: Signal, times_s: Callable[[int, int], Times], measured: Measured | None = None
+    ) -> None:
         self._signal = signal
+        self._measured: Measured = measured or _unchanged
         self._world = signal if isinstance(signal, DynamicSignal) else None
         self._times_s = times_s
         self._kernel: Kernel | None = None
         self._delay_s = 0.0
 
     def configure(self, use: Kernel, delay_s: float = 0.0) -> None:
-        """Use another kernel from the next sample on; a plain function is delayed by ``delay_s``."""
+        """Set the kernel; ``delay_s`` is for a plain function."""
         self._kernel, self._delay_s = use, delay_s
 
     def block(self, number: int, t_s: Times) -> Array:
-        """Return the samples from ``number`` on, taken at ``t_s``: (n, axes), or (1, axes) if all are equal."""
+        """Return the samples at ``t_s``, (n, axes), or (1, axes) if all are equal."""
         use, world = self._kernel, self._world
         if use is None or world is None:
-            return self._signal(t_s - self._delay_s)
-        slow = self._signal(t_s - use.delay_s)
+            return self._measured(self._signal(t_s - self._delay_s), t_s)
+        slow = self._measured(self._signal(t_s - use.delay_s), t_s)
         moving = world.agitated(t_s[0] - use.memory_s, t_s[-1], use.delay_s * _SLOW)
         if not moving:
             return slow
         samples = np.array(np.broadcast_to(slow, (len(t_s), *slow.shape[1:])))
         for first, end in _runs(_touched(moving, t_s, use.memory_s)):
             times_s = self._times_s(number + first - use.lead, end - first + use.lead)
-            samples[first:end] = use.samples(self._signal, times_s)
+            samples[first:end] = use.samples(self._signal, times_s, self._measured)
         return samples
 
 
+def add_noise(values: Array, noise: Array, highest: float) -> Array:
+    """Return ``values + noise``, without noise where the converter clipped all of a sample."""
+    overload = np.abs(values) >= highest * _ALL_CLIPPED
+    noisy = values + noise
+    return np.where(overload, values, noisy) if overload.any() else noisy
+
+
+def _unchanged(signal: Array, _t_s: Times) -> Array:
+    return signal
+
+
 def _touched(moving: list[tuple[float, float]], t_s: Times, memory_s: float) -> NDArray[np.bool_]:
-    """Return which of the samples at ``t_s`` (n,) depend on any of these intervals."""
     touched = np.zeros(len(t_s), dtype=bool)
     for begin_s, end_s in moving:
         touched |= (t_s >= begin_s) & (t_s - memory_s <= end_s)
@@ -261,21 +249,16 @@ def _touched(moving: list[tuple[float, float]], t_s: Times, memory_s: float) -> 
 
 
 def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the beginning and end of each run of true flags."""
     edges = np.flatnonzero(np.diff(flags, prepend=False, append=False))
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-_AVERAGED, _FEW_AVERAGED = 32, 4  # signal values in a conversion of unknown internal structure
-_SLOW_CONVERSIONS = 50.0  # as _SLOW: duration in conversions of such a motion, for averaged conversions
+_AVERAGED, _FEW_AVERAGED = 32, 4  # signal values in a conversion of unknown structure
+_SLOW_CONVERSIONS = 50.0  # as _SLOW, in conversions, for averaged ones
 
 
 def averaged(signal: Signal, t_s: Times, conversion_s: float) -> Array:
-    """Return the signal's mean over a conversion that ends at each of ``t_s`` (n,); rows as the signal gives
-    them.
-
-    For sensors without a documented conversion. A plain function is evaluated at ``t_s``.
-    """
+    """Return the mean of a :class:`DynamicSignal` over conversions before ``t_s`` (n,)."""
     if not isinstance(signal, DynamicSignal):
         return signal(t_s)
     samples = signal(t_s - conversion_s / 2)
@@ -300,14 +283,9 @@ _REFERENCE_DEGC = 25.0  # all three datasheets give their figures at 25 degC
 
 
 class Deviation:
-    """Offset, scale and cross-axis errors of a three-axis channel, prepared for blocks.
+    """Offset, scale and cross-axis errors of three axes.
 
-    ``bias`` and ``bias_drift`` (per degC) in the signal's unit; ``scale_percent`` and ``scale_drift_percent``
-    (per degC) relative to the signal. ``cross_axis_percent``: coupling between X and Y, X and Z, Y and Z, the
-    same in both directions. An axis tilted in the package causes it, before its own scale error.
-
-    Blocks are axis-major inside a sensor, shape (3, n): numpy applies one number per axis five times faster
-    than along rows of three.
+    ``bias`` is in the signal's unit, drifts are per degC. Blocks are (3, n), which numpy handles five times faster.
     """
 
     def __init__(
@@ -332,11 +310,7 @@ class Deviation:
         t_s: Times,
         temperature_degc: Callable[[Times], Array],
     ) -> Array:
-        """Return the deviating signal, a new array of shape (3, n), from one of shape (n, 3) at the times
-        ``t_s``.
-
-        The temperature is evaluated only if something drifts.
-        """
+        """Return the deviating signal, (3, n), from ``signal`` (n, 3)."""
         rows = np.ascontiguousarray(signal.T)
         if self._crosses:
             rows = rows + self._seen_across(rows)
@@ -352,7 +326,7 @@ class Deviation:
         return deviating
 
     def _seen_across(self, rows: Array) -> Array:
-        """Return the coupling from the other two axes; a matrix product's rounding would depend on n."""
+        """Return the coupling; a matrix product's rounding would depend on n."""
         xy, xz, yz = self._cross_axis
         x, y, z = rows
         return np.stack((xy * y + xz * z, xy * x + yz * z, xz * x + yz * y))
@@ -365,13 +339,13 @@ _NOISE_PAGE = 4096  # samples
 
 
 def noise_key(seed: int, *names: str | int) -> int:
-    """Return a 128-bit key for one noise source of one sensor of one board."""
+    """Return a 128-bit key for one noise source."""
     text = "/".join(str(name) for name in (seed, *names)).encode()
     return (seed & 0xFFFFFFFF) << 64 | zlib.crc32(text) << 32 | zlib.adler32(text)
 
 
 class NoiseSource:
-    """Standard normal noise with ``channels`` independent channels, drawn ``page`` samples at a time."""
+    """Standard normal noise of independent channels, in pages."""
 
     def __init__(self, key: int, channels: int, page: int = _NOISE_PAGE) -> None:
         self._key = key
@@ -380,7 +354,7 @@ class NoiseSource:
         self._pages: dict[int, Array] = {}
 
     def block(self, first: int, count: int) -> Array:
-        """Return samples ``first`` to ``first + count - 1``, shape (channels, count), unit variance."""
+        """Return ``count`` samples, shape (channels, count)."""
         start, end = first // self._length, (first + count - 1) // self._length
         pages = [self._page(number) for number in range(start, end + 1)]
         offset = first - start * self._length
@@ -404,15 +378,12 @@ class NoiseSource:
 _OCTAVES = 12
 _DRAWN_AT_ONCE = 64  # values of an octave
 _SECONDS_AT_ONCE = 64
-_BEFORE_S = 1 << 20  # filters start before time 0, and values are numbered from 0: 12 days are sufficient
+_BEFORE_S = 1 << 20  # 12 days before time 0: filters start earlier, and values are numbered from 0
 _SIGMA = math.sqrt(3 * math.log(2) / (2 * math.pi))  # of an octave's values, w over B
 
 
 class Flicker:
-    """The slow drift of ``channels`` independent offsets.
-
-    ``bias_instability``: B of each, in the unit of the values. ``seed`` and ``names`` select the noise.
-    """
+    """Slow drift of offsets; ``bias_instability`` is B in the values' unit."""
 
     def __init__(self, seed: int, *names: str, channels: int, bias_instability: float) -> None:
         self._octaves = [
@@ -433,11 +404,10 @@ class Flicker:
         return np.stack([np.interp(t_s, np.arange(first, end), row) for row in values])
 
     def _at(self, seconds: NDArray[np.int64]) -> Array:
-        """Return values at consecutive whole seconds, counted from ``_BEFORE_S`` before time 0; (channels, n)."""
         total = np.zeros((len(self._at_seconds), len(seconds)))
         for octave, source in enumerate(self._octaves):
             apart_s = 1 << octave
-            # so that the octaves do not all bend at the same time
+            # so that octaves bend at different times
             shifted = seconds + apart_s * octave // _OCTAVES
             before, part = shifted // apart_s, shifted % apart_s / apart_s
             drawn = source.block(int(before[0]), int(before[-1] - before[0]) + 2)

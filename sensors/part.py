@@ -1,15 +1,7 @@
-"""Common base of all sensors: measured signals, registers behind sub-addresses, and the I2C protocol.
+"""Base of all sensors: signals, registers, and the I2C protocol (LSM6DSL datasheet 6.2, LIS2MDL 6.1, LPS22HB 7.2).
 
-In an I2C write, the first byte after the address byte is the sub-address and the rest is data. A read
-continues at the current sub-address (LSM6DSL datasheet 6.2, LIS2MDL 6.1, LPS22HB 7.2). Bit 7 of the
-sub-address has no meaning for these three sensors. The LSM6DSL does not define it; the other two increment
-with and without it, since drivers of both kinds work on silicon. If a sensor needs the bit, its declaration
-names it (:class:`fcu_emulator.sensors.declaration.Bus`). The address space here then has twice the size: the
-registers, and the registers with that bit.
-
-Decision: a sensor that loads its trimming values after power-on does not acknowledge its address. The
-documents only say "not accessible" (AN5040 5.7, AN5069 3). Clock stretching for 15 ms was rejected, because
-no description of these interfaces mentions it.
+Decision: a sensor that loads its trimming values after power-on does not acknowledge its address. The documents only
+say "not accessible" (AN5040 5.7, AN5069 3).
 """
 
 from __future__ import annotations
@@ -41,24 +33,20 @@ from fcu_emulator.sensors.sampling import PS_PER_S, SampleStream, Times
 
 
 Signal: TypeAlias = Callable[[Times], NDArray[np.float64]]
-"""A physical quantity at the given times: shape (n, 3) in the sensor's own axes, or (n,) for a scalar.
+"""A quantity at the given times: shape (n, 3) in the sensor's axes, or (n,); n may be 1 if ``one_row`` allows it.
 
-If the sensor allows it, n may be 1 for a value that is the same at all requested times. A plain function
-gives the signal after the sensor's converter and filters; a :class:`DynamicSignal` gives the unfiltered
-world.
+A plain function gives filtered values.
 """
 
 
 @runtime_checkable
 class DynamicSignal(Protocol):
-    """A signal that reports when it moves fast and must be sampled densely (``sensors.front_end``)."""
+    """A signal that reports fast motion, to be sampled densely."""
 
-    def __call__(self, t_s: Times, /) -> NDArray[np.float64]:
-        """Return the values at these times, as :data:`Signal`."""
-        ...
+    def __call__(self, t_s: Times, /) -> NDArray[np.float64]: ...
 
     def agitated(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
-        """Return the intervals in which the signal jumps, or moves from rest to rest in less than ``pace_s``."""
+        """Return the intervals in which the signal jumps, or comes to rest in less than ``pace_s``."""
         ...
 
 
@@ -66,27 +54,21 @@ class DynamicSignal(Protocol):
 
 
 class Read(Protocol):
-    """A burst read. Raises AccessError if no bus could carry the burst."""
+    """A burst read. Raises AccessError."""
 
-    def __call__(self, address: int, count: int, now_ps: int) -> bytes:
-        """Return ``count`` bytes, starting at ``address``."""
-        ...
+    def __call__(self, address: int, count: int, now_ps: int) -> bytes: ...
 
 
 class Write(Protocol):
-    """A burst write. Raises AccessError if no bus could carry it, TypeError if the data are not bytes."""
+    """A burst write. Raises AccessError, or TypeError for data other than bytes."""
 
-    def __call__(self, address: int, data: bytes, now_ps: int) -> None:
-        """Write ``data``, starting at ``address``."""
-        ...
+    def __call__(self, address: int, data: bytes, now_ps: int) -> None: ...
 
 
 class Prefetch(Protocol):
     """See :meth:`RegisterFile.prefetch`."""
 
-    def __call__(self, address: int, count: int, now_ps: int) -> Prefetched:
-        """Return about ``count`` bytes, starting at ``address``."""
-        ...
+    def __call__(self, address: int, count: int, now_ps: int) -> Prefetched: ...
 
 
 # -- the sensor ---------------------------------------------------------------------------------------------
@@ -98,10 +80,8 @@ _PS_PER_MS = PS_PER_S // 1000
 class Part:
     """One sensor behind its bus.
 
-    ``read``, ``write``, ``advance``, ``prefetch``, ``consumed`` and ``burst_reader`` are methods of the
-    active register file. They are instance attributes, so that accesses at 800 Hz need no extra call. A
-    sensor with register banks replaces them when firmware switches the bank. While a pin is wired, the sensor
-    must see every access, so nothing is prefetched.
+    Methods of the register file are instance attributes, to save a call. While a pin is wired, nothing is prefetched,
+    as the sensor must see every access.
     """
 
     NAME: ClassVar[str]
@@ -120,11 +100,9 @@ class Part:
         seed: int = 0,
         powered_on_ps: int | None = None,
     ) -> Self:
-        """Build the sensor in a world that provides ``signals``: those of ``SIGNALS`` by name; extra ones are
-        ignored.
+        """Build the sensor; KeyError if a signal is missing.
 
-        ``errors``: an instance of ``ERRORS``, None for an ideal sensor. ``powered_on_ps``: time of power-on,
-        None for long ago. Raises KeyError if a signal is missing.
+        ``errors``: None for an ideal sensor; ``powered_on_ps``: None for long ago.
         """
         construct: Callable[..., Self] = cls
         own = [signals[quantity.name] for quantity in cls.SIGNALS]
@@ -132,7 +110,7 @@ class Part:
 
     @classmethod
     def maps(cls) -> dict[str, RegisterMap]:
-        """Return every register map by the title of its bank; the main map has an empty title."""
+        """Return every register map by title, empty for the main one."""
         return {"": cls.MAP}
 
     def __init__(
@@ -143,7 +121,7 @@ class Part:
         self.version = self.registers.version
         self._accessible_ps = accessible_ps
         self._accessed: Callable[[], None] | None = None
-        self.i2c_off = False  # firmware that uses SPI switches I2C off (I2C_disable, I2C_DIS)
+        self.i2c_off = False  # by firmware that uses SPI (I2C_disable, I2C_DIS)
         self.streams: tuple[SampleStream, ...] = ()
         """All measured streams; the subclass's constructor sets them."""
         self._activate(self.registers)
@@ -165,62 +143,50 @@ class Part:
         return registers.write
 
     def watch(self, accessed: Callable[[], None]) -> None:
-        """Call ``accessed()`` after every read and write, because an access can move the next pin change forward."""
+        """Call ``accessed()`` after every access, which can move pin changes."""
         self._accessed = accessed
         self.version[0] += 1
         self._activate(self.active)
 
     def files(self) -> tuple[RegisterFile, ...]:
-        """Return every register file of the sensor: the main one and its embedded banks."""
         return (self.registers,)
 
     def observe(self, note: NoteCallback, write_log: WriteLog | None) -> None:
-        """Report notes, and register writes if ``write_log`` is given, to the caller."""
+        """Report notes, and register writes if ``write_log`` is given."""
         for registers in self.files():
             registers.note, registers.write_log = note, write_log
 
     def register_name(self, address: int) -> str:
-        """Return the datasheet's name of the register at a sub-address in the active bank."""
         return self.active.map.name(address & 0x7F)
 
     def accessible(self, now_ps: int) -> bool:
-        """Return whether the registers answer; they do not while trimming values are loaded after power-on.
-
-        The bus interfaces (:class:`SubaddressTarget`, ``sensors.spi``) check it; ``read`` and ``write`` do
-        not.
-        """
+        """Return whether trimming values are loaded; bus interfaces check it."""
         return now_ps >= self._accessible_ps
 
     def refuse(self, now_ps: int) -> None:
-        """Note a failed access to a sensor that is not accessible yet."""
         from_ms = self._accessible_ps / _PS_PER_MS
         self.registers.note(now_ps, "not accessible", f"trimming values are loaded until {from_ms:g} ms")
 
     def supply_current_ua(self) -> float:
-        """Supply current in microampere for the current configuration."""
+        """Return the configured supply current in microampere."""
         raise AssertionError(f"{type(self).__name__} has no supply")
 
     def spi_wires(self) -> Wires:
-        """Number of configured SPI wires, 3 or 4."""
         return 4
 
     def pins(self) -> tuple[Pin, ...]:
-        """The sensor's interrupt and data-ready pins."""
+        """The interrupt and data-ready pins."""
         return ()
 
     def catch_up(self, now_ps: int) -> None:
-        """Do all work due until ``now_ps``: FIFO, event detection, pins."""
+        """Do all work due until ``now_ps``."""
 
     def next_event_ps(self) -> int:
-        """Return the earliest time at which a wired pin may change (``NEVER_PS`` if none can)."""
+        """Return when a wired pin may change, or ``NEVER_PS``."""
         return NEVER_PS
 
     def world_changed(self, now_ps: int | None = None) -> None:
-        """Discard samples computed ahead: the signals change at ``now_ps``.
-
-        ``now_ps`` may be omitted if no function of the sensor processes every sample. The base class measures
-        nothing and does nothing.
-        """
+        """Discard samples computed ahead, because the signals change at ``now_ps``."""
         if not any(stream.running for stream in self.streams):
             return
         if now_ps is not None:
@@ -229,7 +195,7 @@ class Part:
             stream.world_changed(now_ps)
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
-        """Return (lowest value, highest value, size of one LSB) of ``channel`` as configured, in its unit."""
+        """Return lowest value, highest value and LSB of ``channel``, in its unit."""
         raise KeyError(channel)
 
 
@@ -246,8 +212,6 @@ def _burst_reader_of(read: Read) -> Callable[[int, int], BurstReader]:
 
 
 def _checked(write: Write) -> Write:
-    """Return ``write`` with checked arguments; reads are checked when a burst is planned."""
-
     def checked(address: int, data: bytes, now_ps: int) -> None:
         if not isinstance(data, bytes | bytearray):
             raise TypeError(f"cannot write {data!r} at sub-address {address!r}; give bytes")
@@ -279,7 +243,7 @@ def _write_then(write: Write, then: Callable[[], None]) -> Write:
 
 
 class SelfClearingBits:
-    """Bits of one register that read as 1 for some time after they were written (BOOT, SW_RESET)."""
+    """Bits that read 1 for some time after a write (BOOT, SW_RESET)."""
 
     def __init__(self, registers: RegisterFile, register: type[Register]) -> None:
         self._mem = registers.mem
@@ -287,16 +251,13 @@ class SelfClearingBits:
         self._due: list[tuple[int, int]] = []
 
     def begin(self, mask: int, until_ps: int) -> None:
-        """Let the bits of ``mask`` read as 1 until ``until_ps``."""
         self._mem[self._address] |= mask
         self._due.append((until_ps, mask))
 
     def pending(self, mask: int, now_ps: int) -> bool:
-        """Return whether any bit of ``mask`` still reads as 1."""
         return any(until > now_ps and bits & mask for until, bits in self._due)
 
     def before_read(self, first: int, end: int, now_ps: int) -> None:
-        """Clear expired bits before the register is read."""
         del first, end
         if self._due:
             for until, mask in self._due:
@@ -311,10 +272,7 @@ class SelfClearingBits:
 
 
 class _IncrementBit:
-    """A sensor whose bursts stay at one register unless a bit of the sub-address enables the increment.
-
-    Addresses keep that bit; everything else is delegated to the sensor.
-    """
+    """A sensor whose address bit enables the increment."""
 
     def __init__(self, part: Part, bit: int) -> None:
         self._part = part
@@ -324,14 +282,12 @@ class _IncrementBit:
         return getattr(self._part, name)
 
     def read(self, address: int, count: int, now_ps: int) -> bytes:
-        """Return ``count`` bytes starting at ``address``, or all of them from ``address``."""
         register = address & ~self._bit
         if address & self._bit:
             return self._part.read(register, count, now_ps)
         return b"".join(self._part.read(register, 1, now_ps) for _ in range(count))
 
     def write(self, address: int, data: bytes, now_ps: int) -> None:
-        """Write ``data`` starting at ``address``, or each byte to ``address``."""
         register = address & ~self._bit
         if address & self._bit:
             self._part.write(register, data, now_ps)
@@ -340,57 +296,49 @@ class _IncrementBit:
             self._part.write(register, bytes((value,)), now_ps)
 
     def advance(self, address: int, count: int) -> int:
-        """Return the address after a burst."""
         if not address & self._bit:
             return address
         return self._part.advance(address & ~self._bit, count) | self._bit
 
     def register_name(self, address: int) -> str:
-        """Return the datasheet's name of the register at a sub-address."""
         return self._part.register_name(address & ~self._bit)
 
     def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
-        """Prefetch one byte if the bit is clear, because the next read begins after this one."""
         data, until_ps, quiet = self._part.prefetch(address & ~self._bit, count, now_ps)
         if address & self._bit:
             return data, until_ps, quiet
         return data[:1], until_ps, quiet & 0b10
 
     def consumed(self, address: int, count: int) -> None:
-        """Report that ``count`` of these bytes have been read."""
         self._part.consumed(address & ~self._bit, count)
 
     def burst_reader(self, address: int, count: int) -> BurstReader:
-        """Return the reader of such a burst."""
         if address & self._bit:
             return self._part.burst_reader(address & ~self._bit, count)
         return lambda now_ps: (self.read(address, count, now_ps), 0)
 
 
 def with_increment_bit(part: Part, bit: int) -> Part:
-    """Return the sensor with an address ``bit`` that enables the increment; 0: no such bit."""
+    """Return the sensor with an address ``bit`` that enables the increment."""
     return cast("Part", _IncrementBit(part, bit)) if bit else part
 
 
 class SubaddressTarget:
-    """I2C interface of one sensor: keeps the sub-address between the phases of a transfer.
-
-    ``now_ps`` returns the virtual time in picoseconds, at which the sensor's samples are due.
-    """
+    """I2C interface of one sensor."""
 
     def __init__(self, part: Part, now_ps: Callable[[], int]) -> None:
         bit = part.BUS.i2c_increment_bit
         self.part = with_increment_bit(part, bit)
         self._now_ps = now_ps
         self.address_mask = ADDRESSES - 1 | bit
-        """The bits of a sub-address that the sensor evaluates."""
+        """Bits of a sub-address that the sensor evaluates."""
         self.last_burst = (0, 0)
-        """Sub-address and length of the last burst; the next read without a sub-address continues after it."""
+        """Sub-address and length; the next read continues after it."""
         self._expects_subaddress = False
         self._booting = not part.accessible(now_ps())  # checked again only while it is True
 
     def start(self, *, read: bool) -> bool:
-        """Begin a transfer after a start or repeated start with this address; return True to acknowledge."""
+        """Begin a transfer; return True to acknowledge."""
         self._expects_subaddress = not read
         if not self._booting:
             return not self.part.i2c_off
@@ -400,7 +348,6 @@ class SubaddressTarget:
         return answers
 
     def write(self, data: bytes) -> int:
-        """Accept bytes from the master and return the number acknowledged (all of them)."""
         payload = data
         if self._expects_subaddress and data:
             self.last_burst = (data[0] & self.address_mask, 0)
@@ -413,17 +360,13 @@ class SubaddressTarget:
         return len(data)
 
     def read(self, count: int) -> bytes:
-        """Return bytes for the master, starting at the current sub-address."""
         address = self.position
         data = self.part.read(address, count, self._now_ps())
         self.last_burst = (address, count)
         return data
 
     def prefetch(self, subaddress: int, count: int, now_ps: int) -> Prefetched:
-        """Return the data of the next one-byte reads from ``subaddress``, without reading them.
-
-        See :meth:`fcu_emulator.sensors.register_file.RegisterFile.prefetch`.
-        """
+        """Return the next one-byte reads; see :meth:`fcu_emulator.sensors.register_file.RegisterFile.prefetch`."""
         if not self.answers():
             return NOTHING_PREFETCHED
         return self.part.prefetch(subaddress & self.address_mask, count, now_ps)
@@ -436,18 +379,16 @@ class SubaddressTarget:
         self.advance_past(address, count)
 
     def advance_past(self, subaddress: int, count: int) -> None:
-        """Advance the sub-address past prefetched bytes that were read without a side effect."""
         self.last_burst = (subaddress & self.address_mask, count)
         self._expects_subaddress = False
 
     @property
     def version(self) -> array[int]:
-        """Version of the sensor's state: prefetched bytes are valid as long as it does not change."""
+        """Version of the state; a change invalidates prefetched bytes."""
         return self.part.version
 
     @property
     def position(self) -> int:
-        """Current sub-address, at which the next read begins."""
         address, count = self.last_burst
         if count:
             address = self.part.advance(address, count)
@@ -455,11 +396,10 @@ class SubaddressTarget:
         return address
 
     def stop(self) -> None:
-        """End the transfer; the sub-address is kept."""
         self._expects_subaddress = False
 
     def read_from(self, subaddress: int, count: int, now_ps: int) -> bytes | None:
-        """Do a whole "write sub-address, repeated start, read"; return None if the sensor does not answer."""
+        """Write a sub-address and read; None if the sensor does not answer."""
         if not self.answers():
             return None
         address = subaddress & self.address_mask
@@ -473,7 +413,7 @@ class SubaddressTarget:
         return self.part.register_name(address)
 
     def answers(self) -> bool:
-        """Return whether the sensor acknowledges its address; once it does, only a write to it changes that."""
+        """Return whether the sensor acknowledges; only a write can change True."""
         if self._booting:
             self._booting = not self.part.accessible(self._now_ps())
         return not self._booting and not self.part.i2c_off

@@ -1,8 +1,6 @@
-"""An interrupt or data-ready pin: its level over virtual time, for the wired listeners.
+"""An interrupt or data-ready pin.
 
-A sensor is evaluated lazily, so it may detect an early event late; it reports each edge with the time of the
-event. A listener that needs edges in time calls the sensor's ``catch_up`` at ``next_event_ps``; only then
-does a pin cost anything.
+A lazy sensor may report an edge late, but with its true time. Listeners can call ``catch_up`` at ``next_event_ps``.
 """
 
 from __future__ import annotations
@@ -23,9 +21,8 @@ InputCallback: TypeAlias = Callable[[int, int], None]
 
 
 class Pin:
-    """A pin's logic level: 0, 1, or None while it is not driven (open drain, high impedance).
-
-    ``applied``: the level that the board applies to an input pin, 0 at first.
+    """Logic level of a pin: 0, 1, or None while it is not driven. ``applied`` is the level of an input, set by the
+    board.
     """
 
     def __init__(self, name: str, level: int | None = 0) -> None:
@@ -38,25 +35,21 @@ class Pin:
 
     @property
     def wired(self) -> bool:
-        """Return whether the pin has a listener; a sensor need not work ahead for an unconnected pin."""
+        """Return whether the pin has a listener, so that the sensor must work ahead."""
         return bool(self._listeners)
 
     def listen(self, edge: EdgeAtSeconds) -> None:
-        """Call ``edge(at_s, level)`` at every change to 0 or 1 from now on, in seconds of virtual time.
-
-        The callback must not access the sensor itself.
-        """
+        """Call ``edge(at_s, level)`` at every later change; the callback must not access the sensor."""
         self.observe(lambda at_ps, level: edge(at_ps / PS_PER_S, level))
 
     def observe(self, edge: EdgeCallback) -> None:
-        """Call ``edge(at_ps, level)`` at every change, exact to the picosecond; for code that wires a sensor."""
+        """Call ``edge(at_ps, level)`` at every later change."""
         if self.on_wire is not None:
             on_wire, self.on_wire = self.on_wire, None
             on_wire()
         self._listeners.append(edge)
 
     def drive(self, level: int | None, at_ps: int) -> None:
-        """Set the level as of ``at_ps``; without effect if the level is the same."""
         if level == self.level:
             return
         self.level = level
@@ -65,11 +58,7 @@ class Pin:
                 edge(at_ps, level)
 
     def apply(self, level: int, at_ps: int) -> None:
-        """Apply ``level`` (0 or 1) to the pin from outside, from ``at_ps`` on. Raises ValueError for another
-        level.
-
-        A sample taken at exactly ``at_ps`` still has the old level.
-        """
+        """Apply ``level`` to the pin after ``at_ps``. Raises ValueError if it is not 0 or 1."""
         if level not in {0, 1}:
             raise ValueError(f"pin {self.name}: level {level} is not 0 or 1")
         if level != self.applied:

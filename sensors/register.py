@@ -1,5 +1,4 @@
-"""Declarations of registers and their bits, in the order of the manual's register chapter: the 8-bit registers
-of the sensors and the 32-bit registers of the chip.
+"""Declarations of registers and their bits: 8-bit ones of the sensors and 32-bit ones of the chip.
 
 A register is a class::
 
@@ -8,18 +7,9 @@ A register is a class::
         ODR_XL = Bits(7, 4, doc="output data rate")
         BW0_XL = Bits(0, modelled=False, doc="analog chain bandwidth")
 
-Everything else is derived: write mask, reset image, names for the trace and for debuggers, C headers, the
-printed register map, and the contract tests. Decision: registers are classes rather than tables of tuples.
-The name ``CTRL1_XL.ODR_XL`` is the datasheet's, an editor completes it, and a misspelt field fails when the
-module is imported.
-
-A bit is in one of three states: modelled; known but not modelled (``modelled=False``: it can be written and
-read back, and a sensor notes its name when it is used); reserved (not declared: it always keeps its reset
-value).
-
-Declared registers of a sensor cost nothing at run time: :class:`RegisterMap` compiles them to flat 128-byte
-tables. The chip's peripherals (:mod:`fcu_emulator.emulator.chip.registers`) are declared with the same two
-classes. The classes are here because the sensors' package imports no other package.
+Decision: registers are classes rather than tables of tuples. An editor completes their names, and a misspelt field
+fails at import. A bit is modelled, not modelled (it can be written and read back, with a note), or reserved (not
+declared). This package imports no other, so the classes are here.
 """
 
 from __future__ import annotations
@@ -29,16 +19,14 @@ from types import ModuleType
 from typing import ClassVar, Final
 
 ACCESSES: Final = ("rw", "r", "w", "rc_w0", "rc_w1", "rs")
-"""ST's access types: read and write, read, write, cleared by writing 0 or 1, set by writing 1."""
+"""Read and write, read, write, cleared by writing 0 or 1, set by writing 1."""
 
 
 class Bits:
-    """A field of a register: bits ``msb`` down to ``lsb`` (one bit without ``lsb``).
+    """Bits ``msb`` down to ``lsb`` of a register.
 
-    ``access``: access type, if it differs from the register's.
-    ``count``: number of fields like this one, each ``step`` bits above the one before (side by side without
-    ``step``); their names have the number in place of ``x``, from ``first`` on.
-    ``overlay``: a meaning in another mode, beside the first declaration of the bits.
+    ``access``: if not the register's. ``count``: number of such fields, ``step`` bits apart; numbers from ``first`` on
+    replace the ``x`` of names. ``overlay``: second meaning.
     """
 
     __slots__ = (
@@ -85,35 +73,27 @@ class Bits:
         self.name = self.name or name
 
     def get(self, value: int) -> int:
-        """Return the field's number inside a register value."""
         return (value & self.mask) >> self.lsb
 
     def put(self, value: int, field: int) -> int:
-        """Return ``value`` with the field set to ``field``; other fields are unchanged."""
         return (value & ~self.mask) | ((field << self.lsb) & self.mask)
 
     def numbered(self, number: int) -> str:
-        """Return the name of the field with this number (from 0 on), of several: ``MODER3``."""
+        """Return the name of one of several fields, counted from 0: ``MODER3``."""
         return self.name.replace("x", str(self.first + number)) if self.count > 1 else self.name
 
 
 class Register:
-    """Base of every declared register; never instantiated.
+    """Base of every declared register.
 
-    ``addr``: first sub-address, or offset in the peripheral;
-    ``size``: bytes;
-    ``access``: one of ``ACCESSES``;
-    ``reset``: value after reset (little-endian over the bytes);
-    ``names``: the datasheet's name of each byte of a larger register; ``modelled=False``: the whole register
-    is known but has no behaviour here.
-    ``count``: number of registers like this one, ``step`` bytes apart; their names have the number in place
-    of ``x``, from ``first`` on. A class without ``addr`` is only a base class.
+    ``addr``: first sub-address or offset, None for a base class; ``size``: bytes; ``reset``: little endian; ``names``:
+    of bytes; ``modelled=False``: no behaviour; ``count``, ``step`` (bytes), ``first``: as for :class:`Bits`.
     """
 
     addr: ClassVar[int]
     size: ClassVar[int] = 1
     named_bytes: ClassVar[bool] = True
-    """Whether each byte has a separate name, as in sensors that are read byte by byte."""
+    """Whether each byte has a name, as in sensors, which are read byte by byte."""
     access: ClassVar[str]
     reset: ClassVar[int]
     modelled: ClassVar[bool]
@@ -129,7 +109,6 @@ class Register:
 
     @classmethod
     def meaning(cls) -> str:
-        """The first line of its docstring."""
         return (cls.__doc__ or "").strip().partition("\n")[0]
 
     def __init_subclass__(
@@ -185,7 +164,6 @@ class Register:
 
     @classmethod
     def unmodelled_mask(cls) -> int:
-        """The bits that can be written but have no behaviour."""
         if not cls.modelled:
             return cls.write_mask
         mask = 0
@@ -196,7 +174,7 @@ class Register:
 
     @classmethod
     def numbered(cls, number: int) -> str:
-        """Return the name of the register with this number (from 0 on), of several: ``EXTICR2``."""
+        """Return the name of one of several registers, counted from 0: ``EXTICR2``."""
         return cls.__name__.replace("x", str(cls.first + number)) if cls.count > 1 else cls.__name__
 
 
@@ -206,7 +184,7 @@ ADDRESSES = 128  # 7-bit sub-addresses
 
 
 class RegisterMap:
-    """The registers of one sensor (or of one of its banks) as flat tables indexed by sub-address."""
+    """Registers of one sensor or bank, as flat tables by sub-address."""
 
     def __init__(self, registers: Iterable[type[Register]]) -> None:
         self.registers = tuple(sorted(registers, key=lambda register: register.addr))
@@ -228,7 +206,7 @@ class RegisterMap:
 
     @classmethod
     def of(cls, namespace: ModuleType | type) -> RegisterMap:
-        """Return the map of every register declared in a module, or in a class that represents a bank."""
+        """Return the map of a module's or class's registers."""
         return cls(
             value
             for value in vars(namespace).values()
@@ -236,7 +214,7 @@ class RegisterMap:
         )
 
     def without_behaviour(self) -> list[str]:
-        """Return known names that are not modelled: whole registers, and fields as ``REGISTER.FIELD``."""
+        """Return names without behaviour."""
         names = []
         for register in self.registers:
             if not register.modelled:
@@ -246,5 +224,5 @@ class RegisterMap:
         return names
 
     def name(self, address: int) -> str:
-        """Return the datasheet's name of the byte at ``address``, or ``reserved``."""
+        """Return the byte's name, or ``reserved``."""
         return self.names[address % ADDRESSES] or "reserved"

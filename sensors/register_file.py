@@ -1,17 +1,7 @@
-"""Storage behind a register map, and the rules for reading and writing bursts.
+"""Registers in memory, and the rules for reading and writing bursts.
 
-One ``bytearray`` is the whole architectural state. A burst is planned once per (address, length). It is cut
-at wraps of the address and at the ends of registers with side effects; each piece is one slice and at
-most one hook before and one after it. So plain registers cost nothing, and a burst of six output bytes costs
-one dictionary look-up, one hook and one slice. ``tests/property`` checks that a burst equals the same bytes
-read one at a time. Firmware that polls its bus reads them that way, 17,000 per second at 800 Hz.
-
-Masters cache bytes, so that they need not request each of them. ``prefetch`` returns the results of one-byte
-reads, how long they are valid, and which of these reads have no side effect. Bytes that were read with a side
-effect are reported by ``consumed``. A master that reads bursts gets a ``burst_reader`` instead, which reads
-and returns how long its bytes can be cached.
-
-One read method per byte (as in the chip) was rejected: it costs six times as much at 800 Hz x 4 bursts.
+A burst is planned once per address and length; one read method per byte would cost six times as much at 800 Hz x 4
+bursts. Masters cache bytes: ``prefetch`` returns the results of one-byte reads, ``consumed`` applies their effects.
 """
 
 from __future__ import annotations
@@ -24,16 +14,13 @@ from typing import Final, Protocol, TypeAlias
 from fcu_emulator.sensors.register import ADDRESSES, Register, RegisterMap
 
 ReadHook: TypeAlias = Callable[[int, int, int], bytes | None]
-"""``hook(first, end, now_ps)``: bytes ``first`` to ``end - 1`` of its register are read.
-
-A hook before the read may return these bytes itself; with None they are taken from ``mem``.
-"""
+"""``hook(first, end, now_ps)`` before a read: returns the bytes, or None for those of ``mem``."""
 
 AfterHook: TypeAlias = Callable[[int, int, int], None]
 """``hook(first, end, now_ps)``, called after the read of these bytes."""
 
 WriteHook: TypeAlias = Callable[[int, int, int], None]
-"""``hook(old, new, now_ps)``: a byte has been written; it already holds ``new``."""
+"""``hook(old, new, now_ps)``, called after a byte has been written."""
 
 NoteCallback: TypeAlias = Callable[[int, str, str], None]
 """``note(now_ps, kind, text)``: an event for the user's trace."""
@@ -42,14 +29,14 @@ WriteLog: TypeAlias = Callable[[int, str, int, int], None]
 """``log(now_ps, register, old, new)``: a register was written."""
 
 _Piece: TypeAlias = tuple[ReadHook | None, int, int, AfterHook | None]
-_Plan: TypeAlias = tuple[_Piece, tuple[_Piece, ...]]  # the first piece, and the following pieces
+_Plan: TypeAlias = tuple[_Piece, tuple[_Piece, ...]]  # the first piece, and the following ones
 
-NEVER_PS = 1 << 62  # later than any run; an int, so that the hot comparison stays one of integers
+NEVER_PS = 1 << 62  # later than any run; an int, so that comparisons stay fast
 
 _COUNT_BITS = 22  # of a plan's key, which thus stays a small integer
 _ONE_BYTE = tuple(bytes((value,)) for value in range(256))  # slower to build than to look up
-_LONGEST_KEPT = 64  # longest burst, in bytes, whose plan is cached
-_PREFETCHED_AT_ONCE = 32  # bytes of configuration registers per prefetch
+_LONGEST_KEPT = 64  # bytes of a burst whose plan is cached
+_PREFETCHED_AT_ONCE = 32  # bytes per prefetch
 
 
 Prefetched: TypeAlias = tuple[bytes, int, int]
@@ -57,36 +44,25 @@ Prefetched: TypeAlias = tuple[bytes, int, int]
 
 NOTHING_PREFETCHED: Prefetched = (b"", 0, 0)
 EACH_ALONE: Final = 1
-"""Bit 0 of the mask of reads without side effects: the sub-address does not increment, so each byte is one
-separate read, which sends its register. The second byte of a read is from the same register as its first.
-"""
+"""Bit 0 of the mask of reads without side effects: the sub-address does not increment."""
 
 
 class Prefetcher(Protocol):
-    """A source of a register's bytes before they are read, which also knows the side effects of reads."""
+    """Source of a register's bytes before they are read."""
 
-    def prefetch(self, first: int, end: int, now_ps: int) -> Prefetched:
-        """Return bytes ``first`` to ``end - 1`` of the register."""
-        ...
+    def prefetch(self, first: int, end: int, now_ps: int) -> Prefetched: ...
 
     def valid_until_ps(self, first: int, end: int) -> int:
-        """Return how long these bytes, just read in one burst, can be read again; 0 if unknown."""
+        """Return how long these bytes can be read again; 0 if unknown."""
         ...
 
-    def consumed(self, first: int, count: int) -> None:
-        """Report that ``count`` bytes from ``first`` on were read one by one."""
-        ...
+    def consumed(self, first: int, count: int) -> None: ...
 
-    def burst_reader(self, first: int, end: int) -> BurstReader | None:
-        """Return a fast reader of these bytes as one burst, or None."""
-        ...
+    def burst_reader(self, first: int, end: int) -> BurstReader | None: ...
 
 
 BurstReader: TypeAlias = Callable[[int], tuple[bytes, int]]
-"""``read_burst(now_ps)``: read a burst; return its bytes, and how long (ps) a repeated read has no effect.
-
-Valid while the version is the same as *before* the burst; 0 if unknown.
-"""
+"""``read_burst(now_ps)``: bytes, and how long (ps) a repeated read has no effect."""
 
 _Source: TypeAlias = tuple[Prefetcher, ReadHook | None, AfterHook | None]  # valid while these are the hooks
 _Region: TypeAlias = tuple[Prefetcher, int]  # source of the bytes from an address on, and their end
@@ -94,7 +70,7 @@ _BurstSources: TypeAlias = tuple[tuple[Prefetcher, int, int], ...]  # for each p
 
 
 class AccessError(ValueError):
-    """A burst that no bus could carry: a sub-address of more than 7 bits, no byte at all, or four million."""
+    """A burst that no bus could carry: a wrong address or length."""
 
     def __init__(self, what: str, address: int, count: int) -> None:
         self.address = address
@@ -118,7 +94,7 @@ def _no_note(now_ps: int, kind: str, text: str) -> None:
 
 
 class _Plain:
-    """Registers that only hold a value: it changes only by writes, which change the version."""
+    """Registers that only writes change."""
 
     def __init__(self, mem: bytearray) -> None:
         self._mem = mem
@@ -132,25 +108,22 @@ class _Plain:
         return NEVER_PS
 
     def burst_reader(self, first: int, end: int) -> None:
-        """Return None: there is no fast path."""
+        """Return None: no fast path exists."""
 
     def consumed(self, first: int, count: int) -> None:
         """Ignore the read: it has no side effect."""
 
 
 def every_length(count: int) -> int:
-    """Return a mask with bits 1 to ``count`` set: reads of every length up to ``count``."""
+    """Return the mask of reads of every length."""
     return (2 << count) - 2
 
 
 class RegisterFile:
     """A register map's memory with its hooks.
 
-    ``wrap`` maps an address to the next one of a burst, if that is not the following address. ``mem`` is
-    public on purpose: models keep a reference and read single bytes without a call. ``version`` counts all
-    events, other than the passing of time, that invalidate prefetched bytes: each write, and reads that hold
-    or release words. It is one number, the same object in all banks of a sensor; C reads it at its address,
-    which never changes.
+    ``wrap``: address jumps within a burst. Models read ``mem`` without a call. ``version`` counts events that
+    invalidate prefetched bytes, in all banks; C reads it at its fixed address.
     """
 
     def __init__(
@@ -172,7 +145,7 @@ class RegisterFile:
         self._on_write: list[WriteHook | None] = [None] * ADDRESSES
         self._sources: list[_Source | None] = [None] * ADDRESSES
         self._plain: _Source = (_Plain(self.mem), None, None)
-        # block data update: bytes of words whose other byte has not been read yet
+        # block data update: bytes of words whose other byte has not been read
         self.half_read: set[int] = set()
         self._increment = True
         self._plans: dict[int, _Plan] = {}
@@ -189,36 +162,33 @@ class RegisterFile:
     # -- wiring -----------------------------------------------------------------------------------------
 
     def before_read(self, register: type[Register], hook: ReadHook) -> None:
-        """Call ``hook`` before bytes of ``register`` are read, so that it can bring them up to date."""
+        """Call ``hook`` before a read, to update ``register``."""
         self._before[register.addr : register.addr + register.size] = [hook] * register.size
         self._forget_plans()
 
     def set_prefetcher(
         self, register: type[Register], source: Prefetcher, before: ReadHook, after: AfterHook | None = None
     ) -> None:
-        """Register ``source`` as the prefetcher of ``register``, as long as these are its hooks."""
+        """Prefetch ``register`` from ``source``, while these are its hooks."""
         entry = source, before, after
         self._sources[register.addr : register.addr + register.size] = [entry] * register.size
         self._forget_plans()
 
     def after_read(self, register: type[Register], hook: AfterHook) -> None:
-        """Call ``hook`` after bytes of ``register`` have been read, to clear flags.
-
-        Several hooks are called in the order of registration.
-        """
+        """Call ``hook`` after a read, and after earlier hooks."""
         earlier = self._after[register.addr]
         both = hook if earlier is None else _one_after_the_other(earlier, hook)
         self._after[register.addr : register.addr + register.size] = [both] * register.size
         self._forget_plans()
 
     def on_write(self, register: type[Register], hook: WriteHook) -> None:
-        """Call ``hook`` after a byte of ``register`` has been written."""
+        """Call ``hook`` after a write to a byte of ``register``."""
         for address in range(register.addr, register.addr + register.size):
             self._on_write[address] = hook
 
     @property
     def increment(self) -> bool:
-        """Return whether the sub-address increments after each byte (IF_INC, IF_ADD_INC)."""
+        """Whether the sub-address increments (IF_INC, IF_ADD_INC)."""
         return self._increment
 
     @increment.setter
@@ -228,14 +198,14 @@ class RegisterFile:
             self._link()
 
     def set_jumps(self, jumps: Mapping[int, int]) -> None:
-        """Set addresses with a successor other than the next one, beside ``wrap``; replaces earlier ones."""
+        """Set the address jumps beside ``wrap``."""
         self._jumps = dict(jumps)
         self._link()
 
     # -- access -----------------------------------------------------------------------------------------
 
     def read(self, address: int, count: int, now_ps: int) -> bytes:
-        """Return ``count`` bytes from ``address`` on, with all side effects. Raises AccessError."""
+        """Return ``count`` bytes, with all side effects. Raises AccessError."""
         if self.half_read and count > 1:
             return self._read_bytewise(address, count, now_ps)
         plan = self._plans.get(address << _COUNT_BITS | count) or self._plan(address, count)
@@ -256,12 +226,9 @@ class RegisterFile:
         return bytes(pieces)
 
     def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
-        """Return the results of one-byte reads from ``address`` on, without reading them.
+        """Return about ``count`` one-byte reads: the bytes, their end of validity (ps), and a mask.
 
-        The result has about ``count`` bytes, or none if they cannot be predicted; their end of validity (ps),
-        while ``version`` is unchanged; and a mask of reads without side effects: bit n for the first n bytes.
-        ``consumed`` applies the side effects of the other reads. The bytes are of consecutive registers, even
-        if the sub-address does not increment; ``EACH_ALONE`` marks that case.
+        Bit n marks reads of n bytes without side effects, ``EACH_ALONE`` a fixed sub-address.
         """
         region = self._regions[address] if address in self._regions else self._region(address)
         if region is None:
@@ -280,7 +247,6 @@ class RegisterFile:
         return data, until_ps, quiet
 
     def consumed(self, address: int, count: int) -> None:
-        """Apply the side effects of ``count`` prefetched bytes that have been read one by one."""
         while count:
             region = self._regions.get(address) or self._region(address)
             assert region is not None, "bytes that were never prefetched"
@@ -290,7 +256,7 @@ class RegisterFile:
             address, count = end, count - here
 
     def burst_reader(self, address: int, count: int) -> BurstReader:
-        """Return a reader for such a burst; valid while ``version`` is unchanged."""
+        """Return a reader of this burst, for one ``version``."""
         sources = self._find_sources(address, count)
         if sources is not None and len(sources) == 1:
             source, first, end = sources[0]
@@ -303,13 +269,12 @@ class RegisterFile:
         return self.read(address, count, now_ps), self._valid_until_ps(address, count)
 
     def write(self, address: int, data: bytes, now_ps: int) -> None:
-        """Write ``data`` from ``address`` on; only writable bits change."""
+        """Write ``data``; only writable bits change."""
         for value in data:
             self._write_byte(address, value, now_ps)
             address = self._next[address]
 
     def advance(self, address: int, count: int) -> int:
-        """Return the address after a burst of ``count`` bytes from ``address``."""
         if count == 1:
             return self._next[address]
         for _ in range(count):
@@ -317,7 +282,7 @@ class RegisterFile:
         return address
 
     def reset(self, *registers: type[Register]) -> None:
-        """Set ``registers`` (default: all) to their reset values, without side effects."""
+        """Reset ``registers`` (default: all), without side effects."""
         for register in registers or self.map.registers:
             end = register.addr + register.size
             self.mem[register.addr : end] = self.map.reset[register.addr : end]
@@ -337,7 +302,6 @@ class RegisterFile:
         self._regions.clear()
 
     def _region(self, address: int) -> _Region | None:
-        """Return the prefetcher of the bytes from ``address`` on, and their end; None if there is none."""
         source, end = self._source_of(address), address + 1
         region = None
         if source is not None:
@@ -349,11 +313,10 @@ class RegisterFile:
         return region
 
     def _leads_to(self, address: int) -> bool:
-        """Return whether ``address`` follows the address before it; True if the sub-address is fixed."""
         return not self._increment or self._next[address - 1] == address
 
     def _source_of(self, address: int) -> _Source | None:
-        """Return the prefetcher of the byte at ``address``; None if other hooks take part in reading it."""
+        """Return the prefetcher of a byte; None if other hooks take part."""
         before, after = self._before[address], self._after[address]
         if before is None and after is None:
             return self._plain
@@ -361,7 +324,6 @@ class RegisterFile:
         return source if source is not None and source[1:] == (before, after) else None
 
     def _valid_until_ps(self, address: int, count: int) -> int:
-        """Return how long (ps) a burst just read can be repeated with the same bytes and no side effect."""
         key = address << _COUNT_BITS | count
         sources = (
             self._burst_sources[key] if key in self._burst_sources else self._find_sources(address, count)
@@ -374,7 +336,6 @@ class RegisterFile:
         return until_ps
 
     def _find_sources(self, address: int, count: int) -> _BurstSources | None:
-        """Return the prefetcher of each piece of a burst; None if one has no prefetcher."""
         first_piece, rest = self._plan(address, count)
         pieces = [(self._source_of(first), first, end) for _, first, end, _ in (first_piece, *rest)]
         sources = tuple((source[0], first, end) for source, first, end in pieces if source is not None)
@@ -384,7 +345,7 @@ class RegisterFile:
         return found
 
     def _read_bytewise(self, address: int, count: int, now_ps: int) -> bytes:
-        """Read byte by byte: a burst over a held pair can release it and show newer data in its later bytes."""
+        """Read byte by byte, as a burst can release a held word and show newer data."""
         data = bytearray()
         for _ in range(count):
             data += self.read(address, 1, now_ps)

@@ -1,4 +1,4 @@
-"""The registry of the sensors. Every sensor in it is covered by the contract tests."""
+"""Registry of the sensors; the contract tests cover every entry."""
 
 from __future__ import annotations
 
@@ -8,4 +8,3 @@ from fcu_emulator.sensors.lsm6dsl import LSM6DSL
 from fcu_emulator.sensors.part import Part
 
 PARTS: dict[str, type[Part]] = {part.NAME: part for part in (LSM6DSL, LIS2MDL, LPS22HB)}
-"""Every sensor by its name."""

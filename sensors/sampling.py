@@ -1,21 +1,10 @@
-"""Samples at an output data rate: the latest sample at a given time, its value, and its output registers.
+"""Samples at an output data rate, and the registers that show the latest one.
 
-Sample ``k`` (0, 1, 2 ...) of a stream becomes available ``first_delay_ps`` plus ``k`` periods after the start
-of the stream. Times are integers computed from ``k``, never added up, so a rate of 6664 Hz is still exact
-after an hour. A sample value is a pure function of the sample's number, the configuration and the world.
-Values are computed in blocks ahead of time and only cached here, so the order of reads has no effect. The
-producer's sample number keeps counting over restarts, so that two one-shot measurements have different noise.
+Times are integers computed from the index, so 6664 Hz is exact after an hour. A value is a pure function of sample
+number, configuration and world. Numbers continue over restarts, so that one-shot measurements differ in noise.
 
-Output registers of several 16-bit words share these rules (LSM6DSL application note AN5040 4.3-4.5, LIS2MDL
-AN5069 6.3-6.5):
-
-* a new sample sets the data-ready flags; reading any one high byte clears them;
-* with BDU set, a word keeps its value from the read of one of its bytes until its other byte is read; words
-  are independent. A released word shows the latest sample at once;
-* BLE swaps the two bytes of every word.
-
-Lazy evaluation: a sample is written to the registers when it is read, not when it is taken. The result is the
-same, and a sensor without reads costs nothing.
+A sample is written to the registers when it is read. Any high byte's read clears data-ready; with BDU, a word is held
+between the reads of its bytes (AN5040 4.3-4.5, AN5069 6.3-6.5).
 """
 
 from __future__ import annotations
@@ -44,23 +33,20 @@ Times: TypeAlias = NDArray[np.float64]
 """Sample times in seconds of virtual time, shape (n,)."""
 
 Producer: TypeAlias = Callable[[int, Times], bytes]
-"""``produce(number, t_s)``: register bytes of the samples from ``number``, taken at ``t_s``."""
+"""``produce(number, t_s)``: register bytes of samples at these times."""
 
 Stamp: TypeAlias = Callable[[int, bytes], bytes]
-"""``stamp(number, data)``: register bytes of the samples from ``number``, changed as needed."""
+"""``stamp(number, data)``: register bytes of samples, changed as needed."""
 
 _SMALLEST_BLOCK = 32
 _LARGEST_BLOCK = 4096
 
 
 class SampleStream:
-    """The samples of one channel group. Attributes are plain because every register read uses them.
+    """The samples of one channel group.
 
-    ``next_ps``: when the next sample becomes available (``NEVER_PS`` when stopped);
-    ``data``: the register bytes of the latest sample;
-    ``index``: its number, -1 before the first;
-    ``raster_ps``: one time that is a whole number of periods from every sample;
-    ``settled_number``: the producer's number of the first sample that need not be discarded.
+    ``next_ps``: time of the next sample; ``data``: register bytes of the latest; ``index``: its number, or -1;
+    ``raster_ps``: a time in phase with all samples; ``settled_number``: first sample to keep.
     """
 
     __slots__ = (
@@ -101,17 +87,14 @@ class SampleStream:
         self.settled_number = 0
 
     def start(self, now_ps: int, rate_hz: Fraction, first_delay_ps: int | None = None) -> None:
-        """Start sampling at ``rate_hz``; the first sample comes after ``first_delay_ps`` (default: one period)."""
+        """Start sampling, after ``first_delay_ps`` (default: one period)."""
         period = PS_PER_S / rate_hz
         delay = -(-period.numerator // period.denominator) if first_delay_ps is None else first_delay_ps
         self._begin(now_ps + delay, period.numerator, period.denominator)
         self._block_length = _SMALLEST_BLOCK
 
     def start_in_step(self, other: SampleStream, now_ps: int, rate_hz: Fraction) -> None:
-        """Start sampling in phase with ``other``, whose rate is a multiple or a whole fraction of ``rate_hz``.
-
-        The first sample comes one to two periods after ``now_ps``.
-        """
+        """Start in phase with ``other``, whose rate is a multiple or fraction."""
         period = PS_PER_S / rate_hz
         num, den = period.numerator, period.denominator
         periods = 1 - (other.raster_ps - now_ps) * den // num
@@ -121,7 +104,6 @@ class SampleStream:
         self._block_length = _SMALLEST_BLOCK
 
     def start_single(self, now_ps: int, delay_ps: int) -> None:
-        """Take exactly one sample, available after ``delay_ps``."""
         self._begin(now_ps + delay_ps, NEVER_PS, 1)
         self._block_length = 1
 
@@ -134,12 +116,11 @@ class SampleStream:
         self._block_end = self._block_first
 
     def stop(self) -> None:
-        """Stop sampling; ``data`` keeps the last sample, as the output registers do in power-down."""
+        """Stop; ``data`` keeps the last sample, as in power-down."""
         self.next_ps = NEVER_PS
 
     @property
     def running(self) -> bool:
-        """Return whether more samples will come."""
         return self.next_ps != NEVER_PS
 
     @property
@@ -148,7 +129,7 @@ class SampleStream:
         return Fraction(PS_PER_S * self._den, self._num) if self.running else Fraction(0)
 
     def stamp_with(self, stamp: Stamp) -> None:
-        """Pass every block produced from now on through ``stamp(number, data)``."""
+        """Pass every later block through ``stamp``."""
         produce = self._produce
 
         def produce_stamped(number: int, t_s: Times) -> bytes:
@@ -158,30 +139,27 @@ class SampleStream:
         self.invalidate()
 
     def invalidate(self) -> None:
-        """Discard samples computed ahead, because the world or the configuration has changed."""
+        """Discard samples computed ahead."""
         self._block_end = self._block_first
         self._block_length = min(self._block_length, _SMALLEST_BLOCK)
 
     def world_changed(self, now_ps: int | None) -> None:
-        """Discard samples computed ahead: the signals change at ``now_ps``, or after the last sample read."""
+        """Discard samples after ``now_ps``, or after the last read."""
         number = self.next_number(now_ps)
         for forget in self._forgetting:
             forget(number)
         self.invalidate()
 
     def when_world_changes(self, forget: Callable[[int], None]) -> None:
-        """Call ``forget(number)`` when values computed ahead, from sample ``number`` on, become invalid."""
+        """Call ``forget(number)`` when samples from there on become invalid."""
         self._forgetting.append(forget)
 
     def time_ps(self, index: int) -> int:
-        """Return the time at which sample ``index`` becomes available."""
+        """Return when sample ``index`` becomes available."""
         return self._origin_ps - (-(index - self._origin_index) * self._num // self._den)
 
     def advance(self, now_ps: int) -> int:
-        """Make the latest sample at ``now_ps`` current; return the number of new samples.
-
-        Call it only if ``now_ps >= next_ps``.
-        """
+        """Make the latest sample current and return the number of new ones."""
         num = self._num
         index, passed = divmod((now_ps - self._origin_ps) * self._den, num)
         self.next_ps = now_ps - (passed - num) // self._den  # origin + (index + 1) periods, rounded up
@@ -195,12 +173,7 @@ class SampleStream:
         return fresh
 
     def samples(self, first: int, end: int) -> NDArray[np.uint8]:
-        """Return the register bytes of samples ``first`` to ``end - 1``, shape (n, width); all must be due
-        already.
-
-        For functions that process every sample (FIFO, event detection). Consecutive calls compute no sample
-        twice.
-        """
+        """Return register bytes of due samples, shape (n, width)."""
         pieces = []
         while first < end:
             if not self._block_first <= first < self._block_end:
@@ -214,13 +187,11 @@ class SampleStream:
         return np.concatenate(pieces) if pieces else np.empty((0, self._width), dtype=np.uint8)
 
     def latest(self, at_ps: int) -> int:
-        """Return the number of the latest sample at ``at_ps``, -1 before the first, without changing the stream."""
+        """Return the index of the latest sample at ``at_ps``, or -1."""
         return max(-1, self._origin_index + (at_ps - self._origin_ps) * self._den // self._num)
 
     def _fill(self, first: int) -> None:
-        """Compute a block from sample ``first`` on; blocks grow as long as they stay valid."""
-        # Move the origin by whole multiples of ``_num`` (``_den`` samples each). This is exact, and keeps the
-        # numbers in ``advance`` small, so that Python's integers stay fast.
+        # Whole multiples of ``_num`` are exact, and small numbers keep Python's integers fast.
         spans = (first - self._origin_index) // self._den
         self._origin_ps += spans * self._num
         self._origin_index += spans * self._den
@@ -231,26 +202,24 @@ class SampleStream:
         self._block_first, self._block_end = first, first + count
 
     def times_s(self, number: int, count: int) -> Times:
-        """Return the times of the samples from producer number ``number``; of the present run only."""
         return self._times_s(number - self._earlier, count)
 
     @property
     def settled_index(self) -> int:
-        """Index of the first sample of the present run that need not be discarded."""
+        """Index of the first sample to keep."""
         return self.settled_number - self._earlier
 
     def number(self, index: int) -> int:
-        """Return the producer's number of sample ``index`` of the present run."""
         return self._earlier + index
 
     def next_number(self, now_ps: int | None = None) -> int:
-        """Return the producer's number of the first sample after ``now_ps``, or after the latest one read."""
+        """Return the producer's number of the next sample after ``now_ps``."""
         if now_ps is None or not self.running:
             return self._earlier + self.index + 1
         return self._earlier + self.latest(now_ps) + 1
 
     def _times_s(self, first: int, count: int) -> Times:
-        # Each time is rounded from exact integers, so that it does not depend on the beginning of the block.
+        # Rounded from exact integers, so that times do not depend on the block's beginning.
         period_s = self._num / (self._den * PS_PER_S)
         offset = first - self._origin_index
         rest = np.arange(offset, offset + count, dtype=np.int64)
@@ -267,15 +236,12 @@ class SampleStream:
 
 
 def to_int16(counts: NDArray[np.float64]) -> NDArray[np.int16]:
-    """Round to the nearest count and saturate at 16 bits; the shape is unchanged."""
+    """Round and saturate counts at 16 bits."""
     return _whole(counts).astype("<i2")
 
 
 def words(counts: NDArray[np.float64], samples: int | None = None) -> bytes:
-    """Return register bytes of axis-major counts, shape (3, n): little-endian X, Y, Z of each sample in turn.
-
-    ``samples``: the number of samples, if one column applies to all of them.
-    """
+    """Return register bytes of counts (3, n), or of one column for all ``samples``."""
     in_turn = np.empty(counts.shape[::-1], dtype="<i2")
     np.copyto(in_turn, _whole(counts).T, casting="unsafe")
     data = in_turn.tobytes()
@@ -293,11 +259,10 @@ def _whole(counts: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class DataReady:
-    """Flags of an output block in its status register.
+    """Flags of an output block.
 
-    ``words``: the flag of each word (the same for all if the sensor has only one);
-    ``any``: the flag that every high byte clears.
-    ``overrun_shift``: the distance in bits from a flag to its overrun flag, 0 without one.
+    ``words``: one for each word; ``any``: cleared by every high byte; ``overrun_shift``: bits to the overrun flag, or
+    0.
     """
 
     status: type[Register]
@@ -306,14 +271,14 @@ class DataReady:
     overrun_shift: int = 0
 
     def all(self) -> int:
-        """Every flag, without the overrun flags."""
+        """Return every flag, without overrun flags."""
         mask = self.any
         for flag in self.words:
             mask |= flag
         return mask
 
     def keep(self) -> bytes:
-        """Return the mask of status bits kept by a read of each byte: a low byte clears nothing."""
+        """Return the status bits kept by a read of each byte."""
         masks = bytearray()
         for flag in self.words:
             cleared = flag | self.any
@@ -322,7 +287,7 @@ class DataReady:
 
 
 def swap_bytes(words: bytes) -> bytes:
-    """Return 16-bit words with their two bytes exchanged."""
+    """Exchange the bytes of 16-bit words."""
     swapped = bytearray(words)
     swapped[0::2], swapped[1::2] = words[1::2], words[0::2]
     return bytes(swapped)
@@ -332,7 +297,7 @@ _EVEN = 0x5555_5555_5555_5554  # the bits of even lengths
 
 
 class OutputWords:
-    """A block of 16-bit words fed by a stream; ``after_sample()`` is called after each refresh with a new sample."""
+    """Block of 16-bit words fed by a stream; ``after_sample()`` follows each new sample."""
 
     __slots__ = (
         "_after_sample",
@@ -381,7 +346,7 @@ class OutputWords:
         registers.set_prefetcher(register, self, self.before_read)
 
     def set_format(self, *, bdu: bool, big_endian: bool) -> None:
-        """Set BDU and BLE as configured; switching BDU off releases every word, BLE swaps words not held."""
+        """Set BDU and BLE; BDU off releases every word."""
         if big_endian != self._big_endian:
             self._shown = b""
         self._bdu, self._big_endian = bdu, big_endian
@@ -389,11 +354,10 @@ class OutputWords:
             self._half_read.clear()
 
     def reset(self) -> None:
-        """Discard the latest sample: the words read 0 until the next one."""
+        """Let the words read 0 until the next sample."""
         self.stream.data = bytes(self._end - self._first)
 
     def refresh(self, now_ps: int) -> None:
-        """Write the latest sample at ``now_ps`` to the registers."""
         stream = self.stream
         if now_ps < stream.next_ps:
             return
@@ -409,11 +373,7 @@ class OutputWords:
             self._after_sample()
 
     def before_read(self, first: int, end: int, now_ps: int) -> bytes | None:
-        """Refresh the registers, then apply the effects of the read.
-
-        The usual read takes the whole block. It gets the sample itself, and the registers are filled only
-        when a part of them is read.
-        """
+        """Refresh, and apply the read's effects. A read of the whole block gets the sample itself."""
         stream = self.stream
         if now_ps >= stream.next_ps:
             self.refresh(now_ps)
@@ -422,16 +382,13 @@ class OutputWords:
             return stream.data
         if self._shown is not stream.data:
             self._show()
-        while first < end:  # mostly one pass; then half the cost of a range
+        while first < end:  # mostly one pass; half the cost of a range
             self._account(first)
             first += 1
         return None
 
     def prefetch(self, first: int, end: int, now_ps: int) -> Prefetched:
-        """Return the bytes as they are until the next sample, including held words.
-
-        Reads have no side effect once data-ready has been cleared; with BDU, as long as whole words are read.
-        """
+        """Return the bytes until the next sample; cleared data-ready means no side effect."""
         stream = self.stream
         if now_ps >= stream.next_ps:
             self.refresh(now_ps)
@@ -447,16 +404,15 @@ class OutputWords:
         return bytes(self._mem[first:end]), stream.next_ps, quiet
 
     def valid_until_ps(self, first: int, end: int) -> int:
-        """Return the time of the next sample: the flags are cleared already, and a held word changes the version."""
+        """Return the next sample's time, as a burst has cleared the flags."""
         del first, end
         return self.stream.next_ps
 
     def burst_reader(self, first: int, end: int) -> BurstReader | None:
-        """Return a reader for the usual read, which takes the whole block."""
         return self._read_burst if (first, end) == (self._first, self._end) else None
 
     def _read_burst(self, now_ps: int) -> tuple[bytes, int]:
-        """Do the same as ``before_read``, without setting flags that this read would clear."""
+        """Do the same as ``before_read``, without setting flags only to clear them."""
         if self._half_read or self._big_endian:
             return self._registers.read(self._first, self._end - self._first, now_ps), 0
         stream = self.stream
@@ -468,7 +424,6 @@ class OutputWords:
         return stream.data, stream.next_ps
 
     def consumed(self, first: int, count: int) -> None:
-        """Apply the effects of ``count`` bytes from ``first``, read one by one."""
         offset = first - self._first
         if self._half_read or (offset | count) & 1:
             for address in range(first, first + count):
@@ -493,7 +448,6 @@ class OutputWords:
                 self._mem[word : word + 2] = words[offset : offset + 2]
 
     def _account(self, address: int) -> None:
-        """Apply the effects of reading one byte: clear its flags and hold its word until the other byte is read."""
         offset = address - self._first
         self._mem[self._status] &= self._keep[offset]
         if self._bdu:

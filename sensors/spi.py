@@ -1,16 +1,9 @@
 """ST's SPI protocol, common to all sensors (LSM6DSL datasheet 6.3, LIS2MDL 6.2, LPS22HB 7.3).
 
-While chip select is low the first byte is the read flag (bit 7) and the register address. The data follow,
-from that register on. Some sensors have a bit in between that makes a burst continue at the next register.
-Bits are sampled in SPI mode 0 or 3; in the other two modes a sensor receives garbage and does not answer.
+A host that listens to the wrong line, SDO (4-wire) or SDI (3-wire), reads 0xFF. Writes always work.
 
-Wires. A sensor sends its answers on SDO (4-wire) or back on SDI (3-wire), as configured; a host listens on
-one of the two. If they disagree, the host reads an undriven line, 0xFF. Writing works in both cases. A 3-wire
-host can therefore configure the LSM6DSL and the LPS22HB, which use 4 wires after reset, by a blind write as
-its first access.
-
-Decision: a sensor that loads its trimming values after power-on drives nothing and ignores commands, so the
-host reads 0xFF and its writes are lost. The documents only say "not accessible" (AN5040 5.7, AN5069 3).
+Decision: a sensor that loads its trimming values after power-on drives nothing and ignores commands, so the host reads
+0xFF. The documents only say "not accessible" (AN5040 5.7, AN5069 3).
 """
 
 from __future__ import annotations
@@ -28,10 +21,7 @@ UNDRIVEN: Final = 0xFF
 
 
 class SpiTarget:
-    """SPI interface of one sensor: the bytes between two edges of its chip select.
-
-    ``now_ps`` returns the virtual time at which the sensor's samples are due.
-    """
+    """SPI interface of one sensor, between two edges of its chip select."""
 
     def __init__(self, part: Part, now_ps: Callable[[], int]) -> None:
         bit = part.BUS.spi_increment_bit
@@ -44,15 +34,15 @@ class SpiTarget:
 
     @property
     def version(self) -> array[int]:
-        """Version of the sensor's state: prefetched bytes are valid as long as it does not change."""
+        """Version of the state; a change invalidates prefetched bytes."""
         return self.part.version
 
     def answers(self) -> bool:
-        """Return whether the sensor answered when last selected; from then on it always answers."""
+        """Return whether the sensor answered when last selected."""
         return not self._booting
 
     def select(self) -> None:
-        """Start a message at the falling edge of chip select: the next byte is a command."""
+        """Start a message at the falling edge of chip select."""
         self._command = None
         if self._booting:
             now_ps = self._now_ps()
@@ -61,7 +51,6 @@ class SpiTarget:
                 self.part.refuse(now_ps)
 
     def write(self, data: bytes, mode: Mode) -> None:
-        """Accept bytes from a host that does not read at the same time."""
         if mode not in self._modes or not data or self._booting:
             return
         if self._command is None:
@@ -72,7 +61,6 @@ class SpiTarget:
             self._address = self.part.advance(self._address, len(data))
 
     def read(self, count: int, mode: Mode, wires: Wires) -> bytes:
-        """Return ``count`` bytes as received by a host with ``wires``."""
         if mode not in self._modes or self._command is None or not self._command & READ:
             return bytes([UNDRIVEN]) * count
         data = self.part.read(self._address, count, self._now_ps())
@@ -80,16 +68,12 @@ class SpiTarget:
         return data if self.part.spi_wires() == wires else bytes([UNDRIVEN]) * count
 
     def prefetch(self, address: int, count: int, mode: Mode, wires: Wires, now_ps: int) -> Prefetched:
-        """Return the data of byte-by-byte reads from ``address``, without reading them.
-
-        See :meth:`fcu_emulator.sensors.register_file.RegisterFile.prefetch`.
-        """
+        """Return byte-by-byte reads; see :meth:`fcu_emulator.sensors.register_file.RegisterFile.prefetch`."""
         if mode not in self._modes or self._booting or self.part.spi_wires() != wires:
             return NOTHING_PREFETCHED
         return self.part.prefetch(address & ~READ, count, now_ps)
 
     def consumed(self, address: int, count: int) -> None:
-        """Report that ``count`` of these bytes have been read."""
         address &= ~READ
         self.part.consumed(address, count)
         if self.part.advance(address, 1) == address:  # each in a separate message
@@ -97,6 +81,6 @@ class SpiTarget:
         self.advance_past(address, count)
 
     def advance_past(self, address: int, count: int) -> None:
-        """Advance past prefetched bytes that were read in the present message without a side effect."""
+        """Advance past prefetched bytes that were read without side effects."""
         self._command = READ | address
         self._address = self.part.advance(address & ~READ, count)

@@ -1,7 +1,6 @@
-"""Find the former packages ``emulator``, ``sensors``, ``firmware_model`` and ``scenarios``, for one release.
+"""Find the packages by their former names, for one release. PYTEST_DONT_REWRITE
 
-Every start of Python loads this file, so it only adds a finder, which comes last and loads
-:mod:`fcu_emulator._old_names` when one of the names is imported. PYTEST_DONT_REWRITE
+Python loads this file at every start, and :mod:`fcu_emulator._old_names` when needed.
 """
 
 import sys
@@ -12,7 +11,7 @@ class OldNames:
 
     @staticmethod
     def find_spec(name, *_):  # type: ignore[no-untyped-def]
-        """Return the spec of a part of fcu_emulator for one of the four names."""
+        """Return the spec for one of the former names."""
         if name not in ("emulator", "sensors", "firmware_model", "scenarios"):
             return None
         from fcu_emulator._old_names import old_spec

@@ -1,22 +1,11 @@
-"""The bus objects that four families of I2C drivers expect, on an I2C bus of the virtual board.
-
-Each has the interface and the limits of its original's documentation: ``busio.I2C`` of CircuitPython,
-``machine.I2C`` of MicroPython, ``SMBus`` of smbus2 (and the kernel's ``i2c/smbus-protocol``), the transceiver
-interface ``I2cTransceiverV1`` of sensirion-i2c-driver.
+"""The bus objects that four families of I2C drivers expect, as documented, on an I2C bus of the virtual
+board.
 
 Decisions
-    ``BusioI2C`` must be locked before use, as on a microcontroller (Blinka does not check that), so that a
-    driver that forgets the lock fails here.
+    ``BusioI2C`` must be locked before use, as on a microcontroller, so that a driver that forgets it fails.
 
-    ``stop=False`` of ``MachineI2C`` also ends in a stop, and ``i2c_rdwr`` of ``SMBus`` combines a write
-    and the read after it into one transfer, and sends other messages one by one with a stop in place of the
-    repeated start. The sensors keep the sub-address over a stop, so the bytes are the same.
-
-    Functions of ``SMBus`` that the three sensors cannot use are missing: process calls, blocks with a length
-    byte, packet error codes.
-
-    ``SensirionI2C`` makes the driver's time between writing and reading pass on the board's clock: it is the
-    only bus object that receives the waiting time as an argument.
+    ``stop=False`` of ``MachineI2C`` also ends in a stop, and ``i2c_rdwr`` of ``SMBus`` combines only a
+    write and the next read. The sensors keep the sub-address over a stop, so the bytes are the same.
 """
 
 from __future__ import annotations
@@ -33,11 +22,11 @@ if TYPE_CHECKING:
     from typing_extensions import Buffer  # in collections.abc from Python 3.12 on
 
 
-# -- common functions: bus errors as those of the operating system, and scanning for devices ----------------
+# -- common functions ---------------------------------------------------------------------------------------
 
 
-# The error of an address without acknowledge: CircuitPython's and MicroPython's, and Linux' (i2c-bcm2835,
-# Raspberry Pi). The latter is a number, since Python knows its name on Linux only.
+# Errors of an address without acknowledge: CircuitPython's and MicroPython's, and Linux' (i2c-bcm2835,
+# Raspberry Pi) as a number, since Python knows its name on Linux only.
 ENODEV: Final = errno.ENODEV
 EREMOTEIO: Final = 121
 
@@ -59,7 +48,7 @@ _ADDRESSES = range(0x08, 0x78)  # the other addresses are reserved (NXP UM10204,
 
 
 def scan(master: I2CMaster) -> list[int]:
-    """Return the 7-bit addresses that acknowledge an empty write, in ascending order. Raises I2CError."""
+    """Return the 7-bit addresses that acknowledge an empty write. Raises I2CError."""
     found = []
     for address in _ADDRESSES:
         with suppress(I2CNackError):
@@ -74,9 +63,8 @@ def scan(master: I2CMaster) -> list[int]:
 class BusioI2C:
     """Give ``BusioI2C(board.i2c2)`` to a CircuitPython driver in place of ``board.I2C()``.
 
-    Addresses have 7 bits; ``start`` and ``end`` select a slice of a buffer. A device that does not answer
-    raises OSError(ENODEV), a stuck bus OSError(ETIMEDOUT), and a transfer without :meth:`try_lock`
-    RuntimeError.
+    Addresses have 7 bits. Raises OSError(ENODEV) without an answer, OSError(ETIMEDOUT) for a stuck bus, and
+    RuntimeError without :meth:`try_lock`.
     """
 
     def __init__(self, master: I2CMaster) -> None:
@@ -84,12 +72,10 @@ class BusioI2C:
         self._locked = False
 
     def try_lock(self) -> bool:
-        """Lock the bus; return False if it is locked."""
         taken, self._locked = self._locked, True
         return not taken
 
     def unlock(self) -> None:
-        """Unlock the bus after use."""
         self._locked = False
 
     def deinit(self) -> None:
@@ -102,17 +88,15 @@ class BusioI2C:
         self.deinit()
 
     def scan(self) -> list[int]:
-        """Return the addresses at which a device answers."""
         with self._transfer():
             return scan(self._master)
 
     def writeto(self, address: int, buffer: Buffer, *, start: int = 0, end: int | None = None) -> None:
-        """Write a slice of ``buffer``; an empty slice only checks that the device is present."""
+        """Write a slice of ``buffer``; an empty one checks that the device is present."""
         with self._transfer():
             self._master.write(address, bytes(memoryview(buffer)[start:end]))
 
     def readfrom_into(self, address: int, buffer: Buffer, *, start: int = 0, end: int | None = None) -> None:
-        """Fill a slice of ``buffer`` with bytes of a device."""
         target = memoryview(buffer)[start:end].cast("B")
         with self._transfer():
             target[:] = self._master.read(address, len(target))
@@ -128,7 +112,6 @@ class BusioI2C:
         in_start: int = 0,
         in_end: int | None = None,
     ) -> None:
-        """Write a slice of ``out_buffer``, repeated start, fill a slice of ``in_buffer``."""
         source = bytes(memoryview(out_buffer)[out_start:out_end])
         target = memoryview(in_buffer)[in_start:in_end].cast("B")
         with self._transfer():
@@ -148,20 +131,19 @@ class BusioI2C:
 class MachineI2C:
     """Give ``MachineI2C(board.i2c2)`` to a MicroPython driver in place of ``machine.I2C(...)``.
 
-    Addresses have 7 bits, memory addresses ``addrsize`` bits, most significant byte first. A device that does
-    not answer raises OSError(ENODEV), a stuck bus OSError(ETIMEDOUT).
+    Addresses have 7 bits, memory addresses ``addrsize`` bits, most significant byte first. Raises
+    OSError(ENODEV) without an answer, OSError(ETIMEDOUT) for a stuck bus.
     """
 
     def __init__(self, master: I2CMaster) -> None:
         self._master = master
 
     def scan(self) -> list[int]:
-        """Return the addresses at which a device answers."""
         with os_errors(ENODEV):
             return scan(self._master)
 
     def writeto(self, addr: int, buf: Buffer, stop: bool = True) -> int:
-        """Write ``buf``; return the number of acknowledged bytes."""
+        """Write ``buf``; return its length."""
         del stop
         data = bytes(buf)
         with os_errors(ENODEV):
@@ -169,28 +151,23 @@ class MachineI2C:
         return len(data)
 
     def readfrom(self, addr: int, nbytes: int, stop: bool = True) -> bytes:
-        """Read ``nbytes`` bytes from a device."""
         del stop
         with os_errors(ENODEV):
             return self._master.read(addr, nbytes)
 
     def readfrom_into(self, addr: int, buf: Buffer, stop: bool = True) -> None:
-        """Fill ``buf`` with bytes of a device."""
         target = memoryview(buf).cast("B")
         target[:] = self.readfrom(addr, len(target), stop)
 
     def writeto_mem(self, addr: int, memaddr: int, buf: Buffer, *, addrsize: int = 8) -> None:
-        """Write ``buf`` from ``memaddr`` on."""
         with os_errors(ENODEV):
             self._master.write(addr, memaddr.to_bytes(addrsize // 8, "big") + bytes(buf))
 
     def readfrom_mem(self, addr: int, memaddr: int, nbytes: int, *, addrsize: int = 8) -> bytes:
-        """Read ``nbytes`` from ``memaddr`` on."""
         with os_errors(ENODEV):
             return self._master.write_read(addr, memaddr.to_bytes(addrsize // 8, "big"), nbytes)
 
     def readfrom_mem_into(self, addr: int, memaddr: int, buf: Buffer, *, addrsize: int = 8) -> None:
-        """Fill ``buf`` from ``memaddr`` on."""
         target = memoryview(buf).cast("B")
         target[:] = self.readfrom_mem(addr, memaddr, len(target), addrsize=addrsize)
 
@@ -216,8 +193,8 @@ class I2CMessage(Protocol):
 class SMBus:
     """Give ``SMBus(board.i2c2)`` to a driver in place of ``smbus2.SMBus(1)``.
 
-    Addresses have 7 bits; ``force`` is accepted and ignored. A device that does not answer raises
-    OSError(EREMOTEIO), a stuck bus OSError(ETIMEDOUT), and a block over 32 bytes ValueError.
+    Addresses have 7 bits; ``force`` is ignored. Raises OSError(EREMOTEIO) without an answer,
+    OSError(ETIMEDOUT) for a stuck bus, and ValueError for more than 32 bytes.
     """
 
     def __init__(self, master: I2CMaster) -> None:
@@ -230,41 +207,34 @@ class SMBus:
         self.close()
 
     def close(self) -> None:
-        """Do nothing: the object has no device file."""
+        """Do nothing: there is no device file."""
 
     def write_quick(self, i2c_addr: int, force: bool | None = None) -> None:
-        """Check that a device is present: its address without data."""
         del force
         self._write(i2c_addr, b"")
 
     def read_byte(self, i2c_addr: int, force: bool | None = None) -> int:
-        """Read one byte, from the current register address."""
         del force
         with os_errors(EREMOTEIO):
             return self._master.read(i2c_addr, 1)[0]
 
     def write_byte(self, i2c_addr: int, value: int, force: bool | None = None) -> None:
-        """Write one byte, which the sensors use as a register address."""
         del force
         self._write(i2c_addr, bytes((value,)))
 
     def read_byte_data(self, i2c_addr: int, register: int, force: bool | None = None) -> int:
-        """Return the value of one register."""
         del force
         return self._read(i2c_addr, register, 1)[0]
 
     def write_byte_data(self, i2c_addr: int, register: int, value: int, force: bool | None = None) -> None:
-        """Write ``value`` to one register."""
         del force
         self._write(i2c_addr, bytes((register, value)))
 
     def read_word_data(self, i2c_addr: int, register: int, force: bool | None = None) -> int:
-        """Read two registers as an unsigned number, the low byte first."""
         del force
         return int.from_bytes(self._read(i2c_addr, register, 2), "little")
 
     def write_word_data(self, i2c_addr: int, register: int, value: int, force: bool | None = None) -> None:
-        """Write two registers, the low byte first."""
         del force
         self._write(i2c_addr, bytes((register,)) + value.to_bytes(2, "little"))
 
@@ -287,7 +257,7 @@ class SMBus:
         self._write(i2c_addr, bytes((register, *data)))
 
     def i2c_rdwr(self, *i2c_msgs: I2CMessage) -> None:
-        """Transfer messages in order and fill those that read. Raises InputError for flags other than I2C_M_RD."""
+        """Transfer messages, and fill those that read. Raises InputError for flags other than I2C_M_RD."""
         for message in i2c_msgs:
             if message.flags & ~_READ:
                 raise InputError(
@@ -328,8 +298,8 @@ Answer: TypeAlias = tuple[int, Exception | None, bytes]
 class SensirionI2C:
     """Give ``I2cConnection(SensirionI2C(board.i2c2, board.run_for))`` to a Sensirion driver's channel.
 
-    ``sleep(seconds)`` lets virtual time pass. A failed transfer returns a status, as the interface requires,
-    from which the driver raises its I2cNackError or I2cTimeoutError.
+    ``sleep(seconds)`` lets virtual time pass. A failed transfer returns a status, from which the driver
+    raises its error.
     """
 
     API_VERSION: ClassVar[int] = 1
@@ -355,7 +325,7 @@ class SensirionI2C:
         """Write ``tx_data`` unless None, wait, read ``rx_length`` bytes unless None; return status, error,
         bytes.
 
-        The sensors do not stretch the clock, so ``timeout`` seconds never pass.
+        ``timeout`` is ignored: the sensors do not stretch the clock.
         """
         del timeout
         try:

@@ -1,14 +1,11 @@
 """A board in this process as a pyserial port: ``serial.serial_for_url("fcu://solution?scenario=desk")``.
 
-pyserial finds the address once this module has been imported. There is no thread and no wall time: the board
-runs while the port is read, a ``timeout`` is in virtual time, and the same program reads the same bytes on
-every machine. ``port.board`` is the board, for motions and inspection. The address is ``fcu://FIRMWARE``,
-with FIRMWARE as for ``fcu run``, and after a question mark ``scenario``, ``wiring``, ``seed`` or ``ideal=1``,
-joined by ``&``; :func:`port_of` returns the port of an existing board.
+Import this module first. The board runs while the port is read, and a ``timeout`` is in virtual time. The
+address is ``fcu://FIRMWARE``, then after a question mark ``scenario``, ``wiring``, ``seed`` or ``ideal=1``,
+joined by ``&``. ``port.board`` is the board.
 
-Decision: reading the number of available bytes (``in_waiting``) lets a millisecond pass if there are none.
-Programs read it in a loop with a sleep of wall time, and on a board whose time does not pass they would loop
-forever.
+Decision: reading the number of available bytes (``in_waiting``) lets a millisecond pass if there are none,
+because programs poll it.
 """
 
 from __future__ import annotations
@@ -36,7 +33,7 @@ if __package__ not in serial.protocol_handler_packages:
 
 
 def port_of(board: Board, timeout: float | None = None) -> Serial:
-    """Return the port of ``board``, open; earlier output can be read from it."""
+    """Return the open port of ``board``, which also has earlier output."""
     port = Serial(None, timeout=timeout)
     port.board = board
     port.is_open = True
@@ -44,7 +41,7 @@ def port_of(board: Board, timeout: float | None = None) -> Serial:
 
 
 class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
-    """A port as pyserial's other ports; ``board`` is None until it is open."""
+    """A port as pyserial's others; ``board`` is None until it is open."""
 
     board: Board | None = None
     is_open: bool
@@ -62,17 +59,15 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
         self.is_open = True
 
     def close(self) -> None:
-        """Switch the board off."""
         if self.is_open and self.board is not None:
             self.board.close()
         self.is_open = False
 
     def _reconfigure_port(self) -> None:
-        """Accept any rate or format; the board's text is readable at all of them (as on other links)."""
+        """Accept any rate or format, as other links do."""
 
     @property
     def in_waiting(self) -> int:
-        """Return the number of bytes that can be read at once."""
         board = self._opened()
         waiting = board.terminal.position - self._position
         if not waiting:
@@ -83,7 +78,7 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
     def read(self, size: int = 1) -> bytes:
         """Run the board until ``size`` bytes have come, or for ``timeout`` seconds of virtual time.
 
-        Raises SerialException if a board that is read without a timeout stays silent.
+        Raises SerialException if a read without a timeout stays silent.
         """
         board = self._opened()
         limit_s = SILENCE_S if self._timeout is None else self._timeout
@@ -102,19 +97,16 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
         return data
 
     def write(self, data: Any) -> int:
-        """Type ``data``, which arrives at the line's speed while the board runs."""
         typed = bytes(serial.to_bytes(data))
         self._opened().terminal.write(typed)
         return len(typed)
 
     def flush(self) -> None:
-        """Run the board until all typed bytes have arrived."""
         board = self._opened()
         while board.terminal.typing_left:
             board.run_until_ps(board.clock.now_ps + _STEP_PS)
 
     def reset_input_buffer(self) -> None:
-        """Discard the output so far."""
         self._position = self._opened().terminal.position
 
     def reset_output_buffer(self) -> None:
@@ -122,12 +114,10 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
 
     @property
     def out_waiting(self) -> int:
-        """Return the number of typed bytes that have not arrived."""
         return self._opened().terminal.typing_left
 
     @property
     def cts(self) -> bool:
-        """Return True: the board has no such line, and an adapter without one reports ready."""
         return True
 
     dsr = cd = cts
@@ -148,7 +138,7 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
 
 
 def _board(url: str) -> Board:
-    """Return the board that an address describes. Raises InputError."""
+    """Return the board of an address. Raises InputError."""
     firmware, _, query = url.removeprefix("fcu://").partition("?")
     options = with_current_keys(dict(parse_qsl(query, keep_blank_values=True)), _OLD)
     if unknown := options.keys() - _KNOWN:

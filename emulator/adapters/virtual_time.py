@@ -1,8 +1,7 @@
-"""Virtual time for drivers: their waits pass on the board's clock, at their full length, and no test sleeps.
+"""Virtual time for drivers: their waits pass on the board's clock.
 
-Decision: only named modules get virtual time. Replacing ``time.sleep`` and ``time.monotonic`` for the whole
-process was rejected: it would put pytest's durations, other threads and the serial links on the clock of one
-board.
+Decision: only named modules get virtual time, because pytest, other threads and serial links need the real
+one.
 """
 
 from __future__ import annotations
@@ -27,12 +26,9 @@ _in_use: set[str] = set()  # modules that now run on a board's time
 def virtual_time(board: Board, *modules: ModuleType) -> Iterator[None]:
     """Make ``modules`` and their imported submodules wait and measure time on the board's clock.
 
-    Globals of a module that are ``time`` or one of its functions, under any name (``import time``, ``from
-    time import sleep``), are replaced until the block ends: ``sleep``, and the clocks ``monotonic``,
-    ``perf_counter`` and ``time`` with their ``_ns`` variants, which count from power-on. Imports inside a
-    running function of a driver are not replaced.
-
-    Raises InputError if a module already runs on a board's time, because it can only have one.
+    Until the block ends, globals that are ``time`` or its functions are replaced: ``sleep``, and the clocks
+    ``monotonic``, ``perf_counter`` and ``time`` with their ``_ns`` variants, which count from power-on.
+    Raises InputError if a module already runs on a board's time.
     """
     found = _with_submodules(modules)
     taken = _in_use.intersection(found)
@@ -66,7 +62,7 @@ def _with_submodules(modules: tuple[ModuleType, ...]) -> dict[str, ModuleType]:
 
 
 def _replacements(board: Board) -> dict[int, object]:
-    """Return replacements of ``time`` and its functions, by their id(): globals need not be hashable."""
+    """Return replacements by id(), because globals need not be hashable."""
     clock = board.clock
 
     def sleep(seconds: float) -> None:

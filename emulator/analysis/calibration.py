@@ -1,8 +1,4 @@
-"""An incomplete hard-iron calibration: the constant error of MAG after the board was turned.
-
-The board's hard iron is known, so the constant shows the mistake of the calibration: no correction, the wrong
-sign, one axis too few, half of the range in place of its middle, or extremes that began at 0.
-"""
+"""An incomplete hard-iron calibration: the constant error of MAG shows the mistake, because the iron is known."""
 
 from __future__ import annotations
 
@@ -15,7 +11,7 @@ from fcu_emulator.emulator.analysis.field import changes
 from fcu_emulator.emulator.analysis.numbers import AXES, Hint
 from fcu_emulator.emulator.analysis.recorder import LabLine
 
-_FAR = 60.0  # mgauss of the constant that no right calibration leaves, and of a hard iron that matters
+_FAR = 60.0  # mgauss that no right calibration leaves, and of a hard iron that matters
 _NEAR, _NEAR_SHARE = 40.0, 0.15
 
 Numbers = NDArray[np.float64]

@@ -1,19 +1,13 @@
 """Comparison of two runs: the first differences between two firmwares on the same scenario.
 
-A run is a few sequences of entries, such as the lines of the terminal or the edges of a LED. The n-th entry
-of a sequence of one run is compared with the n-th of the other: first its text, then its time. A late
-firmware is not a different one. So only the pace is compared, that is the time from the entry before, and
-only beyond a tolerance; it can also be ignored.
+The n-th entries of each sequence are compared: first the text, then the pace (time since the previous entry).
 
-Decision: comparisons use the pace, not the time since power-on. A loop that prints and waits a second lasts
-1.04 s with firmware that computes in no time and 1.06 s with compiled code. After half a minute the two are
-half a second apart and still do the same.
+Decision: comparisons use the pace, not the time since power-on, because compiled code is 2 % slower.
 
-Decision: entries are compared by position, not by an alignment as ``diff`` computes it. The user needs the
-first mistake, which causes all later ones; an alignment would hide the n-th wrong block behind the first.
+Decision: entries are compared by position, not by an alignment as ``diff`` computes it, because the first
+mistake causes all later ones.
 
-Decision: the end of a run cuts both sequences at a time, not at an entry. An entry in only one run is a
-difference, unless it is so close to the end that the other run may not have reached it.
+Decision: the end of a run cuts both sequences at a time, not at an entry.
 """
 
 from __future__ import annotations
@@ -43,7 +37,7 @@ TIMING_PS = 20 * PS_PER_MS
 """Tolerance of the pace: a few callbacks, far below the lab's period of 1 s."""
 
 _LOOP_PS = 2 * PS_PER_S  # one period of the lab's main loop, including text, with a margin
-_DRIFT = 25  # a run may be late by 1/25 in all: a loop of 1.04 s of the model takes 1.06 s as compiled code
+_DRIFT = 25  # a run may be late by 1/25 in all
 _CONTEXT = 3
 _SAME_AFTER = 8  # entries that must be equal after one that only one run has
 _COUNTS = re.compile(r"(\d+) ticks, (\d+) lost")
@@ -56,10 +50,8 @@ _NUMBER = re.compile(r"-?(?:\d+(?:\.\d+)?|inf|nan)\b")
 class Rules:
     """Rules of equality.
 
-    ``timing_ps``: tolerance of the time from one entry to the next.
-    ``tolerance``: tolerance of the numbers in the lab's lines, by field ("ACC.x", "Yaw"), in the units
-    printed; default 0.
-    ``ignore``: sequences that are not compared; "numbers" ignores those of every line.
+    ``timing_ps``: tolerance of the time between entries. ``tolerance``: of numbers by field ("ACC.x", "Yaw"),
+    in the units printed. ``ignore``: sequences that are not compared, or "numbers".
     """
 
     timing_ps: int = TIMING_PS
@@ -69,10 +61,7 @@ class Rules:
 
 @dataclass(frozen=True)
 class Difference:
-    """A difference at entry ``index`` (from 0) of a sequence; None if a run has no such entry.
-
-    ``before`` are the last pairs of equal entries.
-    """
+    """A difference at entry ``index`` of a sequence, None in a run without it, after equal pairs ``before``."""
 
     sequence: str
     index: int
@@ -80,7 +69,7 @@ class Difference:
     second: ObservedItem | None
     before: Sequence[tuple[ObservedItem, ObservedItem]] = ()
     inserted: bool = False
-    """Whether the following entries are equal again: only one run has this entry, or these."""
+    """Whether the following entries are equal again."""
 
     @property
     def at_ps(self) -> int:
@@ -88,11 +77,9 @@ class Difference:
 
     @property
     def only_time(self) -> bool:
-        """Whether both did the same, at another pace."""
         return self.first is not None and self.second is not None and self.first.text == self.second.text
 
     def paces_ps(self) -> tuple[int, int]:
-        """Return each run's time since the entry before it (or since power-on). Both runs must have the entry."""
         assert self.first is not None
         assert self.second is not None
         one, other = self.before[-1] if self.before else (_POWER_ON, _POWER_ON)
@@ -103,7 +90,7 @@ _POWER_ON = ObservedItem(0, "")
 
 
 def compare(first: Observation, second: Observation, rules: Rules | None = None) -> list[Difference]:
-    """Return the first difference of each common sequence, the earliest first; empty if the runs agree."""
+    """Return the first difference of each common sequence, the earliest first."""
     rules = rules or Rules()
     end_ps = min(first.end_ps, second.end_ps)
     found = (
@@ -125,10 +112,7 @@ def compared(first: Observation, second: Observation, rules: Rules) -> list[str]
 
 
 def tolerances(given: Iterable[tuple[str, float]]) -> dict[str, float]:
-    """Return tolerances by field from pairs that may name several at once ("ACC" for its three axes).
-
-    Raises InputError naming the known fields.
-    """
+    """Return tolerances by field; a name may mean several ("ACC"). Raises InputError for an unknown one."""
     chosen: dict[str, float] = {}
     for name, value in given:
         fields = [one for one in FIELDS if name in (one, one.split(".")[0])]
@@ -141,11 +125,7 @@ def tolerances(given: Iterable[tuple[str, float]]) -> dict[str, float]:
 
 
 def largest_deviations(first: Observation, second: Observation) -> dict[str, float]:
-    """Return the largest difference of the numbers in the lab's lines, by field, in the units printed.
-
-    Compares the terminals up to the first line of a different kind. Fields that were never printed are
-    missing.
-    """
+    """Return the largest difference of the lab's numbers, by printed field, in the units printed."""
     largest: dict[str, float] = {}
     for one, other in zip(first.sequences[TERMINAL], second.sequences[TERMINAL], strict=False):
         if one.cut or other.cut or _without_numbers(one.text) != _without_numbers(other.text):
@@ -182,7 +162,6 @@ def _first_difference(
 def _inserted(
     difference: Difference, first: Sequence[ObservedItem], second: Sequence[ObservedItem], rules: Rules
 ) -> Difference | None:
-    """Return the difference as an entry in one run only, if the following entries confirm it."""
     if _runs_on(first[1:], second, rules):
         return replace(difference, second=None, inserted=True)
     if _runs_on(first, second[1:], rules):
@@ -227,7 +206,7 @@ def _same_text(one: ObservedItem, other: ObservedItem, rules: Rules) -> bool:
 
 
 def _same_beginning(text: str, wanted: str, rules: Rules) -> bool:
-    """Compare a truncated line. Its last number may be incomplete: tolerated numbers are not compared."""
+    """Compare a truncated line, whose last number may be incomplete."""
     if text.startswith(wanted) or wanted.startswith(text):
         return True
     if not rules.tolerance and "numbers" not in rules.ignore:
@@ -237,7 +216,6 @@ def _same_beginning(text: str, wanted: str, rules: Rules) -> bool:
 
 
 def _within(one: str, other: str, tolerance: Mapping[str, float]) -> bool:
-    """Return whether both are the same line of the lab with all numbers within the tolerance."""
     if not tolerance or _without_numbers(one) != _without_numbers(other):
         return False
     apart = dict(_deviations(one, other))
@@ -245,7 +223,6 @@ def _within(one: str, other: str, tolerance: Mapping[str, float]) -> bool:
 
 
 def _deviations(one: str, other: str) -> Iterator[tuple[str, float]]:
-    """Yield field and distance of each number of two lines of the lab; nothing for other lines."""
     for line_format in FORMATS:
         fields, others = (line_format.parse(text.strip()) for text in (one, other))
         if fields is not None and others is not None:

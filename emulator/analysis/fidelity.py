@@ -1,9 +1,6 @@
-"""Fidelity tables of the sensors, of the chip's registers and of the board itself, generated from the code.
+"""Fidelity tables of sensors, chip registers and board, generated from their declarations.
 
 ``python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity.md`` rewrites them.
-
-Missing behaviour comes from the declared registers; functions and approximations come from the declarations
-in each sensor's folder. Nothing is maintained by hand, and a test fails when the page is stale.
 """
 
 from __future__ import annotations
@@ -30,7 +27,7 @@ END_BOARD = "<!-- end of the board itself -->"
 
 
 def table() -> str:
-    """Return the table of all sensors as Markdown, without a newline at the end."""
+    """Return the table of all sensors as Markdown."""
     lines = ["| part | function | documented in | in the model |", "|---|---|---|---|"]
     for part in PARTS.values():
         lines += [
@@ -42,7 +39,7 @@ def table() -> str:
 
 
 def chip_table() -> str:
-    """Return the table of the chip's registers as Markdown, without a newline at the end."""
+    """Return the table of the chip's registers as Markdown."""
     lines = ["| peripheral | registers | documented in | not modelled |", "|---|---|---|---|"]
     for module in KINDS:
         peripherals = [DECLARED[name] for name in module.INSTANCES]
@@ -54,7 +51,7 @@ def chip_table() -> str:
 
 
 def board_table() -> str:
-    """Return the table of a board's own draws from its seed, without a newline at the end."""
+    """Return the table of a board's draws from its seed."""
     lines = ["| figure | in a real board | unit | source |", "|---|---|---|---|"]
     for name, figure in BoardErrors.figures().items():
         lines.append(f"| `{name}`: {figure.doc} | {figure.size} | {figure.unit} | {figure.source} |")
@@ -62,7 +59,7 @@ def board_table() -> str:
 
 
 def figures_table() -> str:
-    """Return the deviations of real sensors as Markdown, without a newline at the end."""
+    """Return the deviations of real sensors as Markdown."""
     lines = [
         "| part | figure | in the document | the document | `typical` | `worst` |",
         "|---|---|---|---|---|---|",
@@ -77,14 +74,13 @@ def figures_table() -> str:
 
 
 def _drawn(figure: Figure) -> str:
-    """Return how a figure is drawn in a typical sensor, and its value in a worst one."""
     if figure.is_strength:
         return f"{figure.typical:g} | {STRENGTHS['worst'] * figure.typical:g}"
     return f"sigma {figure.sigma:.3g} | +-{SIGMAS * figure.sigma:.3g}"
 
 
 def without_behaviour(part: type[Part]) -> list[str]:
-    """Return every register and field of a sensor, banks included, that can be accessed but does nothing."""
+    """Return every accessible register and field of a sensor that does nothing."""
     return [name for bank in part.maps().values() for name in bank.without_behaviour()]
 
 
@@ -97,7 +93,7 @@ _TABLES = (
 
 
 def rewrite(text: str) -> str:
-    """Return ``text`` with updated tables between the markers; raises InputError without markers."""
+    """Return ``text`` with updated tables between the markers. Raises InputError without markers."""
     found = False
     for begin, end, made in _TABLES:
         before, opened, rest = text.partition(begin)

@@ -1,12 +1,8 @@
-"""Comparison of MAG with the truth, as :mod:`fcu_emulator.emulator.analysis.numbers` does for other numbers.
+"""Comparison of MAG with the truth: only of its changes, since raw and calibrated values differ by a
+constant.
 
-Every firmware prints different magnetic values for the same place: raw values include the board's hard iron,
-calibrated ones the part subtracted so far by MagCalibration. So a constant on each axis is ignored. The hint
-checks the changes of MAG while the board is turned, in the second half of the lines only. There the field
-must stay within the values of the first half, so that the calibration has its extremes.
-
-Decision: a board that has not been turned far enough gets no hint about MAG. While the extremes still grow, a
-correct firmware's numbers change half as fast as the field, which seems to be a wrong factor.
+Decision: a board that has not been turned far enough gets no hint about MAG, because its calibration still
+changes.
 """
 
 from __future__ import annotations
@@ -24,7 +20,7 @@ from fcu_emulator.emulator.analysis.recorder import LabLine
 MAG = Group("MAG[x,y,z]", tuple(f"MAG.{axis}" for axis in AXES), 50.0, "mgauss", 1.5)
 _FEWEST = 5  # lines, and
 _SHARE = 0.9  # of the lines that must fit
-_TURNED = 400.0  # mgauss by which two axes must change: a good part of a turn in the field of the earth
+_TURNED = 400.0  # mgauss by which two axes must change: a good part of a turn
 _SLACK = 60.0  # mgauss beyond the first half's extremes
 _RIGHT_FACTOR = 1.15
 _HIGH_BYTES = 6  # of the earth's field, and of a board's hard iron, in steps of 256
@@ -33,7 +29,7 @@ Numbers = NDArray[np.float64]
 
 
 class _Rows(NamedTuple):
-    """``values``: (N, 3) as printed; ``low`` and ``high``: (N, 3), range of the truth."""
+    """Printed ``values`` (N, 3), and ``low`` and ``high`` (N, 3) of the truth."""
 
     seen: Sequence[LabLine]
     values: Numbers
@@ -45,7 +41,7 @@ class _Rows(NamedTuple):
         return (self.low + self.high) / 2
 
     def residual(self, mapped_low: Numbers, mapped_high: Numbers, values: Numbers | None = None) -> float:
-        """Return the worst error of nearly all rows, in mgauss, with a constant allowed on each axis."""
+        """Return the worst error of nearly all rows, in mgauss, beyond a constant on each axis."""
         printed = self.values if values is None else values
         offset = np.median(printed - (mapped_low + mapped_high) / 2, axis=0)
         moved = printed - offset
@@ -54,7 +50,7 @@ class _Rows(NamedTuple):
 
 
 def field_hint(lines: Sequence[LabLine]) -> Hint | None:
-    """Return the change of the magnetic field; None if it is right, no simple change fits, or it is unknown."""
+    """Return the simple change of the magnetic field that fits, if it is wrong."""
     rows = _judgeable([line for line in lines if line.label == MAG.label and line.values is not None])
     if rows is None or rows.residual(rows.low, rows.high) <= MAG.far:
         return None
@@ -62,9 +58,9 @@ def field_hint(lines: Sequence[LabLine]) -> Hint | None:
 
 
 def changes(lines: Sequence[LabLine]) -> tuple[Numbers, float, LabLine] | None:
-    """Return the constant error of MAG if its changes are right, the field's length, and a line.
+    """Return the constant error of MAG, the field's length, and a line.
 
-    None while the board has not been turned far enough, or if the changes are wrong too.
+    None if not turned far enough, or if the changes are wrong.
     """
     rows = _judgeable([line for line in lines if line.label == MAG.label and line.values is not None])
     if rows is None or rows.residual(rows.low, rows.high) > MAG.far:
@@ -117,7 +113,6 @@ def _of_factor(rows: _Rows) -> Hint | None:
 
 
 def _of_bytes(rows: _Rows) -> Hint | None:
-    """Return a hint if the high byte is used as the low one: few values, with jumps of 256 steps."""
     steps = rows.values / MAG.per_lsb
     if all(np.ptp(axis) > 1_000 and _few_low_bytes(axis) for axis in steps.T[:2]):
         look = (
@@ -129,9 +124,9 @@ def _of_bytes(rows: _Rows) -> Hint | None:
 
 
 def _few_low_bytes(steps: Numbers) -> bool:
-    """Return whether the values lie closely together without multiples of 128; a constant moves them all.
+    """Return whether the values lie closely together without multiples of 128.
 
-    Half of 256, because the calibration subtracts half of the sum of two such values.
+    Half of 256, because the calibration subtracts half of two such values.
     """
     moved = steps - median(steps)
     return bool(min(np.ptp((moved + 64) % 128), np.ptp(moved % 128)) <= _HIGH_BYTES)

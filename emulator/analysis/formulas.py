@@ -1,11 +1,7 @@
 """Wrong formulas that explain a program's output: angles and altitude from the numbers of the same block.
 
-A block has ACC, MAG and Pre, from which the program has computed Pitch, Roll, Yaw and Altitude. If a usual
-mistake explains nearly all blocks, and the slides' formula does not, that mistake is the likely cause. This
-needs neither a board at rest nor a calibrated compass: only the arithmetic is checked.
-
-Decision: candidates are a list of whole formulas, each as a student would write it, not the result of a
-search through expressions. A formula found by a search also fits noise, and has no name.
+Decision: candidates are a list of whole formulas, each as a student would write it, because one found by a
+search also fits noise.
 """
 
 from __future__ import annotations
@@ -22,7 +18,7 @@ _FEWEST = 5  # blocks
 _SHARE = 0.85  # of the blocks that a formula must explain
 _DIFFERENT = 2  # blocks that the right formula must not explain,
 _BETTER = 3  # and from which another is nearer by at least this factor
-_NEAR_DEG = 4.0  # the numbers of a block are some 30 ms apart, and the board may be turning
+_NEAR_DEG = 4.0  # a block takes some 30 ms, and the board may be turning
 _NEAR_SHARE, _NEAR_M = 0.04, 0.3
 _MOVING_SHARE, _MOST_MOVING = 0.3, 15.0  # of the change of the truth in the last 0.15 s
 _LONGEST_S = 0.5  # between the lines of a block
@@ -45,7 +41,7 @@ class Block(NamedTuple):
 
 
 class Formula(NamedTuple):
-    """The correct formula, or one with a mistake: its value for a block, and its description."""
+    """The correct formula, or one with a mistake."""
 
     of: Callable[[Block], float]
     summary: str
@@ -123,14 +119,12 @@ def _fits(field: str, formula: Formula, row: Block, near: Near) -> bool:
 
 
 def _is_true(field: str, row: Block, near: Near) -> bool:
-    """Return whether a print is near the truth; the other numbers of its block may have another attitude."""
     truth, printed = row.line.truth[field], (row.line.values or {})[field]
     turns = (-360, 0, 360) if field == "Yaw" else (0,)
     return min(truth.distance(printed + turn) for turn in turns) <= near(truth.middle, 1.0)
 
 
 def _apart(field: str, formula: Formula, row: Block) -> float:
-    """Return the distance of a print from a formula; nan if the formula has no value."""
     printed = (row.line.values or {})[field]
     apart = printed - _value(formula, row)
     if field == "Yaw" and abs(printed) <= 360:
@@ -238,7 +232,6 @@ class _Angles(NamedTuple):
 
 
 def _angles(row: Block) -> _Angles:
-    """Return the angles printed beside the yaw, of the same sample; if they are wrong, the yaw is not checked."""
     values = row.line.values or {}
     return _Angles(math.radians(values["Pitch"]), math.radians(values["Roll"]))
 
@@ -253,7 +246,6 @@ def _yaw(row: Block, angles: _Angles) -> tuple[float, float]:
 
 
 def _in_degrees(row: Block) -> _Angles:
-    """Return pitch and roll in degrees; the mistaken program passes these to sine and cosine as radians."""
     return _Angles(*map(math.degrees, _angles(row)))
 
 
@@ -325,7 +317,7 @@ _UNCALIBRATED = Formula(
 
 
 def yaw_hint(lines: Sequence[LabLine], iron_mgauss: Sequence[float]) -> Hint | None:
-    """Return the mistake in the formulas of the yaw that explains the output, from the printed ACC and MAG."""
+    """Return the mistake in the yaw's formulas that explains the output."""
     rows = [row for row in blocks(lines, "Pitch:", iron_mgauss) if any(row.mag)]
     if any(abs(one) > _STRONG_MGAUSS for one in iron_mgauss):
         found = explained("Yaw", rows, RIGHT_YAW, (_UNCALIBRATED,), _degrees)
@@ -350,7 +342,7 @@ def _height(ratio: float, kelvin: float, exponent: float = _EXPONENT) -> float:
 
 
 def altitude_hint(lines: Sequence[LabLine], temperature_degc: float) -> Hint | None:
-    """Return the mistake in the formula of the altitude that explains the output, from the printed Pre."""
+    """Return the mistake in the altitude's formula that explains the output."""
     kelvin = temperature_degc + _KELVIN
     pressures = [line for line in lines if line.values and line.label == "Pre:"]
     at_floor = [line for line in pressures if line.truth["Pre"].distance(_first(pressures)) < _SAME_HPA]
@@ -380,7 +372,6 @@ def _first(pressures: Sequence[LabLine]) -> float:
 
 
 def _times(rows: Sequence[Block], right: Formula) -> Iterator[Formula]:
-    """Yield the altitude times a factor, if there is one that is clearly not 1."""
     high = [row for row in rows if abs(_value(right, row)) > _HIGH_M]
     if len(high) < _FEWEST:
         return

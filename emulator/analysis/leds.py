@@ -1,10 +1,4 @@
-"""LEDs that do not follow the board: wrong pins, the wrong side of an angle, and toggling.
-
-In the lab a LED is lit while an angle is beyond 80 degrees to either side, LED1 by the pitch, LED2 by the
-roll. Only angles well away from 80 degrees are checked, so that noise and offsets cannot switch a correct
-program's LED. Only programs that print angles are checked, from their first line of them on: before, LEDs are
-dark, and in the template they are toggled to show that it runs.
-"""
+"""LEDs that do not follow the board: wrong pins, the wrong side of an angle, and toggling."""
 
 from __future__ import annotations
 
@@ -114,10 +108,7 @@ _CALLBACK = "HAL_TIM_PeriodElapsedCallback"
 
 
 def _toggled(board: Board, name: str, angle: str, looks: Sequence[_LedCondition]) -> Iterator[Diagnosis]:
-    """Yield a LED that changes at regular intervals while the board is still.
-
-    Chatter of a correct program, near 80 degrees or on a shaken board, is not regular.
-    """
+    """Yield a LED that changes at regular intervals while the board is still."""
     pin = board.led(name).pin
     edges_s = [edge.t_s for edge in board.trace.of(GpioEdge) if edge.pin == pin]
     for side, still in groupby(looks, key=lambda one: _side(one.angle) if _is_still(one) else None):
@@ -149,7 +140,6 @@ def _is_still(look: _LedCondition) -> bool:
 
 
 def _regular_interval(edges_s: Sequence[float]) -> float | None:
-    """Return the usual time between two edges; None if they are few or their intervals differ."""
     if len(edges_s) < _FEWEST_EDGES:
         return None
     intervals_s = [after - before for before, after in pairwise(edges_s)]

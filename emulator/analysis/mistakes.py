@@ -1,19 +1,4 @@
-"""All mistakes shown by a run: the chip's own findings, and those from world and sensors.
-
-::
-
-    from fcu_emulator.emulator.analysis.mistakes import explain
-    from fcu_emulator.emulator.analysis.recorder import TruthRecorder
-
-    board = Board(firmware="lab3.elf", scenario="tilt_sweep")
-    recorder = TruthRecorder(board)
-    board.run_for(10)
-    for diagnosis in explain(board, recorder):
-        print(diagnosis)
-
-Proven findings come first: the chip's registers and instructions, then the sensors' registers and the bus,
-then hints from the numbers. If a program is stuck, only the cause of that is given.
-"""
+"""All mistakes shown by a run: the chip's findings, then those of sensors and bus, then hints from numbers."""
 
 from __future__ import annotations
 
@@ -54,11 +39,7 @@ _SHOWN = 90
 
 
 def explain(board: Board, recorder: TruthRecorder, after_failure: bool = False) -> list[Diagnosis]:
-    """Return the problems of the board's firmware shown by this run; empty if there are none.
-
-    ``after_failure``: also give the earlier set-up of the sensors for a program that has failed. The board is
-    not changed.
-    """
+    """Return the problems of the firmware shown by this run; ``after_failure`` adds the sensors' set-up."""
     found = board.chip.findings() if board.chip is not None else []
     lines = list(recorder.lines)
     if found and found[0].fatal:
@@ -83,7 +64,7 @@ class _Where:
         self._arm = arm
 
     def printed(self, line: LabLine) -> str:
-        """Return ``main(), main.c:93: `` or an empty text."""
+        """Return ``main(), main.c:93: ``, or nothing."""
         if self._arm is None:
             return ""
         places = Places(self._arm.image)
@@ -117,7 +98,7 @@ def _exclusive_or(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]
 
 
 def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[Diagnosis]:
-    """Yield hints about the numbers. Angles follow from ACC: they are checked only if that is right."""
+    """Yield hints about numbers; about angles of ACC, only if ACC is right."""
     wrong: set[str] = set()
     for group in _GROUPS:
         if _rests_on(group) & wrong:
@@ -141,7 +122,6 @@ def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[
 
 
 def _hint(board: Board, lines: Sequence[LabLine], group: Group) -> Hint | None:
-    """Return the hint for a group: a simple change of the truth, or a formula with a mistake."""
     iron = board.world.hard_iron_mgauss(board.now_s)[0]
     if group in (ACC, GYR):
         others = [one for one in (ACC, GYR, MAG) if one is not group]
@@ -164,7 +144,6 @@ _HALF_TURN = 180.5
 
 
 def _beyond_a_half_turn(lines: Sequence[LabLine], where: _Where) -> Iterator[Diagnosis]:
-    """Yield a yaw that the slides' atan2 cannot give; the truth only shows the type of the wrap."""
     bad = [line for line in lines if line.values and abs(line.values.get("Yaw", 0.0)) > _HALF_TURN]
     if len(bad) < 2:
         return
@@ -189,7 +168,7 @@ _GYR_MDPS = {0: (250, 8.75), 1: (500, 17.5), 2: (1000, 35.0), 3: (2000, 70.0)}  
 
 
 def _full_scale(board: Board, group: Group, factor: float) -> tuple[str, ...]:
-    """If a factor is the ratio of two sensitivities, return the configured and the assumed one."""
+    """Return the configured and the assumed sensitivity, if a factor is their ratio."""
     if group not in (ACC, GYR) or not factor:
         return ()
     address, unit, known = (0x10, "g", _ACC_MG) if group is ACC else (0x11, "dps", _GYR_MDPS)
@@ -274,7 +253,6 @@ _PAIRS = {
 
 
 def _misread(board: Board) -> Iterator[Diagnosis]:
-    """Yield reads of output registers that begin with a high byte, or that are never made."""
     reads = [one for one in board.recent_transfers() if one.read and one.written]
     for one in reads:
         first = one.written[0] & 0x7F
@@ -293,7 +271,7 @@ def _misread(board: Board) -> Iterator[Diagnosis]:
 
 
 def _same_twice(reads: Sequence[BusTransfer]) -> Iterator[Diagnosis]:
-    """Yield a firmware that, over I2C, reads the gyroscope twice a tick and the accelerometer never."""
+    """Yield a firmware that reads one sensor twice a tick and the other never."""
     bursts = [one.written[0] for one in reads if one.device == LSM6DSL.NAME and len(one.read) == 6]
     for twice, never, what in ((0x22, 0x28, "accelerometer"), (0x28, 0x22, "gyroscope")):
         if bursts.count(twice) >= 3 and never not in bursts and len(bursts) == len(reads) - _others(reads):
@@ -310,7 +288,6 @@ def _others(reads: Sequence[BusTransfer]) -> int:
 
 
 def _switched_off(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]:
-    """Yield sensors that measure nothing in a program that prints them."""
     labels = {line.label for line in lines}
     lsm6dsl, lis2mdl = board.sensors.lsm6dsl.registers.mem, board.sensors.lis2mdl.registers.mem
     off = (

@@ -1,11 +1,7 @@
 """Wrong numbers in the output, and their simple causes: a factor, a sign, axes, radians, a wrap.
 
-A hint needs two facts: the printed numbers are far from the truth in several lines, and one simple change of
-the truth fits nearly all of them. If nothing fits, the result is None. Sensors have offsets and noise, so
-"far" is several times the deviation of a poor board of the class.
-
 Decision: printed numbers are compared with the world, not with the sensors' registers, because a student sees
-the board in the hand. A hint says "likely", because the world cannot prove a cause in the source code.
+the board in the hand.
 """
 
 from __future__ import annotations
@@ -24,7 +20,7 @@ AXES = ("x", "y", "z")
 
 
 class Hint(NamedTuple):
-    """``summary`` names the mistake, ``sentences`` the places to check, ``line`` the printed line."""
+    """The mistake, the places to check, and the printed line."""
 
     summary: str
     sentences: tuple[str, ...]
@@ -34,11 +30,10 @@ class Hint(NamedTuple):
 
 
 Distance: TypeAlias = Callable[[Sequence[float], Sequence[ValueRange]], float]
-"""Distance of printed values from a change of the truth."""
 
 
 class Change(NamedTuple):
-    """A possible change of the truth: a distance of printed values from it, and its description."""
+    """A possible change of the truth, with the distance of printed values from it."""
 
     distance: Distance
     summary: str
@@ -47,7 +42,7 @@ class Change(NamedTuple):
 
 
 class Group(NamedTuple):
-    """Fields that are checked together. ``far``: deviation that no correct firmware on a poor board reaches."""
+    """Fields that are checked together; ``far``: deviation that no correct firmware reaches."""
 
     label: str
     fields: tuple[str, ...]
@@ -65,7 +60,7 @@ ALTITUDE = Group("Altitude:", ("Altitude",), 1.5, "m")
 
 
 def hint(lines: Sequence[LabLine], group: Group) -> Hint | None:
-    """Return the change of one group of fields; None if it is right, or no simple change fits."""
+    """Return the simple change that explains a group, if it is wrong."""
     rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
     rows = [row for row in rows if all(map(math.isfinite, row.values))]
     if not rows or (group is YAW and not _turns(rows)):
@@ -94,12 +89,11 @@ def always_0(lines: Sequence[LabLine], group: Group) -> bool:
 
 
 def _shows_factor(row: _Row, group: Group) -> bool:
-    """Return whether a factor is visible: if the truth is near 0, any small number is a multiple of it."""
     return any(min(abs(one.low), abs(one.high)) > group.far and one.low * one.high > 0 for one in row.truth)
 
 
 def shows_another(lines: Sequence[LabLine], group: Group, others: Sequence[Group]) -> Hint | None:
-    """Return a hint if a vector belongs to another sensor: near the other's truth in each block."""
+    """Return a hint if a vector is near another sensor's truth."""
     for other in others:
         pairs = list(_pairs(lines, group, other))
         wrong = [one for one, _ in pairs if _plain(one.values, one.truth) > min(group.far, other.far)]
@@ -140,7 +134,6 @@ class _Row:
 
 
 def _turns(rows: Sequence[_Row]) -> bool:
-    """Return whether the board turns enough to check a yaw: enough for MagCalibration to find the iron."""
     angles = [row.truth[0].middle for row in rows]
     return max(angles) - min(angles) > 90
 
@@ -240,7 +233,6 @@ _FEW_G = 5
 
 
 def _from_whole_g(value: float, truth: ValueRange) -> float:
-    """Return the distance of the truth from the range that is truncated to ``value``."""
     low, high = 1000 * value - 1000 * (value <= 0), 1000 * value + 1000 * (value >= 0)
     return max(low - truth.high, truth.low - high, 0.0)
 
@@ -250,7 +242,7 @@ Way = tuple[tuple[int, ...], tuple[int, ...]]
 
 
 def signed_axes() -> list[Way]:
-    """Return all exchanges and negations of axes, the simplest first, without the identity."""
+    """Return all exchanges and negations of axes, the simplest first."""
     ways = [
         (order, signs)
         for order in itertools.permutations(range(3))
@@ -279,7 +271,6 @@ def _signed_axes(name: str) -> Iterator[Change]:
 
 
 def _rearranged(order: Sequence[int], signs: Sequence[int]) -> Distance:
-    """Return the distance for exchanged axes, some of them negated."""
     return lambda values, truth: max(
         truth[source].scaled(sign).distance(value)
         for value, source, sign in zip(values, order, signs, strict=True)
@@ -287,12 +278,11 @@ def _rearranged(order: Sequence[int], signs: Sequence[int]) -> Distance:
 
 
 def _scaled(factor: float) -> Distance:
-    """Return the distance for values that are all ``factor`` times the truth."""
     return lambda values, truth: _plain([value / factor for value in values], truth)
 
 
 def _factor(rows: Sequence[_Row], far: float) -> float | None:
-    """Return the ratio of print to truth, if it is the same in nearly all rows and not 1."""
+    """Return the ratio of print to truth, if nearly the same in all rows and not 1."""
     ratios = sorted(
         value / one.middle
         for row in rows
@@ -311,7 +301,7 @@ def _swapped(raw: int) -> int:
 
 
 def _around(value: float, group: Group) -> range:
-    """Return the possible raw values of a printed one, which was truncated to a whole number of the unit."""
+    """Return the possible raw values of a printed one, which was truncated."""
     slack = math.ceil(1 / group.per_lsb) if group.per_lsb < 1 else 0
     raw = round(value / group.per_lsb)
     return range(raw - slack, raw + slack + 1)
@@ -367,7 +357,6 @@ def _of_yaw() -> Iterator[Change]:
 
 
 def _turned(sign: int, offset_deg: float) -> Distance:
-    """Return the distance for a yaw with the opposite sense, or with another zero."""
     return lambda values, truth: abs((values[0] - sign * truth[0].middle - offset_deg + 180) % 360 - 180)
 
 

@@ -1,9 +1,4 @@
-"""The behaviour of a run as sequences, one for each visible output.
-
-They are the lines on the terminal, the register writes of each sensor, the edges of each LED, rate and ticks
-of the callback's timer, and the end. :mod:`fcu_emulator.emulator.analysis.compare` compares them between
-runs.
-"""
+"""The behaviour of a run as sequences: terminal lines, each sensor's register writes, LED edges, timer, and end."""
 
 from __future__ import annotations
 
@@ -22,7 +17,7 @@ TERMINAL, TIMER, END = "terminal", "timer", "end of the run"
 REGISTERS = " registers"
 """Suffix of a sensor's sequence, after the sensor's name."""
 MOST_EVENTS = 1_000_000
-"""Events of a run that are compared, some 100 MB; an hour of the lab's firmware has 400,000."""
+"""Compared events of a run, some 100 MB; an hour of the lab's firmware has 400,000."""
 _COMPARED = (GpioEdge, RegisterWrite, TerminalBytes)
 
 
@@ -50,10 +45,10 @@ def observe(
     *,
     transfers: bool = False,
 ) -> Observation:
-    """Run a board from power-on to ``end_ps`` and record its behaviour; with ``transfers`` the trace keeps all.
+    """Run a board from power-on to ``end_ps`` and record its behaviour; ``transfers`` keeps all in the trace.
 
-    ``exceeded`` as of :class:`Runner`. A firmware that fails, or exceeds a limit on its behaviour, ends its
-    run with that. Raises NotJudgedError if the run has too many events, or takes too long.
+    A firmware's failure or exceeded limit is its end. Raises NotJudgedError if the run has too many events,
+    or takes too long.
     """
     kept = _ComparedEvents(board.trace, transfers)
     runner = Runner(board, [], end_ps, None, lambda wall_s: kept.exceeded() or exceeded(wall_s))
@@ -91,7 +86,6 @@ def observe(
 
 
 def _timer(timer: TickCounts, now_ps: int) -> list[ObservedItem]:
-    """Return the timer's rate and number of ticks; empty if it never ticked."""
     if not timer.ticks:
         return []
     ticks = ObservedItem(now_ps, f"{timer.ticks} ticks, {timer.lost} lost")
@@ -99,7 +93,7 @@ def _timer(timer: TickCounts, now_ps: int) -> list[ObservedItem]:
 
 
 def is_led(name: str) -> bool:
-    """Return whether a sequence is a LED's, because it has no other kind."""
+    """Return whether a sequence is a LED's."""
     return name not in (TERMINAL, TIMER, END) and not name.endswith(REGISTERS)
 
 
@@ -109,10 +103,7 @@ def led_pins(board: Board) -> dict[str, str]:
 
 
 class _ComparedEvents:
-    """The compared events of a run; the trace itself keeps only the rare ones.
-
-    Bus transfers are nine of ten events, and only a replay needs them.
-    """
+    """The compared events of a run, without bus transfers, which only a replay needs."""
 
     def __init__(self, trace: Trace, transfers: bool) -> None:
         self._trace = trace
@@ -129,7 +120,6 @@ class _ComparedEvents:
         return f"{MOST_EVENTS} events" if full else ""
 
     def of(self, kind: type[EventT]) -> list[EventT]:
-        """Return the events of one type, in order."""
         return [event for event in self._events if isinstance(event, kind)]
 
     def _take(self, event: TraceEvent) -> None:
@@ -149,10 +139,7 @@ def bytes_sent(events: Iterable[TerminalBytes], uart: Uart) -> Iterator[tuple[in
 
 
 def lines_of(text: Iterable[tuple[int, int]]) -> list[ObservedItem]:
-    """Convert bytes with times to lines with LF, each at its first byte after the last line's CR.
-
-    Text after the last LF is the last entry.
-    """
+    """Convert bytes with times to lines, each at its first byte after the last line's CR."""
     lines: list[ObservedItem] = []
     line, began_ps = bytearray(), NEVER_PS
     for at_ps, byte in text:
@@ -168,7 +155,7 @@ def lines_of(text: Iterable[tuple[int, int]]) -> list[ObservedItem]:
 
 
 def edges_of(events: Iterable[GpioEdge], pin: str) -> list[ObservedItem]:
-    """Return edges of a LED's pin; the board's LEDs are lit while it is low."""
+    """Return edges of a LED's pin, which is low while lit."""
     return [ObservedItem(event.t_ps, "off" if event.level else "on") for event in events if event.pin == pin]
 
 

@@ -1,11 +1,7 @@
-"""Printed lines and LEDs of a run, with the truth at the same times: the basis of hints about numbers.
-
-A value on the terminal is slightly old when it is printed: the firmware has filtered, computed and perhaps
-waited. So the truth of a line is a range, from the smallest to the largest value of the last
-:data:`SETTLE_S`.
+"""Printed lines and LEDs of a run, with the truth at the same times: a range, because printed values are old.
 
 Decision: the recorder reads the terminal every 4.87 ms of virtual time, not at each byte, because a line of
-the lab takes that long on the wire. Only the latest lines are kept, for runs of any length.
+the lab takes that long on the wire.
 """
 
 from __future__ import annotations
@@ -23,7 +19,7 @@ from fcu_emulator.emulator.time.clock import PS_PER_MS, Periodic
 
 SETTLE_S = 0.15
 _LOOK_PS = Fraction(487 * PS_PER_MS, 100)
-"""Not a multiple of the callback's period, so that polls fall anywhere in it."""
+"""Not a multiple of the callback's period."""
 _INSTANTS = 9
 _LINES_KEPT, _LIGHTS_KEPT = 1_000, 4_000
 _LIGHTS_EVERY = 10  # polls
@@ -33,7 +29,7 @@ LABELS = tuple(line_format.label for line_format in FORMATS)
 
 @dataclass(frozen=True)
 class ValueRange:
-    """The range of a true value, from ``low`` to ``high``."""
+    """The range of a true value."""
 
     low: float
     high: float
@@ -70,13 +66,12 @@ class Lights:
     pitch: float
     roll: float
     force_g: float
-    """Modulus of the true force: near 1 if the angles are those of a board at rest."""
+    """Modulus of the true force: near 1 at rest."""
     lit: Mapping[str, bool]
     """State of each LED by its name."""
 
     @property
     def on(self) -> tuple[bool, ...]:
-        """Return the state of each LED, in the board's order."""
         return tuple(self.lit.values())
 
 
@@ -98,7 +93,6 @@ class TruthRecorder:
         self._watching = Periodic(board.clock, board.clock.now_ps, _LOOK_PS, self._look)
 
     def close(self) -> None:
-        """Stop the observation of the board."""
         self._watching.cancel()
 
     def _look(self) -> None:
@@ -123,7 +117,7 @@ class TruthRecorder:
             self.lights.append(Lights(board.now_s, float(pitch[0]), float(roll[0]), force_g, lit))
 
     def _look_at_callback(self, handled: Sequence[str], timer: str) -> None:
-        """Count a poll of the callback, without faults: below a fault its interrupt stays active."""
+        """Count a poll of the callback, except during faults, below which its interrupt stays active."""
         if _FAULTS.isdisjoint(handled):
             self.looks_at_callback += 1
             self.callback_seen += any(timer in name for name in handled)

@@ -1,24 +1,11 @@
-"""Python firmware on another firmware's samples: the bytes of that one's sensor bus, at its times.
+"""Python firmware on another firmware's samples, so that only arithmetic and text may differ.
 
-Two firmwares on the same scenario never get the same samples. They boot, compute and print at their own pace,
-so each reads its sensors at different times. Most differences in the text are noise and motion between these
-times. A replay removes them: the Python firmware gets the samples of the other one, and its main loop reads
-its variables at the same times. The remaining differences are arithmetic and text, which must be equal to the
-last digit.
+The main loop reads a line's values when the last bit of the previous text has left (TC, RM0368 19.3.2). A
+callback begins with the first transfer after those of the previous one. A loop that reads its variables right
+after a delay may read them a tick too late.
 
-The time at which the main loop reads its variables follows from the recorded text. The lab's firmwares print
-in consecutive blocking calls. So the values of a line are read as soon as the last bit of the text before it
-has left (TC, RM0368 19.3.2). A callback that is then running has preempted the loop, and its values count.
-The times of callbacks follow from the recorded transfers: a callback begins with the first transfer after all
-transfers of the callback before it.
-
-Decision: the transfers are fed to the firmware's HAL calls, not to its arithmetic. The replayed firmware is
-thus the same one that runs on the board, including drivers and boot.
-
-Limits: a delay lasts its full length, on the board up to a millisecond less. A loop that reads its variables
-right after one, before any text, may read them a tick too late. A failed transfer is not recorded with all
-details that a HAL needs to fail in the same way, so a bus with faults is refused. A firmware whose main loop
-reads sensors while the timer runs does not fit.
+Decision: the transfers are fed to the firmware's HAL calls, not to its arithmetic, so that drivers and boot
+are included.
 """
 
 from __future__ import annotations
@@ -47,18 +34,15 @@ from fcu_emulator.emulator.trace import BusTransfer, GpioEdge, TerminalBytes, Tr
 
 _LF = ord("\n")
 _LOADED_PS = 2 * PS_PER_US
-"""Sum of two times in the supplied solution: from the last bit of a text to the loop's read of its variables
-(0.3 us), and from the timer's interrupt to the callback's first transfer (1.6 us). A callback whose transfer
-begins within it has preempted the loop before the read.
-"""
+"""From the last bit of a text to the loop's read of its variables (0.3 us), and from the timer's interrupt to
+the callback's first transfer (1.6 us), in the supplied solution."""
 
 
 def replay(board: Board, firmware: Callable[[Any], HostedApplication]) -> Observation:
     """Return the text and LEDs of ``firmware`` with the samples read by the firmware on ``board``.
 
-    ``board`` has run with ``trace.record_all()``; ``firmware`` takes a HAL. Times are those of the board; the
-    registers' sequences are missing, because the replayed firmware has no sensors to write to. Raises
-    InputError if a transfer on the sensor bus failed, or the firmware requests data that was not read.
+    ``board`` has run with ``trace.record_all()``; ``firmware`` takes a HAL. Raises InputError if a transfer
+    failed, or the firmware requests data that was not read.
     """
     hal = _ReplayHal(_Recording(board))
     application = firmware(hal)
@@ -113,11 +97,7 @@ class _Recording:
         return self._line_ends[lines - 1] + len(text) - text.rindex(_LF) - 1
 
     def times_ps(self, text: bytes | bytearray) -> Iterator[int]:
-        """Yield the time of each byte of another text, line for line at the times of this one.
-
-        A longer or shorter line ends with the recorded one's last byte, so that the width of a number does
-        not shift later text. The times end with the recorded text.
-        """
+        """Yield the time of each byte of another text, line for line at the times of this one."""
         begin = 0
         for line, sent in enumerate(_lines(text)):
             if line < len(self._line_ends):
@@ -131,7 +111,6 @@ class _Recording:
 
 
 def _lines(text: bytes | bytearray) -> Iterator[bytes]:
-    """Yield the lines with their LF; the last one may have none."""
     begin = 0
     while begin < len(text):
         end = text.find(_LF, begin) + 1 or len(text)
@@ -167,17 +146,16 @@ class _ReplayHal(HalGpio):
         self._timer_runs = False
 
     def printed(self) -> Iterator[tuple[int, int]]:
-        """Yield the text, up to the end of the recorded one, with its times."""
+        """Yield the recorded text with its times."""
         return zip(self._recording.times_ps(self._text), self._text, strict=False)
 
     # -- time -------------------------------------------------------------------------------------------
 
     def HAL_GetTick(self) -> int:
-        """Return milliseconds, up to the recording's end."""
         return self._clock.now_ps // PS_PER_MS
 
     def HAL_Delay(self, delay_ms: int) -> None:
-        """Return after this delay since the latest text and delays; not after the recording's end."""
+        """Return after this delay since the latest text and delays."""
         self._delayed_ps += delay_ms * PS_PER_MS
         self._clock.now_ps = self._spoken_ps + self._delayed_ps
         if self._clock.now_ps > self._recording.end_ps:
@@ -189,7 +167,6 @@ class _ReplayHal(HalGpio):
         raise _OverError
 
     def _run_callbacks(self, until_ps: int) -> None:
-        """Run all callbacks that began by ``until_ps``."""
         reads = self._recording.reads
         while self._timer_runs and reads and reads[0].t_ps <= until_ps:
             self._clock.now_ps = reads[0].t_ps
@@ -206,7 +183,7 @@ class _ReplayHal(HalGpio):
         return HAL_OK, data
 
     def _read(self, device: str, register: int) -> bytes:
-        """Return the next recorded read; skip reads of the boot over SPI that the Python firmware does not make."""
+        """Return the next recorded read; skip the boot's reads over SPI, which Python firmware does not make."""
         while reads := self._recording.reads:
             read = reads.popleft()
             if (read.device, read.register) == (device, register):
@@ -220,7 +197,7 @@ class _ReplayHal(HalGpio):
         raise _OverError
 
     def HAL_I2C_Mem_Write(self, dev_address: int, mem_address: int, data: bytes) -> int:
-        """Accept the data; written values are not compared here."""
+        """Accept the data without comparing it."""
         del dev_address, mem_address, data
         return HAL_OK
 
@@ -240,7 +217,7 @@ class _ReplayHal(HalGpio):
         return HAL_OK
 
     def HAL_UART_Receive(self, size: int, timeout_ms: int) -> tuple[int, bytes]:
-        """Return a timeout: a replay has no input."""
+        """Return a timeout, because a replay has no input."""
         del size
         self.HAL_Delay(timeout_ms)
         return HAL_TIMEOUT, b""

@@ -1,1 +1,1 @@
-"""The board: its sensors and wiring, its firmware, its terminal, and snapshots of all of these."""
+"""The board: its sensors and wiring, its firmware, its terminal, and snapshots."""

@@ -15,8 +15,7 @@ A board without firmware is a bus with sensors, for tests of drivers::
     board = Board()
     board.i2c2.write_read(0x6B, b"\\x0f", 1)   # b"\\x6a", the LSM6DSL's WHO_AM_I
 
-Boards share nothing; a class of them may live in one process. A board belongs to the thread that first runs
-it.
+Boards share nothing. A board belongs to the thread that first runs it.
 """
 
 from __future__ import annotations
@@ -72,34 +71,29 @@ if TYPE_CHECKING:
 LONGEST_RUN_S = 1_000_000  # eleven days
 _TRIAL_STEP_S, _LONGEST_TRIAL_S = 0.02, 2.0
 _MOST_TRIAL_ACCESSES, _MOST_TRIAL_FAULTS = 100_000, 1_000
-"""A trial also ends after this number of slow operations. Working firmware reaches a sensor within some thousand
-accesses to peripherals and without a fault. A limit of wall time would depend on the machine's load.
-"""
+"""A trial also ends after so many slow operations, because wall time would depend on the machine."""
 
 
 class Board:
     """A STEVAL-FCU001V1.
 
     ``firmware``: a name (``"lab3"`` and ``"template"`` in Python, ``"solution"`` and ``"template-arm"`` in
-    C), an ELF, HEX or BIN file for the chip, a callable that takes the HAL and returns the firmware, or None
-    for none.
+    C), an ELF, HEX or BIN file, a callable that takes the HAL, or None.
     ``scenario``: a name, a path or a loaded scenario; it brings its firmware unless another is given.
-    ``wiring``: how the sensors are wired (``"lab3"``: all on I2C2; ``"fcu001v1"``: on SPI2, as on the real
-    board); None: selected for the firmware, from its file or by a trial, else ``"lab3"``.
+    ``wiring``: ``"lab3"`` (all sensors on I2C2), ``"fcu001v1"`` (SPI2, as on the real board), or None:
+    selected for the firmware, from its file or by a trial.
     ``seed``: selects the board's offsets and noise; None: the scenario's seed, else 0.
     ``ideal``: sensors without any error, on a board without iron.
-    ``cold_start``: False, as after the reset button, with sensors powered long before; True, with their
-    supply switched on at t = 0, so that at first LSM6DSL (15 ms) and LIS2MDL (20 ms) do not answer: no
-    acknowledge on I2C, 0xFF on SPI. The board then has the temperature of the air, and warms up.
+    ``cold_start``: False: sensors powered long before. True: supply switched on at t = 0, so that at first
+    LSM6DSL (15 ms) and LIS2MDL (20 ms) do not answer (no acknowledge on I2C, 0xFF on SPI), and the board
+    warms up.
 
-    Times are seconds of virtual time since power-on. Close a board after use with ``close()`` or a ``with``
-    block; a board without references is also cleaned up.
-
-    Raises InputError (ScenarioError) when a name, a file or a value cannot be used.
+    Times are virtual seconds since power-on. Close a board with ``close()`` or a ``with`` block. Raises
+    InputError (ScenarioError) when a name, a file or a value cannot be used.
     """
 
     description: ClassVar[BoardDescription] = FCU001V1
-    """The kind of board; another kind is a subclass with another description."""
+    """The kind of board; a subclass may have another description."""
 
     def __init__(
         self,
@@ -142,7 +136,7 @@ class Board:
         uart = Uart(board.serial.peripheral, clock, self.trace, board.serial.clock_hz)
         self.gpio = Gpio(clock, self.trace)
         self.leds = {name: Led(name, self.gpio, *pin) for name, pin in board.leds.items()}
-        """The LEDs by name, in the order of the board's file."""
+        """The LEDs by name, in the order of the board's description."""
         self.signals = BoardSignals(
             board, choice.wiring, clock, self.trace, self.gpio, uart, i2c, spi, self.seed, own
         )
@@ -171,7 +165,7 @@ class Board:
         return f"<Board: {firmware}{plays}, wiring {self.booted.wiring.name!r}, seed {self.seed}, {state}>"
 
     def __getattr__(self, name: str) -> Any:
-        """Return an object named in the board's file, in lower case: ``board.led1``, ``board.i2c2``, ``board.tim9``."""
+        """Return an object of the board's description in lower case: ``board.led1``, ``board.i2c2``, ``board.tim9``."""
         known = ", ".join(one.lower() for one in self.__dict__.get("_named", ()))
         raise AttributeError(f"a board has no {name!r}; the {self.description.name} has {known}")
 
@@ -182,10 +176,7 @@ class Board:
         self.close()
 
     def close(self) -> None:
-        """End the firmware and close the trace's files; the board can still be inspected, but not run.
-
-        Repeated calls have no effect.
-        """
+        """End the firmware and close the trace's files; the board cannot run any more."""
         self._run.closed = True
         self._end_firmware()
         self.trace.close()
@@ -197,7 +188,7 @@ class Board:
 
     @property
     def running(self) -> bool:
-        """Whether virtual time is passing: True in callbacks of a run, False between two runs."""
+        """Whether virtual time is passing: True in callbacks of a run."""
         return self._run.running
 
     def run_for(self, seconds: float) -> None:
@@ -210,10 +201,7 @@ class Board:
         self.run_until_ps(self.clock.now_ps + to_ps(seconds))
 
     def run_until(self, seconds: float) -> None:
-        """Run until this virtual time since power-on, including the events at that time. Raises FirmwareError.
-
-        A time that is now or has passed leaves the board unchanged.
-        """
+        """Run until this virtual time since power-on; a past time has no effect. Raises FirmwareError."""
         if not isinstance(seconds, int | float) or not 0 <= seconds <= LONGEST_RUN_S:
             raise InputError(
                 f"end must be from 0 to {LONGEST_RUN_S} s since power-on, not {seconds!r}",
@@ -223,49 +211,41 @@ class Board:
             self.run_until_ps(to_ps(seconds))
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run until this time in picoseconds; for other modules of this package."""
+        """Run until this time in picoseconds, for other modules."""
         self._run.until_ps(at_ps)
 
     def led(self, name: str) -> Led:
-        """Return a LED by its name in the board's file ("LED1"). Raises InputError naming the known ones."""
+        """Return a LED by its name ("LED1"). Raises InputError naming the known ones."""
         return _named(self.leds, name, "LED")
 
     def i2c(self, name: str | None = None) -> I2CMaster:
-        """Return the master of an I2C bus by its name ("I2C2"); without a name, of the board's first one."""
+        """Return the master of an I2C bus by its name ("I2C2"), or of the first one."""
         return _named(self._i2c, name, "I2C bus")
 
     def spi(self, name: str | None = None) -> SpiMaster:
-        """Return the master of an SPI bus by its name; without a name, of the board's first one."""
+        """Return the master of an SPI bus by its name, or of the first one."""
         return _named(self._spi, name, "SPI bus")
 
     def recent_transfers(self) -> list[BusTransfer]:
-        """Return the chip's latest transfers on all buses, the last one last; a few per bus are kept.
-
-        Firmware in Python reads in bursts, which are not kept: subscribe to the trace for those.
-        """
+        """Return the chip's few latest transfers on each bus; Python firmware's bursts are not kept."""
         latest = [one for bus in self.signals.i2c.values() for one in bus.recent_transfers()]
         latest += [one for bus in self.signals.spi.values() for one in bus.recent_transfers()]
         return sorted(latest, key=lambda transfer: transfer.t_ps)
 
     def snapshot(self) -> Snapshot:
-        """Return the state of everything on the board, for :meth:`restore`. Raises InputError with Python
-        firmware.
-
-        Call it between runs, not in a callback. Serial links, trace files and trace observers are not
-        included.
-        """
+        """Return the state of the board for :meth:`restore`, between runs. Raises InputError with Python firmware."""
         return Snapshot(self)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore the state of a snapshot of this board; a snapshot may be restored any number of times."""
+        """Restore a snapshot of this board, any number of times."""
         snapshot.restore(self)
 
     def handles(self, peripheral: str) -> bool:
-        """Return whether the firmware is now handling an interrupt of a peripheral ("TIM9")."""
+        """Return whether the firmware is handling an interrupt of a peripheral ("TIM9")."""
         return self._run.backend.handles(peripheral)
 
     def motor_duties(self) -> tuple[float, ...]:
-        """PWM duty of each motor, 0 to 1; firmware in Python drives none."""
+        """Return the PWM duty of each motor, 0 to 1; Python firmware drives none."""
         if self.chip is None:
             return tuple(0.0 for _ in self.description.motors)
         timers = self.chip.chip.timers
@@ -273,17 +253,17 @@ class Board:
         return tuple(output.duty if output else 0.0 for output in outputs)
 
     def supply_current_ua(self) -> dict[str, float]:
-        """Supply current of each sensor in microampere for its configuration, by part name."""
+        """Return the configured supply current of each sensor in microampere, by name."""
         return self.sensors.supply_current_ua()
 
     def variable(self, name: str) -> Any:
-        """Return a global variable of the firmware by its C name, such as ``acc`` or ``pitch``. Raises KeyError."""
+        """Return a global variable of the firmware by its C name. Raises KeyError."""
         return self._run.backend.variable(name)
 
     def set_variable(self, name: str, value: Any) -> None:
-        """Set a global variable of built firmware: a number, a sequence, or a mapping of members.
+        """Set a global variable of built firmware to a number, a sequence, or a mapping of members.
 
-        Raises KeyError as :meth:`variable` does, and InputError for a value that does not fit the C type.
+        Raises KeyError, or InputError for a value that does not fit the C type.
         """
         self._built("set_variable").set_variable(name, value)
 
@@ -297,18 +277,13 @@ class Board:
     ) -> Any:
         """Call a function of built firmware by its C name, and return its result.
 
-        Numbers are passed by value. For a pointer give an address, a string, bytes, a structure's members (as
-        mapping, object or sequence), or a sequence of target values. The function's writes are copied back to
-        lists, dictionaries, objects and byte arrays.
+        Numbers are passed by value. A pointer takes an address, a string, bytes, a structure's members
+        (mapping, object or sequence), or a sequence of target values. Writes are copied back to lists,
+        dictionaries, objects and byte arrays. Afterwards the chip's state is restored, unless ``keep``.
 
-        Afterwards registers, RAM and all peripherals are restored; with ``keep``, the function's effects
-        remain. ``max_instructions`` limits a function that only computes, which takes no virtual time;
-        ``timeout_s`` (virtual) limits one that uses a peripheral or waits for an interrupt. Raises InputError
-        if the function cannot be called (missing, inlined, static in several files, other arguments), and
+        ``max_instructions`` limits a function that computes, ``timeout_s`` (virtual) one that waits. Raises
+        InputError if the function cannot be called (missing, inlined, ambiguous, other arguments), and
         CallError if it fails or does not return.
-
-        The call begins at the firmware's current position: perhaps in an interrupt handler, or during a
-        transfer, so that a called driver finds its bus busy.
         """
         return self._calls("call").call(name, arguments, keep, max_instructions, timeout_s)
 
@@ -344,7 +319,6 @@ class Board:
 
     @classmethod
     def _reaches_sensors(cls, firmware: str | Path | FirmwareFactory | None, wiring: Wiring) -> bool:
-        """Return whether a sensor answers built firmware with this wiring, soon after power-on."""
         board = cls(firmware, wiring=wiring.name, ideal=True)
         arm = board._built("a trial")
         with suppress(FcuError):  # the real run will report it
@@ -377,22 +351,19 @@ class Board:
 
 
 class _NoFirmware:
-    """A processor held in reset: time passes, the sensors measure, and no firmware reads them."""
+    """A processor held in reset: time passes, and the sensors measure."""
 
     def __init__(self, clock: Clock, timer: TickCounts) -> None:
         self._clock = clock
         self.timer = timer
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Let time pass without firmware."""
         self._clock.advance_to(at_ps)
 
     def variable(self, name: str) -> Any:
-        """Raise KeyError: without firmware there are no variables."""
         raise KeyError(name)
 
     def handles(self, peripheral: str) -> bool:
-        """Return False: no firmware is running."""
         del peripheral
         return False
 
@@ -406,7 +377,6 @@ class _RunState:
         self.running = False
 
     def until_ps(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps``."""
         if self.closed:
             raise InputError("cannot run a closed board; create another one")
         before, self.running = self.running, True
@@ -420,7 +390,6 @@ _One = TypeVar("_One")
 
 
 def _world_of(plan: Scenario | None, grade: Grade, seed: int, clock: Clock) -> tuple[World, BoardErrors]:
-    """Return the world at power-on, and the board's own errors in it."""
     if plan:
         own = plan.board_errors(grade, seed)
         return plan.create_world(clock, own), own
@@ -431,7 +400,6 @@ def _world_of(plan: Scenario | None, grade: Grade, seed: int, clock: Clock) -> t
 
 
 def _named(ones: Mapping[str, _One], name: str | None, what: str) -> _One:
-    """Return an object of the board by name, the first one without a name."""
     if not ones:
         raise InputError(f"this board has no {what}")
     wanted = next(iter(ones)) if name is None else name
@@ -446,7 +414,7 @@ def _given_as_profile(wiring: str) -> str:
 
 
 def _diagnosis_of(arm: ArmFirmware | None) -> Callable[[], str]:
-    """Return a function that diagnoses the firmware, without a reference back to the board."""
+    """Return a function without a reference back to the board."""
     return arm.diagnosis_text if arm is not None else lambda: ""
 
 

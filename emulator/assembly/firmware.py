@@ -1,18 +1,10 @@
-"""Selection of a board's firmware, its wiring, and its execution.
+"""Selection of a board's firmware and its wiring, and its execution.
 
-A firmware is a name supplied with the board, a file for the chip, or a callable that takes the HAL. Any text
-with a suffix or a path separator is a file, and so is the name of an existing file. Names come first, so that
-an unrelated file called ``lab3`` has no effect.
-
-Firmware in Python has ``main()`` and ``HAL_TIM_PeriodElapsedCallback()``; firmware built for the chip is
-executed by :mod:`fcu_emulator.emulator.chip`. The symbols of built firmware show the wiring of the sensors:
-CubeMX names a peripheral's handle after it (``hspi2``, ``hi2c2``), and a linker drops the handle of an unused
-bus.
+The wiring follows from symbols: CubeMX names a peripheral's handle after it (``hspi2``, ``hi2c2``), and a
+linker drops unused ones.
 
 Decision: a firmware with handles of both buses, or without symbols, is tried on each wiring, the usual one
-first. It gets the first wiring on which a sensor answers. A trial takes milliseconds, because programs set up
-the sensors first. Searching the code for calls with a handle was rejected, because it fails with the first
-helper function or compiler option.
+first. It gets the first wiring on which a sensor answers.
 """
 
 from __future__ import annotations
@@ -48,9 +40,9 @@ class Choice:
     name: str = ""
     """The firmware's name for the user."""
     reason: str = ""
-    """Reason for this wiring, if the user did not select it and it is not the usual one."""
+    """Reason for this wiring, if it is unusual and not the user's."""
     notes: tuple[str, ...] = ()
-    """Notes for the user that are not errors, one line each."""
+    """Notes for the user, one line each."""
     factory: FirmwareFactory | None = None
     image: FirmwareImage | None = None
 
@@ -62,11 +54,10 @@ def choose(
     settings: Settings | None = None,
     reaches_sensors: Callable[[Wiring], bool] = lambda _wiring: False,
 ) -> Choice:
-    """Return the firmware and its wiring. Raises InputError naming the known ones, or the error.
+    """Return the firmware and its wiring. Raises InputError.
 
-    ``name`` is the wiring's. None selects the wiring that the firmware was built for, from its symbols or by
-    ``reaches_sensors``, which tries the firmware on a wiring; else the board's usual one. ``settings`` are
-    for the Python firmware model; built firmware has none.
+    ``name``: the wiring's, or None to select it. ``reaches_sensors`` tries a wiring. ``settings`` are for
+    Python firmware only.
     """
     wiring = board.wiring(name)
     if firmware is None:
@@ -84,7 +75,7 @@ def choose(
 
 
 def python_firmware(name: str, settings: Settings | None = None) -> FirmwareFactory:
-    """Return the Python firmware of that name. Raises InputError naming the known ones, or the wrong setting."""
+    """Return the Python firmware of that name. Raises InputError for an unknown name or setting."""
     from fcu_emulator.firmware_model import FIRMWARES
     from fcu_emulator.firmware_model import Settings as FirmwareSettings
 
@@ -146,7 +137,6 @@ def _is_file(firmware: str | Path) -> bool:
 
 
 def _wanted_wiring(board: BoardDescription, symbols: Symbols | None) -> tuple[Wiring | None, str]:
-    """Return the wiring that the firmware needs, and the evidence for it; None if unknown."""
     if symbols is None:
         return None, ""
     found = [(one, name) for one in board.wirings for name in one.symbols if name in symbols]
@@ -161,7 +151,6 @@ def _wanted_wiring(board: BoardDescription, symbols: Symbols | None) -> tuple[Wi
 def _tried_out(
     board: BoardDescription, usual: Wiring, reaches_sensors: Callable[[Wiring], bool]
 ) -> tuple[Wiring | None, str]:
-    """Return the first other wiring on which a sensor answers, if none does on the usual one."""
     others = [one for one in board.wirings if one is not usual]
     if not others or reaches_sensors(usual):
         return None, ""
@@ -175,7 +164,7 @@ def _tried_out(
 
 
 class Backend(Protocol):
-    """Interface for the execution of firmware; other processors can implement it."""
+    """Interface for the execution of firmware."""
 
     @property
     def timer(self) -> TickCounts: ...
@@ -185,11 +174,11 @@ class Backend(Protocol):
         ...
 
     def variable(self, name: str) -> Any:
-        """Return a global variable of the firmware by its C name. Raises KeyError if there is none."""
+        """Return a global variable of the firmware by its C name. Raises KeyError."""
         ...
 
     def handles(self, peripheral: str) -> bool:
-        """Return whether the firmware is now handling an interrupt of a peripheral ("TIM9")."""
+        """Return whether the firmware is handling an interrupt of a peripheral."""
         ...
 
 
@@ -207,7 +196,6 @@ class PythonFirmware:
         self._cpu.run_until_ps(at_ps)
 
     def handles(self, peripheral: str) -> bool:
-        """Return whether the callback's timer is handled, which has the only interrupt."""
         return peripheral == self.timer.name and self._cpu.in_interrupt
 
     def variable(self, name: str) -> Any:

@@ -1,8 +1,6 @@
-"""A board's sensors: built from the world, with the selected errors, attached to their bus, with timely pins.
+"""A board's sensors: built from the world, with the selected errors, and attached to their bus.
 
-Sensors are evaluated lazily. A listener of a pin needs its edges in time: from the first listener on, the
-sensor is caught up at every time at which its pins may change. That time is updated after every bus access.
-An unconnected pin costs nothing.
+Only a sensor with a connected pin is evaluated whenever its pins may change.
 """
 
 from __future__ import annotations
@@ -33,10 +31,9 @@ from fcu_emulator.sensors.register_file import NoteCallback, WriteLog
 
 
 class SensorSet:
-    """The sensors of one board, by their names: ``sensors["LSM6DSL"]``, or ``sensors.lsm6dsl``.
+    """The sensors of one board, by name: ``sensors["LSM6DSL"]``, or ``sensors.lsm6dsl``.
 
-    ``powered_on_ps``: time of power-on, None for long before the clock started. Raises InputError for
-    settings of absent sensors.
+    ``powered_on_ps``: None for long before. Raises InputError for settings of absent sensors.
     """
 
     def __init__(
@@ -67,7 +64,6 @@ class SensorSet:
         return iter(self.parts)
 
     def __getattr__(self, name: str) -> Any:
-        """Return a sensor by its name in lower case, for sensors of any class."""
         known = ", ".join(part.NAME.lower() for part in self.__dict__.get("parts", ()))
         raise AttributeError(f"unknown sensor {name!r} on this board; known: {known}")
 
@@ -82,13 +78,12 @@ class SensorSet:
                 spi[wiring.bus].attach(place, part)
 
     def observe(self, trace: Trace) -> None:
-        """Report register accesses of firmware, and the edges of wired pins, to the trace."""
+        """Report register accesses, and the edges of wired pins, to the trace."""
         for part in self.parts:
             PinWatch(part, self._clock, trace)
             part.observe(_note(trace, part.NAME), _write_log(trace, part.NAME))
 
     def supply_current_ua(self) -> dict[str, float]:
-        """Return each sensor's supply current in microampere for its configuration, by its name."""
         return {part.NAME: part.supply_current_ua() for part in self.parts}
 
     def _world_changed(self, from_s: float) -> None:

@@ -1,20 +1,17 @@
 """A board's whole state: taken once, restored any number of times, thousands of times per second.
 
-Decision: a snapshot walks the board's objects and records their contents. It starts at the board, follows the
-references of this package's own objects, and records the contents of each list, dictionary and object.
-Restoring these contents restores everything, including attributes added to a class later. A pair of methods
-in each of a hundred classes was rejected, because it misses the newest attribute. Rules of the walk:
+Decision: a snapshot walks the board's objects and records their contents, so that it cannot miss a new
+attribute. Rules of the walk:
 
-* objects of this package and of ``sensors``, and of subclasses: their attributes;
-* lists, dictionaries, sets, deques and byte arrays: their contents, restored in place, because several
-  objects share them;
+* objects of this package, of ``sensors``, and of subclasses: their attributes;
+* lists, dictionaries, sets, deques and byte arrays: their contents, restored in place because they are
+  shared;
 * functions of these packages: their closures, whose variables are never rebound;
-* objects with ``snapshot()`` and ``restore(state)``: they save state outside Python (the chip in C copies its
-  memory), and are walked as well. The trace is excluded, because its observers stay active;
-* numpy arrays are values: they are replaced, never changed in place (a test makes them read-only);
-* everything else is unchanged: objects of users, files, links.
+* objects with ``snapshot()`` and ``restore(state)``: also state outside Python. The trace is not walked;
+* numpy arrays: values that are never changed in place;
+* everything else: unchanged.
 
-Firmware in Python runs on a stack that cannot be copied, so a board with it has no snapshots.
+The stack of firmware in Python cannot be copied, so such a board has no snapshots.
 """
 
 from __future__ import annotations
@@ -27,11 +24,23 @@ from typing import Any, Protocol, cast
 
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.trace import Trace
+from fcu_emulator.emulator.world.attitude import Held
+from fcu_emulator.emulator.world.follow import Approach, FollowedAttitude, FollowedHeight
+from fcu_emulator.emulator.world.track import Constant
 from fcu_emulator.sensors.filters import Chain
 from fcu_emulator.sensors.register import RegisterMap
 
 _PACKAGES = ("fcu_emulator.",)
-_CONSTANT = (type, RegisterMap, Chain)  # shared by all boards, never changed
+_CONSTANT = (
+    type,
+    RegisterMap,
+    Chain,
+    Approach,
+    FollowedAttitude,
+    FollowedHeight,
+    Held,
+    Constant,
+)  # never changed
 _VALUES = frozenset((int, str, bytes, float, bool, type(None)))
 
 
@@ -39,7 +48,7 @@ class Snapshotted(Protocol):
     """An object with state outside Python."""
 
     def snapshot(self) -> Any:
-        """Return that state; raises InputError if it is not available."""
+        """Return that state. Raises InputError if it is not available."""
         ...
 
     def restore(self, state: Any) -> None: ...
@@ -60,7 +69,7 @@ class Snapshot:
         self._walk(root)
 
     def restore(self, root: object) -> None:
-        """Restore the state. Raises InputError if ``root`` is a different object."""
+        """Restore the state. Raises InputError for another ``root``."""
         if root is not self._root:
             raise InputError("the snapshot must be of this board; restore the board that it was taken of")
         for attributes, saved in self._attributes:
@@ -91,7 +100,6 @@ class Snapshot:
                 waiting.extend(self._note(one))
 
     def _note(self, one: object) -> Iterable[object]:
-        """Record the contents of ``one``, and return its references."""
         for kind in type(one).__mro__:
             note = _NOTES.get(kind)
             if note is not None:
@@ -135,7 +143,6 @@ class Snapshot:
             return ()
 
     def _own(self, one: object) -> Iterator[object]:
-        """Record the attributes of an object, and yield their values."""
         attributes = getattr(one, "__dict__", None)
         if attributes is not None:
             self._attributes.append((attributes, dict(attributes)))
@@ -152,7 +159,6 @@ class Snapshot:
 
 
 def _is_ours(kind: type) -> bool:
-    """Return whether a class, or one of its base classes, is of these packages."""
     return any(base.__module__.startswith(_PACKAGES) for base in kind.__mro__)
 
 
@@ -174,4 +180,4 @@ _NOTES: dict[type, Callable[[Snapshot, Any], Iterable[object]]] = {
     FunctionType: Snapshot._note_function,
     CellType: Snapshot._note_cell,
 }
-"""By class of the object: a function that records it and returns its references."""
+"""By class: a function that records an object and returns its references."""

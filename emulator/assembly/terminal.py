@@ -1,8 +1,4 @@
-"""The terminal at the other end of the serial line, for Python.
-
-Everything is in virtual time: ``expect`` runs the board until a pattern has been printed, and fails after a
-given virtual time. The result does not depend on the speed of the machine.
-"""
+"""The terminal at the other end of the serial line, for Python, in virtual time."""
 
 from __future__ import annotations
 
@@ -18,24 +14,21 @@ _TAIL, _LINES = 2_000, 8  # size of the output in an error
 
 
 class Terminal:
-    """The board's output, and a keyboard.
-
-    Text is Latin-1: one character for each byte, so that all 256 values survive.
-    """
+    """The board's output, and a keyboard; text is Latin-1, one character for each byte."""
 
     def __init__(self, uart: Uart, clock: Clock, run_until_ps: Callable[[int], None]) -> None:
         self.uart = uart
-        """The serial line itself, with the time of every frame."""
+        """The serial line, with the time of every frame."""
         self._clock = clock
         self._run_until = run_until_ps
         self._read = 0  # bytes handed out by read(), counted from power-on
         self._matched = -1, 0  # end of the match of expect(), with its time
         self.diagnosis: Callable[[], str] = lambda: ""
-        """Returns the problems of the firmware, for errors; "" if there are none."""
+        """Returns the problems of the firmware, for errors."""
 
     @property
     def text(self) -> str:
-        """Return all text since power-on (of very long runs, the last 8 MiB at least)."""
+        """All text since power-on (of very long runs, the last 8 MiB at least)."""
         return self.uart.received().decode("latin-1")
 
     def read(self) -> bytes:
@@ -50,7 +43,7 @@ class Terminal:
         return bytes(received[start:]), self.uart.dropped + len(received)
 
     def write(self, data: bytes | str) -> None:
-        """Type on the keyboard; the bytes arrive one after the other at the line's speed."""
+        """Type on the keyboard; the bytes arrive at the line's speed. Raises InputError for other than Latin-1."""
         try:
             self.uart.type(data.encode("latin-1") if isinstance(data, str) else bytes(data))
         except UnicodeEncodeError as error:
@@ -61,25 +54,22 @@ class Terminal:
 
     @property
     def typing_left(self) -> int:
-        """Return the number of typed bytes still on their way to the board."""
+        """Number of typed bytes still on their way."""
         return self.uart.typing_left
 
     @property
     def position(self) -> int:
-        """Return the number of bytes printed since power-on: an argument for ``since``."""
+        """Number of bytes printed since power-on, for ``since``."""
         return self.uart.received_count()
 
     def expect(
         self, pattern: str | re.Pattern[str], timeout_s: float = 10.0, *, since: int | None = None
     ) -> re.Match[str]:
-        """Run the board until ``pattern`` (a regular expression) is printed.
+        """Run the board until ``pattern`` (a regular expression) is printed, and return the match.
 
-        The search starts with the text after this call. Right after another ``expect`` with a match, it
-        starts at the end of that match, because the board has run slightly beyond it. ``since`` is another
-        start, 0 for everything since power-on. So an answer printed before the question does not match.
-
-        Returns the match. Raises ExpectationError, with the last lines and the firmware's diagnosis, if the
-        pattern has not appeared after ``timeout_s`` of virtual time.
+        The search starts with the text after this call, right after another ``expect`` at the end of its
+        match, or at ``since`` (0: power-on). Raises ExpectationError, with the last lines and the diagnosis,
+        after ``timeout_s`` of virtual time.
         """
         try:
             compiled = re.compile(pattern)
@@ -100,7 +90,6 @@ class Terminal:
             self._run_until(min(deadline_ps, self._clock.now_ps + _LOOK_EVERY_PS))
 
     def _start(self) -> int:
-        """Return the start of the search for an ``expect`` called now."""
         at_ps, position = self._matched
         return position if at_ps == self._clock.now_ps else self.position
 

@@ -1,13 +1,6 @@
 """A board as data: pins, sensors and their mounting, wirings, and the errors of a real board.
 
-A board is one file with one :class:`BoardDescription` in it, such as
-:mod:`fcu_emulator.emulator.boards.fcu001v1`. The board itself, the chip's pins, the keys of scenario files
-and the words of diagnoses are derived from it; no other module names a bus, a LED or a timer. Beside the
-errors of its sensors, a real board deviates from an ideal one by its own iron, its oscillators and its
-heating: :class:`BoardErrors`.
-
-Decision: a board is a Python literal, checked by mypy and at construction, not a separate file format. It
-refers to the classes of the sensors, and only developers write one.
+Decision: a board is a Python literal, checked by mypy and at construction, because only developers write one.
 """
 
 from __future__ import annotations
@@ -35,7 +28,7 @@ Numbers: TypeAlias = Mapping[str, Any]
 Pin: TypeAlias = tuple[str, int]
 """Port and number: ("B", 5) is PB5."""
 PinFunction: TypeAlias = tuple[str, int, int]
-"""Port, number, and the alternate function that connects it to the peripheral (datasheet DocID024738 table 9)."""
+"""Port, number, and alternate function of the peripheral (datasheet DocID024738 table 9)."""
 
 
 # -- soldered components ------------------------------------------------------------------------------------
@@ -43,11 +36,10 @@ PinFunction: TypeAlias = tuple[str, int, int]
 
 @dataclass(frozen=True)
 class MountedPart:
-    """A sensor and its mounting on the board: it measures matrix @ a vector in the board's axes.
+    """A sensor that measures matrix @ a vector in the board's axes.
 
-    ``mountings``: the matrices that a scenario may choose from, by name, the usual one first; empty for a
-    sensor that measures scalars only. ``mounting_key``: name of the choice in a scenario file, if there is
-    one.
+    ``mountings``: matrices by name, the usual one first. ``mounting_key``: name of the choice in a scenario
+    file.
     """
 
     part: type[Part]
@@ -63,7 +55,6 @@ class MountedPart:
 
     @property
     def key(self) -> str:
-        """The sensor's name in Python and in files: its part name in lower case."""
         return self.part.NAME.lower()
 
 
@@ -77,7 +68,7 @@ class I2cPins:
 
 @dataclass(frozen=True)
 class SerialLine:
-    """The USART that the terminal is connected to, its pin, and its clock with the firmware's settings."""
+    """The terminal's USART, its pin, and its clock."""
 
     peripheral: str
     tx: PinFunction
@@ -86,11 +77,7 @@ class SerialLine:
 
 @dataclass(frozen=True)
 class CallbackTimer:
-    """The timer whose interrupt calls ``HAL_TIM_PeriodElapsedCallback``.
-
-    ``input_hz`` and ``priority`` are the clock and NVIC settings of the board's own firmware; firmware in
-    Python always uses them. Built firmware sets them itself.
-    """
+    """The timer whose interrupt calls ``HAL_TIM_PeriodElapsedCallback``; clock and priority are for Python firmware."""
 
     peripheral: str
     input_hz: int
@@ -99,10 +86,7 @@ class CallbackTimer:
 
 @dataclass(frozen=True)
 class AbsentPart:
-    """A part of the real board without a model: selecting it on ``spi`` leaves a note in the trace.
-
-    ``held``: its outputs, and their constant levels.
-    """
+    """A real part without a model; selecting it leaves a note in the trace. ``held``: levels of its outputs."""
 
     name: str
     spi: str
@@ -116,10 +100,9 @@ class AbsentPart:
 
 @dataclass(frozen=True)
 class Wiring:
-    """One way to connect the sensors: all to ``bus``, one of the board's.
+    """One way to connect the sensors, all to ``bus``.
 
-    ``places``: by part name, its 7-bit address on an I2C bus, or its chip select ("PA8") on an SPI bus.
-    ``symbols``: symbol names found only in firmware for this wiring.
+    ``places``: 7-bit address or chip select ("PA8"). ``symbols``: names found only in its firmware.
     """
 
     name: str
@@ -130,12 +113,10 @@ class Wiring:
 
     @property
     def addresses(self) -> dict[str, int]:
-        """I2C addresses by part name; empty on SPI."""
         return {name: place for name, place in self.places.items() if isinstance(place, int)}
 
     @property
     def chip_selects(self) -> dict[str, str]:
-        """Chip selects by part name; empty on I2C."""
         return {name: place for name, place in self.places.items() if isinstance(place, str)}
 
 
@@ -143,13 +124,8 @@ class Wiring:
 class BoardDescription:
     """One kind of board.
 
-    ``i2c``: the chip's I2C peripherals connected to a bus, with their pins;
-    ``spi``: its SPI peripherals, in the same form.
-    ``leds``: each is lit while its pin is low.
-    ``motors``: timer and channel of the PWM of each.
-    ``wirings``: the usual one first.
-    ``python_firmware`` and ``built_firmware``: the supplied firmware, names with descriptions; the latter
-    also with the program's name in :mod:`fcu_emulator.firmware_model.arm`.
+    ``leds``: lit while the pin is low. ``motors``: timer and channel of each PWM. ``wirings``: the usual one
+    first. ``built_firmware``: descriptions and program names in :mod:`fcu_emulator.firmware_model.arm`.
     """
 
     name: str
@@ -184,7 +160,7 @@ class BoardDescription:
         yield from self.spi
 
     def wiring(self, name: str | None = None) -> Wiring:
-        """Return a wiring by name, the usual one without a name. Raises InputError naming the known ones."""
+        """Return a wiring by name, or the usual one. Raises InputError naming the known ones."""
         if name is None:
             return self.wirings[0]
         for wiring in self.wirings:
@@ -194,7 +170,6 @@ class BoardDescription:
         raise InputError(f"unknown board wiring {name!r}; known: {known}", kind="unknown_wiring")
 
     def wiring_with(self, bus: str) -> Wiring | None:
-        """Return the first wiring with the sensors on a bus; None if there is none."""
         return next((wiring for wiring in self.wirings if wiring.bus == bus), None)
 
     @cached_property
@@ -205,12 +180,10 @@ class BoardDescription:
 
     @cached_property
     def addresses(self) -> dict[str, int]:
-        """The sensors' 7-bit addresses by name, from the wirings on an I2C bus."""
         return {name: place for wiring in self.wirings for name, place in wiring.addresses.items()}
 
     @cached_property
     def identities(self) -> dict[str, int]:
-        """WHO_AM_I value of each sensor, by part name."""
         return {mounted.part.NAME: mounted.part.WHO_AM_I for mounted in self.parts}
 
 
@@ -221,9 +194,7 @@ class BoardDescription:
 class SensorSettings:
     """Deviation of the sensors from ideal ones.
 
-    ``grade`` sets every figure; ``figures`` replaces single ones by explicit numbers, by the sensor's key and
-    the names of its class of errors: ``{"lps22hb": {"pressure_bias_hpa": 0.5}}``. ``mountings``: by mounting
-    key, if it is not the usual one.
+    ``figures`` replaces numbers of the ``grade``: ``{"lps22hb": {"pressure_bias_hpa": 0.5}}``.
     """
 
     grade: Grade = "typical"
@@ -241,24 +212,12 @@ _CALIBRATIONS = "published calibrations of other boards"
 class BoardErrors(PartErrors):
     """Explicit numbers in the board's axes; the default is an ideal board.
 
-    The steel of USB plug, battery and screws, and its magnetisation, turn with the board. They add a constant
-    field (hard iron) and distort the Earth's field (soft iron). Both are drawn from the seed, as a sensor's
-    figures are (:mod:`fcu_emulator.sensors.errors`), so that each board of a class has different ones.
-
-    No such figures of this board are published. They are chosen from published calibrations of eight other
-    boards. Among them are Adafruit_AHRS, examples/ahrs_fusion_usb (9, -75, -352 mgauss; 0.943, 0.918, 1.156
-    along and 0.011, 0.020, -0.008 between the axes) and an ArduPilot autopilot on its USB lead alone (-203,
-    69, 21 mgauss; diydrones.com, "compass calibration always above 150"). Half of their offsets exceed 115
-    mgauss. The root mean square of their soft iron is 6 % along an axis and 2.4 % between two. These numbers
-    include the sensor's own offset and sensitivity (LIS2MDL: 60 mgauss, 7 %), which are drawn separately
-    here, so the figures below are smaller. ArduPilot calls an offset below 150 mgauss healthy.
-
-    The chip's internal oscillator is trimmed to within 1 %. Firmware that runs from it has other bit rates
-    and another tick than it computes. The quartz is exact unless ``hse_ppm`` is set: no document gives its
-    tolerance. Usual ones are off by 30 ppm at most, a second in nine hours, which is not visible in a lab.
-
-    A board is warmer than the air because of its power consumption, and follows the air slowly
-    (:mod:`fcu_emulator.emulator.world.warmth`).
+    Steel adds a constant field (hard iron) and distorts the Earth's field (soft iron), both drawn from the
+    seed. Sources: published calibrations of eight other boards, such as Adafruit_AHRS,
+    examples/ahrs_fusion_usb, and an ArduPilot autopilot (diydrones.com, "compass calibration always above
+    150"). Half of their offsets exceed 115 mgauss; soft iron is 6 % along an axis and 2.4 % between two. The
+    sensor's own errors are drawn separately, so the figures are smaller. The quartz is exact unless
+    ``hse_ppm`` is set: 30 ppm are not visible in a lab.
     """
 
     PART: ClassVar[str] = "board"
@@ -284,7 +243,7 @@ class BoardErrors(PartErrors):
     thermal_s: float = strength("time constant of its warming", "s", 200.0, "its size and thickness")
 
     def soft_iron(self) -> Matrix:
-        """Matrix (3, 3) applied to the outer field: symmetric, as of steel without hysteresis."""
+        """Matrix (3, 3) applied to the outer field, symmetric as of steel without hysteresis."""
         matrix = np.eye(3) + np.diag(self.soft_iron_percent) / 100.0
         for (row, column), percent in zip(
             ((0, 1), (0, 2), (1, 2)), self.soft_iron_across_percent, strict=True
@@ -298,12 +257,7 @@ class BoardErrors(PartErrors):
 
 @dataclass(frozen=True)
 class BoardSignals:
-    """Signals connected to the chip's pins, as listed in ``board``; ``wiring``: connection of its sensors.
-
-    ``uart`` is at the peripheral of ``board.serial``; ``i2c`` and ``spi`` are the buses by their peripherals'
-    names. ``number``: number of this board in its class, for the chip's unique id; ``errors``: its own
-    errors.
-    """
+    """Signals connected to the chip's pins, as listed in ``board``; ``number``: for the chip's unique id."""
 
     board: BoardDescription
     wiring: Wiring

@@ -1,1 +1,1 @@
-"""Carriers of bytes and levels on the board: I2C, SPI, USART and GPIO, and their masters in Python."""
+"""Carriers of bytes and levels on the board: I2C, SPI, USART and GPIO."""

@@ -1,13 +1,7 @@
-"""I2C at the level of the board's sensors: whole transfers, their time on the wire, and possible failures.
+"""I2C with whole transfers, their time on the wire, and faults.
 
-A transfer is one message (start, address, bytes, perhaps a repeated start, stop); targets never see single
-bits. Time on the wire (NXP UM10204 3.1): nine clock periods per byte with its acknowledge, and one period
-each for start, repeated start and stop. A sensor answers with its state at the start of the transfer; all
-bytes of one burst belong to that time. A master that moves one byte at a time, as the chip's own I2C
-peripheral does, uses :mod:`fcu_emulator.emulator.buses.i2c_wire` on the same bus; there each byte belongs to
-the end of its transmission.
-
-Faults are injected by rules (:class:`I2CFault`), so a scenario and a test break the bus in the same way.
+A byte takes nine clock periods; start, repeated start and stop one each (NXP UM10204 3.1). A burst has the sensor's
+state at its start.
 """
 
 from __future__ import annotations
@@ -26,14 +20,14 @@ from fcu_emulator.sensors.register_file import BurstReader
 
 STANDARD_MODE_HZ = 100_000
 FAST_MODE_HZ = 400_000
-BUSY_TIMEOUT_PS = 25 * PS_PER_MS  # timeout of ST's HAL for a busy bus (I2C_TIMEOUT_BUSY_FLAG)
+BUSY_TIMEOUT_PS = 25 * PS_PER_MS  # I2C_TIMEOUT_BUSY_FLAG of ST's HAL
 
 BUS_ERROR = "bus error, a misplaced start or stop"
 ARBITRATION_LOST = "arbitration lost to another master"
 
 _BYTE_BITS = 9
-_LONGEST = 65535  # of one transfer, from HAL's 16-bit length
-_SHORT = 32  # bytes up to which a read is cached
+_LONGEST = 65535  # HAL's 16-bit length
+_SHORT = 32  # longer reads are not cached
 
 _RECENT = 8
 _FOR_GOOD_S = 1e6  # longer than a board runs
@@ -47,11 +41,11 @@ class I2CTarget(Protocol):
     """A device on the bus."""
 
     def start(self, *, read: bool) -> bool:
-        """Handle a (repeated) start with the device's address; return True to acknowledge."""
+        """Handle a (repeated) start; True acknowledges."""
         ...
 
     def write(self, data: bytes) -> int:
-        """Accept bytes from the master; return the number of acknowledged ones."""
+        """Return the number of acknowledged bytes."""
         ...
 
     def read(self, count: int) -> bytes:
@@ -74,10 +68,11 @@ class I2CFault:
     """A rule that breaks transfers from ``from_s`` until ``until_s``, in seconds since power-on.
 
     ``absent``: no device answers at ``address``;
-    ``nack``: byte ``byte_index`` of a write to ``address`` is not acknowledged (0 is the address itself);
-    ``stuck``: a line is held low, no transfer can start;
+    ``nack``: byte ``byte_index`` of a write is not acknowledged (0 is the address itself);
+    ``stuck``: a line is held low;
     ``bus_error``: a misplaced start or stop is seen;
     ``arbitration``: another master wins while the address is sent.
+
     ``address`` None means every address.
     """
 
@@ -104,24 +99,17 @@ class I2CFault:
     def in_ps(
         cls, kind: FaultKind, from_ps: int, until_ps: int, address: int | None = None, byte_index: int = 0
     ) -> Self:
-        """Return a rule with times in picoseconds, since seconds only have sixteen digits."""
         fault = cls(kind, from_ps / PS_PER_S, until_ps / PS_PER_S, address, byte_index)
         object.__setattr__(fault, "from_ps", from_ps)
         object.__setattr__(fault, "until_ps", until_ps)
         return fault
 
     def hits(self, address: int, now_ps: int) -> bool:
-        """Return whether the rule breaks a transfer to ``address`` that starts at ``now_ps``."""
         return self.from_ps <= now_ps < self.until_ps and self.address in (None, address)
 
 
 class _CachedRead:
-    """Result of a master's read from a sensor, valid for a limited time.
-
-    ``last_burst``: sub-address and length of the read;
-    ``seen``: the sensor's version at the read;
-    ``read_burst``: the reader for repeats in that version.
-    """
+    """A repeatable read from a sensor, valid for one version of its state."""
 
     __slots__ = (
         "data",
@@ -149,16 +137,13 @@ class _CachedRead:
 
 
 class I2CBus:
-    """One bus with its targets; a transfer returns its data at once and reports its end time.
-
-    ``end_ps`` is the end of the latest transfer: the master must let virtual time pass until then.
-    """
+    """One bus; ``end_ps`` is the end of the latest transfer, until which the master must let time pass."""
 
     def __init__(self, name: str, clock: Clock, trace: Trace, speed_hz: int = FAST_MODE_HZ) -> None:
         self.name = name
         self.end_ps = 0
         self.recent: deque[Message] = deque(maxlen=_RECENT)
-        """Latest messages of a master that moves single bytes, also kept without a detailed trace."""
+        """Latest messages of a master that moves single bytes."""
         self._remembers = False
         self._clock = clock
         self._trace = trace
@@ -171,7 +156,7 @@ class I2CBus:
         self.elsewhere: list[Callable[[], Iterable[Message]]] = []
         """Other sources of latest messages: those that the master had alone."""
         self.shortest_ps = PS_PER_S // speed_hz if speed_hz < FAST_MODE_HZ else 0
-        """Shortest period of SCL: a bus that is slow from the start stays slow, for every speed set by the master."""
+        """Shortest period of SCL: a bus that is slow from the start stays slow."""
         self.set_speed(speed_hz)
 
     def set_speed(self, speed_hz: int) -> None:
@@ -185,7 +170,6 @@ class I2CBus:
 
     @property
     def detailed(self) -> bool:
-        """Return whether successful transfers are recorded."""
         return self._trace.detailed
 
     def attach(self, address: int, target: I2CTarget) -> None:
@@ -228,10 +212,7 @@ class I2CBus:
     # -- transfers --------------------------------------------------------------------------------------
 
     def read_from(self, address: int, subaddress: int, count: int) -> bytes:
-        """Write one sub-address byte, repeated start, read ``count`` bytes. Raises I2CError.
-
-        Bytes that cannot have changed are not read again.
-        """
+        """Write a sub-address, repeated start, read bytes; unchanged ones come from a cache. Raises I2CError."""
         kept = self._kept.get((address, subaddress, count)) or self._keep(address, subaddress, count)
         if kept is None:
             return self.transfer(address, bytes((subaddress,)), count)
@@ -264,17 +245,16 @@ class I2CBus:
         return kept.data
 
     def _keep(self, address: int, subaddress: int, count: int) -> _CachedRead | None:
-        """Return an entry for such a read; None while faults are active, or for other targets."""
         target = self._targets.get(address)
         if self.has_faults or not isinstance(target, SubaddressTarget) or count > _SHORT:
             return None
-        # start, address, sub-address, repeated start, address, data, stop: 30 periods and 9 per byte
+        # three address bytes, two starts and a stop: 30 periods; and 9 per byte
         kept = _CachedRead(target, subaddress, count, self.duration_ps(30 + _BYTE_BITS * count))
         self._kept[address, subaddress, count] = kept
         return kept
 
     def transfer(self, address: int, data: bytes, count: int = 0) -> bytes:
-        """Write ``data`` (if any), then read ``count`` bytes (if any). Raises I2CError."""
+        """Write ``data``, read ``count`` bytes; both may be empty. Raises I2CError."""
         start_ps = self._clock.now_ps
         try:
             received = self._run(address, data, count)
@@ -310,7 +290,7 @@ class I2CBus:
         return received
 
     def _fault(self, address: int, *, reading: bool) -> int | None:
-        """Raise for a rule that breaks the whole transfer; else return the index of a byte to be refused."""
+        """Raise for a broken transfer; else return the byte to refuse."""
         now_ps = self._clock.now_ps
         nack_at: int | None = None
         for fault in self._faults:
@@ -335,13 +315,12 @@ class I2CBus:
         return I2CNackError(address, byte_index)
 
     def record(self, start_ps: int, address: int, data: bytes, received: bytes, result: str) -> None:
-        """Record a transfer that ended at ``end_ps`` in the trace."""
         if self._remembers:
             self.recent.append((start_ps, self.end_ps, address, data, received, result))
         self._trace.add_transfer(*self._fields(start_ps, self.end_ps, address, data, received, result))
 
     def remember(self, count: int) -> None:
-        """Keep the latest ``count`` transfers, also of firmware in Python; 0: only a few of the chip's."""
+        """Keep the latest ``count`` transfers."""
         self._remembers = count > 0
         self.recent = deque(self.recent, maxlen=count or _RECENT)
 
@@ -366,19 +345,18 @@ class I2CBus:
         return start_ps, end_ps, self.name, address, device, register, data, received, result
 
 
-# -- Python as the master, for tests of drivers -------------------------------------------------------------
+# -- Python as the master -----------------------------------------------------------------------------------
 
 
 class I2CMaster:
-    """A bus master in Python. Transfers take their time on the wire; firmware, if any, runs meanwhile.
+    """A bus master in Python. Transfers take their time on the wire; firmware runs meanwhile.
 
-    Addresses have 7 bits. A transfer without acknowledge raises I2CNackError, a broken bus I2CBusError or
-    I2CStuckError; an invalid address, length or data raises InputError.
+    Addresses have 7 bits. Raises I2CNackError, I2CBusError, I2CStuckError, and InputError for invalid arguments.
     """
 
     def __init__(self, bus: I2CBus, run_until_ps: Callable[[int], None]) -> None:
         self.bus = bus
-        """The bus itself: its speed, its targets, its latest transfers."""
+        """Its speed, its targets, its latest transfers."""
         self._run_until = run_until_ps
 
     @property
@@ -398,7 +376,7 @@ class I2CMaster:
         return self._transfer(address, checked_data(data), checked_count(n, 1))
 
     def inject(self, fault: I2CFault) -> None:
-        """Break transfers according to the rule, including those of firmware."""
+        """Break transfers, including those of firmware."""
         self.bus.inject(fault)
 
     def _transfer(self, address: int, data: bytes, count: int) -> bytes:
@@ -410,11 +388,11 @@ class I2CMaster:
             self._run_until(self.bus.end_ps)
 
 
-# -- checked arguments of Python callers: a mistake is an InputError with the correct form ------------------
+# -- checked arguments --------------------------------------------------------------------------------------
 
 
 def checked_data(data: object) -> bytes:
-    """Return the bytes to be sent; an int is refused, because ``bytes`` would return that many zeros."""
+    """Return the bytes to send; refuse an int, because ``bytes`` would give zeros."""
     if isinstance(data, bytes | bytearray | memoryview):
         return bytes(data)
     if isinstance(data, list | tuple) and all(isinstance(byte, int) and 0 <= byte <= 0xFF for byte in data):
@@ -423,7 +401,7 @@ def checked_data(data: object) -> bytes:
 
 
 def checked_count(count: object, least: int) -> int:
-    """Return a checked number of bytes to read."""
+    """Return a checked number of bytes."""
     if not isinstance(count, int) or not least <= count <= _LONGEST:
         raise InputError(
             f"number of bytes to read must be from {least} to {_LONGEST}, not {count!r}", kind="read_length"
@@ -432,7 +410,7 @@ def checked_count(count: object, least: int) -> int:
 
 
 def checked_address(number: object) -> int:
-    """Return a checked 7-bit I2C address."""
+    """Return a checked 7-bit address."""
     if not isinstance(number, int):
         raise InputError(
             f"I2C address must be an integer from 0x00 to 0x7F, not {number!r}", kind="i2c_address"

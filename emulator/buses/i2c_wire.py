@@ -1,10 +1,4 @@
-"""An I2C bus one byte at a time, for a master that decides after each byte how to continue.
-
-The targets, the faults and the trace are those of :class:`fcu_emulator.emulator.buses.i2c.I2CBus`. The master
-controls the time: it calls at the end of each byte on the wire, with the clock at that moment. A message
-extends from a start to a stop; a write followed by a repeated start and a read of the same device is one
-message, as in whole transfers.
-"""
+"""An I2C bus one byte at a time; the master calls at the end of each byte."""
 
 from __future__ import annotations
 
@@ -17,7 +11,7 @@ Answer: TypeAlias = Literal["ack", "nack", "bus_error", "arbitration"]
 
 
 class I2CWire:
-    """The byte-level interface of one bus, for one master."""
+    """The byte-level interface of one bus."""
 
     def __init__(self, bus: I2CBus) -> None:
         self.bus = bus
@@ -32,17 +26,16 @@ class I2CWire:
         self._error: I2CError | None = None
 
     def held(self) -> bool:
-        """Return whether a line is held low now, so that no start can be sent."""
         return self.bus.has_faults and self.released_ps() > self.bus.now_ps
 
     def released_ps(self) -> int:
-        """Return when a line that is held low is released; now, if none is."""
+        """Return when a held line is released."""
         now_ps = self.bus.now_ps
         faults = self.bus.faults(now_ps)
         return max((fault.until_ps for fault in faults if fault.kind == "stuck"), default=now_ps)
 
     def start(self, address: int, *, read: bool, start_ps: int) -> Answer:
-        """Send a start condition at ``start_ps`` and the address byte, which ends now."""
+        """Send a start at ``start_ps`` and the address byte, which ends now."""
         if self._open and self._address == address and read and not self._reading and self._error is None:
             self._reading = True
         else:
@@ -59,7 +52,6 @@ class I2CWire:
         return "nack"
 
     def write_byte(self, value: int) -> bool:
-        """Transfer a byte from the master; return True if it was acknowledged."""
         assert self._target is not None, "a byte after an unacknowledged address"
         self._written.append(value)
         index = len(self._written)
@@ -69,17 +61,13 @@ class I2CWire:
         return True
 
     def read_byte(self) -> int:
-        """Transfer a byte to the master and return it."""
         assert self._target is not None, "a byte after an unacknowledged address"
         value = self._target.read(1)[0]
         self._received.append(value)
         return value
 
     def resume(self, address: int, start_ps: int, written: bytes, received: bytes, *, reading: bool) -> None:
-        """Continue a message that began without this object: its device participates from now on.
-
-        The device already knows of ``received``.
-        """
+        """Continue a message that began elsewhere; the device knows of ``received``."""
         self._open, self._start_ps, self._address, self._reading = True, start_ps, address, reading
         self._written, self._received, self._error = bytearray(written), bytearray(received), None
         self._target = target = self.bus.target(address)
@@ -92,21 +80,18 @@ class I2CWire:
             target.start(read=True)
 
     def were_read(self, data: bytes) -> None:
-        """Add bytes that have been read meanwhile, of which the device already knows."""
+        """Add bytes of which the device already knows."""
         self._received += data
 
     def stop(self) -> None:
-        """End the message with a stop condition, which ends now."""
         self.finish(self.bus.now_ps)
 
     def abort(self) -> None:
-        """End the message without a stop: the master releases the bus."""
         if self._open and self._error is None:
             self._error = I2CError(self._address, "abandoned by the master without a stop")
         self.finish(self.bus.now_ps)
 
     def _broken(self, *, read: bool) -> Answer | None:
-        """Return a fault's effect on the address byte; a rule for a later byte is stored for that byte."""
         for fault in self.bus.faults(self._start_ps):
             if fault.address not in (None, self._address):
                 continue
@@ -124,7 +109,6 @@ class I2CWire:
         return None
 
     def finish(self, end_ps: int) -> None:
-        """End the present message at ``end_ps``, by a stop or by the start of the next one."""
         if not self._open:
             return
         self._open = False

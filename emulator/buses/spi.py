@@ -1,8 +1,6 @@
-"""SPI with several sensors on one bus: three or four wires, one chip select per sensor.
+"""SPI with one chip select per sensor; three or four wires, eight clock periods per byte.
 
-A transfer is one message between two edges of a chip select; its time is eight clock periods per byte. The
-clock is that of ST's firmware: 42 MHz / 16 = 2.625 MHz, mode 3. The chip's own SPI peripheral moves one byte
-at a time and reaches the same sensors through :mod:`fcu_emulator.emulator.chip.peripherals.spi`.
+By default the clock is 42 MHz / 16 in mode 3, as in ST's firmware.
 """
 
 from __future__ import annotations
@@ -27,7 +25,7 @@ Message: TypeAlias = tuple[int, int, str, bytearray, bytearray]
 
 
 class SpiBus:
-    """One SPI bus with its devices by chip select; ``end_ps`` is the end of the latest transfer."""
+    """One bus; ``end_ps`` is the end of the latest transfer."""
 
     def __init__(self, name: str, clock: Clock, trace: Trace, speed_hz: int = USUAL_HZ) -> None:
         self.name = name
@@ -38,9 +36,9 @@ class SpiBus:
         self.wires: Wires = 3
         self.end_ps = 0
         self.recent: deque[Message] = deque(maxlen=_RECENT)
-        """Latest messages of a master that moves single bytes, also kept without a detailed trace."""
+        """Latest messages of a master that moves single bytes."""
         self.unheard: deque[tuple[int, int | None]] = deque(maxlen=_RECENT)
-        """(time in ps, byte sent or None for one read) while no chip select was low, so that no device received it."""
+        """(time in ps, byte sent or None for one read) while no device was selected."""
         self.take_kept: Callable[[], None] = lambda: None
         """Called before both are read: a master that keeps messages itself adds them."""
         self._clock = clock
@@ -48,7 +46,7 @@ class SpiBus:
         self._targets: dict[str, tuple[Part, SpiTarget]] = {}
 
     def attach(self, chip_select: str, part: Part) -> None:
-        """Connect a sensor to a chip select, named by its pin (``"PA8"``)."""
+        """Connect a sensor to a chip select such as ``"PA8"``."""
         self._targets[chip_select] = part, SpiTarget(part, lambda: self._clock.now_ps)
 
     @property
@@ -71,7 +69,6 @@ class SpiBus:
         return received
 
     def record(self, chip_select: str, start_ps: int, written: bytes, received: bytes) -> None:
-        """Record a message that ended at ``end_ps`` in the trace."""
         if self._trace.detailed:
             self._trace.add_transfer(*self._fields(start_ps, self.end_ps, chip_select, written, received))
 
@@ -93,20 +90,20 @@ class SpiBus:
 
 
 class SpiMaster:
-    """Python as the master of an SPI bus, for tests of drivers: ``board.spi("SPI2")``."""
+    """Python as the master of an SPI bus: ``board.spi("SPI2")``."""
 
     def __init__(self, bus: SpiBus, run_until_ps: Callable[[int], None]) -> None:
         self.bus = bus
-        """The bus itself: its sensors and its latest messages."""
+        """Its sensors and its latest messages."""
         self._run_until = run_until_ps
 
     @property
     def speed_hz(self) -> int:
-        """Clock rate of the bus; 0 while firmware for the chip has not enabled its SPI peripheral."""
+        """Clock rate; 0 while the chip's SPI peripheral is not enabled."""
         return self.bus.speed_hz if self.bus.is_enabled else 0
 
     def configure(self, mode: Mode, wires: Wires) -> None:
-        """Set the host's clock mode (0 to 3) and its number of wires, three or four."""
+        """Set the mode (0 to 3) and the wires (3 or 4)."""
         if mode not in (0, 1, 2, 3) or wires not in (3, 4):
             raise InputError(
                 f"SPI must have mode 0 to 3 and 3 or 4 wires, not mode {mode} with {wires} wires"
@@ -114,11 +111,11 @@ class SpiMaster:
         self.bus.mode, self.bus.wires = mode, wires
 
     def write(self, chip_select: str, data: bytes) -> None:
-        """Select the device, send ``data``, and deselect it."""
+        """Select, send ``data``, deselect the device."""
         self.write_read(chip_select, data, 0)
 
     def write_read(self, chip_select: str, data: bytes, n: int) -> bytes:
-        """Select, send ``data``, read ``n`` bytes, deselect; the first byte sent has the read flag, 0x80."""
+        """Select, send ``data``, read ``n`` bytes, deselect; 0x80 in the first byte is the read flag."""
         if chip_select not in self.bus.chip_selects:
             known = ", ".join(self.bus.chip_selects) or "none with this wiring"
             raise InputError(

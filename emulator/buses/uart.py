@@ -1,16 +1,10 @@
-"""A USART's serial line: bytes on the wire and their times (reference manual RM0368 section 19).
+"""A USART's serial line (RM0368 section 19).
 
-Sending has two stages, the data register and the shift register. A byte may be written as soon as the one
-before has moved to the shift register (TXE). So an uninterrupted sender keeps the line busy, and an
-interrupted one leaves a gap. Runs of bytes without a gap are kept as one piece, never byte by byte.
+A byte may be written when the one before is in the shift register (TXE). A received byte is lost if the one before was
+not read (ORE).
 
-Receiving has one data register: a byte that completes while the one before has not been read is lost and
-counted (ORE), exactly as on the board. The stock firmware never reads, so all but the first byte are lost
-there too.
-
-Decision: the terminal follows the chip's bit rate, so text sent at a wrong rate stays readable here, although
-a real terminal at 115200 baud shows garbage. The trace records another rate. Sampling the wire at the
-terminal's rate was rejected: it would show the garbage, but no hint of its cause.
+Decision: the terminal follows the chip's bit rate, so text sent at a wrong rate stays readable here, although a real
+terminal at 115200 baud shows garbage. The trace records the wrong rate.
 """
 
 from __future__ import annotations
@@ -25,16 +19,16 @@ from fcu_emulator.emulator.trace import Fault, TerminalBytes, Trace
 
 BAUD = 115_200
 _FRAME_BITS = 10  # start, eight data, stop
-_KEPT = 16 << 20  # bytes of terminal text kept in memory; older ones are dropped and counted
+_KEPT = 16 << 20  # bytes of terminal text; older ones are dropped and counted
 
 
 def divider(kernel_clock_hz: int, baud: int) -> int:
-    """Return the BRR value for oversampling by 16: clock over baud, rounded to the nearest (RM0368 19.3.4)."""
+    """Return BRR for oversampling by 16 (RM0368 19.3.4)."""
     return (kernel_clock_hz + baud // 2) // baud
 
 
 class _ByteRun:
-    """Frames on the wire without a gap. Each frame's time is computed from the first one's, so none drifts."""
+    """Frames on the wire without a gap; times are computed from the first one's."""
 
     __slots__ = ("connected", "done", "frame_ps", "start_ps", "waiting")
 
@@ -42,19 +36,16 @@ class _ByteRun:
         self.start_ps = start_ps
         self.frame_ps = frame_ps
         self.connected = connected
-        self.done = 0  # bytes that have arrived and are no longer kept
+        self.done = 0  # bytes that have arrived
         self.waiting = bytearray()
 
     def count(self) -> int:
-        """Return the number of its frames so far."""
         return self.done + len(self.waiting)
 
     def time_ps(self, frames: int) -> int:
-        """Return the end of the ``frames``-th frame."""
         return self.start_ps + frames * self.frame_ps.numerator // self.frame_ps.denominator
 
     def take(self, now_ps: int) -> bytearray:
-        """Return and remove the bytes complete at ``now_ps``."""
         ticks = (now_ps - self.start_ps + 1) * self.frame_ps.denominator - 1
         ready = max(ticks // self.frame_ps.numerator - self.done, 0)
         arrived = self.waiting[:ready]
@@ -64,32 +55,30 @@ class _ByteRun:
 
 
 class Transceiver(Protocol):
-    """The USART of a chip with its own registers and times; it calls ``open_run`` and ``carry``."""
+    """The USART of a chip; it calls ``open_run`` and ``carry``."""
 
     def hand_over(self) -> None:
-        """Carry bytes that were sent and are not on the line yet."""
+        """Carry bytes that are not on the line yet."""
         ...
 
     def frame_ps(self) -> Fraction | None:
-        """Return the length of a frame as configured by the chip; None while it has no bit clock."""
+        """Return a frame's length; None without bit clock."""
         ...
 
-    def frame_bits(self) -> Fraction:
-        """Return the number of bits in a frame, including start and stop bits."""
-        ...
+    def frame_bits(self) -> Fraction: ...
 
     def receive(self, value: int) -> bool:
-        """Receive a byte; return False if it is lost, because the one before was not read."""
+        """Receive a byte; False if it is lost."""
         ...
 
     def line_idle(self) -> None:
-        """Handle an idle line: a frame's time has passed since the last byte."""
+        """Handle a frame's time without a byte."""
         ...
 
 
 @dataclass
 class _Typed:
-    """Consecutive bytes of the terminal on the wire, from ``start_ps`` on."""
+    """Consecutive bytes of the terminal from ``start_ps``."""
 
     start_ps: int
     frame_ps: Fraction
@@ -97,17 +86,13 @@ class _Typed:
     arrived: int = 0  # number of bytes before ``data``
 
     def arrives_ps(self, number: int) -> int:
-        """Return when byte ``number`` of ``data``, counted from 1, has been received."""
+        """Return when byte ``number``, from 1, has been received."""
         count = self.arrived + number
         return self.start_ps + count * self.frame_ps.numerator // self.frame_ps.denominator
 
 
 class Uart:
-    """One USART with a line to a terminal.
-
-    The bit time is the divider's, as on the board: 84 MHz / 729 is 115226 baud, 0.02 % above the nominal
-    rate.
-    """
+    """One USART with a terminal, at the divider's rate: 84 MHz / 729 is 115226 baud, 0.02 % too fast."""
 
     def __init__(self, name: str, clock: Clock, trace: Trace, kernel_clock_hz: int, baud: int = BAUD) -> None:
         self.name = name
@@ -118,23 +103,23 @@ class Uart:
         self.txe_ps = 0  # when the data register is next empty
         self.idle_ps = 0  # when the line is next idle (TC)
         self._run = _ByteRun(0, self._frame_ps)
-        self._on_wire = deque((self._run,))  # runs with frames not yet complete; the latest one stays
+        self._on_wire = deque((self._run,))  # incomplete runs, and the latest
         self._text = bytearray()
         self.dropped = 0
-        self._typed: deque[_Typed] = deque()  # on the way to the board; one event, for the next byte
+        self._typed: deque[_Typed] = deque()  # on the way to the board
         self._rx_line_free_ps = 0
         self._rx_data: int | None = None
         self.rx_lost = 0
         self._transceiver: Transceiver | None = None
 
     def frames_ps(self, count: int) -> int:
-        """Return the time of ``count`` frames on the wire; at the terminal's rate while the chip has none."""
+        """Return the time of frames; by default at the terminal's rate."""
         frame_ps = self._present_frame_ps()
         return count * frame_ps.numerator // frame_ps.denominator
 
     @property
     def bit_rate(self) -> float:
-        """Return the chip's bits per second; the terminal's rate while the chip has none."""
+        """Bits per second, by default the terminal's."""
         chip = self._transceiver
         frame_ps = chip.frame_ps() if chip is not None else None
         if chip is None or frame_ps is None:
@@ -148,11 +133,7 @@ class Uart:
     # -- sending ----------------------------------------------------------------------------------------
 
     def send(self, data: bytes, until_ps: int) -> int:
-        """Write bytes to the data register, each as soon as it is empty, but none after ``until_ps``.
-
-        The sender waits from now until ``until_ps``. The first byte is always written (the caller has waited
-        for ``txe_ps``). Returns the number written.
-        """
+        """Write bytes when the data register is empty, but none after ``until_ps``. Returns the number, at least one."""
         run = self._open_run()
         start_ps = self.idle_ps if run.count() else run.start_ps
         room = max(until_ps - start_ps, 0)
@@ -166,7 +147,7 @@ class Uart:
         return count
 
     def received(self) -> bytearray:
-        """Return the bytes received by the terminal so far, of long runs the latest part. Do not change them."""
+        """Return the latest bytes; do not change them."""
         self.catch_up()
         now_ps = self._clock.now_ps
         for run in self._on_wire:
@@ -182,12 +163,11 @@ class Uart:
         return self._text
 
     def received_count(self) -> int:
-        """Return the number of bytes received by the terminal so far, including those no longer kept."""
+        """Return the number, including bytes no longer kept."""
         kept = len(self.received())  # may drop some
         return self.dropped + kept
 
     def _open_run(self) -> _ByteRun:
-        """Return the run of the next frame: a new one after a gap."""
         if self._clock.now_ps > self.idle_ps:
             self._run = _ByteRun(self._clock.now_ps, self._frame_ps)
             self._on_wire.append(self._run)
@@ -196,21 +176,18 @@ class Uart:
     # -- a chip's own USART -----------------------------------------------------------------------------
 
     def connect(self, transceiver: Transceiver) -> None:
-        """Use this line for a chip's USART from now on."""
         self._transceiver = transceiver
 
     def catch_up(self) -> None:
-        """Put all bytes sent by the chip on the line."""
+        """Put bytes sent by the chip on the line."""
         if self._transceiver is not None:
             self._transceiver.hand_over()
 
     def open_run(self, start_ps: int, frame_ps: Fraction, *, connected: bool) -> None:
-        """Start a run of the chip's next consecutive frames at ``start_ps``."""
         self._run = _ByteRun(start_ps, frame_ps, connected)
         self._on_wire.append(self._run)
 
     def carry(self, data: bytes, *, detailed: bool) -> None:
-        """Append bytes sent by the chip to its present run."""
         run = self._run
         first = run.count()
         run.waiting += data
@@ -219,16 +196,12 @@ class Uart:
             self._trace.add_detail(TerminalBytes(run.time_ps(first), "tx", data))
 
     def replace_last(self, value: int) -> None:
-        """Replace the byte carried last, which was overwritten before it left the data register."""
+        """Replace the latest byte, overwritten in the data register."""
         self._run.waiting[-1] = value
 
     # -- receiving --------------------------------------------------------------------------------------
 
     def type(self, data: bytes) -> None:
-        """Send bytes from the terminal, one frame after the other, from now on.
-
-        They wait as bytes and not as events, so that pasting a long text stays cheap.
-        """
         if not data:
             return
         start_ps = max(self._clock.now_ps, self._rx_line_free_ps)
@@ -249,23 +222,21 @@ class Uart:
 
     @property
     def typing_left(self) -> int:
-        """Return the number of typed bytes still on their way to the board."""
         return sum(len(typed.data) for typed in self._typed)
 
     @property
     def rxne(self) -> bool:
-        """Return whether a received byte waits in the data register."""
         return self._rx_data is not None
 
     def read_data(self) -> int | None:
-        """Read the data register: the byte received, or None when RXNE is not set."""
+        """Read the data register; None without RXNE."""
         value, self._rx_data = self._rx_data, None
         return value
 
     def _next_arrives(self) -> None:
         typed = self._typed[0]
         value = typed.data[0]
-        del typed.data[:1]  # a bytearray does this without moving the rest
+        del typed.data[:1]  # a bytearray does not move the rest
         typed.arrived += 1
         if not typed.data:
             self._typed.popleft()
@@ -285,6 +256,5 @@ class Uart:
             self._trace.add(Fault(self._clock.now_ps, self.name, text))
 
     def _line_idle(self) -> None:
-        """Report an idle frame: a frame's time after the last stop bit, if nothing has begun meanwhile."""
         if self._transceiver is not None and self._rx_line_free_ps < self._clock.now_ps:
             self._transceiver.line_idle()

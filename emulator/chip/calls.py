@@ -1,4 +1,4 @@
-"""Calls of single functions of a firmware, by name, with Python's values as arguments.
+"""Calls of single C functions of a firmware, by name, with Python values.
 
 ::
 
@@ -10,14 +10,11 @@
         copy.call("eCompass")
         copy.variable("pitch")
 
-Arguments and results follow the procedure call standard (AAPCS, IHI 0042; with floating-point registers if
-the ELF has the hard-float flag), with the types of the debug information.
+Arguments and results follow the procedure call standard (AAPCS, IHI 0042).
 
-Decision: a copy of the core and its memories executes a function that Python calls, so that the board's
-registers, RAM and peripherals do not change. This allows five thousand calls a second. A function that
-accesses a peripheral, sleeps, or waits for an interrupt is executed again by the chip itself, in virtual
-time. The whole board is restored afterwards. A snapshot of the board around every call was rejected, because
-it is five times as slow.
+Decision: a copy of the core and its memories executes a function that Python calls, so that the board's registers, RAM
+and peripherals do not change. A function that needs peripherals or time runs on the chip instead, and the board is
+restored; a snapshot around every call is five times as slow.
 """
 
 from __future__ import annotations
@@ -42,10 +39,10 @@ if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.image.symbols import Symbols
 
 INSTRUCTIONS: Final = 10_000_000
-"""The limit of a call: a tenth of a second of virtual time."""
+"""A tenth of a second of virtual time."""
 TIMEOUT_S: Final = 1.0
 _RETURN: Final = 0x0FFF_FFFE
-"""The return address of a called function in the copy: the copy stops there, because it has no memory."""
+"""The copy stops at this return address, because it has no memory there."""
 _THUMB_BIT: Final = 1 << 24
 _EXCEPTION: Final = 0x1FF
 _SLICE_PS: Final = PS_PER_MS // 10
@@ -68,15 +65,11 @@ _WITH_ADDRESS: Final = (Stop.UNALIGNED, Stop.READ, Stop.WRITE)
 
 
 class _NeedsBoardError(Exception):
-    """The function has accessed a peripheral: only the chip itself can continue."""
+    """The function needs the board: it has accessed a peripheral or waits."""
 
 
 class Frame:
-    """Registers and stack at the beginning of a call (IHI 0042, 6.5 and 7.1).
-
-    ``read(address, size)`` returns the present contents of memory: a structure of which only some members are
-    given keeps the rest.
-    """
+    """Registers and stack at the beginning of a call (IHI 0042, 6.5 and 7.1)."""
 
     def __init__(self, signature: Signature, arguments: Sequence[Any], sp: int, hard_float: bool) -> None:
         self.sp = sp & ~7
@@ -98,7 +91,7 @@ class Frame:
         self.writes.append((self.sp, bytes(self._stack)))
 
     def result(self, core: Sequence[int], floats: Sequence[int], read: Callable[[int, int], bytes]) -> Any:
-        """Return the function's result, from R0 to R3, S0 to S15 and memory; update lists and objects."""
+        """Return the result; update the lists and objects passed by pointer."""
         for passed, value, address in self._passed:
             load_into(passed, value, read(address, passed.size), 0)
         kind = self._result
@@ -110,7 +103,7 @@ class Frame:
         return kind.value(b"".join(word.to_bytes(4, "little") for word in words[:8]), 0)
 
     def _hidden_result(self) -> int | None:
-        """Return the address for a result that does not fit into registers; R0 contains it at the beginning."""
+        """Reserve memory, with its address in R0, for a result too large for registers."""
         kind = self._result
         if not isinstance(kind, Structure | Array) or kind.size <= 4:
             return None
@@ -126,7 +119,6 @@ class Frame:
         return self.sp
 
     def _value(self, name: str, parameter: Any, argument: Any) -> tuple[CType, bytes]:
-        """Return the bytes to pass; if a pointer's argument is not an address, its target is put on the stack."""
         kind = parameter.type
         if parameter.points_to is not None and not isinstance(argument, int):
             return kind, self._pointed(name, parameter.points_to(), argument).to_bytes(4, "little")
@@ -192,10 +184,7 @@ class Frame:
 
 
 class Scratch:
-    """A copy of the chip's core and memories, for calls whose effects do not reach the board.
-
-    It has the chip's state at the last :meth:`refresh`, and keeps the changes of calls and ``set_variable``.
-    """
+    """A copy of the chip's core and memories, for calls whose effects do not reach the board."""
 
     def __init__(self, core: Core, image: FirmwareImage) -> None:
         self._core = core
@@ -227,11 +216,11 @@ class Scratch:
         return _symbols(self._image).read_variable(name, self._read)
 
     def set_variable(self, name: str, value: Any) -> None:
-        """Set a global variable. Raises KeyError, and InputError for a value that does not fit."""
+        """Raises KeyError, and InputError if the value does not fit."""
         set_variable(self._image, name, value, self._read, self._write)
 
     def call(self, name: str, *arguments: Any, max_instructions: int = INSTRUCTIONS) -> Any:
-        """Call a function; its changes of RAM remain. Raises InputError, CallError."""
+        """Call a function. Raises InputError, CallError."""
         address, signature = find_function(self._image, name, arguments)
         try:
             return self.run(name, address, signature, arguments, max_instructions)
@@ -243,7 +232,7 @@ class Scratch:
     def run(
         self, name: str, address: int, signature: Signature, arguments: Sequence[Any], max_instructions: int
     ) -> Any:
-        """Call as :meth:`call`; raises _NeedsBoardError if only the board can continue."""
+        """Raises _NeedsBoardError if only the board can execute the function."""
         copy = self._copy
         sp = copy.register(13)
         frame = Frame(signature, arguments, sp, self._image.hard_float)
@@ -298,7 +287,7 @@ class Scratch:
 
 
 class Caller:
-    """Calls on a board. ``run_until_ps(at_ps)`` runs it; ``restoring()`` is a context that restores it."""
+    """Calls on a board; ``restoring()`` is a context that restores it."""
 
     def __init__(
         self,
@@ -315,7 +304,6 @@ class Caller:
 
     @contextmanager
     def scratch(self) -> Iterator[Scratch]:
-        """A copy of the chip in its present state; always the same object, so use one at a time."""
         self._scratch.refresh()
         yield self._scratch
 
@@ -338,7 +326,6 @@ class Caller:
     def _on_board(
         self, name: str, address: int, signature: Signature, arguments: Sequence[Any], timeout_s: float
     ) -> Any:
-        """Call in virtual time, with all events on the board; the registers are restored."""
         core = self._core
         held = core.halted
         if held:
@@ -402,7 +389,7 @@ def set_variable(
     read: Callable[[int, int], bytes],
     write: Callable[[int, bytes], None],
 ) -> None:
-    """Set a variable. Raises KeyError, and InputError for a value that does not fit."""
+    """Raises KeyError, and InputError if the value does not fit."""
     address, kind = _symbols(image).variable_type(name)
     if address < RAM:
         raise InputError(
@@ -414,7 +401,7 @@ def set_variable(
 
 
 def find_function(image: FirmwareImage, name: str, arguments: Sequence[Any]) -> tuple[int, Signature]:
-    """Return address and signature. Raises InputError if the function cannot be called, with the reason."""
+    """Raises InputError if the function cannot be called."""
     symbols = _symbols(image)
     try:
         address, signature = symbols.function(name)
@@ -433,7 +420,7 @@ def find_function(image: FirmwareImage, name: str, arguments: Sequence[Any]) -> 
 
 
 def place(image: FirmwareImage, address: int) -> str:
-    """Return function and source line of an address, as far as they are known."""
+    """Return function and source line of an address."""
     symbols = image.symbols
     function = symbols.function_at(address) if symbols else None
     line = symbols.line_at(address) if symbols else None
@@ -450,7 +437,6 @@ def _symbols(image: FirmwareImage) -> Symbols:
 
 
 def _is_one(target: CType, argument: Sequence[Any]) -> bool:
-    """Return whether a sequence is one structure or array, and not an array of the pointer's target type."""
     if isinstance(target, Array):
         return True
     simple = not any(isinstance(item, list | tuple | dict | SimpleNamespace) for item in argument)

@@ -1,8 +1,4 @@
-"""The STM32F401 on the board: all its peripherals, the core, and the firmware in flash.
-
-This module contains a list and no behaviour: the peripherals in Python with their addresses (RM0368 table 1)
-and interrupt inputs (table 38), and the connections between them. The board connects the pins.
-"""
+"""The STM32F401 on the board: its peripherals by address (RM0368 table 1) and interrupt input (table 38)."""
 
 from __future__ import annotations
 
@@ -35,11 +31,7 @@ def _place(name: str) -> tuple[str, int]:
 
 
 class SystemPeripherals:
-    """The peripherals in Python; iterate over it for all. Sets ``soc.clocks``.
-
-    :class:`Chip` adds the peripherals with connections to the outside (USART, I2C, SPI, DMA). RCC then gets
-    all peripherals by ``rcc.control(...)``.
-    """
+    """The peripherals in Python without connections to the outside. Sets ``soc.clocks``."""
 
     def __init__(self, soc: Soc, inputs: AdcInputs | None = None, oscillators: Oscillators = NOMINAL) -> None:
         lines = {number: InterruptInput(soc, number) for number in (0, 4, 5, 18)}
@@ -61,7 +53,7 @@ class SystemPeripherals:
 
 
 class Chip:
-    """The chip with its firmware, at power-on: ``core``, with the peripherals in C, and the peripherals in Python."""
+    """The chip at power-on, with peripherals in C and in Python."""
 
     def __init__(
         self,

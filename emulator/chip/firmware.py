@@ -1,4 +1,4 @@
-"""Firmware for the chip, on the virtual board: the back end that executes ARM code, within limits.
+"""Compiled firmware on the virtual board, within limits.
 
 ::
 
@@ -6,18 +6,8 @@
     board.run_for(3)
     board.variable("pitch")              # a C variable, by the ELF's symbols and debug information
 
-A run of compiled firmware has limits. A user who runs an untrusted file, or an endless loop, gets the machine
-back, with one line that names the exceeded limit.
-
-Virtual time needs no separate limit: a run ends at the requested time. The limit on work
-(:mod:`fcu_emulator.emulator.chip.cpu.work`) is checked in C. Firmware that makes the emulator far slower than
-real time (a storm of interrupts, a loop that changes clocks) is therefore stopped at the instruction that
-exceeds it. The other limits are checked every 10 ms of virtual time, between two instructions.
-
-Decision: limits on the firmware's actions (work, instructions, bytes, resets) take effect at the same
-instruction on every machine. The limit on wall time is large and the last resort, because a verdict must not
-depend on the machine. A separate process that is killed after a while was rejected: it would also stop an
-endless loop of the emulator, but firmware cannot cause one, because it has access only to the model.
+Decision: limits on the firmware's actions (work, instructions, bytes, resets) take effect at the same instruction on
+every machine. The limit on wall time is the last resort, because verdicts must not depend on the machine.
 """
 
 from __future__ import annotations
@@ -43,16 +33,12 @@ from fcu_emulator.emulator.errors import InputError, LimitError
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, Clock
 from fcu_emulator.emulator.trace import LARGEST_FILE
 
-if TYPE_CHECKING:  # imported at a function call, with the reader of debug information: runs start sooner
+if TYPE_CHECKING:  # imported later, so that runs start sooner
     from fcu_emulator.emulator.chip.calls import Caller
 
 
 class ArmFirmware:
-    """A firmware image in flash, and the chip that executes it from power-on.
-
-    ``chip`` and ``image`` are for debuggers and diagnoses. One of the back ends of
-    :mod:`fcu_emulator.emulator.assembly.firmware`.
-    """
+    """A firmware image in flash, and the chip that executes it."""
 
     def __init__(
         self, signals: BoardSignals, image: FirmwareImage, settings: CoreSettings | None = None
@@ -63,12 +49,12 @@ class ArmFirmware:
         self.signals = signals
         self.faults = FaultLog(self.chip.core)
         self.limits = Limits()
-        """The limits of a run; may be set at any time."""
+        """May be set at any time."""
         self._run = LimitedRun(self.chip.core, signals.clock, signals.uart)
 
     @property
     def core(self) -> Core:
-        """The Cortex-M4 with the peripherals around it."""
+        """The Cortex-M4 with its peripherals."""
         return self.chip.core
 
     @property
@@ -76,47 +62,42 @@ class ArmFirmware:
         return self.chip.timers[self.signals.board.timer.peripheral]
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps``. Raises LimitError if the firmware exceeds a limit."""
+        """Run up to and including ``at_ps``. Raises LimitError."""
         self._run.run_until_ps(at_ps, self.limits)
 
     def diagnosis(self) -> Diagnosis | None:
-        """Return the worst problem of the firmware in its present state; None if it works."""
+        """Return the worst problem now, or None."""
         return diagnose(self)
 
     def diagnosis_text(self) -> str:
-        """Return the same as text; "" if no problem is found."""
+        """Return the worst problem, or ""."""
         return str(self.diagnosis() or "")
 
     def findings(self) -> list[Diagnosis]:
-        """Return all problems of the firmware in its present state, the worst first.
-
-        :func:`fcu_emulator.emulator.analysis.mistakes.explain` adds problems found in the world and the
-        sensors.
-        """
+        """Return all problems, the worst first; see also :func:`fcu_emulator.emulator.analysis.mistakes.explain`."""
         return list(findings(self))
 
     def handles(self, peripheral: str) -> bool:
-        """Return whether an interrupt of a peripheral ("TIM9") is being handled now."""
+        """Return whether an interrupt of a peripheral ("TIM9") is active."""
         return any(peripheral in name for name in self.handled())
 
     def handled(self) -> list[str]:
-        """Return the active exceptions, including preempted ones: "HardFault", "TIM1_BRK_TIM9"."""
+        """Return the active exceptions: "HardFault", "TIM1_BRK_TIM9"."""
         return [exception_name(number) for number in bits(self.chip.core.active)]
 
     def variable(self, name: str) -> Any:
-        """Return a global variable by its C name, as :meth:`Symbols.read_variable`. Raises KeyError."""
+        """Raises KeyError for an unknown variable."""
         if self.image.symbols is None:
             raise KeyError(f"{self.image.path} must have symbols for the variable {name!r}")
         return self.image.symbols.read_variable(name, self._memory)
 
     def set_variable(self, name: str, value: Any) -> None:
-        """Set a global variable. Raises KeyError, and InputError for a value that does not fit."""
+        """Raises KeyError, and InputError if the value does not fit."""
         from fcu_emulator.emulator.chip.calls import set_variable
 
         set_variable(self.image, name, value, self._memory, self._store)
 
     def caller(self, restoring: Callable[[], AbstractContextManager[object]]) -> Caller:
-        """Return the object that calls single functions; see :class:`Caller`."""
         from fcu_emulator.emulator.chip.calls import Caller
 
         return Caller(self.chip.core, self.image, self.run_until_ps, restoring)
@@ -138,25 +119,25 @@ class ArmFirmware:
 
 
 WORK_PER_S = 400_000_000
-"""Six times the instructions of a second at 84 MHz; about one second of processor time."""
+"""About one second of processor time."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """The limits since power-on. Raises InputError for a limit that is not above 0."""
+    """Limits since power-on. Raises InputError for a limit of 0 or less."""
 
     instructions: int = 10**13
-    """Retired instructions, including skipped waiting: 43 hours of virtual time at 84 MHz."""
+    """Including skipped waiting: 43 hours of virtual time at 84 MHz."""
     terminal_bytes: int = 64 << 20
-    """At 115200 baud the output of an hour and a half without a pause."""
+    """An hour and a half of output at 115200 baud."""
     resets_per_s: int = 1_000
-    """In one second of virtual time. The shortest watchdog period is 0.1 ms, a boot prints for 30 ms."""
+    """Per second of virtual time. The shortest watchdog period is 0.1 ms."""
     wall_s: float = 3600.0
-    """Time spent in running this board, without waiting for the wall clock."""
+    """Time spent running this board, without waiting for the wall clock."""
     trace_bytes: int = LARGEST_FILE
     """Size of a trace file."""
     work_per_s: int = WORK_PER_S
-    """For each second of virtual time since power-on plus one, in units of an executed instruction."""
+    """In executed instructions, for each second of virtual time since power-on plus one."""
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -170,22 +151,19 @@ class Limits:
             )
 
     def work_until(self, at_ps: int) -> int:
-        """Return the work that is allowed from power-on to ``at_ps``."""
         return min(self.work_per_s * (at_ps + PS_PER_S) // PS_PER_S, _MOST_WORK)
 
     def check_printed(self, count: int) -> None:
-        """Raise LimitError if ``count`` bytes of text are too many."""
         if count > self.terminal_bytes:
             raise LimitError("terminal_bytes", f"it has printed more than {self.terminal_bytes} bytes")
 
     def check_wall(self, wall_s: float) -> None:
-        """Raise LimitError if a run of ``wall_s`` seconds is too long."""
         if wall_s > self.wall_s:
             raise LimitError("wall_s", f"it has run for more than {self.wall_s:g} s of wall time")
 
 
 def parse_limits(settings: Iterable[str]) -> Limits:
-    """Return the default limits with some replaced, each given as ``name=number``. Raises InputError."""
+    """Return limits from settings ``name=number``. Raises InputError."""
     types = {name: type(usual) for name, usual in asdict(Limits()).items()}
     chosen: dict[str, Any] = {}
     for setting in settings:
@@ -221,7 +199,7 @@ class LimitedRun:
         self._wall_s = 0.0
 
     def run_until_ps(self, at_ps: int, limits: Limits) -> None:
-        """Run up to and including ``at_ps``, less if a debugger halts the core. Raises LimitError."""
+        """Run up to and including ``at_ps``, or to a debugger's halt. Raises LimitError."""
         clock = self._clock
         while True:
             stop_ps = min(at_ps, clock.now_ps + _LOOK_EVERY_PS)

@@ -1,11 +1,7 @@
-"""The chip in C (emulator/chip/native), called through ctypes: its handle, its callbacks, its peripherals.
+"""The chip in C (emulator/chip/native), called through ctypes; ``fcu.h`` documents each function.
 
-``fcu.h`` documents each function. The interpreter lock is held while C runs, because runs are short and call
-back into Python tens of thousands of times a second.
-
-Decision: the structures are declared once more for ctypes, and a test asks the compiler whether both declarations agree.
-With cffi in ABI mode the header alone would do, but a callback into Python takes 440 ns there and 220 ns with ctypes, and
-callbacks come by the ten thousand a second.
+Decision: the structures are declared once more for ctypes, and a test asks the compiler whether both declarations
+agree. A callback takes 220 ns with ctypes and 440 ns with cffi in ABI mode.
 """
 
 from __future__ import annotations
@@ -43,11 +39,11 @@ _i32, _u32, _i64, _pointer = ctypes.c_int32, ctypes.c_uint32, ctypes.c_int64, ct
 _u64 = ctypes.c_uint64
 
 WORK_OF_A_CALL: Final = 2_000
-"""The work of a call from C into Python, in units of work.h."""
+"""Work of a call from C into Python, in units of work.h."""
 NOTE_KINDS: Final = ("forbidden", "not modelled", "refused")
 """enum NoteKind of peripheral.h."""
 PERIPHERAL_CLASSES: Final[dict[str, type[NativePeripheral]]] = {}
-"""The classes of peripherals with more functions than :class:`NativePeripheral`, by name without number."""
+"""Classes with more functions than :class:`NativePeripheral`, by peripheral name without number."""
 
 
 IRQ_CHANGED: Final = ctypes.CFUNCTYPE(None, _i64, _i32, _i32)
@@ -213,7 +209,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_i2c_pin": (None, _pointer, _i32, _i32, _i32, _i32, _i32),
     "fcu_i2c_wire": (_pointer, _pointer, _i32),
 }
-"""Result and arguments by name, as in fcu.h."""
+"""Result and arguments, as in fcu.h."""
 
 
 _REGISTER_NUMBERS: Final = {
@@ -227,7 +223,7 @@ _REGISTER_NUMBERS: Final = {
 
 @cache
 def load() -> Any:
-    """Return the library with declared functions. Raises InputError if it is missing or outdated."""
+    """Return the declared library. Raises InputError if it is missing or outdated."""
     library = loader.load()
     for name, (gives, *takes) in _FUNCTIONS.items():
         function = getattr(library, name)
@@ -236,15 +232,11 @@ def load() -> Any:
 
 
 class _Owner:
-    """Keeps the chip in C alive while a reference exists."""
+    """Keeps the chip in C alive while referenced."""
 
 
 class FcuChip:
-    """One chip in C, with the board's time.
-
-    Python and C share one time: whenever Python code runs, ``clock.now_ps`` and the chip's time are the same.
-    An exception in a callback ends the run and is raised by :meth:`raise_error`.
-    """
+    """One chip in C, which shares the board's time. An exception in a callback ends the run."""
 
     def __init__(self, clock: Clock, trace: Trace) -> None:
         self.library = load()
@@ -270,8 +262,9 @@ class FcuChip:
         self._destroy = weakref.finalize(self._owner, self.library.fcu_destroy, self.handle)
         shared = (_i64 * 8).from_address(handle)
         self.shared = memoryview(shared).cast("B").cast("q")
-        """The first members of struct Chip: now_ps, host_next_ps, until_ps, must_stop, detailed, work,
-        work_limit, observed."""
+        """First members of struct Chip: now_ps, host_next_ps, until_ps, must_stop, detailed, work, work_limit,
+        observed.
+        """
         self._kept.append(shared)
         self.flash = self._memory(self.library.fcu_flash, FLASH_SIZE)
         self.ram = self._memory(self.library.fcu_ram, RAM_SIZE)
@@ -283,7 +276,6 @@ class FcuChip:
         self._core_registers = CoreRegisters(self, CORE)
         self._pc = CoreRegisters(self, ("pc",))
         self.targets = Targets(self)
-        """The read cache of the sensors' bytes in C."""
         self._unreported = self.targets.unreported
         bases = [self.library.fcu_peripheral_base(self.handle, n) for n in range(self.peripheral_count)]
         names = {base: name for name, (base, _) in ADDRESSES.items()}
@@ -293,20 +285,18 @@ class FcuChip:
         self._by_index = list(self.peripherals.values())
         self.read_python: Callable[[int, int], int] = lambda _address, _size: 0
         self.write_python: Callable[[int, int, int], None] = lambda _address, _size, _value: None
-        """Accesses to registers that are in Python: ``(address, size)``, ``(address, size, value)``."""
+        """Accesses to registers in Python: ``(address, size)``, ``(address, size, value)``."""
         self.on_touched: Callable[[NativePeripheral, int, int], None] = lambda _peripheral, _offset, _what: (
             None
         )
-        """Called at an access that a peripheral ignores (enum Touched of chip.h)."""
+        """Called when a peripheral ignores an access (enum Touched of chip.h)."""
 
     @property
     def peripheral_count(self) -> int:
-        """The number of peripherals in C."""
         count: int = self.library.fcu_peripheral_count(self.handle)
         return count
 
     def close(self) -> None:
-        """Free C's memory now, without waiting for the garbage collector; the object must not be used afterwards."""
         nothing = memoryview(b"")
         self.flash = self.ram = self.system_memory = self.shared = nothing
         self._memories = ()
@@ -321,7 +311,7 @@ class FcuChip:
         return memoryview(buffer).cast("B")
 
     def memory(self, address: int, size: int) -> memoryview[int] | None:
-        """Return ``size`` bytes of RAM, flash (at 0 too) or system memory; None elsewhere."""
+        """Return RAM, flash or system memory; None elsewhere."""
         for base, content in self._memories:
             offset = address - base
             if 0 <= offset <= len(content) - size:
@@ -329,11 +319,9 @@ class FcuChip:
         return None
 
     def forget_code(self) -> None:
-        """Decode code again after a change of flash or RAM from outside."""
         self.library.fcu_forget_code(self.handle)
 
     def register_calls(self, names: tuple[str, ...]) -> RegisterCalls:
-        """Return the functions that :class:`CoreRegisters` needs."""
         count = len(names)
         numbers = (_i32 * count)(*(_REGISTER_NUMBERS[name] for name in names))
         values = (_u32 * count)()
@@ -343,7 +331,6 @@ class FcuChip:
         return words, fetch, partial(self.library.fcu_write_registers, *call)
 
     def register(self, number: int) -> int:
-        """Return R0 to R15, or xPSR."""
         return self._core_registers.read()[number]
 
     def core_state(self) -> bytes:
@@ -352,7 +339,6 @@ class FcuChip:
 
     @property
     def pc(self) -> int:
-        """The address of the next instruction."""
         return self._pc.read()[0]
 
     @pc.setter
@@ -361,7 +347,7 @@ class FcuChip:
 
     @property
     def thumb(self) -> bool:
-        """EPSR.T: instructions can be executed only while it is set."""
+        """EPSR.T, without which nothing executes."""
         return bool(self.library.fcu_thumb(self.handle))
 
     @thumb.setter
@@ -369,72 +355,62 @@ class FcuChip:
         self.library.fcu_set_thumb(self.handle, thumb)
 
     def peripheral_by_index(self, index: int) -> NativePeripheral:
-        """Return the peripheral with this number in C."""
         return self._by_index[index]
 
     # -- time -------------------------------------------------------------------------------------------
 
     def advance_to(self, at_ps: int) -> None:
-        """Let time pass until ``at_ps`` without executing instructions."""
         self.enter()
         self.library.fcu_advance(self.handle, at_ps)
         self.raise_error()
         self.clock.advance_to(at_ps)
 
     def enter(self) -> None:
-        """Pass Python's state to C, before C carries out anything."""
+        """Pass Python's state to C."""
         shared, trace = self.shared, self.trace
         shared[1], shared[4], shared[7] = self.clock.next_ps, trace.detailed, trace.observed
 
     def settle(self) -> None:
-        """Carry out all events that are due now, in C and in Python."""
         self.enter()
         self.library.fcu_settle(self.handle)
         self.raise_error()
         self.clock.settle()
 
     def set_clocks(self, tree: ClockTree) -> None:
-        """Set the frequencies of RCC from now on."""
         clocks = tree.sysclk_hz, tree.hclk_hz, tree.pclk1_hz, tree.pclk2_hz, tree.timer1_hz, tree.timer2_hz
         self.library.fcu_set_clocks(self.handle, ClocksTable(*clocks))
         self.raise_error()
 
     def gate(self, peripherals: int, clocked: int) -> None:
-        """Switch the clocks of peripherals in C on or off: bit = index."""
+        """Bit = index of a peripheral."""
         self.library.fcu_gate(self.handle, peripherals, clocked)
 
     def gate_python(self, peripheral: Peripheral, clocked: bool) -> None:
-        """Report to C that the clock of a peripheral in Python has been switched on or off."""
         self.library.fcu_gate_python(self.handle, peripheral.base, clocked)
 
     def reset_peripherals(self, peripherals: int) -> None:
-        """Reset peripherals in C: bit = index."""
         self.library.fcu_reset_peripherals(self.handle, peripherals)
         self.raise_error()
 
     def set_irq(self, number: int, level: bool) -> None:
-        """Set or clear NVIC input ``number`` for the peripherals in Python."""
         self.library.fcu_set_irq(self.handle, number, level)
 
     def irq_level(self, number: int) -> bool:
-        """Return whether any peripheral sets NVIC input ``number``."""
         return bool(self.library.fcu_irq_level(self.handle, number))
 
     def set_alternate(self, port: str, pin: int, function: int | None) -> None:
-        """Switch a pin to an alternate function, or to none."""
         number = -1 if function is None else function
         self.library.fcu_set_alternate(self.handle, "ABCDEH".index(port), pin, number)
 
     def set_exti_line(self, line: int, level: bool) -> None:
-        """Set an internal signal whose edges EXTI detects, line 16 or higher (RM0368 section 10.2.5)."""
+        """Set line 16 or higher (RM0368 section 10.2.5)."""
         self.library.fcu_set_exti_line(self.handle, line, level)
 
     def watch_irqs(self, changed: Callable[[int, int], None]) -> None:
-        """Call ``changed(number, level)`` when an NVIC input becomes active (1) or inactive (0)."""
         self.library.fcu_watch_irqs(self.handle, self.callback(IRQ_CHANGED, changed))
 
     def raise_error(self) -> None:
-        """After C has returned: report reads to the sensors; raise the exception of a callback."""
+        """Report reads, then raise a callback's exception."""
         if self._unreported[0]:
             self.targets.settle()
         if self._error is not None:
@@ -443,15 +419,12 @@ class FcuChip:
             raise error
 
     def keep_error(self, error: BaseException) -> None:
-        """In a callback: end the run, and raise ``error`` after it, because C cannot pass it on."""
+        """Raise ``error`` after the run, because C cannot pass it on."""
         self._error = self._error or error
         self.shared[3] = 1
 
     def callback(self, kind: Any, function: Callable[..., Any]) -> Any:
-        """Return ``function(...)`` for calls from C, with the time as first argument, which becomes the clock's.
-
-        It never raises into C. C keeps no reference; this object does.
-        """
+        """Return a callback that sets the clock and never raises into C."""
         clock, enter = self.clock, self.enter
         nothing = 0 if kind._restype_ is not None else None
 
@@ -494,7 +467,7 @@ class FcuChip:
         self.on_touched(self._by_index[peripheral], offset, what)
 
     def _fault(self, exception: int, status: int, hard: int, address: int) -> None:
-        """Do nothing; :class:`Core` overrides this and the following methods."""
+        """Do nothing; :class:`Core` overrides these methods."""
 
     def _locked_up(self, pc: int) -> None:
         pass
@@ -507,7 +480,7 @@ class FcuChip:
 
 
 class NativePeripheral(Peripheral):
-    """A peripheral in C, used from Python: registers by offset, reset, clock gate."""
+    """A peripheral in C, with its registers by offset."""
 
     index: int
 
@@ -525,32 +498,26 @@ class NativePeripheral(Peripheral):
         self._chip.gate(1 << self.index, clocked << self.index)
 
     def reset(self) -> None:
-        """Restore the state after reset."""
         self._chip.reset_peripherals(1 << self.index)
 
     def read(self, offset: int) -> int:
-        """Return the word at ``offset``, with side effects."""
         self._chip.enter()
         value: int = self._chip.library.fcu_read_peripheral(self._chip.handle, self.index, offset)
         self._chip.raise_error()
         return value
 
     def read_with_validity(self, offset: int) -> tuple[int, int]:
-        """Return ``read``, and the end of the value's validity without further accesses."""
         value = self.read(offset)
         return value, self._chip.shared[2]
 
     def peek(self, offset: int) -> int:
-        """Return the word at ``offset`` without side effects."""
         value: int = self._chip.library.fcu_peek_peripheral(self._chip.handle, self.index, offset)
         return value
 
     def pure_read(self, offset: int) -> bool:
-        """Return whether a read of ``offset`` has no side effect and its value does not change continuously."""
         return bool(self._chip.library.fcu_is_pure(self._chip.handle, self.index, offset))
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """Write the bits of ``mask`` of the word at ``offset``."""
         self._chip.enter()
         self._chip.library.fcu_write_peripheral(self._chip.handle, self.index, offset, value & WORD, mask)
         self._chip.raise_error()

@@ -1,9 +1,4 @@
-"""The memory map of the STM32F401CC: memories and peripherals by address (RM0368 table 1, section 2.3; sizes
-of the memories: datasheet DS9716, section 5; ARMv7-M ARM table B3-3 for the core's peripherals).
-
-The table of peripherals is complete although the model is not, so that firmware that accesses an unmodelled
-peripheral gets a note with its name.
-"""
+"""The memory map of the STM32F401CC (RM0368 table 1, section 2.3; DS9716 section 5; ARMv7-M ARM table B3-3)."""
 
 from __future__ import annotations
 
@@ -29,7 +24,7 @@ RAM_BITS: Final = 0x2200_0000
 PERIPHERAL_BITS: Final = 0x4200_0000
 
 PAGE_SHIFT: Final = 10
-"""No two peripherals share a kilobyte."""
+"""Two peripherals never share a kilobyte."""
 
 ADDRESSES: Final = {
     "TIM2": (0x4000_0000, 0x400),
@@ -81,18 +76,17 @@ ADDRESSES: Final = {
     "DBGMCU": (0xE004_2000, 0x400),
     "ROM table": (0xE00F_F000, 0x1000),
 }
-"""First address and size by the manual's name."""
+"""First address and size, by the manual's name."""
 
 
 class Region(NamedTuple):
-    """A range of memory: ``start`` inclusive, ``end`` exclusive."""
+    """A memory range from ``start`` to before ``end``."""
 
     name: str
     start: int
     end: int
 
     def holds(self, start: int, end: int) -> bool:
-        """Return whether [start, end) is inside."""
         return self.start <= start <= end <= self.end
 
     def __str__(self) -> str:
@@ -106,5 +100,5 @@ CHIP: Final = f"this board's STM32F401CC has {FLASH_MEMORY} and {RAM_MEMORY}"
 
 
 def fits(start: int, end: int) -> bool:
-    """Return whether [start, end) is inside flash or inside RAM."""
+    """Return whether flash or RAM contains [start, end)."""
     return FLASH_MEMORY.holds(start, end) or RAM_MEMORY.holds(start, end)

@@ -1,8 +1,6 @@
-"""The read cache of sensors' bytes in C (emulator/chip/native/peripherals/read_cache.h), and its interface in Python.
+"""The Python interface of the sensors' read cache in C.
 
-C requests the bytes from a sub-address, and keeps them as long as they are valid. Reads with side effects in
-the sensor (data-ready is cleared) are reported to it before any Python code runs that could see a difference:
-at the beginning of every callback, and when C returns (:meth:`Targets.settle`).
+Reads with side effects, such as clearing data-ready, reach the sensors before other Python code runs.
 """
 
 from __future__ import annotations
@@ -23,7 +21,7 @@ _PUT: Final = struct.Struct(f"=qQq{_BYTES}s")  # struct Prefetched
 _LENGTHS: Final = (1 << _BYTES + 1) - 1
 _KNOWN: Final = -1  # POSITION_KNOWN
 _WORK: Final = 5_000
-"""Work of a request to a sensor for its bytes, in units of work.h."""
+"""Work of a request for bytes, in units of work.h."""
 
 
 class TargetTable(ctypes.Structure):
@@ -36,48 +34,40 @@ class TargetTable(ctypes.Structure):
 
 
 class KeepingTarget(Protocol):
-    """A sensor at a bus that gives bytes in advance, like :meth:`RegisterFile.prefetch`."""
+    """A sensor that gives bytes in advance, like :meth:`RegisterFile.prefetch`."""
 
     @property
     def version(self) -> array[int]:
-        """Return a number that changes with every event that invalidates prefetched bytes."""
+        """Changes whenever prefetched bytes become invalid."""
         ...
 
     def prefetch(self, address: int, count: int, now_ps: int, /) -> tuple[bytes, int, int]:
-        """Return the bytes, the end of their validity (ps), and how many of them can be read without side effects."""
+        """Return bytes, the end of their validity (ps), and how many are readable without side effects."""
         ...
 
-    def consumed(self, address: int, count: int, /) -> None:
-        """Report that so many of these bytes have been read."""
-        ...
+    def consumed(self, address: int, count: int, /) -> None: ...
 
-    def advance_past(self, address: int, count: int, /) -> None:
-        """Report that they have been read without side effects, except for the new sub-address."""
-        ...
+    def advance_past(self, address: int, count: int, /) -> None: ...
 
     @property
     def position(self) -> int: ...
 
 
 class CachingChip(Protocol):
-    """The functions of the chip that are used here: :class:`fcu_emulator.emulator.chip.library.FcuChip`."""
+    """Functions of the chip that the read cache uses."""
 
     clock: Clock
     library: Any
     handle: Any
     shared: Any
 
-    def callback(self, kind: Any, function: Callable[..., Any], /) -> Any:
-        """Return a Python function for calls from C."""
-        ...
+    def callback(self, kind: Any, function: Callable[..., Any], /) -> Any: ...
 
-    def keep_error(self, error: BaseException, /) -> None:
-        """Keep an error that is raised when C has returned."""
-        ...
+    def keep_error(self, error: BaseException, /) -> None: ...
 
 
 class Targets:
-    """All targets of a chip. ``unreported[0]`` is 0 unless reads must be reported to a sensor (:meth:`settle`)."""
+    """All targets of a chip. ``unreported[0]`` is not 0 while :meth:`settle` is needed."""
 
     def __init__(self, chip: CachingChip) -> None:
         self._chip = chip
@@ -92,7 +82,7 @@ class Targets:
         self.unreported = self._words[:1]
 
     def add(self, target: KeepingTarget) -> int:
-        """Add a target to the read cache; return its index, or -1 if there are too many."""
+        """Return the index, or -1 if there are too many."""
         if target in self._targets:
             return self._targets.index(target)
         version, _ = target.version.buffer_info()
@@ -102,7 +92,7 @@ class Targets:
         return index
 
     def settle(self) -> None:
-        """Report to the sensors the reads that they have not received yet."""
+        """Report delayed reads to the sensors."""
         words = self._words
         unreported, words[_UNREPORTED] = words[_UNREPORTED], 0
         for index in range(unreported.bit_length()):
@@ -114,24 +104,21 @@ class Targets:
                     words[_ANSWERED + index] = target.version[0]  # reading does not switch a sensor off
 
     def tell_position(self, index: int) -> None:
-        """Set the sensor's sub-address to the one after the reads in C."""
         position = self._words[_POSITIONS + index]
         if position != _KNOWN:
             self._words[_POSITIONS + index] = _KNOWN
             self._targets[index].advance_past(position >> 8, position & 0xFF)
 
     def prefetch(self, index: int, address: int, count: int, now_ps: int) -> int:
-        """Store the bytes from ``address`` for C; return their number, 0 if none is valid."""
         data, until_ps, quiet = self._targets[index].prefetch(address, count, now_ps)
         _PUT.pack_into(self._prefetched, 0, until_ps, quiet & _LENGTHS, address, data)
         return min(len(data), _BYTES)
 
     def prefetch_from_here(self, index: int) -> int:
-        """Do the same from the present sub-address."""
         return self.prefetch(index, self._targets[index].position, 1, self._chip.clock.now_ps)
 
     def _prefetch_at(self, now_ps: int, index: int, address: int, skip: int, count: int) -> int:
-        """Prefetch for C, thousands of times a second: :meth:`FcuChip.callback` merged into one function."""
+        """Prefetch without :meth:`FcuChip.callback`, for speed."""
         chip = self._chip
         clock = chip.clock
         try:

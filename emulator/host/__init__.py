@@ -1,1 +1,1 @@
-"""The machine that the emulator runs on: files, worker processes, local ports, install hints."""
+"""The emulator's machine: files, worker processes, ports, install hints."""

@@ -1,4 +1,4 @@
-"""Files that are written completely or not at all, and files with a size limit."""
+"""Files written completely or not at all, and files with a size limit."""
 
 from __future__ import annotations
 
@@ -20,19 +20,14 @@ _OF_A_NAME = frozenset(
 
 
 def is_about_the_name(error: OSError) -> bool:
-    """Return whether a file's name or kind causes ``error``; all other OSErrors are the machine's fault.
-
-    The author of a submission chooses the names, and the same name fails on every try. A full disk, too many
-    open files or a missing permission does not depend on the submitted file.
-    """
+    """Return whether a file's name or kind, which a submission's author chooses, causes ``error``."""
     return error.errno in _OF_A_NAME
 
 
 def write_atomically(path: Path, data: bytes | str, *, private: bool = False) -> None:
-    """Write ``data`` to the file ``path`` in one step: a reader, or an interruption, never sees half of it.
+    """Write ``data`` in one step, with missing folders. Raises OutputError.
 
-    Folders are created as needed. ``private``: only this user may read it. A character device, such as
-    ``/dev/null``, is written to and stays a device. Raises OutputError, for a pipe and a folder as well.
+    ``private``: only this user may read it. A device such as ``/dev/null`` stays one.
     """
     contents = data.encode("utf-8") if isinstance(data, str) else data
     try:
@@ -57,10 +52,7 @@ def write_atomically(path: Path, data: bytes | str, *, private: bool = False) ->
 
 
 def secret(path: Path) -> bytes:
-    """Return the contents of a file with a secret; a missing file is created, with 32 random bytes.
-
-    Raises InputError for a file that cannot be a secret, OutputError if the file cannot be created.
-    """
+    """Return a file's secret, created with 32 random bytes. Raises InputError if it cannot be a secret, OutputError."""
     try:
         if path.exists() and not path.is_file():
             raise InputError(f"{path}: a secret must be a regular file")
@@ -78,10 +70,10 @@ def secret(path: Path) -> bytes:
 
 
 def _is_device(path: Path) -> bool:
-    """Return whether ``path`` is a character device. Raises OutputError if it is neither that nor a file."""
+    """Return whether this is a device. Raises OutputError if it is not a file either."""
     try:
         mode = path.stat().st_mode
-    except OSError:  # the file is missing, or cannot be created: the write reports it
+    except OSError:  # the write reports it
         return False
     if stat.S_ISCHR(mode):
         return True
@@ -91,11 +83,7 @@ def _is_device(path: Path) -> bool:
 
 
 class BoundedFile:
-    """An ASCII file that grows up to ``most_bytes``; a failed write ends the run.
-
-    ``what``: the name in messages, such as ``trace file run.jsonl``. The file is created, or emptied; raises
-    LinkError if that fails.
-    """
+    """An ASCII file of at most ``most_bytes``, emptied at the start; ``what`` names it in messages. Raises LinkError."""
 
     def __init__(self, path: str | Path, what: str, most_bytes: int) -> None:
         self._what = what
@@ -107,7 +95,7 @@ class BoundedFile:
             raise LinkError(f"{what}: {problem}; give a writable path") from error
 
     def write(self, text: str) -> int:
-        """Append text, all of it or nothing, and return its length. Raises OutputError."""
+        """Append all of the text or nothing. Raises OutputError."""
         self._left -= len(text)
         if self._left < 0:
             self.close()
@@ -121,14 +109,12 @@ class BoundedFile:
             raise self._failed(error) from error
 
     def flush(self) -> None:
-        """Flush the buffer to the system. Raises OutputError."""
         try:
             self._file.flush()
         except OSError as error:
             raise self._failed(error) from error
 
     def close(self) -> None:
-        """Write the rest of the buffer. Raises OutputError; a second call does nothing."""
         try:
             self._file.close()
         except OSError as error:

@@ -1,8 +1,4 @@
-"""Texts that differ between systems: a shell's quoting, and the installation of programs.
-
-Hints for macOS and Windows come from the pages of their package managers and of the programs (docs/student.md
-has the same); only Debian's were tested.
-"""
+"""A shell's quoting, and hints for installing programs; only Debian's were tested."""
 
 from __future__ import annotations
 
@@ -38,14 +34,14 @@ _INSTALL: Mapping[str, Mapping[str, str]] = {
 
 
 def how_to_install_all(programs: Iterable[str]) -> str:
-    """Return how to install these programs: one command if possible, else several steps."""
+    """Return how to install programs, in one command if possible."""
     ways = list(dict.fromkeys(map(how_to_install, programs)))
     packages = [way.removeprefix(_APT) for way in ways]
     return _APT + " ".join(packages) if all(map(str.__ne__, ways, packages)) else "; ".join(ways)
 
 
 def quoted(word: str) -> str:
-    """Return ``word`` as one word of the shell: of cmd and PowerShell on Windows, of sh elsewhere."""
+    """Return one word for cmd and PowerShell on Windows, else sh."""
     return subprocess.list2cmdline([word]) if sys.platform == "win32" else shlex.quote(word)
 
 
@@ -55,6 +51,6 @@ def command_line(words: Iterable[str]) -> str:
 
 
 def how_to_install(program: str) -> str:
-    """Return how to install ``program`` on this system; unknown systems get Debian's hint."""
+    """Return how to install ``program``; unknown systems get Debian's hint."""
     ways = _INSTALL[program]
     return ways.get(sys.platform, ways["linux"])

@@ -1,21 +1,15 @@
-"""A separate process for untrusted firmware: its limits, and the way it ended.
+"""A worker process for untrusted firmware.
 
-``run_isolated("fcu_emulator", arguments)`` runs a module as a program in a worker process, under the limits
-of :class:`WorkerLimits`, with the streams of this process. It distinguishes a worker that has ended normally,
-with its exit code, from one that died: killed, crashed, out of memory or of processor time. A death is not a
-verdict on the firmware.
+A worker that died (killed, crashed, out of memory or time) gives no verdict on the firmware.
 
-Decision: the worker process adds a constant to its exit code. Without it, exit code 1 of a library that ends
-the process when memory is short would be the verdict "wrong". A pipe for the verdict was rejected, because it
-needs an inherited handle, which differs between systems.
+Decision: the worker process adds a constant to its exit code. Otherwise exit code 1 of a library without memory would
+be the verdict "wrong".
 
-Decision: the worker process stays in the process group of its parent, so that Ctrl-C reaches both and typed
-text reaches the board. A request to end that only the parent gets is passed on as SIGTERM. The worker obeys
-only one request, because it may have received the same request itself. A killed parent cannot pass anything
-on, so the worker waits on a pipe whose other end the parent holds.
+Decision: the worker process stays in the process group of its parent, so that Ctrl-C reaches both and typed text
+reaches the board. A pipe ends the worker if the parent is killed.
 
-Decision: the worker process sets its own limits, before it loads anything. A function called between fork and
-exec was rejected: it is unsafe in programs with threads and does not exist on Windows.
+Decision: the worker process sets its own limits, before it loads anything. A function between fork and exec is unsafe
+with threads.
 """
 
 from __future__ import annotations
@@ -41,17 +35,17 @@ from fcu_emulator.emulator.text import shown
 
 _LEAST_MEMORY = 256 << 20
 _MOST = 1 << 60
-"""The system stores a limit as a signed 64-bit number; processor time is added to the time used before."""
+"""The system stores a signed 64-bit number; processor time used before is added."""
 _ON_MACOS = ("memory_bytes",)
-"""On macOS the limit of the address space can be set but has no effect."""
+"""On macOS the limit of the address space has no effect."""
 
 
 @dataclass(frozen=True)
 class WorkerLimits:
-    """The limits of a process. Raises InputError for a limit under which no program can run."""
+    """Limits of a process. Raises InputError if no program could run."""
 
     memory_bytes: int = 1 << 30
-    """Size of the address space; Python, numpy and a board need about a third of the default."""
+    """The address space; Python, numpy and a board need a third of the default."""
     cpu_s: int = 3600
     """Processor time from :meth:`apply` on."""
     file_bytes: int = 4 << 30
@@ -71,11 +65,10 @@ class WorkerLimits:
             raise InputError(f"limit memory_bytes {problem}")
 
     def apply(self) -> tuple[str, ...]:
-        """Apply the limits to this process and its children; lower existing limits remain.
+        """Apply the limits, and return those not enforced; lower limits remain. Processor time counts from the latest
+        call.
 
-        Returns the names of the limits that this system does not enforce. Call it before loading large
-        modules. A process that does several tasks may call it before each: processor time is counted from the
-        latest call.
+        Call it before loading large modules.
         """
         if sys.platform != "win32":
             import resource
@@ -90,17 +83,14 @@ class WorkerLimits:
 
 
 def not_limited() -> tuple[str, ...]:
-    """Return the names of the limits that this system does not enforce."""
+    """Return the limits that this system does not enforce."""
     if platform.system() == "Windows":
         return tuple(field.name for field in fields(WorkerLimits))
     return _ON_MACOS if platform.system() == "Darwin" else ()
 
 
 def parse_limits(settings: Sequence[str]) -> tuple[WorkerLimits | None, tuple[str, ...]]:
-    """Return the default limits with some replaced, and the settings that name none of these.
-
-    Each is ``name=number``. The limits are None if none of them was named. Raises InputError.
-    """
+    """Return limits from settings ``name=number``, None without any, and the other settings. Raises InputError."""
     known = {field.name for field in fields(WorkerLimits)}
     chosen: dict[str, int] = {}
     others = []
@@ -120,7 +110,6 @@ def parse_limits(settings: Sequence[str]) -> tuple[WorkerLimits | None, tuple[st
 if sys.platform != "win32":
 
     def _lower(kind: int, value: int, *, again: bool = False) -> None:
-        """Lower a limit; ``again``: keep the hard limit, so that a later call can change the value."""
         import resource
 
         _, hard = resource.getrlimit(kind)
@@ -131,7 +120,7 @@ if sys.platform != "win32":
 # -- The parent ---------------------------------------------------------------------------------------------
 
 _ENDED = 100
-"""The number that a worker adds to its exit code when it has ended normally."""
+"""Added to the exit code of a worker that has ended normally."""
 _REQUESTS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 _CAUSES = {
     "SIGKILL": "it was killed, usually by the system because of its memory use",
@@ -141,19 +130,18 @@ _CAUSES = {
 
 @dataclass(frozen=True)
 class WorkerExit:
-    """The end of a worker. ``code``: its exit code, None if it died; ``cause``: the cause of death, else ""."""
+    """The end of a worker; ``code`` is None if it died of ``cause``."""
 
     code: int | None
     cause: str
     interrupted: bool
-    """Whether the user or the system has requested the end."""
+    """The user or the system has requested the end."""
 
 
 def run_isolated(module: str, arguments: Sequence[str], limits: WorkerLimits) -> WorkerExit:
-    """Run ``module`` like ``python -m``, in a worker process under ``limits``; return after its end.
+    """Run ``module`` like ``python -m`` in a worker process with these streams.
 
-    The worker has this process's streams. Call it in the main thread. Raises OSError if no process can be
-    started.
+    Call it in the main thread. Raises OSError if no process can be started.
     """
     read, write = _lifeline()
     start = f"import sys; sys.path[:] = {sys.path!r}; from fcu_emulator.emulator.host.isolation import work; work()"
@@ -176,7 +164,7 @@ def run_isolated(module: str, arguments: Sequence[str], limits: WorkerLimits) ->
 
 def _ending(status: int, limits: WorkerLimits, interrupted: bool) -> WorkerExit:
     code = status - _ENDED
-    if 0 <= code <= 155 and status != 120:  # Python's exit code when it cannot write its output at its end
+    if 0 <= code <= 155 and status != 120:  # Python cannot write its output
         return WorkerExit(code, "", interrupted)
     return WorkerExit(None, _cause(status, limits), interrupted)
 
@@ -191,7 +179,7 @@ def _cause(status: int, limits: WorkerLimits) -> str:
 
 
 def _lifeline() -> tuple[int | None, int | None]:
-    """Create the pipe that the worker waits on; its ends are never standard streams, even if those are closed."""
+    """Create the worker's pipe, never as standard streams."""
     read: int | None = None
     write: int | None = None
     if sys.platform != "win32":
@@ -206,10 +194,8 @@ def _lifeline() -> tuple[int | None, int | None]:
 
 @contextmanager
 def _passed_on(asked: list[int]) -> Iterator[list[subprocess.Popen[bytes]]]:
-    """Record requests to end in this context and pass them on to the process in the list; a second one kills it.
-
-    Windows sends Ctrl-C to the worker itself, and cannot pass on other requests gently. Ignored signals stay
-    ignored, as in the worker.
+    """Pass requests to end on to the process in the list; a second one kills it. On Windows the worker gets Ctrl-C
+    itself.
     """
     to: list[subprocess.Popen[bytes]] = []
 
@@ -235,12 +221,12 @@ _working_under: list[WorkerLimits] = []
 
 
 def limits_of_worker() -> WorkerLimits | None:
-    """Return the limits of this process if it is a worker of :func:`run_isolated`, else None."""
+    """Return this worker's limits; None in another process."""
     return _working_under[0] if _working_under else None
 
 
 def work() -> None:
-    """Run the worker, from its start to its end; its arguments are those of :func:`run_isolated`."""
+    """Run the worker with the arguments of :func:`run_isolated`."""
     own = json.loads(sys.argv[1])
     limits = WorkerLimits(**own["limits"])
     threading.Thread(target=_end_with_parent, args=(own["lifeline"], own["parent"]), daemon=True).start()

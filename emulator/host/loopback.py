@@ -1,9 +1,7 @@
-"""TCP ports of this machine that only programs on this machine can reach.
+"""TCP ports that only programs on this machine can reach.
 
-Decision: serial ports, the debugger's port and the control port listen on 127.0.0.1 only. The page, which has
-a token, can have another address (:mod:`fcu_emulator.emulator.live.listening`). A user of another machine
-connects through ``ssh -L``, which asks for a password. An option for the address of each port was rejected,
-because it would put a port without a password on a lecture hall's network.
+Decision: serial ports, the debugger's port and the control port listen on 127.0.0.1 only. Others connect through ``ssh
+-L``. Only the page, which has a token, can have another address.
 """
 
 from __future__ import annotations
@@ -18,16 +16,12 @@ LARGEST_PORT = 65_535
 
 
 def listen(port: int, option: str) -> socket.socket:
-    """Return a listening socket on ``port`` of this machine, 0 for any free port.
-
-    ``option`` is the option that the user typed, for the error. Raises LinkError if the port is not
-    available.
-    """
+    """Return a socket on ``port``, 0 for a free one. Raises LinkError, which names the user's ``option``."""
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
-        if sys.platform == "win32":  # on Windows SO_REUSEADDR would let a second program take a port in use
+        if sys.platform == "win32":  # on Windows SO_REUSEADDR shares ports in use
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
-        else:  # a port can be reused right after its last connection has ended
+        else:  # a port can be reused at once
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind((HOST, port))
         listener.listen()

@@ -1,7 +1,4 @@
-"""Byte links: the connection of the virtual board's serial line to the outside.
-
-``open_link`` turns the word after ``--serial`` into a link; the board uses only the ``ByteLink`` protocol.
-"""
+"""Byte links: the connection of the virtual board's serial line to the outside."""
 
 from __future__ import annotations
 
@@ -25,9 +22,8 @@ def open_link(
 ) -> ByteLink:
     """Open the link that ``spec`` names: one of ``CHOICES``; ``port`` is pty, or tcp on systems without one.
 
-    ``firmware_baud()`` returns the present rate of the board's USART, for links whose reader sets a rate.
-    ``say(line)`` is called at once with messages during the run. Raises LinkError if ``spec`` is unknown or
-    this machine does not support it.
+    ``firmware_baud()`` returns the USART's present rate; ``say(line)`` gets messages. Raises LinkError if
+    ``spec`` is unknown or not supported here.
     """
     kind, colon, name = spec.partition(":")
     if spec == "stdout":

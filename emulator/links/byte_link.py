@@ -1,15 +1,10 @@
-"""The interface of all byte links, and their common parts: the other end of the virtual UART, as the board sees it.
+"""The interface of all byte links, and their common parts: the other end of the virtual UART.
 
-Decision: a link is a pair of calls that never block, which the runner polls every 10 to 20 ms of wall time. A
-callback per received byte from the link's thread was rejected: the board would need locks, and a run would
-depend on the scheduling of threads. A link may use threads internally; they are invisible outside.
+Decision: a link is a pair of calls that never block, polled every 10 to 20 ms of wall time, so that a run
+does not depend on the scheduling of threads.
 
-All links guarantee this: a reader that is absent, slow or leaves neither stops nor slows the board, and loses
-no bytes that a real UART would not lose. All 256 byte values pass unchanged both ways. Memory is bounded.
-
-Decision: the full queue of a link drops its oldest bytes, not the newest. A user who returns after a pause
-wants to see the board's current output. Refusing new bytes was rejected: it would show minutes-old text and
-then a gap of unknown length.
+Decision: the full queue of a link drops its oldest bytes, not the newest, because a returning user wants the
+current output.
 """
 
 from __future__ import annotations
@@ -21,41 +16,31 @@ from typing import Protocol, runtime_checkable
 
 
 class ByteLink(Protocol):
-    """The other end of the virtual UART: a terminal, a pipe, a pseudo-terminal, a test.
-
-    Used from one thread. After ``close`` a link accepts and returns no more bytes, without an error.
-    """
+    """The other end of the virtual UART, used from one thread; after ``close`` it passes no bytes."""
 
     def send(self, data: bytes) -> None:
         """Take all of ``data`` (board to reader) without blocking; bytes that do not fit are counted."""
 
     def receive(self, most: int) -> bytes:
-        """Return up to ``most`` bytes that have arrived for the board, ``b""`` if none; never blocks.
-
-        The rest waits: in the link up to its limit, then at its source, whose writer waits.
-        """
+        """Return up to ``most`` bytes that have arrived for the board, without blocking; the rest waits."""
         ...
 
     def flush(self, timeout_s: float) -> None:
-        """Give an attached reader up to ``timeout_s`` seconds of wall time to read the queued bytes.
-
-        Returns earlier when all bytes are read, without a reader, or when the reader reads nothing for two
-        seconds.
-        """
+        """Give an attached reader up to ``timeout_s`` of wall time, less if it reads nothing for two seconds."""
 
     def close(self) -> None:
-        """Close the link and remove everything it created outside; a second call does nothing."""
+        """Close the link and remove everything it created; a second call does nothing."""
 
     def announce(self) -> list[str]:
-        """Return the lines that tell the user, at the start, how to reach this link."""
+        """Return the lines that tell the user how to reach this link."""
         ...
 
     def report(self) -> list[str]:
-        """Return one line with the number of lost bytes and the reasons; no line if none was lost."""
+        """Return one line with the number of lost bytes and the reasons, if any."""
         ...
 
     def undelivered(self) -> int:
-        """Return how many bytes an attached reader, or a file, should have received and did not."""
+        """Return how many bytes an attached reader or a file should have received and did not."""
         ...
 
 
@@ -65,7 +50,7 @@ class Addressed(Protocol):
 
     @property
     def address(self) -> str:
-        """The address: a device's path, or for example ``tcp:4001``."""
+        """A device's path, or for example ``tcp:4001``."""
         ...
 
 
@@ -73,10 +58,7 @@ class Addressed(Protocol):
 
 
 class MemoryLink:
-    """A link whose reader is a test: ``sent`` contains the board's bytes, ``feed`` adds bytes for the board.
-
-    It keeps everything, so its memory is bounded only by the length of the test.
-    """
+    """The link of tests: ``sent`` contains the board's bytes, ``feed`` adds bytes for the board."""
 
     def __init__(self) -> None:
         self.sent = bytearray()
@@ -84,16 +66,13 @@ class MemoryLink:
         self._inbox = bytearray()
 
     def feed(self, data: bytes) -> None:
-        """Let ``data`` arrive at the board with its next calls of ``receive``."""
         self._inbox += data
 
     def send(self, data: bytes) -> None:
-        """Append ``data`` to ``sent``."""
         if not self.closed:
             self.sent += data
 
     def receive(self, most: int) -> bytes:
-        """Remove and return the oldest bytes that were fed."""
         if self.closed:
             return b""
         data = bytes(self._inbox[:most])
@@ -101,22 +80,18 @@ class MemoryLink:
         return data
 
     def flush(self, timeout_s: float) -> None:
-        """Return at once: ``sent`` is always up to date."""
+        """Return at once: ``sent`` is up to date."""
 
     def close(self) -> None:
-        """Accept and return no more bytes; ``sent`` stays readable."""
         self.closed = True
 
     def announce(self) -> list[str]:
-        """Return no line: this link cannot be reached from outside."""
         return []
 
     def report(self) -> list[str]:
-        """Return no line: this link never loses bytes."""
         return []
 
     def undelivered(self) -> int:
-        """Return 0: this link never loses bytes."""
         return 0
 
 
@@ -124,10 +99,7 @@ class MemoryLink:
 
 
 class Backlog:
-    """Bytes waiting for a reader, at most ``limit`` of them; a changed ``limit`` applies from the next put.
-
-    Not thread-safe: threads that share one must hold a lock.
-    """
+    """Bytes waiting for a reader, at most ``limit``; not thread-safe."""
 
     def __init__(self, limit: int) -> None:
         self.limit = limit
@@ -137,22 +109,20 @@ class Backlog:
         return len(self._bytes)
 
     def put(self, data: bytes) -> int:
-        """Append ``data`` and return how many of the oldest bytes were dropped for it."""
+        """Append ``data``, and return the number of dropped bytes."""
         self._bytes += data
         excess = max(0, len(self._bytes) - self.limit)
         self.drop(excess)
         return excess
 
     def peek(self, count: int) -> bytes:
-        """Return up to ``count`` of the oldest bytes, which stay queued."""
+        """Return up to ``count`` of the oldest bytes."""
         return bytes(self._bytes[:count])
 
     def drop(self, count: int) -> None:
-        """Remove the ``count`` oldest bytes; a bytearray does this without moving the rest."""
         del self._bytes[:count]
 
     def take(self, count: int | None = None) -> bytes:
-        """Remove and return up to ``count`` of the oldest bytes, all of them by default."""
         taken = self.peek(len(self._bytes) if count is None else count)
         self.drop(len(taken))
         return taken
@@ -162,7 +132,7 @@ class Backlog:
 
 
 STALL_S = 2.0
-"""Seconds without progress after which a reader counts as stopped, such as a paused ``less``."""
+"""Seconds without progress after which a reader counts as stopped."""
 
 
 class Patience:
@@ -175,7 +145,7 @@ class Patience:
         self._left: int | None = None
 
     def wait_s(self, left: int) -> float:
-        """Return how many more seconds to wait for ``left`` unread bytes; 0.0 at the limit."""
+        """Return how long to wait for ``left`` unread bytes."""
         now_s = time.monotonic()
         if left != self._left:
             self._left = left
@@ -184,7 +154,7 @@ class Patience:
 
 
 def losses(name: object, *counts: tuple[int, str]) -> list[str]:
-    """Return the line of :meth:`ByteLink.report` about bytes lost on ``name``; each count has a reason."""
+    """Return the line of :meth:`ByteLink.report` for ``counts`` of lost bytes with reasons."""
     reasons = [f"{count} {why}" for count, why in counts if count]
     lost = sum(count for count, _ in counts)
     return [f"serial: {lost} bytes lost on {name}: {', '.join(reasons)}"] if lost else []

@@ -1,15 +1,11 @@
-"""Control of running boards: how another ``fcu`` finds a board of this user and sends it messages.
+"""Control of running boards: how another ``fcu`` of the same user finds a board and sends it messages.
 
-A run with a control server has a TCP port of this machine. Its number and token are in a file in the user's
-runtime folder, which only this user can read. A client with the token may send messages, each a JSON object
-on a separate line, and gets an answer to each.
+Port and token are in a file in the user's runtime folder. After the token, each line is a JSON object.
 
-Decision: the control server uses TCP and a token, the same on every system. A Unix socket needs no token, but
-was rejected: Windows needs TCP anyway, so it would be a second way.
+Decision: the control server uses TCP and a token on every system, because Windows needs TCP anyway.
 
-Decision: a board counts as running if its control server answers with its token. A check of the process id
-was rejected: ids are reused, and differ inside containers. A client removes the file of a board that does not
-answer.
+Decision: a board counts as running if its control server answers with its token, because process ids are
+reused.
 """
 
 from __future__ import annotations
@@ -34,7 +30,7 @@ from fcu_emulator.emulator.links.tcp import Coding, Reader
 LONGEST_MESSAGE = 64 * 1024
 MOST_CALLERS = 8
 PATIENCE_S = 10.0
-"""Time limit for an answer: with slow firmware a slice takes long."""
+"""Time limit for an answer, wall seconds; slices of slow firmware take long."""
 _LARGEST_FILE = 64 * 1024
 _PATTERN = "board-*.json"
 Message = Mapping[str, Any]
@@ -42,7 +38,7 @@ Message = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class RunningBoard:
-    """The record of a running board: its control port, its firmware, and its serial ports."""
+    """The record of a running board: its control port, firmware, and serial ports."""
 
     port: int
     token: str
@@ -57,7 +53,7 @@ class RunningBoard:
 
 
 class ControlClient:
-    """A connection to a control server. Raises LinkError if the board does not answer, at any time."""
+    """A connection to a control server. Raises LinkError if the board does not answer."""
 
     def __init__(self, board: RunningBoard) -> None:
         self._board = board
@@ -73,7 +69,6 @@ class ControlClient:
             raise
 
     def ask(self, message: Message) -> dict[str, Any]:
-        """Send a message and return the answer."""
         try:
             self._socket.sendall(json.dumps(message).encode() + b"\n")
             return _parsed(self._answers.readline(LONGEST_MESSAGE))
@@ -96,8 +91,7 @@ class ControlClient:
 class ControlServer:
     """Lets other programs of this user send messages to a running board; ``answer(message)`` answers each.
 
-    An error in a message becomes its answer, never an exception here. ``serial``: the board's ports. Raises
-    LinkError if no port or folder is available.
+    Raises LinkError if no port or folder is available.
     """
 
     def __init__(self, name: str, serial: Sequence[str], answer: Callable[[Message], dict[str, Any]]) -> None:
@@ -116,7 +110,6 @@ class ControlServer:
             raise LinkError(str(error)) from error
 
     def serve(self) -> None:
-        """Read and answer messages between two slices. Never blocks."""
         with suppress(OSError):
             while True:
                 connection, _ = self._listener.accept()
@@ -130,7 +123,7 @@ class ControlServer:
                 caller.reader.close()
 
     def _make_room(self) -> None:
-        """End the oldest connection without the token, after reading a token that has arrived by now."""
+        """Close the oldest connection that has not sent the token."""
         for caller in self._callers:
             if not caller.known:
                 caller.serve(self._board.token, self._answer)
@@ -140,7 +133,6 @@ class ControlServer:
         leaves.reader.close()
 
     def close(self) -> None:
-        """Remove the board from the list of running boards."""
         with suppress(OSError):
             self._file.unlink()
         for caller in self._callers:
@@ -150,7 +142,7 @@ class ControlServer:
 
 
 class _Client:
-    """A connection of a client; nothing is answered before the token."""
+    """A connection of a client, which must send the token first."""
 
     def __init__(self, connection: socket.socket) -> None:
         self.reader = Reader(connection, Coding())
@@ -158,7 +150,6 @@ class _Client:
         self._heard = bytearray()
 
     def serve(self, token: str, answer: Callable[[Message], dict[str, Any]]) -> None:
-        """Read and answer one piece of the client's data."""
         self._heard += self.reader.receive()
         if len(self._heard) > LONGEST_MESSAGE:
             self.reader.gone = True
@@ -174,7 +165,7 @@ class _Client:
     def _reply(
         self, line: bytes, token: str, answer: Callable[[Message], dict[str, Any]]
     ) -> dict[str, Any] | None:
-        """Return the answer; None: the client does not have the token."""
+        """Return the answer, or None without the token."""
         try:
             message = _parsed(line)
         except ValueError as error:
@@ -195,8 +186,7 @@ class _Client:
 
 
 def running_boards() -> list[RunningBoard]:
-    """Return all boards of this user whose control server answers, the oldest first. Raises LinkError without
-    a folder."""
+    """Return this user's boards whose control server answers, the oldest first. Raises LinkError without a folder."""
     found = []
     for file in sorted(_folder().glob(_PATTERN), key=_age):
         try:
@@ -211,7 +201,7 @@ def running_boards() -> list[RunningBoard]:
 
 
 def the_running_board(wanted: str | None = None) -> RunningBoard:
-    """Return the running board, or of several the one with the process id ``wanted``. Raises InputError otherwise."""
+    """Return the only running board, or that of process ``wanted``. Raises InputError otherwise."""
     boards = running_boards()
     if wanted is not None:
         boards = [one for one in boards if str(one.process) == wanted]
@@ -243,7 +233,7 @@ def _age(file: Path) -> float:
 
 
 def _read(file: Path) -> RunningBoard:
-    """Return the board of a file. Raises OSError, or ValueError for a file that was not written by a board."""
+    """Return the board of a file. Raises OSError or ValueError."""
     known = _parsed(read_own_file(file, _LARGEST_FILE))
     port, token, process, name, serial = (known.get(one.name) for one in fields(RunningBoard))
     if not (
@@ -260,7 +250,7 @@ def _read(file: Path) -> RunningBoard:
 
 
 def _parsed(line: bytes) -> dict[str, Any]:
-    """Return the JSON object of a line. Raises ValueError for anything else, including too deep nesting."""
+    """Return the JSON object of a line. Raises ValueError."""
     try:
         message = json.loads(line)
     except RecursionError as error:

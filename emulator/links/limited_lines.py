@@ -1,8 +1,4 @@
-"""Messages on the terminal about connections: one line each, without control characters, at a limited rate.
-
-Every program on this machine can connect to a server's port, at any rate and with any bytes. The user must
-see this, but a client must not be able to fill or control the terminal or a log.
-"""
+"""Messages about connections, escaped and limited in rate, so that no client can fill or control the terminal."""
 
 from __future__ import annotations
 
@@ -12,16 +8,12 @@ from collections.abc import Callable
 from fcu_emulator.emulator.text import one_line
 
 BURST = 5
-"""Lines that are passed on at once; afterwards one per :data:`EVERY_S`."""
+"""Lines that are passed on at once; then one per :data:`EVERY_S`."""
 EVERY_S = 10.0
-"""Wall time, s."""
 
 
 class LimitedLines:
-    """Passes lines to ``say``, escaped and limited in rate; the next line contains the number of omitted lines.
-
-    Not thread-safe: each server has one, and uses it in its thread.
-    """
+    """Passes lines to ``say``, escaped and limited in rate, with the number of omitted lines; not thread-safe."""
 
     def __init__(self, say: Callable[[str], None], clock_s: Callable[[], float] = time.monotonic) -> None:
         self._say = say
@@ -31,7 +23,6 @@ class LimitedLines:
         self._left_out = 0
 
     def __call__(self, line: str) -> None:
-        """Pass a line on, or count it."""
         now_s = self._clock_s()
         self._allowance = min(self._allowance + (now_s - self._before_s) / EVERY_S, BURST)
         self._before_s = now_s

@@ -1,11 +1,7 @@
-"""The stable name of a pseudo-terminal: a symbolic link whose path is the same in every run.
+"""The stable name of a pseudo-terminal: a symbolic link whose path is the same in every run (POSIX only).
 
-The terminal's real name, such as ``/dev/pts/7``, differs between runs. Decision: the process of a running
-board holds an flock on a file beside its link, which the kernel releases at any end of the process. Two
-alternatives were rejected. A check if the link's target exists may find another terminal with the same
-number. A file with a process id fails because ids are reused, and differ inside a container.
-
-POSIX only (``fcntl``); the checks of the platform below are for mypy, which also checks for Windows.
+Decision: the process of a running board holds an flock on a file beside its link, because terminal numbers
+and process ids are reused.
 """
 
 from __future__ import annotations
@@ -32,10 +28,9 @@ class PortName:
         self.path = path
         self._lock_fd = lock_fd
         self._device = ""
-        """The target of the link; empty until it is created."""
 
     def point_to(self, device: str) -> None:
-        """Make ``path`` a link to ``device``, atomically for programs that open it. Raises LinkError."""
+        """Make ``path`` a link to ``device``, atomically. Raises LinkError."""
         fresh = self.path.with_name(f".{self.path.name}.new")
         try:
             fresh.unlink(missing_ok=True)
@@ -46,7 +41,6 @@ class PortName:
         self._device = device
 
     def release(self) -> None:
-        """Remove the link, if it still points to this board's device, and release the name."""
         with contextlib.suppress(OSError):
             if str(self.path.readlink()) == self._device:
                 self.path.unlink()
@@ -58,8 +52,7 @@ class PortName:
 def claim_port(path: Path | None = None) -> PortName:
     """Claim ``path``, or else the first free one of ttyFCU0, ttyFCU1, ... in the user's runtime folder.
 
-    Raises LinkError if ``path`` is the name of a running board or a file of another kind, or cannot be
-    created.
+    Raises LinkError if ``path`` is in use or cannot be created.
     """
     if path is not None:
         if not path.name or "\0" in str(path):
@@ -77,7 +70,7 @@ def claim_port(path: Path | None = None) -> PortName:
 
 
 def _claim(path: Path) -> PortName | None:
-    """Return the claimed name, None if a running board has it; replace a link left by an earlier run."""
+    """Return the claimed name, or None if a running board has it."""
     try:
         lock_fd = _lock(_lock_path(path))
     except OSError as error:
@@ -97,7 +90,6 @@ def _claim(path: Path) -> PortName | None:
 
 
 def _is_foreign(path: Path) -> bool:
-    """Return whether the name is in use, but not by a link to a terminal, which may be replaced."""
     if path.is_symlink():
         return not str(path.readlink()).startswith("/dev/")
     return path.exists()
@@ -108,7 +100,7 @@ def _lock_path(path: Path) -> Path:
 
 
 def _lock(path: Path) -> int | None:
-    """Create the lock file ``path`` and return its locked descriptor; None if another board holds the lock."""
+    """Return the descriptor of a locked new file; None if another board holds the lock."""
     while True:
         flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
         lock_fd = os.open(path, flags, 0o600)

@@ -1,4 +1,4 @@
-"""The commands that open a link with this system's terminal programs, quoted for its shell."""
+"""Commands that open a link with this system's terminal programs, quoted for its shell."""
 
 from __future__ import annotations
 
@@ -10,10 +10,7 @@ from fcu_emulator.emulator.host.loopback import HOST
 
 
 def miniterm() -> str:
-    """Return the command that starts pyserial's terminal in this environment.
-
-    PowerShell treats a quoted path as text, not as a program; for it the launcher's plain name is given.
-    """
+    """Return the command of pyserial's terminal; PowerShell cannot run a quoted path."""
     python = quoted(sys.executable)
     if sys.platform == "win32" and python != sys.executable:
         python = "python"
@@ -21,7 +18,7 @@ def miniterm() -> str:
 
 
 def for_pty(path: Path) -> list[str]:
-    """The commands for a pseudo-terminal named ``path``."""
+    """Return the commands for a pseudo-terminal."""
     port = quoted(str(path))
     return [
         f"fcu terminal {port}",
@@ -33,7 +30,7 @@ def for_pty(path: Path) -> list[str]:
 
 
 def for_tcp(port: int) -> list[str]:
-    """The commands for raw TCP on ``port``."""
+    """Return the commands for raw TCP."""
     commands = [
         f"fcu terminal tcp:{port}",
         f"{miniterm()} socket://{HOST}:{port}",
@@ -45,7 +42,7 @@ def for_tcp(port: int) -> list[str]:
 
 
 def for_rfc2217(port: int, baud: int = 115_200) -> list[str]:
-    """The commands for Telnet with RFC 2217 on ``port``."""
+    """Return the commands for Telnet with RFC 2217."""
     commands = [
         f"fcu terminal rfc2217:{port}",
         f"{miniterm()} rfc2217://{HOST}:{port} {baud}",

@@ -1,25 +1,15 @@
-"""The board's serial port as a pseudo-terminal, which any terminal program opens like a USB serial adapter.
+"""The board's serial port as a pseudo-terminal, which terminal programs open like a USB serial adapter.
 
-Decision: the pseudo-terminal keeps text until the first reader comes, so that a user who opens the port late
-still sees the boot messages. A real board has a reset button for that. Without the kept text a student would
-have to restart the emulator and would miss the messages each time.
+Decision: the pseudo-terminal keeps text until the first reader comes, because there is no reset button.
 
-Decision: the pseudo-terminal holds data back until a new reader has flushed its input and no further flush
-came for ``SETTLE_S``. A terminal program flushes its input right after opening (pyserial: open, tcsetattr,
-tcflush), which would destroy data already in the kernel. For programs that do not flush (``cat``), data is
-held for ``HOLD_S`` after the opening. An opening shorter than that (``stty``, a modem prober) does not count
-as a reader.
+Decision: the pseudo-terminal holds data back until a new reader has flushed its input, as pyserial does after
+opening, or for ``HOLD_S``. Shorter openings (``stty``, a modem prober) do not count.
 
-Decision: after a reader of the pseudo-terminal has left, text is lost as on a real wire. Keeping it was
-rejected, because the next reader would see text that is minutes old.
+Decision: after a reader of the pseudo-terminal has left, text is lost as on a real wire.
 
-Decision: the emulator never keeps the slave side of the pseudo-terminal open. It opens the slave once after
-creating the pair and closes it again. From then on ``poll`` on the master reports POLLHUP exactly while no
-other process has it open (pty(7)). An open slave, as in most programs, would hide the arrival and departure
-of a reader. A short opening to check the reader's queue has no effect on the reader. Packet mode
-(ioctl_tty(2), TIOCPKT) puts one control byte before everything read and reports the reader's flushes.
-
-Tested on Linux. macOS and the BSDs have the same calls, but were not tested.
+Decision: the emulator never keeps the slave side of the pseudo-terminal open. Then ``poll`` reports POLLHUP
+exactly while no process has it open (pty(7)). Packet mode (ioctl_tty(2), TIOCPKT) puts a control byte before
+all data and reports flushes.
 """
 
 from __future__ import annotations
@@ -50,23 +40,20 @@ assert sys.platform != "win32"  # for mypy, which thereby knows the system's fun
 FIRST_LIMIT = 1024 * 1024
 """Bytes kept before the first reader."""
 BACKLOG_LIMIT = 16 * 1024 * 1024
-"""Bytes kept for a reader that has the port open and does not read."""
+"""Bytes kept for a reader that does not read."""
 INBOX_LIMIT = 64 * 1024
-"""Bytes taken from a reader in advance; the rest waits in the kernel, which blocks the writer."""
+"""Bytes taken from a reader in advance; the rest waits in the kernel."""
 WRITE_BUDGET = 256 * 1024
-"""Approximate bytes passed to the kernel per call: a fast reader must not keep the board in it."""
+"""Approximate bytes per call, so that a fast reader does not delay the board."""
 HOLD_S = 0.4
 SETTLE_S = 0.05
 POLL_S = 0.005
 EXCLUSIVE_GRACE_S = 0.3
-"""Time at the end of a run for a reader whose queue cannot be checked; it is about to read, not paused."""
+"""Time at the end of a run for a reader whose queue cannot be checked."""
 
 
 class PtyLink:
-    """A pseudo-terminal named ``link_path``, or else the first free ttyFCU<n> in the user's directory.
-
-    Raises LinkError if the name is taken or the system has no free pseudo-terminal.
-    """
+    """A pseudo-terminal named ``link_path``, or the first free ttyFCU<n>. Raises LinkError if there is none."""
 
     def __init__(self, link_path: Path | None = None) -> None:
         self._name = claim_port(link_path)
@@ -79,7 +66,7 @@ class PtyLink:
         self._inbox = Backlog(INBOX_LIMIT)
         self._present = False  # a process has the port open
         self._hold_until_s = 0.0  # and gets no data before this time
-        self._serving = False  # and that time is over: a reader
+        self._serving = False  # and that time is over
         self._had_reader = False  # now or earlier
         self._lost_absent = 0
         self._lost_slow = 0
@@ -91,11 +78,9 @@ class PtyLink:
 
     @property
     def address(self) -> str:
-        """Return the stable name, as text."""
         return str(self.path)
 
     def send(self, data: bytes) -> None:
-        """Queue ``data`` for the reader and write to the kernel as much as it accepts."""
         if self._closed:
             return
         self._follow_reader()
@@ -108,7 +93,6 @@ class PtyLink:
         self._write()
 
     def receive(self, most: int) -> bytes:
-        """Return bytes that the reader has written."""
         if self._closed:
             return b""
         self._follow_reader()
@@ -116,7 +100,6 @@ class PtyLink:
         return self._inbox.take(most)
 
     def flush(self, timeout_s: float) -> None:
-        """Wait until an attached reader has read everything, because ``close`` disconnects it."""
         if self._closed:
             return
         patience = Patience(timeout_s)
@@ -126,7 +109,6 @@ class PtyLink:
             time.sleep(min(EXCLUSIVE_GRACE_S, patience.wait_s(0)))
 
     def close(self) -> None:
-        """Remove the name and close the port; unread bytes are lost."""
         if self._closed:
             return
         self._follow_reader()
@@ -139,14 +121,12 @@ class PtyLink:
         self._device.close()
 
     def announce(self) -> list[str]:
-        """Return the port and, for each usual terminal program, the command to paste."""
         return [
             f"serial: {self.path} ({self._device.path}), 115200 8N1; open it with one of",
             *(f"  {command}" for command in programs.for_pty(self.path)),
         ]
 
     def report(self) -> list[str]:
-        """Return one line if bytes were lost."""
         return losses(
             self.path,
             (self._lost_absent, "while no program had it open"),
@@ -154,11 +134,9 @@ class PtyLink:
         )
 
     def undelivered(self) -> int:
-        """Return how many bytes a slow reader lost; bytes without a reader do not count."""
         return self._lost_slow
 
     def _follow_reader(self) -> None:
-        """Detect a reader's arrival, flushes and departure, and read its bytes."""
         flushed = self._read()
         if not self._device.has_reader():
             if self._present:
@@ -177,7 +155,7 @@ class PtyLink:
             self._serving = self._had_reader = True
 
     def _read(self) -> bool:
-        """Fill the inbox up to its limit; return whether the reader flushed its input."""
+        """Fill the inbox; return whether the reader flushed its input."""
         flushed_any = False
         while len(self._inbox) <= INBOX_LIMIT - CHUNK:  # the inbox never overflows
             data, flushed = self._device.read()
@@ -217,7 +195,6 @@ class PtyLink:
             budget -= count
 
     def _untaken(self) -> int:
-        """Return how many bytes an attached reader has not read; 0 without a reader."""
         self._follow_reader()
         self._write()
         if not self._present:
@@ -243,7 +220,7 @@ def _open_device(name: PortName) -> PtyDevice:
 
 
 CHUNK = 4096
-"""The most that one read returns, in bytes."""
+"""Bytes in one read."""
 
 
 class PtyDevice:
@@ -262,14 +239,13 @@ class PtyDevice:
         self._poll.register(self._master, select.POLLIN)
 
     def has_reader(self) -> bool:
-        """Return whether any process has the device open."""
         return not any(events & select.POLLHUP for _, events in self._poll.poll(0))
 
     def read(self) -> tuple[bytes, bool]:
-        """Return one piece of the reader's bytes, and whether it flushed its input since the last call."""
+        """Return some of the reader's bytes, and whether it flushed its input."""
         try:
             packet = os.read(self._master, CHUNK)
-        except OSError as error:  # EAGAIN: no data; EIO: no data, and no process has it open
+        except OSError as error:  # EAGAIN: no data; EIO: and no process has it open
             if error.errno not in (errno.EAGAIN, errno.EIO):
                 raise
             return b"", False
@@ -279,20 +255,16 @@ class PtyDevice:
         return b"", bool(control & termios.TIOCPKT_FLUSHREAD)
 
     def write(self, data: bytes) -> int:
-        """Write ``data`` to the reader's queue and return how many bytes it accepted."""
         try:
             return os.write(self._master, data)
         except BlockingIOError:
             return 0
 
     def unread(self) -> int | None:
-        """Return how many bytes the reader has not read, None if it forbids other openings (TIOCEXCL).
-
-        At most a page is counted, so this is a lower bound; 0 is exact.
-        """
+        """Return at least how many bytes are unread (0 is exact), or None if openings are forbidden (TIOCEXCL)."""
         try:
             with self._slave() as slave:
-                # poll() first: it makes the kernel move pending bytes into the queue that FIONREAD counts
+                # poll() first: it moves pending bytes into the queue that FIONREAD counts
                 waiting = select.poll()
                 waiting.register(slave, select.POLLIN)
                 waiting.poll(0)
@@ -302,10 +274,9 @@ class PtyDevice:
         return int(struct.unpack("i", answer)[0])
 
     def recycle(self) -> int | None:
-        """Clear the device after a reader has left, and return how many unread bytes it had.
+        """Discard a former reader's settings and unread bytes, and return their number.
 
-        Without this the next reader would get the last one's unread bytes and settings. Returns None if the
-        device cannot be opened any more: ``screen`` sets TIOCEXCL, which on Linux remains set after its end.
+        None if ``screen`` has set TIOCEXCL, which on Linux stays set.
         """
         try:
             with self._slave() as slave:
@@ -315,7 +286,6 @@ class PtyDevice:
             return None
 
     def close(self) -> None:
-        """Close the master; a reader is disconnected and loses its unread bytes."""
         os.close(self._master)
 
     @contextlib.contextmanager
@@ -328,7 +298,6 @@ class PtyDevice:
 
 
 def _make_raw(slave: int) -> None:
-    """Switch off echo, line editing, translation and flow control; set 115200 baud for programs that ask."""
     tty.setraw(slave, termios.TCSANOW)
     settings = termios.tcgetattr(slave)
     settings[4] = settings[5] = termios.B115200

@@ -1,16 +1,9 @@
-"""The board's serial port as a TCP port that uses Telnet with RFC 2217: a remote serial port.
+"""The board's serial port as a TCP port that uses Telnet with RFC 2217: a remote serial port, by pyserial.
 
-A client sets rate and format of the line as with a real port. pyserial's ``PortManager`` implements the
-protocol; this module contains the port that it manages, and protects the board from clients.
+Decision: a client's rate other than the firmware's is accepted, as a real adapter accepts it, and reported.
 
-Decision: a client's rate other than the firmware's is accepted, as a real adapter accepts it, and reported. A
-real terminal would show garbage. Here the text stays readable (as in :mod:`fcu_emulator.emulator.buses.uart`,
-and for the same reason), and a message tells the user both rates. Refusing the rate was rejected: pyserial
-then fails with "remote rejected value for option 'baudrate'", without either rate.
-
-Decision: the RFC 2217 port holds text back while a new client negotiates. A client opens the port,
-negotiates, and then discards its input. Text is therefore held until no further discard came for
-``SETTLE_S``, or for ``HOLD_S`` if a client does not negotiate.
+Decision: the RFC 2217 port holds text back while a new client negotiates, because clients then discard their
+input.
 """
 
 from __future__ import annotations
@@ -31,16 +24,15 @@ FIRST_PORT = 2217
 HOLD_S = 0.4
 SETTLE_S = 0.05
 _MOST_MISMATCHES = 16
-"""Reported mismatches of the rate: a client may set any of four thousand million."""
+"""Limit of reported mismatches."""
 LONGEST_OPTION = 64
 """Bytes of one Telnet subnegotiation; those of RFC 2217 have up to 6, a signature may be longer."""
 TOLERANCE = 0.0333
-"""The largest difference between the terminal's rate and the firmware's: the tolerance of the chip's receiver
-for 8 bits, with a fractional divider (RM0368 section 19.3.5)."""
+"""Largest difference of the rates: the receiver's tolerance for 8 bits (RM0368 section 19.3.5)."""
 
 
 class _Line:
-    """The serial port that ``PortManager`` manages: settings that are kept, and lines that are ready."""
+    """The serial port that ``PortManager`` manages: settings, and lines that are ready."""
 
     cts = dsr = cd = True
     ri = False
@@ -56,18 +48,14 @@ class _Line:
         self._on_purge = on_purge
 
     def reset_input_buffer(self) -> None:
-        """Discard the board's output that the client has not received."""
         self._on_purge()
 
     def reset_output_buffer(self) -> None:
-        """Do nothing: the client's input is already on the wire."""
+        """Do nothing: the input is already on the wire."""
 
 
 class Negotiated(Coding):
-    """The Telnet protocol of one client.
-
-    ``firmware_baud()`` is the firmware's current rate; ``say`` is called with each mismatch.
-    """
+    """The Telnet protocol of one client; ``say`` gets each mismatch with ``firmware_baud()``."""
 
     def __init__(self, firmware_baud: Callable[[], float], say: Callable[[str], None]) -> None:
         self._firmware_baud = firmware_baud
@@ -83,12 +71,10 @@ class Negotiated(Coding):
         self._answers += data
 
     def encode(self, data: bytes) -> bytes:
-        """Double each byte that is Telnet's escape."""
         self._compare_rates()
         return data.replace(b"\xff", b"\xff\xff")
 
     def decode(self, data: bytes) -> tuple[bytes, bytes]:
-        """Remove the negotiation from ``data``."""
         try:
             typed = b"".join(self._manager.filter(data))
         except (TypeError, KeyError, struct.error) as error:  # raised for an incomplete option
@@ -102,12 +88,10 @@ class Negotiated(Coding):
         return typed, answers
 
     def ready(self) -> bool:
-        """Return whether the client has finished its negotiation."""
         self._ready = self._ready or time.monotonic() >= self._hold_until_s
         return self._ready
 
     def takes_back(self) -> bool:
-        """Return whether a client, after its negotiation, has asked to discard its queued bytes."""
         asked, self._takes_back = self._takes_back, False
         return asked
 
@@ -126,10 +110,9 @@ class Negotiated(Coding):
 
 
 class Rfc2217Link(TcpLink):
-    """A link on ``port`` of 127.0.0.1; None for the default port, 0 for any free one.
+    """A link on ``port`` of 127.0.0.1; None for the default port, 0 for any free one. Raises LinkError.
 
-    ``firmware_baud()`` is the rate of the firmware's USART; ``say(line)`` is called at once when a client's
-    rate differs. Raises LinkError if the port is not available.
+    ``say(line)`` gets each mismatch of the rates.
     """
 
     kind = "rfc2217"
@@ -144,18 +127,15 @@ class Rfc2217Link(TcpLink):
         self._mismatches: dict[str, None] = {}
 
     def coding(self) -> Coding:
-        """Return the Telnet protocol of a new client."""
         return Negotiated(self._firmware_baud, self._mismatch)
 
     def announce(self) -> list[str]:
-        """Return the port and, for each usual terminal program, the command to paste."""
         return [
             f"serial: TCP port {self.port} of {HOST}, Telnet with RFC 2217; open it with one of",
             *(f"  {command}" for command in programs.for_rfc2217(self.port)),
         ]
 
     def report(self) -> list[str]:
-        """Return lines about lost bytes and mismatched rates."""
         return [*super().report(), *(f"serial: {self.address}: {one}" for one in self._mismatches)]
 
     def _mismatch(self, text: str) -> None:

@@ -1,9 +1,4 @@
-"""The run loop of the command line: the board in slices, paced by the wall clock, with its links served in between.
-
-Wall time exists only here and in the links. Input from a link reaches the board between two slices. Apart
-from input, the output does not depend on the slices, so a paced run and one at full speed give the same
-bytes. A machine that is too slow, or was asleep, does not catch up: the pace continues from the present time.
-"""
+"""The run loop of the command line: the board in slices, paced by the wall clock, with its links served in between."""
 
 from __future__ import annotations
 
@@ -19,7 +14,7 @@ from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_S, Clock, to_ps
 
 
 _SLICE_WALL_S = 0.01  # how often links are served while pacing
-_SLICE_FREE_S = 0.25  # virtual time between two polls of the links in an unpaced run
+_SLICE_FREE_S = 0.25  # virtual time between two polls in an unpaced run
 _SHORTEST_SLICE_S = 1e-5
 _PATIENCE_S = 0.1  # wall time that a slice may take before the next one is shortened
 _LAG_FORGIVEN_S = 0.5
@@ -28,8 +23,7 @@ _LAG_FORGIVEN_S = 0.5
 class Pacer:
     """Sleeps so that virtual time runs ``speed`` times as fast as the wall clock; None does not sleep.
 
-    ``slice_s`` is the virtual time to run until the next ``wait``. It shrinks while slices take long, so that
-    a run with slow firmware stays responsive.
+    ``slice_s``: virtual time until the next ``wait``.
     """
 
     def __init__(self, speed: float | None) -> None:
@@ -40,7 +34,6 @@ class Pacer:
         self._origin_virtual = 0.0
 
     def wait(self, now_s: float) -> None:
-        """Sleep after a slice, until the wall clock has reached virtual time ``now_s``."""
         took = time.monotonic() - self._slice_began
         factor = 0.25 if took > _PATIENCE_S else 2.0
         self.slice_s = max(min(self.slice_s * factor, self._longest_s), _SHORTEST_SLICE_S)
@@ -61,13 +54,13 @@ class Pacer:
 # -- The run ------------------------------------------------------------------------------------------------
 
 
-_TYPED_AHEAD = 4096  # bytes in transit to the board, a third of a second; the rest waits in its link
-_FLUSH_S = 5.0  # time for a slow reader at the end to read the queued bytes
+_TYPED_AHEAD = 4096  # bytes in transit to the board; the rest waits in its link
+_FLUSH_S = 5.0  # time for a slow reader at the end
 
 
 @dataclass(frozen=True)
 class Progress:
-    """The progress of a run: virtual seconds done and to do (None: no end), and wall seconds spent."""
+    """Virtual seconds done and to do (None: no end), and wall seconds spent."""
 
     virtual_s: float
     total_s: float | None
@@ -75,20 +68,14 @@ class Progress:
 
 
 class SerialEnd(Protocol):
-    """The board's end of the serial line, which the runner connects to links."""
+    """The board's end of the serial line."""
 
-    def since(self, position: int) -> tuple[bytes, int]:
-        """The output after ``position`` (counted from power-on), and the position after it."""
-        ...
+    def since(self, position: int) -> tuple[bytes, int]: ...
 
     @property
-    def typing_left(self) -> int:
-        """The number of typed bytes that have not arrived yet."""
-        ...
+    def typing_left(self) -> int: ...
 
-    def write(self, data: bytes | str) -> None:
-        """Type on the keyboard."""
-        ...
+    def write(self, data: bytes | str) -> None: ...
 
 
 class RunnableBoard(Protocol):
@@ -97,37 +84,30 @@ class RunnableBoard(Protocol):
     clock: Clock
 
     @property
-    def terminal(self) -> SerialEnd:
-        """The firmware's output, and a keyboard."""
-        ...
+    def terminal(self) -> SerialEnd: ...
 
-    def run_until_ps(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps``."""
-        ...
+    def run_until_ps(self, at_ps: int) -> None: ...
 
 
 class Debugger(Protocol):
-    """A debugger between runner and board: it may halt the board, or end the run."""
+    """A debugger between runner and board, which may halt the board or end the run."""
 
     @property
     def halted(self) -> bool: ...
 
     @property
-    def killed(self) -> bool:
-        """Whether the run must end."""
-        ...
+    def killed(self) -> bool: ...
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run the board up to and including ``at_ps``, or wait a little while it is halted."""
+        """Run the board, or wait a little while it is halted."""
         ...
 
 
 class Runner:
     """Runs a board until ``end_ps`` of virtual time (None: until stopped) and serves its links.
 
-    ``speed``: virtual over wall time, None for as fast as possible. ``exceeded(wall_s)`` is called after each
-    slice; a non-empty result ends the run and is kept in ``limit``. ``stop()`` ends it after the current
-    slice, also from a signal handler. Time in which ``debugger`` halts the board does not count as wall time.
+    ``speed``: virtual over wall time, None for as fast as possible. ``exceeded(wall_s)``: a non-empty result
+    ends the run and is kept in ``limit``.
     """
 
     def __init__(
@@ -154,7 +134,6 @@ class Runner:
         self.wall_s = 0.0
 
     def stop(self) -> None:
-        """End the run after the current slice."""
         self.stopped = True
 
     def run(self, on_progress: Callable[[Progress], None] = lambda _progress: None) -> None:

@@ -1,8 +1,4 @@
-"""The user's private folder for data of running boards: names of ports, and addresses of control servers.
-
-On Linux and macOS it has mode 0700 and is in ``XDG_RUNTIME_DIR``, or else in the system's folder for
-temporary files under the user's number. On Windows it is in ``LOCALAPPDATA``, which other users cannot read.
-"""
+"""The user's private folder for data of running boards: port names and control addresses."""
 
 from __future__ import annotations
 
@@ -20,11 +16,7 @@ _NEITHER_WAIT_NOR_FOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOC
 
 
 def runtime_folder(option: str, instead: str) -> Path:
-    """Return the folder, created if needed.
-
-    ``option`` is the option that the user typed, and ``instead`` the alternative without the folder, for the
-    error. Raises LinkError if it belongs to another user or cannot be created.
-    """
+    """Return the folder, created if needed. Raises LinkError naming ``option``, and the alternative ``instead``."""
     try:
         if sys.platform == "win32":
             folder = _windows_folder()
@@ -37,11 +29,7 @@ def runtime_folder(option: str, instead: str) -> Path:
 
 
 def read_own_file(path: Path, most_bytes: int) -> bytes:
-    """Return the contents of a regular file of this user, without blocking.
-
-    Raises OSError for other kinds of files: a pipe, a device, a folder, a link, a file of another user, and a
-    file of more than ``most_bytes``.
-    """
+    """Return the contents of this user's regular file, without blocking. Raises OSError for any other."""
     descriptor = os.open(path, os.O_RDONLY | _NEITHER_WAIT_NOR_FOLLOW)
     with os.fdopen(descriptor, "rb") as file:
         status = os.fstat(descriptor)
@@ -75,7 +63,6 @@ def _posix_folder(user: int, option: str, instead: str) -> Path:
 
 
 def _belongs_to(user: int, folder: Path) -> bool:
-    """Return whether ``folder`` is a folder, not a link, and owned by ``user``."""
     try:
         status = folder.lstat()
     except OSError:

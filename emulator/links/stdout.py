@@ -1,22 +1,17 @@
 """The terminal that started the emulator: output on standard output, input from standard input.
 
-Decision: a daemon thread writes to standard output (:mod:`fcu_emulator.emulator.links.writer`), because it
-may be a terminal, a pipe or a file, and may block.
+Decision: a daemon thread writes to standard output, because it may block.
 
-Decision: the thread writes to the raw file beneath ``sys.stdout.buffer``. The buffered layer has a lock, and
-an interpreter that exits while a blocked daemon thread holds it aborts. Raw writes also need no flush.
+Decision: the thread writes to the raw file beneath ``sys.stdout.buffer``, because the lock of the
+buffer would abort an exit while the thread is blocked.
 
-Decision: after a failed write (reader gone, disk full) writing stops, and standard output is redirected to
-the null device. The interpreter's flush at exit then cannot fail either (Python library reference, module
-``signal``, "Note on SIGPIPE").
+Decision: after a failed write (reader gone, disk full) standard output is redirected to the null device, so
+that the flush at exit does not fail (Python's ``signal``, "Note on SIGPIPE").
 
-Decision: standard input is read only if it is a terminal and this process is in its foreground process group.
-A pipe, a file or a background job is left alone. Reading it would take bytes from another program, and a
-background read would stop the whole process (SIGTTIN).
+Decision: standard input is read only if it is a terminal and this process is in its foreground process group;
+else SIGTTIN may stop the process.
 
-Decision: the terminal stays in line mode, so a line arrives at Enter, and Ctrl-C still ends the run. Raw mode
-was rejected: every exit, including a crash, would have to undo it, or the user's shell would be unusable. The
-pty link supports single keys.
+Decision: the terminal stays in line mode, so that Ctrl-C still ends the run.
 """
 
 from __future__ import annotations
@@ -39,7 +34,7 @@ if sys.platform == "win32":
 
 
 class StdoutLink:
-    """Sends to standard output; receives typed lines, if standard input is a terminal in the foreground."""
+    """Sends to standard output; receives lines typed on a foreground terminal."""
 
     def __init__(self) -> None:
         self._file = _raw_stdout()
@@ -48,19 +43,15 @@ class StdoutLink:
         self._writer = BackgroundWriter(self._file, "serial-stdout", self._point_to_nowhere)
 
     def send(self, data: bytes) -> None:
-        """Queue ``data`` for the writing thread."""
         self._writer.put(data)
 
     def receive(self, most: int) -> bytes:
-        """Return typed bytes; always empty without a keyboard."""
         return self._keyboard.read(most) if self._keyboard and not self._closed else b""
 
     def flush(self, timeout_s: float) -> None:
-        """Wait until all is written, at most ``timeout_s`` seconds, or until the reader makes no progress."""
         self._writer.flush(timeout_s)
 
     def close(self) -> None:
-        """End the writing thread; a blocked one ends with the process, and its bytes are lost."""
         if self._closed:
             return
         self._closed = True
@@ -69,23 +60,19 @@ class StdoutLink:
         self._writer.close()
 
     def announce(self) -> list[str]:
-        """Return one line, which also says if typed text reaches the board."""
         typing = "; lines typed here go to the board" if self._keyboard else ""
         return [f"serial: on standard output{typing}"]
 
     def report(self) -> list[str]:
-        """Return one line if bytes were lost."""
         lost = self._writer.lost
         reason = self._writer.failure or "its reader was too slow"
         return [f"serial: {lost} bytes lost on standard output: {reason}"] if lost else []
 
     @property
     def reader_gone(self) -> bool:
-        """Whether standard output is a pipe that its reader has closed."""
         return self._writer.reader_gone
 
     def undelivered(self) -> int:
-        """Return how many bytes were lost, for any reason."""
         return self._writer.lost
 
     def _point_to_nowhere(self) -> None:
@@ -96,7 +83,6 @@ class StdoutLink:
 
 
 def _raw_stdout() -> RawFile:
-    """Return the unbuffered binary file of ``sys.stdout``, after a flush of all earlier text."""
     buffer = getattr(sys.stdout, "buffer", None)
     if buffer is None:
         raise LinkError(
@@ -142,13 +128,11 @@ class Keyboard:
         threading.Thread(target=self._run, name="serial-keyboard", daemon=True).start()
 
     def read(self, most: int) -> bytes:
-        """Return up to ``most`` typed bytes."""
         with self._changed:
             self._changed.notify_all()
             return self._inbox.take(most)
 
     def close(self) -> None:
-        """Ask the thread to end; a thread that waits for a key ends with the process instead."""
         self._closed.set()
         with self._changed:
             self._changed.notify_all()
@@ -170,5 +154,4 @@ class Keyboard:
                 self._changed.wait_for(self._has_room)
 
     def _has_room(self) -> bool:
-        """Return whether the next piece fits; until then typed text waits in the kernel."""
         return self._closed.is_set() or len(self._inbox) <= INBOX_LIMIT - CHUNK

@@ -1,27 +1,17 @@
-"""The board's serial port as a TCP port of this machine: the link that is the same on every system.
+"""The board's serial port as a raw TCP port of 127.0.0.1, without a password, which terminal programs cannot
+send.
 
-Bytes pass unchanged, so it is *raw* TCP to terminal programs; the Telnet protocol with the settings of a
-serial line is :mod:`fcu_emulator.emulator.links.rfc2217`.
-
-Decision: several readers may connect to the TCP port at a time. Each one gets all output while it is
-connected, and input from all of them goes to the board in the order of arrival. A lecturer's projector and a
-recording program thus see the same board. One reader at a time was rejected: a terminal program that was not
-closed properly would lock the user out.
+Decision: several readers may connect to the TCP port at a time, for example a projector and a recorder.
 
 Decision: the TCP port keeps output for the first reader, like the pseudo-terminal.
 
-Decision: a TCP reader that closes the connection, or its sending half, counts as gone. A half-closed
-connection cannot be told from a closed one until bytes have been sent into it, and these would be lost
-without notice. Bytes sent before closing arrive.
+Decision: a TCP reader that closes the connection, or its sending half, counts as gone, because the two cannot
+be told apart without losing bytes.
 
 Decision: bytes queued for a TCP reader that has left are lost, and text without any reader is lost as on a
-real wire. All of these bytes are counted.
+real wire.
 
-Decision: the sockets of the TCP port never block and are polled whenever the board has time, without threads.
-The system's buffer for each reader is made small, so that the limits below are the real ones.
-
-Every program on this machine can connect (127.0.0.1). The port has no password, because a terminal program
-could not send one.
+Decision: the sockets of the TCP port never block and are polled, without threads.
 """
 
 from __future__ import annotations
@@ -39,19 +29,18 @@ from fcu_emulator.emulator.links.byte_link import Backlog, Patience, losses
 FIRST_LIMIT = 1024 * 1024
 """Bytes kept before the first reader."""
 BACKLOG_LIMIT = 16 * 1024 * 1024
-"""Bytes kept for each reader that is connected and does not read."""
+"""Bytes kept for each reader that does not read."""
 INBOX_LIMIT = 64 * 1024
-"""Bytes taken from readers in advance; the rest waits in the system, which blocks the writer."""
+"""Bytes taken from readers in advance; the rest waits in the system."""
 MOST_READERS = 8
 CHUNK = 4096
 WRITE_BUDGET = 256 * 1024
-"""Approximate bytes passed to the system per reader and call: a fast one must not keep the board in it."""
+"""Approximate bytes per reader and call, so that a fast one does not delay the board."""
 SYSTEM_BUFFER = 128 * 1024
 """Requested size of the system's buffer for one reader."""
 POLL_S = 0.005
 FIRST_PORT = 4001
-"""Default port: this one, or the next of ``PORTS_TRIED`` that is free. Serial device servers use it for their
-first port, and a terminal program's saved session finds the board again."""
+"""Default port, or the next free one of ``PORTS_TRIED``: the first of serial device servers."""
 PORTS_TRIED = 16
 
 
@@ -59,30 +48,25 @@ PORTS_TRIED = 16
 
 
 class Coding:
-    """The encoding of the line's bytes in one reader's connection: unchanged."""
+    """The encoding of one reader's connection: bytes unchanged."""
 
     def encode(self, data: bytes) -> bytes:
-        """Return the bytes to send for ``data``."""
         return data
 
     def decode(self, data: bytes) -> tuple[bytes, bytes]:
-        """Return the input for the board in ``data``, and the answer for the other end.
-
-        Raises ValueError if the data violates the protocol.
-        """
+        """Return the input for the board, and the answer for the other end. Raises ValueError for wrong data."""
         return data, b""
 
     def ready(self) -> bool:
-        """Return whether the reader has finished its settings, and can receive the board's text."""
         return True
 
     def takes_back(self) -> bool:
-        """Return whether the reader has asked, since the last call, to discard its queued bytes."""
+        """Return whether the reader has just asked to discard its queued bytes."""
         return False
 
 
 class Reader:
-    """One connection, which never blocks; ``backlog`` contains the board's output for it."""
+    """A connection that never blocks; ``backlog`` contains the board's output for it."""
 
     def __init__(self, connection: socket.socket, coding: Coding) -> None:
         connection.setblocking(False)
@@ -96,11 +80,9 @@ class Reader:
         self._encoded = b""  # in transit to the socket
 
     def unread(self) -> int:
-        """Return how many bytes have not been passed to the system."""
         return len(self.backlog) + len(self._encoded)
 
     def receive(self) -> bytes:
-        """Return one piece of the reader's input, b"" if there is none or the reader has left."""
         if self.gone or len(self._encoded) > CHUNK:  # it reads no answers: these first
             return b""
         try:
@@ -118,7 +100,6 @@ class Reader:
         return typed
 
     def write(self) -> None:
-        """Pass to the system as much as it accepts."""
         budget = WRITE_BUDGET
         while not self.gone and budget > 0:
             if not self._encoded:
@@ -136,10 +117,7 @@ class Reader:
             budget -= count
 
     def close(self) -> None:
-        """End the connection; bytes that the system has accepted still arrive.
-
-        A connection closed with unread input would be reset, and its other end would lose bytes in transit.
-        """
+        """End the connection, after reading pending input, which would cause a reset."""
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_WR)
             for _ in range(INBOX_LIMIT // CHUNK):
@@ -152,10 +130,7 @@ class Reader:
 
 
 class TcpLink:
-    """A link on ``port`` of 127.0.0.1; None for the default port, 0 for any free one.
-
-    Raises LinkError if the port is not available.
-    """
+    """A link on ``port`` of 127.0.0.1; None for the default port, 0 for any free one. Raises LinkError."""
 
     kind = "tcp"
     first_port = FIRST_PORT
@@ -176,11 +151,9 @@ class TcpLink:
 
     @property
     def address(self) -> str:
-        """Return the address in the form that ``fcu terminal`` accepts."""
         return f"{self.kind}:{self.port}"
 
     def send(self, data: bytes) -> None:
-        """Queue ``data`` for every reader, and pass to the system as much as it accepts."""
         if self._closed:
             return
         self._follow_readers()
@@ -194,7 +167,6 @@ class TcpLink:
             self._lost_absent += self._first.put(data)
 
     def receive(self, most: int) -> bytes:
-        """Return bytes that the readers have sent."""
         if self._closed:
             return b""
         self._follow_readers()
@@ -203,7 +175,6 @@ class TcpLink:
         return self._inbox.take(most)
 
     def flush(self, timeout_s: float) -> None:
-        """Wait until the system has accepted everything for the connected readers."""
         if self._closed:
             return
         patience = Patience(timeout_s)
@@ -211,7 +182,6 @@ class TcpLink:
             time.sleep(min(POLL_S, wait_s))
 
     def close(self) -> None:
-        """Close the port and all connections; bytes that the system has not accepted are lost."""
         if self._closed:
             return
         self._follow_readers()
@@ -224,14 +194,12 @@ class TcpLink:
         self._listener.close()
 
     def announce(self) -> list[str]:
-        """Return the port and, for each usual terminal program, the command to paste."""
         return [
             f"serial: TCP port {self.port} of {HOST}, connection type raw; open it with one of",
             *(f"  {command}" for command in programs.for_tcp(self.port)),
         ]
 
     def report(self) -> list[str]:
-        """Return a line if bytes were lost, and one if readers were turned away."""
         lines = losses(
             self.address,
             (self._lost_absent, "while no terminal was connected"),
@@ -245,15 +213,12 @@ class TcpLink:
         return lines
 
     def undelivered(self) -> int:
-        """Return how many bytes slow readers lost; bytes without a reader do not count."""
         return self._lost_slow
 
     def coding(self) -> Coding:
-        """Return the encoding for a new reader."""
         return Coding()
 
     def _follow_readers(self) -> None:
-        """Accept new readers, detect departures, and read input."""
         self._accept()
         for reader in self._readers:
             while len(self._inbox) <= INBOX_LIMIT - CHUNK:  # the inbox never overflows

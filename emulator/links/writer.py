@@ -1,8 +1,7 @@
-"""A thread that writes to a file which may block: a pipe into a paused ``less``, a network disk.
+"""A thread that writes to a file which may block, such as a pipe into a paused ``less``.
 
-The board must not stop for that. A non-blocking descriptor was rejected, because that flag is shared with
-every process on the same terminal. The thread writes small pieces, so that a slow reader's progress is
-visible. After a failed write (reader gone, disk full) writing stops, and all further bytes are counted.
+A non-blocking descriptor would change all processes on the same terminal. Bytes after a failed write are
+lost.
 """
 
 from __future__ import annotations
@@ -23,28 +22,21 @@ JOIN_S = 0.2
 
 
 def is_broken_pipe(error: BaseException) -> bool:
-    """Return whether a write failed because the reader has closed the pipe; on Windows that is EINVAL."""
+    """Return whether the reader has closed the pipe; on Windows that is EINVAL."""
     broken = {errno.EPIPE, errno.EINVAL} if sys.platform == "win32" else {errno.EPIPE}
     return isinstance(error, OSError) and error.errno in broken
 
 
 class RawFile(Protocol):
-    """The part of ``io.RawIOBase`` and ``io.BytesIO`` that is used here."""
+    """The used part of ``io.RawIOBase`` and ``io.BytesIO``."""
 
-    def write(self, data: bytes, /) -> int | None:
-        """Write a part of ``data`` and return its length; None if the file accepts none now."""
-        ...
+    def write(self, data: bytes, /) -> int | None: ...
 
-    def fileno(self) -> int:
-        """Return the descriptor of the file."""
-        ...
+    def fileno(self) -> int: ...
 
 
 class BackgroundWriter:
-    """Writes to ``file`` in a daemon thread; ``name`` is the thread's.
-
-    ``on_failure()`` is called in that thread, once, after a failed write; ``failure`` then has the reason.
-    """
+    """Writes to ``file`` in a daemon thread; calls ``on_failure()`` there once after a failed write."""
 
     def __init__(self, file: RawFile, name: str, on_failure: Callable[[], None] = lambda: None) -> None:
         self._file = file
@@ -61,24 +53,20 @@ class BackgroundWriter:
 
     @property
     def failure(self) -> str:
-        """The reason why writing has stopped, "" otherwise."""
         with self._changed:
             return self._failure
 
     @property
     def reader_gone(self) -> bool:
-        """Whether the reader of a pipe has closed it, as ``head`` does after its last line."""
         with self._changed:
             return self._reader_gone
 
     @property
     def lost(self) -> int:
-        """The number of bytes that will never be written."""
         with self._changed:
             return self._lost
 
     def put(self, data: bytes) -> None:
-        """Queue ``data`` for the writing thread."""
         with self._changed:
             if self._closed:
                 return
@@ -89,17 +77,13 @@ class BackgroundWriter:
             self._changed.notify_all()
 
     def flush(self, timeout_s: float) -> None:
-        """Wait until all is written, at most ``timeout_s`` seconds, or until the reader makes no progress."""
         patience = Patience(timeout_s)
         with self._changed:
             while (left := self._untaken()) and (wait_s := patience.wait_s(left)):
                 self._changed.wait(wait_s)
 
     def close(self) -> bool:
-        """End the thread and return whether it has ended.
-
-        A blocked thread ends with the process, and its bytes are lost.
-        """
+        """End the thread and return whether it has ended; a blocked one ends with the process."""
         with self._changed:
             self._closed = True
             self._lost += len(self._backlog.take())
@@ -121,7 +105,6 @@ class BackgroundWriter:
             self._give_up(error)
 
     def _next_chunk(self) -> bytes:
-        """Wait for the next bytes; empty when closed."""
         with self._changed:
             self._changed.wait_for(lambda: self._closed or len(self._backlog))
             chunk = self._backlog.take(CHUNK)

@@ -1,11 +1,4 @@
-"""Address of a session with a page: its port and token, stored in a private folder of the user.
-
-So an open page finds the server again after a restart on the same port. A program that can read the folder
-could open the page as well, so the file adds no risk.
-
-The printed address has the token in its fragment, which browsers never send to a server; the socket gets it
-as a subprotocol (:mod:`fcu_emulator.emulator.live.requests`).
-"""
+"""Address of a session with a page: its port and token, stored so that an open page finds a restarted server."""
 
 from __future__ import annotations
 
@@ -22,9 +15,9 @@ from fcu_emulator.emulator.links.runtime_folder import read_own_file, runtime_fo
 from fcu_emulator.emulator.live.listening import LOCAL
 
 PROTOCOL = "fcu"
-"""Subprotocol of the socket, which the server selects."""
+"""Subprotocol that the server selects."""
 TOKEN_PREFIX = "fcu.token."
-"""Prefix of the second subprotocol that a client offers, which contains the token."""
+"""Prefix of the second offered subprotocol, which contains the token."""
 _TOKEN_LENGTH = 32
 _TOKEN_SIGNS = frozenset(string.ascii_letters + string.digits + "-_")
 _LARGEST_FILE = 4096
@@ -40,22 +33,20 @@ class Address:
 
     @property
     def page(self) -> str:
-        """Return the URL that opens the page."""
         return f"http://{self.host}:{self.port}/#token={self.token}"
 
     @property
     def socket(self) -> str:
-        """Return the URL of the WebSocket, for programs; clients must offer :attr:`protocols`."""
+        """URL of the WebSocket; clients must offer :attr:`protocols`."""
         return f"ws://{self.host}:{self.port}/session"
 
     @property
     def protocols(self) -> tuple[str, str]:
-        """Return the subprotocols that a client of :attr:`socket` must offer."""
         return PROTOCOL, TOKEN_PREFIX + self.token
 
 
 def address_for(port: int, host: str = LOCAL) -> Address:
-    """Return the address on ``port``, with the token of an earlier server if the user's folder has it."""
+    """Return the address on ``port``, with the token of an earlier server if stored."""
     folder = _folder()
     token = ""
     if folder is not None:
@@ -71,7 +62,7 @@ def fresh(port: int, host: str = LOCAL) -> Address:
 
 
 def publish(address: Address) -> None:
-    """Store the address for the next server on this port; without a private folder it is not stored."""
+    """Store the address for the next server on this port, if there is a private folder."""
     folder = _folder()
     if folder is not None:
         with suppress(OutputError):
@@ -79,7 +70,7 @@ def publish(address: Address) -> None:
 
 
 def withdraw(address: Address) -> None:
-    """Delete the stored address of a port that will not be reused."""
+    """Delete the stored address of a port."""
     folder = _folder()
     if folder is not None:
         with suppress(OSError):
@@ -91,7 +82,6 @@ def _file(folder: Path, port: int) -> Path:
 
 
 def _folder() -> Path | None:
-    """Return the user's private folder; None if it is missing or belongs to another user."""
     try:
         return runtime_folder("fcu web", "the page's token is not kept")
     except LinkError:

@@ -1,8 +1,4 @@
-"""Events for the clients of a live board, and their timing.
-
-Frames are sent fifty times a second while something changes, registers and bus more slowly, verdicts and
-findings every few seconds. Sending changes nothing on the board.
-"""
+"""Events for the clients of a live board, and their timing; sending changes nothing on the board."""
 
 from __future__ import annotations
 
@@ -18,28 +14,24 @@ from fcu_emulator.emulator.live.past import Past
 from fcu_emulator.emulator.scenario.run_view import FORMATS, TRUTH
 
 Publish = Callable[[SessionEvent, object | None], None]
-"""Function ``publish(event, client)``: send to one client, or to all if ``client`` is None."""
+"""``publish(event, client)`` sends to one client, or to all if ``client`` is None."""
 
 # Wall time, s:
 _FRAME_S = 0.02  # between two frames (a State and the text until then) while something changes
-_ANSWER_S = 0.005  # from a frame to the next one, which shows the effect of a command
+_ANSWER_S = 0.005  # from a frame to the one that shows the effect of a command
 _HEARTBEAT_S = 0.5  # in addition to _FRAME_S, while nothing changes
 _SLOWLY_S = 0.1  # between two updates of registers and bus
 _FINDINGS_S, _VERDICTS_S = 2.0, 0.5  # between two updates of findings, of verdicts
-_FAILURE_S = 0.5  # between two checks for stuck firmware; the next frame reports a fault of the core
+_FAILURE_S = 0.5  # between two checks for stuck firmware
 _UNSEEN_S = 0.1  # between two stored states while there are no clients
 _PACE_S = 1.0  # over which the pace is measured
 
-_HISTORY = 64 << 10  # bytes of the terminal for a client that connects later
+_HISTORY = 64 << 10  # bytes of the terminal for a new client
 _LONGEST_LINE = 4096  # bytes of an incomplete line
 
 
 class Broadcast:
-    """Events of the ``run_number``-th board of a session, as its clients see it.
-
-    ``clients``: the watched items of each client; the session owns it and changes it as clients come and go.
-    ``wall_s``: current wall time, in all methods from the same clock.
-    """
+    """Events of the ``run_number``-th board of a session; ``clients``: the watched items of each client."""
 
     def __init__(
         self,
@@ -75,14 +67,12 @@ class Broadcast:
         self.measure_pace(wall_s)
 
     def close(self) -> None:
-        """Unsubscribe from the board."""
         self._transfers.close()
         self._witness.close()
 
     # -- called by the session ------------------------------------------------------------------------------
 
     def greet(self, client: object, hello: messages.Hello, status: messages.StatusEvent) -> None:
-        """Send a new client all earlier events."""
         self._publish(hello, client)
         self._publish(status, client)
         self._publish(self._past.message(), client)
@@ -93,21 +83,18 @@ class Broadcast:
         self._next_frame_s = 0.0
 
     def look_again(self) -> None:
-        """Send registers and bus completely with the next update: a client has changed its watched items."""
         self._registers.clear()
         self._next_slow_s = 0.0
 
     def answer(self, number: int) -> None:
-        """Confirm the command of this number in the next frame, and send this frame soon."""
+        """Confirm the command of this number in the next frame, soon."""
         self._done = number
         self._next_frame_s = min(self._next_frame_s, self._last_frame_s + _ANSWER_S)
 
     def measure_pace(self, wall_s: float) -> None:
-        """Restart the measurement of the pace, because the board has started or its speed has changed."""
         self._paced_from = wall_s, self._board.now_s
 
     def frame_in_s(self, wall_s: float) -> float:
-        """Return the wall time until the next frame is due; infinite without changes or clients."""
         frame_s = self._next_frame_s - wall_s
         if self._clients and (frame_s > 0.0 or self.changed):  # otherwise the overdue frame has no changes
             return frame_s
@@ -116,7 +103,7 @@ class Broadcast:
     # -- due events -----------------------------------------------------------------------------------------
 
     def show(self, wall_s: float, running: bool) -> None:
-        """Send the due events. ``running``: whether the board should run, and so has a pace."""
+        """Send the due events; only a ``running`` board has a pace."""
         if not self._clients:
             self._keep_unseen(wall_s, running)
             return
@@ -138,7 +125,6 @@ class Broadcast:
             self.look_for_findings()
 
     def _keep_unseen(self, wall_s: float, running: bool) -> None:
-        """Store the past for the next client while there are no clients. The greeting has all text until then."""
         self.show_text()
         if running and wall_s >= self._next_frame_s:
             self._next_frame_s = wall_s + _UNSEEN_S
@@ -150,7 +136,6 @@ class Broadcast:
         self._publish(state, None)
 
     def _has_failed(self, wall_s: float) -> bool:
-        """Return whether the firmware has crashed or become stuck since the findings were sent."""
         arm = self._board.chip
         if arm is None:
             return False
@@ -170,9 +155,7 @@ class Broadcast:
             self._pace = (board.now_s - from_s) / (wall_s - from_wall_s)
             self.measure_pace(wall_s)
         if not self._truth or not board.world.rests(self._truth_s, board.now_s):
-            self._truth = view.truth(
-                board
-            )  # otherwise the last truth is still valid: evaluating it is expensive
+            self._truth = view.truth(board)  # evaluating an unchanged truth is expensive
         self._truth_s = board.now_s
         names = dict.fromkeys(name for watch in self._clients.values() for name in watch.variables)
         values: dict[str, float] = {}
@@ -195,7 +178,6 @@ class Broadcast:
         return messages.Text(self._run_number, end - len(data), data.decode("latin-1"))
 
     def show_text(self) -> None:
-        """Send the text since the last call, and the numbers of its complete lines."""
         text = self._text(self._position)
         self._position = text.position + len(text.text)
         if not text.text:
@@ -255,7 +237,6 @@ class Broadcast:
             self._publish(verdicts, None)
 
     def look_for_findings(self) -> None:
-        """Send the problems of the firmware if they differ from the last ones."""
         from fcu_emulator.emulator.analysis.mistakes import explain  # slow import: loads the diagnosis
 
         found = [

@@ -16,14 +16,14 @@ _FILES = {
 
 @dataclass(frozen=True)
 class PageFile:
-    """A file of the page in the form of a response: headers and body."""
+    """Headers and body of the response with a file."""
 
     headers: tuple[tuple[str, str], ...]
     body: bytes
 
 
 class Bundle:
-    """The page's files, read and compressed by the constructor. Raises OSError if they cannot be read."""
+    """The page's files. Raises OSError if they cannot be read."""
 
     def __init__(self) -> None:
         page = files("fcu_emulator.emulator.live").joinpath("page")
@@ -38,7 +38,6 @@ class Bundle:
                 self._compressed[path] = PageFile((*headers, ("Content-Encoding", "gzip")), small)
 
     def file(self, path: str, accepted: list[str]) -> PageFile | None:
-        """Return the file at a path, or None; ``accepted``: the request's Accept-Encoding headers."""
         if accepts_gzip(accepted) and path in self._compressed:
             return self._compressed[path]
         return self._plain.get(path)

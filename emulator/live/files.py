@@ -1,4 +1,4 @@
-"""Firmware files of a session: a file that is watched on the disk, or an upload from the page."""
+"""Firmware files of a session: watched on the disk, or uploaded from the page."""
 
 from __future__ import annotations
 
@@ -11,11 +11,7 @@ from fcu_emulator.emulator.text import one_line
 
 
 class FileWatch:
-    """Detects when a file has changed and is complete: a linker writes for a while.
-
-    The file is polled. Rejected alternative: the system's notifications, which have another interface on each
-    system and do not work for network folders.
-    """
+    """Detects when a file has changed and is complete, by polling."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
@@ -23,11 +19,10 @@ class FileWatch:
 
     @property
     def exists(self) -> bool:
-        """Return whether the file exists: a firmware's name need not be a file."""
         return self._loaded is not None or self._stamp() is not None
 
     def changed(self) -> bool:
-        """Return whether the file has changed, but not since the previous call; True once for each change."""
+        """Return True once for each change, when the file is unchanged since the previous call."""
         stamp = self._stamp()
         settled = stamp == self._seen
         self._seen = stamp
@@ -45,10 +40,7 @@ class FileWatch:
 
 
 class UploadedFile:
-    """A firmware file from a page, in a separate temporary folder; only the suffix of its name is used.
-
-    Raises OSError without leaving files if it cannot be written.
-    """
+    """A firmware file from a page in a temporary folder. Raises OSError if it cannot be written."""
 
     def __init__(self, name: str, content: bytes) -> None:
         self.name = one_line(name)
@@ -61,7 +53,6 @@ class UploadedFile:
             raise
 
     def shown(self, board: Board) -> str:
-        """Return the file's original name if this firmware runs, otherwise the name of the running firmware."""
         return self.name if board.booted.name == str(self.path) else board.booted.name
 
     def remove(self) -> None:

@@ -1,8 +1,4 @@
-"""Gestures: motions with one word each, for ``fcu move`` and for the buttons of a page.
-
-The words are the scenario's: a gesture is the timeline entry of the same name (``docs/scenarios.md``) with
-default values. Only ``flat`` consists of two entries.
-"""
+"""Gestures: timeline entries with default values, for ``fcu move`` and the buttons of a page."""
 
 from __future__ import annotations
 
@@ -15,7 +11,7 @@ Entries = Callable[[float, str | None, str | None], list[dict[str, Any]]]
 
 @dataclass(frozen=True)
 class Gesture:
-    """Function that computes timeline entries from (amount, time, axis); None selects the default time or axis."""
+    """Function from (amount, time, axis) to timeline entries; None selects a default."""
 
     usual: float | None
     """Default amount; None: the gesture takes no amount."""
@@ -74,7 +70,6 @@ GESTURES = {
         takes_time=False,
     ),
 }
-"""All gestures by their words."""
 
 OLD_WORDS = {
     "fall": "free_fall",

@@ -1,8 +1,7 @@
 """Network address on which the page is served: this machine only, or one address that the user names.
 
-Decision: the page is served on one address of this machine, neither on all addresses nor on a host name. So a
-request's Host header can be compared with a literal address, which no foreign name that leads here can have
-(DNS rebinding).
+Decision: the page is served on one address of this machine, so that a request's Host header can be checked
+against DNS rebinding.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ LOCAL = "127.0.0.1"
 
 
 def checked(listen: str) -> str:
-    """Return an address in its normal form. Raises InputError if the text is not exactly one address."""
+    """Return an address in its normal form. Raises InputError if the text is not one address."""
     try:
         address = ipaddress.ip_address(listen)
     except ValueError as error:
@@ -47,7 +46,7 @@ def hosts(listen: str, port: int) -> tuple[str, ...]:
 
 
 def warning(listen: str) -> str:
-    """Return the warning if other machines can reach the page; "" if they cannot."""
+    """Return the warning if other machines can reach the page."""
     if ipaddress.ip_address(listen).is_loopback:
         return ""
     return (

@@ -1,15 +1,7 @@
 """Messages between a page and a session: commands and events as data, independent of the transport.
 
-Each message is a JSON object with ``type``, the class's name below in snake case without Command or Event,
-and the class's fields. A session takes commands and sends events; all of them are declared in this file. The
-transport is a WebSocket (:mod:`fcu_emulator.emulator.live.server`); another one, such as a worker in a
-browser, would need only this file.
-
-A user's action on the board is a timeline entry as in a scenario file, without a time (:class:`Do`). Its
-words are those of ``docs/scenarios.md``, so a recorded session is a scenario without translation. Rejected
-alternative: a command for each gesture, which would define every gesture twice.
-
-Times are seconds of virtual time, bytes of the terminal Latin-1, one character each; angles are in degrees.
+Each message is a JSON object with ``type``, the class's name in snake case without Command or Event, and the
+class's fields. Times are virtual seconds, terminal bytes Latin-1, angles degrees.
 """
 
 from __future__ import annotations
@@ -38,7 +30,7 @@ _LONGEST_NAME = 200
 
 
 class MessageError(InputError):
-    """Error in a message; the text says what is wrong with it."""
+    """Error in a message from a page."""
 
 
 # -- To the session -----------------------------------------------------------------------------------------
@@ -46,12 +38,12 @@ class MessageError(InputError):
 
 @dataclass(frozen=True)
 class PageCommand:
-    """Base class of a page's commands. Raises MessageError for values that are invalid in any session."""
+    """Base class of a page's commands. Raises MessageError for invalid values."""
 
 
 @dataclass(frozen=True)
 class Do(PageCommand):
-    """Perform an action on the board: a timeline entry without ``at``. ``State.done`` returns ``id``."""
+    """Perform a timeline entry without ``at``; ``State.done`` returns ``id``."""
 
     entry: dict[str, Any]
     id: int = 0
@@ -87,19 +79,19 @@ class Speed(PageCommand):
 
 @dataclass(frozen=True)
 class Reset(PageCommand):
-    """Restart at power-on. The board keeps its position in the user's hand, unless it plays a scenario."""
+    """Restart at power-on; without a scenario the board keeps its position."""
 
 
 @dataclass(frozen=True)
 class FirmwareCommand(PageCommand):
-    """Restart with a shipped firmware, by its name."""
+    """Restart with a shipped firmware."""
 
     name: str
 
 
 @dataclass(frozen=True)
 class Upload(PageCommand):
-    """Restart with a firmware file: its name (with the suffix of the file type) and its bytes in base64."""
+    """Restart with a firmware file: its name (with the type's suffix) and its bytes in base64."""
 
     name: str
     data: str
@@ -109,7 +101,7 @@ class Upload(PageCommand):
             raise MessageError(f"{self.name[:40]!r} must be an ELF, HEX or BIN file")
 
     def content(self) -> bytes:
-        """Return the bytes of the file. Raises MessageError for invalid base64, or a file that is too large."""
+        """Return the file's bytes. Raises MessageError for invalid base64, or a file that is too large."""
         try:
             content = b64decode(self.data, validate=True)
         except (binascii.Error, ValueError) as error:
@@ -121,16 +113,14 @@ class Upload(PageCommand):
 
 @dataclass(frozen=True)
 class Play(PageCommand):
-    """Restart with a shipped scenario, by its name; null: without one."""
+    """Restart with a shipped scenario; null: without one."""
 
     scenario: str | None
 
 
 @dataclass(frozen=True)
 class Watch(PageCommand):
-    """Watch these items: global variables by name (``pitch``, ``acc.AXIS_X``), the registers of a sensor or of a
-    peripheral of the chip by its name, the bus, the pins.
-    """
+    """Watch global variables (``pitch``, ``acc.AXIS_X``), registers of a sensor or peripheral, bus, and pins."""
 
     variables: list[str] = field(default_factory=list)
     registers: str | None = None
@@ -149,7 +139,7 @@ class RecordCommand(PageCommand):
 
 @dataclass(frozen=True)
 class CheckCommand(PageCommand):
-    """Judge the loaded firmware by an exercise of the lab, in parallel; :class:`Checked` is the answer."""
+    """Judge the firmware by an exercise in parallel; :class:`Checked` is the answer."""
 
     exercise: str
 
@@ -164,9 +154,7 @@ class SessionEvent:
 
 @dataclass(frozen=True)
 class Hello(SessionEvent):
-    """First message, with constant data. ``parts``: the sensors' names; ``outputs``: their measured quantities,
-    see :func:`fcu_emulator.emulator.live.transfers.outputs`.
-    """
+    """First message, with constant data; see :func:`fcu_emulator.emulator.live.transfers.outputs`."""
 
     board: str
     version: str
@@ -176,19 +164,18 @@ class Hello(SessionEvent):
     parts: list[str]
     outputs: list[dict[str, Any]]
     ways: list[str]
-    """The commands with which other programs open the serial port and the debugger."""
+    """Commands with which other programs open the serial port and the debugger."""
     gestures: list[dict[str, Any]]
-    """Motions for buttons, see :func:`fcu_emulator.emulator.live.gestures.buttons`."""
+    """See :func:`fcu_emulator.emulator.live.gestures.buttons`."""
     exercises: list[dict[str, Any]]
-    """Exercises that :class:`CheckCommand` takes, see :class:`fcu_emulator.emulator.live.exercises.Exercises`."""
+    """See :class:`fcu_emulator.emulator.live.exercises.Exercises`."""
 
 
 @dataclass(frozen=True)
 class StatusEvent(SessionEvent):
     """Description of the board, sent at the beginning and after each change.
 
-    ``run``: counts power-ons. ``state`` is ``running``, ``paused``, ``failed`` (``problem`` says why), or
-    ``halted`` while a debugger holds the board.
+    ``run`` counts power-ons. ``state``: ``running``, ``paused``, ``failed`` or ``halted`` by a debugger.
     """
 
     run: int
@@ -211,11 +198,9 @@ class StatusEvent(SessionEvent):
 
 @dataclass(frozen=True)
 class State(SessionEvent):
-    """Current state of the board, 50 times a second; of several waiting ones only the latest is needed.
+    """Current state of the board, 50 times a second; only the latest is needed.
 
-    ``truth``: see :func:`fcu_emulator.emulator.live.view.truth`. ``samples``: the firmware's latest readings,
-    by the ids of the outputs in :class:`Hello`. ``load``: callback, timer and bus. ``done``: the id of the
-    latest :class:`Do`.
+    ``samples``: the firmware's latest readings, by the outputs' ids. ``done``: id of the latest :class:`Do`.
     """
 
     run: int
@@ -231,7 +216,7 @@ class State(SessionEvent):
 
 @dataclass(frozen=True)
 class Text(SessionEvent):
-    """Bytes of the terminal from ``position`` on; earlier bytes were already sent or lost."""
+    """Bytes of the terminal from ``position`` on."""
 
     run: int
     position: int
@@ -240,7 +225,7 @@ class Text(SessionEvent):
 
 @dataclass(frozen=True)
 class PrintedEvent(SessionEvent):
-    """Numbers of a line in the lab's format, by field, with the truth at that moment."""
+    """Numbers of a printed line, with the truth at that moment."""
 
     t_s: float
     values: dict[str, float]
@@ -249,9 +234,7 @@ class PrintedEvent(SessionEvent):
 
 @dataclass(frozen=True)
 class PastEvent(SessionEvent):
-    """States and printed numbers of the run so far, for a client that connects later: plotted fields of
-    :class:`State` and :class:`PrintedEvent`, see :mod:`fcu_emulator.emulator.live.past`.
-    """
+    """Plotted states and numbers of the run so far, for a new client."""
 
     run: int
     states: list[dict[str, Any]]
@@ -260,19 +243,18 @@ class PastEvent(SessionEvent):
 
 @dataclass(frozen=True)
 class Unknown(SessionEvent):
-    """Names of a :class:`Watch` that cannot be watched: unknown variables, or variables without numbers."""
+    """Names of a :class:`Watch` that are unknown or have no numbers."""
 
     variables: list[str]
 
 
 @dataclass(frozen=True)
 class Checked(SessionEvent):
-    """Result of judging an exercise: ``state`` is ``checking``, ``done``, ``begun``, ``not yet``, ``unjudged``
-    (a check that gives points could not be judged) or ``error`` (``problem`` says why).
+    """Result of judging an exercise.
 
-    ``checks``: those that give points: title, outcome, expected, seen, hint. ``causes``: diagnoses of the
-    failed runs, the most severe first: summary, details, fatal. ``outdated``: another firmware has been
-    loaded since.
+    ``state``: ``checking``, ``done``, ``begun``, ``not yet``, ``unjudged`` or ``error``. ``checks`` have
+    title, outcome, expected, seen, hint; ``causes`` summary, details, fatal. ``outdated``: another firmware
+    was loaded since.
     """
 
     exercise: str
@@ -287,14 +269,14 @@ class Checked(SessionEvent):
 
 @dataclass(frozen=True)
 class Declared(SessionEvent):
-    """Declaration of the registers of a sensor (its main bank) or of a peripheral, see ``registers.declaration``."""
+    """Declaration of registers, see ``registers.declaration``."""
 
     part: dict[str, Any]
 
 
 @dataclass(frozen=True)
 class RegistersEvent(SessionEvent):
-    """Values of the registers of a sensor or peripheral by name, in hexadecimal; ``note``: remark for the user."""
+    """Hexadecimal values of registers by name; ``note``: remark for the user."""
 
     part: str
     values: dict[str, str]
@@ -303,14 +285,14 @@ class RegistersEvent(SessionEvent):
 
 @dataclass(frozen=True)
 class Pins(SessionEvent):
-    """The pins and their levels, see :func:`fcu_emulator.emulator.live.pins.pins`."""
+    """See :func:`fcu_emulator.emulator.live.pins.pins`."""
 
     pins: list[dict[str, Any]]
 
 
 @dataclass(frozen=True)
 class BusEvent(SessionEvent):
-    """The latest transfers, decoded: time, device, register, direction, bytes, meaning, result."""
+    """The latest transfers: time, device, register, direction, bytes, meaning, result."""
 
     transfers: list[dict[str, Any]]
 
@@ -325,7 +307,7 @@ class Verdicts(SessionEvent):
 
 @dataclass(frozen=True)
 class Findings(SessionEvent):
-    """Problems found in the firmware, the most severe first: summary and details."""
+    """Problems found in the firmware, the most severe first."""
 
     findings: list[dict[str, Any]]
 
@@ -339,7 +321,7 @@ class Recorded(SessionEvent):
 
 @dataclass(frozen=True)
 class Notice(SessionEvent):
-    """A line for the user; ``kind`` is ``error`` or ``info``. Control characters become escapes."""
+    """A line for the user, without control characters; ``kind`` is ``error`` or ``info``."""
 
     kind: str
     text: str
@@ -358,7 +340,7 @@ def encode(event: SessionEvent) -> str:
 
 
 def decode(text: str) -> PageCommand:
-    """Return a command from JSON. Raises MessageError, of one line, for any other text."""
+    """Return a command from JSON. Raises MessageError."""
     is_long = len(text) > LONGEST_COMMAND
     if len(text) > LONGEST_UPLOAD or (is_long and _pieces(text) > _MOST_PIECES):
         raise _too_long(text)
@@ -386,7 +368,7 @@ def decode(text: str) -> PageCommand:
 
 
 def failure(error: Exception) -> Notice:
-    """Return the notice for a page whose command failed."""
+    """Return the notice for a failed command."""
     return Notice("error", failure_text(error))
 
 
@@ -396,7 +378,6 @@ def _too_long(text: str) -> MessageError:
 
 
 def _pieces(text: str) -> int:
-    """Return an upper bound of the values in JSON, for their memory beyond the text's length."""
     return sum(text.count(sign) for sign in ',"[{')
 
 
@@ -411,13 +392,12 @@ def _own(kind: type[PageCommand]) -> list[str]:
 
 
 def _snake(kind: type[object]) -> str:
-    """Return the type of a message on the wire: StepCommand is "step", BusEvent "bus"."""
+    """Return the type of a message: StepCommand is "step", BusEvent "bus"."""
     name = re.sub(r"(Command|Event|Message)$", "", kind.__name__)
     return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
 
 
 def _fits(value: Any, hint: Any) -> bool:
-    """Return whether a JSON value has one of the types of the commands above."""
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if origin is Literal:
         return isinstance(value, str) and value in arguments

@@ -1,13 +1,7 @@
 """Control server of a running board: requests of other programs, and the answers.
 
-The messages are those of a session (:mod:`fcu_emulator.emulator.live.messages`). ``do`` has a timeline entry,
-which is performed at once, between two slices of the run. ``truth`` asks for the board's state; both are
-answered with the current truth. ``text`` asks for the output since a position; the answer is the text
-(Latin-1) and the position after it. The answer to an invalid message is ``error``.
-
-Decision: a board that plays a scenario in ``fcu run`` cannot be moved by hand, because a manual motion could
-make a correct program fail the scenario's expectations. ``fcu web`` allows both, and does not judge a
-disturbed scenario.
+Decision: a board that plays a scenario in ``fcu run`` cannot be moved by hand, because a correct program
+could then fail.
 """
 
 from __future__ import annotations
@@ -29,7 +23,7 @@ class Moved:
         self._board = board
 
     def answer(self, message: Mapping[str, Any]) -> dict[str, Any]:
-        """Execute a message and return the answer. Raises InputError if this is impossible."""
+        """Execute a message and return the answer. Raises InputError."""
         return answered(self._board, message, self._do)
 
     def _do(self, table: Mapping[str, Any]) -> None:
@@ -68,7 +62,6 @@ def answered(
 
 
 def _text(board: Board, position: object) -> dict[str, Any]:
-    """Return the text from ``position`` on, up to the size of a message; no text without a position."""
     if not isinstance(position, int) or isinstance(position, bool) or position < 0:
         return {"text": "", "position": board.terminal.position}
     data, end = board.terminal.since(position)

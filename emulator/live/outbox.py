@@ -18,7 +18,7 @@ class Outbox:
         self._text = 0
 
     def put(self, key: str, message: str) -> None:
-        """Add a message. ``key``: replace the waiting message with this key; "": replace none; "text": terminal text."""
+        """Add a message, which replaces a waiting one with the same ``key``, except "" and "text"."""
         if key and key != "text":
             self._waiting.pop(key, None)
         else:
@@ -34,7 +34,6 @@ class Outbox:
         self.filled.set()
 
     def take(self) -> str | None:
-        """Return the oldest message; None if the queue is empty."""
         for key in self._waiting:
             return self._remove(key)
         self.filled.clear()

@@ -1,8 +1,4 @@
-"""Past of a run, for the plot of a page that connects later: a bounded number of states and printed numbers.
-
-A state is stored ten times a second, of virtual or of wall time, whichever is more often. At real time these
-are the last five minutes, the longest span that the plot shows.
-"""
+"""States and printed numbers of a run for a page that connects later, bounded: ten a second for five minutes."""
 
 from __future__ import annotations
 
@@ -13,9 +9,7 @@ from fcu_emulator.emulator.live import messages
 
 MOST_STATES = 3000
 MOST_PRINTS = 1000
-_EVERY_S = (
-    0.0999  # of virtual or of wall time; slightly less than 0.1, because frames do not come exactly then
-)
+_EVERY_S = 0.0999  # of virtual or of wall time; less than 0.1, because frames are not exact
 _NOT_PLOTTED = frozenset({"rotation", "magnet_m"})
 
 
@@ -30,7 +24,6 @@ class Past:
         self._kept_wall_s = -1.0
 
     def add_state(self, state: messages.State, wall_s: float) -> None:
-        """Store a state, unless the previous stored one is almost from the same moment."""
         passed_s = state.t_s - self._kept_s
         if passed_s < _EVERY_S and (passed_s <= 0 or wall_s - self._kept_wall_s < _EVERY_S):
             return
@@ -40,9 +33,7 @@ class Past:
         self._states.append(plotted)
 
     def add_printed(self, printed: messages.PrintedEvent) -> None:
-        """Store the numbers of a printed line."""
         self._prints.append({"t_s": printed.t_s, "values": printed.values})
 
     def message(self) -> messages.PastEvent:
-        """Return all stored data, the oldest first."""
         return messages.PastEvent(self._run_number, list(self._states), list(self._prints))

@@ -1,9 +1,4 @@
-"""Levels of the board's pins: connected chip pins, further pins that the firmware drives, and the sensors' pins.
-
-A sensor is updated to the current time before its pins are read. This has no visible effect, because the
-sensor only does work that was due already. Pins are polled, so a pulse between two polls is not seen; ``fcu
-run --vcd`` records all edges.
-"""
+"""Levels of the board's pins, which are polled: ``fcu run --vcd`` records all edges."""
 
 from __future__ import annotations
 
@@ -17,8 +12,7 @@ from fcu_emulator.emulator.boards.description import Pin
 def pins(board: Board) -> list[dict[str, Any]]:
     """Return ``name``, ``use``, ``mode`` and ``level`` of each pin; level: 0, 1, or null if it floats.
 
-    ``mode`` is ``output``, ``input``, ``AF4`` (an alternate function by its number), or ``sensor`` for an
-    unconnected pin of a sensor.
+    ``mode``: ``output``, ``input``, ``AF4`` (an alternate function), or ``sensor``.
     """
     return [*_of_chip(board), *_of_sensors(board)]
 
@@ -47,7 +41,6 @@ def _of_sensors(board: Board) -> Iterator[dict[str, Any]]:
 
 
 def _uses(board: Board) -> Iterator[tuple[Pin, str]]:
-    """Return the connections of the chip's pins from the board's file."""
     description, wiring = board.description, board.booted.wiring
     for led, where in description.leds.items():
         yield where, f"{led}, lit while low"

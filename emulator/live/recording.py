@@ -1,9 +1,4 @@
-"""A live session as a scenario: all actions on the board since power-on, with their times in picoseconds.
-
-Played by ``fcu run``, the file gives the same bytes: the entries are performed at the same times, in the same
-order, on a board of the same seed, wiring and sensors. Expectations of a scenario that the session played are
-omitted, because the session may have ended before them.
-"""
+"""A live session as a scenario: all actions since power-on, with their times in picoseconds."""
 
 from __future__ import annotations
 
@@ -21,10 +16,9 @@ _TABLES = ("firmware_settings", "bus", "world", "sensors")
 
 
 class SessionRecording:
-    """Recording of the actions on a board; ``ideal``: whether the command line made its sensors ideal.
+    """Recording of the actions on a board.
 
-    ``source``: origin of the recording, for a comment in the file. ``cold``: whether the sensors got their
-    supply at 0.
+    ``source``: its origin, for a comment. ``cold``: whether the sensors got their supply at 0.
     """
 
     def __init__(
@@ -40,19 +34,17 @@ class SessionRecording:
 
     @property
     def room(self) -> int:
-        """Number of further entries that a scenario can hold."""
         plan = self._board.scenario
         return MOST_ENTRIES - len(self._entries) - (len(plan.contents.timeline) if plan else 0)
 
     def add(self, at_ps: int, entry: TimelineAction) -> bool:
-        """Add an entry; return False if the recording is full."""
         if self.room <= 0:
             return False
         self._entries.append((at_ps, entry))
         return True
 
     def text(self) -> str:
-        """Return the scenario so far. Raises InputError if the session plays a scenario that reads other files."""
+        """Return the scenario. Raises InputError if the session plays a scenario that reads other files."""
         board, plan = self._board, self._board.scenario
         entries = [(step.at_ps, step.entry) for step in plan.steps] if plan else []
         if names_files(entry for _, entry in entries):
@@ -86,7 +78,6 @@ class SessionRecording:
         return "".join(lines)
 
     def save(self, path: Path) -> None:
-        """Write the file, completely or not at all. Raises OutputError."""
         try:
             write_atomically(path, self.text())
         except OutputError as error:

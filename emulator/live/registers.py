@@ -1,12 +1,4 @@
-"""Registers of the sensors and of the chip's peripherals: declarations and current values.
-
-Viewing has no side effects: register values come from the sensor's memory, so an output register has the last
-read sample, and viewing a status clears no bit. Peripherals of the chip are read like by a debugger
-(``peek``).
-
-A page gets the declaration of a viewed sensor or peripheral once, then only values. Rejected alternative:
-sending all declarations at the beginning, which are 700 kB for the chip.
-"""
+"""Registers of the sensors and of the chip's peripherals: declarations and current values, without side effects."""
 
 from __future__ import annotations
 
@@ -23,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def peripheral_names(board: Board) -> list[str]:
-    """Return the chip's peripherals that can be viewed; empty for firmware in Python."""
+    """Return the chip's peripherals that can be viewed."""
     if board.chip is None:
         return []
     from fcu_emulator.emulator.chip.registers import DECLARED
@@ -37,7 +29,7 @@ def known(board: Board, name: str) -> bool:
 
 
 def declaration(board: Board, name: str) -> dict[str, Any]:
-    """Return registers and fields of a known sensor or peripheral, in the order of its document.
+    """Return registers and fields of a known sensor or peripheral.
 
     Keys: ``name``, ``doc``, ``place``, and for each register ``name``, ``address``, ``size``, ``reset``,
     ``access``, ``doc``, ``modelled`` and ``fields``.
@@ -62,7 +54,7 @@ def declaration(board: Board, name: str) -> dict[str, Any]:
 
 
 def values(board: Board, name: str) -> dict[str, str]:
-    """Return the registers of a known sensor or peripheral by name, in hexadecimal."""
+    """Return a known sensor's or peripheral's registers by name, in hexadecimal."""
     part = _part(board, name)
     if part is not None:
         memory = part.registers.mem
@@ -79,7 +71,7 @@ def values(board: Board, name: str) -> dict[str, str]:
 
 
 def note(board: Board, name: str) -> str:
-    """Return a remark on the current state of a peripheral; "" if none applies."""
+    """Return a remark on the current state of a peripheral, if any."""
     peripheral = _peripheral(board, name) if _part(board, name) is None else None
     if peripheral is None or peripheral.clocked:
         return ""

@@ -1,14 +1,7 @@
 """Answers to HTTP requests: the page's files for every browser, a socket for clients with the token.
 
-The page's files are public, so each request for this host and port gets them (a foreign name that leads here
-has another Host header). The socket moves the board, so it needs the token. The page reads it from the
-fragment of the printed address and offers it as a subprotocol of the WebSocket.
-
-Decision: the token is a subprotocol and never a cookie, because browsers send a host's cookies to every port:
-each other server on this machine would get it, also one of another user. A fragment is not sent to any
-server, and session storage belongs to one origin, port included. Rejected alternative: the token as the first
-message, which opens a socket for each caller and then needs a limit on time and data. With the token in the
-handshake, a caller without it never gets a socket.
+Decision: the token is a subprotocol and never a cookie, because browsers send a host's cookies to every port,
+also of another user's server.
 """
 
 from __future__ import annotations
@@ -29,14 +22,12 @@ _TEXT = "text/plain; charset=utf-8"
 class Headers(Protocol):
     """Interface to the headers of a request."""
 
-    def get_all(self, key: str) -> list[str]:
-        """Return the values of a header; its name is case-insensitive."""
-        ...
+    def get_all(self, key: str) -> list[str]: ...
 
 
 @dataclass(frozen=True)
 class Answer:
-    """Status, headers and body of an HTTP response. ``because``: why a socket was refused, else ""."""
+    """An HTTP response; ``because``: why a socket was refused."""
 
     status: HTTPStatus
     headers: Sequence[tuple[str, str]]
@@ -45,10 +36,7 @@ class Answer:
 
 
 class Requests:
-    """Answers requests to the server at ``address``. Raises OSError if the page's files cannot be read.
-
-    ``hosts``: valid values of a request's Host header.
-    """
+    """Answers requests to the server at ``address``. Raises OSError if the page's files cannot be read."""
 
     def __init__(self, address: Address, hosts: Sequence[str]) -> None:
         self._offer = f"{TOKEN_PREFIX}{address.token}".encode()
@@ -57,10 +45,7 @@ class Requests:
         self._bundle = Bundle()  # read once: a request needs no file descriptor
 
     def answer(self, method: str, target: str, headers: Headers, has_room: bool) -> Answer | None:
-        """Return the answer to a request; None: open a socket.
-
-        ``has_room``: whether one more page may be open.
-        """
+        """Return the answer to a request, or None to open a socket if the server ``has_room``."""
         hosts = headers.get_all("Host")
         if len(hosts) != 1 or hosts[0].lower() not in self._hosts:
             return self._refuse(HTTPStatus.FORBIDDEN, f"the host must be {self._hosts[0]}")
@@ -75,11 +60,9 @@ class Requests:
         return self._respond(HTTPStatus.OK, file.body, file.headers)
 
     def failure(self) -> Answer:
-        """Return the answer to a request for which the server failed."""
         return self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR, "the server cannot answer this request")
 
     def _reason_against(self, headers: Headers, has_room: bool) -> Answer | None:
-        """Return the refusal of a socket; None if it may be opened."""
         why = ""
         status = HTTPStatus.FORBIDDEN
         if any(origin not in self._origins for origin in headers.get_all("Origin")):

@@ -1,20 +1,7 @@
-"""Server of the page and its WebSocket, on 127.0.0.1 or on the user's address, in a thread beside the session.
+"""Server of the page and its WebSocket, on 127.0.0.1 or on the user's address, in a thread beside the
+session.
 
-:mod:`fcu_emulator.emulator.live.requests` answers requests: a socket needs the token of the printed address.
-Scripts come from this server only (Content-Security-Policy). The server accepts only messages of
-:mod:`fcu_emulator.emulator.live.messages`, and as files only firmware.
-
-Slow or invalid requests are disconnected: a request may take :data:`_REQUEST_S`. If more than
-:data:`_MOST_CALLERS` connections have no socket, the oldest is closed. Each problem is one line on the
-terminal, limited in rate (:mod:`fcu_emulator.emulator.links.limited_lines`).
-
-A slow or sleeping page gets fewer messages and never slows the board. It gets the latest values of changing
-data, and the latest 256 KiB of the terminal's text; positions show the gaps. A page that sends too fast
-waits: at most 250 of its messages are read per second.
-
-Library: ``websockets``, one package without dependencies, by the author of asyncio's reference implementation
-of the protocol. It also serves the few files. Rejected alternative: a web framework, which brings about fifty
-packages and answers requests with a foreign Host.
+A slow page gets fewer messages and never slows the board; a page that sends too fast waits.
 """
 
 from __future__ import annotations
@@ -57,19 +44,15 @@ _LATEST = {
 
 
 class Controls(Protocol):
-    """Receiver of the pages' commands; :class:`fcu_emulator.emulator.live.session.LiveSession` is one."""
+    """Receiver of the pages' commands, such as :class:`fcu_emulator.emulator.live.session.LiveSession`."""
 
     def post(self, client: object, command: PageCommand) -> bool:
         """Queue a command; return False if the queue is full."""
         ...
 
-    def attach(self, client: object) -> None:
-        """Send a new client the current state."""
-        ...
+    def attach(self, client: object) -> None: ...
 
-    def detach(self, client: object) -> None:
-        """Remove a client that has left."""
-        ...
+    def detach(self, client: object) -> None: ...
 
 
 def websockets_missing() -> InputError:
@@ -80,12 +63,10 @@ def websockets_missing() -> InputError:
 
 
 class PageServer:
-    """Serves the page and its sockets until :meth:`close`.
+    """Serves the page and its sockets until :meth:`close`; set ``controls`` before the first page connects.
 
-    ``port`` 0: any free one. ``say(line)`` receives lines about refused callers and failures. ``listen``: the
-    address of this machine to listen on. ``controls`` may be set later, before the first page connects.
-    Raises InputError if the library is missing or ``listen`` is not an address, LinkError for an address or
-    port that is not available.
+    ``port`` 0: any free one. ``say(line)`` gets lines about failures. Raises InputError if the library is
+    missing or ``listen`` is not an address, LinkError for an address or port that is not available.
     """
 
     def __init__(
@@ -122,7 +103,6 @@ class PageServer:
 
     @property
     def url(self) -> str:
-        """Return the first URL, with the token."""
         return self.address.page
 
     def publish(self, event: SessionEvent, client: object | None = None) -> None:
@@ -138,7 +118,6 @@ class PageServer:
             self._loop.call_soon_threadsafe(self._put, key, messages.encode(event), client)
 
     def close(self) -> None:
-        """Close all connections and end the thread; a second call does nothing."""
         if self._thread.is_alive():
             self._loop.call_soon_threadsafe(self._stop.set)
             self._thread.join()
@@ -193,7 +172,6 @@ class PageServer:
         self._ready.set()
 
     def _hear_of_failure(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """Report an error of asyncio in one line instead of a traceback, for example if it cannot accept a connection."""
         del loop
         self._say(f"page: {_failure(str(context.get('message')), context.get('exception'))}")
 
@@ -209,7 +187,6 @@ class PageServer:
     # -- HTTP -------------------------------------------------------------------------------------------
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
-        """Answer a request; return None to open the socket."""
         del connection
         try:
             method = getattr(request, "method", "GET")  # older versions of the library refuse other methods
@@ -281,7 +258,7 @@ def _response(answer: Answer) -> Response:
 
 
 def _counted(callers: dict[ServerConnection, None]) -> type[ServerConnection]:
-    """Return a connection class that keeps a connection in ``callers`` until it has a socket, or ends."""
+    """Return a connection class that keeps connections in ``callers`` until they have a socket, or end."""
     from websockets.asyncio.server import ServerConnection
 
     class Connection(ServerConnection):
@@ -313,7 +290,6 @@ class _OneLine(logging.Handler):
 
 
 def _logger(say: Callable[[str], None]) -> logging.Logger:
-    """Return the library's logger, separate from all further loggers."""
     logger = logging.Logger("fcu web", logging.WARNING)
     logger.addHandler(_OneLine(say))
     return logger

@@ -1,15 +1,9 @@
 """Session of a board that runs in real time, and execution of all commands on it.
 
-One thread runs the session and owns the board. Any thread may post commands (:meth:`LiveSession.post`). Events
-are sent through ``publish``, which is called in the session's thread and must not wait.
+One thread runs the session and owns the board. It calls ``publish``, which must not wait.
 
 Decision: a command that changes the board becomes an event of the virtual clock, one picosecond after the
-stop of the board, and is recorded with that time. So the slicing of the run has no effect. The recording,
-played at full speed, has the same events at the same times in the same order. Rejected alternative: changing
-the board between two slices. This gives the same bytes only if there is no other event at that picosecond,
-and a scenario cannot contain it as an entry.
-
-Wall time decides only when a command arrives, never its effect.
+stop of the board, and is recorded with that time. So the slicing of the run has no effect.
 """
 
 from __future__ import annotations
@@ -52,20 +46,19 @@ _STANDING_S = 0.1  # longest wait of a paused board
 _WATCH_S = 0.2  # between two checks of the firmware's file
 _LAG_FORGIVEN_S = 0.25  # a board that is later than this does not catch up
 _STEP_WALL_S = 5.0  # maximum of one step
-# Virtual time: maximum of one step, and the run between two checks for its end:
+# Virtual time: maximum of one step, and the run between two checks for its end
 _STEP_PS = {"second": PS_PER_S, "line": 10 * PS_PER_S, "tick": PS_PER_S}
 _STEP_SLICE_PS = {"second": 10 * PS_PER_MS, "line": PS_PER_MS, "tick": PS_PER_MS // 20}
 
 _TYPED_AHEAD = 2048  # bytes of a link that wait for the board
 _MOST_WAITING = 1000  # commands
-_MOST_UPLOADS = 2  # uploads, each with up to 11 MiB
+_MOST_UPLOADS = 2  # each with up to 11 MiB
 
 
 class LiveSession:
     """A board with its pace and its commands. Raises FcuError if the first board cannot be created.
 
-    ``record``: the file for the session as a scenario, written at its end and at each power-on. ``links``:
-    further programs on the terminal. ``exercises``: judges exercises for pages; the session closes it.
+    ``record``: file for the session as a scenario, written at its end and at each power-on.
     """
 
     setup: Setup
@@ -88,7 +81,7 @@ class LiveSession:
     ) -> None:
         self._publish = publish
         self.door: ControlServer | None = None
-        """Control server for other programs; the session serves it, its creator closes it."""
+        """Control server for other programs; its creator closes it."""
         self._debugger: GdbServer | None = None
         self._halted = False
         self._record = record
@@ -114,7 +107,6 @@ class LiveSession:
     # -- called from any thread -------------------------------------------------------------------------
 
     def post(self, client: object, command: PageCommand) -> bool:
-        """Queue a command; return False if the queue is full."""
         if len(self._commands) >= _MOST_WAITING:
             return False
         if isinstance(command, messages.Upload) and self._uploads_waiting() >= _MOST_UPLOADS:
@@ -127,27 +119,22 @@ class LiveSession:
         return sum(isinstance(command, messages.Upload) for _, command in tuple(self._commands))
 
     def attach(self, client: object) -> None:
-        """Send a new client the current state."""
         self._commands.append((client, _Attach()))
         self._wake.set()
 
     def detach(self, client: object) -> None:
-        """Remove a client that has left."""
         self._commands.append((client, _Detach()))
         self._wake.set()
 
     def stop(self) -> None:
-        """End the run soon; also callable from a signal handler."""
+        """End the run soon; safe in a signal handler."""
         self.stopped = True
         self._wake.set()
 
     # -- the loop ---------------------------------------------------------------------------------------
 
     def run(self) -> None:
-        """Run until :meth:`stop`. Raises OutputError if the recording cannot be written.
-
-        Data from pages, links and other programs cannot end the run: failures are reported to the pages.
-        """
+        """Run until :meth:`stop`. Raises OutputError; all other failures are reported to the pages."""
         with ExitStack() as stack:
             for close in (
                 self._remove_upload,
@@ -169,7 +156,7 @@ class LiveSession:
                 self._wait()
 
     def _guard(self, action: Callable[[], object], client: object | None = None) -> None:
-        """Run one action; report an error to ``client``, or to all, and continue the session."""
+        """Run one action; report an error to ``client``, or to all."""
         try:
             action()
         except FirmwareError as error:
@@ -199,12 +186,10 @@ class LiveSession:
             self._uploaded.remove()
 
     def save(self) -> None:
-        """Write the recording, if a file is given. Raises OutputError."""
         if self._record is not None:
             self.recording.save(self._record)
 
     def _serve_links(self) -> None:
-        """Send printed text to the links; type and record their input."""
         terminal = self.board.terminal
         if not self._links:
             return
@@ -225,7 +210,7 @@ class LiveSession:
         self._wake.clear()
 
     def _pause_s(self) -> float:
-        """Return the wall time until the next slice or frame is due, whichever is earlier; 0 or less if one is due."""
+        """Return the wall time until the next slice or frame is due."""
         running = self.state == "running"
         if running and self.speed is None:
             return 0.0
@@ -266,14 +251,11 @@ class LiveSession:
                 self._run_debugged(self._debugger, at_ps)
             elif at_ps > self.board.clock.now_ps:
                 self.board.run_until_ps(at_ps)
-        except (
-            Exception
-        ) as error:  # of the firmware, of a scenario that the user has disturbed, of the machine
+        except Exception as error:  # of the firmware, of a disturbed scenario, of the machine
             self._fail(failure_text(error))
         self._broadcast.changed = True
 
     def _run_debugged(self, debugger: GdbServer, at_ps: int) -> None:
-        """Serve the debugger, and run unless it holds the board, which it may do at any moment."""
         debugger.run_until_ps(at_ps)
         self.stopped |= debugger.killed
         if debugger.halted != self._halted:
@@ -292,7 +274,7 @@ class LiveSession:
     # -- power-on ---------------------------------------------------------------------------------------
 
     def _begin(self, setup: Setup, hold: bool = False) -> None:
-        """Power on. ``hold``: keep the world, because the user's hand holds the board. Raises FcuError."""
+        """Power on; ``hold`` keeps the world. Raises FcuError."""
         if self._debugger is not None and setup.gdb is not None:
             setup = replace(setup, gdb=self._debugger.port, halt=False)
         board = setup.power_on()
@@ -332,10 +314,7 @@ class LiveSession:
         self._halted = self._debugger is not None and self._debugger.halted
 
     def _again(self, setup: Setup, why: str, hold: bool = True, loaded: bool = False) -> None:
-        """Power on with another firmware or scenario; if this fails, report it and change nothing.
-
-        ``loaded``: the firmware may be a different one, so that earlier judgements are outdated.
-        """
+        """Power on with another firmware or scenario; if this fails, report it and change nothing."""
         try:
             self._begin(setup, hold)
         except Exception as error:
@@ -400,7 +379,6 @@ class LiveSession:
                 self._clients.pop(client, None)
 
     def _watch(self, client: object, watch: messages.Watch) -> None:
-        """Watch the items that a client requests; raises InputError for variables that cannot be watched."""
         known = [name for name in watch.variables if view.can_be_watched(self.board, name)]
         self._clients[client] = replace(watch, variables=known)
         self._broadcast.look_again()
@@ -410,7 +388,6 @@ class LiveSession:
             raise InputError(view.why_not_watched(self.board, unknown[0]))
 
     def _check(self, exercise: str) -> None:
-        """Judge the loaded firmware in parallel to the session. Raises InputError."""
         if self._exercises is None:
             raise InputError("cannot check exercises: this board has no lab")
         if callable(self.setup.firmware):
@@ -427,7 +404,7 @@ class LiveSession:
         self._publish(checked, None)
 
     def answer(self, message: Mapping[str, Any]) -> dict[str, Any]:
-        """Answer a request of :attr:`door`, as :class:`fcu_emulator.emulator.live.moved.Moved` does. Raises InputError."""
+        """Answer a request of :attr:`door`. Raises InputError."""
         return answered(self.board, message, lambda table: self._perform(self._entry(table)))
 
     def _entry(self, table: Mapping[str, Any]) -> TimelineAction:
@@ -440,7 +417,7 @@ class LiveSession:
             raise InputError("gdb holds the board; type continue in gdb, or end gdb")
 
     def _perform(self, entry: TimelineAction) -> None:
-        """Perform an entry on the board, one picosecond from now. Raises InputError."""
+        """Perform an entry one picosecond from now. Raises InputError."""
         board = self.board
         self._refuse_if_it_stands()
         if not self.recording.room and not self._full:
@@ -461,7 +438,6 @@ class LiveSession:
         self.recording.add(at_ps, entry)
 
     def _step(self, of: str) -> None:
-        """Run to the next tick, line or second, for ten seconds of virtual time at most; then pause."""
         self._refuse_if_it_stands()
         board, began_s = self.board, self._wall_s()
         end_ps = board.clock.now_ps + _STEP_PS[of]
@@ -506,7 +482,6 @@ class LiveSession:
     # -- status and events ------------------------------------------------------------------------------
 
     def ways(self) -> list[str]:
-        """Return the commands with which other programs open the serial port and the debugger."""
         ways = [line for link in self._links for line in link.announce()]
         if self._debugger is not None:
             waits = ", the firmware waits for it" if self._debugger.halted else ""
@@ -514,7 +489,7 @@ class LiveSession:
         return ways
 
     def verdict(self) -> list[str]:
-        """Return the current state of the scenario's expectations; empty without a scenario. Raises InputError."""
+        """Return the current state of the scenario's expectations. Raises InputError."""
         plan = self.board.scenario
         return plan.standing(self.board) if plan else []
 

@@ -1,4 +1,4 @@
-"""Setup of a session: firmware, scenario, power-on, and moving a new board to the place of the previous one."""
+"""Setup of a session: firmware, scenario, power-on, and the place of the previous board."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ class Setup:
     ideal: bool = False
     kind: type[Board] = Board
     gdb: int | None = None
-    """Port for a debugger, 0 for any; None: debugging is off."""
+    """Port for a debugger, 0 for any; None: off."""
     halt: bool = False
     """Whether the firmware waits for the debugger at the first power-on."""
 
     def power_on(self) -> Board:
-        """Return a new board whose firmware has no limits of time and output. Raises FcuError."""
+        """Return a new board without limits of time and output. Raises FcuError."""
         plan = None
         if self.scenario is not None:
             plan = load_scenario(self.scenario, self.kind.description)
@@ -50,7 +50,7 @@ class Setup:
         return board
 
     def debugger(self, board: Board) -> GdbServer | None:
-        """Return a gdb server for a board, None if debugging is off. Raises FcuError."""
+        """Return a gdb server for a board, if debugging is on. Raises FcuError."""
         if self.gdb is None:
             return None
         from fcu_emulator.emulator.chip.gdb.attach import serve
@@ -58,7 +58,6 @@ class Setup:
         return serve(board, self.gdb, self.halt)
 
     def watched(self) -> FileWatch | None:
-        """Return the watch of the firmware's file, which is loaded again after a change."""
         firmware = self._firmware()
         return FileWatch(firmware) if isinstance(firmware, str | Path) else None
 
@@ -69,18 +68,16 @@ class Setup:
 
 
 class CollectedErrors:
-    """A timeline action that collects the world's errors for its caller instead of ending the run."""
+    """A timeline action that collects the world's errors instead of ending the run."""
 
     def __init__(self, entry: TimelineAction, refused: list[FcuError]) -> None:
         self._entry = entry
         self._refused = refused
 
     def plan(self, world: World, start_s: float) -> None:
-        """Change the world by the wrapped action."""
         self._try(partial(self._entry.plan, world, start_s))
 
     def act(self, board: BoardView, from_ps: int) -> None:
-        """Perform the wrapped action on the board."""
         self._try(partial(self._entry.act, board, from_ps))
 
     def _try(self, action: Callable[[], None]) -> None:

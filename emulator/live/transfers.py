@@ -1,9 +1,4 @@
-"""Decoded bus traffic for people: transfers, and the samples in them.
-
-Samples are the firmware's latest readings, decoded by the sensors' declarations (``Quantity.output``) with
-the current full scale. Rejected alternative: reading the sensors, which would show samples that the firmware
-has not read.
-"""
+"""Decoded bus traffic for people: transfers, and the samples in them, as the firmware read them."""
 
 from __future__ import annotations
 
@@ -26,11 +21,11 @@ _SHOWN_UNITS = {
     "degC": ("°C", 1.0),
     "percent": ("%", 1.0),
 }
-"""Units that the lab prints, by the sensors' units, with the factor to convert them."""
+"""Units that the lab prints, with factors from the sensors' units."""
 
 
 class Sample(NamedTuple):
-    """A measured quantity of a sensor, with the values of all axes that were read, in ``unit``."""
+    """A measured quantity of a sensor, with the values of all axes, in ``unit``."""
 
     id: str
     values: list[float]
@@ -38,7 +33,7 @@ class Sample(NamedTuple):
 
 
 def outputs(board: Board) -> list[dict[str, Any]]:
-    """Return all measured quantities of the board's sensors, for the labels of samples on the page."""
+    """Return all measured quantities of the sensors, for the page's labels."""
     return [
         {
             "id": _id(part, quantity),
@@ -65,7 +60,7 @@ def _shown(quantity: Quantity) -> tuple[str, float]:
 
 
 class Transfers:
-    """Latest transfers. The chip's buses keep a few; those of Python firmware are kept while this object exists."""
+    """Latest transfers; those of Python firmware are kept while this object exists."""
 
     def __init__(self, board: Board) -> None:
         self._board = board
@@ -73,11 +68,9 @@ class Transfers:
             self._remember(_REMEMBERED)
 
     def latest(self) -> list[BusTransfer]:
-        """Return the latest transfers, the last one at the end."""
         return self._board.recent_transfers()
 
     def close(self) -> None:
-        """Stop keeping transfers of the bus."""
         self._remember(0)
 
     def _remember(self, count: int) -> None:
@@ -113,7 +106,7 @@ def _transfer(board: Board, transfer: BusTransfer) -> dict[str, Any]:
 
 
 def samples(board: Board, latest: Sequence[BusTransfer]) -> dict[str, list[float]]:
-    """Return the firmware's latest readings, by the ids of :func:`outputs`, in the sensor's own axes."""
+    """Return the firmware's latest readings by the ids of :func:`outputs`, in the sensor's axes."""
     found: dict[str, list[float]] = {}
     seen = set()
     for transfer in reversed(latest):
@@ -126,7 +119,7 @@ def samples(board: Board, latest: Sequence[BusTransfer]) -> dict[str, list[float
 
 
 def decoded(board: Board, transfer: BusTransfer) -> Iterator[Sample]:
-    """Yield the samples in a read of output registers; none for any other transfer."""
+    """Yield the samples in a read of output registers."""
     part = next((part for part in board.sensors if transfer.device == part.NAME), None)
     first = _addresses(part.MAP).get(transfer.register) if part is not None else None
     if part is None or first is None or not transfer.read:
@@ -146,7 +139,6 @@ def decoded(board: Board, transfer: BusTransfer) -> Iterator[Sample]:
 
 
 def _passed(board: Board, part: Part, transfer: BusTransfer, first: int) -> Iterable[int]:
-    """Yield the sub-addresses of a burst from ``first`` on, without end."""
     bit = part.BUS.i2c_increment_bit if transfer.bus in board.description.i2c else part.BUS.spi_increment_bit
     stays = bit and not (transfer.written and transfer.written[0] & bit)
     while True:

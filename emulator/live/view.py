@@ -1,7 +1,4 @@
-"""Visible state of a running board: world, variables, and load. Viewing has no side effects.
-
-Transfers, registers and pins are in separate files.
-"""
+"""Visible state of a running board: world, variables, and load, viewed without side effects."""
 
 from __future__ import annotations
 
@@ -27,7 +24,7 @@ _LOOKS_OF_LOAD = 400  # kept by the recorder: two seconds of virtual time
 
 
 def hello(board: Board, ways: list[str], exercises: list[dict[str, Any]]) -> messages.Hello:
-    """Return the constant data of a session; ``ways``: further connections to its serial line."""
+    """Return the constant data of a session; ``ways``: connections to its serial line."""
     from importlib.metadata import version
 
     return messages.Hello(
@@ -48,10 +45,10 @@ def hello(board: Board, ways: list[str], exercises: list[dict[str, Any]]) -> mes
 
 
 def truth(board: Board) -> dict[str, Any]:
-    """Return the current state of the world, in the board's axes where it has any.
+    """Return the current state of the world, in board axes.
 
-    ``rotation``: board to world (x north, y west, z up), nine numbers by rows. ``magnet_m``: position
-    relative to the board, as north, west and up; null for none.
+    ``rotation``: board to world, nine numbers by rows. ``magnet_m``: north, west and up of the board; null
+    for none.
     """
     world, now = board.world, instant(board)
     rotation = world.rotation(now)
@@ -73,7 +70,7 @@ def truth(board: Board) -> dict[str, Any]:
 
 
 def instant(board: Board) -> Array:
-    """Return the current time in the world's form, an array (1,)."""
+    """Return the current time as an array (1,)."""
     return np.array([board.now_s])
 
 
@@ -89,7 +86,7 @@ def _vector(values: Any) -> list[float]:
 
 
 def variable_names(board: Board) -> list[str]:
-    """Return the firmware's global variables, in alphabetical order; for Python firmware, its numbers."""
+    """Return the firmware's global variables, in alphabetical order."""
     if board.chip is not None:
         symbols = board.chip.image.symbols
         return sorted({one.name for one in symbols.variables() if one.size}) if symbols else []
@@ -109,15 +106,12 @@ def _has(board: Board, name: str) -> bool:
 
 
 def variable(board: Board, path: str) -> dict[str, float]:
-    """Return the numbers of a variable by path: ``pitch``, ``acc.AXIS_X`` of a structure, ``a[0]`` of an array.
-
-    Empty for an unknown variable, or one without finite numbers.
-    """
+    """Return the finite numbers of a variable: ``pitch``, ``acc.AXIS_X`` of a structure, ``a[0]`` of an array."""
     return {name: value for name, value in _numbers(board, path).items() if np.isfinite(value)}
 
 
 def can_be_watched(board: Board, path: str) -> bool:
-    """Return whether a path names a global variable of the firmware that has numbers, finite or not."""
+    """Return whether a path names a global variable that has numbers."""
     return bool(_numbers(board, path))
 
 
@@ -165,7 +159,7 @@ def _leaves(name: str, value: Any, depth: int = 3) -> Iterator[tuple[str, float]
 
 
 class Load:
-    """Load of callback, chip and serial line during the latest two seconds of virtual time."""
+    """Load of callback, chip and serial line in the latest two seconds of virtual time."""
 
     def __init__(self, board: Board, recorder: TruthRecorder) -> None:
         self._board = board
@@ -176,7 +170,7 @@ class Load:
         self._line = 0.0
 
     def figures(self) -> dict[str, float]:
-        """Return numbers by name: of the timer, the callback's time in ms, the busy share of the line."""
+        """Return the timer's numbers, the callback's time in ms, and the busy share of the line."""
         board, timer = self._board, self._board.timer
         looks, seen = self._witness.looks_at_callback, self._witness.callback_seen
         if looks - self._before[0] >= _LOOKS_OF_LOAD:
@@ -206,10 +200,6 @@ class Load:
 
 
 def _speeds(board: Board) -> dict[str, float]:
-    """Return the clock rates of the buses that the firmware uses, and the serial line's bit rate.
-
-    Python firmware uses its wiring's bus; its transfers are kept only while a client watches them.
-    """
     found: dict[str, float] = {"baud": round(10 * PS_PER_S / board.terminal.uart.frames_ps(1))}
     buses: list[Any] = [*board.signals.i2c.values(), *board.signals.spi.values()]
     for bus in buses:

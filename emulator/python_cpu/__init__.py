@@ -1,1 +1,1 @@
-"""The processor that runs firmware in Python: its core, its HAL and its timer."""
+"""The core, HAL and timer for firmware in Python."""

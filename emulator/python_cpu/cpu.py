@@ -1,14 +1,7 @@
-"""The processor for Python firmware: blocking calls, preemption, and a return to the caller at any time.
+"""The processor for Python firmware. Only waiting costs virtual time.
 
-Firmware is plain blocking code: ``main()`` never returns, and a HAL call returns when its virtual time is
-over. It runs in a greenlet, so that a run can leave it anywhere (also in the middle of an interrupt handler)
-and continue there later. Interrupt handlers run on top of a waiting function, as on the chip.
-
-Decision: Python firmware runs in a greenlet, not in a thread or a generator. A thread per board would need
-locks, could not be discarded while it waits, and switches ten times slower; generators would put ``yield
-from`` before every HAL call of firmware that should read like C.
-
-Only waiting costs virtual time; Python statements between two HAL calls take none.
+Decision: Python firmware runs in a greenlet, not in a thread or a generator. Threads need locks and switch ten times
+slower; generators need ``yield from`` before every HAL call.
 """
 
 from __future__ import annotations
@@ -23,11 +16,11 @@ from greenlet import getcurrent, greenlet
 from fcu_emulator.emulator.errors import FirmwareError, InputError, NotJudgedError
 from fcu_emulator.emulator.time.clock import Clock
 
-_THREAD_PRIORITY = 256  # below every interrupt; smaller numbers are more urgent, as in the NVIC
+_THREAD_PRIORITY = 256  # below every interrupt
 
 
 class Interrupt:
-    """An interrupt line of a processor: its NVIC priority and its handler."""
+    """An interrupt line: its NVIC priority and its handler."""
 
     __slots__ = ("_pending", "handler", "priority")
 
@@ -37,7 +30,6 @@ class Interrupt:
         self._pending = cpu.pending
 
     def set_pending(self) -> None:
-        """Make it pending; the next wait takes it, or :meth:`PythonCpu.take_interrupts` at once."""
         pending = self._pending
         if not pending:
             pending.append(self)
@@ -46,7 +38,7 @@ class Interrupt:
 
 
 class PythonCpu:
-    """Runs one firmware's ``main`` and its interrupt handlers on the board's clock."""
+    """Runs ``main`` and its interrupt handlers on the board's clock."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -57,14 +49,10 @@ class PythonCpu:
         self._main: Callable[[], None] | None = None
 
     def boot(self, main: Callable[[], None]) -> None:
-        """Start ``main`` the next time the processor runs."""
         self._main = main
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps``. Raises FirmwareError when the firmware itself fails.
-
-        All runs must be in one thread, which may differ from the one that built the board; else InputError.
-        """
+        """Run up to and including ``at_ps``, always in one thread. Raises InputError in another, and FirmwareError."""
         if self._context is None:
             self._context = greenlet(self._run_main)
         if self._context.dead:
@@ -84,17 +72,17 @@ class PythonCpu:
             self._context.switch()
         finally:
             pause.cancel()
-        self._clock.advance_to(at_ps)  # after the firmware has returned, time passes without it
+        self._clock.advance_to(at_ps)  # the firmware has returned
 
     def close(self) -> None:
-        """Unwind the firmware, because the garbage collector does not visit a suspended stack."""
+        """Unwind the stack, which the garbage collector does not visit."""
         if self._context and not self._context.dead:
             with suppress(greenlet_error):  # it belongs to a thread that has ended
                 self._context.parent = getcurrent()  # return here, which may be inside another firmware
                 self._context.throw()
 
     def snapshot(self) -> None:
-        """Do nothing for a processor without firmware. Raises InputError if there is firmware."""
+        """Raises InputError if there is firmware."""
         if self._main is not None:
             raise InputError(
                 "firmware in Python runs on a stack that cannot be copied, so this board has no snapshots; "
@@ -103,7 +91,7 @@ class PythonCpu:
             )
 
     def restore(self, state: None) -> None:
-        """Do nothing: a processor without firmware has no state."""
+        """Do nothing, as there is nothing to restore."""
 
     def _pause(self) -> None:
         assert self._caller is not None
@@ -114,7 +102,7 @@ class PythonCpu:
         try:
             self._main()
         except (InputError, NotJudgedError, MemoryError):
-            raise  # not the firmware's fault, for example a full trace file
+            raise  # not the firmware's fault
         except Exception as error:
             raise FirmwareError(
                 f"the firmware failed at {self._clock.now_s:.6f} s: {type(error).__name__}: {error}"
@@ -127,7 +115,6 @@ class PythonCpu:
     # -- functions for the firmware's HAL ---------------------------------------------------------------
 
     def take_interrupts(self) -> None:
-        """Run pending handlers that are more urgent than the running code."""
         pending = self.pending
         while pending and pending[0].priority < self._active:
             interrupt = pending.pop(0)
@@ -138,7 +125,7 @@ class PythonCpu:
                 self._active = preempted
 
     def wait_until(self, at_ps: int) -> None:
-        """Let time pass until ``at_ps``; handlers run meanwhile and may return later than that."""
+        """Let time pass until ``at_ps``, or until later handlers return."""
         clock, pending = self._clock, self.pending
         while clock.next_ps <= at_ps:
             clock.fire_next()
@@ -147,13 +134,12 @@ class PythonCpu:
         clock.now_ps = max(clock.now_ps, at_ps)
 
     def wait_for(self, condition: Callable[[], bool], until_ps: int) -> None:
-        """Poll until an event has made ``condition()`` true, at most until ``until_ps``."""
         clock = self._clock
         while not condition() and clock.now_ps < until_ps:
             self.wait_until(min(clock.next_ps, until_ps))
 
     def elapse(self, duration_ps: int) -> None:
-        """Be busy for ``duration_ps``; time in preempting handlers does not count."""
+        """Be busy, without the time of preempting handlers."""
         clock = self._clock
         end_ps = clock.now_ps + duration_ps
         while clock.next_ps <= end_ps:

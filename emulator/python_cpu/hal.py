@@ -1,8 +1,6 @@
-"""The HAL calls of the Python firmware, with the behaviour of ST's STM32F4 HAL V1.6.0.
+"""The HAL calls of Python firmware, as in ST's STM32F4 HAL V1.6.0, with the same virtual time.
 
-The board's own firmware has this version; later ones add one tick to ``HAL_Delay``. Names and 8-bit device
-addresses are the HAL's. Every call takes the same virtual time as on the board: bits on the I2C bus, frames
-on the serial line, ticks of the 1 ms SysTick.
+Later versions add one tick to ``HAL_Delay``.
 """
 
 from __future__ import annotations
@@ -36,7 +34,7 @@ class HostedApplication(Protocol):
 
 
 class HalGpio:
-    """The calls for pins, on a board's ``gpio``."""
+    """The calls for pins."""
 
     def __init__(self, gpio: Gpio) -> None:
         self._gpio = gpio
@@ -52,7 +50,7 @@ class HalGpio:
 
 
 class VirtualHal(HalGpio):
-    """The HAL of one board for Python firmware."""
+    """The HAL of one board."""
 
     def __init__(
         self,
@@ -76,26 +74,21 @@ class VirtualHal(HalGpio):
         self.timer = IntervalTimer(timer.peripheral, clock, trace, timer.input_hz, interrupt.set_pending)
 
     def link(self, application: HostedApplication) -> None:
-        """Connect the firmware whose callback the timer's interrupt calls (a weak symbol in C)."""
         self._callback = application.HAL_TIM_PeriodElapsedCallback
 
     # -- time -------------------------------------------------------------------------------------------
 
     def HAL_GetTick(self) -> int:
-        """Return the milliseconds counted by SysTick since reset; it preempts everything and takes no time here."""
         return self._clock.now_ps // PS_PER_MS
 
     def HAL_Delay(self, delay_ms: int) -> None:
-        """Wait until ``delay_ms`` ticks have been counted: up to one tick less than that time."""
+        """Wait for ``delay_ms`` ticks, up to one tick less than that time."""
         self._cpu.wait_until((self.HAL_GetTick() + delay_ms) * PS_PER_MS)
 
     # -- I2C --------------------------------------------------------------------------------------------
 
     def HAL_I2C_Mem_Read(self, dev_address: int, mem_address: int, size: int) -> tuple[int, bytes]:
-        """Read ``size`` bytes from a device's register on; (status, data), no data unless HAL_OK.
-
-        A call from an interrupt during a transfer of main() returns HAL_BUSY, because of the HAL's lock.
-        """
+        """Return (status, data); HAL_BUSY from an interrupt during a transfer of main()."""
         if self._transferring:
             return HAL_BUSY, b""
         bus, clock = self._i2c, self._clock
@@ -111,7 +104,6 @@ class VirtualHal(HalGpio):
         return HAL_OK, data
 
     def HAL_I2C_Mem_Write(self, dev_address: int, mem_address: int, data: bytes) -> int:
-        """Write bytes to a device, starting at a register."""
         if self._transferring:
             return HAL_BUSY
         try:
@@ -122,7 +114,6 @@ class VirtualHal(HalGpio):
         return HAL_OK
 
     def _transfer(self) -> None:
-        """Let the transfer take its time; a handler's call meanwhile finds the handle locked."""
         self._transferring = True
         try:
             self._cpu.elapse(self._i2c.end_ps - self._clock.now_ps)
@@ -136,7 +127,7 @@ class VirtualHal(HalGpio):
     # -- serial line -----------------------------------------------------------------------------------------
 
     def HAL_UART_Transmit(self, data: bytes, timeout_ms: int) -> int:
-        """Send bytes and wait until the last has left; a call during another transmission returns HAL_BUSY."""
+        """Return after the last byte; HAL_BUSY during another transmission."""
         if self._sending:
             return HAL_BUSY
         deadline_ps = (self.HAL_GetTick() + timeout_ms + 1) * PS_PER_MS
@@ -153,7 +144,7 @@ class VirtualHal(HalGpio):
         return HAL_OK
 
     def HAL_UART_Receive(self, size: int, timeout_ms: int) -> tuple[int, bytes]:
-        """Wait for ``size`` bytes; return (HAL_TIMEOUT, received bytes) if they do not come in time."""
+        """Return HAL_TIMEOUT and fewer bytes if late."""
         deadline_ps = (self.HAL_GetTick() + timeout_ms + 1) * PS_PER_MS
         received = bytearray()
         while len(received) < size:
@@ -167,14 +158,10 @@ class VirtualHal(HalGpio):
     # -- the timer ---------------------------------------------------------------------------------------
 
     def HAL_TIM_Base_Init(self, prescaler: int, period: int) -> None:
-        """Configure the timer of the callback."""
         self.timer.configure(prescaler, period)
 
     def HAL_TIM_Base_Start_IT(self) -> None:
-        """Enable the timer's interrupt, then its counter, in the HAL's order.
-
-        The flag set by ``HAL_TIM_Base_Init`` calls the callback in between; the first period begins after it.
-        """
+        """Enable the timer's interrupt, then its counter; the flag of ``HAL_TIM_Base_Init`` calls the callback at once."""
         self.timer.enable_interrupt()
         self._cpu.take_interrupts()
         self.timer.start()

@@ -1,8 +1,6 @@
-"""A timer of the chip as an interval timer with its update interrupt (RM0368 section 14: TIM9 to TIM11).
+"""An interval timer with its update interrupt (RM0368 section 14: TIM9 to TIM11).
 
-Update ``k`` happens at ``k`` periods after the start, computed from ``k``, so nothing drifts. While the
-update flag waits for its handler, further updates only increase the count of lost ones. They are counted in
-the handler, not fired one by one: a timer with a far too short period costs no more than its handlers.
+Times are computed from the update's number, so nothing drifts.
 """
 
 from __future__ import annotations
@@ -15,11 +13,10 @@ from fcu_emulator.emulator.trace import TickLate, TickLost, Trace
 
 
 class IntervalTimer:
-    """Counter of ``input_hz / (PSC + 1)`` up to ARR, with the update interrupt.
+    """A counter of ``input_hz / (PSC + 1)`` up to ARR.
 
-    ``interrupt()`` is called whenever the update flag becomes set while the interrupt is enabled. A tick that
-    comes while the flag is still set is lost, as in hardware; a tick whose handler starts after its time is
-    late.
+    ``interrupt()`` is called when the enabled update flag becomes set. A tick is lost while the flag is still set, and
+    late if its handler starts after its time.
     """
 
     def __init__(
@@ -48,13 +45,13 @@ class IntervalTimer:
         return float(PS_PER_S / self._period_ps)
 
     def configure(self, prescaler: int, period: int) -> None:
-        """Write PSC and ARR and generate an update (EGR.UG), which sets the flag: RM0368 14.4.5."""
+        """Write PSC and ARR, which sets the flag (EGR.UG, RM0368 14.4.5)."""
         self._period_ps = Fraction(PS_PER_S * (prescaler + 1) * (period + 1), self._input_hz)
         self._flag = True
         self._due_ps = self._clock.now_ps
 
     def enable_interrupt(self) -> None:
-        """Set DIER.UIE: a flag left by ``configure`` interrupts at once, whether the counter runs or not."""
+        """Set DIER.UIE; a flag left by ``configure`` interrupts at once."""
         if self._flag:
             self.ticks += 1
             self._due_ps = self._clock.now_ps
@@ -62,7 +59,6 @@ class IntervalTimer:
 
     @property
     def longest_wait_s(self) -> float:
-        """Longest delay of a handler in seconds."""
         return self._longest_wait_ps / PS_PER_S
 
     def start(self) -> None:
@@ -76,7 +72,6 @@ class IntervalTimer:
         self._event = self._clock.schedule(self._origin_ps + self._num // self._den, self._update)
 
     def acknowledge(self) -> None:
-        """Clear the flag in the handler; count its delay and the lost ticks."""
         self._flag = False
         now_ps = self._clock.now_ps
         if now_ps > self._due_ps:

@@ -1,1 +1,1 @@
-"""Virtual time: the board's clock and its queue of events, and durations as users write them."""
+"""Virtual time: the clock, its events, and durations."""

@@ -1,18 +1,9 @@
-"""Virtual time: its representation, its events, and the notation of durations.
+"""Virtual time in integer picoseconds since power-on; it never reads the wall clock.
 
-Time is an integer number of picoseconds since power-on. Events at the same time fire in the order in which
-they were scheduled. Periodic events compute the n-th time from n (see :class:`Periodic`), so nothing drifts:
-800 Hz is still 800 events per virtual second after an hour. The clock never reads the wall clock;
-:mod:`fcu_emulator.emulator.links.runner` sleeps between events instead.
+Decision: the unit of virtual time is the picosecond. Nanoseconds round the 84 MHz core's 11.9 ns cycle by 8 %,
+picoseconds by 0.004 %.
 
-On the command line and in scenario files a duration is a number with its unit.
-
-Decision: the unit of virtual time is the picosecond. Nanoseconds would round the 11.9 ns cycle of the 84 MHz
-core by 8 %; counting core cycles would tie the board's time to one clock setting of one firmware. Picoseconds
-round a cycle by 0.004 % at most, and only once, because longer times are computed from counts.
-
-Decision: a duration must have a unit, because a bare ``for = 50`` may mean seconds or milliseconds, and the
-reader of the file cannot see which.
+Decision: a duration must have a unit, because a bare ``for = 50`` may mean seconds or milliseconds.
 """
 
 from __future__ import annotations
@@ -32,11 +23,11 @@ from fcu_emulator.emulator.text import shown
 PS_PER_S: Final = 10**12
 PS_PER_MS: Final = 10**9
 PS_PER_US: Final = 10**6
-NEVER_PS: Final = 1 << 62  # far beyond any run (53 days), and still one comparison of integers
+NEVER_PS: Final = 1 << 62  # beyond any run: 53 days
 
 
 def to_ps(seconds: float) -> int:
-    """Convert seconds to picoseconds, rounded to the nearest."""
+    """Convert seconds to the nearest picosecond."""
     return round(seconds * PS_PER_S)
 
 
@@ -44,11 +35,11 @@ def to_ps(seconds: float) -> int:
 
 
 _LAST: Final = 1 << 60  # added to an event's order
-_FEW: Final = 1_000  # number of queue entries below which cancelled ones may stay
+_FEW: Final = 1_000  # below this, cancelled entries stay
 
 
 class Event:
-    """A scheduled call; ``cancel()`` keeps it from happening."""
+    """A scheduled call."""
 
     __slots__ = ("action",)
 
@@ -56,7 +47,6 @@ class Event:
         self.action: Callable[[], None] | None = action
 
     def cancel(self) -> None:
-        """Cancel the call; without effect if it has already happened for the last time."""
         self.action = None
 
 
@@ -65,13 +55,10 @@ _Entry: TypeAlias = tuple[int, int, Event]
 
 
 class Clock:
-    """Virtual time. ``now_ps`` and ``next_ps`` are plain attributes because the hot paths read them.
+    """Virtual time. ``next_ps`` is the earliest event's time, or ``NEVER_PS``.
 
-    ``next_ps`` is the time of the earliest event still queued (``NEVER_PS`` if there is none).
-
-    Deferred calls are events for which a run need not stop. They have their own time and are ordered with all
-    events. They are executed later: when the next event fires, when time has been advanced, or when a reader
-    of their effects calls ``settle()``. ``deferred_ps`` is the time of the earliest one.
+    Deferred calls are events that do not stop a run. They keep their time and order, but are executed later: with the
+    next event, or by ``settle()``. ``deferred_ps`` is the earliest one's time.
     """
 
     def __init__(self) -> None:
@@ -85,20 +72,14 @@ class Clock:
         self.deferred_ps: int = NEVER_PS
         self._deferred: list[_Entry] = []
         self.before_firing: list[Callable[[int], None]] = []
-        """Called with the time up to which events are about to be executed: the owner of a private deferred call
-        that is due by then defers it now.
-        """
+        """Called with the time up to which events will be executed, so that private deferred calls are added now."""
 
     @property
     def now_s(self) -> float:
-        """Seconds of virtual time since power-on."""
         return self.now_ps / PS_PER_S
 
     def schedule(self, at_ps: int, action: Callable[[], None], *, last: bool = False) -> Event:
-        """Call ``action()`` at ``at_ps``; if that time is past, now, after the events due now.
-
-        ``last`` puts it after everything else of the same time, including events scheduled later.
-        """
+        """Call ``action()`` at ``at_ps``, or now if that is past; ``last``: after all events of the same time."""
         event = Event(action)
         if len(self._queue) >= self._purge_at:
             self._purge()
@@ -108,7 +89,6 @@ class Clock:
         return event
 
     def _purge(self) -> None:
-        """Remove cancelled events, so that repeated scheduling and cancelling does not fill the queue."""
         self._queue[:] = [entry for entry in self._queue if entry[2].action is not None]
         heapq.heapify(self._queue)
         self._purge_at = max(_FEW, 2 * len(self._queue))
@@ -116,7 +96,7 @@ class Clock:
         self.next_ps = front[0] if front else self._queue[0][0] if self._queue else NEVER_PS
 
     def repeat(self, event: Event, at_ps: int) -> None:
-        """Put an event that has just fired back into the queue, for a time that has not passed yet."""
+        """Queue an event that has just fired again."""
         self._order = order = self._order + 1
         queue = self._queue
         if self._front is None and (not queue or at_ps < queue[0][0]):
@@ -126,7 +106,7 @@ class Clock:
             self._put((at_ps, order, event))
 
     def defer(self, at_ps: int, action: Callable[[], None]) -> Event:
-        """Call ``action()`` with ``now_ps`` at ``at_ps``, without stopping a run of instructions for it."""
+        """Call ``action()`` with ``now_ps`` at ``at_ps``, without stopping a run."""
         event = Event(action)
         self._order += 1
         heapq.heappush(self._deferred, (max(at_ps, self.now_ps), self._order, event))
@@ -134,7 +114,7 @@ class Clock:
         return event
 
     def settle(self) -> None:
-        """Run the deferred calls that are due, each at its own time, then restore ``now_ps``."""
+        """Run the deferred calls that are due, then restore ``now_ps``."""
         now_ps = self.now_ps
         for hand_over in self.before_firing:
             hand_over(now_ps)
@@ -145,7 +125,7 @@ class Clock:
         self.now_ps = now_ps
 
     def fire_next(self) -> None:
-        """Execute the earliest event, or the deferred calls before it. The queue must not be empty."""
+        """Execute the earliest event or deferred calls before it."""
         if self.deferred_ps <= self.next_ps:
             at_ps, _, event = heapq.heappop(self._deferred)
             self.deferred_ps = self._deferred[0][0] if self._deferred else NEVER_PS
@@ -171,7 +151,7 @@ class Clock:
         self._front, self.next_ps = entry, entry[0]
 
     def advance_to(self, at_ps: int) -> None:
-        """Fire everything due up to and including ``at_ps`` and stop there."""
+        """Fire everything due up to and including ``at_ps``."""
         for hand_over in self.before_firing:
             hand_over(at_ps)
         start_ps = self.now_ps  # late calls move time back while they are executed
@@ -181,7 +161,7 @@ class Clock:
 
 
 class Periodic:
-    """Calls ``action()`` at ``origin_ps + n * period_ps``, n = 1, 2, 3 ..., with an exact rational period."""
+    """Calls ``action()`` at ``origin_ps + n * period_ps``, n = 1, 2, 3 ..., without drift."""
 
     def __init__(self, clock: Clock, origin_ps: int, period_ps: Fraction, action: Callable[[], None]) -> None:
         self._clock = clock
@@ -192,11 +172,9 @@ class Periodic:
         self._event = clock.schedule(self.time_ps(1), self._fire)
 
     def time_ps(self, count: int) -> int:
-        """Return the time of the ``count``-th call."""
         return self._origin_ps + count * self._num // self._den
 
     def cancel(self) -> None:
-        """Cancel all remaining calls."""
         self._event.cancel()
 
     def _fire(self) -> None:
@@ -215,16 +193,14 @@ _PS_PER_UNIT = {
     "min": 60 * PS_PER_S,
     "h": 3600 * PS_PER_S,
 }
-NUMBER: Final = (
-    r"[0-9]{1,9}(?:\.[0-9]{1,12})?"  # limited: a number of a million digits never reaches the arithmetic
-)
+NUMBER: Final = r"[0-9]{1,9}(?:\.[0-9]{1,12})?"  # limited, against numbers of a million digits
 DURATION: Final = rf"({NUMBER}) ?({'|'.join(_PS_PER_UNIT)})"
 _RIGHT = 'a number and a unit (us, ms, s, min, h), such as "50ms" or "1.5s"'
 _LONGEST_PS = 1_000_000 * PS_PER_S  # eleven days of virtual time
 
 
 def parse_duration(value: Any) -> int:
-    """Return a duration in ps. The text of the ValueError states the error and the correct form."""
+    """Return a duration in ps. Raises ValueError with the correct form."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         units = ", ".join(_PS_PER_UNIT)
         raise ValueError(f"must be text in quotes with a unit ({units}), not the bare number {shown(value)}")
@@ -240,7 +216,7 @@ def parse_duration(value: Any) -> int:
 
 
 def format_duration(duration_ps: int) -> str:
-    """Return a duration in the notation of files, exact to a picosecond."""
+    """Return a duration as in files, exact to a picosecond."""
     for unit in ("min", "s", "ms"):
         if duration_ps and duration_ps % _PS_PER_UNIT[unit] == 0:
             return f"{duration_ps // _PS_PER_UNIT[unit]}{unit}"
@@ -248,5 +224,5 @@ def format_duration(duration_ps: int) -> str:
 
 
 def seconds(at_ps: int) -> str:
-    """Return a time in the notation of messages."""
+    """Return a time as in messages."""
     return f"{at_ps / PS_PER_S:.6g} s"

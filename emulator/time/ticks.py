@@ -1,4 +1,4 @@
-"""Statistics of a timer's interrupt, counted by firmware in Python and by the chip."""
+"""Statistics of a timer's interrupt."""
 
 from __future__ import annotations
 
@@ -9,29 +9,25 @@ class TickCounts(Protocol):
     """Statistics of a timer's interrupt."""
 
     @property
-    def name(self) -> str:
-        """Name of the timer in the reference manual."""
-        ...
+    def name(self) -> str: ...
 
     @property
     def ticks(self) -> int:
-        """Number of updates while the interrupt was enabled."""
+        """Updates while the interrupt was enabled."""
         ...
 
     @property
     def late(self) -> int:
-        """Number of ticks whose handler did not start at once."""
+        """Ticks whose handler did not start at once."""
         ...
 
     @property
     def lost(self) -> int:
-        """Number of ticks that came while the previous one waited for its handler."""
+        """Ticks that came while the previous one waited."""
         ...
 
     @property
-    def longest_wait_s(self) -> float:
-        """Longest delay of a handler in seconds."""
-        ...
+    def longest_wait_s(self) -> float: ...
 
     @property
     def rate_hz(self) -> float: ...

@@ -1,4 +1,1 @@
-"""A run in files for other tools: wires for a logic analyser, a time line, a picture.
-
-The views observe the board's trace and do not change the output.
-"""
+"""A run in files for other tools: wires for a logic analyser, a time line, a picture."""

@@ -1,16 +1,9 @@
 """``--perfetto FILE``: a run on a time line, for https://ui.perfetto.dev and ``chrome://tracing``.
 
-Rows: the functions that the firmware executes (nested, with interrupts inside the interrupted function), each
-bus, the serial line, and the notes. Curves: the share of time in the timer's callback, and the LEDs.
-
-Functions are found by reading the stack every ``LOOK_PS``, as a sampling profiler does. Shorter functions may
-be missing, and begin and end of the rest are exact to one sample. Firmware in Python does not use the chip's
-stack; of it, main and callback are shown.
+The stack is sampled every ``LOOK_PS``, so shorter functions may be missing.
 
 Decision: the Perfetto file is JSON in the "Trace Event Format" (Google, 2016), which both viewers and any
-program can read. Perfetto's protocol buffers were rejected: they are a third of the size, but need a
-generated module. Each event is written when it has ended, so memory does not grow, and the file's size is
-bounded.
+program can read.
 """
 
 from __future__ import annotations
@@ -64,7 +57,6 @@ class PerfettoFile:
         self._looking = Periodic(board.clock, board.clock.now_ps, Fraction(LOOK_PS), self._look)
 
     def close(self) -> None:
-        """End the open events, and the file. Raises OutputError; a second call does nothing."""
         if self._closed:
             return
         self._closed = True
@@ -77,7 +69,6 @@ class PerfettoFile:
             self._file.close()
 
     def report(self) -> list[str]:
-        """Return no line: this file is always complete."""
         return []
 
     def _name_rows(self) -> None:
@@ -103,7 +94,6 @@ class PerfettoFile:
             self._looks = self._in_callback = 0
 
     def _show_stack(self, functions: list[str]) -> None:
-        """End functions that are not executed any more, the innermost first, and begin new ones."""
         now_ps = self._board.clock.now_ps
         before = [name for name, _ in self._open]
         if functions and functions[0] in before[1:]:  # its callers were not found in this sample
@@ -171,7 +161,6 @@ def _us(ps: int) -> float:
 
 
 def _stack_of(board: Board) -> Callable[[], list[str]]:
-    """Return a function that gives the functions being executed, the outermost first."""
     firmware = board.chip
     if firmware is None:
         timer = board.timer.name

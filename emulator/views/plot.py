@@ -1,12 +1,4 @@
-"""The record of a run as a picture: the printed values together with the true values at the same time.
-
-One panel for each kind of line; points for printed values, bars for the range of true values just before (a
-printed number is a little old), and the LEDs below. The colour identifies the number, the shape tells printed
-from true. Each panel has a legend of colours, the picture one of shapes. The colours are those of Okabe and
-Ito, which people with any colour vision can distinguish.
-
-Drawn with matplotlib, of the extra ``views``, without a window.
-"""
+"""The record of a run as a picture: points for printed values, bars for true ones just before, and the LEDs."""
 
 from __future__ import annotations
 
@@ -33,7 +25,7 @@ _AXES = {  # by the label up to its first bracket or colon
 def draw(record: Mapping[str, Any], picture: Path) -> None:
     """Draw ``record``, the JSON of ``fcu run --json``, into ``picture``, whose suffix selects the format.
 
-    Raises InputError if it contains nothing to draw or the package is missing, LinkError for the file.
+    Raises InputError if there is nothing to draw or no matplotlib, LinkError for the file.
     """
     if picture.suffix.lower() not in KINDS:
         raise InputError(f"{picture}: the name must end in {', '.join(KINDS)}", kind="picture_type")
@@ -71,7 +63,7 @@ def draw(record: Mapping[str, Any], picture: Path) -> None:
 
 
 class _Field:
-    """One printed number over the run: times, values, and the truth from ``low`` to ``high``."""
+    """One printed number over the run: times, values, and the range of the truth."""
 
     def __init__(self) -> None:
         self.at_s: list[float] = []
@@ -81,7 +73,6 @@ class _Field:
 
 
 def _panels(lines: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, _Field]]:
-    """Fields by label, in the order of appearance."""
     panels: dict[str, dict[str, _Field]] = {}
     for line in lines:
         values = line["values"]
@@ -139,7 +130,6 @@ _BAR: Any = {"alpha": 0.35, "linewidth": 6}
 
 
 def _signs() -> list[Any]:
-    """Return the legend of points and bars, in a colour that no field has."""
     from matplotlib.lines import Line2D
 
     bar = {"marker": "|", "markersize": 10, "markeredgewidth": _BAR["linewidth"]}

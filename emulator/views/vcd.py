@@ -1,13 +1,9 @@
 """``--vcd FILE``: the board's wires as a value change dump (IEEE 1364), for GTKWave, PulseView and sigrok.
 
-The file contains the sensors' bus, the serial line, the LEDs (1: lit), the sensors' interrupt pins, and
-whether the timer's callback is running, which is sampled every ``LOOK_PS``.
+Decision: all wires in the VCD file have one bit, because the reader of sigrok stops at a vector.
 
-Decision: all wires in the VCD file have one bit. The reader of sigrok stops at a vector, and its decoders
-compute the contents of a vector from the wires.
-
-The writer is pyvcd, of the extra ``views``. It requires increasing times, but a transfer is known only when
-it has ended, so edges wait for ``HELD_PS``. A longer transfer is left out and counted.
+The writer, pyvcd of the extra ``views``, requires increasing times, so edges wait for ``HELD_PS``. A longer
+transfer is left out and counted.
 """
 
 from __future__ import annotations
@@ -52,14 +48,13 @@ class VcdFile:
         self._written_ps = board.clock.now_ps
         self._callback = f"{board.timer.name}_callback"
         self.left_out = 0
-        """Omitted messages: broken ones, and those that took too long."""
+        """Messages that were broken or took too long."""
         self._declare()
         self._unsubscribe = board.trace.subscribe(self._hear)
         self._looking = Periodic(board.clock, board.clock.now_ps, Fraction(LOOK_PS), self._look)
         self._closed = False
 
     def close(self) -> None:
-        """Write the remaining events, up to now. Raises OutputError; a second call does nothing."""
         if self._closed:
             return
         self._closed = True
@@ -74,7 +69,6 @@ class VcdFile:
             self._file.close()
 
     def report(self) -> list[str]:
-        """Return a line if messages were left out."""
         if not self.left_out:
             return []
         most = f"{HELD_PS // PS_PER_S} s"

@@ -1,8 +1,6 @@
 """Bus transfers and serial frames as levels on wires, bit by bit.
 
-The board transfers whole messages and records their beginning and end. Inside a message the bits are spread
-evenly here, so that an analyser decodes the transferred bytes, at the message's recorded times. Pauses that
-firmware makes between two bytes are not shown, because they are not recorded.
+Bits are spread evenly over a message, because pauses between bytes are not recorded.
 """
 
 from __future__ import annotations
@@ -22,10 +20,7 @@ _NACK_OF_BYTE = "no acknowledge of data byte "
 
 
 def i2c(transfer: BusTransfer, scl: str, sda: str) -> Iterator[Edge] | None:
-    """A message on I2C, from start to stop (UM10204 section 3.1); None for an incomplete one.
-
-    A byte that was not acknowledged ends it, and so does the last byte that a master reads.
-    """
+    """Return a message on I2C, from start to stop (UM10204 section 3.1); None for an incomplete one."""
     parts = _i2c_parts(transfer)
     if parts is None or transfer.end_ps <= transfer.t_ps:
         return None
@@ -33,7 +28,6 @@ def i2c(transfer: BusTransfer, scl: str, sda: str) -> Iterator[Edge] | None:
 
 
 def _i2c_parts(transfer: BusTransfer) -> list[list[tuple[int, int]]] | None:
-    """Return for each start condition the bytes that follow, each with its acknowledge bit."""
     address, written, result = transfer.address << 1, transfer.written, transfer.result
     if result == "ok":
         parts = []
@@ -81,10 +75,7 @@ def _i2c_edges(
 
 
 def spi(transfer: BusTransfer, mode: int, sck: str, data: str, select: str) -> Iterator[Edge]:
-    """A message on SPI between two edges of its chip select, most significant bit first.
-
-    ``mode`` is CPOL and CPHA. ``data`` is the one wire that master and sensor share, as on this board.
-    """
+    """Yield a message on SPI, most significant bit first; ``mode``: CPOL and CPHA."""
     idle, late = mode >> 1, mode & 1
     message = transfer.written + transfer.read
     yield transfer.t_ps, sck, idle
@@ -102,7 +93,7 @@ def spi(transfer: BusTransfer, mode: int, sck: str, data: str, select: str) -> I
 
 
 def frames(start_ps: int, data: bytes, frame_ps: Fraction, bit_ps: Fraction, wire: str) -> Iterator[Edge]:
-    """Bytes on a serial line, one after the other: start bit, eight bits from the lowest, stop bit."""
+    """Yield bytes on a serial line: start bit, eight bits from the lowest, stop bit."""
     for number, byte in enumerate(data):
         begin = start_ps + number * frame_ps
         yield int(begin), wire, 0

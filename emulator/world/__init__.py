@@ -1,22 +1,8 @@
-"""The physical world around the board: one truth that drives all sensors.
+"""The physical world around the board, as pure vectorised functions of virtual time in float seconds.
 
-Everything is a pure, vectorised function of virtual time in float seconds, independent of sensors and
-firmware.
-
-Frames and signs
-    World frame NWU: X north, Y west, Z up. Board axes: X right, Y forward, Z up out of the component side
-    (COORDINATE_SYSTEM 3 of ST's firmware). Attitude (roll, pitch, yaw) in degrees is R(board -> world) =
-    Rz(yaw) Ry(pitch) Rx(roll). Flat and still, the specific force is (0, 0, +1) g.
-
-North
-    The attitude's yaw is measured from the frame's north. A compass shows magnetic north, the direction of
-    the horizontal part of the Earth's field, and so does the lab. Every printed yaw is therefore compared with
-    the yaw from magnetic north (`World.compass_deg`). The default field has no east part, and
-    ``earth_field(..., north="magnetic")``, the default, removes the east part of a place's field by turning
-    it: both norths are then the same. With an east part (``north="true"``, or given explicitly), magnetic
-    north differs from the frame's, which is then the geographic one.
-
-Units are in the names. Users give a magnetic field in NED microtesla (north, east, down).
+World frame: X north, Y west, Z up. Board axes: X right, Y forward, Z up out of the component side. Attitude
+(roll, pitch, yaw) in degrees is R(board -> world) = Rz(yaw) Ry(pitch) Rx(roll). Flat and still, the specific
+force is (0, 0, +1) g. Printed yaws are compared with `World.compass_deg`, from magnetic north, as in the lab.
 """
 
 from fcu_emulator.emulator.world.magnetism import earth_field

@@ -1,14 +1,8 @@
-"""Changes of the air's pressure other than by height: the weather, wind, a door.
+"""Changes of the air pressure other than by height: weather, wind, a door.
 
-A barometer cannot distinguish them from height: 0.12 hPa are a metre. The weather drifts: a front changes the
-pressure by some hPa in an hour. Wind of speed v presses on a window by up to rho v^2 / 2 (Bernoulli), 0.15
-hPa at 5 m/s, and comes in gusts. Shutting a door pushes air into the room, which leaves it within a second.
-
-Decisions: gusts are a sum of sinusoids from 0.05 to 1 Hz whose amplitude falls with their frequency. A
-first-order Gauss-Markov process has the same spectrum; Sabatini and Genovese describe the short-term
-environment of a barometric altimeter by it (Sensors 13, 2013). They swing by half of the wind's pressure
-about zero, RMS a quarter, and always have the same phases. The push of a door has no source: 0.1 hPa are an
-assumption.
+Decision: gusts are a sum of sinusoids from 0.05 to 1 Hz whose amplitude falls with their frequency, as in
+Sabatini and Genovese (Sensors 13, 2013). Their RMS is a quarter of the wind's pressure rho v^2 / 2
+(Bernoulli).
 """
 
 from __future__ import annotations
@@ -27,14 +21,14 @@ _PA_PER_HPA = 100.0
 _DOOR_S = 0.15  # time of the strongest push
 DOOR_LASTS_S = 15 * _DOOR_S  # then 1e-5 of it remains
 _GUST_HZ = np.geomspace(0.05, 1.0, 12)
-_GUST_SHARES = 1.0 / _GUST_HZ / np.sqrt((1.0 / _GUST_HZ**2).sum() / 2.0)  # of each line; RMS of all: 1
+_GUST_SHARES = 1.0 / _GUST_HZ / np.sqrt((1.0 / _GUST_HZ**2).sum() / 2.0)  # share of each line; RMS of all: 1
 _GUST_PHASES = 2.0 * np.pi * (np.arange(1.0, 13.0) * 0.6180339887498949 % 1.0)
-_GUST_ENDS_S = 1.0  # duration of a wind's beginning and end
+_GUST_ENDS_S = 1.0  # duration of a wind's rise and fall
 
 
 @dataclass(frozen=True)
 class Drift:
-    """The pressure at the floor from ``from_hpa`` by ``change_hpa``, smoothly."""
+    """A smooth change of the pressure at the floor by ``change_hpa``."""
 
     from_hpa: float
     change_hpa: float
@@ -45,24 +39,21 @@ class Drift:
         return self.profile.duration_s
 
     def value(self, t_s: Array) -> Array:
-        """Return the pressure in hPa, shape (N,) or (N, 1)."""
         return self.from_hpa + self.change_hpa * self.profile.progress(t_s)
 
 
 class PressureDisturbance(Protocol):
-    """Pressure added for a time; ``pace_s``: seconds from one rest to another."""
+    """Temporary added pressure in hPa, (N, 1); ``pace_s``: seconds from one rest to another."""
 
     @property
     def pace_s(self) -> float: ...
 
-    def value(self, t_s: Array) -> Array:
-        """Return the pressure in hPa, (N, 1)."""
-        ...
+    def value(self, t_s: Array) -> Array: ...
 
 
 @dataclass(frozen=True)
 class Wind:
-    """Gusts of a wind of ``speed_m_s`` from ``start_s`` to ``end_s``."""
+    """Gusts of a wind of ``speed_m_s``."""
 
     start_s: float
     end_s: float
@@ -82,7 +73,7 @@ class Wind:
 
 @dataclass(frozen=True)
 class SlammedDoor:
-    """A door shut at ``start_s``: a push that is soon strongest and ends within a second."""
+    """Pressure of a door shut at ``start_s``, which fades within a second."""
 
     start_s: float
     push_hpa: float

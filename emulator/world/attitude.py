@@ -1,24 +1,17 @@
-"""Attitude: rotations and Euler angles, and the pieces of the attitude's track.
+"""Rotations, Euler angles, and the pieces of the attitude's track.
 
-A matrix R (N, 3, 3) maps board to world vectors. Euler angles (N, 3) are roll, pitch, yaw in degrees with R =
-Rz(yaw) Ry(pitch) Rx(roll). A rotation vector (N, 3) is axis times angle in radians. Source of the formulas:
-Diebel, "Representing Attitude" (2006), sections 5.4, 6.2 and 8.
+Matrices R (N, 3, 3) map board to world vectors. Euler angles (N, 3) are roll, pitch, yaw in degrees with R =
+Rz(yaw) Ry(pitch) Rx(roll). Source: Diebel, "Representing Attitude" (2006), sections 5.4, 6.2 and 8.
 
-Decision: a piece's angular rate is the analytic derivative of its own rotation, so that integrating the
-gyroscope returns the attitude; between pieces it jumps. Numerical differentiation was rejected, because it
-appears as noise.
+Decision: a piece's angular rate is the analytic derivative of its rotation, because numerical differentiation
+would appear as noise.
 
-Decision: the figure-of-eight for the calibration of a compass is planned along the magnetic field at its
-start. In board axes the tip of the field's vector must touch both ends of all three axes. Otherwise the
-middle of minimum and maximum, which the lab's MagCalibration uses, is not the hard iron. Three twists about
-pairs of board axes do it: in each the tip draws Viviani's curve, a figure-of-eight on the sphere. Together
-the three pass all six ends exactly, for any field and starting attitude. A movement independent of the field
-was rejected: to come within 2 mgauss of 480 from any attitude, it must pass within 7 degrees of every point
-of the sphere with each axis. That takes some fifty turns, impossible for a wrist in 20 seconds.
+Decision: the figure-of-eight that calibrates a compass is planned along the magnetic field at its start.
+Three twists move the field's tip along Viviani's curve to both ends of all board axes, so that the lab's
+MagCalibration finds the hard iron.
 
-Decision: a second figure-of-eight is drawn as by a hand, without knowledge of the field. Two turns leave some
-20 mgauss of the hard iron in a field of 480, at most 32, depending on the start. The angles of the hand are
-an assumption: 150 deg of rolling (forearm and shoulder), 75 of nodding, 90 of turning about.
+Decision: a second figure-of-eight is drawn as by a hand, without knowledge of the field. After two turns,
+some 20 mgauss remain.
 """
 
 from __future__ import annotations
@@ -56,7 +49,7 @@ def euler_to_matrix(euler_deg: Array) -> Array:
 
 
 def matrix_to_euler(matrix: Array) -> Array:
-    """Convert (N, 3, 3) to degrees (N, 3): pitch within +-90, roll and yaw within +-180; roll 0 in gimbal lock."""
+    """Convert (N, 3, 3) to degrees (N, 3); in gimbal lock roll is 0."""
     cosine = np.hypot(matrix[:, 2, 1], matrix[:, 2, 2])
     locked = cosine < GIMBAL_LOCK_COSINE
     pitch = np.arctan2(-matrix[:, 2, 0], cosine)
@@ -71,7 +64,7 @@ def matrix_to_euler(matrix: Array) -> Array:
 
 
 def about(axis: Array, angle_rad: Array) -> Array:
-    """Return the rotation by ``angle_rad`` (N,) about unit ``axis`` (3,) or (N, 3); (N, 3, 3) (Rodrigues' formula)."""
+    """Return the rotations (N, 3, 3) about unit axes (3,) or (N, 3) (Rodrigues)."""
     x, y, z = axis.T
     sine, cosine = np.sin(angle_rad), np.cos(angle_rad)
     versine = 1.0 - cosine
@@ -86,12 +79,7 @@ def about(axis: Array, angle_rad: Array) -> Array:
 
 
 def axis_and_angle(matrix: Array) -> tuple[Array, Array]:
-    """Return unit axis (N, 3) and angle (N,) in 0..pi of (N, 3, 3); at pi either sense, at 0 the axis X.
-
-    The matrix 4 q q^T of the unit quaternion q is linear in R. Its row with the largest diagonal gives q
-    without cancellation (Shepperd's method), also at half a turn, at which the usual arccos of the trace
-    fails.
-    """
+    """Return unit axis (N, 3) and angle (N,) in 0..pi, by Shepperd's method: exact also at half a turn."""
     products = np.empty((len(matrix), 4, 4))
     diagonal = np.einsum("nii->ni", matrix)
     trace = diagonal.sum(axis=1)
@@ -112,17 +100,13 @@ def axis_and_angle(matrix: Array) -> tuple[Array, Array]:
 
 
 def to_board(matrix: Array, vector: Array) -> Array:
-    """Return the world ``vector`` (N, 3) in board axes, R^T v; a first axis of length 1 applies to all N."""
+    """Return the world ``vector`` (N, 3) or (1, 3) in board axes, R^T v."""
     seen: Array = np.einsum("nji,nj->ni", matrix, vector)
     return seen
 
 
 def euler_rates(euler: Array, euler_dot: Array, euler_ddot: Array) -> tuple[Array, Array]:
-    """Return the angular rate (N, 3) in board axes and its derivative, from Euler angles with two derivatives,
-    in rad.
-
-    Diebel 2006, section 8.2: Euler rates to body rates; the second is the first's derivative.
-    """
+    """Return the angular rate (N, 3) in board axes and its derivative, all in rad (Diebel, section 8.2)."""
     roll, pitch, _ = euler.T
     (roll_dot, pitch_dot, yaw_dot), (roll_ddot, pitch_ddot, yaw_ddot) = euler_dot.T, euler_ddot.T
     sr, cr, sp, cp = np.sin(roll), np.cos(roll), np.sin(pitch), np.cos(pitch)
@@ -143,24 +127,18 @@ def euler_rates(euler: Array, euler_dot: Array, euler_ddot: Array) -> tuple[Arra
 
 
 class Attitude(Protocol):
-    """A piece of attitude; every result's first axis is N, or 1 if it does not move."""
+    """A piece of attitude; results have N rows, or 1 if it does not move."""
 
     @property
     def pace_s(self) -> float:
-        """Seconds from one rest to another, or for a quarter turn; 0: it jumps."""
+        """Seconds from one rest to another, or for a quarter turn; 0 if it jumps."""
         ...
 
-    def rotation(self, t_s: Array, /) -> Array:
-        """Return the rotation from board to world, (N, 3, 3)."""
-        ...
+    def rotation(self, t_s: Array, /) -> Array: ...
 
-    def rate_dps(self, t_s: Array, /) -> Array:
-        """Return the angular rate in board axes, (N, 3) deg/s."""
-        ...
+    def rate_dps(self, t_s: Array, /) -> Array: ...
 
-    def acceleration_dps2(self, t_s: Array, /) -> Array:
-        """Return the angular acceleration in board axes, the rate's derivative, (N, 3) deg/s2."""
-        ...
+    def acceleration_dps2(self, t_s: Array, /) -> Array: ...
 
     def euler_deg(self, t_s: Array, /) -> Array:
         """Return roll, pitch, yaw (N, 3), beyond +-180 if commanded so."""
@@ -168,7 +146,7 @@ class Attitude(Protocol):
 
 
 class Held:
-    """At rest at ``euler_deg`` (3,); the angles are kept unchanged, as the start of a later sweep."""
+    """Rest at ``euler_deg`` (3,), which a later sweep starts from."""
 
     pace_s = math.inf
 
@@ -178,24 +156,21 @@ class Held:
         self._rate_dps = np.zeros((1, 3))
 
     def rotation(self, _t_s: Array, /) -> Array:
-        """Return the rotation from board to world, (1, 3, 3)."""
         return self._rotation
 
     def rate_dps(self, _t_s: Array, /) -> Array:
         return self._rate_dps
 
     def acceleration_dps2(self, _t_s: Array, /) -> Array:
-        """Return zeros, shape (1, 3)."""
         return self._rate_dps
 
     def euler_deg(self, _t_s: Array, /) -> Array:
-        """Return the unchanged angles, (1, 3)."""
         return self._euler_deg
 
 
 @dataclass(frozen=True, eq=False)
 class Turn:
-    """From rotation ``start`` (3, 3) by ``angle_rad`` about the fixed board axis ``axis`` (3,)."""
+    """Rotation from ``start`` (3, 3) about the board axis ``axis`` (3,)."""
 
     start: Array
     axis: Array
@@ -208,7 +183,6 @@ class Turn:
 
     @classmethod
     def between(cls, start: Array, end: Array, profile: MotionProfile) -> Turn:
-        """Return the shortest arc between two rotations (3, 3)."""
         axis, angle = axis_and_angle((start.T @ end)[np.newaxis])
         return cls(start, axis[0], float(angle[0]), profile)
 
@@ -227,7 +201,7 @@ class Turn:
 
 @dataclass(frozen=True, eq=False)
 class Twist:
-    """A full turn about two board axes at once: R = start Rot(first, a) Rot(second, a), a = 0 to 360 deg."""
+    """A full turn about two board axes at once: R = start Rot(first, a) Rot(second, a)."""
 
     start: Array
     first: Array
@@ -243,7 +217,6 @@ class Twist:
         return self.start @ about(self.first, angle) @ about(self.second, angle)
 
     def rate_dps(self, t_s: Array) -> Array:
-        """Return the angular rate in board axes, (N, 3): the first axis itself turns about the second."""
         axes = self.second + self._first(t_s)
         return 360.0 * self.profile.speed(t_s)[:, np.newaxis] * axes
 
@@ -258,7 +231,6 @@ class Twist:
         return matrix_to_euler(self.rotation(t_s))
 
     def _first(self, t_s: Array) -> Array:
-        """Return the first axis in board axes, turned about the second, (N, 3)."""
         return to_board(about(self.second, self._angle(t_s)), self.first[np.newaxis])
 
     def _angle(self, t_s: Array) -> Array:
@@ -267,7 +239,7 @@ class Twist:
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """From Euler angles ``start_deg`` (3,) by ``change_deg`` (3,), all angles at the profile's pace."""
+    """Change of the Euler angles ``start_deg`` (3,) by ``change_deg`` (3,)."""
 
     start_deg: Array
     change_deg: Array
@@ -275,7 +247,6 @@ class Sweep:
 
     @property
     def pace_s(self) -> float:
-        """Duration of the sweep, or of a quarter turn."""
         return self.profile.duration_s / max(float(np.abs(self.change_deg).max()) / 90.0, 1.0)
 
     def rotation(self, t_s: Array) -> Array:
@@ -293,7 +264,6 @@ class Sweep:
         return faster
 
     def euler_deg(self, t_s: Array) -> Array:
-        """Return roll, pitch, yaw (N, 3), unwrapped."""
         return self.start_deg + self.profile.progress(t_s)[:, np.newaxis] * self.change_deg
 
     def _euler_dot(self, t_s: Array) -> Array:
@@ -303,7 +273,7 @@ class Sweep:
 
 @dataclass(frozen=True, eq=False)
 class RecordedAttitude:
-    """Rows of a recording: shortest arcs between them at constant rate, the first row held before."""
+    """Rows of a recording, joined by shortest arcs at constant rate."""
 
     row_s: Array  # (M,), strictly increasing
     row_deg: Array  # (M, 3)
@@ -325,14 +295,12 @@ class RecordedAttitude:
         return np.where(moving, speed, 0.0)[:, np.newaxis] * axis
 
     def acceleration_dps2(self, _t_s: Array) -> Array:
-        """Return zeros, (1, 3): each arc has a constant rate, and the jumps between arcs are omitted."""
         return np.zeros((1, 3))
 
     def euler_deg(self, t_s: Array) -> Array:
         return matrix_to_euler(self.rotation(t_s))
 
     def _arcs(self, t_s: Array) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], Array, Array, Array]:
-        """Return the row before each time (N,), its rotation (N, 3, 3), axis (N, 3) and angle (N,) to the next row."""
         row = np.clip(np.searchsorted(self.row_s, t_s, side="right") - 1, 0, self.row_s.size - 2)
         used, of_time = np.unique(row, return_inverse=True)  # many samples share an arc
         start = euler_to_matrix(self.row_deg[used])
@@ -345,15 +313,12 @@ class RecordedAttitude:
 
 X, Y, Z = np.eye(3)
 EIGHTS = ((Z, Y), (Y, Z), (Z, X))  # with the field along X: lobes to +-Y, to +-Z, and from +X to -X
-APPROACH = 0.1  # share of the time for reaching the field's direction, and again for returning
+APPROACH = 0.1  # share of the time to reach the field's direction, and again to return
 
 
 @dataclass(frozen=True, eq=False)
 class WavedEight:
-    """Figures-of-eight drawn by a hand, from rotation ``start`` (3, 3) and back, ``turns`` times.
-
-    The forearm rolls to and fro once while the board nods twice, and the body turns half as fast.
-    """
+    """Figures-of-eight drawn by a hand from rotation ``start`` (3, 3) and back."""
 
     start: Array
     turns: int
@@ -361,7 +326,6 @@ class WavedEight:
 
     @property
     def pace_s(self) -> float:
-        """Time between two rests of the nodding, in the middle, at the highest speed."""
         return self.profile.duration_s / (4.0 * self.turns) / 1.875
 
     def rotation(self, t_s: Array) -> Array:
@@ -379,7 +343,7 @@ class WavedEight:
         return matrix_to_euler(self.rotation(t_s))
 
     def _euler(self, t_s: Array) -> tuple[Array, Array, Array]:
-        """Return the Euler angles from the start, and two derivatives, (N, 3) in rad."""
+        """Return Euler angles and two derivatives, (N, 3) in rad."""
         laws = self.profile.progress, self.profile.speed, self.profile.acceleration
         phase, phase_dot, phase_ddot = (
             2.0 * np.pi * self.turns * law(t_s)[:, np.newaxis] * WAVED_PACES for law in laws
@@ -395,7 +359,7 @@ WAVED_PACES = np.array((1.0, 2.0, 0.5))
 def figure_eights(
     start_s: float, duration_s: float, turns: int, start: Array, field: Array
 ) -> list[tuple[float, Attitude]]:
-    """Return pieces (start in s, piece) from rotation ``start`` (3, 3) and back, in the NWU ``field`` (3,)."""
+    """Return the pieces (start in s, piece) from ``start`` (3, 3) and back, in the NWU ``field`` (3,)."""
     aligned = _align(start, field)
     approach_s = APPROACH * duration_s
     eight_s = (duration_s - 2.0 * approach_s) / (turns * len(EIGHTS))
@@ -412,7 +376,7 @@ def figure_eights(
 
 
 def _align(start: Array, field: Array) -> Array:
-    """Return ``start`` turned by the shortest arc so that board X lies along ``field``; unchanged without a field."""
+    """Turn ``start`` by the shortest arc so that board X lies along ``field``."""
     strength = np.linalg.norm(field)
     if strength == 0.0:
         return start

@@ -1,24 +1,12 @@
-"""Following a hand: pieces of the tracks of attitude and altitude towards a target that changes all the time, as
-with a mouse at 60 commands per second.
+"""Pieces of attitude and altitude that follow a target which changes often, as by a mouse.
 
-The deviation x from the target obeys (d/dt + w)^3 x = 0, three equal poles: x = (a + b t + c t^2) exp(-w t),
-critically damped, with a, b, c from deviation, rate and acceleration at the time of the command. So rate and
-acceleration are continuous over all commands, only the jerk steps. Each command is one closed form: there is
-no stepping, and the truth does not depend on the number of reads.
-
-A hand at a steady speed is followed at a distance of 3 / w in time. With w = 4 / time constant that is three
-quarters of the time constant. The last quarter is reserved for the time between two commands. The lag behind
-the hand itself thus stays below the time constant down to 40 commands per second at 0.1 s.
-
-Of an attitude, x is the rotation vector from the target to the board, in the target's axes: R = T exp(x). Its
-derivatives follow from the board's rate and angular acceleration through the right Jacobian of SO(3)
-(Chirikjian, "Stochastic Models, Information Theory, and Lie Groups" 2, 2012, section 10.3), which can be
-inverted for all rotations below a full turn; the shortest arc has half a turn at most.
+A steady hand is followed 3 / w late: w = 4 / time constant leaves a quarter of it for the time between
+commands. For an attitude, the deviation x is the rotation vector from target to board; its derivatives use
+the right Jacobian of SO(3) (Chirikjian, "Stochastic Models, Information Theory, and Lie Groups" 2, 2012,
+section 10.3).
 
 Decision: a followed board approaches its target with three equal poles, so that its acceleration is
-continuous. Two, the usual spring and damper, would be simpler, but the acceleration would step with each
-command, and the accelerometer shows it. Planning a minimum-jerk motion for each command was also rejected: it
-begins from rest each time, and at a steady 90 deg/s the true rate varied between 6 and 127.
+continuous over all commands.
 """
 
 from __future__ import annotations
@@ -31,12 +19,12 @@ from fcu_emulator.emulator.world.attitude import about, axis_and_angle, euler_to
 from fcu_emulator.emulator.world.track import Array
 
 POLES = 4.0  # w times the time constant
-SETTLED = 10.0  # time constants after which exp(-w t) is 4e-18: negligible in a float
+SETTLED = 10.0  # time constants after which exp(-w t) is negligible, 4e-18
 
 
 @dataclass(frozen=True, eq=False)
 class Approach:
-    """The deviation from a target: (a + b t + c t^2) exp(-w t), each (3,) or (1,), t from ``start_s`` on."""
+    """The deviation from a target: (a + b t + c t^2) exp(-w t), each (3,) or (1,), from ``start_s`` on."""
 
     start_s: float
     w: float
@@ -46,18 +34,16 @@ class Approach:
 
     @property
     def pace_s(self) -> float:
-        """Time until nearly all of the way is done: (1 + wt + (wt)^2 / 2) exp(-wt) is 0.01."""
         return 8.4 / self.w
 
     @classmethod
     def of(cls, start_s: float, time_constant_s: float, x: Array, x_dot: Array, x_ddot: Array) -> Approach:
-        """Return the approach that begins at ``start_s`` with this deviation and its two derivatives."""
         w = POLES / time_constant_s
         b = x_dot + w * x
         return cls(start_s, w, x, b, 0.5 * (x_ddot - w * w * x + 2.0 * w * b))
 
     def derivatives(self, t_s: Array) -> tuple[Array, Array, Array]:
-        """Return the deviation, its first and its second derivative, each (N, 3) or (N, 1)."""
+        """Return the deviation and its two derivatives, each (N, 3) or (N, 1)."""
         t = (t_s - self.start_s)[:, np.newaxis]
         decay = np.exp(-self.w * t)
         x = (self.a + (self.b + self.c * t) * t) * decay
@@ -79,14 +65,12 @@ class FollowedHeight:
 
     @property
     def pace_s(self) -> float:
-        """Time until nearly all of the way is done."""
         return self.approach.pace_s
 
     @classmethod
     def begin(
         cls, start_s: float, time_constant_s: float, target_m: float, state: tuple[float, float, float]
     ) -> FollowedHeight:
-        """Start at ``start_s`` from position, speed and acceleration ``state``."""
         position, speed, acceleration = (np.array([value]) for value in state)
         approach = Approach.of(start_s, time_constant_s, position - target_m, speed, acceleration)
         return cls(target_m, approach)
@@ -128,7 +112,6 @@ class FollowedAttitude:
         rate: Array,
         acceleration: Array,
     ) -> FollowedAttitude:
-        """Start from ``rotation`` (3, 3), rate (rad/s) and angular acceleration (rad/s2), board axes (3,)."""
         target = euler_to_matrix(target_deg[np.newaxis])[0]
         axis, angle = axis_and_angle((target.T @ rotation)[np.newaxis])
         x = axis * angle[:, np.newaxis]
@@ -159,11 +142,11 @@ class FollowedAttitude:
         return matrix_to_euler(self.rotation(t_s))
 
 
-SMALL = 0.05  # rad; below it the series are exact to 1e-13, above it the quotients lose no significant digits
+SMALL = 0.05  # rad; below it the series are exact to 1e-13
 
 
 def jacobian(x: Array) -> Array:
-    """Return J with rate = J(x) dx/dt: 1 - A [x] + B [x]^2 for rotation vectors x (N, 3); (N, 3, 3)."""
+    """Return J (N, 3, 3) with rate = J(x) dx/dt for x (N, 3): 1 - A [x] + B [x]^2."""
     cross = _cross(x)
     a, b, _, _ = _coefficients(x)
     jacobian: Array = np.eye(3) - a * cross + b * (cross @ cross)
@@ -171,7 +154,7 @@ def jacobian(x: Array) -> Array:
 
 
 def turned_on(x: Array, v: Array) -> Array:
-    """Return the angular acceleration of a constant dx/dt = v, (N, 3): (dJ/dt) v."""
+    """Return the angular acceleration (dJ/dt) v of a constant dx/dt = v, (N, 3)."""
     _, b, a_slope, b_slope = (one[:, 0] for one in _coefficients(x))
     along = (x * v).sum(axis=1, keepdims=True)
     sideways = np.cross(x, v)
@@ -180,7 +163,7 @@ def turned_on(x: Array, v: Array) -> Array:
 
 
 def _coefficients(x: Array) -> tuple[Array, Array, Array, Array]:
-    """Return A = (1 - cos r) / r^2, B = (r - sin r) / r^3 with r = |x|, and dA/dr / r, dB/dr / r; each (N, 1, 1)."""
+    """Return A = (1 - cos r) / r^2, B = (r - sin r) / r^3, dA/dr / r, dB/dr / r with r = |x|."""
     square = (x * x).sum(axis=1)[:, np.newaxis, np.newaxis]
     angle = np.sqrt(square)
     small = angle < SMALL

@@ -1,23 +1,11 @@
 """A hand that holds the board: the wrist about which it turns, and its tremor.
 
-A board that turns about a point beside it is also carried along. With r from the wrist to the board, and w
-the angular rate in rad/s, its acceleration is dw/dt x r + w x (w x r), tangential and centripetal. An
-accelerometer cannot distinguish it from gravity. The tracks of the world
-(:mod:`fcu_emulator.emulator.world.track`) give the turning by a steady hand, and the hand's height; a grip
-adds the tremor and the arm.
+The tremor is a sum of four sinusoids, which swells and fades as measured ones do. Its strength is the peak of
+one sinusoid with the same mean square, in mg at the back of the hand. Sources: Wade, Gresty and Findley,
+Arch. Neurol. 39, 1982 (10 mg, 2.5 Hz); Lakie et al., J. Physiol. 593, 2015 (6 to 12 Hz).
 
-A tremor turns the hand to and fro about the wrist. It is the sum of four sinusoids whose frequencies are
-spread over 2.5 Hz, so that it swells and fades as a measured one does. Its strength is a peak acceleration in
-mg, thousandths of standard gravity, at the back of the hand, the usual place of measurement. It is that of
-the single sinusoid with the same mean square. Among 97 healthy subjects, who had 1.5 to 35 mg, 10 mg were the
-most frequent, and their frequencies varied by 2.5 Hz (Wade, Gresty and Findley, "A Normative Study of
-Postural Tremor of the Hand", Arch. Neurol. 39, 1982). The frequency lies between 6 and 12 Hz (Lakie et al.,
-J. Physiol. 593, 2015).
-
-Decisions: the tremor bends the wrist, and turns the hand half as far about the two other axes, for which
-these sources have no figures. Its phases are always the same, because the seed selects the board, not the
-hand. A tremor of the acceleration alone was rejected, because the gyroscope would not measure it and no
-attitude follows from it.
+Decisions: the tremor bends the wrist, and turns the hand half as far about the two other axes, an assumption.
+Its phases are constant, because the seed selects the board, not the hand.
 """
 
 from __future__ import annotations
@@ -31,28 +19,22 @@ from fcu_emulator.emulator.world.follow import jacobian, turned_on
 from fcu_emulator.emulator.world.track import Array, MinimumJerk
 
 WRIST_M = (0.0, -0.1, 0.0)
-"""Position of the wrist, in board axes, when a hand holds the board from behind: some 9 cm from the wrist to the
-knuckles (de Leva, J. Biomech. 29, 1996, table 4), and the board slightly beyond them.
-"""
+"""Wrist position, board axes (de Leva, J. Biomech. 29, 1996, table 4)."""
 TREMOR_MG = 10.0
 """Peak acceleration at the back of the hand, thousandths of standard gravity."""
 TREMOR_HZ = 8.0
 
-_KNUCKLES_M = 0.086  # from the wrist: the arm at which a tremor's acceleration is measured
+_KNUCKLES_M = 0.086  # distance from the wrist at which a tremor's acceleration is measured
 _SINUSOIDS = 4
 _SPREAD_HZ = 2.5  # range of their frequencies
-_OTHER_AXES = 0.5  # ratio of the tremor's angle about each of these to that of bending the wrist
-_FADE_IN_S = 0.5  # duration of a tremor's beginning: the board is taken without a jolt
+_OTHER_AXES = 0.5  # tremor's angle about each of these, relative to bending the wrist
+_FADE_IN_S = 0.5  # duration of a tremor's start, to avoid a jolt
 _GOLDEN = 0.6180339887498949  # multiples of it leave no two phases close together
 
 
 @dataclass(frozen=True, eq=False)
 class Tremor:
-    """A small rotation of the board, whose vector is the sum of amplitude * cos(w (t - start) + phase).
-
-    ``amplitude_rad`` (3,): of each sinusoid, about the board's axes; ``w_rad_s`` (sinusoids, 1) and
-    ``phase_rad`` (sinusoids, 3): of each. ``fade_in``: its start and rise.
-    """
+    """Rotation vector of a tremor: a sum of amplitude * cos(w (t - start) + phase), in board axes."""
 
     fade_in: MinimumJerk
     amplitude_rad: Array
@@ -61,15 +43,10 @@ class Tremor:
 
     @classmethod
     def of(cls, start_s: float, wrist_m: Array, peak_m_s2: float, frequency_hz: float) -> Tremor:
-        """Return the tremor of a hand from ``start_s`` on.
-
-        ``wrist_m`` (3,): position of its wrist, board axes; ``peak_m_s2``: peak acceleration at the back of
-        the hand; ``frequency_hz``: the mean frequency.
-        """
         spread = (np.arange(_SINUSOIDS) + 0.5) / _SINUSOIDS - 0.5  # evenly between -0.5 and 0.5
         w_rad_s = 2.0 * np.pi * (frequency_hz + _SPREAD_HZ * spread)[:, np.newaxis]
         peak_rad_s2 = peak_m_s2 / _KNUCKLES_M / np.sqrt(_SINUSOIDS)  # of each: together the same mean square
-        across = np.cross((0.0, 0.0, 1.0), wrist_m)  # the forearm: the axis about which the wrist bends
+        across = np.cross((0.0, 0.0, 1.0), wrist_m)  # the axis about which the wrist bends
         length = np.linalg.norm(across)
         bending = across / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
         part_about_axes = _OTHER_AXES + (1.0 - _OTHER_AXES) * np.abs(bending)
@@ -79,11 +56,10 @@ class Tremor:
 
     @property
     def pace_s(self) -> float:
-        """Half a period of the fastest sinusoid: from one turning point to the other."""
         return float(np.pi / self.w_rad_s.max())
 
     def derivatives(self, t_s: Array) -> tuple[Array, Array, Array]:
-        """Return the rotation vector in rad and its first two derivatives in time, each (N, 3)."""
+        """Return the rotation vector in rad and its two derivatives, each (N, 3)."""
         angle = (t_s - self.fade_in.start_s)[:, np.newaxis, np.newaxis] * self.w_rad_s + self.phase_rad
         terms = self.amplitude_rad * np.cos(angle)
         x = terms.sum(axis=1)
@@ -104,67 +80,54 @@ class Tremor:
 
 @dataclass(frozen=True, eq=False)
 class Grip:
-    """A hand around the board, its wrist at ``wrist_m`` (3,), board axes.
-
-    ``taken_m``: height of the board above the wrist when it was taken. The board's altitude is the track's
-    plus the increase of that height (:meth:`rise_m`).
-    """
+    """A hand around the board; ``taken_m``: height of the board above the wrist when taken."""
 
     wrist_m: Array
     tremor: Tremor | None
     taken_m: float
 
     def rotation(self, steady: Array, t_s: Array) -> Array:
-        """Return board to world, (N, 3, 3); ``steady``: the same without tremor, (N, 3, 3) or (1, 3, 3)."""
         if self.tremor is None:
             return steady
         turned: Array = steady @ _matrix(self.tremor.derivatives(t_s)[0])
         return turned
 
     def rate_dps(self, steady_dps: Array, t_s: Array) -> Array:
-        """Return the angular rate in board axes, (N, 3); ``steady_dps``: the same without tremor."""
         if self.tremor is None:
             return steady_dps
         x, x_dot, _ = self.tremor.derivatives(t_s)
         return to_board(_matrix(x), steady_dps) + np.degrees(_rate_rad_s(x, x_dot))
 
     def carried_m_s2(self, steady_dps: Array, steady_dps2: Array, t_s: Array) -> Array:
-        """Return the board's acceleration by turning about the wrist, in its axes, (N, 3) or (1, 3).
-
-        ``steady_dps``, ``steady_dps2``: angular rate and acceleration without tremor, in the board's axes.
-        """
+        """Return the acceleration by turning about the wrist, board axes, (N, 3) or (1, 3)."""
         rate, acceleration = np.radians(steady_dps), np.radians(steady_dps2)
         if self.tremor is not None:
-            # The axes of the trembling board turn in those of the steady one, at the rate ``own``.
+            # ``own``: rate at which the trembling axes turn in the steady ones.
             x, x_dot, x_ddot = self.tremor.derivatives(t_s)
             matrix, own = _matrix(x), _rate_rad_s(x, x_dot)
             rate, acceleration = to_board(matrix, rate), to_board(matrix, acceleration)
             acceleration = acceleration - np.cross(own, rate)
-            acceleration += np.einsum("nij,nj->ni", jacobian(x), x_ddot)  # the derivative of own,
-            acceleration += turned_on(x, x_dot)  # in two parts
+            acceleration += np.einsum("nij,nj->ni", jacobian(x), x_ddot)  # derivative of own, first part
+            acceleration += turned_on(x, x_dot)  # second part
             rate = rate + own
         arm = -self.wrist_m  # from the wrist to the board
         carried: Array = np.cross(acceleration, arm) + np.cross(rate, np.cross(rate, arm))
         return carried
 
     def above_wrist_m(self, rotation: Array) -> Array:
-        """Return the height of the board above the wrist in these attitudes, board to world (N, 3, 3); (N,)."""
         up = rotation[:, 2]  # of the world, in board axes
         above: Array = -(up @ self.wrist_m)
         return above
 
     def rise_m(self, rotation: Array) -> Array:
-        """Return the increase of the board's height above the wrist since it was taken; (N,)."""
         return self.above_wrist_m(rotation) - self.taken_m
 
 
 def _matrix(x: Array) -> Array:
-    """Return the rotation matrices (N, 3, 3) of the rotation vectors x (N, 3)."""
     angle = np.sqrt((x * x).sum(axis=1))
     return about(x / np.where(angle == 0.0, 1.0, angle)[:, np.newaxis], angle)
 
 
 def _rate_rad_s(x: Array, x_dot: Array) -> Array:
-    """Return the angular rate (N, 3) of a changing rotation vector x, in the turned axes."""
     rate: Array = np.einsum("nij,nj->ni", jacobian(x), x_dot)
     return rate

@@ -1,9 +1,4 @@
-"""Motion up and down: the pieces of the altitude's track, and shaking.
-
-Each piece gives position and acceleration from one formula, the second being the exact second derivative of
-the first inside the piece. If another motion cuts one short, the board simply stops: the real impact is
-omitted.
-"""
+"""Vertical motion and shaking; positions and accelerations are exact derivatives within each piece."""
 
 from __future__ import annotations
 
@@ -18,28 +13,22 @@ from fcu_emulator.emulator.world.track import Array, MinimumJerk
 
 
 class Height(Protocol):
-    """A piece of altitude; a result's length is N, or 1 if it does not move."""
+    """A piece of altitude; results have length N, or 1 if it does not move."""
 
     @property
     def pace_s(self) -> float:
-        """Seconds from one rest to another; 0: it jumps."""
+        """Seconds from one rest to another; 0 if it jumps."""
         ...
 
-    def position_m(self, t_s: Array, /) -> Array:
-        """Return the height above the room's floor in metres, (N,)."""
-        ...
+    def position_m(self, t_s: Array, /) -> Array: ...
 
-    def speed_m_s(self, t_s: Array, /) -> Array:
-        """Return the upward speed in m/s, shape (N,) or (1,)."""
-        ...
+    def speed_m_s(self, t_s: Array, /) -> Array: ...
 
-    def acceleration_m_s2(self, t_s: Array, /) -> Array:
-        """Return the upward acceleration in m/s2, shape (N,) or (1,)."""
-        ...
+    def acceleration_m_s2(self, t_s: Array, /) -> Array: ...
 
 
 class RestSegment:
-    """At rest at ``position_m``."""
+    """Rest at ``position_m``."""
 
     pace_s = math.inf
 
@@ -102,11 +91,7 @@ class Parabola:
 
 @dataclass(frozen=True, eq=False)
 class RecordedHeight:
-    """Rows of a recording as one smooth motion, from rest before the first row to rest after the last.
-
-    ``row_s`` (M,) strictly increases, ``row_m`` (M,) are metres above the room's floor, ``row_m_s2`` (M,) the
-    accelerations of :func:`accelerations`; ``start_s`` is time 0 of the recording.
-    """
+    """Rows (M,) of a recording as one smooth motion; ``row_m_s2``: their :func:`accelerations`."""
 
     row_s: Array
     row_m: Array
@@ -159,12 +144,8 @@ _SWEEPS = 60
 def accelerations(row_s: Array, row_m: Array) -> Array:
     """Return the accelerations (M,) in m/s2 at the rows (M,) of a motion at rest before and after them.
 
-    Decision: a recorded altitude is the cubic spline through the rows without speed at both ends:
-    acceleration changes linearly from row to row. Straight lines between rows were rejected: a barometer
-    cannot distinguish them from the spline, and no accelerometer can measure their corners.
-
-    The equations of the spline are diagonally dominant by a factor of two, so each sweep (Jacobi's) halves
-    the remaining error, for any rows; sixty sweeps leave nothing, in time proportional to the rows.
+    Decision: a recorded altitude is the cubic spline through the rows, because corners would be infinite
+    accelerations. Each sweep of Jacobi's method halves the error.
     """
     if row_s.size == 1:
         return np.zeros(1)
@@ -182,11 +163,7 @@ def accelerations(row_s: Array, row_m: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Shake:
-    """Acceleration amplitude cos(w t) from ``start_s`` along ``direction`` (3,), from rest to rest.
-
-    The displacement amplitude / w^2 (1 - cos w t) begins and, after whole periods, ends at zero with zero
-    speed.
-    """
+    """Acceleration amplitude cos(w t) along ``direction`` (3,), world frame, from ``start_s``."""
 
     start_s: float
     direction: Array
@@ -194,12 +171,10 @@ class Shake:
     angular_rad_s: float
 
     def displacement_m(self, t_s: Array) -> Array:
-        """Return the displacement in the world frame, (N, 3)."""
         reach = self.amplitude_m_s2 / self.angular_rad_s**2
         return (reach * (1.0 - np.cos(self._phase(t_s))))[:, np.newaxis] * self.direction
 
     def acceleration_m_s2(self, t_s: Array) -> Array:
-        """Return the acceleration in the world frame, (N, 3)."""
         return (self.amplitude_m_s2 * np.cos(self._phase(t_s)))[:, np.newaxis] * self.direction
 
     def _phase(self, t_s: Array) -> Array:

@@ -1,8 +1,4 @@
-"""The world's limits for user input: one range for each quantity, one message for all.
-
-The ranges are wide: they keep the physics defined (no root of a negative number, no overflow), and catch a
-wrong unit. The sensors have their own ranges; a world beyond these is a lesson, not an error.
-"""
+"""Limits of the world for user input: wide ranges that keep the physics defined and catch a wrong unit."""
 
 from __future__ import annotations
 
@@ -24,7 +20,7 @@ class Range:
     unit: str
 
     def check(self, name: str, value: float) -> float:
-        """Return ``value`` as a float, or raise an `InputError` naming it; nan and infinity are outside."""
+        """Return ``value`` as a float. Raises `InputError` with ``name`` if outside, nan or infinite."""
         try:
             number = float(value)
         except (TypeError, ValueError, OverflowError):
@@ -73,6 +69,6 @@ MODEL_ALTITUDE = Range(-1_000, 850_000, "m")  # range of the World Magnetic Mode
 
 
 def attitude(roll_deg: float, pitch_deg: float, yaw_deg: float) -> npt.NDArray[np.float64]:
-    """Return roll, pitch and yaw, checked, as an array (3,)."""
+    """Return roll, pitch and yaw, checked, as (3,)."""
     named = (("roll_deg", roll_deg), ("pitch_deg", pitch_deg), ("yaw_deg", yaw_deg))
     return np.array([ANGLE.check(name, angle) for name, angle in named])

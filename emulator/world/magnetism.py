@@ -1,8 +1,4 @@
-"""The Earth's field at a place, and magnets near the board: one that passes, one moved by a hand.
-
-Units: a user gives NED microtesla; inside, fields are NWU milligauss (1 uT = 10 mgauss), the magnetometer's
-unit.
-"""
+"""Earth's field and magnets near the board. Users give NED microtesla; inside, fields are NWU mgauss (1 uT = 10 mgauss)."""
 
 from __future__ import annotations
 
@@ -22,11 +18,11 @@ from fcu_emulator.emulator.world.track import Array
 MGAUSS_PER_UT = 10.0
 MU0_4PI = 1.0  # mgauss m3 / (A m2)
 MOMENT_AM2 = 0.3  # of a bar of neodymium as large as a fingernail
-FELT_MGAUSS = 0.1  # a magnet with a weaker field is out of reach: 1/15 of the LIS2MDL's step
+FELT_MGAUSS = 0.1  # weaker fields are out of reach: 1/15 of the LIS2MDL's step
 
 
 def ned_to_nwu_mgauss(north_ut: float, east_ut: float, down_ut: float) -> Array:
-    """Convert checked NED microtesla to NWU milligauss (3,)."""
+    """Convert NED microtesla to NWU milligauss (3,), and check the range."""
     north = limits.FIELD.check("north_ut", north_ut)
     east = limits.FIELD.check("east_ut", east_ut)
     down = limits.FIELD.check("down_ut", down_ut)
@@ -42,9 +38,8 @@ def earth_field(
 ) -> tuple[float, float, float]:
     """Return the Earth's field (north, east, down) in uT by the World Magnetic Model 2025.
 
-    Latitude and longitude are geodetic, the altitude is above the sea. ``north="magnetic"`` turns the field
-    so that its horizontal part lies on north, ``"true"`` keeps the declination. Raises `InputError` for a
-    value or date out of range.
+    Latitude and longitude are geodetic, the altitude is above the sea. ``"magnetic"`` turns the field to
+    north, ``"true"`` keeps the declination. Raises `InputError` for a value or date out of range.
     """
     latitude = limits.LATITUDE.check("latitude_deg", latitude_deg)
     longitude = limits.LONGITUDE.check("longitude_deg", longitude_deg)
@@ -75,11 +70,7 @@ def _decimal_year(date: dt.date) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Magnet:
-    """A dipole moved north at constant speed, east of the board at its height, pointing west.
-
-    At the closest point its field is 2 m / (10 d^3) uT to the west: it turns the compass, which a vertical
-    magnet would not.
-    """
+    """A dipole moved north, east of the board, pointing west so that it turns the compass."""
 
     closest_s: float
     moment_am2: float
@@ -88,18 +79,15 @@ class Magnet:
 
     @property
     def pace_s(self) -> float:
-        """Time near the closest point."""
         return self.distance_m / self.speed_m_s
 
     @classmethod
     def starting_at(cls, start_s: float, moment_am2: float, distance_m: float, speed_m_s: float) -> Magnet:
-        """Return the pass that begins at ``start_s`` out of reach."""
         reach_m = (2.0 * MU0_4PI * abs(moment_am2) / FELT_MGAUSS) ** (1.0 / 3.0)
         half_line_m = math.sqrt(max(reach_m, 2.0 * distance_m) ** 2 - distance_m**2)
         return cls(start_s + half_line_m / speed_m_s, moment_am2, distance_m, speed_m_s)
 
     def value(self, t_s: Array, /) -> Array:
-        """Return its field at the board, NWU (N, 3): (3 (m.r) r / r^2 - m) / r^3."""
         from_magnet = np.zeros((t_s.size, 3))
         from_magnet[:, 0] = self.speed_m_s * (self.closest_s - t_s)
         from_magnet[:, 1] = self.distance_m
@@ -108,10 +96,7 @@ class Magnet:
 
 @dataclass(frozen=True, eq=False)
 class HeldMagnet:
-    """A dipole that points west and moves to ``place_m`` (3,), relative to the magnetometer, NWU.
-
-    Without an ``approach`` it rests there.
-    """
+    """A dipole that points west and moves to ``place_m`` (3,), NWU from the magnetometer."""
 
     moment_am2: float
     place_m: Array
@@ -125,15 +110,13 @@ class HeldMagnet:
         return self.place_m + deviation, speed, acceleration
 
     def value(self, t_s: Array, /) -> Array:
-        """Return its field at the board, NWU (N, 3), or (1, 3) at rest."""
         return dipole_mgauss(self.moment_am2, -self.moving(t_s)[0])
 
 
 def dipole_mgauss(moment_am2: float, from_magnet_m: Array) -> Array:
     """Return the field of a dipole that points west, at (N, 3) m from it, NWU: (3 (m.r) r / r^2 - m) / r^3.
 
-    Within 5 mm, the smallest distance that a user may give, is the inside of the magnet: the field is that of
-    5 mm in the same direction.
+    Inside the magnet, it is the field at 5 mm.
     """
     moment = np.array([0.0, moment_am2, 0.0])
     distance = np.sqrt((from_magnet_m**2).sum(axis=1))[:, np.newaxis]

@@ -1,18 +1,10 @@
-"""Four motors with propellers on the board: their vibration, and the field of their current.
+"""Four motors with propellers: vibration of the board, and the magnetic field of their current.
 
-A motor shakes the board with the force of its imbalance, which turns with it and grows with the square of its
-speed. Its two blades shake the board up and down at twice that frequency. The four never run equally fast, so
-their frequencies beat. The current to the motors causes a field that is fixed to the board.
+Sources at full throttle: ArduPilot's page "Measuring Vibration" (15 m/s2 RMS, the upper end of normal), and
+an autopilot's COMPASS_MOT_X to Z (diydrones.com, "compass calibration always above 150").
 
-No measurements of this board exist. Speed is assumed proportional to the share of the full voltage, as of
-brushed motors. With all motors at full throttle an axis is shaken by 15 m/s2 RMS, the upper end of the normal
-range on ArduPilot's page "Measuring Vibration". The field is that of a calibration at full throttle on an
-autopilot of this kind, (-80, -42, 14) mgauss (COMPASS_MOT_X to Z; diydrones.com, "compass calibration always
-above 150"), and grows linearly, as ArduPilot compensates it.
-
-Decisions: full speed of the motors is 400 revolutions per second, an assumption for small coreless motors
-with their propellers. A motor follows its throttle at once; spinning up takes some 0.1 s on a real one. The
-gyroscope is not affected: the board is shaken, not turned.
+Decisions: full speed of the motors is 400 revolutions per second, an assumption for small coreless motors.
+Speed follows the throttle at once, and the board does not turn.
 """
 
 from __future__ import annotations
@@ -29,30 +21,27 @@ FULL_HZ = 400.0
 FULL_M_S2 = 15.0  # RMS of an axis, all four together
 FULL_MGAUSS = (-80.0, -42.0, 14.0)
 
-_UNEQUAL = np.array([1.0, 0.985, 1.012, 0.994])  # their speeds at the same throttle
+_UNEQUAL = np.array([1.0, 0.985, 1.012, 0.994])  # relative speeds at the same throttle
 _PHASES = 2.0 * np.pi * np.array([0.0, 0.62, 0.24, 0.85])
 _BLADES = 2
 
 
 @dataclass(frozen=True, eq=False)
 class Motors:
-    """Motors that run at ``throttle`` (4,), 0 to 1 each, from ``start_s`` on."""
+    """Motors at ``throttle`` (4,), 0 to 1 each, from ``start_s`` on."""
 
     start_s: float
     throttle: Array
 
     @classmethod
     def at(cls, start_s: float, throttle: Sequence[float]) -> Motors:
-        """Return motors at these four shares of the full voltage."""
         return cls(start_s, np.array(throttle, dtype=np.float64))
 
     @property
     def pace_s(self) -> float:
-        """Half a period of the highest frequency."""
         return float(0.5 / (_BLADES * FULL_HZ * (self.throttle * _UNEQUAL).max()))
 
     def acceleration_m_s2(self, t_s: Array) -> Array:
-        """Return the acceleration in board axes, (N, 3)."""
         speed_hz = FULL_HZ * self.throttle * _UNEQUAL
         angle = 2.0 * np.pi * (t_s - self.start_s)[:, np.newaxis] * speed_hz + _PHASES
         one = FULL_M_S2 * np.sqrt(2.0 / MOTORS) * self.throttle**2
@@ -60,6 +49,5 @@ class Motors:
         return np.stack((*around, (one * np.cos(_BLADES * angle)).sum(axis=1)), axis=1)
 
     def field_mgauss(self) -> Array:
-        """Return the field in board axes, (1, 3)."""
         field: Array = np.array([FULL_MGAUSS]) * self.throttle.mean()
         return field

@@ -1,18 +1,14 @@
-"""CSV recordings: measured signals, or an attitude to follow, with units in the header.
+"""CSV recordings: measured signals (board axes), or an attitude to follow (world axes).
 
-Two layouts, identified by the header; columns may have any order, and each group may be omitted as a whole::
+Columns may have any order; each group may be omitted::
 
-    t_s, ax_g,ay_g,az_g, gx_dps,gy_dps,gz_dps, mx_uT,my_uT,mz_uT, p_hPa, temp_C     (board axes)
-    t_s, roll_deg,pitch_deg,yaw_deg, alt_m                                          (world attitude)
+    t_s, ax_g,ay_g,az_g, gx_dps,gy_dps,gz_dps, mx_uT,my_uT,mz_uT, p_hPa, temp_C
+    t_s, roll_deg,pitch_deg,yaw_deg, alt_m
 
-Time strictly increases, counted from the start of the replay. Between rows values are linear (attitude: the
-shortest arc at constant rate; altitude: smooth, since it is felt as acceleration); the first row holds before
-it, the last one after it.
+Time strictly increases. Values between rows are linear (attitude: shortest arc; altitude: smooth); the first
+and last rows hold outside.
 
-Decision: recordings have a separate, strict reader, because a student needs the file, the line and the error.
-Python's csv.reader accepts quotes and values over several lines, float() accepts ``1_0`` and ``nan``, and
-numpy.loadtxt skips lines and counts them differently. Bytes are read line by line into one flat array, so
-that neither an endless line nor a huge file takes memory.
+Decision: recordings have a separate, strict reader, so that errors name the file and line.
 """
 
 from __future__ import annotations
@@ -55,11 +51,7 @@ GROUPS = {**MEASURED, **FOLLOWED}
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Rows at ``t_s`` (M,) and the groups of the file, by name: (M, 3) or (M,).
-
-    acc in g, gyro in deg/s, mag in mgauss, pressure in hPa, temperature in degC; or attitude in degrees,
-    altitude in metres above the room's floor.
-    """
+    """Rows at ``t_s`` (M,) and groups by name, (M, 3) or (M,), in g, deg/s, mgauss, hPa, degC, deg, m."""
 
     file: str
     t_s: Array
@@ -67,7 +59,7 @@ class Recording:
 
     @cached_property
     def climb_m_s2(self) -> Array:
-        """Return the upward acceleration at the rows (M,) from the altitudes. Raises `RecordingError` if absurd."""
+        """Upward acceleration at the rows (M,). Raises `RecordingError` if too high."""
         climb = accelerations(self.t_s, self.groups["altitude"])
         bad = np.abs(climb) > limits.CLIMB.high
         if bad.any():
@@ -81,17 +73,13 @@ class Recording:
 
 @dataclass(frozen=True, eq=False)
 class Interpolation:
-    """A group's rows as a signal of the world: linear in between, constant before the first and after the last.
-
-    The rows are the recording's own, so that many replays share one array; ``start_s`` is its time 0.
-    """
+    """A group's rows as a signal, linear in between; replays share the arrays."""
 
     row_s: Array  # (M,), strictly increasing
     values: Array  # (M,) or (M, 3)
     start_s: float
 
     def __call__(self, t_s: Array) -> Array:
-        """Return the signal at (N,) as (N,) or (N, 3)."""
         t_s = t_s - self.start_s
         if self.values.ndim == 1:
             return np.interp(t_s, self.row_s, self.values)
@@ -99,7 +87,7 @@ class Interpolation:
 
 
 def load_recording(path: str | PathLike[str], name: str = "") -> Recording:
-    """Read a CSV file; `RecordingError` names the file (as ``name``, by default its path) and the line."""
+    """Read a CSV file. Raises `RecordingError` with the file (``name``, or its path) and the line."""
     file = name or str(path)
     try:
         _check_size(Path(path), file)
@@ -136,7 +124,6 @@ def _check_size(path: Path, file: str) -> None:
 
 
 def _lines(stream: BinaryIO, file: str) -> Iterator[bytes]:
-    """Yield the file's lines, each of limited length."""
     number = 0
     while line := stream.readline(MAX_LINE_BYTES + 1):
         number += 1
@@ -151,7 +138,7 @@ def _lines(stream: BinaryIO, file: str) -> Iterator[bytes]:
 
 
 def _header(line: bytes, file: str) -> list[str]:
-    line = line.removeprefix(b"\xef\xbb\xbf")  # the byte order mark of Excel's UTF-8
+    line = line.removeprefix(b"\xef\xbb\xbf")  # byte order mark of Excel's UTF-8
     text = line.decode("ascii", errors="backslashreplace").strip()
     if not text:
         raise RecordingError(
@@ -199,7 +186,6 @@ def _check_groups(names: set[str], file: str) -> None:
 
 
 def _rows(lines: Iterator[bytes], names: list[str], file: str) -> Array:
-    """Return the table (M, len(names)); range and order are checked afterwards, for all rows at once."""
     values = array("d")
     for number, line in enumerate(lines, start=2):
         if number - 1 > MAX_ROWS:
@@ -241,7 +227,7 @@ def _refuse_number(cells: list[bytes], names: list[str], number: int, file: str)
 
 
 def _visible(text: str) -> str:
-    """Return the beginning of ``text`` with control characters escaped, since it is shown on a terminal."""
+    """Escape control characters for a terminal, and cut the text."""
     return text[:40].encode("unicode_escape").decode("ascii").replace("\\\\", "\\")
 
 
@@ -275,7 +261,6 @@ def _check_time(t_s: Array, file: str) -> None:
 
 
 def _in_our_units(groups: dict[str, Array]) -> dict[str, Array]:
-    """Convert uT to mgauss, and groups of one column to plain (M,) arrays."""
     if "mag" in groups:
         groups["mag"] *= MGAUSS_PER_UT
     return {name: values if values.shape[1] > 1 else values[:, 0] for name, values in groups.items()}

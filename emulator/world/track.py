@@ -1,20 +1,9 @@
 """One quantity over time: the pieces of a track, overlays on it, and the pace of a motion.
 
-Decision: a piece of a track is active from its start until the next one's, and planning a piece discards the
-plans from its start on. One rule serves timelines (planned in order of time) and live changes (which cut off
-later plans). Re-planning later motions from the changed state was rejected: a student's slider would then
-change a scenario's expected values.
+A constant result has one row, so that a world at rest is cheap. A hand's motion has minimum jerk (Flash and
+Hogan, J. Neurosci. 5, 1985).
 
-A piece's function returns a first axis of length N, or of length 1 when its value does not change. With
-numpy's broadcasting, a constant value then stays one row through all arithmetic, and a world at rest costs
-one row.
-
-Shaking and magnetic disturbances are vectors that add up, so two of them may overlap, unlike the pieces of a
-track.
-
-A hand's motion from rest to rest has minimum jerk (Flash and Hogan, J. Neurosci. 5, 1985, equation of the
-straight reach): speed and acceleration are zero at both ends, so that gyroscope and accelerometer measure no
-step.
+Decision: a piece of a track is active until the next one starts, and planning a piece discards later plans.
 """
 
 from __future__ import annotations
@@ -23,53 +12,78 @@ import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-# -- consecutive pieces -------------------------------------------------------------------------------------
+from fcu_emulator.emulator.errors import InputError
+
+# -- Consecutive pieces -------------------------------------------------------------------------------------
 
 
 Array = npt.NDArray[np.float64]
 P = TypeVar("P")
 
 
+def not_kept(t_s: float, oldest_s: float) -> InputError:
+    """Return the error for a time whose part of the history was dropped."""
+    return InputError(
+        f"the state of the world at {t_s:g} s is not kept any more: the oldest time kept is {oldest_s:g} s",
+        kind="not_kept",
+    )
+
+
 class Track(Generic[P]):
-    """The pieces of one quantity in order of their starts; ``first`` applies to all earlier times."""
+    """Consecutive pieces of one quantity; ``first`` applies to all earlier times."""
 
     def __init__(self, first: P) -> None:
         self._starts = [-math.inf]
         self._pieces = [first]
 
+    def __len__(self) -> int:
+        return len(self._pieces)
+
+    @property
+    def middle_s(self) -> float:
+        """The time before which half of the pieces started."""
+        return self._starts[len(self._starts) // 2]
+
     def at(self, t_s: float) -> P:
-        """Return the piece active at ``t_s``."""
-        return self._pieces[bisect_right(self._starts, t_s) - 1]
+        """Return the piece active at ``t_s``. Raises InputError if it was dropped."""
+        return self._pieces[self._index(t_s)]
+
+    def _index(self, t_s: float) -> int:
+        index = bisect_right(self._starts, t_s) - 1
+        if index < 0:
+            raise not_kept(t_s, self._starts[0])
+        return index
 
     @property
     def last(self) -> P:
         return self._pieces[-1]
 
     def plan(self, start_s: float, piece: P) -> None:
-        """Make ``piece`` active from ``start_s`` on, and discard all plans from there on."""
         keep = bisect_left(self._starts, start_s)
         del self._starts[keep:], self._pieces[keep:]
         self._starts.append(start_s)
         self._pieces.append(piece)
 
     def forget(self, before_s: float) -> None:
-        """Drop the pieces that ended before ``before_s``; the oldest one kept applies to all earlier times."""
+        """Drop the pieces that ended before ``before_s``: times before the oldest piece kept raise an error."""
         old = bisect_right(self._starts, before_s) - 1
         if old > 0:
             del self._starts[:old], self._pieces[:old]
-            self._starts[0] = -math.inf
 
     def evaluate(self, t_s: Array, function: Callable[[P, Array], Array]) -> Array:
-        """Return ``function(piece, t_s)`` of the active pieces at ``t_s`` (N,): first axis N, or 1 if constant."""
-        if len(self._pieces) == 1 or t_s.size == 0:
+        """Return ``function(piece, t_s)`` of the active pieces at ``t_s`` (N,): first axis N, or 1 if constant.
+
+        Raises InputError for a time whose piece was dropped.
+        """
+        if (len(self._pieces) == 1 and self._starts[0] == -math.inf) or t_s.size == 0:
             return function(self._pieces[-1], t_s)
-        first = bisect_right(self._starts, t_s.min()) - 1
-        last = bisect_right(self._starts, t_s.max()) - 1
+        first = self._index(t_s.min())
+        last = self._index(t_s.max())
         if first == last:
             return function(self._pieces[first], t_s)
         index = np.searchsorted(self._starts[first + 1 : last + 1], t_s, side="right")
@@ -84,7 +98,7 @@ class Track(Generic[P]):
 
 
 class Constant:
-    """A value (shape S) that does not change, as a piece: always (1, *S)."""
+    """A constant value of shape S as a piece, (1, *S)."""
 
     pace_s = math.inf
 
@@ -98,26 +112,89 @@ class Constant:
 # -- Events that add up -------------------------------------------------------------------------------------
 
 
-class Overlays(Generic[P]):
-    """Events with a start and an end whose vectors (N, 3), or of another width, are summed."""
+class Span(NamedTuple, Generic[P]):
+    """An event with its times; ``number`` counts the events in the order in which they were added."""
 
-    def __init__(self, width: int = 3) -> None:
-        self._width = width
-        self._events: list[tuple[float, float, P]] = []
+    end_s: float
+    number: int
+    start_s: float
+    event: P
+
+
+class Spans(Generic[P]):
+    """Events with a start and an end, found by time among any number of past ones."""
+
+    def __init__(self) -> None:
+        self._recent: list[Span[P]] = []
+        self._past: list[Span[P]] = []  # in order of their ends, all before those of the recent ones
+        self._count = 0
+        self._oldest_s = -math.inf
+
+    def __len__(self) -> int:
+        return len(self._recent) + len(self._past)
+
+    @property
+    def middle_s(self) -> float:
+        """The time before which half of the past events ended."""
+        return self._past[len(self._past) // 2].end_s if self._past else -math.inf
 
     def add(self, start_s: float, end_s: float, event: P) -> None:
         """Add ``event`` for ``start_s`` <= t < ``end_s``."""
-        self._events.append((start_s, end_s, event))
+        self._count += 1
+        self._recent.append(Span(end_s, self._count, start_s, event))
+
+    def settle(self, before_s: float) -> None:
+        """Move the events that ended before ``before_s`` to the past; later calls give a later time."""
+        ended = [span for span in self._recent if span.end_s < before_s]
+        if ended:
+            self._past += sorted(ended, key=_order)
+            self._recent = [span for span in self._recent if span.end_s >= before_s]
 
     def forget(self, before_s: float) -> None:
-        """Drop the events that ended before ``before_s``."""
-        if self._events:
-            self._events = [event for event in self._events if event[1] >= before_s]
+        """Drop the past events that ended before ``before_s``: earlier times raise an error from now on."""
+        old = bisect_left(self._past, before_s, key=_end)
+        if old:
+            self._oldest_s = before_s
+            del self._past[:old]
+
+    def between(self, from_s: float, to_s: float) -> list[Span[P]]:
+        """Return the events that touch these times, in the order in which they were added.
+
+        Raises InputError if some of them may have been dropped.
+        """
+        if from_s < self._oldest_s:
+            raise not_kept(from_s, self._oldest_s)
+        found = [span for span in self._recent if span.start_s <= to_s and span.end_s >= from_s]
+        if self._past and self._past[-1].end_s >= from_s:
+            late = self._past[bisect_left(self._past, from_s, key=_end) :]
+            found = sorted(found + [span for span in late if span.start_s <= to_s], key=_number)
+        return found
+
+
+def _end(span: Span[P]) -> float:
+    return span.end_s
+
+
+def _number(span: Span[P]) -> int:
+    return span.number
+
+
+def _order(span: Span[P]) -> tuple[float, int]:
+    return span.end_s, span.number
+
+
+class Overlays(Spans[P]):
+    """Events whose vectors (N, 3), or of another width, are summed."""
+
+    def __init__(self, width: int = 3) -> None:
+        super().__init__()
+        self._width = width
 
     def total(self, t_s: Array, function: Callable[[P, Array], Array]) -> Array:
-        """Return the sum of ``function(event, t_s)`` at ``t_s`` (N,): (N, 3), or a row of zeros without events."""
         total = np.zeros((1, self._width))
-        for start_s, end_s, event in self._events:
+        if not self._count or t_s.size == 0:
+            return total
+        for end_s, _, start_s, event in self.between(t_s.min(), t_s.max()):
             here = (t_s >= start_s) & (t_s < end_s)
             if here.any():
                 total = np.array(np.broadcast_to(total, (t_s.size, self._width)))
@@ -125,51 +202,42 @@ class Overlays(Generic[P]):
         return total
 
 
-class Agitation:
+class Agitation(Spans[float]):
     """Intervals in which a quantity jumps or moves fast, so that sensors must sample densely.
 
-    A jump takes no time; a motion has a pace, the seconds from one rest to another.
+    Each event is the pace of a motion, the seconds from one rest to another; a jump takes no time.
     """
 
-    def __init__(self) -> None:
-        self._motions: list[tuple[float, float, float]] = []
-
-    def add(self, start_s: float, end_s: float, pace_s: float = 0.0) -> None:
+    def add(self, start_s: float, end_s: float, event: float = 0.0) -> None:
         """Add a motion of this pace from ``start_s`` to ``end_s``; by default one with jumps.
 
         A jump at the beginning of the world is ignored: the state is older.
         """
         if end_s <= 0.0:
             return
-        if self._motions:  # following a hand at 50 commands per second is one motion
-            first_s, last_s, pace = self._motions[-1]
-            if pace == pace_s and first_s <= start_s <= last_s:
-                self._motions[-1] = first_s, max(last_s, end_s), pace_s
+        if self._recent:  # following a hand at 50 commands per second is one motion
+            last = self._recent[-1]
+            if last.event == event and last.start_s <= start_s <= last.end_s:
+                self._recent[-1] = last._replace(end_s=max(last.end_s, end_s))
                 return
-        self._motions.append((start_s, end_s, pace_s))
+        super().add(start_s, end_s, event)
 
     def end(self, end_s: float, pace_s: float) -> None:
         """End all unfinished motions of this pace at ``end_s``."""
-        for number, (start_s, end, pace) in enumerate(self._motions):
-            if end == math.inf and pace == pace_s:
-                self._motions[number] = min(start_s, end_s), end_s, pace_s
-
-    def forget(self, before_s: float) -> None:
-        """Drop the motions that ended before ``before_s``."""
-        if self._motions:
-            self._motions = [motion for motion in self._motions if motion[1] >= before_s]
+        self._recent = [
+            span._replace(start_s=min(span.start_s, end_s), end_s=end_s)
+            if span.end_s == math.inf and span.event == pace_s
+            else span
+            for span in self._recent
+        ]
 
     def rests(self, from_s: float, to_s: float) -> bool:
         """Return whether nothing moves between these times, at any pace."""
-        return not any(start_s <= to_s and end_s >= from_s for start_s, end_s, _ in self._motions)
+        return not self.between(from_s, to_s)
 
-    def between(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
+    def faster(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
         """Return begin and end of the motions between these times that are faster than ``pace_s``."""
-        return [
-            (start_s, end_s)
-            for start_s, end_s, taken_s in self._motions
-            if taken_s < pace_s and start_s <= to_s and end_s >= from_s
-        ]
+        return [(span.start_s, span.end_s) for span in self.between(from_s, to_s) if span.event < pace_s]
 
 
 # -- The pace of a motion: progress from 0 to 1, and its exact derivatives in time --------------------------
@@ -181,17 +249,11 @@ class MotionProfile(Protocol):
     @property
     def duration_s(self) -> float: ...
 
-    def progress(self, t_s: Array) -> Array:
-        """Return the completed share of the motion, 0 to 1."""
-        ...
+    def progress(self, t_s: Array) -> Array: ...
 
-    def speed(self, t_s: Array) -> Array:
-        """Return its first derivative in 1/s."""
-        ...
+    def speed(self, t_s: Array) -> Array: ...
 
-    def acceleration(self, t_s: Array) -> Array:
-        """Return its second derivative in 1/s2."""
-        ...
+    def acceleration(self, t_s: Array) -> Array: ...
 
 
 @dataclass(frozen=True)
@@ -208,7 +270,6 @@ class Linear:
         return np.full(t_s.shape, 1.0 / self.duration_s)
 
     def acceleration(self, t_s: Array) -> Array:
-        """Return zero; the jumps at both ends are omitted."""
         return np.zeros(t_s.shape)
 
 

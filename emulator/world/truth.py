@@ -1,13 +1,10 @@
-"""The true values of all sensor signals: every signal as a function of time, from one state.
+"""The true values of all sensor signals, as functions of time from one state.
 
 Decision: each signal has a separate track, whose usual piece is the world's law. A recording replaces the law
-by its own values for the signals it has. The next motion or setter of such a signal restores the law.
+until the next motion or setter.
 
-Decision: air pressure is P = P_floor (1 - L h / T)^(g M / (R L)) with T the temperature of the air, in place
-of the 288.15 K of the International Standard Atmosphere (ISA). The air in a room at 25 degC is lighter than
-the ISA's at 15 degC: over a stairwell of 20 m its pressure falls 3.4 % less. The lab's altitude formula uses
-the temperature in the same way. The ISA only gives the pressure at the floor, since the formula's reference
-height is the sea. Source: U.S. Standard Atmosphere 1976, equation 33a, table 2.
+Decision: air pressure is P = P_floor (1 - L h / T)^(g M / (R L)) with T the temperature of the air, because
+288.15 K is wrong for a room. Source: U.S. Standard Atmosphere 1976, equation 33a, table 2.
 """
 
 from __future__ import annotations
@@ -28,7 +25,7 @@ from fcu_emulator.emulator.world.hand import Grip
 from fcu_emulator.emulator.world.height import Height, RestSegment, Shake
 from fcu_emulator.emulator.world.magnetism import HeldMagnet, Magnet, ned_to_nwu_mgauss
 from fcu_emulator.emulator.world.motors import Motors
-from fcu_emulator.emulator.world.track import Agitation, Array, Constant, Overlays, Track
+from fcu_emulator.emulator.world.track import Agitation, Array, Constant, Overlays, Spans, Track
 from fcu_emulator.emulator.world.warmth import Warmth
 
 # -- Air pressure over the room's floor ---------------------------------------------------------------------
@@ -42,12 +39,12 @@ EXPONENT = 9.80665 * 0.0289644 / (8.31432 * LAPSE_K_M)  # g M / (R L) = 5.25588;
 
 
 def isa_pressure_hpa(altitude_m: float) -> float:
-    """Return the standard atmosphere's pressure at ``altitude_m`` above the sea."""
+    """Return the standard atmosphere's pressure at this altitude above the sea."""
     return float(SEA_LEVEL_HPA * (1.0 - LAPSE_K_M * altitude_m / SEA_LEVEL_K) ** EXPONENT)
 
 
 def pressure_ratio(height_m: Array, temperature_degc: Array) -> Array:
-    """Return the ratio of the pressure at ``height_m`` to that at the floor, in air of this temperature; (N,)."""
+    """Return the pressure at ``height_m`` (N,) relative to the floor."""
     return (1.0 - LAPSE_K_M * height_m / (temperature_degc + ZERO_CELSIUS_K)) ** EXPONENT
 
 
@@ -58,6 +55,9 @@ STANDARD_GRAVITY = 9.80665  # m/s2 in one g
 ZURICH_FIELD_UT = (21.5, 0.0, 43.0)  # the World Magnetic Model at Zurich, rounded, turned to north
 ROOM_DEGC = 25.0
 ROOM_PERCENT = 45.0
+HISTORY_CHANGES = 65_536  # of one quantity, about 1.2 kB each: 20 minutes of a hand at 50 commands per second
+KEPT_S = 60.0  # kept in any case: the filters of the sensors need it
+RECENT_S = 5.0  # changes of the last seconds are searched one by one
 UP = np.array([0.0, 0.0, 1.0])
 NOTHING = np.zeros((1, 3))
 HALF_TURN_DEG = 180.0
@@ -71,15 +71,12 @@ QUANTITIES = {
     "temperature_degc": "warmth",
     "relative_humidity_percent": "humidity",
 }
-"""The quantities that sensors declare, and the corresponding signals of the world."""
+"""The quantities that sensors declare, and their signals of the world."""
 Disturbance = Constant | Magnet
 
 
 class Truth:
-    """The state over time, and the derived signals; ``t_s`` is (N,) seconds in any order.
-
-    The room's floor lies ``floor_altitude_m`` above the sea.
-    """
+    """The state over time and the derived signals; ``t_s`` is (N,) seconds, vectors are (N, 3) in board axes."""
 
     def __init__(self, floor_altitude_m: float) -> None:
         floor_hpa = isa_pressure_hpa(limits.ALTITUDE.check("floor_altitude_m", floor_altitude_m))
@@ -122,10 +119,9 @@ class Truth:
         return matrix_to_euler(self.rotation(t_s))
 
     def compass_deg(self, t_s: npt.ArrayLike) -> Array:
-        """Return roll, pitch, and a compass's yaw from magnetic north, (N, 3), as `attitude_deg`.
+        """Return roll, pitch, and yaw from magnetic north, (N, 3), as `attitude_deg`.
 
-        Magnetic north is the direction of the horizontal part of the Earth's field, without disturbances,
-        which deceive a compass. Without a horizontal part it is the frame's north.
+        Magnetic north ignores disturbances; for a vertical field it is the frame's north.
         """
         compass = self.attitude_deg(t_s)
         earth = _sampled(lambda t: self._earth.evaluate(t, Constant.value), t_s)
@@ -134,47 +130,41 @@ class Truth:
         return compass
 
     def specific_force_g(self, t_s: npt.ArrayLike) -> Array:
-        """Return the signal of an ideal accelerometer, board axes, (N, 3) in g of 9.80665 m/s2."""
+        """Return an ideal accelerometer's signal in g of 9.80665 m/s2."""
         return self._signal("acc", t_s)
 
     def linear_acceleration_g(self, t_s: npt.ArrayLike) -> Array:
-        """Return the magnitude of the board's acceleration without gravity, (N,) in g of 9.80665 m/s2.
-
-        For a recorded specific force only the modulus is used: its difference from gravity.
-        """
+        """Return the board's acceleration without gravity, (N,) in g; for a recording, the difference of the moduli."""
         return _sampled(lambda t: self._signals["acc"].evaluate(t, self._linear_g), t_s)
 
     def angular_rate_dps(self, t_s: npt.ArrayLike) -> Array:
-        """Return the signal of an ideal gyroscope, board axes, (N, 3) deg/s."""
+        """Return an ideal gyroscope's signal."""
         return self._signal("gyro", t_s)
 
     def magnetic_field_mgauss(self, t_s: npt.ArrayLike) -> Array:
-        """Return the signal of an ideal magnetometer, board axes, (N, 3): soft iron @ R^T field + own fields."""
+        """Return an ideal magnetometer's signal: soft iron @ R^T field + own fields."""
         return self._signal("mag", t_s)
 
     def pressure_hpa(self, t_s: npt.ArrayLike) -> Array:
-        """Return the air pressure at the board, (N,)."""
+        """Return the air pressure at the board."""
         return self._signal("pressure", t_s)
 
     def temperature_degc(self, t_s: npt.ArrayLike) -> Array:
-        """Return the air temperature, (N,), the same at every height."""
+        """Return the air temperature, the same at every height."""
         return self._signal("temperature", t_s)
 
     def board_temperature_degc(self, t_s: npt.ArrayLike) -> Array:
-        """Return the signal of an ideal thermometer on the board, (N,)."""
+        """Return an ideal thermometer's signal on the board."""
         return self._signal("warmth", t_s)
 
     def relative_humidity_percent(self, t_s: npt.ArrayLike) -> Array:
-        """Return the relative humidity of the air, (N,); no other signal depends on it."""
         return self._signal("humidity", t_s)
 
     def sensed(self, quantity: str, *, one_row: bool = False, heating: float = 0.0) -> Sensed:
-        """Return a sensor's input by the name of the quantity (:data:`QUANTITIES`), in the board's axes.
+        """Return a sensor's input, a quantity in :data:`QUANTITIES`, in board axes.
 
-        The result has one row for each of the times (N,). With ``one_row``, for callers at 6,664 Hz, it has a
-        single row if all are equal, and the caller must not change it. ``heating``: share of the board's
-        heating added to a temperature at the sensor's place. Raises InputError for a quantity that the world
-        does not have.
+        ``one_row``: return a single row, not to be changed, if all are equal. ``heating``: share of the
+        board's heating. Raises InputError for an unknown quantity.
         """
         if quantity not in QUANTITIES:
             raise InputError(f"unknown quantity {quantity!r}; known: {', '.join(QUANTITIES)}")
@@ -183,11 +173,11 @@ class Truth:
         return Sensed(self._signals[name], self._agitation[name], one_row, value_of)
 
     def altitude_m(self, t_s: npt.ArrayLike) -> Array:
-        """Return the height above the room's floor, (N,)."""
+        """Return the height above the room's floor."""
         return _sampled(self._altitude_m, t_s)
 
     def magnet(self, t_s: float) -> tuple[float, float, float, float] | None:
-        """Return the hand-held magnet or None: moment in A m2; metres north, west, up of the board."""
+        """Return the hand-held magnet, if any: moment in A m2; metres north, west, up of the board."""
         magnet = self._magnet.at(t_s)
         if magnet is None:
             return None
@@ -195,7 +185,7 @@ class Truth:
         return magnet.moment_am2, north, west, up
 
     def rests(self, from_s: float, to_s: float) -> bool:
-        """Return whether nothing changes from ``from_s`` to ``to_s``; False if the past is not known any more."""
+        """Return whether nothing changes between these times; False if forgotten."""
         return (
             from_s >= self._forgotten_s
             and self._heating.settled(from_s)
@@ -204,18 +194,24 @@ class Truth:
         )
 
     def hard_iron_mgauss(self, t_s: npt.ArrayLike) -> Array:
-        """Return the board's own field at the magnetometer, board axes, (N, 3)."""
+        """Return the board's own field at the magnetometer."""
         return _sampled(lambda t: self._hard_iron.evaluate(t, Constant.value), t_s)
 
     def _restore_laws(self, start_s: float, names: Iterable[str]) -> None:
-        """Restore the world's laws for recorded signals."""
         for name in names:
             if self._signals[name].last is not self._laws[name]:
                 self._signals[name].plan(start_s, self._laws[name])
 
-    def _forget(self, before_s: float) -> None:
-        """Drop the past, so that millions of live changes take no memory."""
-        self._forgotten_s = max(self._forgotten_s, before_s)
+    def _bound_history(self, now_s: float) -> None:
+        """Drop the older half of the history when one quantity has changed more than `HISTORY_CHANGES` times."""
+        spans: tuple[Spans[Any], ...] = (
+            self._shakes,
+            self._puffs,
+            self._disturbances,
+            *self._agitation.values(),
+        )
+        for events in spans:
+            events.settle(now_s - RECENT_S)
         tracks: tuple[Track[Any], ...] = (
             self._attitude,
             self._height,
@@ -230,16 +226,16 @@ class Truth:
             self._temperature,
             self._lag,
             self._humidity,
+            *self._signals.values(),
         )
-        for track in tracks:
-            track.forget(before_s)
-        for signal in self._signals.values():
-            signal.forget(before_s)
-        for agitation in self._agitation.values():
-            agitation.forget(before_s)
-        self._shakes.forget(before_s)
-        self._puffs.forget(before_s)
-        self._disturbances.forget(before_s)
+        histories: tuple[Track[Any] | Spans[Any], ...] = (*tracks, *spans)
+        longest = max(histories, key=len)
+        before_s = min(longest.middle_s, now_s - KEPT_S)
+        if len(longest) <= HISTORY_CHANGES or before_s <= self._forgotten_s:
+            return
+        self._forgotten_s = before_s
+        for history in histories:
+            history.forget(before_s)
 
     def _signal(self, name: str, t_s: npt.ArrayLike) -> Array:
         return _sampled(lambda t: self._signals[name].evaluate(t, _of_signal), t_s)
@@ -259,13 +255,11 @@ class Truth:
         return steady if grip is None else grip.rate_dps(steady, t_s)
 
     def _motion_m_s2(self, t_s: Array) -> Array:
-        """Return the acceleration along the world's axes, (N, 3), without contributions fixed to the board."""
         lift = self._height.evaluate(t_s, lambda piece, t: piece.acceleration_m_s2(t))
         total: Array = self._shakes.total(t_s, Shake.acceleration_m_s2) + lift[:, np.newaxis] * UP
         return total
 
     def _carried_in(self, grip: Grip | None, t_s: Array) -> Array:
-        """Return the acceleration added by a grip, board axes, (N, 3)."""
         if grip is None:
             return NOTHING
         rate = self._attitude.evaluate(t_s, lambda piece, t: piece.rate_dps(t))
@@ -273,7 +267,6 @@ class Truth:
         return grip.carried_m_s2(rate, faster, t_s)
 
     def _on_board_m_s2(self, t_s: Array) -> Array:
-        """Return the acceleration by a hand's turning and by motors, board axes, (N, 3)."""
         carried = self._grip.evaluate(t_s, self._carried_in)
         return carried + self._motors.evaluate(t_s, _shaken_by)
 
@@ -283,7 +276,6 @@ class Truth:
         return felt / STANDARD_GRAVITY
 
     def _linear_g(self, signal: Signal, t_s: Array) -> Array:
-        """Return the linear acceleration of one piece of the specific force's track."""
         if signal == self._laws["acc"]:
             motion = to_board(self._rotation(t_s), self._motion_m_s2(t_s))
             motion = motion + self._on_board_m_s2(t_s)
@@ -307,7 +299,6 @@ class Truth:
         return height + rise + self._shakes.total(t_s, Shake.displacement_m)[:, 2]
 
     def _rise_in(self, grip: Grip | None, t_s: Array) -> Array:
-        """Return the height added by turning about the wrist, (N,)."""
         return NOTHING[:, 0] if grip is None else grip.rise_m(self._rotation_in(grip, t_s))
 
     def _pressure_hpa(self, t_s: Array) -> Array:
@@ -323,7 +314,6 @@ class Truth:
         return self._temperature_degc(t_s) + self._heating.value(t_s) + lag
 
     def _warmed(self, more: float, signal: Signal, t_s: Array) -> Array:
-        """Return the temperature plus a part of the heating; a recorded one unchanged."""
         degc = signal(t_s)
         return degc + more * self._heating.value(t_s) if signal == self._laws["warmth"] else degc
 
@@ -336,10 +326,7 @@ def _of_signal(signal: Signal, t_s: Array) -> Array:
 
 
 class Sensed:
-    """One quantity at a sensor's input: its values by time, and the intervals of fast motion.
-
-    Before power-on the world has its state at power-on, because filters need earlier values.
-    """
+    """One quantity at a sensor's input; before power-on it has its state at power-on."""
 
     def __init__(
         self,
@@ -353,12 +340,11 @@ class Sensed:
         self._value_of, self._turned = value_of, turned
 
     def turned(self, mounting: npt.ArrayLike) -> Sensed:
-        """Return the same vector in a sensor's axes: ``mounting`` (3, 3) times the board's."""
+        """Return the vector in a sensor's axes; ``mounting`` is (3, 3)."""
         turned = np.asarray(mounting, dtype=np.float64).T
         return Sensed(self._track, self._agitation, self._one_row, self._value_of, turned)
 
     def __call__(self, t_s: Array) -> Array:
-        """Return values at ``t_s`` (N,): N rows, or with ``one_row`` a single one if all are equal."""
         values = self._track.evaluate(np.maximum(t_s, 0.0), self._value_of)
         if not self._one_row:
             values = _rows(values, t_s.size)
@@ -366,7 +352,7 @@ class Sensed:
 
     def agitated(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
         """Return the intervals in which it jumps, or moves from rest to rest in less than ``pace_s``."""
-        return self._agitation.between(from_s, to_s, pace_s)
+        return self._agitation.faster(from_s, to_s, pace_s)
 
 
 def _shaken_by(motors: Motors | None, t_s: Array) -> Array:
@@ -382,11 +368,10 @@ def _field_of(magnet: HeldMagnet | None, t_s: Array) -> Array:
 
 
 def _sampled(signal: Signal, t_s: npt.ArrayLike) -> Array:
-    """Return the signal at ``t_s``, a constant's single row repeated, in a new array."""
+    """Return one row for each time, in a new array."""
     times = np.atleast_1d(np.asarray(t_s, dtype=np.float64))
     return _rows(signal(times), times.size)
 
 
 def _rows(values: Array, count: int) -> Array:
-    """Return values with a constant's single row repeated, in a new array."""
     return values.repeat(count, axis=0) if len(values) == 1 else values.copy()

@@ -1,8 +1,7 @@
-"""The world as used by scenarios, the web page and tests: truth, motions, and live setters.
+"""The world for scenarios, the web page and tests: truth, motions, and live setters.
 
-``start_s`` of a motion, of the board or of a magnet, is virtual time (None: now), not in the past. The motion
-starts from the state at that time, discards later plans for the same quantity, and returns its end time. Plan
-in order of time. Shakes and magnetic disturbances add up and discard nothing.
+A motion starts at ``start_s`` of virtual time (None: now), discards later plans for the same quantity, and
+returns its end time. Shakes and magnetic disturbances add up.
 """
 
 from __future__ import annotations
@@ -49,7 +48,6 @@ from fcu_emulator.emulator.world.truth import STANDARD_GRAVITY, Disturbance, Tru
 from fcu_emulator.emulator.world.warmth import Warmth
 
 NOW_TOLERANCE_S = 1e-9  # now comes from integer picoseconds: the same instant may differ in the last bit
-HISTORY_S = 5.0  # length of the kept history; sensors evaluate from about now on
 ZURICH_ALTITUDE_M = 408.0
 EULER_AXES = ("roll", "pitch", "yaw")
 TIME_CONSTANT_S = 0.1  # of a followed hand
@@ -60,8 +58,8 @@ SHAKE_DIRECTIONS = {"north": (1.0, 0.0, 0.0), "west": (0.0, 1.0, 0.0), "up": (0.
 class World(Truth):
     """One truth for all sensors; the present is the time of ``clock``, or power-on without a clock.
 
-    It begins flat and still on the room's floor, board X to the north, in the air and the field of Zurich. A
-    setter acts now, as a jump, and discards plans for the same quantity. Invalid values raise `InputError`.
+    It begins flat and still on the floor, board X to the north, in the air and field of Zurich. A setter acts
+    now, as a jump. Invalid values raise `InputError`.
     """
 
     def __init__(self, clock: Clock | None = None, floor_altitude_m: float = ZURICH_ALTITUDE_M) -> None:
@@ -76,24 +74,24 @@ class World(Truth):
     # -- setters --------------------------------------------------------------------------------------------
 
     def set_attitude(self, roll_deg: float, pitch_deg: float, yaw_deg: float) -> None:
-        """Set another attitude of the board, without an angular rate in between."""
+        """Set the attitude, without an angular rate in between."""
         self._plan_attitude((self._clock.now_s, Held(limits.attitude(roll_deg, pitch_deg, yaw_deg))))
 
     def set_altitude(self, metres: float) -> None:
-        """Put the board ``metres`` above the floor, without acceleration; a shake continues around it."""
+        """Put the board ``metres`` above the floor, without acceleration."""
         now = self._clock.now_s
         rest_m = limits.ALTITUDE.check("metres", metres) - self._rise_at(now)
         self._plan_height((now, RestSegment(rest_m)))
 
     def set_pressure(self, hpa: float) -> None:
-        """Set the pressure at the board's present altitude to ``hpa``: the pressure at the floor changes."""
+        """Set the pressure at the board's altitude, by changing it at the floor."""
         here = limits.PRESSURE.check("hpa", hpa)
         now = np.array([self._clock.now_s])
         ratio = pressure_ratio(self._altitude_m(now), self._temperature_degc(now))[0]
         self._set(self._floor_pressure, here / ratio, "pressure")
 
     def set_temperature(self, degc: float) -> None:
-        """Set the temperature of the air; the pressure at the floor stays, the board follows slowly."""
+        """Set the air temperature; the board follows slowly."""
         now_degc = limits.TEMPERATURE.check("degc", degc)
         now = self._clock.now_s
         if now > 0.0:  # the initial state has existed for a long time
@@ -102,7 +100,7 @@ class World(Truth):
         self._set(self._temperature, now_degc, "temperature", "warmth")
 
     def warm_up(self, heating_degc: float, time_constant_s: float, powered_for_s: float = math.inf) -> None:
-        """Set the board's heating (:mod:`fcu_emulator.emulator.world.warmth`), and the time since power-on."""
+        """Set the board's heating (:mod:`fcu_emulator.emulator.world.warmth`) and the time since power-on."""
         excess_degc = -heating_degc if time_constant_s else 0.0
         self._heating = Warmth(heating_degc, excess_degc, time_constant_s, -powered_for_s)
         self._lag = Track(Warmth(time_constant_s=time_constant_s))
@@ -112,17 +110,17 @@ class World(Truth):
         self._set(self._humidity, limits.HUMIDITY.check("percent", percent), "humidity")
 
     def set_magnetic_field(self, north_ut: float, east_ut: float, down_ut: float) -> None:
-        """Set the Earth's field, NED; disturbances are still added to it."""
+        """Set the Earth's field, NED; disturbances are still added."""
         self._set(self._earth, ned_to_nwu_mgauss(north_ut, east_ut, down_ut), "mag")
 
     def set_hard_iron(self, x_mgauss: float, y_mgauss: float, z_mgauss: float) -> None:
-        """Set the board's own field at the magnetometer, board axes."""
+        """Set the board's own magnetic field, board axes."""
         named = (("x_mgauss", x_mgauss), ("y_mgauss", y_mgauss), ("z_mgauss", z_mgauss))
         self._set(self._hard_iron, [limits.IRON.check(name, value) for name, value in named], "mag")
 
     def set_soft_iron(self, matrix: npt.ArrayLike) -> None:
-        """Set the 3 x 3 matrix by which iron on the board distorts the outer field, board axes."""
-        # Unconverted, so that the check below can name an entry that is not a number.
+        """Set the 3 x 3 matrix that distorts the outer field, board axes."""
+        # Unconverted, so that the check can name an entry that is not a number.
         rows = np.asarray(matrix, dtype=object)
         if rows.shape != (3, 3):
             raise InputError(
@@ -132,12 +130,12 @@ class World(Truth):
         self._set(self._soft_iron, checked, "mag")
 
     def set_iron(self, hard_mgauss: npt.ArrayLike, soft: npt.ArrayLike) -> None:
-        """Set hard and soft iron together."""
+        """Set hard (3,) and soft (3, 3) iron together."""
         self.set_hard_iron(*np.asarray(hard_mgauss).tolist())
         self.set_soft_iron(soft)
 
     def set_gravity(self, m_s2: float) -> None:
-        """Set gravity (standard: 9.80665 m/s2); a running free fall keeps its value."""
+        """Set gravity; a running free fall keeps its value."""
         self._set(self._gravity, limits.GRAVITY.check("m_s2", m_s2), "acc")
 
     # -- following a hand -----------------------------------------------------------------------------------
@@ -150,11 +148,7 @@ class World(Truth):
         time_constant_s: float = TIME_CONSTANT_S,
         start_s: float | None = None,
     ) -> float:
-        """Turn towards an attitude that may be replaced at any time, as by a hand or a mouse.
-
-        Rate and angular acceleration are continuous over all commands, the rate also from any other motion.
-        With frequent commands a steady hand is followed within ``time_constant_s`` (module ``world.follow``).
-        """
+        """Turn towards an attitude that may be replaced at any time, with a lag of ``time_constant_s``."""
         target_deg = limits.attitude(roll_deg, pitch_deg, yaw_deg)
         time_constant = limits.TIME_CONSTANT.check("time_constant_s", time_constant_s)
         start = self._start(start_s)
@@ -171,7 +165,7 @@ class World(Truth):
     def follow_altitude(
         self, metres: float, time_constant_s: float = TIME_CONSTANT_S, start_s: float | None = None
     ) -> float:
-        """Rise or sink towards ``metres`` above the floor, with a continuous acceleration, as `follow_attitude`."""
+        """Rise or sink towards ``metres`` above the floor, as `follow_attitude`."""
         target_m = limits.ALTITUDE.check("metres", metres)
         time_constant = limits.TIME_CONSTANT.check("time_constant_s", time_constant_s)
         start = self._start(start_s)
@@ -190,11 +184,7 @@ class World(Truth):
         time_constant_s: float = TIME_CONSTANT_S,
         start_s: float | None = None,
     ) -> float:
-        """Move a hand-held magnet to a position relative to the board, as `follow_attitude`.
-
-        Its moment points west, as that of :meth:`pass_magnet`; another ``moment_am2`` is another magnet. It
-        starts at its first position. Lifting the board lifts the magnet with it.
-        """
+        """Move a hand-held magnet, which points west, to a position relative to the board, as `follow_attitude`."""
         named = (("north_m", north_m), ("west_m", west_m), ("up_m", up_m))
         place = np.array([limits.PLACE.check(name, value) for name, value in named])
         limits.DISTANCE.check("distance of the magnet from the board", float(np.linalg.norm(place)))
@@ -232,12 +222,10 @@ class World(Truth):
         tremor_hz: float = TREMOR_HZ,
         start_s: float | None = None,
     ) -> float:
-        """Hold the board in a hand from now on: all turning is about its wrist, with a tremor.
+        """Hold the board in a hand: all turning is about its wrist, with a tremor.
 
-        ``wrist_m`` (3,): position of the wrist or elbow, board axes. ``tremor_mg``: peak tremor at the back
-        of the hand, 0 for none (:mod:`fcu_emulator.emulator.world.hand`). Lifting the board moves the hand;
-        turning adds to the height. The arcs of a recorded attitude have constant rates, so only their
-        centripetal acceleration is felt.
+        ``wrist_m`` (3,): position of the wrist or elbow, board axes. ``tremor_mg``: peak at the back of the
+        hand, 0 for none.
         """
         arm = np.asarray(wrist_m, dtype=object)
         if arm.shape != (3,):
@@ -257,14 +245,13 @@ class World(Truth):
         return start
 
     def put_down(self, start_s: float | None = None) -> float:
-        """Let the board rest at its present height, without a hand; a turn in progress continues."""
+        """Let the board rest at its height, without a hand."""
         start = self._start(start_s)
         self._let_go(start)
         self._changed(start, (*TURNED_SIGNALS, "pressure"))
         return start
 
     def _let_go(self, start_s: float) -> None:
-        """Make the height track the board's height again, and discard planned grips."""
         rise_m, grip = self._rise_at(start_s), self._grip.at(start_s)
         if grip is not None:
             self._plan_height((start_s, RestSegment(self._height_at(start_s) + rise_m)))
@@ -281,16 +268,12 @@ class World(Truth):
 
     @property
     def throttle(self) -> tuple[float, ...]:
-        """Present share of the full voltage of each motor."""
+        """Present share of the full voltage, by motor."""
         running = self._motors.at(self._clock.now_s)
         return (0.0,) * MOTORS if running is None else tuple(running.throttle.tolist())
 
     def run_motors(self, throttle: float | Sequence[float], start_s: float | None = None) -> float:
-        """Run the four motors at this share of the full voltage, 0 to 1: one value for all, or four.
-
-        They shake the board and add the field of their current (:mod:`fcu_emulator.emulator.world.motors`); 0
-        stops them.
-        """
+        """Run the motors at this share of the full voltage, 0 to 1: one value, or four; 0 stops them."""
         each = [throttle] * MOTORS if isinstance(throttle, int | float) else list(throttle)
         if len(each) != MOTORS:
             raise InputError(f"throttle must be one number from 0 to 1, or {MOTORS}, not {throttle!r}")
@@ -319,7 +302,7 @@ class World(Truth):
         duration_s: float,
         start_s: float | None = None,
     ) -> float:
-        """Turn by the shortest arc, about one fixed axis, as a hand does (minimum jerk)."""
+        """Turn by the shortest arc, as a hand does (minimum jerk)."""
         end_deg = limits.attitude(roll_deg, pitch_deg, yaw_deg)
         start, end = self._span(start_s, duration_s)
         target = euler_to_matrix(end_deg[np.newaxis])[0]
@@ -334,7 +317,7 @@ class World(Truth):
         start_s: float | None = None,
         profile: Literal["linear", "minimum_jerk"] = "linear",
     ) -> float:
-        """Change one Euler angle from its last commanded value to ``to_deg``: for tilts, and turns of more than 180."""
+        """Change one Euler angle to ``to_deg``, also by more than 180 degrees."""
         if axis not in EULER_AXES:
             raise InputError(f"axis must be one of {', '.join(EULER_AXES)}, not {axis!r}", kind="choice")
         if profile not in ("linear", "minimum_jerk"):
@@ -355,8 +338,7 @@ class World(Truth):
     ) -> float:
         """Draw the calibration's figure-of-eight ``turns`` times, back to the start.
 
-        Along the field, a calibration finds the hard iron exactly. A hand does not know the field; its
-        calibration is nearly exact after two turns (:mod:`fcu_emulator.emulator.world.attitude`).
+        By "field", the calibration is exact; by "hand", nearly so after two turns.
         """
         if limits.TURNS.check("turns", turns) % 1.0:
             raise InputError(f"turns must be a whole number, not {turns!r}", kind="not_whole")
@@ -371,14 +353,14 @@ class World(Truth):
         return self._plan_attitude(*figure_eights(start, end - start, int(turns), first, field), last)
 
     def turn_over(self, duration_s: float, start_s: float | None = None) -> float:
-        """Turn by half a turn about the board's own X axis, as to see its underside (minimum jerk)."""
+        """Turn by half a turn about the board's X axis (minimum jerk)."""
         start, end = self._span(start_s, duration_s)
         turn = Turn(self._rotation_at(start), X, np.pi, MinimumJerk(start, end - start))
         end_deg = matrix_to_euler(turn.rotation(np.array([end])))[0]
         return self._plan_attitude((start, turn), (end, Held(end_deg)))
 
     def lift(self, metres: float, duration_s: float, start_s: float | None = None) -> float:
-        """Raise the board by ``metres`` (negative: lower it), from rest to rest (minimum jerk)."""
+        """Raise the board by ``metres`` (negative: lower), from rest to rest."""
         start, end = self._span(start_s, duration_s)
         from_m = self._height_at(start)
         way_m = limits.ALTITUDE.check("metres", metres)
@@ -387,10 +369,7 @@ class World(Truth):
         return self._plan_height((start, lift), (end, RestSegment(to_m)))
 
     def free_fall(self, duration_s: float, catch_s: float = 0.05, start_s: float | None = None) -> float:
-        """Drop the board from rest for ``duration_s``, then stop it with constant deceleration in ``catch_s``.
-
-        The board ends lower, below the room's floor if it was not lifted before.
-        """
+        """Drop the board from rest for ``duration_s``, then stop it in ``catch_s``, perhaps below the floor."""
         start, caught = self._span(start_s, duration_s)
         catch = limits.DURATION.check("catch_s", catch_s)
         gravity = float(self._gravity.at(start).value(np.array([start]))[0])
@@ -409,10 +388,7 @@ class World(Truth):
         duration_s: float,
         start_s: float | None = None,
     ) -> float:
-        """Accelerate by ``amplitude_g`` cos(2 pi f t) along a world axis; "up" moves the altitude too.
-
-        It stops after the last whole period within ``duration_s``, at rest at its start.
-        """
+        """Accelerate by ``amplitude_g`` cos(2 pi f t) along a world axis, for the whole periods in ``duration_s``."""
         if axis not in SHAKE_DIRECTIONS:
             raise InputError(
                 f"axis must be one of {', '.join(SHAKE_DIRECTIONS)}, not {axis!r}", kind="choice"
@@ -442,14 +418,14 @@ class World(Truth):
         duration_s: float = 0.01,
         start_s: float | None = None,
     ) -> float:
-        """Tap with a fingertip along a world axis: one period of a shake, which ends at its start."""
+        """Tap along a world axis: one period of a shake."""
         duration = limits.DURATION.check("duration_s", duration_s)
         return self.shake(axis, amplitude_g, 1.0 / duration, duration, start_s)
 
     def disturb_field(
         self, north_ut: float, east_ut: float, down_ut: float, duration_s: float, start_s: float | None = None
     ) -> float:
-        """Add a constant field (NED) to the Earth's, as of a loudspeaker or a steel desk nearby."""
+        """Add a constant field (NED) to the Earth's."""
         disturbance = Constant(ned_to_nwu_mgauss(north_ut, east_ut, down_ut))
         start, end = self._span(start_s, duration_s)
         return self._disturb(start, end, disturbance)
@@ -457,10 +433,7 @@ class World(Truth):
     def pass_magnet(
         self, moment_am2: float, distance_m: float, speed_m_s: float, start_s: float | None = None
     ) -> float:
-        """Move a magnet past the board on a straight level line, ``distance_m`` to its east (see `Magnet`).
-
-        It comes and goes from beyond the reach of its field; the closest point is half way in time.
-        """
+        """Move a magnet past the board on a straight level line, ``distance_m`` to its east."""
         moment = limits.MOMENT.check("moment_am2", moment_am2)
         distance = limits.DISTANCE.check("distance_m", distance_m)
         speed = limits.SPEED.check("speed_m_s", speed_m_s)
@@ -471,9 +444,7 @@ class World(Truth):
     def replay(self, recording: Recording, start_s: float | None = None) -> float:
         """Replay a recording's signals, or follow its attitude, with its time 0 at ``start_s``.
 
-        The last row holds until the next motion or setter of the same signal. Signals without a column
-        continue: an attitude without ``alt_m`` turns the board at its place. Altitude is motion: its second
-        derivative is felt, from rest before the first row to rest after the last.
+        The last row holds until the next motion or setter of the same signal.
         """
         start = self._start(start_s)
         row_s = recording.t_s
@@ -495,7 +466,7 @@ class World(Truth):
     # -- the air --------------------------------------------------------------------------------------------
 
     def change_weather(self, change_hpa: float, duration_s: float, start_s: float | None = None) -> float:
-        """Change the pressure at the floor smoothly by ``change_hpa`` (negative: fall)."""
+        """Change the pressure at the floor smoothly (negative: fall)."""
         change = limits.PRESSURE_CHANGE.check("change_hpa", change_hpa)
         start, end = self._span(start_s, duration_s)
         from_hpa = float(self._floor_pressure.at(start).value(np.array([start]))[0])
@@ -508,7 +479,7 @@ class World(Truth):
         return end
 
     def blow(self, speed_m_s: float, duration_s: float, start_s: float | None = None) -> float:
-        """Let a gusty wind of this speed press on the windows (:mod:`fcu_emulator.emulator.world.air`)."""
+        """Let a gusty wind press on the windows."""
         speed = limits.WIND.check("speed_m_s", speed_m_s)
         start, end = self._span(start_s, duration_s)
         return self._puff(start, end, Wind(start, end, speed))
@@ -563,7 +534,6 @@ class World(Truth):
         return float(self._height.at(t_s).position_m(np.array([t_s]))[0])
 
     def _plan_attitude(self, *pieces: tuple[float, Attitude]) -> float:
-        """Plan (start, piece) in order; the last one is at rest, and its start is the returned end."""
         for start_s, piece in pieces:
             self._attitude.plan(start_s, piece)
         self._agitate(pieces, TURNED_SIGNALS)
@@ -578,7 +548,7 @@ class World(Truth):
         return pieces[-1][0]
 
     def _agitate(self, pieces: Sequence[tuple[float, Attitude | Height]], signals: Iterable[str]) -> None:
-        """Mark these signals as moved by these pieces; a piece may begin with a jump, unless it follows a hand."""
+        """Mark signals as moved by the pieces; only those that follow a hand begin without a jump."""
         for signal in signals:
             agitation = self._agitation[signal]
             for (start_s, piece), (end_s, _) in pairwise(pieces):
@@ -597,8 +567,8 @@ class World(Truth):
         return end_s
 
     def _changed(self, from_s: float, signals: Iterable[str]) -> None:
-        """Apply a change of ``signals``: end their recordings, drop the past, and call the observers."""
+        """Apply a change of ``signals``: end their recordings, and call the observers."""
         self._restore_laws(from_s, signals)
-        self._forget(self._clock.now_s - HISTORY_S)
+        self._bound_history(self._clock.now_s)
         for callback in self._listeners:
             callback(from_s)

@@ -1,8 +1,4 @@
-"""The lab's firmware in C for the real chip: its sources, and the ELF files built from them.
-
-``template`` is the students' starting point, ``solution`` all exercises; each is built for the sensors on
-I2C2 and on SPI2. Nothing here compiles or runs anything.
-"""
+"""The lab's firmware in C for the real chip: sources, and ELF files for the sensors on I2C2 and on SPI2."""
 
 from __future__ import annotations
 
@@ -13,7 +9,7 @@ BUSES = ("I2C2", "SPI2")
 
 
 def sources() -> Path:
-    """The folder with support/, template/ and scaffold/, and in a clone solution/."""
+    """Return the folder with support/, template/ and scaffold/, and in a clone solution/."""
     return Path(__file__).parent  # packages are always installed unpacked
 
 
@@ -32,7 +28,7 @@ _OF_LAB3 = {
 
 
 def template_of(title: str, boot_line: str = "Init...") -> str:
-    """Return the template's main.c for another lab than LAB3, with its title and the line after set-up."""
+    """Return the template's main.c for another lab."""
     _, text = (sources() / "template" / "main.c").read_text(encoding="utf-8").split("*/\n", 1)
     for of_lab3, general in {**_OF_LAB3, BOOT_LINE: boot_line}.items():
         text = text.replace(of_lab3, general)
@@ -40,7 +36,7 @@ def template_of(title: str, boot_line: str = "Init...") -> str:
 
 
 def prebuilt(program: str, bus: str = "I2C2") -> Path:
-    """The ELF file of one of ``PROGRAMS`` for one of ``BUSES``. Raises ValueError naming the known ones."""
+    """Return a program's ELF file for a bus. Raises ValueError."""
     if program not in PROGRAMS:
         raise ValueError(f"unknown firmware {program!r}; known: {', '.join(PROGRAMS)}")
     if bus not in BUSES:

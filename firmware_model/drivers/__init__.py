@@ -1,5 +1,4 @@
-"""Drivers of the three sensors, with separate register constants.
+"""Drivers of the three sensors.
 
-The constants are transcribed from the datasheets a second time on purpose: tests could not detect a wrong
-address that drivers and sensor models share.
+Register constants are transcribed again, because tests could not detect a wrong address shared with the models.
 """

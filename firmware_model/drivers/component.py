@@ -1,8 +1,7 @@
-"""Common functions of the three sensor drivers: status codes and the read-modify-write of a register.
+"""Common functions of the three drivers: status codes and register updates.
 
-Decision: a driver's set-up is a table of steps, in the order of ST's drivers (STSW-FCU001). ST has one C
-function per register field; a table shows the order at a glance and gives the same transactions. Each step is
-one read and one write, even if the field already has its value, because the board also does both.
+Decision: a driver's set-up is a table of steps, in the order of ST's drivers (STSW-FCU001). Each step is one read and
+one write, as on the board.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ Step = tuple[int, int, int]
 
 
 def update_register(hal: Hal, device: int, step: Step) -> int:
-    """Read-modify-write one field; returns COMPONENT_OK or COMPONENT_ERROR."""
+    """Read, modify and write one field; return COMPONENT_OK or COMPONENT_ERROR."""
     register, mask, value = step
     status, data = hal.HAL_I2C_Mem_Read(device, register, 1)
     if status != HAL_OK:
@@ -28,7 +27,7 @@ def update_register(hal: Hal, device: int, step: Step) -> int:
 
 
 def update_registers(hal: Hal, device: int, steps: Iterable[Step]) -> int:
-    """Apply the steps in order, up to the first that fails; returns COMPONENT_OK or COMPONENT_ERROR."""
+    """Apply the steps up to the first that fails."""
     for step in steps:
         if update_register(hal, device, step) != COMPONENT_OK:
             return COMPONENT_ERROR
@@ -36,12 +35,12 @@ def update_registers(hal: Hal, device: int, steps: Iterable[Step]) -> int:
 
 
 def write_register(hal: Hal, device: int, register: int, value: int) -> int:
-    """Write a whole register without reading it first; returns COMPONENT_OK or COMPONENT_ERROR."""
+    """Write a whole register without reading it first."""
     status = hal.HAL_I2C_Mem_Write(device, register, bytes((value,)))
     return COMPONENT_OK if status == HAL_OK else COMPONENT_ERROR
 
 
 def check_who_am_i(hal: Hal, device: int, register: int, expected: int) -> int:
-    """Read the identification register; COMPONENT_ERROR on a bus error or another sensor's answer."""
+    """Read the identity; COMPONENT_ERROR for a bus error or another sensor."""
     status, data = hal.HAL_I2C_Mem_Read(device, register, 1)
     return COMPONENT_OK if status == HAL_OK and data[0] == expected else COMPONENT_ERROR

@@ -1,4 +1,4 @@
-"""LIS2MDL magnetometer: set-up over I2C, in the order of ST's firmware package STSW-FCU001."""
+"""LIS2MDL magnetometer: set-up over I2C, in the order of ST's package STSW-FCU001."""
 
 from __future__ import annotations
 
@@ -55,6 +55,6 @@ def LIS2MDL_Enable(hal: Hal) -> int:
 
 
 def LIS2MDL_FlightSetup(hal: Hal) -> None:
-    """Set temperature compensation, 100 Hz, continuous; offset cancellation on. main.c ignores the status."""
+    """Set temperature compensation, 100 Hz, continuous mode and offset cancellation."""
     write_register(hal, LIS2MDL_ADDRESS, CFG_REG_A, CFG_REG_A_COMP_TEMP_100_HZ)
     write_register(hal, LIS2MDL_ADDRESS, CFG_REG_B, CFG_REG_B_OFF_CANC)

@@ -1,14 +1,9 @@
-"""LPS22HB barometer: set-up over I2C and the readings of one sample.
+"""LPS22HB barometer: set-up over I2C, in the order of ST's STSW-FCU001 without the steps for SPI, and readings.
 
-The order is that of the driver in ST's firmware package STSW-FCU001, without the steps for SPI: the SIM bit
-(3-wire SPI) and the call that disables I2C. CTRL_REG1 therefore ends at 32.
+Decision: the driver of the LPS22HB sets IF_ADD_INC in the transaction in which ST's driver clears it, for bursts.
 
-Decisions
-    The driver of the LPS22HB sets IF_ADD_INC in the transaction in which ST's driver clears it. ST's driver
-    reads byte by byte, the lab on I2C reads in bursts, and CTRL_REG2 ends at 10. ``LPS22HB_WaitForData`` is an
-    addition. ST's main.c reads its reference pressure some 10 ms after switching on a 25 Hz output, when the
-    sensor may not have converted yet and shows no pressure (758.4 hPa was seen on a real one). That cannot
-    be the floor level of 0 m. The wait is limited: a dead sensor must not stop the boot.
+Decision: ``LPS22HB_WaitForData`` is an addition. ST's main.c may read its reference pressure before the first
+conversion (758.4 hPa was seen).
 """
 
 from __future__ import annotations
@@ -62,7 +57,7 @@ _INIT: tuple[Step, ...] = (
 
 
 def LPS22HB_Init(hal: Hal) -> int:
-    """Reset, wait 1 s, identify and set the sensor up, powered down; COMPONENT_ERROR if it is absent."""
+    """Reset, wait 1 s, identify and set up, powered down; COMPONENT_ERROR if absent."""
     if update_register(hal, LPS22HB_ADDRESS, (CTRL_REG2, BOOT_SWRESET, BOOT_SWRESET)) != COMPONENT_OK:
         return COMPONENT_ERROR
     hal.HAL_Delay(RESET_TIME_MS)
@@ -72,7 +67,7 @@ def LPS22HB_Init(hal: Hal) -> int:
 
 
 def LPS22HB_Enable(hal: Hal) -> int:
-    """Start 25 Hz and read the setting back, as ST does; called for pressure, then for temperature."""
+    """Start 25 Hz and read the setting back, as ST does."""
     if update_register(hal, LPS22HB_ADDRESS, (CTRL_REG1, ODR, ODR_25_HZ)) != COMPONENT_OK:
         return COMPONENT_ERROR
     status, _ = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, CTRL_REG1, 1)
@@ -80,7 +75,7 @@ def LPS22HB_Enable(hal: Hal) -> int:
 
 
 def LPS22HB_WaitForData(hal: Hal) -> int:
-    """Wait for the first pressure and temperature; COMPONENT_ERROR after 100 ms or on a bus error."""
+    """Wait for the first sample; COMPONENT_ERROR after 100 ms or on a bus error."""
     for _ in range(FIRST_SAMPLE_TIMEOUT_MS):
         status, data = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, STATUS, 1)
         if status != HAL_OK:
@@ -92,15 +87,12 @@ def LPS22HB_WaitForData(hal: Hal) -> int:
 
 
 def pressure_hpa(raw: int) -> float:
-    """Return the pressure in hPa, a float32, from the 24-bit register: ``(float)((raw * 100) / 4096) / 100.0f``.
-
-    The int32 product cannot overflow: 2^23 * 100 is below 2^31.
-    """
+    """Return a 24-bit output in hPa (float32): ``(float)((raw * 100) / 4096) / 100.0f``."""
     return f32(int_divide(raw * 100, 4096) / 100.0)
 
 
 def temperature_degc(raw: int) -> float:
-    """Return the temperature in degC, a float32, from the 16-bit register: ``(float)((raw * 10) / 100) / 10.0f``."""
+    """Return a 16-bit output in degC (float32): ``(float)((raw * 10) / 100) / 10.0f``."""
     return f32(int_divide(raw * 10, 100) / 10.0)
 
 
@@ -110,12 +102,12 @@ def _pressure_of(data: bytes) -> float:
 
 
 def LPS22HB_Get_Press(hal: Hal, press: float) -> float:
-    """Return the pressure in hPa, a float32; the old value ``press`` if the read fails."""
+    """Return the pressure in hPa, or ``press`` if the read fails."""
     status, data = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, PRESS_OUT_XL, 3)
     return _pressure_of(data) if status == HAL_OK else press
 
 
 def LPS22HB_Get_Temp(hal: Hal, temperature: float) -> float:
-    """Return the temperature in degC, a float32; the old value ``temperature`` if the read fails."""
+    """Return the temperature in degC, or ``temperature`` if the read fails."""
     status, data = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, TEMP_OUT_L, 2)
     return temperature_degc(int.from_bytes(data, "little", signed=True)) if status == HAL_OK else temperature

@@ -1,8 +1,4 @@
-"""LSM6DSL accelerometer and gyroscope: set-up over I2C.
-
-The order is that of the driver in ST's firmware package STSW-FCU001, without the steps for SPI: the blind
-write of SIM (3-wire SPI) and the I2C_disable bit. CTRL3_C therefore ends at 44, CTRL4_C at 00.
-"""
+"""LSM6DSL accelerometer and gyroscope: set-up over I2C, in the order of ST's STSW-FCU001 without the steps for SPI."""
 
 from __future__ import annotations
 
@@ -32,7 +28,7 @@ OUTX_L_XL = 0x28
 WHO_AM_I_VALUE = 0x6A
 
 FIFO_MODE = 0x07
-ODR = 0xF0  # ODR_XL and ODR_G have the same place and codes up to 6.66 kHz
+ODR = 0xF0  # the same place and codes in ODR_XL and ODR_G
 FS = 0x0C
 BW0_XL = 0x01
 BDU = 0x40
@@ -77,34 +73,31 @@ _FLIGHT_SETUP: tuple[Step, ...] = (
 
 
 def LSM6DSL_X_Init(hal: Hal) -> int:
-    """Identify the sensor and set the accelerometer up, powered down; COMPONENT_ERROR if it is absent."""
+    """Identify and set up the accelerometer, powered down; COMPONENT_ERROR if absent."""
     if check_who_am_i(hal, LSM6DSL_ADDRESS, WHO_AM_I, WHO_AM_I_VALUE) != COMPONENT_OK:
         return COMPONENT_ERROR
     return update_registers(hal, LSM6DSL_ADDRESS, _X_INIT)
 
 
 def LSM6DSL_G_Init(hal: Hal) -> int:
-    """Identify the sensor again, as ST's driver does, and set the gyroscope up, powered down."""
+    """Identify again, as ST's driver does, and set up the gyroscope, powered down."""
     if check_who_am_i(hal, LSM6DSL_ADDRESS, WHO_AM_I, WHO_AM_I_VALUE) != COMPONENT_OK:
         return COMPONENT_ERROR
     return update_registers(hal, LSM6DSL_ADDRESS, _G_INIT)
 
 
 def LSM6DSL_X_Enable(hal: Hal) -> int:
-    """Start the accelerometer at the driver's default of 104 Hz."""
+    """Start the accelerometer at 104 Hz."""
     return update_register(hal, LSM6DSL_ADDRESS, (CTRL1_XL, ODR, ODR_104_HZ))
 
 
 def LSM6DSL_G_Enable(hal: Hal) -> int:
-    """Start the gyroscope at the driver's default of 104 Hz."""
+    """Start the gyroscope at 104 Hz."""
     return update_register(hal, LSM6DSL_ADDRESS, (CTRL2_G, ODR, ODR_104_HZ))
 
 
 def LSM6DSL_FlightSetup(hal: Hal) -> None:
-    """Set ODR, range and filters as main.c does: 6.66 kHz, 4 g, LPF2 at ODR/400; 416 Hz, 2000 dps.
-
-    Ends with CTRL1_XL A8, CTRL8_XL E0, CTRL6_C 01, CTRL2_G 6C. main.c ignores the status of these writes.
-    """
+    """Set 6.66 kHz, 4 g, LPF2 at ODR/400; 416 Hz, 2000 dps."""
     for step in _FLIGHT_SETUP:
         update_register(hal, LSM6DSL_ADDRESS, step)
     write_register(hal, LSM6DSL_ADDRESS, CTRL2_G, CTRL2_G_416_HZ_2000_DPS)

@@ -1,4 +1,4 @@
-"""The LIS2MDL as data: signals, bus, deviations, functions (datasheet DocID030621 Rev 3, AN5069 Rev 2)."""
+"""Declarations of the LIS2MDL: signals, bus, deviations, functions."""
 
 from __future__ import annotations
 
@@ -36,12 +36,9 @@ _TABLE_3 = "datasheet Table 3"
 
 @dataclass(frozen=True)
 class LIS2MDLErrors(PartErrors):
-    """Explicit numbers, axes in the sensor's own frame; the default is an ideal sensor.
+    """Deviations of a LIS2MDL, axes in the sensor's frame (datasheet Table 3).
 
-    Table 3 has a minimum and a maximum for offset and sensitivity, and typical values for their drift. No
-    document gives a figure for the offset removed by cancellation. Twice the remaining one (60 mgauss) is
-    assumed, so that missing cancellation is visible. Table 3 has no figure for the coupling between axes
-    either: 1 % is assumed, an axis tilted by 0.6 degrees.
+    Assumptions: 120 mgauss removed by cancellation, and 1 % coupling between axes.
     """
 
     PART: ClassVar[str] = "LIS2MDL"
@@ -72,7 +69,6 @@ class LIS2MDLErrors(PartErrors):
 
     @property
     def rate_factor(self) -> Fraction:
-        """Ratio of the sensor's true output data rates to the nominal ones."""
         return rate_factor(self.odr_percent)
 
 

@@ -1,20 +1,12 @@
 """The LIS2MDL's threshold interrupt and its pin INT/DRDY (datasheet 8.7 to 8.11; AN5069 6.3 and section 10).
 
-Every sample is compared with the threshold, axis by axis. IEL = 0: INT_SOURCE_REG shows the latest sample's
-comparison; IEL = 1: a crossing stays until the register is read, which clears all its bits. MROI (range
-overflow) stays until it is read in both cases. IEA is the active level of INT, in the register and on the
-pin: with IEA = 0 a 0 signals an interrupt.
-
 Decisions:
 
 * MROI needs IEN = 1 (AN5069 10.2); the datasheet calls it "always enabled".
-* the threshold has 16 bits, as the datasheet's Table 38 shows; AN5069 says 15. It is compared as an unsigned
-  number, so no int16 sample crosses 0x8000 and above.
-* INT signals crossings only: an overflowing axis crosses every smaller threshold anyway.
-* a changed interrupt setting acts from the next sample on. Exceptions: IEN = 0 clears everything at once, and
-  IEA changes the level at once.
-* with IEN = 0 and IEA = 0 bit INT reads 0, as every bit does after reset; read literally, IEA = 0 makes it 1.
-  No document decides it, so it is a setting (``idle_level``). The pin is inactive in both cases.
+* the threshold has 16 bits, as the datasheet's Table 38 shows, unsigned; AN5069 says 15.
+* INT signals crossings only, not MROI (range overflow).
+* a changed interrupt setting acts from the next sample on, IEN = 0 and IEA at once.
+* with IEN = 0 and IEA = 0 bit INT reads 0, as every bit does after reset, or ``idle_level``.
 """
 
 from __future__ import annotations
@@ -47,7 +39,7 @@ class InterruptSettings:
     active_level: int
     axes: tuple[bool, bool, bool]
     threshold: int  # counts
-    after_offset: bool  # compare the output, after subtraction of the hard-iron offset
+    after_offset: bool  # compare the output, after the hard-iron offset
 
     @classmethod
     def decode(cls, mem: bytearray) -> InterruptSettings:
@@ -66,9 +58,9 @@ class InterruptSettings:
         )
 
     def compare(self, compared: NDArray[np.int16], measured: NDArray[np.float64]) -> bytes:
-        """Return INT_SOURCE_REG without INT for each sample, one byte each.
+        """Return a byte of INT_SOURCE_REG without INT per sample.
 
-        ``compared``: counts, shape (3, n); ``measured``: counts before saturation at 16 bits, same shape.
+        ``compared``, ``measured``: counts (3, n), the latter before saturation.
         """
         axes, counts = np.array(self.axes), compared.astype(np.int64)
         source = (_ABOVE * axes) @ (counts > self.threshold) + (_BELOW * axes) @ (counts < -self.threshold)
@@ -79,10 +71,8 @@ class InterruptSettings:
 class InterruptGenerator:
     """Generator of INT_SOURCE_REG and the INT signal.
 
-    ``compared``: a stream of one byte per sample, as from ``InterruptSettings.compare``, in phase with the
-    output; it is read only while IEN = 1.
-    ``idle_level``: bit INT while IEN = 0 and IEA = 0.
-    ``edge``: called with each change of the INT signal by a sample, and its time.
+    ``compared``: bytes of ``InterruptSettings.compare``; ``idle_level``: bit INT while IEN = 0 and IEA = 0; ``edge``:
+    called at each change.
     """
 
     def __init__(
@@ -108,7 +98,6 @@ class InterruptGenerator:
         return self._source | self.level
 
     def configure(self, settings: InterruptSettings, now_ps: int) -> None:
-        """Decode the registers, which may have changed; work before ``now_ps`` is done."""
         if settings.on and not self.settings.on and now_ps >= self.compared.next_ps:
             self.compared.advance(now_ps)  # samples before IEN = 1 are not compared
         self.settings = settings
@@ -116,11 +105,10 @@ class InterruptGenerator:
             self._source = 0
 
     def after_reading_source(self) -> None:
-        """Clear latched flags after a read of INT_SOURCE_REG."""
+        """Clear latched flags after a read."""
         self._source &= 0 if self.settings.latched else _CROSSINGS
 
     def catch_up(self, now_ps: int) -> None:
-        """Process every sample available at ``now_ps``."""
         stream = self.compared
         if not self.settings.on or now_ps < stream.next_ps:
             return
@@ -132,7 +120,6 @@ class InterruptGenerator:
             self._edge(stream.time_ps(first + index), active if signals else 1 - active)
 
     def _take(self, sources: NDArray[np.uint8]) -> list[tuple[int, bool]]:
-        """Return the indices in ``sources`` at which the interrupt becomes active (True) or inactive (False)."""
         was = bool(self._source & _CROSSINGS)
         signals = (sources & _CROSSINGS) != 0
         everything = int(np.bitwise_or.reduce(sources))
@@ -151,14 +138,13 @@ Shown: TypeAlias = Literal["INT", "DRDY"]
 
 
 class IntDrdyPin:
-    """High impedance unless enabled; INT has priority over DRDY; in 4-wire SPI the pin is SDO without both."""
+    """The pin: INT before DRDY; high impedance without both, or in 4-wire SPI."""
 
     def __init__(self) -> None:
         self.pin = Pin("INT/DRDY", level=None)
         self.shows: Shown | None = None
 
     def configure(self, control: int, now_ps: int) -> None:
-        """Decode CFG_REG_C, which may have changed; ``drive`` follows for both signals."""
         self.shows = None
         if not control & CFG_REG_C.FOURWSPI.mask:
             if control & CFG_REG_C.INT_on_PIN.mask:
@@ -169,6 +155,5 @@ class IntDrdyPin:
             self.pin.drive(None, now_ps)
 
     def drive(self, signal: Shown, level: int, at_ps: int) -> None:
-        """Set the level of ``signal`` as of ``at_ps``; the pin follows if it shows the signal."""
         if self.shows == signal:
             self.pin.drive(level, at_ps)

@@ -1,27 +1,13 @@
 """The LIS2MDL's measurement: from magnetic field to counts (datasheet Table 3; AN5069 sections 3, 8 and 9).
 
-A measurement is the field, its mean over the conversion (``sensors.front_end``), plus or minus Hoff by the
-polarity of the last pulse, plus noise. In continuous mode OFF_CANC gives the mean of the last two, one of
-each polarity, so Hoff cancels. LPF is the same mean without a change of polarity.
+A measurement is the mean field, plus or minus Hoff by the last pulse, plus noise. OFF_CANC averages two polarities, so
+Hoff cancels; without it there are set pulses only, every 63 samples or on leaving idle.
 
-Decisions: LPF of the LIS2MDL is the mean of two measurements. Its shape is not documented. The mean of two
-has its -3 dB point at exactly ODR/4. It lowers white noise by the square root of two, as both LPF and
-OFF_CANC do in Table 3. Both together thus have the effect of one. A single measurement has no neighbour for a
-mean: LPF has no effect there, and with OFF_CANC and OFF_CANC_ONE_SHOT the polarity alternates and the host
-averages. OFF_CANC alone makes a single measurement longer (AN5069 Table 8) but does not remove Hoff.
-Averaging takes both measurements under the settings of the later one.
+Decisions: LPF of the LIS2MDL is the mean of two measurements. This has -3 dB at exactly ODR/4, and lowers noise as in
+Table 3. It has no effect on single measurements.
 
-Pulses (AN5069 section 8). A set pulse leaves the bridge with the offset +Hoff, a reset pulse with -Hoff,
-until the next pulse. With offset cancellation pulses alternate, one per measurement. Without it there are set
-pulses only: every 63 samples (Set_FREQ = 0) or only on leaving idle (Set_FREQ = 1).
-
-Decisions where the documents are silent: the 63 samples are counted from leaving idle, which is itself a
-pulse; alternation continues from the polarity of the last pulse. If cancellation is switched off during
-measurements, -Hoff may thus remain for up to 63 samples, and with Set_FREQ = 1 until the sensor has been
-idle. Offsets that strong fields leave behind until the next set pulse were rejected, because no document has
-a number for them.
-
-Thermometer (datasheet 8.16): 12 bits, sign-extended, one value with each sample.
+Decisions where the documents are silent: the 63 samples are counted from leaving idle, which is itself a pulse;
+alternation continues from the last polarity. Offsets left by strong fields are not modelled.
 """
 
 from __future__ import annotations
@@ -46,7 +32,7 @@ PULSE_EVERY: Final = 63
 
 
 class Pulses:
-    """The polarity of each measurement by its number, +1 after a set pulse and -1 after a reset pulse."""
+    """Polarity of measurements: +1 after a set pulse, -1 after a reset pulse."""
 
     def __init__(self) -> None:
         self.first = 0
@@ -57,18 +43,17 @@ class Pulses:
         self._periodic = True
 
     def configure(self, number: int, *, alternating: bool, periodic: bool) -> None:
-        """Alternate pulses from measurement ``number`` on, or set ``periodic`` set pulses, or none."""
         self._before = int(self.polarity(np.array([number - 1]))[0])
         self._from = number
         self._alternating = alternating
         self._periodic = periodic
 
     def leave_idle(self, number: int) -> None:
-        """Start counting at ``number``, the first measurement after idle; ``configure`` had the same number."""
+        """Count from ``number``, the first measurement after idle."""
         self.first = number
 
     def polarity(self, numbers: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return +1 or -1 for each of ``numbers``, all at or after the last one before ``configure``."""
+        """Return +1 or -1 for ``numbers``, not before ``configure``."""
         since = numbers - self._from
         if self._alternating:
             return self._before * (1 - 2 * ((since + 1) % 2))
@@ -78,7 +63,7 @@ class Pulses:
 
 
 MGAUSS_PER_LSB = 1.5
-SELF_TEST_MGAUSS = 150.0  # datasheet Table 3 allows +15 to +500 mgauss; one value inside, for every sensor
+SELF_TEST_MGAUSS = 150.0  # Table 3 allows +15 to +500 mgauss
 _CONTINUOUS: Final = 0  # CFG_REG_A.MD
 _ODR_HZ = (10, 20, 50, 100)
 _NOISE_FACTOR = {  # Table 3's RMS noise over 4.5 mgauss, by (low power, averaging)
@@ -105,7 +90,7 @@ class MagnetometerSettings:
 
     @classmethod
     def decode(cls, mem: bytearray, rate_factor: Fraction = Fraction(1)) -> MagnetometerSettings:
-        """Decode the settings from the registers; ``rate_factor``: true rates over nominal ones."""
+        """Decode the registers; ``rate_factor``: true over nominal rates."""
         config, filters = mem[CFG_REG_A.addr], mem[CFG_REG_B.addr]
         low_power = bool(config & CFG_REG_A.LP.mask)
         continuous = CFG_REG_A.MD.get(config) == _CONTINUOUS
@@ -128,7 +113,7 @@ class MagnetometerSettings:
 
 
 class Magnetometer:
-    """Produces blocks of samples; ``magnetic_field_mgauss`` in the sensor's axes."""
+    """Producer of samples; ``magnetic_field_mgauss`` in the sensor's axes."""
 
     def __init__(
         self,
@@ -156,7 +141,7 @@ class Magnetometer:
         self.interrupt = InterruptSettings.decode(mem)
 
     def configure(self, mem: bytearray, number: int) -> None:
-        """Decode the registers, which may have changed; sample ``number`` is the first under the new settings."""
+        """Decode the registers, from sample ``number`` on."""
         settings = self.settings = MagnetometerSettings.decode(mem, self._rate_factor)
         self.interrupt = InterruptSettings.decode(mem)
         self.pulses.configure(number, alternating=settings.alternating, periodic=settings.periodic_set)
@@ -166,19 +151,19 @@ class Magnetometer:
         return words(self._without_offset(self._measure(number, t_s)))
 
     def compare(self, number: int, t_s: Times) -> bytes:
-        """Return the samples' comparisons with the threshold: a byte each, INT_SOURCE_REG without INT."""
+        """Return a byte of INT_SOURCE_REG without INT per sample."""
         measured = np.rint(self._measure(number, t_s))
         compared = self._without_offset(measured) if self.interrupt.after_offset else measured
         return self.interrupt.compare(to_int16(compared), measured)
 
     def _without_offset(self, counts: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the measurement minus the hard-iron offset registers (AN5069 section 9)."""
+        """Subtract the hard-iron offset (AN5069 section 9)."""
         if not any(self.settings.offset_counts):
             return counts
         return to_int16(counts) - np.array(self.settings.offset_counts, dtype=np.float64).reshape(3, 1)
 
     def _measure(self, number: int, t_s: Times) -> NDArray[np.float64]:
-        """Return counts, neither rounded nor saturated, shape (3, n)."""
+        """Return counts, not rounded or saturated, shape (3, n)."""
         settings = self.settings
         numbers = np.arange(number, number + len(t_s))
         signal, sign = (
@@ -201,7 +186,7 @@ class Magnetometer:
         return field / MGAUSS_PER_LSB
 
     def _noise_of(self, number: int, count: int) -> NDArray[np.float64]:
-        """Return noise of unit variance; averaged samples share one measurement, and so noise, with the neighbour."""
+        """Return noise of unit variance; averaged neighbours share a measurement."""
         if not self.settings.averaging:
             return self._noise.block(number + 1, count)
         measured = self._noise.block(number, count + 1)
@@ -214,14 +199,13 @@ TEMPERATURE_COUNTS = 2048  # in both directions
 
 
 class MagnetometerTemperature:
-    """Produces blocks of samples; ``offset_degc`` is its error."""
+    """Producer of temperatures; ``offset_degc`` is its error."""
 
     def __init__(self, temperature_degc: Signal, offset_degc: float) -> None:
         self._temperature_degc = temperature_degc
         self._offset_degc = offset_degc
 
     def produce(self, number: int, t_s: Times) -> bytes:
-        """Return samples as little-endian int16."""
         del number
         counts = (self._temperature_degc(t_s) + self._offset_degc - ZERO_DEGC) / DEGC_PER_LSB
         return to_int16(counts.clip(-TEMPERATURE_COUNTS, TEMPERATURE_COUNTS - 1)).tobytes()

@@ -1,9 +1,8 @@
-"""The LIS2MDL's behaviour behind its registers (datasheet DocID030621 Rev 3; application note AN5069 Rev 2).
+"""The LIS2MDL's behaviour behind its registers.
 
-Decisions where the documents are silent: triggering a single measurement does not clear Zyxda (ST's own
-examples poll in such a loop); the per-axis flags are cleared by their own high byte; DRDY is high while Zyxda
-is set; the registers answer during REBOOT, because its bit must be readable, but not after power-on.
-Measuring with COMP_TEMP_EN = 0, which "must be 1" (datasheet 8.5), works and is noted.
+Decisions where the documents are silent: triggering a single measurement does not clear Zyxda (ST's own examples poll
+in such a loop); a per-axis flag is cleared by its high byte; registers answer during REBOOT, but not after power-on.
+Measuring with COMP_TEMP_EN = 0, which "must be 1" (datasheet 8.5), is noted.
 """
 
 from __future__ import annotations
@@ -49,10 +48,10 @@ _BURST_WRAP = {0x6D: 0x68}  # after Z a burst continues at X, never at the tempe
 
 
 class LIS2MDL(Part):
-    """Magnetometer with thermometer; ``magnetic_field_mgauss``: (n, 3) in the sensor's own axes.
+    """Magnetometer with thermometer; ``magnetic_field_mgauss``: (n, 3) in the sensor's axes.
 
-    ``powered_on_ps``: time of power-on, None for long ago; the registers are not accessible for 20 ms from
-    then on. ``int_idle_level``: INT_SOURCE_REG.INT while IEN = 0 and IEA = 0 (see ``interrupt``).
+    ``powered_on_ps``: None for long ago; registers answer 20 ms later. ``int_idle_level``: bit INT while IEN = 0 and
+    IEA = 0.
     """
 
     NAME: ClassVar[str] = "LIS2MDL"
@@ -113,10 +112,6 @@ class LIS2MDL(Part):
     # -- interface of the sensor ------------------------------------------------------------------------
 
     def supply_current_ua(self, single_hz: float = 0.0) -> float:
-        """Return the average supply current in microampere as configured.
-
-        ``single_hz``: rate of single measurements by firmware, if it does not measure continuously.
-        """
         return _supply_current_ua(self.registers.mem, single_hz)
 
     def spi_wires(self) -> Wires:
@@ -126,13 +121,12 @@ class LIS2MDL(Part):
         return (self._pin.pin,)
 
     def catch_up(self, now_ps: int) -> None:
-        """Compare every sample until ``now_ps`` with the threshold, and update the pin."""
         self._interrupt.catch_up(now_ps)
         if self._pin.shows == "DRDY":
             self._outputs.field.refresh(now_ps)
 
     def next_event_ps(self) -> int:
-        """Return the time of the next sample, if the pin is wired and has a signal."""
+        """Return when the next sample can move the pin."""
         if self._pin.pin.wired and self._pin.shows == "DRDY":
             return self._streams.field.next_ps
         if self._pin.pin.wired and self._pin.shows == "INT" and self._interrupt.settings.on:
@@ -201,7 +195,6 @@ class LIS2MDL(Part):
         self._modes.stop()
 
     def _configure(self, old: int, new: int, now_ps: int) -> None:
-        """Finish the earlier work after a register change, then continue under the new settings."""
         del old, new
         self._interrupt.catch_up(now_ps)
         self._refresh(0, 0, now_ps)
@@ -234,7 +227,6 @@ class LIS2MDL(Part):
         return note_and_configure
 
     def _note(self, forbidden: _Forbidden, old: int, new: int, now_ps: int) -> None:
-        """Note a violation once, when the setting first has it."""
         if forbidden(new) not in ("", forbidden(old)):
             self.registers.note(now_ps, "forbidden", forbidden(new))
 
@@ -242,11 +234,11 @@ class LIS2MDL(Part):
 # -- forbidden settings -------------------------------------------------------------------------------------
 
 _Forbidden: TypeAlias = Callable[[int], str]
-"""``forbidden(value)``: the violation of a register with that value, empty if there is none."""
+"""``forbidden(value)``: the violation of that value, or empty."""
 
 
 def _forbidden_in_a(value: int) -> str:
-    """Return violations of AN5069 section 7; datasheet 8.5: COMP_TEMP_EN "must be 1"."""
+    """Return violations of AN5069 section 7 and datasheet 8.5."""
     if value & CFG_REG_A.REBOOT.mask and value & CFG_REG_A.SOFT_RST.mask:
         return "CFG_REG_A: REBOOT and SOFT_RST at once"
     idle = CFG_REG_A.MD.get(value) > 1 or value & (CFG_REG_A.REBOOT.mask | CFG_REG_A.SOFT_RST.mask)
@@ -279,11 +271,7 @@ _CONTINUOUS_UA = {  # by (low power, offset cancellation): at 10, 20, 50 and 100
 
 
 def _supply_current_ua(mem: bytearray, single_hz: float) -> float:
-    """Return the average supply current in microampere for these registers.
-
-    ``single_hz``: rate of single measurements by firmware, if it does not measure continuously. The documents
-    scale the current at 10 Hz with the rate; this function does so above 10 Hz too.
-    """
+    """Return the average supply current in microampere, for single measurements scaled from 10 Hz."""
     config = mem[CFG_REG_A.addr]
     mode = bool(config & CFG_REG_A.LP.mask), bool(mem[CFG_REG_B.addr] & CFG_REG_B.OFF_CANC.mask)
     at_rate = _CONTINUOUS_UA[mode]

@@ -1,9 +1,7 @@
-"""The LIS2MDL's modes: the next measurement, and its output registers (AN5069 sections 3, 6 and 7).
+"""The LIS2MDL's modes and its output registers (AN5069 sections 3, 6 and 7).
 
-Decisions where the documents are silent: a second MD = 01 during a single measurement does not restart it
-(ST's own examples poll in such a loop). REBOOT ends in idle "after performing one measurement" (AN5069
-section 7), which is available after the 20 ms; MD reads idle meanwhile, and a measurement requested in that
-time begins after it.
+Decisions where the documents are silent: a second MD = 01 during a single measurement does not restart it (ST's own
+examples poll in such a loop). REBOOT ends in idle after one measurement.
 """
 
 from __future__ import annotations
@@ -20,7 +18,7 @@ from fcu_emulator.sensors.sampling import PS_PER_S, DataReady, OutputWords, Samp
 
 @dataclass(frozen=True)
 class Streams:
-    """``temperature`` runs only with COMP_TEMP_EN = 1, ``compared`` always, though it is rarely read."""
+    """Streams of field, temperature (with COMP_TEMP_EN = 1) and comparison."""
 
     field: SampleStream
     temperature: SampleStream
@@ -32,13 +30,13 @@ class Streams:
         return self.field, self.temperature, self.compared
 
     def next_number(self) -> int:
-        """Number of the next sample, counted over all runs, as the producers of the streams count."""
+        """Return the next sample's number, counted over all runs."""
         return self.pulses.first + self.field.index + 1
 
     def start(self, now_ps: int, first_delay_ps: int, rate: Fraction | None, *, temperature: bool) -> None:
-        """Leave idle: the first sample after ``first_delay_ps``, then more at ``rate`` or none (None)."""
+        """Leave idle: one sample after ``first_delay_ps``, then more at ``rate``."""
         self.pulses.leave_idle(self.next_number())
-        self.compared.index = self.field.index  # numbers are continued, though this stream was not read
+        self.compared.index = self.field.index  # numbers continue, though this stream was not read
         self.temperature.stop()
         running = (
             (self.field, self.compared, self.temperature) if temperature else (self.field, self.compared)
@@ -50,19 +48,17 @@ class Streams:
                 stream.start(now_ps, rate, first_delay_ps)
 
     def switch_temperature(self, now_ps: int, rate: Fraction, *, on: bool) -> None:
-        """Handle COMP_TEMP_EN in continuous measurement; the temperature is sampled with the field."""
+        """Handle COMP_TEMP_EN in continuous measurement."""
         if not on:
             self.temperature.stop()
         elif not self.temperature.running:
             self.temperature.start(now_ps, rate, self.field.next_ps - now_ps)
 
     def stop(self) -> None:
-        """Stop measurements and become idle."""
         for stream in self.all:
             stream.stop()
 
     def invalidate(self) -> None:
-        """Discard samples computed ahead."""
         for stream in self.all:
             stream.invalidate()
 
@@ -76,7 +72,7 @@ _DATA_READY = DataReady(
 
 
 class Outputs:
-    """Output registers: ``after_sample()`` follows each new sample of the field; the temperature has no flag."""
+    """Output registers; ``after_sample()`` follows each new sample of the field."""
 
     def __init__(self, registers: RegisterFile, streams: Streams, after_sample: Callable[[], None]) -> None:
         self._mem = registers.mem
@@ -84,7 +80,6 @@ class Outputs:
         self._temperature = OutputWords(registers, TEMP_OUT, streams.temperature, None)
 
     def configure(self) -> None:
-        """Decode BDU and BLE from CFG_REG_C, the same for both outputs."""
         control = self._mem[CFG_REG_C.addr]
         for output in (self.field, self._temperature):
             output.set_format(
@@ -92,12 +87,10 @@ class Outputs:
             )
 
     def refresh(self, now_ps: int) -> None:
-        """Update registers and flags."""
         self.field.refresh(now_ps)
         self._temperature.refresh(now_ps)
 
     def reset(self) -> None:
-        """Clear both outputs until the next sample (SOFT_RST)."""
         self.field.reset()
         self._temperature.reset()
 
@@ -108,7 +101,7 @@ _AFTER_BOOT = 4  # a single measurement while MD reads idle
 
 
 class Modes:
-    """Runs ``streams`` according to ``mem``, the sensor's registers; a boot ends at ``booted_ps``."""
+    """Control of the streams; a boot ends at ``booted_ps``."""
 
     def __init__(self, mem: bytearray, streams: Streams, booted_ps: int) -> None:
         self._mem = mem
@@ -118,7 +111,7 @@ class Modes:
         self._due_ps = NEVER_PS  # the first unprocessed sample
 
     def configure(self, was: MagnetometerSettings, settings: MagnetometerSettings, now_ps: int) -> None:
-        """Decode the registers, which may have changed; ``was``: the previous settings."""
+        """Decode the registers; ``was``: the previous settings."""
         mode_was, mode = self._mode, CFG_REG_A.MD.get(self._mem[CFG_REG_A.addr])
         if mode in (CONTINUOUS, SINGLE):
             self._mode = mode
@@ -130,20 +123,15 @@ class Modes:
             self._streams.switch_temperature(now_ps, settings.rate, on=self._with_temperature())
 
     def boot(self, now_ps: int) -> None:
-        """Boot (REBOOT): 20 ms, one measurement, then idle."""
         self._mode, self._booted_ps = _AFTER_BOOT, now_ps + BOOT_PS
         self._start(now_ps, BOOT_PS, None)
 
     def stop(self) -> None:
-        """Become idle at once (SOFT_RST)."""
         self._mode = IDLE
         self._streams.stop()
 
     def measured(self) -> int:
-        """Process new samples since the last call; return the time of the first one.
-
-        A single measurement ends in idle by itself (AN5069 3.3).
-        """
+        """Process new samples; return the first one's time. A single measurement ends in idle (AN5069 3.3)."""
         if self._mode != CONTINUOUS:
             self._mode = IDLE
             self._mem[CFG_REG_A.addr] = CFG_REG_A.MD.put(self._mem[CFG_REG_A.addr], IDLE)

@@ -1,9 +1,7 @@
-"""Registers of the LIS2MDL, in the order of its datasheet (DocID030621 Rev 3, Table 22, section 8).
+"""Registers of the LIS2MDL (datasheet Table 22, section 8); undocumented resets are 0.
 
-The datasheet leaves the reset of INT_SOURCE_REG and STATUS_REG blank; both are declared 0.
-
-Decision: bit 2 of CFG_REG_C is 4WSPI, as ST's driver and AN5069 Rev 4 define it. The datasheet's "must be 0"
-was rejected, because 4-wire firmware would then read nothing here although it works on the real sensor.
+Decision: bit 2 of CFG_REG_C is 4WSPI, as ST's driver and AN5069 Rev 4 define it. With the datasheet's "must be 0",
+working 4-wire firmware would read nothing.
 """
 
 from fcu_emulator.sensors.register import Bits, Register
@@ -22,7 +20,7 @@ class OFFSET_Z_REG(Register, addr=0x49, size=2, names=("OFFSET_Z_REG_L", "OFFSET
 
 
 class WHO_AM_I(Register, addr=0x4F, access="r", reset=0x40):
-    """Identity of the part: always 0x40."""
+    """Identity of the sensor: always 0x40."""
 
     WHO_AM_I = Bits(7, 0, doc="0x40")
 
@@ -72,7 +70,7 @@ class INT_CRTL_REG(Register, addr=0x63, reset=0xE0):
 
 
 class INT_SOURCE_REG(Register, addr=0x64, access="r"):
-    """Threshold interrupt: what crossed; reading clears a latched one."""
+    """Crossings of the threshold interrupt; reading clears a latched one."""
 
     P_TH_S_X = Bits(7, doc="X over the positive threshold")
     P_TH_S_Y = Bits(6, doc="Y over the positive threshold")

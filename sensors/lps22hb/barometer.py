@@ -1,27 +1,14 @@
 """The LPS22HB's measurement: from pressure and temperature to counts (datasheet Tables 3, 4, 17 and 18).
 
-A conversion measures the mean of the pressure during the conversion (``sensors.front_end``).
+Decision: the pressure's low-pass starts settled, with the first sample after the rate or the filter has been set or
+LPFP_RES has been read.
 
-Filter. EN_LPFP is a low-pass on the sampled pressure, -3 dB at ODR/9 or ODR/20 (its order and shape: see
-``sensors.filters``). Decision: the pressure's low-pass starts settled, with the first sample after the rate
-or the filter has been set or LPFP_RES has been read. One-shot measurements and the temperature do not pass
-it.
+Decision: the other settings of the barometer are noisier by the factors of ``_NOISE``. The datasheet gives 0.0075 hPa
+RMS for one setting; the lab's gets 0.012 hPa, 10 cm, less than a step of a staircase.
 
-Noise. The documents give only one figure: 0.0075 hPa RMS at 75 Hz, in low noise, with the filter at ODR/20.
-Decision: the other settings of the barometer are noisier by the factors of ``_NOISE``. The factors grow with
-bandwidth and towards low current, and give the lab's own setting (25 Hz, low current, no filter) 0.012 hPa
-RMS, which is 10 cm. That is slightly more than the last printed digit and less than a step of a staircase, so
-that the exercise shows the way up. Before the filter the noise is white, and the same at every rate (the
-supply current grows with the rate, so every conversion takes the same energy). Deriving the other settings
-from the one figure was rejected: the filter's noise gain and a quarter of the supply current give 0.0225 and
-0.045 hPa RMS without a filter. A board at rest then wanders by 40 cm.
+Decision: a one-shot conversion takes 13 ms in low noise and 5 ms in low current, figures of the related LPS22HH.
 
-Decision: a one-shot conversion takes 13 ms in low noise and 5 ms in low current, figures of the related
-LPS22HH; the LPS22HB's datasheet gives none. At a rate the first sample comes after one period.
-
-Supply (Table 3). Approximation: the datasheet gives 1 uA in power-down and the figures at 1 Hz, 12 uA in low
-noise and 3 uA in low current. Each measurement is assumed to add the same at every rate, so that 25 Hz draw
-25 times as much above power-down. One-shot measurements are not counted.
+Approximation: supply current above power-down grows with the rate (Table 3).
 """
 
 from __future__ import annotations
@@ -41,13 +28,13 @@ from fcu_emulator.sensors.sampling import PS_PER_S, SampleStream, Times, to_int1
 
 COUNTS_PER_HPA = 4096
 COUNTS_PER_DEGC = 100
-SAMPLE_BYTES = 5  # pressure of 24 bits, temperature of 16, as in the output registers
-_ODR_HZ = (0, 1, 10, 25, 50, 75)  # CTRL_REG1.ODR; 6 and 7 are not defined and measure nothing
+SAMPLE_BYTES = 5  # pressure of 24 bits, temperature of 16
+_ODR_HZ = (0, 1, 10, 25, 50, 75)  # CTRL_REG1.ODR; 6 and 7 measure nothing
 _MIDDLE_HPA, _HALF_RANGE_HPA = 950.0, 150.0  # of 800 to 1100 hPa, where the relative accuracy holds
 _ONE_SHOT_PS = {False: 13 * PS_PER_S // 10**3, True: 5 * PS_PER_S // 10**3}  # by low current
 
 
-_NOISE = {  # ratio of the output's RMS to the datasheet's figure; by low current, and by the filter (0: none)
+_NOISE = {  # output RMS over the datasheet's figure; by low current and filter (0: none)
     (False, 20): 1.0,
     (False, 9): 1.2,
     (False, 0): 1.4,
@@ -58,7 +45,6 @@ _NOISE = {  # ratio of the output's RMS to the datasheet's figure; by low curren
 
 
 def _filter(divisor: int) -> Chain:
-    """Return the low-pass with its cut-off at ODR over ``divisor``."""
     return chain((low_pass(1 / divisor),), "settled")
 
 
@@ -68,7 +54,7 @@ class BarometerSettings:
 
     rate: Fraction  # nominal, Hz; 0 is power-down, where ONE_SHOT works
     low_current: bool
-    divisor: int  # of the rate, for the low-pass's cut-off; 0: none. In continuous mode only
+    divisor: int  # cut-off of the low-pass, rate over this; 0: none
 
     @classmethod
     def decode(cls, mem: bytearray) -> BarometerSettings:
@@ -82,19 +68,18 @@ class BarometerSettings:
 
     @property
     def low_pass(self) -> Chain | None:
-        """Return the filter that EN_LPFP enables."""
         return _filter(self.divisor) if self.divisor else None
 
     def conversion_noise(self) -> float:
-        """Return the RMS noise before the filter, relative to the datasheet's figure."""
+        """Return the RMS noise before the filter over the datasheet's figure."""
         behind = _NOISE[self.low_current, self.divisor]
         return behind / _filter(self.divisor).noise_gain if self.divisor else behind
 
 
 class Barometer:
-    """Samples of the measured pressure and temperature; the signals have shape (n,).
+    """Samples of pressure and temperature; signals have shape (n,).
 
-    ``stream``: five bytes each, little-endian, before any offset is subtracted.
+    ``stream``: five bytes each, little-endian, before any offset.
     """
 
     def __init__(
@@ -111,7 +96,7 @@ class Barometer:
         self.stream.when_world_changes(self._filter.forget)
 
     def configure(self, settings: BarometerSettings, now_ps: int) -> None:
-        """Apply the settings from the next sample on; another rate begins a new run."""
+        """Apply the settings to later samples."""
         was = self.settings
         if settings == was:
             return
@@ -130,11 +115,9 @@ class Barometer:
         self.stream.invalidate()
 
     def measure_once(self, now_ps: int) -> None:
-        """Start a one-shot measurement now."""
         self.stream.start_single(now_ps, _ONE_SHOT_PS[self.settings.low_current])
 
     def restart_filter(self) -> None:
-        """Restart the filter, settled, with the next sample."""
         self._filter.restart(self.settings.low_pass, self.stream.next_number())
         self.stream.invalidate()
 
@@ -151,7 +134,6 @@ class Barometer:
         return samples.tobytes()
 
     def _unfiltered(self, number: int, count: int) -> NDArray[np.float64]:
-        """Return the filter's input, (1, count)."""
         return self._measured_hpa(number, self.stream.times_s(number, count))[np.newaxis]
 
     def _measured_hpa(self, number: int, t_s: Times) -> NDArray[np.float64]:
@@ -162,10 +144,6 @@ class Barometer:
         return hpa
 
     def _deviating_hpa(self, pressure_hpa: NDArray[np.float64], t_s: Times) -> NDArray[np.float64]:
-        """Return ``pressure_hpa`` (n,) with the sensor's deviation, without noise.
-
-        The temperature is evaluated only if something drifts.
-        """
         errors = self._errors
         hpa = pressure_hpa + errors.pressure_bias_hpa
         if errors.pressure_relative_hpa:
@@ -180,5 +158,5 @@ _AT_1_HZ_UA = {False: 12.0, True: 3.0}  # by low current
 
 
 def supply_current_ua(settings: BarometerSettings) -> float:
-    """Return the mean supply current in microampere for these settings."""
+    """Return the mean supply current in microampere."""
     return _POWER_DOWN_UA + (_AT_1_HZ_UA[settings.low_current] - _POWER_DOWN_UA) * float(settings.rate)

@@ -1,4 +1,4 @@
-"""The LPS22HB as data: signals, bus, deviations, functions (datasheet DocID027083 Rev 6)."""
+"""Declarations of the LPS22HB: signals, bus, deviations, functions."""
 
 from __future__ import annotations
 
@@ -22,17 +22,11 @@ REFERENCE_DEGC, _FARTHEST_DEGC = 25.0, 65.0
 
 @dataclass(frozen=True)
 class LPS22HBErrors(PartErrors):
-    """Explicit numbers; the default is an ideal sensor.
+    """Deviations of an LPS22HB, typical values of Table 3. Decisions:
 
-    All figures of Table 3 are typical values. The absolute accuracy is +-1 hPa before and +-0.1 hPa after a
-    one-point calibration. The relative accuracy between 800 and 1100 hPa at 25 degC is +-0.1 hPa. Decisions:
-
-    * the error of the LPS22HB that calibration removes is one number, ``pressure_bias_hpa``, here before
-      calibration; the part added by soldering has no separate figure. Firmware calibrates with RPDS or
-      AUTOZERO.
+    * the error of the LPS22HB that calibration removes is one number, ``pressure_bias_hpa``, here before calibration.
     * relative accuracy is a straight line through the middle of its range.
-    * the error by temperature is a straight line too. The 0.1 hPa specified from 0 to 65 degC are reached at
-      the end farther from 25 degC.
+    * the error by temperature is a straight line too, 0.1 hPa at the end farther from 25 degC.
     """
 
     PART: ClassVar[str] = "LPS22HB"
@@ -53,7 +47,6 @@ class LPS22HBErrors(PartErrors):
 
     @property
     def rate_factor(self) -> Fraction:
-        """Ratio of the sensor's true output data rates to the nominal ones."""
         return rate_factor(self.odr_percent)
 
 

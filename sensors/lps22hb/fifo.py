@@ -1,19 +1,11 @@
 """The LPS22HB's FIFO: 32 levels of pressure and temperature (datasheet section 5, 9.8 and 9.16).
 
-A mode is one of four behaviours, or one of two depending on the interrupt (INT_SOURCE.IA, as a level;
-firmware sets LIR so that it lasts):
+FIFO behaviour stops at the first sample that does not fit. Stream overwrites the oldest level; once emptied, it repeats
+the last read level. Dynamic stream does not.
 
-bypass   empty; the output registers show the latest sample
-FIFO     collects until it is full; the first sample that does not fit stops it and sets OVR, and only leaving
-         FIFO behaviour starts it again
-stream   when full, a new sample overwrites the oldest. The last level read stays in the buffer: once it has
-         been emptied, the next sample makes the fill jump from 0 to 2, and the old level is read again
-dynamic  stream without this repetition: the fill counts new samples only
-
-Decisions where the datasheet is silent or contradicts itself: FIFO mode stops when it is full, though section
-5.2 also says that the first data has been overwritten; STOP_ON_FTH limits every behaviour to WTM + 1 levels.
-OVR ends when a level has been read. F_FSS5 is bit 5 of the fill, so 32 levels. The reserved mode 101b and
-FIFO_EN = 0 are bypass. A level is consumed when its TEMP_OUT_H has been read.
+Decisions where the datasheet is silent or contradicts itself: FIFO mode stops when it is full (against 5.2);
+STOP_ON_FTH limits every behaviour to WTM + 1 levels; a read level ends OVR; mode 101b is bypass. Reading TEMP_OUT_H
+consumes a level.
 """
 
 from __future__ import annotations
@@ -48,10 +40,10 @@ _OFF = (Behaviour.BYPASS, Behaviour.BYPASS)
 
 
 class PressureFifo:
-    """``on``: not in bypass now; ``active``: may leave bypass, so it needs each sample."""
+    """The FIFO; ``on``: not in bypass; ``active``: may leave bypass."""
 
     def __init__(self) -> None:
-        self._levels: deque[bytes] = deque()  # the unread levels, oldest first
+        self._levels: deque[bytes] = deque()  # unread, oldest first
         self.on = self.active = False
         self._mode = _OFF
         self._behaviour = Behaviour.BYPASS
@@ -61,7 +53,7 @@ class PressureFifo:
         self._stopped = self._overrun = False
 
     def configure(self, mem: bytearray, *, triggered: bool) -> None:
-        """Decode the registers, which may have changed; ``triggered``: IA."""
+        """Decode the registers; ``triggered``: IA."""
         control = mem[FIFO_CTRL.addr]
         enabled = mem[CTRL_REG2.addr] & CTRL_REG2.FIFO_EN.mask
         self._mode = _MODES.get(FIFO_CTRL.F_MODE.get(control), _OFF) if enabled else _OFF
@@ -83,7 +75,6 @@ class PressureFifo:
             self._overrun = False
 
     def push(self, level: bytes) -> None:
-        """Store a sample as a level."""
         if self._behaviour is Behaviour.FIFO:
             if len(self._levels) >= self._depth:
                 self._stopped = self._overrun = True
@@ -98,14 +89,12 @@ class PressureFifo:
                 self._overrun = True
 
     def pop(self) -> None:
-        """Remove the oldest level after its read."""
         if self._levels:
             self._last_read = self._levels.popleft()
             self._overrun = False
 
     @property
     def oldest(self) -> bytes | None:
-        """Return the next level to be read."""
         return self._levels[0] if self._levels else None
 
     def status(self) -> int:
@@ -117,7 +106,7 @@ class PressureFifo:
         return value
 
     def signals(self) -> int:
-        """Return the signals for the pin, under the bits of CTRL_REG3 that enable them."""
+        """Return the pin's signals, as bits of CTRL_REG3."""
         value = CTRL_REG3.F_FSS5.mask if len(self._levels) == LEVELS else 0
         if self._at_watermark():
             value |= CTRL_REG3.F_FTH.mask

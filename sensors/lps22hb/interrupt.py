@@ -1,26 +1,13 @@
-"""The LPS22HB's pressure interrupt: reference, comparison and pin (datasheet 9.1 to 9.15).
+"""The LPS22HB's pressure interrupt: reference, comparison and pin (datasheet 9.1 to 9.15, figure 22).
 
-Reference (9.1): RPDS, REF_P, AUTOZERO and AUTORIFP. AUTOZERO and AUTORIFP both copy the next measured
-pressure to REF_P and then clear their bit. From that sample on AUTOZERO subtracts REF_P from the output, in
-place of RPDS; AUTORIFP does not change the output. Under both the interrupt compares the measured pressure
-with REF_P, without them with 0.
+AUTOZERO and AUTORIFP capture REF_P, with which the interrupt compares; AUTOZERO also subtracts it from the output, in
+place of RPDS.
 
-Decisions where the datasheet is silent: the measured pressure is the one before RPDS; the captured sample
-itself is already shown relative to REF_P, so that a driver that waits for AUTOZERO to clear reads 0; firmware
-may overwrite REF_P, and the next sample uses the new value; RESET_AZ clears REF_P and RESET_ARP does not; the
-functions do not exclude each other.
+Decisions where the datasheet is silent: the measured pressure is the one before RPDS; the captured sample is already
+shown relative to REF_P; RESET_AZ clears REF_P and RESET_ARP does not; a difference equal to the threshold sets neither
+flag; switching a comparison off clears its flag unless latched.
 
-Comparison (9.1, 9.2, 9.15). The difference of every sample is compared: above +THS_P is PH, below -THS_P is
-PL, both set IA. Without LIR the flags follow the comparison; with LIR they stay until INT_SOURCE is read, and
-the next sample may set them again.
-
-Decisions where the datasheet is silent: a difference equal to the threshold sets neither flag; switching a
-comparison off clears its flag, unless that is latched; switching LIR off leaves the flag to the next sample.
-
-Pin (9.7, Table 19, figure 22). Decisions: with INT_S = 0 the pin shows the enabled data signals ORed
-together, as in figure 22 (Table 19 describes a priority, which gives the same level). Data-ready is P_DA:
-reading PRESS_OUT_H ends it, whether or not firmware needs the temperature. An open-drain pin is released when
-a push-pull one would be high.
+Decisions: with INT_S = 0 the pin shows the enabled data signals ORed together, as in figure 22. Data-ready is P_DA.
 """
 
 from __future__ import annotations
@@ -43,7 +30,7 @@ _REF_P, _REF_P_END = REF_P.addr, REF_P.addr + REF_P.size
 
 
 class Reference:
-    """The reference in ``mem``, the sensor's registers; pressures are counts, samples the stream's five bytes."""
+    """The reference; pressures are counts, samples five bytes."""
 
     def __init__(self, mem: bytearray, rpds_counts_per_lsb: int) -> None:
         self._mem = mem
@@ -53,16 +40,14 @@ class Reference:
 
     @property
     def capturing(self) -> bool:
-        """Return whether the next sample will be captured."""
         return bool(self._mem[INTERRUPT_CFG.addr] & _CAPTURE)
 
     def configure(self) -> None:
-        """Decode RPDS and REF_P, which may have changed."""
         rpds = int.from_bytes(self._mem[RPDS.addr : RPDS.addr + RPDS.size], "little", signed=True)
         self._subtracted = self._ref_p() if self._autozero else rpds * self._rpds_counts_per_lsb
 
     def take(self, sample: bytes) -> None:
-        """Process a sample: capture it if firmware has requested that."""
+        """Capture a sample if firmware has requested it."""
         asked = self._mem[INTERRUPT_CFG.addr] & _CAPTURE
         if not asked:
             return
@@ -73,14 +58,14 @@ class Reference:
         self.configure()
 
     def output(self, sample: bytes) -> bytes:
-        """Return the sample as shown by the output registers and the FIFO."""
+        """Return the sample as shown."""
         if not self._subtracted:
             return sample
         counts = min(max(_pressure(sample) - self._subtracted, _LOWEST), _HIGHEST)
         return counts.to_bytes(3, "little", signed=True) + sample[3:]
 
     def difference(self, sample: bytes) -> int:
-        """Return P_DIFF_IN, the value that the interrupt compares."""
+        """Return P_DIFF_IN, which the interrupt compares."""
         return _pressure(sample) - (self._ref_p() if self._autozero or self._autorifp else 0)
 
     def reset_autozero(self) -> None:
@@ -89,7 +74,6 @@ class Reference:
         self._mem[_REF_P:_REF_P_END] = bytes(REF_P.size)
 
     def reset_autorifp(self) -> None:
-        """End AUTORIFP after RESET_ARP."""
         self._autorifp = False
 
     def _ref_p(self) -> int:
@@ -104,7 +88,7 @@ _PH, _PL, _IA = INT_SOURCE.PH.mask, INT_SOURCE.PL.mask, INT_SOURCE.IA.mask
 
 
 class PressureInterrupt:
-    """``source``: PH, PL and IA as INT_SOURCE shows them; ``on``: whether samples are compared."""
+    """Comparison of samples while ``on``; ``source``: PH, PL and IA."""
 
     def __init__(self) -> None:
         self.source = 0
@@ -119,7 +103,6 @@ class PressureInterrupt:
         return self.source != 0
 
     def configure(self, mem: bytearray) -> None:
-        """Decode the registers, which may have changed."""
         control = mem[INTERRUPT_CFG.addr]
         self._threshold = COUNTS_PER_SIXTEENTH * int.from_bytes(mem[THS_P.addr : THS_P.addr + 2], "little")
         self._latched = bool(control & INTERRUPT_CFG.LIR.mask)
@@ -132,7 +115,6 @@ class PressureInterrupt:
             self._show(self.source & self._enabled)
 
     def compare(self, difference: int) -> None:
-        """Process a sample; ``difference`` in counts."""
         found = 0
         if difference > self._threshold:
             found = _PH
@@ -141,7 +123,6 @@ class PressureInterrupt:
         self._show(found & self._enabled | (self.source if self._latched else 0))
 
     def acknowledge(self) -> None:
-        """Clear the flags after a read of INT_SOURCE."""
         if self._latched:
             self.source = 0
 
@@ -155,7 +136,7 @@ _DATA = CTRL_REG3.F_FSS5.mask | CTRL_REG3.F_FTH.mask | CTRL_REG3.F_OVR.mask | CT
 
 
 class IntDrdy:
-    """The pin and its signals; ``routed``: whether any signal is routed to it, so that its level can change."""
+    """The pin; ``routed``: whether any signal can change its level."""
 
     def __init__(self) -> None:
         self.pin = Pin("INT_DRDY")
@@ -163,12 +144,10 @@ class IntDrdy:
         self._control = 0
 
     def configure(self, mem: bytearray) -> None:
-        """Decode CTRL_REG3, which may have changed; ``drive`` follows."""
         self._control = mem[CTRL_REG3.addr]
         self.routed = bool(self._control & (_DATA | CTRL_REG3.INT_S.mask))
 
     def drive(self, status: int, fifo_signals: int, int_source: int, at_ps: int) -> None:
-        """Set the level from STATUS, the FIFO's signals and INT_SOURCE as of ``at_ps``."""
         interrupts = _INTERRUPTS[CTRL_REG3.INT_S.get(self._control)]
         if interrupts:
             active = bool(int_source & interrupts)

@@ -1,16 +1,9 @@
-"""The LPS22HB's behaviour behind its registers (datasheet DocID027083 Rev 6).
+"""The LPS22HB's behaviour behind its registers.
 
-Lazy evaluation: samples are computed at a read. If no function needs every sample, only the latest is
-computed. All due work is done before a register is written, so that it uses the old settings.
-
-Decisions where the datasheet is silent: while the FIFO is on and empty the output registers are unchanged;
-the registers answer and work during the boot after power-on, because INT_SOURCE.BOOT_STATUS must be readable.
-
-Some bits start an action and clear themselves. Decisions where the datasheet (9.1, 9.6) is silent: RESET_AZ
-and RESET_ARP act at once and read 1 for 10 us; writing ONE_SHOT again, or 0, while it is busy has no effect,
-and another rate ends it; SWRESET acts at once and reads 1 for 10 us; it keeps RPDS and RES_CONF, which the
-section does not list; BOOT ends after one period of the data rate, or 1 ms in power-down, and changes no
-setting (ST's firmware for the STEVAL-FCU001V1 sets BOOT by mistake and works).
+Decisions where the datasheet is silent: while the FIFO is on and empty the output registers are unchanged; RESET_AZ,
+RESET_ARP and SWRESET act at once and read 1 for 10 us; SWRESET keeps RPDS and RES_CONF; a write to a busy ONE_SHOT has
+no effect, another rate ends it; BOOT takes one period, or 1 ms in power-down, and changes no setting; registers work
+during it.
 """
 
 from __future__ import annotations
@@ -61,7 +54,7 @@ _BOOT, _SWRESET, _ONE_SHOT = CTRL_REG2.BOOT.mask, CTRL_REG2.SWRESET.mask, CTRL_R
 
 
 class Commands:
-    """Commands in ``registers``; ``configure(now_ps)`` updates the sensor after them."""
+    """Commands in ``registers``; ``configure(now_ps)`` follows them."""
 
     def __init__(
         self,
@@ -79,19 +72,15 @@ class Commands:
         self._clearing_resets = SelfClearingBits(registers, INTERRUPT_CFG)
 
     def before_control2(self, first: int, end: int, now_ps: int) -> None:
-        """Clear expired bits before a read of CTRL_REG2."""
         self._clearing.before_read(first, end, now_ps)
 
     def before_interrupt_cfg(self, first: int, end: int, now_ps: int) -> None:
-        """Clear expired bits before a read of INTERRUPT_CFG."""
         self._clearing_resets.before_read(first, end, now_ps)
 
     def booting(self, now_ps: int) -> bool:
-        """Return whether a boot is in progress."""
         return self._clearing.pending(_BOOT, now_ps)
 
     def write_interrupt_cfg(self, old: int, new: int, now_ps: int) -> None:
-        """Handle a write to INTERRUPT_CFG; all samples until now have been taken."""
         del old
         if new & INTERRUPT_CFG.RESET_AZ.mask:
             self._pipeline.reference.reset_autozero()
@@ -103,7 +92,6 @@ class Commands:
         self._configure(now_ps)
 
     def write_control2(self, old: int, new: int, now_ps: int) -> None:
-        """Handle a write to CTRL_REG2; all samples until now have been taken."""
         del old
         mem, busy = self._registers.mem, self._one_shot
         if busy:
@@ -121,7 +109,6 @@ class Commands:
             self._start_one_shot(now_ps)
 
     def end_one_shot(self) -> None:
-        """End a one-shot measurement, completed or aborted."""
         if self._one_shot:
             self._one_shot = False
             self._registers.mem[CTRL_REG2.addr] &= ~_ONE_SHOT
@@ -137,7 +124,7 @@ class Commands:
         self._barometer.measure_once(now_ps)
 
 
-TRIMMING_PS = 5 * PS_PER_S // 10**3  # an assumption: the datasheet gives no time for the boot after power-on
+TRIMMING_PS = 5 * PS_PER_S // 10**3  # an assumption, without a figure in the datasheet
 _TEMP_OUT_H = TEMP_OUT.addr + 1
 _BURST_WRAP = {_TEMP_OUT_H: PRESS_OUT.addr}  # a burst wraps within the output (datasheet 5.8)
 
@@ -145,10 +132,8 @@ _BURST_WRAP = {_TEMP_OUT_H: PRESS_OUT.addr}  # a burst wraps within the output (
 class LPS22HB(Part):
     """Barometer with thermometer; ``pressure_hpa`` and ``temperature_degc``: (n,).
 
-    Settings for gaps and contradictions of the sources: ``rpds_counts_per_lsb`` is 256, or 1 as in ST's
-    driver for the STEVAL-FCU001V1; ``powered_on_ps`` is the time of power-on, None for long ago. For
-    ``trimming_ps`` from then on INT_SOURCE.BOOT_STATUS is set. ``power_on_counts`` is PRESS_OUT before the
-    first conversion, for which 0x2F6666 has been reported.
+    ``rpds_counts_per_lsb``: 256, or 1 as in ST's driver; ``powered_on_ps``: None for long ago; ``trimming_ps``:
+    duration of BOOT_STATUS then; ``power_on_counts``: first PRESS_OUT (0x2F6666 was seen).
     """
 
     NAME: ClassVar[str] = "LPS22HB"
@@ -190,20 +175,18 @@ class LPS22HB(Part):
         self._refresh(now_ps)
 
     def next_event_ps(self) -> int:
-        """Return the time of the next sample, if the pin is wired and has a signal."""
+        """Return when the next sample can move the pin."""
         int_drdy = self._pipeline.int_drdy
         return self._stream.next_ps if int_drdy.routed and int_drdy.pin.wired else NEVER_PS
 
     def spi_wires(self) -> Wires:
-        """Number of SPI wires, 3 or 4, by CTRL_REG1.SIM (datasheet 9.5)."""
         return 3 if self.registers.mem[CTRL_REG1.addr] & CTRL_REG1.SIM.mask else 4
 
     def supply_current_ua(self) -> float:
-        """Supply current in microampere for the current configuration."""
         return supply_current_ua(self._barometer.settings)
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
-        """Return the range of ``pressure_hpa`` (specified, not that of 24 bits) or ``temperature_degc``."""
+        """Return the specified range of a channel."""
         return {
             "pressure_hpa": (260.0, 1260.0, 1 / COUNTS_PER_HPA),
             "temperature_degc": (-327.68, 327.67, 1 / COUNTS_PER_DEGC),
@@ -244,7 +227,6 @@ class LPS22HB(Part):
     # -- samples and reading ----------------------------------------------------------------------------
 
     def _refresh(self, now_ps: int) -> None:
-        """Take the due samples, and show the latest, or the FIFO's oldest."""
         stream, pipeline, output = self._stream, self._pipeline, self._output
         while now_ps >= stream.next_ps:
             at_ps = stream.next_ps if pipeline.every_sample else now_ps
@@ -311,7 +293,6 @@ class LPS22HB(Part):
         self._configure(now_ps)
 
     def _configure(self, now_ps: int) -> None:
-        """Configure everything after a register write."""
         mem = self.registers.mem
         self._barometer.configure(BarometerSettings.decode(mem), now_ps)
         self._pipeline.configure(now_ps)

@@ -1,9 +1,7 @@
 """From a measured sample of the LPS22HB to its output registers and STATUS (datasheet 9.1 to 9.17).
 
-A sample passes reference, interrupt, FIFO and pin, in this order, and is shown. Pressure and temperature are
-one sample: with BDU they are held together, from the first byte read of the pressure to PRESS_OUT_H.
-Decision: P_DA and T_DA are cleared by reading the high byte of their output, as in the LPS25H; the datasheet
-is silent.
+With BDU, pressure and temperature are held from the first byte read to PRESS_OUT_H. Decision: P_DA and T_DA are cleared
+by reading the high byte of their output, as in the LPS25H.
 """
 
 from __future__ import annotations
@@ -25,9 +23,9 @@ from fcu_emulator.sensors.sampling import SampleStream
 
 
 class Pipeline:
-    """The functions beyond plain measuring, on ``mem``, the sensor's registers.
+    """The path of a sample: reference, interrupt, FIFO and pin.
 
-    ``every_sample``: whether any of them needs each sample; otherwise only the latest one is taken.
+    ``every_sample``: whether any of them needs each one.
     """
 
     def __init__(self, mem: bytearray, rpds_counts_per_lsb: int) -> None:
@@ -39,7 +37,6 @@ class Pipeline:
         self.every_sample = False
 
     def configure(self, now_ps: int) -> None:
-        """Decode the registers, which may have changed."""
         self.reference.configure()
         self.interrupt.configure(self._mem)
         self.fifo.configure(self._mem, triggered=self.interrupt.raised)
@@ -48,7 +45,7 @@ class Pipeline:
         self.drive(now_ps)
 
     def take(self, sample: bytes, at_ps: int) -> bytes:
-        """Process a measured sample, with STATUS updated; return it as the output registers show it."""
+        """Process a measured sample; return it as shown."""
         if not self.every_sample:
             return self.reference.output(sample)
         self.reference.take(sample)
@@ -62,22 +59,20 @@ class Pipeline:
         return output
 
     def level_was_read(self, now_ps: int) -> None:
-        """Remove the FIFO's oldest level after a read of its last byte."""
         self.fifo.pop()
         self.drive(now_ps)
 
     def int_source_was_read(self, now_ps: int) -> None:
-        """End a latched interrupt, and its effects on the FIFO."""
+        """End a latched interrupt, and its effects."""
         self.interrupt.acknowledge()
         self.fifo.trigger(on=self.interrupt.raised)
         self.drive(now_ps)
 
     def drive(self, at_ps: int) -> None:
-        """Update the pin as of ``at_ps``."""
         self.int_drdy.drive(self._mem[STATUS.addr], self.fifo.signals(), self.interrupt.source, at_ps)
 
     def reset(self) -> None:
-        """Reset after SWRESET has reset the registers; ``configure`` follows."""
+        """Reset after SWRESET; ``configure`` follows."""
         self.reference.reset_autozero()
         self.reference.reset_autorifp()
 
@@ -97,11 +92,9 @@ _P_UNREAD, _T_UNREAD = 0xFF & ~P_READ, 0xFF & ~_T_READ
 
 
 class PressureOutput:
-    """The output registers in ``mem``, the sensor's registers; ``version`` is theirs.
+    """The output registers.
 
-    ``latest``: the latest sample, five bytes;
-    ``stale``: the registers may be out of date, so the next read must update them;
-    ``held``: by BDU. They are plain attributes because every read uses them.
+    ``latest``: the latest sample, five bytes; ``stale``: the next read must update; ``held``: by BDU.
     """
 
     def __init__(self, mem: bytearray, version: array[int], latest: bytes) -> None:
@@ -113,24 +106,23 @@ class PressureOutput:
         self.held = False
 
     def set_bdu(self, *, on: bool) -> None:
-        """Set BDU as configured; switching it off releases the output."""
+        """Set BDU; off releases the output."""
         self.bdu = on
         self.held = self.held and on
         self.stale = True
 
     def flag(self, fresh: int) -> None:
-        """Set the flags for ``fresh`` new samples since the last call."""
         unread = _NEW if fresh > 1 else self._mem[STATUS.addr] & _NEW
         self._mem[STATUS.addr] |= _NEW | unread << _OVERRUN_SHIFT
 
     def show(self, sample: bytes | None) -> None:
-        """Write ``sample`` to the registers unless they are held; None changes nothing."""
+        """Write ``sample``, if any, unless the output is held."""
         self.stale = self.held
         if sample is not None and not self.held:
             self._mem[_FIRST:_END] = sample
 
     def account(self, first: int, end: int) -> bool:
-        """Apply a read of bytes ``first`` to ``end - 1`` of one output; return whether it clears P_DA."""
+        """Apply a read of one output; return whether it clears P_DA."""
         if first <= _PRESS_OUT_H < end:
             self._mem[STATUS.addr] &= P_READ
             self._hold(on=False)
@@ -148,11 +140,7 @@ class PressureOutput:
 
 
 class OutputPrefetch:
-    """Prefetching of the output, for masters that cache bytes.
-
-    ``refresh(now_ps)`` takes the due samples. Nothing is prefetched while the FIFO or the pin is in use.
-    While the output is held, the prefetch ends with PRESS_OUT_H, which releases it.
-    """
+    """Prefetcher of the output, while FIFO and pin are unused; ``refresh(now_ps)`` takes due samples."""
 
     def __init__(
         self,
@@ -170,7 +158,6 @@ class OutputPrefetch:
         self._refresh = refresh
 
     def prefetch(self, first: int, end: int, now_ps: int) -> Prefetched:
-        """Return bytes of the pressure or of the temperature, as they are until the next sample."""
         output, stream = self._output, self._stream
         if now_ps >= stream.next_ps or output.stale:
             self._refresh(now_ps)
@@ -184,12 +171,11 @@ class OutputPrefetch:
         return bytes(self._mem[first:end]), stream.next_ps, quiet
 
     def valid_until_ps(self, first: int, end: int) -> int:
-        """Return the time of the next sample: the flags are cleared already, and holding changes the version."""
+        """Return the next sample's time, as a burst has cleared the flags."""
         del first, end
         return self._stream.next_ps if self._alone() else 0
 
     def burst_reader(self, first: int, end: int) -> BurstReader | None:
-        """Return a reader for the usual read of the whole pressure."""
         return self._read_pressure if (first, end) == (_FIRST, _PRESS_OUT_H + 1) else None
 
     def _read_pressure(self, now_ps: int) -> tuple[bytes, int]:
@@ -202,7 +188,6 @@ class OutputPrefetch:
         return bytes(self._mem[_FIRST : _PRESS_OUT_H + 1]), stream.next_ps
 
     def consumed(self, first: int, count: int) -> None:
-        """Apply the effects of ``count`` bytes from ``first``, read one by one."""
         self._output.account(first, first + count)
 
     def _alone(self) -> bool:

@@ -1,9 +1,7 @@
-"""Registers of the LPS22HB, in the order of its datasheet (DocID027083 Rev 6, Table 16, section 9).
+"""Registers of the LPS22HB (datasheet Table 16, section 9); undocumented resets are 0.
 
-The datasheet gives no reset for the status and output registers; they are declared 0.
-
-Decision: CLOCK_TREE_CONFIGURATION is declared as known and not modelled, so that a note names it when
-firmware uses it. Only the STEVAL-FCU001V1 driver header has this name. Leaving 0x43 reserved was rejected.
+Decision: CLOCK_TREE_CONFIGURATION is declared as known and not modelled, so that a note names it. Only ST's board
+driver has this name.
 """
 
 from fcu_emulator.sensors.register import Bits, Register
@@ -27,7 +25,7 @@ class THS_P(Register, addr=0x0C, size=2, names=("THS_P_L", "THS_P_H")):
 
 
 class WHO_AM_I(Register, addr=0x0F, access="r", reset=0xB1):
-    """Identity of the part: always 0xB1."""
+    """Identity of the sensor: always 0xB1."""
 
     WHO_AM_I = Bits(7, 0, doc="0xB1, the same in LPS33HW and LPS35HW")
 

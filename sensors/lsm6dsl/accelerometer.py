@@ -1,26 +1,14 @@
 """The LSM6DSL's accelerometer: from specific force to counts (datasheet Table 3; AN5040 sections 3 and 4).
 
-The world passes the analog stage, the converter and LPF1 before decimation (``sensors.front_end``).
-Deviation, noise and self-test are added as samples at the output data rate, and all pass the filters selected
-by the registers; the user offset is added after them. Noise is white before the analog stage. In high
-performance it has the datasheet's density; in low-power and normal mode its RMS at a bandwidth of ODR/2, and
-at ODR/9, is the datasheet's.
+Samples pass the front end, deviation, noise, self-test, the selected filters and the user offset.
 
-Filters (datasheet figures 5, 7 and 8; AN5040 3.7). Order and shape are not documented: see
-``sensors.filters``. Decisions: LPF1 at ODR/2, or at 740 Hz outside high performance, is the filter before
-decimation, and all other filters run at the output rate; low-pass filters start settled on their first sample;
-slope and high-pass filters start with zero, as AN5040 3.7 says of the slope filter.
+Decisions about order and shape of filters (AN5040 3.7): LPF1 at ODR/2, or at 740 Hz outside high performance, precedes
+decimation, and all other filters run at the output rate; low-pass filters start settled, others with zero.
 
-The event functions use the same samples with other filters: analog chain and LPF1 only, and LPF2 after it for
-LOW_PASS_ON_6D; no composite filter, no user offset. They are computed only while an event function is on.
-Decision: the event functions' filters, switched on while the accelerometer runs, start settled on the next
-sample; the documents are silent. Running them all the time was rejected, because every measurement would pay
-for them.
+Decision: the event functions' filters, switched on while the accelerometer runs, start settled on the next sample.
 
-After a change of mode or rate some samples are to be discarded (AN5040 3.9, Tables 12 and 13). Drivers
-discard them, and CTRL4_C.DRDY_MASK hides their data-ready. If a table gives a range, the larger number is
-used. Decision: after a change of rate within low power, or of bandwidth, as many samples are to be discarded
-as after a turn-on; the tables are silent.
+Decision: after a change of rate within low power, or of bandwidth, as many samples are to be discarded as after a
+turn-on (AN5040 3.9).
 """
 
 from __future__ import annotations
@@ -50,6 +38,7 @@ from fcu_emulator.sensors.front_end import (
     FrontEnd,
     Kernel,
     NoiseSource,
+    add_noise,
     kernel,
     noise_key,
 )
@@ -65,20 +54,20 @@ from fcu_emulator.sensors.lsm6dsl.registers import (
 from fcu_emulator.sensors.part import Signal
 from fcu_emulator.sensors.sampling import SampleStream, Times, words
 
-# CTRL1_XL.ODR_XL codes 1 to 10 (datasheet Table 52), in Hz; the exact high rates are Table 3's.
+# CTRL1_XL.ODR_XL codes 1 to 10 (datasheet Tables 52 and 3), in Hz.
 ODR_HZ = (0, 12.5, 26, 52, 104, 208, 416, 833, 1666, 3332, 6664)
 _ODR_LOWEST_CODE = 11  # 1.6 Hz in low power, 12.5 Hz otherwise
 
-# CTRL1_XL.FS_XL: the datasheet's order is 2, 16, 4, 8 g; sensitivities from Table 3.
+# CTRL1_XL.FS_XL: 2, 16, 4, 8 g (Table 3)
 MG_PER_LSB = (0.061, 0.488, 0.122, 0.244)
 _NOISE_FACTOR = (80 / 80, 130 / 80, 80 / 80, 90 / 80)  # Table 3: 80, 130, 80, 90 ug/sqrt(Hz)
 _LOW_POWER_RMS_FACTOR = (1.8, 3.0, 2.0, 2.4)  # Table 3: mg RMS in low-power and normal mode
 _LOW_POWER_LAST_CODE = 5  # up to 208 Hz XL_HM_MODE selects low-power or normal mode
 
-_LOW_POWER_ODR_9_FACTOR = 0.6  # Table 3: with LPF2 at ODR/9, relative to these; white noise would have half
+_LOW_POWER_ODR_9_FACTOR = 0.6  # Table 3: with LPF2 at ODR/9; white noise would have half
 _ODR_9_CODE = 2  # CTRL8_XL.HPCF_XL
 
-SELF_TEST_MG = 800.0  # datasheet Table 3 allows 90 to 1700 mg; one value inside, for every sensor
+SELF_TEST_MG = 800.0  # Table 3 allows 90 to 1700 mg
 _SELF_TEST_SIGN = (0, 1, -1, 0)  # CTRL5_C.ST_XL; 3 is not allowed
 
 
@@ -86,7 +75,7 @@ _SELF_TEST_SIGN = (0, 1, -1, 0)  # CTRL5_C.ST_XL; 3 is not allowed
 
 _WIDE, _NARROW_OR_SLOPE = 0, 1  # columns of Table 13: LPF1_BW_SEL = 0, and = 1 or slope filter
 
-# Accelerometer in high performance by rate in Hz (Table 13); everything else is 0 or 1.
+# High performance by rate in Hz (Table 13).
 _XL_TURN_ON = {52.0: (1, 1), 1666.0: (2, 2), 3332.0: (3, 4), 6664.0: (13, 13)}
 _XL_TURN_ON_104_TO_833 = (1, 2)
 _XL_TURN_ON_OTHERS = (0, 1)
@@ -96,9 +85,9 @@ _XL_CHANGE = 1  # Table 12: in addition to those of a turn-on
 
 
 class PowerMode(NamedTuple):
-    """A sensor's mode by the distinctions of AN5040 3.9; ``odr_hz`` is 0 in power-down and sleep.
+    """Mode of a sensor in AN5040 3.9; ``odr_hz`` is 0 in power-down and sleep.
 
-    ``column``: whether the second column of Table 13 or 16 applies.
+    ``column``: the second column of Table 13 or 16 applies.
     """
 
     odr_hz: float
@@ -111,7 +100,7 @@ class PowerMode(NamedTuple):
 
 
 def accelerometer_discards(old: PowerMode, new: PowerMode) -> int:
-    """Return the samples to discard from ``old`` to ``new``, 0 if they are equal."""
+    """Return the samples to discard after a change of mode."""
     if new == old or not new.odr_hz:
         return 0
     if old.fast and new.fast:
@@ -134,14 +123,14 @@ _UNCHANGED: Section = (1.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class EventFilters(NamedTuple):
-    """The filters of both views; None while the accelerometer is off, () without filters."""
+    """Filters of both views: None while the accelerometer is off, () without filters."""
 
     before_lpf2: Sections | None
     after_lpf2: Sections | None
 
 
 class EventSamples:
-    """Both views of the accelerometer's samples, by the numbers of its stream; blocks are (3, n), in mg."""
+    """Both views of the accelerometer's samples; blocks are (3, n), in mg."""
 
     def __init__(self, unfiltered: Source) -> None:
         self._filters = EventFilters(None, None)
@@ -151,7 +140,6 @@ class EventSamples:
     # -- for the accelerometer --------------------------------------------------------------------------
 
     def settings_change(self, filters: EventFilters, number: int, *, restarts: bool) -> None:
-        """Report that the source has other settings from sample ``number`` on, just before the change."""
         anew = restarts or filters != self._filters
         self._filters = filters
         if self._watched:
@@ -160,7 +148,6 @@ class EventSamples:
             _follow(self._after, filters.after_lpf2, number, anew=anew)
 
     def forget(self, number: int) -> None:
-        """Discard samples computed ahead: the signals change at sample ``number``."""
         if self._watched:
             self._before.forget(number)
         if self._low_passed:
@@ -169,7 +156,7 @@ class EventSamples:
     # -- for the event functions ------------------------------------------------------------------------
 
     def watch(self, number: int, *, on: bool, low_pass: bool) -> None:
-        """Enable or disable the view before LPF2, and the one after it, from sample ``number`` on."""
+        """Enable or disable both views from sample ``number`` on."""
         if on != self._watched:
             self._watched = on
             self._before.restart(_chain(self._filters.before_lpf2) if on else None, number)
@@ -179,11 +166,10 @@ class EventSamples:
             self._after.restart(_chain(self._filters.after_lpf2) if low_pass else None, number)
 
     def before_lpf2(self, number: int, count: int) -> Array:
-        """Return samples from ``number`` on."""
         return self._before.block(number, count)
 
     def after_lpf2(self, number: int, count: int) -> Array:
-        """Return samples from ``number`` on through LPF2, independently of the output's filter."""
+        """Return samples through LPF2, independently of the output's filter."""
         return self._after.block(number, count)
 
 
@@ -202,7 +188,7 @@ def _chain(sections: Sections | None) -> Chain | None:
 
 # -- filters (AN5040 3.7 and Table 10) ----------------------------------------------------------------------
 
-_DIVISOR = (50, 100, 9, 400)  # CTRL8_XL.HPCF_XL: cut-off of LPF2 and of the high-pass, ODR over this
+_DIVISOR = (50, 100, 9, 400)  # CTRL8_XL.HPCF_XL: cut-off of LPF2 and high-pass, ODR over this
 _SLOPE_CODE = 0  # of HPCF_XL, with HP_SLOPE_XL_EN
 _ANALOG_WIDE_HZ, _ANALOG_NARROW_HZ = 1500, 400
 _ANALOG_WIDE_FROM_HZ = 1666
@@ -210,7 +196,7 @@ _LPF1_LOW_POWER_HZ = 740  # at every rate
 
 
 def accelerometer_chain(mem: bytearray, odr_hz: float) -> Chain | None:
-    """Return the output's filters from the main register bank; None without filters."""
+    """Return the output's filters; None without filters."""
     if not odr_hz:
         return None
     control = mem[CTRL8_XL.addr]
@@ -239,10 +225,7 @@ def accelerometer_chain(mem: bytearray, odr_hz: float) -> Chain | None:
 
 
 def event_filters(mem: bytearray, odr_hz: float) -> EventFilters:
-    """Return the event functions' filters: LPF1 as INPUT_COMPOSITE selects it, and LPF2 after it for 6D.
-
-    Their slope and high-pass filters are connected to the composite filter's input (datasheet figure 8).
-    """
+    """Return the event functions' filters: LPF1 by INPUT_COMPOSITE, and LPF2 for 6D (datasheet figure 8)."""
     if not odr_hz:
         return EventFilters(None, None)
     sections = [low_pass(1 / 4)] if mem[CTRL8_XL.addr] & CTRL8_XL.INPUT_COMPOSITE.mask else []
@@ -251,7 +234,7 @@ def event_filters(mem: bytearray, odr_hz: float) -> EventFilters:
 
 
 def analog_hz(mem: bytearray, odr_hz: float, *, high_performance: bool) -> float | None:
-    """Return the cut-off of the analog stage, which only high performance has."""
+    """Return the cut-off of the analog stage of high performance."""
     if not high_performance:
         return None
     wide = odr_hz >= _ANALOG_WIDE_FROM_HZ and not mem[CTRL1_XL.addr] & CTRL1_XL.BW0_XL.mask
@@ -259,21 +242,21 @@ def analog_hz(mem: bytearray, odr_hz: float, *, high_performance: bool) -> float
 
 
 def slow_to_settle(mem: bytearray) -> bool:
-    """Return whether the accelerometer's output passes LPF1 at ODR/4 or the slope filter (AN5040 Table 13)."""
+    """Return whether LPF1 at ODR/4 or the slope filter is used (AN5040 Table 13)."""
     control = mem[CTRL8_XL.addr]
     slope = control & CTRL8_XL.HP_SLOPE_XL_EN.mask and CTRL8_XL.HPCF_XL.get(control) == _SLOPE_CODE
     return bool(slope or mem[CTRL1_XL.addr] & CTRL1_XL.LPF1_BW_SEL.mask)
 
 
 def reference_mode_is_idle(mem: bytearray) -> bool:
-    """Return whether HP_REF_MODE is set without the high-pass filter that uses the reference (AN5040 3.7)."""
+    """Return whether HP_REF_MODE is set without the high-pass filter (AN5040 3.7)."""
     control = mem[CTRL8_XL.addr]
     high_pass_on = control & CTRL8_XL.HP_SLOPE_XL_EN.mask and CTRL8_XL.HPCF_XL.get(control) != _SLOPE_CODE
     return bool(control & CTRL8_XL.HP_REF_MODE.mask and not high_pass_on)
 
 
 def add_low_pass(sections: list[Section], cutoff_hz: float, odr_hz: float) -> None:
-    """Add a low-pass section, unless the cut-off is too high for this sample rate."""
+    """Add a low-pass, unless its cut-off is too high for this sample rate."""
     if cutoff_hz < odr_hz / 2:
         sections.append(low_pass(cutoff_hz / odr_hz))
 
@@ -293,18 +276,20 @@ class AccelerometerSettings:
     event_filters: EventFilters
     analog_hz: float | None
     mode: PowerMode
-    noise_rms_factor: float  # before the chain: mg RMS for each ug/sqrt(Hz) of the sensor's noise density
+    noise_rms_factor: float  # before the chain: mg RMS per ug/sqrt(Hz)
     self_test: int
     user_offset_mg: tuple[float, float, float]
 
+    @property
+    def highest_mg(self) -> float:
+        """Full scale of the converter."""
+        return 32768 * MG_PER_LSB[self.scale]
+
     def kernel(self, rate_factor: float) -> Kernel:
-        """Return the signal chain before samples: the analog stage, and LPF1 before decimation."""
         lpf1_hz = _LPF1_LOW_POWER_HZ if self.analog_hz is None else None
-        highest = 32768 * MG_PER_LSB[self.scale] / 1000
-        return kernel(self.odr_hz, self.analog_hz, lpf1_hz, highest, rate_factor=rate_factor)
+        return kernel(self.odr_hz, self.analog_hz, lpf1_hz, self.highest_mg, rate_factor=rate_factor)
 
     def noise_chain(self) -> Chain | None:
-        """Return the analog stage's effect on white noise at the output rate; None without effect."""
         sections: list[Section] = []
         if self.analog_hz is not None and self.odr_hz:
             add_low_pass(sections, self.analog_hz, self.odr_hz)
@@ -342,7 +327,7 @@ def _odr(code: int, *, high_performance: bool) -> float:
 
 
 def _low_power_excess(ctrl8: int, filters: Chain | None) -> float:
-    """Return the factor by which white noise is amplified to meet the datasheet's single filtered figure."""
+    """Return the factor that makes white noise meet the datasheet's filtered figure."""
     low_pass_only = not ctrl8 & CTRL8_XL.HP_SLOPE_XL_EN.mask and ctrl8 & CTRL8_XL.LPF2_XL_EN.mask
     if filters and low_pass_only and CTRL8_XL.HPCF_XL.get(ctrl8) == _ODR_9_CODE:
         return _LOW_POWER_ODR_9_FACTOR / filters.noise_gain
@@ -350,14 +335,14 @@ def _low_power_excess(ctrl8: int, filters: Chain | None) -> float:
 
 
 def _user_offset(mem: bytearray) -> tuple[float, float, float]:
-    """Return the user offset: X and Y are added to the output, Z is subtracted (AN5040 4.6; datasheet 9.91 to 9.93)."""
+    """Return the user offset: Z is subtracted (AN5040 4.6; datasheet 9.91 to 9.93)."""
     weight_mg = 1000 / (64 if mem[CTRL6_C.addr] & CTRL6_C.USR_OFF_W.mask else 1024)
     x, y, z = np.frombuffer(mem, dtype=np.int8, count=3, offset=X_OFS_USR.addr).tolist()
     return x * weight_mg, y * weight_mg, -z * weight_mg
 
 
 class Accelerometer:
-    """The accelerometer and its ``stream`` of samples; ``acceleration_g``: specific force, sensor's axes."""
+    """The accelerometer; ``acceleration_g`` is the specific force in sensor axes."""
 
     def __init__(
         self, acceleration_g: Signal, temperature_degc: Signal, errors: LSM6DSLErrors, seed: int
@@ -378,7 +363,7 @@ class Accelerometer:
         )
         self.rate_factor = errors.rate_factor
         self.stream = SampleStream(6, self.produce)
-        self._front_end = FrontEnd(acceleration_g, self.stream.times_s)
+        self._front_end = FrontEnd(acceleration_g, self.stream.times_s, self._measured_mg)
         self._analog_noise = SampledFilter(self._noise.block)
         self._filter = SampledFilter(self._unfiltered)
         self.for_events = EventSamples(self._unfiltered)
@@ -395,7 +380,6 @@ class Accelerometer:
         return Fraction(self.settings.odr_hz).limit_denominator(10) * self.rate_factor
 
     def configure(self, mem: bytearray) -> None:
-        """Apply the settings of the main register bank from the next sample on."""
         settings, old = AccelerometerSettings.decode(mem), self.settings
         if settings == old:
             return
@@ -417,12 +401,14 @@ class Accelerometer:
             self._analog_noise.restart(self._noise_chain, number)
 
     def produce(self, number: int, t_s: Times) -> bytes:
-        """Return samples as little-endian X, Y, Z int16."""
         settings = self.settings
         mg = self._filter.block(number, len(t_s)) if settings.chain else self._sampled(number, t_s)
         if any(settings.user_offset_mg):
             mg = mg + np.array(settings.user_offset_mg).reshape(3, 1)
         return words(mg / MG_PER_LSB[settings.scale], len(t_s))
+
+    def _measured_mg(self, acceleration_g: Array, t_s: Times) -> Array:
+        return self._deviation.apply(1000 * acceleration_g, t_s, self._temperature_degc).T
 
     def _unfiltered(self, number: int, count: int) -> Array:
         return self._sampled(number, self.stream.times_s(number, count))
@@ -430,16 +416,17 @@ class Accelerometer:
     def _sampled(self, number: int, t_s: Times) -> Array:
         """Return unfiltered samples, (3, n), or (3, 1) if all are equal."""
         settings = self.settings
-        mg = self._deviation.apply(1000 * self._front_end.block(number, t_s), t_s, self._temperature_degc)
+        mg = np.ascontiguousarray(self._front_end.block(number, t_s).T)
         if self._density:
             noise = self._noise if self._noise_chain is None else self._analog_noise
-            mg = mg + self._density * settings.noise_rms_factor * noise.block(number, len(t_s))
+            white = self._density * settings.noise_rms_factor * noise.block(number, len(t_s))
+            mg = add_noise(mg, white, settings.highest_mg)
         if self._flicker is not None:
-            mg = mg + self._flicker.block(t_s)
+            mg = add_noise(mg, self._flicker.block(t_s), settings.highest_mg)
         if settings.self_test:
             mg += settings.self_test * SELF_TEST_MG
         return mg
 
 
 CONFIGURATION = (CTRL1_XL, CTRL3_C, CTRL5_C, CTRL6_C, CTRL8_XL)
-"""The registers that change the accelerometer's output."""
+"""Registers that change the accelerometer's output."""

@@ -1,11 +1,7 @@
 """The LSM6DSL's embedded banks A and B, and rounding of bursts (datasheet 9.1, sections 11 and 12).
 
-FUNC_CFG_ACCESS is declared in each bank, with the value that selects it, because only it can leave the bank.
-
-Rounding (AN5040 4.7: ROUNDING and ROUNDING_STATUS). Decision: with ROUNDING the last address of a pattern
-leads to its first, for every start of the burst. Rounding only for bursts that begin inside the pattern was
-rejected: the note's text does not distinguish the two, and drivers begin at the first address. FIFO_DATA_OUT
-always rounds, independently of these bits; that jump is in the register file.
+Decision: with ROUNDING the last address of a pattern leads to its first, for every start of the burst (AN5040 4.7).
+FIFO_DATA_OUT always rounds.
 """
 
 from __future__ import annotations
@@ -26,12 +22,12 @@ _IRON = "sign and magnitude, bit 7 the sign; 1/8 per LSB"
 class BankA:
     """Bank A (Table 223, section 11): sensor hub, pedometer, correction of an external magnetometer.
 
-    Decision: the diagonal of the soft-iron matrix resets to 0x08 (1.0) as in Table 223. The value zero of
-    AN5040 7.5.3 was rejected: a correction switched on with zeros would remove the field.
+    Decision: the diagonal of the soft-iron matrix resets to 0x08 (1.0) as in Table 223. The zeros of AN5040 7.5.3 would
+    remove the field.
     """
 
     class FUNC_CFG_ACCESS(Register, addr=0x01, reset=0x80):
-        """Bank at addresses 0x02 up: 0x00 main, 0x80 bank A, 0xA0 bank B (0x20 alone is forbidden)."""
+        """Bank at 0x02 up: 0x00 main, 0x80 bank A, 0xA0 bank B (0x20 alone is forbidden)."""
 
         FUNC_CFG_EN = Bits(7, doc="1: embedded-function registers, bank A unless FUNC_CFG_EN_B")
         FUNC_CFG_EN_B = Bits(5, doc="1: bank B; only together with FUNC_CFG_EN")
@@ -213,12 +209,11 @@ class BankA:
 class BankB:
     """Bank B (Table 224, section 12): absolute wrist tilt.
 
-    Decision: A_WRIST_TILT_Mask resets to 0xC0 as in Table 224. The value 0x80 was rejected, though AN5040 6.4
-    says that only the positive side of X is enabled.
+    Decision: A_WRIST_TILT_Mask resets to 0xC0 as in Table 224. AN5040 6.4 suggests 0x80.
     """
 
     class FUNC_CFG_ACCESS(Register, addr=0x01, reset=0xA0):
-        """Bank at addresses 0x02 up: 0x00 main, 0x80 bank A, 0xA0 bank B (0x20 alone is forbidden)."""
+        """Bank at 0x02 up: 0x00 main, 0x80 bank A, 0xA0 bank B (0x20 alone is forbidden)."""
 
         FUNC_CFG_EN = Bits(7, doc="1: embedded-function registers, bank A unless FUNC_CFG_EN_B")
         FUNC_CFG_EN_B = Bits(5, doc="1: bank B; only together with FUNC_CFG_EN")
@@ -252,12 +247,12 @@ _TITLES = {"A": "Embedded bank A, selected by FUNC_CFG_ACCESS = 0x80", "B": "...
 
 
 def titled_maps() -> dict[str, RegisterMap]:
-    """Return every map by its title; the main one has an empty title."""
+    """Return every map by its title, empty for the main one."""
     return {"": MAIN, **{_TITLES[name]: bank for name, bank in EMBEDDED.items()}}
 
 
 class Banks:
-    """The banks ``main`` and ``embedded``, the latter by their FUNC_CFG_ACCESS value."""
+    """The main bank, and ``embedded`` ones by FUNC_CFG_ACCESS value."""
 
     def __init__(self, main: RegisterFile) -> None:
         self.main = main
@@ -267,11 +262,9 @@ class Banks:
         }
 
     def files(self) -> tuple[RegisterFile, ...]:
-        """All register files, the main one first."""
         return (self.main, *self.embedded.values())
 
     def select(self, value: int, now_ps: int) -> RegisterFile:
-        """Select the active bank after a write to FUNC_CFG_ACCESS."""
         if value == FUNC_CFG_ACCESS.FUNC_CFG_EN_B.mask:
             self.main.note(now_ps, "forbidden", "FUNC_CFG_ACCESS = 0x20 selects no bank")
         for registers_ in self.files():  # the register is visible in every bank
@@ -282,11 +275,9 @@ class Banks:
 def on_bank_write(
     chip: FeatureContext, bank: int, registers: Iterable[type[Register]], changed: Callable[[int], None]
 ) -> None:
-    """Call ``changed(now_ps)`` after any of ``registers`` is written; earlier work is done by then.
+    """Call ``changed(now_ps)`` after a write to any of ``registers``; earlier work is done.
 
-    Bank A is to be written with both sensors in power-down (AN5040 section 6); a write at another time works
-    and is noted. Bank B has no such rule: it is reset each time the accelerometer leaves power-down, and must
-    be written afterwards.
+    A write to bank A while a sensor is on is noted (AN5040 6).
     """
     mem = chip.registers.mem
 
@@ -321,7 +312,7 @@ _ROUNDING_STATUS = {0x1E: 0x53, 0x53: 0x1B}  # the three sources, STATUS_REG, FU
 
 
 class Rounding:
-    """Jumps of bursts according to the registers; a feature without due work."""
+    """Jumps of bursts by ROUNDING and ROUNDING_STATUS."""
 
     CONFIGURATION: tuple[type[Register], ...] = (CTRL5_C, CTRL7_G)
 
@@ -331,7 +322,6 @@ class Rounding:
         self._jumps: dict[int, int] = {}
 
     def configure(self, now_ps: int) -> None:
-        """Apply the pattern of the registers."""
         del now_ps
         mem = self._registers.mem
         jumps = _ROUNDING[CTRL5_C.ROUNDING.get(mem[CTRL5_C.addr])]
@@ -345,8 +335,7 @@ class Rounding:
         """Do nothing: rounding has no due work."""
 
     def reset(self, now_ps: int) -> None:
-        """Do nothing: the registers have their reset values, and ``configure`` reads them."""
+        """Do nothing: ``configure`` reads the registers' reset values."""
 
     def next_event_ps(self) -> int:
-        """Return ``NEVER_PS``: rounding changes no pin."""
         return NEVER_PS

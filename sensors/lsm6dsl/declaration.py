@@ -1,4 +1,4 @@
-"""The LSM6DSL as data: signals, bus, deviations, functions (datasheet DocID028475 Rev 7, AN5040 Rev 3)."""
+"""Declarations of the LSM6DSL: signals, bus, deviations, functions."""
 
 from __future__ import annotations
 
@@ -36,16 +36,11 @@ _SISTER = "datasheet of the ISM330DHCX"
 
 @dataclass(frozen=True)
 class LSM6DSLErrors(PartErrors):
-    """Explicit numbers, axes in the sensor's own frame; the default is an ideal sensor.
+    """Deviations of an LSM6DSL, axes in the sensor's frame.
 
-    The gyroscope's turn-on time is the same in every grade, for the user to set: the datasheet only has a
-    typical time. For the thermometer's offset, Table 4 has a minimum and a maximum. The figures of Table 3
-    are typical values. Section 4.6 calls the zero-g offset's tolerance a standard deviation and the
-    sensitivity's a range. For the rates see :mod:`fcu_emulator.sensors.errors`.
-
-    Figures missing in this datasheet come from that of the ISM330DHCX, a later sensor with the same principle
-    and about the same noise: its gyroscope's bias instability, and the accelerometer's cross-axis
-    sensitivity, also used for the gyroscope. The accelerometer's bias instability has no source.
+    Table 3 is typical; by 4.6 the zero-g offset's tolerance is a standard deviation, the sensitivity's a range.
+    Gyroscope bias instability and cross-axis sensitivity come from the ISM330DHCX. Accelerometer bias instability has
+    no source.
     """
 
     PART: ClassVar[str] = "LSM6DSL"
@@ -96,7 +91,6 @@ class LSM6DSLErrors(PartErrors):
 
     @property
     def rate_factor(self) -> Fraction:
-        """Ratio of the sensor's true output data rates to the nominal ones."""
         return rate_factor(self.odr_percent)
 
 

@@ -1,21 +1,12 @@
-"""Data enable: the level on INT2, then an input, marks samples or passes them (AN5040 Rev 3, 4.8).
+"""Data enable: the level on INT2, then an input, marks or passes samples (AN5040 4.8).
 
-=========  =========================================================================================
-level      the stamped axes' LSB is 1 while DEN is active, else 0
-latched    it is 1 in the first sample after a pulse only
-FIFO       the FIFO is written while DEN is active only; the LSB is 0 in the first such window, 1 in
-           the second, and so on
-edge       gyroscope, and accelerometer if DEN_XL_EN, show and store only the first sample after each
-           active edge
-=========  =========================================================================================
+* level: the stamped axes' LSB is 1 while DEN is active.
+* latched: the LSB is 1 in the first sample after a pulse.
+* FIFO: it is only written while DEN is active; the LSB alternates between such windows.
+* edge: only the first sample after each active edge is shown.
 
-A change of the level is treated like a register write: all earlier work is done first. A sample therefore
-depends on the level at its time and not on the time of the read.
-
-Decisions where the documents are silent: data enable's stamp is also in the output registers, not only in the
-FIFO; DEN_DRDY rises with a sample of the stamped sensor taken with DEN active (latched and edge: the passed
-sample); it falls with any other sample, and when a high byte of that sensor is read; any mode other than the
-four is off.
+Decisions where the documents are silent: data enable's stamp is also in the output registers; another sample or the
+read of a high byte ends DEN_DRDY.
 """
 
 from __future__ import annotations
@@ -48,7 +39,7 @@ _MODE_LSB = CTRL6_C.LVL2_EN.lsb
 
 
 class DenMode(IntEnum):
-    """Operating mode from CTRL6_C: TRIG_EN, LVL1_EN, LVL2_EN."""
+    """Mode by CTRL6_C: TRIG_EN, LVL1_EN, LVL2_EN."""
 
     OFF = 0b000
     LEVEL = 0b010
@@ -59,7 +50,7 @@ class DenMode(IntEnum):
 
 @dataclass(frozen=True)
 class DenSettings:
-    """``stamp_xl``: the accelerometer has the stamp, not the gyroscope; ``axes``: the stamped ones of X, Y, Z."""
+    """``stamp_xl``: the accelerometer is stamped, not the gyroscope; ``axes``: of X, Y, Z."""
 
     mode: DenMode
     active_high: bool
@@ -69,7 +60,6 @@ class DenSettings:
 
     @classmethod
     def decode(cls, mem: bytearray) -> DenSettings:
-        """Decode the settings from the main register bank; an invalid mode is off."""
         mode, control = _mode(mem), mem[CTRL9_XL.addr]
         return cls(
             mode=DenMode(mode) if mode in set(DenMode) else DenMode.OFF,
@@ -108,7 +98,7 @@ def _mode(mem: bytearray) -> int:
 
 
 class Gate:
-    """``source``: the sensor's stream, which keeps running; ``shown``: the passed samples while ``closed``."""
+    """``source``: the sensor's stream; ``shown``: the passed samples while ``closed``."""
 
     def __init__(self, source: SampleStream) -> None:
         self.source = source
@@ -118,7 +108,6 @@ class Gate:
         self._pending = False
 
     def close(self, closed: bool, now_ps: int) -> None:
-        """Show only passed samples from ``now_ps`` on, or all samples again."""
         self.catch_up(now_ps)
         if closed:
             self.shown.data = self.source.data
@@ -128,19 +117,17 @@ class Gate:
         self.closed, self._pending = closed, False
 
     def open(self, at_ps: int) -> None:
-        """Pass the next sample after an edge."""
         if self.closed:
             self._pending = True
             self.aim(at_ps)
 
     def aim(self, now_ps: int) -> None:
-        """Pass the first sample after ``now_ps`` if one may pass; its rate may have changed."""
+        """Set the passed sample to the first after ``now_ps``."""
         if self._pending and self.source.running:
             self._index = self.source.latest(now_ps) + 1
             self.shown.start_single(now_ps, self.source.time_ps(self._index) - now_ps)
 
     def catch_up(self, now_ps: int) -> None:
-        """Advance the sensor behind the gate; a due sample has passed."""
         if not self.closed:
             return
         if self._pending and self.source.running and self.source.time_ps(self._index) <= now_ps:
@@ -155,11 +142,11 @@ class Gate:
 
 # -- data enable --------------------------------------------------------------------------------------------
 
-_NONE = -1  # no sample
+_NONE = -1
 
 
 class DataEnable:
-    """``active`` in every mode. ``stream_changed``: called when a sensor is shown through another stream."""
+    """Data enable; ``stream_changed`` is called when a sensor's visible stream changes."""
 
     CONFIGURATION: tuple[type[Register], ...] = (
         CTRL1_XL,
@@ -180,15 +167,15 @@ class DataEnable:
         self._settings = DenSettings.decode(self._mem)
         self._gates = {"xl": Gate(chip.xl), "g": Gate(chip.g)}
         self._den_active = False
-        self._windows = 0  # windows of FIFO mode, including the present one
-        self._latched = _NONE  # latched mode: number of the sample marked by the latest pulse
-        self._next = 0  # DEN_DRDY: stamped sensor's first unprocessed sample
+        self._windows = 0  # of FIFO mode, including the present one
+        self._latched = _NONE  # sample marked by the latest pulse
+        self._next = 0  # DEN_DRDY: first unprocessed sample
         self._wired = False
 
     # -- for the sensor ---------------------------------------------------------------------------------
 
     def level_changes(self, level: int, at_ps: int) -> None:
-        """React to a new level of INT2 after ``at_ps``; earlier work is done, and ``configure`` follows."""
+        """React to a new level of INT2; ``configure`` follows."""
         was, self._den_active = self._den_active, bool(level) == self._settings.active_high
         if was or not self._den_active:
             return
@@ -201,7 +188,7 @@ class DataEnable:
     # -- feature interface ------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
-        """Decode the registers; a marked or passed sample that was not taken yet is kept."""
+        """Decode the registers; a marked sample to come is kept."""
         old, settings = self._settings, DenSettings.decode(self._mem)
         self._settings = settings
         if settings.begins_anew(old):
@@ -221,7 +208,6 @@ class DataEnable:
         self._violations.report(violations(self._mem), now_ps)
 
     def catch_up(self, now_ps: int) -> None:
-        """Set or clear DEN_DRDY with the new samples."""
         for gate in self._gates.values():
             gate.catch_up(now_ps)
         stream = self._shown()
@@ -243,11 +229,9 @@ class DataEnable:
         self._next = latest + 1
 
     def reset(self, now_ps: int) -> None:
-        """Switch off (SW_RESET); ``configure`` applies it."""
         self._chip.signals.set("DEN_DRDY", False, now_ps)
 
     def next_event_ps(self) -> int:
-        """Return the time of the stamped sensor's next sample, if DEN_DRDY is visible on the pin."""
         stream = self._shown()
         if not stream.running or not self._mem[CTRL4_C.addr] & CTRL4_C.DEN_DRDY_INT1.mask:
             return NEVER_PS
@@ -271,7 +255,6 @@ class DataEnable:
             gate.aim(now_ps)
 
     def _wire(self) -> None:
-        """Connect the hooks when a mode is selected for the first time."""
         self._wired = True
         chip = self._chip
         for stream, register in ((chip.xl, OUT_XL), (chip.g, OUT_G)):
@@ -287,7 +270,6 @@ class DataEnable:
         return stamp
 
     def _stamp(self, number: int, data: bytes) -> bytes:
-        """Return the samples from ``number`` on, all under the present level, with their stamps."""
         words = np.frombuffer(data, dtype="<i2").reshape(-1, 3).copy()
         bits = np.zeros(len(words), dtype=np.int16)
         if self._settings.mode is DenMode.LATCHED:

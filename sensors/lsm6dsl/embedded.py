@@ -1,35 +1,13 @@
 """Embedded functions: pedometer, significant motion, tilt and absolute wrist tilt (AN5040 section 6).
 
-They need CTRL10_C.FUNC_EN and an accelerometer at 26 Hz or more, and each gets a sample 26 times per second.
-At higher rates every second, fourth, ... sample is used, which is 26 Hz or, from 833 Hz up, a tenth of a
-percent more.
+Decision: the four embedded functions are one feature, so that their events come in the order of time on a shared pin.
+One that was off starts again (assumption).
 
-Decision: the four embedded functions are one feature, so that their events come in the order of time,
-independently of reads. Separate features were rejected: a pin shared by two of them would then receive edges
-out of order.
+Decision: the pedometer's step is a peak of the acceleration's magnitude (6.1), as ST does not publish the algorithm. It
+must fall by the threshold after a peak and rise by it before the next, which needs no high-pass filter.
 
-Assumptions where the documents are silent: the functions receive the output samples (user offset, filters); a
-function that was off or below its minimum rate starts again; step counter and step time are kept.
-
-Pedometer (6.1; bank A registers, datasheet 11.16 to 11.19). Decision: the pedometer's step is a peak of the
-acceleration's magnitude. ST does not publish the algorithm; this is the simplest one that meets the published
-facts. A peak is found when the magnitude has fallen from it by the threshold. The search for the next peak
-starts when the magnitude has risen by the threshold again. So the threshold is a swing from peak to valley
-and suppresses small ripples without a filter. A threshold above the mean was rejected, because it needs a
-high-pass filter with another unknown corner frequency.
-
-Significant motion (6.2): the user walks to another place. It fires when more than SM_THS steps have been
-counted since it was switched on or last fired. Steps arrive debounced, so it also needs more than DEB_STEP
-steps: 7 with the reset values.
-
-Tilt (6.3): the sensor has been turned by more than 35 degrees. The first time, the new position must last for
-2 s; later, every turn by more than 35 degrees from the position of the last event is an event at once. The
-start position is the first sample after switching on. In free fall there is no direction, and no tilt.
-
-Absolute wrist tilt (6.4; datasheet 12): an axis points up or down far enough for long enough. A direction
-counts when its mask bit is set and the acceleration along it is above the threshold. The threshold is the
-sine of the angle between axis and horizontal plane. If it is held for the latency, it causes one event; the
-next event needs the direction to be left and taken again.
+Tilt (6.3) is a turn by 35 degrees since the last event, the first time for 2 s. Wrist tilt (6.4; datasheet 12) is an
+acceleration above the threshold, a sine, for the latency.
 """
 
 from __future__ import annotations
@@ -86,7 +64,7 @@ class PedometerSettings:
 
     @classmethod
     def decode(cls, mem: bytearray) -> PedometerSettings:
-        """Decode the settings from bank A; a threshold of 0 acts as 1 LSB, so that noise counts as steps."""
+        """Decode bank A; a threshold of 0 acts as 1 LSB."""
         scale = BankA.CONFIG_PEDO_THS_MIN.PEDO_FS.get(mem[BankA.CONFIG_PEDO_THS_MIN.addr])
         threshold = BankA.CONFIG_PEDO_THS_MIN.ths_min.get(mem[BankA.CONFIG_PEDO_THS_MIN.addr])
         debounce = mem[BankA.PEDO_DEB_REG.addr]
@@ -100,20 +78,18 @@ class PedometerSettings:
 
 
 class StepDetector:
-    """Detects steps and debounces them."""
+    """Detector and debouncer of steps."""
 
     def __init__(self) -> None:
         self.restart()
 
     def restart(self) -> None:
-        """Reset the detection of movement."""
         self._seeking_peak = True
         self._extreme_mg = 0.0
         self._run = 0  # steps in a row
         self._last_ps = 0
 
     def feed(self, magnitude_mg: float, at_ps: int, settings: PedometerSettings) -> int:
-        """Return the steps to add at this sample: none, one, or the debounce steps with the next one."""
         if self._seeking_peak:
             self._extreme_mg = max(self._extreme_mg, magnitude_mg)
             if self._extreme_mg - magnitude_mg < settings.threshold_mg:
@@ -145,17 +121,16 @@ class DeltaTime:
         self._stepped = False
 
     def configure(self, period_ps: int, now_ps: int) -> None:
-        """Start windows of this length; 0: none. The same length as before has no effect."""
+        """Start windows of this length; 0: none."""
         if period_ps != self._period_ps:
             self._period_ps, self._stepped = period_ps, False
             self.end_ps = now_ps + period_ps if period_ps else NEVER_PS
 
     def stepped(self) -> None:
-        """Count a step in the present window."""
         self._stepped = True
 
     def close(self) -> bool:
-        """End the present window and start the next; return whether there was a step."""
+        """Start the next window; return whether the last had a step."""
         self.end_ps += self._period_ps
         stepped, self._stepped = self._stepped, False
         return stepped
@@ -171,11 +146,9 @@ class SignificantMotion:
         self._steps = 0
 
     def restart(self) -> None:
-        """Count steps from this time on."""
         self._steps = 0
 
     def feed(self, steps: int, threshold: int) -> bool:
-        """Add ``steps`` counted steps; return whether they cause an event."""
         self._steps += steps
         if self._steps <= threshold:
             return False
@@ -190,13 +163,12 @@ _FIRST_TIME_PS = 2 * PS_PER_S
 
 
 class Tilt:
-    """Comparison of the direction of gravity with that of the last event."""
+    """Detector of gravity's turn since the last event."""
 
     def __init__(self) -> None:
         self.restart()
 
     def restart(self) -> None:
-        """Use the next sample as the start position."""
         self._reference = ZERO
         self._first_time = True
         self._turned_since_ps: int | None = None
@@ -248,19 +220,18 @@ class WristTiltSettings:
 
 
 class WristTilt:
-    """Timer of how long each direction has been held."""
+    """Timer of how long each direction is held."""
 
     def __init__(self) -> None:
         self._since_ps: dict[int, int] = {}
         self._reported = 0
 
     def restart(self) -> None:
-        """Reset all hold times."""
         self._since_ps.clear()
         self._reported = 0
 
     def feed(self, acceleration_mg: Vec3, at_ps: int, settings: WristTiltSettings) -> int:
-        """Process a sample; return the directions with an event now, as bits of WRIST_TILT_IA."""
+        """Process a sample; return new events as bits of WRIST_TILT_IA."""
         over = _over(acceleration_mg, settings.threshold_mg) & settings.mask
         self._reported &= over
         events = 0
@@ -275,7 +246,6 @@ class WristTilt:
 
 
 def _over(acceleration_mg: Vec3, threshold_mg: float) -> int:
-    """Return the directions above the threshold, as bits of WRIST_TILT_IA."""
     over = 0
     for axis, value in enumerate(acceleration_mg):
         if value > threshold_mg:
@@ -302,7 +272,7 @@ _BANK_B = (BankB.A_WRIST_TILT_LAT, BankB.A_WRIST_TILT_THS, BankB.A_WRIST_TILT_Ma
 
 
 class EmbeddedFunctions:
-    """Pedometer, significant motion, tilt and absolute wrist tilt."""
+    """Pedometer, significant motion, tilt and wrist tilt."""
 
     CONFIGURATION: tuple[type[Register], ...] = (CTRL1_XL, CTRL10_C, WAKE_UP_DUR)
 
@@ -327,7 +297,6 @@ class EmbeddedFunctions:
     # -- feature interface ------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
-        """Decode the registers; functions that were off start again."""
         control, stream = self._mem[CTRL10_C.addr], self._chip.xl
         self._follow_power(accelerometer_on=stream.running)
         self._decode_banks()
@@ -350,25 +319,22 @@ class EmbeddedFunctions:
         self._violations.report(self._find_violations(too_slow=too_slow), now_ps)
 
     def catch_up(self, now_ps: int) -> None:
-        """Process the ticks until ``now_ps``."""
         latest = self._chip.xl.latest(now_ps)
         while self._next <= latest:
             self._work(self._next, min(latest + 1, self._next + _TICKS_AT_ONCE * self._every))
         self._close_delta_windows(now_ps)
 
     def reset(self, now_ps: int) -> None:
-        """Switch all functions off (SW_RESET); unprocessed ticks are discarded."""
         del now_ps
         self.active, self._on = False, 0
 
     def next_event_ps(self) -> int:
-        """Return the time of the next tick, or the end of the pedometer's delta time."""
         return min(self._chip.xl.time_ps(self._next), self._delta.end_ps)
 
     # -- configuration ----------------------------------------------------------------------------------
 
     def _follow_power(self, *, accelerometer_on: bool) -> None:
-        """Reset bank B each time the accelerometer leaves power-down (AN5040 6.4)."""
+        """Reset bank B when the accelerometer leaves power-down (AN5040 6.4)."""
         if accelerometer_on and not self._accelerometer_on:
             self._chip.banks[BANK_B].reset(*_BANK_B)
         self._accelerometer_on = accelerometer_on
@@ -394,7 +360,7 @@ class EmbeddedFunctions:
                 self._sources.fall(events, now_ps)
 
     def _delta_ps(self) -> int:
-        """Return the delta time; it needs the pedometer, and the timer at its low resolution (datasheet 11.19)."""
+        """Return the delta time; it needs the timer at low resolution (datasheet 11.19)."""
         return self._pedometer.delta_ps if self._on & _PEDO and self._timer_runs_slowly() else 0
 
     def _timer_runs_slowly(self) -> bool:
@@ -420,7 +386,6 @@ class EmbeddedFunctions:
     # -- ticks ------------------------------------------------------------------------------------------
 
     def _work(self, first: int, end: int) -> None:
-        """Process every ``_every``-th of the samples ``first`` to ``end - 1``."""
         rows = np.ascontiguousarray(self._chip.xl.samples(first, end)[:: self._every])
         mg = rows.view("<i2") * self._mg_per_lsb
         limit = self._pedometer.full_scale_mg
@@ -447,7 +412,7 @@ class EmbeddedFunctions:
                 self._mem[WRIST_TILT_IA.addr] |= directions
 
     def _raise(self, source: FunctionSource, at_ps: int) -> None:
-        """Raise an event, after all other features have done earlier work, so that the FIFO sees the right order."""
+        """Raise an event after all earlier work, so that the FIFO sees the right order."""
         self._chip.catch_up(at_ps - 1)
         self._sources.happened(source, at_ps)
 
@@ -473,7 +438,6 @@ class EmbeddedFunctions:
         self._mem[STEP_COUNTER.addr : STEP_COUNTER.addr + 2] = steps.to_bytes(2, "little")
 
     def _copy_timestamp(self, at_ps: int) -> None:
-        """Store bits 23 to 8 of the timestamp at the step."""
         for byte in range(2):
             (value,) = self._chip.registers.read(TIMESTAMP1_REG.addr + byte, 1, at_ps)
             self._mem[STEP_TIMESTAMP.addr + byte] = value

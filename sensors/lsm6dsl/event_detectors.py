@@ -1,28 +1,13 @@
-"""The event functions' detectors, each fed with one sample after the other (AN5040 3.7 and section 5).
+"""The event functions' detectors, fed sample by sample (AN5040 3.7 and section 5).
 
-Durations are counted in samples. Decision: a duration of N/ODR ends N periods after the first sample at which
-the condition was true, so N = 0 acts on that sample. Counting N samples in a row was rejected, because 0 and
-1 would then be the same.
+Decision: a duration of N/ODR ends N periods after the first sample at which the condition was true. Counting N samples
+would make 0 and 1 equal.
 
-Filter before wake-up, inactivity and tap (3.7, 5.3): it removes gravity. The slope is (a[n] - a[n-1]) / 2.
-After the accelerometer has been switched on a[-1] is 0, so the first slope is half of gravity: one spurious
-wake-up, as on silicon. If it is switched on while the accelerometer runs, the filter assumes that its first
-sample was constant before. The high-pass that SLOPE_FDS selects for wake-up and inactivity has the cut-off of
-CTRL8_XL.HPCF_XL; its order is not documented, one pole is assumed. The tap always uses the slope.
+The slope (a[n] - a[n-1]) / 2, or a high-pass of one pole, removes gravity (3.7). After switching on, a[-1] is 0, which
+causes a spurious wake-up, as on silicon.
 
-Orientation (5.4). Decision: an axis is over the threshold if it lies within SIXD_THS of the vertical, that
-is, if it measures more than cos(SIXD_THS) of 1 g. The documents give the angle only. A position counts if
-exactly one axis is over, so a wider angle requires a more exact position, in both readings of the angle.
-Decision: the first position found after switching on also counts as a change, from no position.
-
-Tap (5.5). A tap is a slope of an enabled axis that rises over TAP_THS and falls back within SHOCK. QUIET
-follows, in which nothing counts; with SINGLE_DOUBLE_TAP a second tap that begins after QUIET and within DUR
-is a double tap. An event lasts as long as its QUIET window. All windows are counted in samples from the
-sample that opened them.
-
-Inactivity (5.6). While inactive the accelerometer runs at 12.5 Hz in low power though CTRL1_XL is unchanged,
-and the gyroscope continues, sleeps or is off, depending on INACT_EN. The model decodes its sensors from the
-registers returned by :meth:`Activity.effective`, so that no other module depends on it.
+Decision: an axis is over the threshold if it measures more than cos(SIXD_THS) of 1 g (5.4). Decision: the first
+position found after switching on also counts as a change.
 """
 
 from __future__ import annotations
@@ -61,7 +46,6 @@ class DurationCounter:
         self._run = 0
 
     def step(self, condition: bool) -> bool:
-        """Return whether the condition has lasted ``periods`` periods as of this sample."""
         self._run = self._run + 1 if condition else 0
         return self._run > self.periods
 
@@ -74,7 +58,7 @@ _DIVISOR = (4, 100, 9, 400)  # HPCF_XL: cut-off is ODR over this; code 0 is the 
 
 
 class MotionFilter:
-    """``slope`` and ``motion`` of the latest sample, in mg; ``motion`` is the filter SLOPE_FDS selects."""
+    """``slope`` of the latest sample, and ``motion`` by the filter of SLOPE_FDS, in mg."""
 
     __slots__ = ("_decay", "_previous", "motion", "slope")
 
@@ -84,18 +68,16 @@ class MotionFilter:
         self.slope = self.motion = ZERO
 
     def configure(self, mem: bytearray) -> None:
-        """Decode SLOPE_FDS and HPCF_XL."""
         code = CTRL8_XL.HPCF_XL.get(mem[CTRL8_XL.addr])
         high_pass = mem[TAP_CFG.addr] & TAP_CFG.SLOPE_FDS.mask and code
         self._decay = 1 / (1 + 2 * math.pi / _DIVISOR[code]) if high_pass else 0.0
 
     def start(self, *, from_zero: bool) -> None:
-        """Restart: after a sample of zero, or after one equal to the next."""
+        """Restart after a sample of zero, or one equal to the next."""
         self._previous = ZERO if from_zero else None
         self.motion = ZERO
 
     def step(self, sample: Axes) -> None:
-        """Take the next sample, in mg."""
         x, y, z = sample
         before_x, before_y, before_z = self._previous or sample
         self._previous = sample
@@ -133,7 +115,7 @@ class FreeFall:
         self._duration.reset()
 
     def step(self, sample: Axes) -> int:
-        """Process the next sample in mg; return bits of WAKE_UP_SRC."""
+        """Process a sample in mg; return bits of WAKE_UP_SRC."""
         x, y, z = sample
         limit = self._threshold_mg
         falling = -limit < x < limit and -limit < y < limit and -limit < z < limit
@@ -144,12 +126,12 @@ class FreeFall:
 
 
 def _wake_up_mg(mem: bytearray, full_scale_mg: int) -> float:
-    """Return WK_THS in mg: one LSB is a 64th of the full scale."""
+    """Return WK_THS in mg: one LSB is full scale / 64."""
     return WAKE_UP_THS.WK_THS.get(mem[WAKE_UP_THS.addr]) * full_scale_mg / 64
 
 
 class WakeUp:
-    """WU_IA and the axes while any axis has exceeded WK_THS for WAKE_DUR/ODR."""
+    """WU_IA and the axes while one has exceeded WK_THS for WAKE_DUR/ODR."""
 
     def __init__(self) -> None:
         self._duration = DurationCounter()
@@ -163,7 +145,7 @@ class WakeUp:
         self._duration.reset()
 
     def step(self, motion: Axes) -> int:
-        """Process the next filtered sample in mg; return bits of WAKE_UP_SRC."""
+        """Process a filtered sample in mg; return bits of WAKE_UP_SRC."""
         x, y, z = motion
         limit = self._threshold_mg
         axes = 0
@@ -184,7 +166,7 @@ _LOW = (D6D_SRC.XL.mask, D6D_SRC.YL.mask, D6D_SRC.ZL.mask)
 
 
 class Orientation:
-    """``position``: the axis bit of the latest position recognised, 0 before the first."""
+    """Recogniser of orientations; ``position``: the latest axis bit, or 0."""
 
     def __init__(self) -> None:
         self.position = 0
@@ -193,7 +175,6 @@ class Orientation:
         self._threshold_mg = 0.0
 
     def configure(self, mem: bytearray) -> None:
-        """Decode the angle, and whether Z counts."""
         control = mem[TAP_THS_6D.addr]
         self._threshold_mg = 1000 * math.cos(math.radians(_ANGLE_DEG[TAP_THS_6D.SIXD_THS.get(control)]))
         self._axes = 2 if control & TAP_THS_6D.D4D_EN.mask else 3
@@ -202,7 +183,7 @@ class Orientation:
         self.position = self._seen = 0
 
     def step(self, sample: Axes) -> int:
-        """Process the next sample in mg; return D6D_IA only at the second sample of a new position."""
+        """Process a sample in mg; return D6D_IA at the second sample of a new position."""
         seen = self._over(sample)
         changed = seen != 0 and seen == self._seen and seen != self.position
         self._seen = seen
@@ -212,7 +193,6 @@ class Orientation:
         return D6D_SRC.D6D_IA.mask
 
     def _over(self, sample: Axes) -> int:
-        """Return the bit of the only axis over the threshold; 0 if there is none, or more than one."""
         limit, found = self._threshold_mg, 0
         for axis in range(self._axes):
             value = sample[axis]
@@ -231,12 +211,12 @@ _AXES = (TAP_SRC.X_TAP.mask, TAP_SRC.Y_TAP.mask, TAP_SRC.Z_TAP.mask)
 
 
 class Tap:
-    """``step`` returns the bits of TAP_SRC; both events may be enabled but are never on together."""
+    """Recogniser of taps; single and double ones are never on together."""
 
     def __init__(self) -> None:
         self._state: _State = "idle"
         self._count = 0  # samples since the state began
-        self._is_second = False  # the present shock or quiet time belongs to a possible second tap
+        self._is_second = False  # the shock or quiet time may be of a second tap
         self._over = False
         self._bits = 0
         self._enabled = (False, False, False)
@@ -245,7 +225,6 @@ class Tap:
         self._double = False
 
     def configure(self, mem: bytearray, full_scale_mg: int) -> None:
-        """Decode axes, threshold, windows and mode."""
         config, windows = mem[TAP_CFG.addr], mem[INT_DUR2.addr]
         bits = TAP_CFG.TAP_X_EN, TAP_CFG.TAP_Y_EN, TAP_CFG.TAP_Z_EN
         self._enabled = (bool(bits[0].get(config)), bool(bits[1].get(config)), bool(bits[2].get(config)))
@@ -261,7 +240,7 @@ class Tap:
         self._state, self._count, self._over, self._bits = "idle", 0, False, 0
 
     def step(self, slope: Axes) -> int:
-        """Process the next slope in mg; return bits of TAP_SRC while an event lasts, else 0."""
+        """Process a slope in mg; return bits of TAP_SRC during an event."""
         over = self._exceeds(slope)
         begins = over and not self._over
         self._over = over
@@ -292,7 +271,6 @@ class Tap:
         self._state, self._count = state, 0
 
     def _begin(self, slope: Axes, *, is_second: bool) -> None:
-        """Start a shock: store its axes, and the sign of the strongest."""
         self._is_second = is_second
         sizes = [abs(value) if on else 0.0 for value, on in zip(slope, self._enabled, strict=True)]
         self._bits = TAP_SRC.TAP_IA.mask
@@ -326,7 +304,6 @@ class Activity:
         self._threshold_mg = 0.0
 
     def configure(self, mem: bytearray, full_scale_mg: int) -> None:
-        """Decode enable, threshold and duration; switching the function off wakes the sensor."""
         self.enabled = bool(TAP_CFG.INACT_EN.get(mem[TAP_CFG.addr]))
         self._threshold_mg = _wake_up_mg(mem, full_scale_mg)
         self._still.periods = 512 * WAKE_UP_DUR.SLEEP_DUR.get(mem[WAKE_UP_DUR.addr]) or 16
@@ -338,7 +315,7 @@ class Activity:
         self._still.reset()
 
     def step(self, motion: Axes) -> bool:
-        """Process the next filtered sample in mg; return whether ``inactive`` has changed."""
+        """Process a filtered sample in mg; return whether ``inactive`` changed."""
         if not self.enabled:
             return False
         x, y, z = motion
@@ -348,7 +325,7 @@ class Activity:
         return self.inactive != was
 
     def effective(self, mem: bytearray) -> bytearray:
-        """Return the main bank as it configures the sensors now: unchanged while awake, or if off anyway."""
+        """Return the main bank as it configures the sensors now."""
         inact = TAP_CFG.INACT_EN.get(mem[TAP_CFG.addr])
         on = inact and mem[TAP_CFG.addr] & TAP_CFG.INTERRUPTS_ENABLE.mask
         if not (self.inactive and on and mem[CTRL1_XL.addr] & CTRL1_XL.ODR_XL.mask):

@@ -1,12 +1,7 @@
-"""The event functions as one feature: every accelerometer sample goes through all of them.
+"""The event functions as one feature, fed with every accelerometer sample before LPF2 (AN5040 section 5).
 
-INTERRUPTS_ENABLE switches them on together, as on the chip (AN5040 section 5). A latched event (LIR) is held
-until its source register is read, but only if it is routed to a pin. With SINGLE_DOUBLE_TAP set, the double
-tap is latched and the single one is not (AN5040 5.5.3; the alternative 5.5.1, which depends on the routing,
-was rejected).
-
-The functions use the accelerometer's samples before LPF2 (:class:`EventSamples`), as whole counts, which
-saturate as the output does.
+A latched event (LIR) is held until its source register is read, if it is routed to a pin. SINGLE_DOUBLE_TAP latches the
+double tap, not the single one (5.5.3, not 5.5.1).
 """
 
 from __future__ import annotations
@@ -48,10 +43,7 @@ from fcu_emulator.sensors.register_file import NEVER_PS
 
 
 class EventOutput:
-    """One event: ``bits`` in the source register; ``latched``: held until the source register is read.
-
-    A latched event whose condition still holds at the read comes back with the next sample.
-    """
+    """One event: ``bits`` in the source register, held until it is read if ``latched``."""
 
     __slots__ = ("_name", "_signals", "bits", "latched")
 
@@ -62,19 +54,16 @@ class EventOutput:
         self.latched = False
 
     def update(self, bits: int, at_ps: int) -> None:
-        """Set the event's bits as of the sample at ``at_ps``; 0 at its end."""
         if bits == self.bits or (self.latched and not bits):
             return
         self.bits = bits
         self._signals.set(self._name, bits != 0, at_ps)
 
     def acknowledge(self, at_ps: int) -> None:
-        """Release the latch after a read of the source register."""
         if self.latched:
             self.drop(at_ps)
 
     def drop(self, at_ps: int) -> None:
-        """End the event, latched or not."""
         self.bits = 0
         self._signals.set(self._name, False, at_ps)
 
@@ -84,7 +73,7 @@ _BLOCK = 1024  # samples processed at once
 
 
 class Events:
-    """``rate_changed(at_ps)``: called when the sensor has become inactive or active, which changes the rates."""
+    """Event functions; ``rate_changed(at_ps)`` is called when activity changes the rates."""
 
     CONFIGURATION: tuple[type[Register], ...] = (
         CTRL1_XL,
@@ -135,7 +124,6 @@ class Events:
     # -- the registers ----------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
-        """Decode the registers; the samples up to ``now_ps`` are processed."""
         mem = self._chip.registers.mem
         was_on = self.active and self._running
         self.active = bool(mem[TAP_CFG.addr] & TAP_CFG.INTERRUPTS_ENABLE.mask)
@@ -158,13 +146,11 @@ class Events:
         self._violations.report(event_violations(mem), now_ps)
 
     def reset(self, now_ps: int) -> None:
-        """Reset all functions, including latched events."""
         self._restart()
         for output in self._outputs:
             output.drop(now_ps)
 
     def _stop(self, now_ps: int) -> None:
-        """Stop the functions with the accelerometer; latched events stay."""
         self._restart()
         for output in self._outputs:
             if not output.latched:
@@ -199,7 +185,6 @@ class Events:
     # -- the samples ------------------------------------------------------------------------------------
 
     def catch_up(self, now_ps: int) -> None:
-        """Process every sample since the last call."""
         stream = self._chip.xl
         while self._running:
             latest = stream.latest(now_ps)  # of another run of the stream if the rate has changed meanwhile
@@ -208,7 +193,7 @@ class Events:
             self._process(self._next, min(latest + 1, self._next + _BLOCK))
 
     def next_event_ps(self) -> int:
-        """Return the time of the next sample, if its event can reach a pin or changes the rate."""
+        """Return the next sample's time, if it matters."""
         if self._running and (self._routed or self.activity.enabled):
             return self._chip.xl.time_ps(self._next)
         return NEVER_PS
@@ -231,9 +216,9 @@ class Events:
         return list(zip(*(counts * self._mg_per_lsb).tolist(), strict=True))
 
     def _step(self, sample: Axes, tilt: Axes, at_ps: int) -> bool:
-        """Process one sample, in mg, in every function; return whether the sensor fell asleep or woke up.
+        """Process one sample, in mg; return whether activity changed.
 
-        ``tilt``: the same sample for orientation.
+        ``tilt``: the sample for orientation.
         """
         self._filter.step(sample)
         motion = self._filter.motion
@@ -242,7 +227,7 @@ class Events:
         self._six_d.update(self._orientation.step(tilt), at_ps)
         changed = self.activity.step(motion)
         self._sleep.update(WAKE_UP_SRC.SLEEP_STATE_IA.mask if changed else 0, at_ps)
-        if changed or self.activity.inactive:  # no tap events meanwhile, and the waking sample is not a tap
+        if changed or self.activity.inactive:  # no tap meanwhile, and the waking sample is not a tap
             self._tap.reset()
             tap = 0
         else:
@@ -287,7 +272,7 @@ _FASTEST_ODR = 10  # 6664 Hz: too fast for activity recognition
 
 
 def event_violations(mem: bytearray) -> dict[str, bool]:
-    """Return the invalid settings of the event functions, while they are on (AN5040 5.5, 5.6)."""
+    """Return the invalid settings of event functions that are on (AN5040 5.5, 5.6)."""
     config = mem[TAP_CFG.addr]
     on = bool(config & TAP_CFG.INTERRUPTS_ENABLE.mask)
     tap, wake_up = TAP_THS_6D.TAP_THS.get(mem[TAP_THS_6D.addr]), WAKE_UP_THS.WK_THS.get(mem[WAKE_UP_THS.addr])

@@ -1,14 +1,7 @@
-"""Interface of a function of the LSM6DSL beyond plain measuring (FIFO, events, sensor hub ...), and its context.
+"""Interface of an LSM6DSL function beyond plain measuring, and its context.
 
-Each function is a separate file and one entry in the model's list of features. A feature decodes its
-registers in ``configure`` and stores the result; ``catch_up`` then processes all due work, sample by sample,
-under those settings. The model calls ``catch_up`` before a write to any register that a feature declares. A
-feature calls ``chip.catch_up`` itself before a read of registers with its results. A feature that is off is
-not ``active`` and is never called: it costs nothing.
-
-Functions exchange signals, also with the pins and the FIFO's trigger. A function sets its signal with the
-time of the event; its users (pin routing, FIFO trigger) listen. Names are those of the routing registers
-without their pin: ``DRDY_XL``, ``FTH``, ``WU``, ``6D`` ...
+The model calls ``catch_up`` before a write to registers that a feature declares; a feature calls ``chip.catch_up``
+before a read of its results. Signals have the routing registers' names: ``DRDY_XL``, ``FTH`` ...
 """
 
 from __future__ import annotations
@@ -51,11 +44,11 @@ SignalName: TypeAlias = Literal[
 SIGNAL_NAMES: tuple[SignalName, ...] = get_args(SignalName)
 
 Listener: TypeAlias = Callable[[bool, int], None]
-"""``listener(on, at_ps)``: the signal became true or false at ``at_ps``."""
+"""``listener(on, at_ps)``: the signal changed at ``at_ps``."""
 
 
 class Signals:
-    """The level of every signal, and the listeners to its changes."""
+    """Levels of all signals, and listeners to changes."""
 
     def __init__(self) -> None:
         self._on: dict[SignalName, bool] = dict.fromkeys(SIGNAL_NAMES, False)
@@ -65,11 +58,10 @@ class Signals:
         return self._on[name]
 
     def listen(self, name: SignalName, listener: Listener) -> None:
-        """Call ``listener`` at every change of a signal."""
         self._listeners[name].append(listener)
 
     def set(self, name: SignalName, on: bool, at_ps: int) -> None:
-        """Set the level of a signal as of ``at_ps``; listeners are called for changes only."""
+        """Set a signal's level; listeners are called for changes only."""
         if self._on[name] != on:
             self._on[name] = on
             for listener in self._listeners[name]:
@@ -77,20 +69,20 @@ class Signals:
 
 
 class Gates:
-    """The gates of data enable: samples of a sensor, and all writes to the FIFO."""
+    """Data enable's gates: of a sensor's samples, and of the FIFO."""
 
     def __init__(self) -> None:
         self.fifo_open = True
         self._instead: dict[SampleStream, SampleStream] = {}
 
     def show(self, stream: SampleStream, instead: SampleStream | None) -> None:
-        """Show ``stream`` through ``instead`` from now on; unchanged with None."""
+        """Show ``stream`` through ``instead``, or unchanged with None."""
         self._instead.pop(stream, None)
         if instead is not None:
             self._instead[stream] = instead
 
     def shown(self, stream: SampleStream) -> SampleStream:
-        """Return the visible stream of a sensor for output registers, data-ready and FIFO."""
+        """Return the visible stream of a sensor."""
         return self._instead.get(stream, stream)
 
 
@@ -98,14 +90,8 @@ class Gates:
 class FeatureContext:
     """The environment of a feature.
 
-    ``registers``: the main bank;
-    ``banks``: the embedded ones by their FUNC_CFG_ACCESS value;
-    ``xl``, ``g``, ``temperature``: the sample streams, little-endian int16 words as in the output registers
-    with BLE = 0;
-    ``signals``: signals between functions, to the pins and to the FIFO's trigger;
-    ``gates``: the gates of data enable;
-    ``rate_factor``: the sensor's true rates over the nominal ones; ``catch_up(now_ps)``: let every active
-    feature do its due work; ``note(now_ps, kind, text)``: the trace.
+    ``banks``: by FUNC_CFG_ACCESS value; ``xl``, ``g``, ``temperature``: streams of little-endian int16 words;
+    ``rate_factor``: true over nominal rates; ``catch_up(now_ps)``: let all active features work.
     """
 
     registers: RegisterFile
@@ -121,32 +107,31 @@ class FeatureContext:
     rate_factor: Fraction = Fraction(1)
 
     def nominal_hz(self, stream: SampleStream) -> Fraction:
-        """Return the nominal rate of a sensor's stream from the registers; 0 when stopped."""
+        """Return the nominal rate; 0 when stopped."""
         return stream.rate_hz / self.rate_factor
 
     def note(self, now_ps: int, kind: str, text: str) -> None:
-        """Write a trace event of the sensor."""
         self.registers.note(now_ps, kind, text)
 
 
 class Feature(Protocol):
-    """One function of the chip."""
+    """One function of the chip, never called while not ``active``."""
 
     active: bool
     CONFIGURATION: tuple[type[Register], ...]
-    """Registers of the main bank whose writes may change the feature."""
+    """Registers whose writes may change the feature."""
 
     def configure(self, now_ps: int) -> None:
-        """Decode the registers, which may have changed; all work before ``now_ps`` is done."""
+        """Decode the registers; all work before ``now_ps`` is done."""
 
     def catch_up(self, now_ps: int) -> None:
-        """Process all work due until ``now_ps``; only called while ``active``."""
+        """Process all work due until ``now_ps``."""
 
     def reset(self, now_ps: int) -> None:
         """Reset the feature (SW_RESET); ``configure`` follows."""
 
     def next_event_ps(self) -> int:
-        """Return when this feature may change a pin next (``NEVER_PS`` if never)."""
+        """Return when a pin may change next, or ``NEVER_PS``."""
         ...
 
 
@@ -154,14 +139,14 @@ class Feature(Protocol):
 
 
 class Violations:
-    """Memory of the present violations, so that a write to another register does not repeat the note."""
+    """The present violations, so that each is noted once."""
 
     def __init__(self, chip: FeatureContext) -> None:
         self._chip = chip
         self._present: set[str] = set()
 
     def report(self, found: Mapping[str, bool], now_ps: int) -> None:
-        """Note new violations; ``found``: each violation's text, and whether it is present."""
+        """Note new violations; ``found``: whether each text applies."""
         for text, present in found.items():
             if present and text not in self._present:
                 self._chip.note(now_ps, "forbidden", text)

@@ -1,19 +1,12 @@
-"""The FIFO of the LSM6DSL (AN5040 Rev 3, section 8; datasheet DocID028475 Rev 7, 5.5).
+"""The FIFO of the LSM6DSL (AN5040 8; datasheet 5.5).
 
-At every trigger, usually a sample of the faster sensor, the data sets that are due are stored. Evaluation is
-lazy: at a read all due triggers are processed in order, together with the events that switch a triggered
-mode.
+Lazy evaluation: a read processes all due triggers and events. Decisions where the documents are silent or disagree:
 
-Decisions where the documents are silent or disagree:
-
-* FIFO mode stops as soon as the next trigger's sets would fill the memory (FIFO_FULL_SMART), which is 2046
-  words with one set (AN5040 figures 28 and 29; its Table 64 continues to 2047 and an overrun). It stays
-  stopped until bypass, even if words are read meanwhile.
+* FIFO mode stops as soon as the next trigger's sets would fill the memory (AN5040 figures 28 and 29 against Table 64),
+  and stays stopped until bypass.
 * The sample that raises the event is the first of the new mode.
 * A configuration changed outside bypass is noted; the words stay and the pattern restarts after them.
-* Signals used by the FIFO come from features before it in the model's list, not after it.
-* An empty FIFO shows the word read last, as an output buffer would. The value 0 was rejected; the documents
-  forbid the read and do not give a value.
+* An empty FIFO shows the word read last, as an output buffer would.
 """
 
 from __future__ import annotations
@@ -50,15 +43,9 @@ from fcu_emulator.sensors.register_file import NEVER_PS
 
 
 class FifoBuffer:
-    """The words, oldest first. ``depth``: capacity before it overwrites.
+    """Words, oldest first; those that do not fit overwrite the oldest.
 
-    When a data set does not fit any more, its words overwrite the oldest ones, word by word. The count has 11
-    bits, so that a full memory reads 0, with OVER_RUN set, as in AN5040 Table 64. A word leaves when its high
-    byte has been read. Reading its low byte moves the whole word to the output buffer, so that the two bytes
-    match even if the word is overwritten in between.
-
-    ``gone``: number of words that have left since it was cleared, by a read or by overwriting. ``overrun``:
-    it is full and words have been overwritten.
+    A full memory reads 0 with OVER_RUN, as the count has 11 bits (AN5040 Table 64). ``gone``: words removed.
     """
 
     def __init__(self) -> None:
@@ -66,7 +53,6 @@ class FifoBuffer:
         self.clear()
 
     def clear(self) -> None:
-        """Empty the memory and the output buffer."""
         self._words: deque[int] = deque()
         self.gone = 0
         self.overrun = False
@@ -78,7 +64,6 @@ class FifoBuffer:
         return len(self._words)
 
     def store(self, words: Iterable[int]) -> None:
-        """Append words, and remove the oldest ones if it is full."""
         self._words.extend(words)
         lost = len(self._words) - self.depth
         if lost > 0:
@@ -88,20 +73,19 @@ class FifoBuffer:
             self.overrun = True
 
     def skip(self, words: int) -> None:
-        """Count ``words`` words that passed through a full FIFO; the caller refills it."""
+        """Count words that passed through a full FIFO."""
         self.gone += words
 
     def readable(self) -> bool:
-        """Whether the next byte read is one of a stored word."""
         return bool(self._words) or self._taken is not None
 
     def low(self) -> int:
-        """Take the next word when FIFO_DATA_OUT_L is read."""
+        """Take the next word (FIFO_DATA_OUT_L)."""
         self._take()
         return self._output & 0xFF
 
     def high(self) -> int:
-        """Return the high byte when FIFO_DATA_OUT_H is read; the word leaves, unless already overwritten."""
+        """Return the high byte and remove the word, unless overwritten."""
         self._take()
         if self._taken == self.gone and self._words:
             self._words.popleft()
@@ -123,7 +107,7 @@ _FULL, _EMPTY = FIFO_STATUS2.FIFO_FULL_SMART.mask, FIFO_STATUS2.FIFO_EMPTY.mask
 
 
 class FifoFlags:
-    """Status flags: ``bits`` as in FIFO_STATUS2; ``watermark``: FTH, 0 for none."""
+    """Status flags as in FIFO_STATUS2; ``watermark``: FTH, 0 for none."""
 
     def __init__(self, buffer: FifoBuffer, signals: Signals) -> None:
         self._buffer = buffer
@@ -136,7 +120,7 @@ class FifoFlags:
         return bool(self.bits & _FULL)
 
     def update(self, ahead: int | None, at_ps: int) -> None:
-        """Update the flags after a change; ``ahead``: words of the next trigger, if there is one."""
+        """Update the flags; ``ahead``: words of the next trigger, if any."""
         buffer, bits = self._buffer, 0
         fill = buffer.fill
         if not fill:
@@ -154,7 +138,7 @@ class FifoFlags:
             self._signals.set("FIFO_OVR", bool(bits & _OVERRUN), at_ps)
 
     def triggers_to_next(self, widest: int) -> int:
-        """Return a lower bound of the triggers until a flag changes, the last included; 0: none changes.
+        """Return a lower bound of the triggers until a flag changes, or 0.
 
         ``widest``: maximum words per trigger.
         """
@@ -173,14 +157,14 @@ _HEARD: tuple[SignalName, ...] = (*TRIGGERS, "SENSORHUB")
 
 
 class FifoEvent(NamedTuple):
-    """A signal received by the FIFO and not yet processed."""
+    """A signal received and not yet processed."""
 
     at_ps: int
     name: SignalName
 
 
 class Fifo:
-    """The FIFO: data sets in, words out; ``active`` in every mode except bypass."""
+    """The FIFO; ``active`` in every mode except bypass."""
 
     CONFIGURATION = CONFIGURATION
 
@@ -215,7 +199,6 @@ class Fifo:
     # -- feature interface ------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
-        """Decode the registers and follow the sensors' rates."""
         old, new = self._settings, FifoSettings.decode(self._mem)
         changed = (old.mode, old.layout) != (new.mode, new.layout)
         self._settings = new
@@ -236,7 +219,7 @@ class Fifo:
         self._violations.report(violations(self._mem), now_ps)
 
     def catch_up(self, now_ps: int) -> None:
-        """Store the due data sets, and process the received events, in the order of time."""
+        """Store data sets and process events, in the order of time."""
         heard = sorted(self._events)
         # another function may be ahead of the FIFO
         self._events = [event for event in heard if event.at_ps > now_ps]
@@ -247,13 +230,12 @@ class Fifo:
         self._done_ps = now_ps
 
     def reset(self, now_ps: int) -> None:
-        """Empty the FIFO and select bypass mode, as SW_RESET does."""
         self.active = False
         self._clear()
         self._update_flags(now_ps)
 
     def next_event_ps(self) -> int:
-        """Return when a flag that drives a pin may change; rarely too early, never too late."""
+        """Return when a routed flag may change; never too late."""
         settings = self._settings
         if not settings.on_pin or settings.layout.writer is not Writer.DATA_READY or not self._collects():
             return NEVER_PS  # waiting for an event of another function, which knows its time
@@ -307,7 +289,6 @@ class Fifo:
         return mode is FifoMode.FIFO or (mode is FifoMode.CONTINUOUS_TO_FIFO and self._switched)
 
     def _collect(self, until_ps: int) -> None:
-        """Store the data sets of every triggering sample up to and including ``until_ps``."""
         if self._settings.layout.writer is not Writer.DATA_READY:
             return
         while self._collects() and (due := self._samples.due(until_ps)):
@@ -315,7 +296,6 @@ class Fifo:
             self._store(self._samples.take(min(due, _TRIGGERS_AT_ONCE)))
 
     def _skip(self, due: int) -> int:
-        """Skip whole patterns that are overwritten before any read; return the number of triggers."""
         pattern = self._pattern
         if not self._buffer.overrun or not pattern.length:
             return 0
@@ -338,7 +318,6 @@ class Fifo:
     # -- reading ----------------------------------------------------------------------------------------
 
     def _update_flags(self, at_ps: int) -> None:
-        """Update flags, signals, and FIFO mode's stop, after any possible change."""
         ahead = self._pattern.words(self._trigger) if self.active and not self._waits() else None
         self._flags.update(ahead, at_ps)
         self._stopped = self._stopped or (self._flags.full and self._stops_when_full())

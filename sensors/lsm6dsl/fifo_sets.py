@@ -1,17 +1,11 @@
-"""Contents of the LSM6DSL's FIFO and times of storage (AN5040 Rev 3, section 8; datasheet 5.5, 9.4 to 9.8).
+"""Contents of the LSM6DSL's FIFO and times of storage (AN5040 8; datasheet 5.5, 9.4 to 9.8).
 
-Settings. Decisions where the documents are silent or disagree: reserved modes (2, 5, 7) act as bypass,
-reserved rates (ODR_FIFO above 10) as off; a watermark of 0 is never reached and limits nothing; the rate is
-limited by the faster sensor (AN5040 figure 32; the datasheet's 5.5 says by both); with ONLY_HIGH_DATA a
-second set that should not be there is stored as usual.
+Decisions where the documents are silent or disagree: reserved modes (2, 5, 7) act as bypass, reserved rates as off; a
+watermark of 0 is never reached; the faster sensor limits the rate (figure 32, not 5.5); ONLY_HIGH_DATA does not remove
+a second set.
 
-Data sets. A trigger stores the latest sample of each of the four sets. If a set's sensor is off, or has not
-measured yet, the set contains the present output registers. With DRDY_MASK the words of samples that are to
-be discarded are 7FFF; the documents also allow 7FFE and 7FFD without a rule.
-
-Triggers (figure 32). The faster of the two sensors leads; with both at the same rate the gyroscope, to which
-the accelerometer is synchronised (section 3). ODR_FIFO can only slow the FIFO down: then every 2nd, 4th ...
-sample triggers, counted from the moment the FIFO was switched on.
+The faster sensor leads, or the gyroscope; ODR_FIFO selects every 2nd, 4th ... sample. DRDY_MASK replaces words to be
+discarded by 7FFF.
 """
 
 from __future__ import annotations
@@ -66,7 +60,7 @@ CONFIGURATION: tuple[type[Register], ...] = (
     MASTER_CONFIG,
     MD2_CFG,
 )
-"""The registers that configure the FIFO."""
+"""Registers that configure the FIFO."""
 
 _DECIMATION = (0, 1, 2, 3, 4, 8, 16, 32)  # of every DEC_* field; 0: the set is not in the FIFO
 SET_WORDS = 3
@@ -75,7 +69,7 @@ WORDS = 2048  # of memory (datasheet 5.5: 4 kB; its 5.5.2 contradicts with 4096)
 _INT1_FLAGS = INT1_CTRL.INT1_FULL_FLAG.mask | INT1_CTRL.INT1_FIFO_OVR.mask | INT1_CTRL.INT1_FTH.mask
 _INT2_FLAGS = INT2_CTRL.INT2_FULL_FLAG.mask | INT2_CTRL.INT2_FIFO_OVR.mask | INT2_CTRL.INT2_FTH.mask
 
-# Signals that can switch a triggered mode: each only if routed to the pin of its bit (AN5040, section 8).
+# Signals that switch a triggered mode if routed by this bit (AN5040 8).
 _TRIGGERS: tuple[tuple[SignalName, int, int], ...] = (
     ("SIGN_MOT", INT1_CTRL.addr, INT1_CTRL.INT1_SIGN_MOT.mask),
     ("STEP_DETECTOR", INT1_CTRL.addr, INT1_CTRL.INT1_STEP_DETECTOR.mask),
@@ -100,7 +94,7 @@ class FifoMode(IntEnum):
 
 
 class Writer(Enum):
-    """Event that writes data sets; values are signal names, if it is a signal."""
+    """Event that writes data sets, by its signal."""
 
     DATA_READY = "of the faster sensor"
     STEP = "STEP_DETECTOR"
@@ -116,11 +110,9 @@ class Fourth(Enum):
 
 
 class FifoPattern:
-    """Sets written at each trigger: set ``s`` at every ``decimations[s]``-th; the first writes all.
+    """Sets written at each trigger: set ``s`` at every ``decimations[s]``-th.
 
-    ``period``: triggers until it repeats;
-    ``length``: words of a period;
-    ``widest``: words of the first one.
+    ``period``: triggers until it repeats; ``length``: words of a period; ``widest``: of a trigger.
     """
 
     def __init__(self, decimations: tuple[int, ...]) -> None:
@@ -133,20 +125,17 @@ class FifoPattern:
         self.widest = SET_WORDS * len(self._sets[0])
 
     def sets(self, trigger: int) -> tuple[int, ...]:
-        """Return the sets, from 0, of a trigger."""
         return self._sets[trigger % self.period]
 
     def words(self, trigger: int) -> int:
-        """Return the number of words written at a trigger."""
         return SET_WORDS * len(self.sets(trigger))
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Stored sets and their triggers; the layout may only change through bypass.
+    """Stored sets and their triggers, changed only through bypass.
 
-    ``odr_fifo``: its code, 0 for a reserved one; ``odr_sensors``: the registers' codes. The streams know the
-    true rates of the sensors, which inactivity may reduce.
+    ``odr_fifo``: its code; ``odr_sensors``: the registers' codes.
     """
 
     decimations: tuple[int, ...]
@@ -159,7 +148,7 @@ class Layout:
 
 @dataclass(frozen=True)
 class FifoSettings:
-    """The FIFO's configuration; ``triggers``: the signals that switch a triggered mode."""
+    """The FIFO's configuration; ``triggers``: signals that switch a triggered mode."""
 
     mode: FifoMode
     layout: Layout
@@ -248,24 +237,20 @@ Rows: TypeAlias = list[list[int]]
 """Three words for each trigger."""
 
 Contents: TypeAlias = Callable[[list[int]], Rows]
-"""``contents(times_ps)``: a set's words at these triggers, which are in ascending order."""
+"""``contents(times_ps)``: a set's words at ascending times."""
 
 _SET_BYTES = 6
 _UNSETTLED = np.frombuffer(b"\xff\x7f" * 3, dtype=np.uint8)
 
 
 class LatestSample:
-    """A stream's latest sample at any time since ``mark``, which is called at every change of configuration.
-
-    It stores the latest sample at ``mark``, because computing it later would use the new configuration.
-    """
+    """A stream's latest sample at any time since ``mark``."""
 
     def __init__(self, stream: SampleStream, gates: Gates) -> None:
         self._sensor, self._gates = stream, gates
         self.mark(masked=False)
 
     def mark(self, *, masked: bool) -> None:
-        """Note a change of configuration; ``masked``: DRDY_MASK."""
         self._stream = self._gates.shown(self._sensor)
         self._running, self._masked = self._stream.running, masked
         self._index, self._data = self._stream.index, self._stream.data
@@ -295,7 +280,6 @@ class DataSets:
         self._temperature = LatestSample(chip.temperature, chip.gates)
 
     def mark(self) -> None:
-        """Note a change of configuration."""
         masked = bool(self._mem[CTRL4_C.addr] & CTRL4_C.DRDY_MASK.mask)
         for samples in (self._xl, self._g):
             samples.mark(masked=masked)
@@ -324,16 +308,13 @@ class DataSets:
         return _words(mixed)
 
     def _hub(self, number: int, times_ps: list[int]) -> Rows:
-        """Return SENSORHUB1 to 6 or 7 to 12; the hub lets the FIFO catch up before it changes them."""
+        """Return SENSORHUB1 to 6 or 7 to 12."""
         first = SENSORHUB.addr + number * _SET_BYTES
         data = np.frombuffer(bytes(self._mem[first : first + _SET_BYTES]), dtype=np.uint8)
         return _words(np.tile(data, (len(times_ps), 1)))
 
     def _timestamps(self, times_ps: list[int]) -> Rows:
-        """Return TS[15:8], TS[23:16], unused, TS[7:0], steps[7:0], steps[15:8] (AN5040 Table 73).
-
-        The pedometer lets the FIFO catch up before it counts.
-        """
+        """Return TS[15:8], TS[23:16], unused, TS[7:0], steps[7:0], steps[15:8] (AN5040 Table 73)."""
         steps = int.from_bytes(self._mem[STEP_COUNTER.addr : STEP_COUNTER.addr + 2], "little")
         values = [self._timestamp.value(t_ps) for t_ps in times_ps]
         return [[value >> 8, (value & 0xFF) << 8, steps] for value in values]
@@ -352,7 +333,7 @@ def _words(rows: NDArray[np.uint8]) -> Rows:
 
 
 class SampleTriggers:
-    """Counter of the leading sensor's samples; ``rate_code``: ODR_FIFO, 0 for off."""
+    """Counter of the leading sensor's samples that trigger."""
 
     def __init__(self, chip: FeatureContext) -> None:
         self._chip = chip
@@ -361,7 +342,7 @@ class SampleTriggers:
         self._next = 0  # the next sample with a trigger
 
     def follow(self, rate_code: int, now_ps: int, *, restart: bool) -> None:
-        """Follow the sensors' present rates; without ``restart``, keep the phase if possible."""
+        """Follow the rates; without ``restart``, keep the phase if possible."""
         xl, g = self._chip.xl, self._chip.g
         leader = g if g.rate_hz >= xl.rate_hz else xl
         self._leader = self._chip.gates.shown(leader)
@@ -373,33 +354,28 @@ class SampleTriggers:
             self._next = latest + 1
 
     def begin(self, at_ps: int) -> None:
-        """Trigger at the first sample from ``at_ps`` on."""
         self._next = self._leader.latest(at_ps - 1) + 1
 
     def due(self, until_ps: int) -> int:
-        """Return the number of unprocessed triggers up to and including ``until_ps``."""
         if not self._every:
             return 0
         return max(0, (self._leader.latest(until_ps) - self._next) // self._every + 1)
 
     def take(self, count: int) -> list[int]:
-        """Process the next ``count`` triggers and return their times."""
         first, self._next = self._next, self._next + count * self._every
         return [self._leader.time_ps(sample) for sample in range(first, self._next, self._every)]
 
     def skip(self, count: int) -> None:
-        """Discard ``count`` triggers as processed."""
         self._next += count * self._every
 
     def time_ps(self, number: int) -> int:
-        """Return the time of trigger ``number`` after the next one (``NEVER_PS`` if there is none)."""
+        """Return the time of trigger ``number`` after the next one, or ``NEVER_PS``."""
         if not self._every:
             return NEVER_PS
         return self._leader.time_ps(self._next + number * self._every)
 
 
 def _samples_per_trigger(sensor_hz: Fraction, rate_code: int) -> int:
-    """Return the ratio of the rates: each is nominally twice the one below, so it is a power of two."""
     if not sensor_hz or not rate_code:
         return 0
     return 1 << max(0, round(log2(sensor_hz / Fraction(ODR_HZ[rate_code]))))

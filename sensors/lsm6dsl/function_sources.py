@@ -1,14 +1,10 @@
-"""FUNC_SRC1, FUNC_SRC2 and WRIST_TILT_IA: the events of embedded functions and sensor hub, and how they end.
+"""FUNC_SRC1, FUNC_SRC2 and WRIST_TILT_IA: how events of embedded functions and sensor hub end.
 
-TAP_CFG.LIR = 0: the pin's signal is a pulse of 150 us and the bit reads 1 for a specified time (AN5040
-section 6: 1/26 s; 7.5.3: 1/100 s). LIR = 1: bit and signal stay until the source register is read, but only
-if the event is routed to a pin; otherwise the bit behaves as with LIR = 0.
+With TAP_CFG.LIR = 0 the signal is a pulse of 150 us and the bit reads 1 for 1/26 s, or 1/100 s (AN5040 6, 7.5.3). With
+LIR = 1 a routed event stays until it is read.
 
-Decisions where the documents are silent: reading a bit that is not latched does not clear it; a latched event
-ends when its latching or its function is switched off.
-
-An event may be found late, so earlier pulses are ended first: listeners receive the edges of one function in
-the order of their times.
+Decisions where the documents are silent: reading a bit that is not latched does not clear it; a latched event ends when
+its latching or its function is switched off.
 """
 
 from __future__ import annotations
@@ -40,9 +36,9 @@ _IRON_PERIOD_PS = PS_PER_S // 100
 
 @dataclass(frozen=True, eq=False)
 class FunctionSource:
-    """An event: its bit, its signal, and the routing bits of which one must be set for it to latch.
+    """An event: its bit, its signal, and routing bits, one of which it needs to latch.
 
-    ``bit_ps``: duration of the bit without latching; None: until it is cleared by the function.
+    ``bit_ps``: the bit's duration without latching; None: until cleared.
     """
 
     register: type[Register]
@@ -111,10 +107,7 @@ _SOURCES = (
 
 
 class FunctionSources:
-    """Owner of the source registers; a separate feature, so that pulses end without other events.
-
-    It must come after the features that report events, because it ends events that they find late.
-    """
+    """Owner of the source registers, after features that report events."""
 
     CONFIGURATION: tuple[type[Register], ...] = (
         DRDY_PULSE_CFG_G,
@@ -142,7 +135,6 @@ class FunctionSources:
     # -- for the functions ------------------------------------------------------------------------------
 
     def happened(self, source: FunctionSource, at_ps: int) -> None:
-        """Set bit and signal of an event, and plan their end."""
         self.catch_up(at_ps)
         self._mem[source.register.addr] |= source.mask
         if source in self._latching:
@@ -155,12 +147,11 @@ class FunctionSources:
         self._chip.signals.set(source.signal, on=True, at_ps=at_ps)
 
     def show(self, source: FunctionSource, *, on: bool) -> None:
-        """Set or clear the bit of a level source; a latching one is unchanged."""
+        """Set or clear the bit of a level source, unless it latches."""
         if source not in self._latching:
             self._set_bit(source, on=on)
 
     def fall(self, sources: Iterable[FunctionSource], at_ps: int) -> None:
-        """Clear bits and signals of ``sources`` after their function is switched off."""
         self.catch_up(at_ps)
         for source in sources:
             self._held.discard(source)
@@ -173,7 +164,6 @@ class FunctionSources:
     # -- feature interface ------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
-        """Decode which sources latch from now on."""
         mem = self._mem
         latches = bool(mem[TAP_CFG.addr] & TAP_CFG.LIR.mask)
         was, self._latching = (
@@ -189,7 +179,6 @@ class FunctionSources:
         self.fall([source for source in self._held_in_order() if source not in self._latching], now_ps)
 
     def catch_up(self, now_ps: int) -> None:
-        """End the pulses that are over."""
         if not self.active:
             return
         over = [(end, source) for source, end in self._pin_ends.items() if end <= now_ps]
@@ -202,11 +191,9 @@ class FunctionSources:
         self.active = bool(self._pin_ends or self._bit_ends)
 
     def reset(self, now_ps: int) -> None:
-        """Clear all events (SW_RESET)."""
         self.fall(_SOURCES, now_ps)
 
     def next_event_ps(self) -> int:
-        """Return the end of the next pulse."""
         return min(self._pin_ends.values(), default=NEVER_PS)
 
     # -- registers --------------------------------------------------------------------------------------
@@ -224,7 +211,7 @@ class FunctionSources:
         self.fall([source for source in self._held_in_order() if source.register is FUNC_SRC2], now_ps)
 
     def _held_in_order(self) -> list[FunctionSource]:
-        """Return the held sources in a fixed order: a set's order varies, and simultaneous edges must not."""
+        """Return held sources in a fixed order, unlike that of a set."""
         return [source for source in _SOURCES if source in self._held]
 
     def _set_bit(self, source: FunctionSource, *, on: bool) -> None:

@@ -1,23 +1,14 @@
 """The LSM6DSL's gyroscope: from angular rate to counts (datasheet Table 3; AN5040 section 3).
 
-World, deviation, noise and self-test pass the selected filters as in the accelerometer. The world first
-passes a filter before decimation (``sensors.front_end``), whose delay is part of the one below.
+After power-down the drive starts within ``LSM6DSLErrors.gyro_turn_on_ms``, 35 ms in Table 4; the 70 ms of AN5040 are a
+driver's safe wait. The first samples, as many as Table 16 gives, follow the step response of the low-pass filter.
+Approximation: from 1666 Hz on they settle within a few periods, not 81 ms (Table 16).
 
-After power-down the drive takes 35 ms to start, the typical turn-on time of the datasheet's Table 4, then
-sampling begins; out of sleep it begins at once. ``LSM6DSLErrors.gyro_turn_on_ms`` sets another time. The 70
-ms of AN5040's Tables 14 to 16 were rejected: they are a safe wait for a driver. A sensor with this delay
-shows 0 in the lab's first line of text; the board shows its rates there. Samples from the first period on,
-invalid until the drive runs, were also rejected; AN5040 does not decide between the two.
+One low-pass and the filter before decimation give the overall cut-off of Table 19; the rest of the documented phase at
+20 Hz is a delay (3.8). Where the filter before decimation alone has more delay (12.5 to 208 Hz), its cut-off is
+higher. LPF1 switched off has no phase table: it is delayed as FTYPE = 3.
 
-The low-pass filters start from rest with the drive, so the first samples are too small: 3 of them up to 833
-Hz, as AN5040's Table 16 says. Approximation: from 1666 Hz on, Table 16 gives 81 ms (up to 540 samples). The
-samples here settle within a few periods; only DRDY_MASK hides the full time.
-
-Filters (AN5040 3.8): the overall cut-off of Table 19 is one low-pass. Its documented phase at 20 Hz minus the
-phase of that filter is a plain delay. LPF1 switched off has no phase table: it is delayed as FTYPE = 3.
-
-Samples to be discarded (AN5040 3.9, Tables 14 to 16). Decision: out of sleep into low power, as many samples
-are to be discarded as out of power-down; the tables are silent.
+Decision: out of sleep into low power, as many samples are to be discarded as out of power-down.
 """
 
 from __future__ import annotations
@@ -31,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fcu_emulator.sensors.filters import (
+    PAGE,
     Array,
     Chain,
     SampledFilter,
@@ -40,8 +32,19 @@ from fcu_emulator.sensors.filters import (
     low_pass,
     response,
 )
-from fcu_emulator.sensors.front_end import Deviation, Flicker, FrontEnd, NoiseSource, kernel, noise_key
-from fcu_emulator.sensors.lsm6dsl.accelerometer import ODR_HZ, PowerMode, add_low_pass
+from fcu_emulator.sensors.front_end import (
+    USUAL_DECIMATION,
+    Deviation,
+    Flicker,
+    FrontEnd,
+    NoiseSource,
+    add_noise,
+    before_decimation,
+    conversions_per_sample,
+    kernel,
+    noise_key,
+)
+from fcu_emulator.sensors.lsm6dsl.accelerometer import ODR_HZ, PowerMode
 from fcu_emulator.sensors.lsm6dsl.declaration import LSM6DSLErrors
 from fcu_emulator.sensors.lsm6dsl.registers import CTRL2_G, CTRL4_C, CTRL5_C, CTRL6_C, CTRL7_G
 from fcu_emulator.sensors.part import Signal
@@ -49,7 +52,7 @@ from fcu_emulator.sensors.sampling import PS_PER_S, SampleStream, Times, words
 
 # -- samples to discard (AN5040 3.9, Tables 14 to 16) -------------------------------------------------------
 
-# Gyroscope in high performance by rate in Hz (Table 16): LPF1 off, LPF1 on.
+# High performance by rate in Hz (Table 16): LPF1 off, LPF1 on.
 _G_TURN_ON = {
     12.5: (2, 2),
     26.0: (3, 3),
@@ -62,11 +65,11 @@ _G_TURN_ON = {
     3332.0: (270, 270),
     6664.0: (540, 540),
 }
-_G_LOW_POWER, _G_CHANGE = 1, 2  # Table 14: in addition to the drive's start; change in high performance
+_G_LOW_POWER, _G_CHANGE = 1, 2  # Table 14: after the drive's start; change in high performance
 
 
 def gyroscope_discards(old: PowerMode, new: PowerMode) -> int:
-    """Return the samples to discard from ``old`` to ``new`` once the drive runs, 0 if they are equal."""
+    """Return the samples to discard after a change of mode, once the drive runs."""
     if new == old or not new.odr_hz:
         return 0
     if not new.high_performance:
@@ -78,7 +81,7 @@ def gyroscope_discards(old: PowerMode, new: PowerMode) -> int:
 
 _HIGH_PASS_HZ = (0.016, 0.065, 0.260, 1.04)  # CTRL7_G.HPM_G
 
-# Overall cut-off in Hz by ODR code (Table 19): LPF1 off, then FTYPE 0 to 3; the same up to 208 Hz.
+# Overall cut-off in Hz by ODR code (Table 19): LPF1 off, then FTYPE 0 to 3.
 _CUTOFF_HZ = {
     1: (4, 4, 4, 4, 4),
     2: (8, 8, 8, 8, 8),
@@ -106,54 +109,106 @@ _PHASE_DEG = {
     10: (7, 9, 11, 5),
 }
 _FIRST_PHASE_CODE, _FIRST_PHASE_ODR_HZ = 3, 52  # below: the same delay in sample periods
+_HIGHEST_DECIMATION, _BISECTIONS = 4.0, 40
 
 
 class GyroscopeFilter(NamedTuple):
-    """``chain`` of the output, None without filter; its input is the rate of ``delay_s`` ago."""
+    """``chain`` of the output; its input is the rate of ``delay_s`` ago.
+
+    ``late_s``: the part of the delay not caused by the filter before decimation; ``decimation``: that filter's cut-off
+    over the output rate.
+    """
 
     chain: Chain | None
     delay_s: float
+    late_s: float
+    decimation: float
 
 
 def gyroscope_filter(mem: bytearray, code: int, odr_hz: float, *, high_performance: bool) -> GyroscopeFilter:
-    """Return the gyroscope's filters at ODR code ``code`` (1 to 10), from the main register bank."""
+    """Return the filters at ODR code ``code`` (1 to 10)."""
     if not odr_hz:
-        return GyroscopeFilter(None, 0.0)
+        return GyroscopeFilter(None, 0.0, 0.0, USUAL_DECIMATION)
     lpf1 = high_performance and mem[CTRL4_C.addr] & CTRL4_C.LPF1_SEL_G.mask
     column = 1 + CTRL6_C.FTYPE.get(mem[CTRL6_C.addr]) if lpf1 else _LPF1_OFF
-    low: list[Section] = []
-    add_low_pass(low, _CUTOFF_HZ[code][column], odr_hz)
-    delay_s = _delay_s(tuple(low), code, column, odr_hz)
+    low, delay_s, late_s, decimation = _design(code, column, odr_hz)
     control = mem[CTRL7_G.addr]
     if high_performance and control & CTRL7_G.HP_EN_G.mask:
         corner = high_pass(_HIGH_PASS_HZ[CTRL7_G.HPM_G.get(control)] / odr_hz)
-        return GyroscopeFilter(chain((corner, *low), "zero"), delay_s)
-    return GyroscopeFilter(chain(tuple(low), "settled") if low else None, delay_s)
+        return GyroscopeFilter(chain((corner, *low), "zero"), delay_s, late_s, decimation)
+    return GyroscopeFilter(chain(low, "settled") if low else None, delay_s, late_s, decimation)
+
+
+def _rise(filters: Chain | None, discards: int) -> Array:
+    """Return the share of the rate in each of the first samples out of power-down or sleep, which are discarded."""
+    if filters is None or filters.start == "zero":
+        return np.empty(0)
+    low = chain(filters.sections, "zero")
+    response, _ = low.run(np.ones((1, PAGE)), low.at_rest(1))
+    return response[0, : min(discards, low.settling)]
 
 
 def high_pass_is_idle(mem: bytearray) -> bool:
-    """Return whether HP_EN_G is set in low-power or normal mode, without a high-pass filter (AN5040 3.8)."""
+    """Return whether HP_EN_G is set without high performance (AN5040 3.8)."""
     control = mem[CTRL7_G.addr]
     low_power = control & CTRL7_G.G_HM_MODE.mask and CTRL2_G.ODR_G.get(mem[CTRL2_G.addr]) in range(1, 6)
     return bool(control & CTRL7_G.HP_EN_G.mask and low_power)
 
 
+class _Design(NamedTuple):
+    """The low-pass at the output rate, the delay before it, and the filter before decimation, as `GyroscopeFilter`."""
+
+    low: tuple[Section, ...]
+    delay_s: float
+    late_s: float
+    decimation: float
+
+
 @cache
-def _delay_s(low: tuple[Section, ...], code: int, column: int, odr_hz: float) -> float:
-    """Return the documented phase at 20 Hz minus the low-pass filter's, as a delay."""
+def _design(code: int, column: int, odr_hz: float) -> _Design:
+    """Return the filters that have the documented cut-off, and the documented phase at 20 Hz."""
     if code < _FIRST_PHASE_CODE:
-        first, periods = _FIRST_PHASE_ODR_HZ, _FIRST_PHASE_ODR_HZ / odr_hz
-        same = (low_pass(_CUTOFF_HZ[_FIRST_PHASE_CODE][column] / first),)
-        return _delay_s(same, _FIRST_PHASE_CODE, column, first) * periods
-    documented = _PHASE_DEG[code][column - 1]  # LPF1 off uses the last one
-    gain = response(low, np.array([_PHASE_HZ / odr_hz]))
-    own = -float(np.degrees(np.angle(gain[0])))
-    return (documented - own) / 360 / _PHASE_HZ
+        periods = _FIRST_PHASE_ODR_HZ / odr_hz
+        first = _design(_FIRST_PHASE_CODE, column, _FIRST_PHASE_ODR_HZ)
+        low = _low_pass(_CUTOFF_HZ[code][column], odr_hz, first.decimation)
+        return _Design(low, first.delay_s * periods, first.late_s * periods, first.decimation)
+    documented_s = _PHASE_DEG[code][column - 1] / 360 / _PHASE_HZ  # LPF1 off uses the last one
+    lowest, highest = USUAL_DECIMATION, _HIGHEST_DECIMATION
+    for decimation in (lowest, *(0.0,) * _BISECTIONS):
+        cutoff = decimation or (lowest + highest) / 2
+        low = _low_pass(_CUTOFF_HZ[code][column], odr_hz, cutoff)
+        delay_s = documented_s - _phase_s(low, odr_hz)
+        conversions = conversions_per_sample(odr_hz)
+        late_s = delay_s - _phase_s(before_decimation(conversions, cutoff), odr_hz * conversions)
+        if decimation and late_s >= 0:
+            break
+        lowest, highest = (cutoff, highest) if late_s < 0 else (lowest, cutoff)
+    return _Design(low, delay_s, max(late_s, 0.0), cutoff)
+
+
+def _low_pass(cutoff_hz: float, odr_hz: float, decimation: float) -> tuple[Section, ...]:
+    """Return the low-pass that has its cut-off at ``cutoff_hz`` together with the filter before decimation."""
+    if cutoff_hz >= odr_hz / 2:
+        return ()
+    conversions = conversions_per_sample(odr_hz)
+    before = response(
+        before_decimation(conversions, decimation), np.array([cutoff_hz / (odr_hz * conversions)])
+    )
+    # |H|^2 of a Butterworth low-pass is 1 / (1 + (tan(pi f) / tan(pi fc))^4), and must be 1 / (2 |before|^2).
+    excess = 2 * float(np.abs(before[0])) ** 2 - 1
+    tangent = math.tan(math.pi * cutoff_hz / odr_hz) / excess**0.25
+    return (low_pass(math.atan(tangent) / math.pi),)
+
+
+def _phase_s(sections: tuple[Section, ...], rate_hz: float) -> float:
+    """Return the delay of a 20 Hz signal by a cascade at ``rate_hz``."""
+    gain = response(sections, np.array([_PHASE_HZ / rate_hz]))
+    return -float(np.angle(gain[0])) / (2 * math.pi * _PHASE_HZ)
 
 
 # -- the sensor ---------------------------------------------------------------------------------------------
 
-# CTRL2_G.FS_G: 250, 500, 1000, 2000 dps; the last entry is FS_125 (Table 3).
+# CTRL2_G.FS_G: 250, 500, 1000, 2000 dps, and FS_125 (Table 3).
 MDPS_PER_LSB = (8.75, 17.5, 35.0, 70.0, 4.375)
 _FS_125 = 4
 
@@ -173,10 +228,15 @@ class GyroscopeSettings:
     odr_hz: float
     scale: int  # FS_G code, or 4 for +-125 dps
     filters: GyroscopeFilter
-    noise_rms_factor: float  # before the chain: mdps RMS for each mdps/sqrt(Hz) of the sensor's noise density
+    noise_rms_factor: float  # before the chain: mdps RMS per mdps/sqrt(Hz)
     self_test: int
     driven: bool  # also in sleep
     mode: PowerMode
+
+    @property
+    def highest_dps(self) -> float:
+        """Full scale of the converter."""
+        return 32768 * MDPS_PER_LSB[self.scale] / 1000
 
     @classmethod
     def decode(cls, mem: bytearray) -> GyroscopeSettings:
@@ -204,7 +264,7 @@ class GyroscopeSettings:
 
 
 class Gyroscope:
-    """The gyroscope and its ``stream`` of samples; ``angular_rate_dps`` in the sensor's axes."""
+    """The gyroscope; ``angular_rate_dps`` in the sensor's axes."""
 
     def __init__(
         self, angular_rate_dps: Signal, temperature_degc: Signal, errors: LSM6DSLErrors, seed: int
@@ -224,13 +284,16 @@ class Gyroscope:
             errors.gyro_cross_axis_percent,
         )
         self.stream = SampleStream(6, self.produce)
-        self._front_end = FrontEnd(angular_rate_dps, self.stream.times_s)
+        self._front_end = FrontEnd(angular_rate_dps, self.stream.times_s, self._measured_dps)
         self._filter = SampledFilter(self._unfiltered)
         self.stream.when_world_changes(self._filter.forget)
         self._turn_on_ps = round(errors.gyro_turn_on_ms * _PS_PER_MS)
         self._rate_factor = errors.rate_factor
         self._drive_ready_ps = 0
-        self.settings = GyroscopeSettings(0, 0, GyroscopeFilter(None, 0.0), 0.0, 0, driven=False, mode=_OFF)
+        self._rise: tuple[int, Array] = (0, np.empty(0))
+        self.settings = GyroscopeSettings(
+            0, 0, GyroscopeFilter(None, 0.0, 0.0, USUAL_DECIMATION), 0.0, 0, driven=False, mode=_OFF
+        )
 
     @property
     def rate(self) -> Fraction:
@@ -238,7 +301,6 @@ class Gyroscope:
         return Fraction(self.settings.odr_hz).limit_denominator(10) * self._rate_factor
 
     def configure(self, mem: bytearray, now_ps: int) -> None:
-        """Apply the settings of the main register bank from the next sample on."""
         settings, old = GyroscopeSettings.decode(mem), self.settings
         if settings == old:
             return
@@ -251,26 +313,40 @@ class Gyroscope:
         if (settings.filters, settings.odr_hz) == (old.filters, old.odr_hz):
             self._filter.split(number)
         else:
-            filters = settings.filters.chain
-            if filters is not None and not old.odr_hz:
-                filters = chain(filters.sections, "zero")
-            self._filter.restart(filters, number)
+            self._filter.restart(settings.filters.chain, number)
+            if not old.odr_hz:
+                self._rise = number, _rise(settings.filters.chain, discards)
         self.settings = settings
         if settings.odr_hz:
-            highest, delay_s = 32768 * MDPS_PER_LSB[settings.scale] / 1000, settings.filters.delay_s
-            before = kernel(settings.odr_hz, None, None, highest, delay_s, float(self._rate_factor))
-            self._front_end.configure(before, delay_s)
+            filters = settings.filters
+            before = kernel(
+                settings.odr_hz,
+                None,
+                None,
+                settings.highest_dps,
+                filters.late_s,
+                float(self._rate_factor),
+                filters.decimation,
+            )
+            self._front_end.configure(before, filters.delay_s)
 
     def drive_start_ps(self, now_ps: int) -> int:
-        """Return the remaining time of the drive's start before sampling can begin."""
         return max(0, self._drive_ready_ps - now_ps)
 
     def produce(self, number: int, t_s: Times) -> bytes:
-        """Return samples as little-endian X, Y, Z int16."""
         settings = self.settings
         filtered = settings.filters.chain is not None
         dps = self._filter.block(number, len(t_s)) if filtered else self._sampled(number, t_s)
+        first, rise = self._rise
+        if number < first + len(rise):
+            shares = np.ones(len(t_s))
+            rising = rise[number - first :][: len(t_s)]
+            shares[: len(rising)] = rising
+            dps = dps * shares
         return words(dps * (1000 / MDPS_PER_LSB[settings.scale]), len(t_s))
+
+    def _measured_dps(self, angular_rate_dps: Array, t_s: Times) -> Array:
+        return self._deviation.apply(angular_rate_dps, t_s, self._temperature_degc).T
 
     def _unfiltered(self, number: int, count: int) -> Array:
         return self._sampled(number, self.stream.times_s(number, count))
@@ -278,16 +354,16 @@ class Gyroscope:
     def _sampled(self, number: int, t_s: Times) -> Array:
         """Return unfiltered samples, (3, n), or (3, 1) if all are equal."""
         settings = self.settings
-        dps = self._deviation.apply(self._front_end.block(number, t_s), t_s, self._temperature_degc)
+        dps = np.ascontiguousarray(self._front_end.block(number, t_s).T)
         if self._density:
-            noise = self._noise.block(number, len(t_s))
-            dps = dps + self._density * settings.noise_rms_factor / 1000 * noise
+            white = self._density * settings.noise_rms_factor / 1000 * self._noise.block(number, len(t_s))
+            dps = add_noise(dps, white, settings.highest_dps)
         if self._flicker is not None:
-            dps = dps + self._flicker.block(t_s)
+            dps = add_noise(dps, self._flicker.block(t_s), settings.highest_dps)
         if settings.self_test:
             dps += settings.self_test * SELF_TEST_DPS[settings.scale]
         return dps
 
 
 CONFIGURATION = (CTRL2_G, CTRL4_C, CTRL5_C, CTRL6_C, CTRL7_G)
-"""The registers that change the gyroscope's output."""
+"""Registers that change the gyroscope's output."""

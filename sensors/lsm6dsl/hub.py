@@ -1,27 +1,16 @@
 """The LSM6DSL's sensor hub: an I2C master that reads other sensors by itself (AN5040 section 7).
 
-At each trigger it makes a round over the slaves, transfer by transfer. A round reads each slave at the end of
-its transfer and shows all results at the end of the round; until then the outputs keep the previous results.
-A trigger during a round is lost.
+A trigger, data-ready at 104 Hz at most or INT2, starts a round over the slaves, whose results appear together at its
+end. Decision: INT2 triggers when it rises, or when it is high as the hub is switched on.
 
-Decisions where the documents are silent: a hub slave that does not answer keeps its bytes, and its NACK flag
-shows its latest turn; a trigger without a slave in turn starts no round; switching off aborts the running
-round. SENSORHUB_END_OP is a level, 1 while idle, and a pulse of 1/100 s while the correction is on (AN5040
-7.2.3 and 7.5.3 say one each); its pin pulses in both cases.
+Decisions where the documents are silent: a hub slave that does not answer keeps its bytes; a trigger without a slave in
+turn starts no round; switching off aborts the round. SENSORHUB_END_OP is 1 while idle, or with correction a pulse of
+1/100 s.
 
-Auxiliary bus (SDx, SCx): 116.3 kHz (datasheet Table 8). A byte is nine clocks; start, repeated start and stop
-count as one each. The sub-address is sent unchanged, and the attached sensor's own increment determines the
-bytes of a burst.
+Iron correction (7.5): calibrated = SI * (M - HI), uncalibrated = SI * (M - HI) + HI.
 
-Trigger (7.1): the accelerometer's data-ready at 104 Hz at most, or the gyroscope's if that alone is on; at
-higher rates every second, fourth ... sample. With START_CONFIG it is INT2 going high. Decision: INT2 triggers
-when it rises, or when it is high as the hub is switched on, and not again while it stays high. Continuous
-rounds were rejected, because they would keep the auxiliary bus busy all the time.
-
-Hard- and soft-iron correction of an external magnetometer (7.5; bank A, datasheet 11.20 to 11.34):
-calibrated = SI * (M - HI), uncalibrated = SI * (M - HI) + HI; SI is the unit matrix while SOFT_EN is off.
-Decisions where the documents are silent: corrected fields are rounded to the nearest LSB; a field that does
-not fit 16 bits saturates, and HI_FAIL reports it.
+Decisions where the documents are silent: corrected fields are rounded to the nearest LSB; a field over 16 bits
+saturates and sets HI_FAIL.
 """
 
 from __future__ import annotations
@@ -67,19 +56,19 @@ UNANSWERED_PS = _clocks_ps(1 + 9 + 1)  # address, then the master gives up
 
 
 def read_ps(count: int) -> int:
-    """Return the duration of address, sub-address, repeated start, address, ``count`` bytes."""
+    """Return the duration of a read of ``count`` bytes."""
     return _clocks_ps(1 + 9 * 2 + 1 + 9 * (1 + count) + 1)
 
 
 class AuxiliaryBus:
-    """The attached sensors by their 7-bit address."""
+    """The attached sensors by 7-bit address."""
 
     def __init__(self) -> None:
         self._targets: dict[int, SubaddressTarget] = {}
         self._now_ps = 0
 
     def attach(self, address: int, device: Part) -> None:
-        """Connect a sensor; ValueError if the address is not a 7-bit one, or in use."""
+        """Connect a sensor; ValueError if the address is wrong or in use."""
         if not 0 <= address < 0x80:
             raise ValueError(f"auxiliary bus: address 0x{address:02X} is not in 0x00 to 0x7F")
         if address in self._targets:
@@ -87,12 +76,11 @@ class AuxiliaryBus:
         self._targets[address] = SubaddressTarget(device, lambda: self._now_ps)
 
     def answers(self, address: int) -> bool:
-        """Return whether a sensor acknowledges ``address``."""
         target = self._targets.get(address)
         return target is not None and not target.part.i2c_off
 
     def read(self, address: int, subaddress: int, count: int, at_ps: int) -> bytes:
-        """Read from a sensor that answers; the transfer ends at ``at_ps``."""
+        """Read from a sensor that answers, until ``at_ps``."""
         target = self._begin(address, at_ps)
         target.write(bytes((subaddress,)))
         target.start(read=True)
@@ -101,7 +89,6 @@ class AuxiliaryBus:
         return data
 
     def write(self, address: int, subaddress: int, value: int, at_ps: int) -> None:
-        """Write a byte to a sensor that answers; the transfer ends at ``at_ps``."""
         target = self._begin(address, at_ps)
         target.write(bytes((subaddress, value)))
         target.stop()
@@ -130,7 +117,7 @@ class Corrected:
 
 @dataclass(frozen=True)
 class IronCorrection:
-    """``soft``: matrix, (3, 3); ``hard``: offsets in LSB of the magnetometer, (3,)."""
+    """``soft``: matrix (3, 3); ``hard``: offsets (3,) in LSB of the magnetometer."""
 
     soft: NDArray[np.float64]
     hard: NDArray[np.float64]
@@ -143,7 +130,6 @@ class IronCorrection:
         return cls(soft=matrix, hard=hard.astype(np.float64))
 
     def apply(self, raw: bytes) -> Corrected:
-        """Return one sample, X, Y, Z as little-endian int16, after correction."""
         calibrated = np.rint(self.soft @ (np.frombuffer(raw, dtype="<i2") - self.hard))
         uncalibrated = calibrated + self.hard
         both = np.concatenate((calibrated, uncalibrated))
@@ -162,7 +148,7 @@ def _element(value: int) -> float:
 # -- settings of the four slaves in bank A (datasheet 11.2 to 11.15; AN5040 7.2) ----------------------------
 
 OUTPUT_BYTES = 18  # SENSORHUB1 to SENSORHUB18
-_BYTES_PER_SLAVE = 3  # address, sub-address, configuration: the same layout four times
+_BYTES_PER_SLAVE = 3  # address, sub-address, configuration
 
 
 @dataclass(frozen=True)
@@ -179,13 +165,13 @@ class Slave:
 
 @dataclass(frozen=True)
 class Plan:
-    """All used slaves, in the order of their turns, and slave 0's options."""
+    """All used slaves, in order, and slave 0's options."""
 
     slaves: tuple[Slave, ...]
     length: int  # requested bytes of output
     data: int  # the byte written to slave 0, or the register of its test
     write_once: bool
-    tested: bool  # Src_mode: slave 0 is read only if the register ``data`` is not zero
+    tested: bool  # Src_mode: slave 0 is read only if register ``data`` is not zero
 
     @property
     def reads_magnetometer(self) -> bool:
@@ -194,7 +180,7 @@ class Plan:
 
     @classmethod
     def decode(cls, mem: bytearray) -> Plan:
-        """Decode the plan from bank A. The slaves to be read fill the outputs one after the other."""
+        """Decode bank A; slaves fill the outputs in turn."""
         config = mem[BankA.SLAVE0_CONFIG.addr]
         extra = BankA.SLAVE0_CONFIG.Aux_sens_on.get(config)
         slaves: list[Slave] = []
@@ -215,7 +201,6 @@ class Plan:
 
 
 def _slave(mem: bytearray, number: int, place: int) -> Slave | None:
-    """Return slave ``number``; None if it has no turn: its reads are off, or of length 0."""
     offset = _BYTES_PER_SLAVE * number
     config = mem[BankA.SLAVE0_CONFIG.addr + offset]
     reads = bool(mem[BankA.SLV0_ADD.addr + offset] & BankA.SLV0_ADD.rw_0.mask)
@@ -238,7 +223,7 @@ _FASTEST_HZ = 104
 
 
 class Trigger:
-    """``by_pin``: INT2 is the trigger, not the samples."""
+    """The hub's trigger; ``by_pin``: INT2, not samples."""
 
     def __init__(self, chip: FeatureContext) -> None:
         self.by_pin = False
@@ -247,11 +232,9 @@ class Trigger:
 
     @property
     def running(self) -> bool:
-        """Whether a sensor is on; without one the hub does not work."""
         return self._stream.running
 
     def configure(self, now_ps: int) -> None:
-        """Decode START_CONFIG, and follow the sensors' rates."""
         self.by_pin = bool(self._chip.registers.mem[MASTER_CONFIG.addr] & MASTER_CONFIG.START_CONFIG.mask)
         self._stream = self._chip.xl if self._chip.xl.running else self._chip.g
         if self._stream.running:
@@ -259,12 +242,11 @@ class Trigger:
         self.aim(now_ps)
 
     def aim(self, after_ps: int) -> None:
-        """Set the next trigger to the first after ``after_ps``; a restarted stream counts from 0 again."""
+        """Set the next trigger after ``after_ps``."""
         following = self._stream.latest(after_ps) + 1
         self._next = -(-following // self._every) * self._every
 
     def next_ps(self) -> int:
-        """Return the time of the next triggering sample."""
         return NEVER_PS if self.by_pin else self._stream.time_ps(self._next)
 
 
@@ -272,7 +254,7 @@ class Trigger:
 
 
 def violations(mem: bytearray, plan: Plan, *, enabled: bool, active: bool) -> dict[str, bool]:
-    """Return every violation, and whether it is present; ``active``: enabled, with a sensor that triggers."""
+    """Return every violation, and whether it is present."""
     control = mem[MASTER_CONFIG.addr]
     iron = bool(control & MASTER_CONFIG.IRON_EN.mask)
     soft = bool(mem[CTRL9_XL.addr] & CTRL9_XL.SOFT_EN.mask)
@@ -301,7 +283,6 @@ _FIRST_CORRECTION, _LAST_CORRECTION = BankA.MAG_SI_XX.addr, BankA.MAG_OFFZ_H.add
 
 
 def _set_up_by(bank: RegisterMap) -> list[type[Register]]:
-    """Return the hub's registers in bank A: slaves and correction."""
     return [
         register
         for register in bank.registers
@@ -311,7 +292,7 @@ def _set_up_by(bank: RegisterMap) -> list[type[Register]]:
 
 
 class SensorHub:
-    """Master of the auxiliary bus. ``pass_through``: the host's I2C is connected to that bus."""
+    """Master of the auxiliary bus; ``pass_through``: the host's I2C is connected to it."""
 
     CONFIGURATION: tuple[type[Register], ...] = (
         CTRL1_XL,
@@ -335,7 +316,7 @@ class SensorHub:
         self._triggers = 0  # since the master is on
         self._written = False  # slave 0 has been written since
         self._round: Iterator[int] | None = None
-        self._step_ps = NEVER_PS  # end of the round's present transfer
+        self._step_ps = NEVER_PS  # end of the present transfer
         self._outputs = bytearray(OUTPUT_BYTES)
         self._magnetometer: bytes | None = None  # slave 0's bytes in this round, to be corrected
         self._nacks = 0
@@ -348,7 +329,6 @@ class SensorHub:
     # -- feature interface ------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
-        """Decode the registers; a running round continues unless the hub is now off."""
         control = self._mem[MASTER_CONFIG.addr]
         master = bool(control & MASTER_CONFIG.MASTER_ON.mask)
         self.pass_through = bool(control & MASTER_CONFIG.PASS_THROUGH_MODE.mask)
@@ -372,7 +352,6 @@ class SensorHub:
         self._violations.report(found, now_ps)
 
     def catch_up(self, now_ps: int) -> None:
-        """Start and process the due rounds, transfer by transfer."""
         while (at_ps := self.next_event_ps()) <= now_ps:
             if self._round is None:
                 self._begin(at_ps)
@@ -380,12 +359,10 @@ class SensorHub:
                 self._go_on(self._round, at_ps)
 
     def level_changes(self, level: int, at_ps: int) -> None:
-        """React to a new level of INT2 after ``at_ps``."""
         if level:
             self._trigger_by_pin(at_ps)
 
     def reset(self, now_ps: int) -> None:
-        """Switch the hub off and clear its outputs (SW_RESET)."""
         del now_ps
         self.active = self._enabled = False
         self._round, self._step_ps = None, NEVER_PS
@@ -393,7 +370,6 @@ class SensorHub:
         self._nacks = 0
 
     def next_event_ps(self) -> int:
-        """Return the end of the present transfer, or the next trigger."""
         return self._trigger.next_ps() if self._round is None else self._step_ps
 
     # -- configuration ----------------------------------------------------------------------------------
@@ -433,7 +409,7 @@ class SensorHub:
         self._show_results(at_ps)
 
     def _transfers(self, trigger: int, at_ps: int) -> Iterator[int]:
-        """Yield the end time of each transfer of one round; the transfer is done at the next step."""
+        """Yield each transfer's end; the next step does the transfer."""
         plan = self._plan
         for slave in plan.slaves:
             if trigger % slave.every or (not slave.length and plan.write_once and self._written):
@@ -477,7 +453,6 @@ class SensorHub:
             self._sources.happened(IRON, at_ps)
 
     def _correct(self) -> bool:
-        """Correct slave 0's bytes; return whether there were any."""
         raw, self._magnetometer = self._magnetometer, None
         if self._correction is None or raw is None:
             return False

@@ -1,10 +1,7 @@
-"""Plain measuring: the two sensors and the thermometer of the LSM6DSL behind their output registers.
+"""Plain measuring: both sensors and the thermometer (AN5040 9), and the supply current.
 
-Thermometer (datasheet Table 4; AN5040 section 9): 256 LSB/degC, 0 is 25 degC.
-
-Supply (datasheet Tables 3 and 4). Approximation: the documents give no figure for both sensors together in
-low-power or normal mode, nor for a sleeping gyroscope. The current of both is the sum of the two, limited to
-the 650 uA of both in high-performance mode; a sleeping gyroscope counts as one in its slowest low-power mode.
+Approximation (datasheet Tables 3 and 4): outside high performance both sensors take the sum of their currents, at most
+650 uA, and a sleeping gyroscope that of its slowest mode.
 """
 
 from __future__ import annotations
@@ -43,7 +40,7 @@ _TEMPERATURE_HZ = Fraction(52)
 
 
 class Thermometer:
-    """The thermometer and its ``stream`` of samples; ``offset_degc`` is its error."""
+    """The thermometer; ``offset_degc`` is its error."""
 
     def __init__(self, temperature_degc: Signal, offset_degc: float) -> None:
         self._temperature_degc = temperature_degc
@@ -51,7 +48,6 @@ class Thermometer:
         self.stream = SampleStream(2, self.produce)
 
     def produce(self, number: int, t_s: Times) -> bytes:
-        """Return samples as little-endian int16."""
         del number
         degc = np.broadcast_to(self._temperature_degc(t_s), t_s.shape) + self._offset_degc
         return to_int16((degc - ZERO_DEGC) * LSB_PER_DEGC).tobytes()
@@ -70,7 +66,7 @@ _FLAGS = (STATUS_REG.XLDA.mask, STATUS_REG.GDA.mask, STATUS_REG.TDA.mask)
 
 
 class Measuring:
-    """Updates sensors and output registers from the control registers and the time."""
+    """The two sensors and the thermometer behind their output registers."""
 
     def __init__(
         self,
@@ -91,7 +87,6 @@ class Measuring:
         registers.before_read(STATUS_REG, self._before_status)
 
     def refresh(self, now_ps: int) -> None:
-        """Write the latest samples to the output registers, and their flags to STATUS_REG."""
         for output in self._outputs:
             output.refresh(now_ps)
         if self._registers.mem[CTRL4_C.addr] & CTRL4_C.DRDY_MASK.mask:
@@ -102,7 +97,7 @@ class Measuring:
         self.refresh(now_ps)
 
     def apply(self, mem: bytearray, now_ps: int) -> None:
-        """Configure the measurement from the main bank ``mem``; samples until ``now_ps`` use the old settings."""
+        """Configure the measurement; earlier samples use the old settings."""
         was = self._rates()
         self._accelerometer.configure(mem)
         self._gyroscope.configure(mem, now_ps)
@@ -119,7 +114,7 @@ class Measuring:
             stream.invalidate()
 
     def _start(self, stream: SampleStream, rate: Fraction, now_ps: int) -> None:
-        """Start a stream; with both on they sample in phase (AN5040 3), if Table 3's rates are whole multiples."""
+        """Start a stream, in phase with the other if possible (AN5040 3)."""
         xl, g, _ = self.streams
         if stream is g:
             now_ps += self._gyroscope.drive_start_ps(now_ps)
@@ -130,27 +125,21 @@ class Measuring:
             stream.start(now_ps, rate)
 
     def show_through(self, shown: Callable[[SampleStream], SampleStream]) -> None:
-        """Show ``shown(stream)`` of each sensor's stream from now on."""
         for output, stream in zip(self._outputs, self.streams, strict=True):
             output.stream = shown(stream)
 
     def set_format(self) -> None:
-        """Set BDU and BLE from CTRL3_C."""
         control = self._registers.mem[CTRL3_C.addr]
         bdu, big_endian = bool(control & CTRL3_C.BDU.mask), bool(control & CTRL3_C.BLE.mask)
         for output in self._outputs:
             output.set_format(bdu=bdu, big_endian=big_endian)
 
     def reset(self) -> None:
-        """Clear the outputs: they read 0 until the next samples."""
         for output in self._outputs:
             output.reset()
 
     def catch_up_before_reading(self, catch_up: Callable[[int], None]) -> None:
-        """Call ``catch_up(now_ps)`` before any later read of a sample or its flag.
-
-        Only needed for inactivity, which changes the rates without a write.
-        """
+        """Call ``catch_up(now_ps)`` before later reads, as inactivity changes rates."""
         if self._catches_up_before_reading:
             return
         self._catches_up_before_reading = True
@@ -159,7 +148,6 @@ class Measuring:
         self._registers.before_read(STATUS_REG, _caught_up(catch_up, self._before_status))
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
-        """Return (lowest value, highest value, size of one LSB) of ``channel`` as configured."""
         lsb, zero = {
             "acceleration_g": (MG_PER_LSB[self._accelerometer.settings.scale] / 1000, 0.0),
             "angular_rate_dps": (MDPS_PER_LSB[self._gyroscope.settings.scale] / 1000, 0.0),
@@ -168,7 +156,6 @@ class Measuring:
         return zero - 32768 * lsb, zero + 32767 * lsb, lsb
 
     def _hide_unsettled(self) -> None:
-        """Suppress data-ready of samples that are to be discarded (AN5040 4.3)."""
         for stream, flag in zip(self.streams, _FLAGS, strict=True):
             if stream.index < stream.settled_index:
                 self._registers.mem[STATUS_REG.addr] &= ~flag
@@ -198,7 +185,7 @@ _NOT_A_USER_OFFSET = 0x80  # -128; datasheet 9.91 to 9.93 give -127 to 127
 
 
 def measuring_violations(mem: bytearray) -> dict[str, bool]:
-    """Return the invalid settings of accelerometer and gyroscope (datasheet Tables 52, 55, 63, 64)."""
+    """Return the invalid settings of both sensors (datasheet Tables 52, 55, 63, 64)."""
     offsets = {register.__name__: mem[register.addr] for register in (X_OFS_USR, Y_OFS_USR, Z_OFS_USR)}
     return {
         "CTRL1_XL.ODR_XL above 11": CTRL1_XL.ODR_XL.get(mem[CTRL1_XL.addr]) > 11,
@@ -226,7 +213,7 @@ _BOTH_HIGH_PERFORMANCE_UA = 650.0
 
 
 def supply_current_ua(mem: bytearray) -> float:
-    """Return the supply current in microampere for the main bank's registers."""
+    """Return the supply current in microampere."""
     xl, g = _accelerometer_ua(mem), _gyroscope_ua(mem)
     if xl and g:
         return min(xl + g, _BOTH_HIGH_PERFORMANCE_UA)

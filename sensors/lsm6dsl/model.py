@@ -1,8 +1,8 @@
-"""The LSM6DSL's behaviour behind its registers (datasheet DocID028475 Rev 7; application note AN5040 Rev 3).
+"""The LSM6DSL's behaviour behind its registers.
 
-Decisions where the documents are silent (``FUNCTIONS`` in ``declaration`` lists them for users): SW_RESET
-takes effect at once and its bit reads 1 for 50 us; the temperature's data-ready flag is cleared by reading
-OUT_TEMP_H; reserved ODR codes measure nothing; a changed configuration acts from the next sample on.
+Decisions where the documents are silent: SW_RESET takes effect at once and its bit reads 1 for 50 us; reading
+OUT_TEMP_H clears the temperature's data-ready flag; reserved ODR codes measure nothing; configuration acts from the
+next sample on.
 """
 
 from __future__ import annotations
@@ -54,11 +54,9 @@ _FIFO_BURST = {FIFO_DATA_OUT.addr + 1: FIFO_DATA_OUT.addr}  # after FIFO_DATA_OU
 
 
 class Features:
-    """All functions beyond plain measuring (:mod:`fcu_emulator.sensors.lsm6dsl.feature`), called in one order.
+    """All functions beyond plain measuring, called in one order.
 
-    Features that the sensor also calls directly are attributes. ``rate_changed(at_ps)``: activity recognition
-    has put the sensor to sleep or woken it; ``stream_changed()``: data enable has switched the visible stream
-    of a sensor.
+    ``rate_changed(at_ps)``: of activity recognition; ``stream_changed()``: of data enable.
     """
 
     def __init__(
@@ -73,8 +71,7 @@ class Features:
         self.boot = Boot(chip.signals)
         sources, timestamp = FunctionSources(chip), Timestamp(chip)
         self.hub = SensorHub(chip, sources)
-        # In the order of their dependencies: the events come first because they may change the rates, the
-        # sources after all features that report to them, and the pins last.
+        # Events come first, as they may change the rates; the FIFO after its signals; pins last.
         self._all: tuple[Feature, ...] = (
             self.events,
             self.data_enable,
@@ -90,45 +87,39 @@ class Features:
         )
 
     def configuration(self) -> set[type[Register]]:
-        """Return the registers whose writes may change a feature."""
         return {register for feature in self._all for register in feature.CONFIGURATION}
 
     def configure(self, now_ps: int, because_of: type[Register] | None = None) -> None:
-        """Let the features decode their registers: all, or those that ``because_of`` configures."""
+        """Let all features, or those that ``because_of`` configures, decode registers."""
         for feature in self._all:
             if because_of is None or because_of in feature.CONFIGURATION:
                 feature.configure(now_ps)
 
     def catch_up(self, now_ps: int) -> None:
-        """Let every active feature do its due work."""
         for feature in self._all:
             if feature.active:
                 feature.catch_up(now_ps)
 
     def catch_up_with_events(self, at_ps: int) -> None:
-        """Let every active feature except the events do its due work; the events call this after their own."""
         for feature in self._all:
             if feature.active and feature is not self.events:
                 feature.catch_up(at_ps)
 
     def reset(self, now_ps: int) -> None:
-        """Reset every feature (SW_RESET); ``configure`` follows."""
         for feature in self._all:
             feature.reset(now_ps)
 
     def next_event_ps(self) -> int:
-        """Return the earliest time at which a pin may change; ``NEVER_PS`` if none can."""
         return min((feature.next_event_ps() for feature in self._all if feature.active), default=NEVER_PS)
 
 
 class LSM6DSL(Part):
-    """Accelerometer, gyroscope and their thermometer; signals in the sensor's own right-handed axes.
+    """Accelerometer, gyroscope and thermometer; signals in the sensor's right-handed axes.
 
-    Signals are functions of times (n,) in s (:data:`fcu_emulator.sensors.part.Signal`): ``acceleration_g``
-    gives the specific force, (n, 3); ``angular_rate_dps`` (n, 3); ``temperature_degc`` (n,). Each may give a
-    single row if it is the same at all times. ``errors``: None for an ideal sensor; ``seed``: selects the
-    noise. ``den_axes_on``: CTRL9_XL resets to 0xE0, not to 0x00 (see there). ``powered_on_ps``: time of
-    power-on, None for long ago; the registers answer 15 ms later (AN5040 5.7).
+    Signals (:data:`fcu_emulator.sensors.part.Signal`): ``acceleration_g`` is the specific force (n, 3),
+    ``angular_rate_dps`` (n, 3), ``temperature_degc`` (n,). ``errors``: None for an ideal sensor; ``seed``: selects the
+    noise. ``den_axes_on``: CTRL9_XL resets to 0xE0. ``powered_on_ps``: None for long ago; registers answer 15 ms later
+    (AN5040 5.7).
     """
 
     NAME: ClassVar[str] = "LSM6DSL"
@@ -188,19 +179,15 @@ class LSM6DSL(Part):
 
     @classmethod
     def maps(cls) -> dict[str, RegisterMap]:
-        """Return the register maps of the main bank and of the embedded banks A and B."""
         return titled_maps()
 
     def files(self) -> tuple[RegisterFile, ...]:
-        """Return the register files of the main bank and of the embedded banks A and B."""
         return self._banks.files()
 
     def supply_current_ua(self) -> float:
-        """Supply current in microampere for the current configuration."""
         return supply_current_ua(self.registers.mem)
 
     def spi_wires(self) -> Wires:
-        """Number of SPI wires, 3 or 4, by CTRL3_C.SIM (datasheet 9.15)."""
         return 3 if self.registers.mem[CTRL3_C.addr] & CTRL3_C.SIM.mask else 4
 
     def pins(self) -> tuple[Pin, ...]:
@@ -214,15 +201,15 @@ class LSM6DSL(Part):
 
     @property
     def pass_through(self) -> bool:
-        """Whether the host's I2C is connected to the auxiliary bus (MASTER_CONFIG.PASS_THROUGH_MODE, AN5040 7.3)."""
+        """Whether the host's I2C reaches the auxiliary bus (AN5040 7.3)."""
         return self._features.hub.pass_through
 
     def attach_auxiliary(self, address: int, device: Part) -> None:
-        """Connect ``device`` to the sensor hub's bus at a 7-bit I2C address."""
+        """Connect ``device`` to the sensor hub at a 7-bit address."""
         self._features.hub.bus.attach(address, device)
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
-        """Return (lowest value, highest value, size of one LSB) as configured, in the channel's unit.
+        """Return lowest value, highest value and LSB of a channel as configured, in its unit.
 
         ``channel``: ``acceleration_g``, ``angular_rate_dps`` or ``temperature_degc``; else KeyError.
         """
@@ -235,7 +222,6 @@ class LSM6DSL(Part):
         return self._write_across_banks
 
     def _write_across_banks(self, address: int, data: bytes, now_ps: int) -> None:
-        """Write a burst; after a write to FUNC_CFG_ACCESS it continues in the selected bank."""
         for value in data:
             self.active.write(address, bytes((value,)), now_ps)
             address = self.active.advance(address, 1)
@@ -266,7 +252,7 @@ class LSM6DSL(Part):
             self._clearing.begin(CTRL3_C.SW_RESET.mask, now_ps + _SW_RESET_PS)
             self._configure(old, new, now_ps)
         if boot and not self._clearing.pending(CTRL3_C.BOOT.mask, now_ps):
-            # BOOT reloads the trimming values and does not change the configuration
+            # BOOT does not change the configuration
             self._clearing.begin(CTRL3_C.BOOT.mask, now_ps + BOOT_PS)
             self._features.boot.begin(now_ps)
         control = self.registers.mem[CTRL3_C.addr]
@@ -276,7 +262,6 @@ class LSM6DSL(Part):
         self._features.configure(now_ps, because_of=CTRL3_C)
 
     def _configure(self, old: int, new: int, now_ps: int) -> None:
-        """Write hook of every register that configures the sensor, except CTRL3_C."""
         del old, new
         self.catch_up(now_ps)  # with the old settings
         self.i2c_off = bool(self.registers.mem[CTRL4_C.addr] & CTRL4_C.I2C_disable.mask)
@@ -284,16 +269,13 @@ class LSM6DSL(Part):
         self._apply(now_ps)
 
     def _rate_changed(self, at_ps: int) -> None:
-        """React to activity recognition, which has put the sensor to sleep, or woken it, at ``at_ps``."""
         self._features.catch_up_with_events(at_ps)
         self._apply(at_ps)
 
     def _stream_changed(self) -> None:
-        """React to data enable, which has switched a sensor's visible stream."""
         self._measuring.show_through(self._chip.gates.shown)
 
     def _apply(self, now_ps: int) -> None:
-        """Configure sensors and features from the registers, with lower rates while the sensor is asleep."""
         self._measuring.refresh(now_ps)
         activity = self._features.events.activity
         self._measuring.apply(activity.effective(self.registers.mem), now_ps)
@@ -302,7 +284,6 @@ class LSM6DSL(Part):
             self._measuring.catch_up_before_reading(self.catch_up)
 
     def _int2_applied(self, at_ps: int, level: int) -> None:
-        """React to a new level of INT2: if the pin is an input, it acts like a write to a register."""
         if not int2_is_input(self.registers.mem):
             self.registers.note(at_ps, "forbidden", "INT2 driven from outside while it is an output")
             return
@@ -312,7 +293,7 @@ class LSM6DSL(Part):
         self._features.data_enable.level_changes(level, at_ps)
         self._features.hub.level_changes(level, at_ps)
         self._apply(at_ps)
-        if self._accessed is not None:  # as after a write: the observer of the pins queries the next change
+        if self._accessed is not None:  # as after a write: pins may change earlier
             self._accessed()
 
     def _reset_registers(self) -> None:

@@ -1,17 +1,10 @@
-"""The pins INT1 and INT2: the signals ORed onto them, and their drivers (AN5040 4.2 and 4.3).
+"""The pins INT1 and INT2, and data-ready and boot signals (AN5040 4.2, 4.3, 5.7).
 
-Functions find early events late, and one function after the other. Changes are therefore collected here and
-applied in the order of their times once every function has caught up. For this reason :class:`Routing` must
-be the last in the model's list.
+:class:`Routing`, last in the model's list, applies changes in the order of their times.
 
-Decision: while INT2 is an input (data enable, or a sensor hub triggered from outside) it is not driven and
-its sources are lost; the documents name no other output for them.
+Decision: while INT2 is an input it is not driven and its sources are lost.
 
-Signals without another function are also here. Data-ready (AN5040 4.3): latched, a signal follows its flag in
-STATUS_REG: it rises with a sample and falls when a high byte is read. With DRDY_PULSED every sample gives a
-pulse of 75 us instead, independently of reads; the flag itself is always latched. With DRDY_MASK there is
-neither flag nor signal until a sensor has settled, after the number of samples that AN5040 says are to be
-discarded. BOOT (AN5040 5.7): high while the trimming values are reloaded.
+DRDY_PULSED selects pulses of 75 us; DRDY_MASK suppresses signals until a sensor has settled.
 """
 
 from __future__ import annotations
@@ -46,7 +39,7 @@ from fcu_emulator.sensors.sampling import PS_PER_S, SampleStream
 
 _Source: TypeAlias = tuple[type[Register], Bits, SignalName]
 _Levels: TypeAlias = tuple[int | None, int | None]
-"""Levels of an inactive and of an active pin; None: not driven."""
+"""Levels of an inactive and an active pin; None: not driven."""
 
 Routed: TypeAlias = frozenset[SignalName]
 
@@ -92,7 +85,7 @@ INT2_SOURCES: tuple[_Source, ...] = (
 
 
 def routes(mem: bytearray) -> tuple[Routed, Routed]:
-    """Return the signals on INT1 and on INT2, from the main bank's registers."""
+    """Return the signals on INT1 and on INT2."""
     int1 = frozenset(name for register, bit, name in INT1_SOURCES if mem[register.addr] & bit.mask)
     int2 = frozenset(name for register, bit, name in INT2_SOURCES if mem[register.addr] & bit.mask)
     if mem[CTRL4_C.addr] & CTRL4_C.INT2_on_INT1.mask:
@@ -101,14 +94,14 @@ def routes(mem: bytearray) -> tuple[Routed, Routed]:
 
 
 def int2_is_input(mem: bytearray) -> bool:
-    """Return whether INT2 is an input: in every data-enable mode, and for an externally triggered hub."""
+    """Return whether INT2 is an input: for data enable, or an externally triggered hub."""
     data_enable = CTRL6_C.TRIG_EN.mask | CTRL6_C.LVL1_EN.mask | CTRL6_C.LVL2_EN.mask
     triggered = MASTER_CONFIG.MASTER_ON.mask | MASTER_CONFIG.START_CONFIG.mask
     return bool(mem[CTRL6_C.addr] & data_enable) or mem[MASTER_CONFIG.addr] & triggered == triggered
 
 
 class Routing:
-    """Driver of both pins; ``active`` while a signal is routed to one of them."""
+    """Driver of both pins; ``active`` while a signal is routed to one."""
 
     CONFIGURATION: tuple[type[Register], ...] = (
         CTRL3_C,
@@ -125,7 +118,7 @@ class Routing:
     def __init__(self, chip: FeatureContext) -> None:
         self.active = False
         self._chip = chip
-        self._on: set[SignalName] = set()  # active ones of the routed signals, as applied so far
+        self._on: set[SignalName] = set()  # routed signals that are active and applied
         self._int1: Routed = frozenset()
         self._int2: Routed = frozenset()
         self._routed: Routed = frozenset()
@@ -136,7 +129,6 @@ class Routing:
             chip.signals.listen(name, partial(self._heard, name))
 
     def configure(self, now_ps: int) -> None:
-        """Apply another routing or another driver of the pins, from ``now_ps`` on."""
         self.catch_up(now_ps)
         mem = self._chip.registers.mem
         self._int1, self._int2 = routes(mem)
@@ -151,7 +143,7 @@ class Routing:
         self._drive(now_ps)
 
     def catch_up(self, now_ps: int) -> None:
-        """Apply the changes up to ``now_ps``; simultaneous ones together, so that no glitch appears."""
+        """Apply changes; simultaneous ones together, so that no glitch appears."""
         pending = self._pending
         if not pending:
             return
@@ -164,13 +156,11 @@ class Routing:
             self._drive(at_ps)
 
     def reset(self, now_ps: int) -> None:
-        """Remove all routes; the pins settle when ``configure`` follows."""
         del now_ps
         self._pending.clear()
         self._on.clear()
 
     def next_event_ps(self) -> int:
-        """Return the time of the earliest known change that is not applied yet."""
         return min((change[0] for change in self._pending), default=NEVER_PS)
 
     def _heard(self, name: SignalName, on: bool, at_ps: int) -> None:
@@ -189,7 +179,7 @@ class Routing:
 
 
 def _levels(control: int) -> _Levels:
-    """Return the pin levels: H_LACTIVE inverts them; with PP_OD only the active level is driven."""
+    """Return the levels: H_LACTIVE inverts them; PP_OD drives only the active one."""
     active = 0 if control & CTRL3_C.H_LACTIVE.mask else 1
     return None if control & CTRL3_C.PP_OD.mask else 1 - active, active
 
@@ -200,7 +190,7 @@ PULSE_PS = 75 * PS_PER_S // 10**6
 
 
 class _SensorSignal:
-    """One sensor's signal: ``next`` is the first sample that has not been signalled yet."""
+    """One sensor's signal; ``next`` is the first sample not yet signalled."""
 
     def __init__(self, name: SignalName, flag: int, stream: SampleStream) -> None:
         self.name: SignalName = name
@@ -211,7 +201,7 @@ class _SensorSignal:
 
 
 class DataReadySignals:
-    """``active`` while a data-ready signal is routed to a pin."""
+    """Data-ready signals; ``active`` while one is routed."""
 
     CONFIGURATION: tuple[type[Register], ...] = (
         CTRL1_XL,
@@ -233,7 +223,6 @@ class DataReadySignals:
         )
 
     def configure(self, now_ps: int) -> None:
-        """Decode routing and shape; the flags in STATUS_REG are those of ``now_ps``."""
         mem = self._chip.registers.mem
         int1, int2 = routes(mem)
         was_pulsed = self._pulsed
@@ -252,7 +241,6 @@ class DataReadySignals:
             self._wire()
 
     def catch_up(self, now_ps: int) -> None:
-        """Signal the samples since the last call."""
         for source in self._sources:
             stream = source.stream
             if not source.routed or not stream.running:
@@ -267,12 +255,10 @@ class DataReadySignals:
             source.next = latest + 1
 
     def reset(self, now_ps: int) -> None:
-        """Reset the signals; the flags are cleared."""
         for source in self._sources:
             self._chip.signals.set(source.name, False, now_ps)
 
     def next_event_ps(self) -> int:
-        """Return the time of the next sample of a sensor whose signal is low."""
         signals = self._chip.signals
         return min(
             (
@@ -284,7 +270,6 @@ class DataReadySignals:
         )
 
     def _wire(self) -> None:
-        """Observe the reads of samples, from the first routing of a signal on."""
         self._wired = True
         for register, source in zip((OUT_XL, OUT_G, OUT_TEMP), self._sources, strict=True):
             self._chip.registers.after_read(register, self._hook(source))
@@ -297,7 +282,7 @@ class DataReadySignals:
         return after_read
 
     def _pulse(self, source: _SensorSignal, latest: int) -> None:
-        # Without listeners to the pins, only the latest pulse is still visible.
+        # Without listeners only the latest pulse matters.
         wired = self._chip.int1.wired or self._chip.int2.wired
         for index in range(source.next if wired else latest, latest + 1):
             at_ps = source.stream.time_ps(index)
@@ -311,7 +296,6 @@ class DataReadySignals:
         self._chip.signals.set(source.name, on, now_ps)
 
     def _after_read(self, source: _SensorSignal, now_ps: int) -> None:
-        """Handle a read that may have cleared the flag; earlier samples still count."""
         self._chip.catch_up(now_ps)
         if source.routed and not self._pulsed:
             self._follow_flag(source, now_ps)
@@ -324,7 +308,7 @@ BOOT_PS = 15 * PS_PER_S // 10**3
 
 
 class Boot:
-    """``active`` from the start of a boot until its end is observed."""
+    """The boot signal; ``active`` from a boot's start until its end is observed."""
 
     CONFIGURATION: tuple[type[Register], ...] = ()
 
@@ -334,7 +318,6 @@ class Boot:
         self._until_ps = 0
 
     def begin(self, now_ps: int) -> None:
-        """Start a boot after a write of CTRL3_C.BOOT."""
         self.active = True
         self._until_ps = now_ps + BOOT_PS
         self._signals.set("BOOT", True, now_ps)

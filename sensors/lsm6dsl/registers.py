@@ -1,10 +1,8 @@
-"""Main register bank of the LSM6DSL, in the order of its datasheet (DocID028475 Rev 7, Table 19, section 9).
+"""Main register bank of the LSM6DSL (datasheet Table 19, section 9).
 
-Units and codes are the datasheet's, completed from application note AN5040 Rev 3. The datasheet gives no
-reset for status and output registers; they are declared 0, and FIFO_STATUS2 0x10, an empty FIFO.
+Undocumented resets are 0, or 0x10 for an empty FIFO.
 
-Decision: CTRL9_XL resets to 0x00 as in Table 19. The value 0xE0 is an option of the sensor's constructor:
-Table 75 of the same document gives DEN_X, DEN_Y and DEN_Z a default of 1, and AN5040 4.8.5 agrees.
+Decision: CTRL9_XL resets to 0x00 as in Table 19. Table 75 and AN5040 4.8.5 give 0xE0, an option of the constructor.
 
 Decision: D4D_EN = 1 enables 4D as in AN5040 5.4.2; the datasheet's sentence inverts the polarity.
 """
@@ -18,7 +16,7 @@ _DECIMATION = "0 not in FIFO, 1 every sample, 2 1/2, 3 1/3, 4 1/4, 5 1/8, 6 1/16
 
 
 class FUNC_CFG_ACCESS(Register, addr=0x01):
-    """Bank at addresses 0x02 up: 0x00 main, 0x80 bank A, 0xA0 bank B (0x20 alone is forbidden)."""
+    """Bank at 0x02 up: 0x00 main, 0x80 bank A, 0xA0 bank B (0x20 alone is forbidden)."""
 
     FUNC_CFG_EN = Bits(7, doc="1: embedded-function registers, bank A unless FUNC_CFG_EN_B")
     FUNC_CFG_EN_B = Bits(5, doc="1: bank B; only together with FUNC_CFG_EN")
@@ -82,7 +80,7 @@ class DRDY_PULSE_CFG_G(Register, addr=0x0B):
 
 
 class INT1_CTRL(Register, addr=0x0D):
-    """Which data and FIFO signals drive the INT1 pin."""
+    """Data and FIFO signals on the INT1 pin."""
 
     INT1_STEP_DETECTOR = Bits(7, doc="1: step detected")
     INT1_SIGN_MOT = Bits(6, doc="1: significant motion")
@@ -95,7 +93,7 @@ class INT1_CTRL(Register, addr=0x0D):
 
 
 class INT2_CTRL(Register, addr=0x0E):
-    """Which data and FIFO signals drive the INT2 pin."""
+    """Data and FIFO signals on the INT2 pin."""
 
     INT2_STEP_DELTA = Bits(7, doc="1: steps seen within the delta time")
     INT2_STEP_COUNT_OV = Bits(6, doc="1: step counter overflow")
@@ -108,7 +106,7 @@ class INT2_CTRL(Register, addr=0x0E):
 
 
 class WHO_AM_I(Register, addr=0x0F, access="r", reset=0x6A):
-    """Identity of the part: always 0x6A."""
+    """Identity of the sensor: always 0x6A."""
 
     WHO_AM_I = Bits(7, 0, doc="0x6A, the same in LSM6DSM and LSM6DS3TR-C")
 
@@ -328,13 +326,13 @@ class FIFO_STATUS2(Register, addr=0x3B, access="r", reset=0x10):
 
 
 class FIFO_STATUS3(Register, addr=0x3C, access="r"):
-    """Place of the next FIFO word in the repeating pattern, low bits."""
+    """Position of the next FIFO word in the pattern, low bits."""
 
     FIFO_PATTERN_7_0 = Bits(7, 0, doc="word index in the pattern, bits 7 to 0")
 
 
 class FIFO_STATUS4(Register, addr=0x3D, access="r"):
-    """Place of the next FIFO word in the repeating pattern, high bits."""
+    """Position of the next FIFO word in the pattern, high bits."""
 
     FIFO_PATTERN_9_8 = Bits(1, 0, doc="word index in the pattern, bits 9 to 8")
 
@@ -483,7 +481,7 @@ class FREE_FALL(Register, addr=0x5D):
 
 
 class MD1_CFG(Register, addr=0x5E):
-    """Which events drive the INT1 pin."""
+    """Events on the INT1 pin."""
 
     INT1_INACT_STATE = Bits(7, doc="1: inactivity")
     INT1_SINGLE_TAP = Bits(6, doc="1: single tap")
@@ -496,7 +494,7 @@ class MD1_CFG(Register, addr=0x5E):
 
 
 class MD2_CFG(Register, addr=0x5F):
-    """Which events drive the INT2 pin."""
+    """Events on the INT2 pin."""
 
     INT2_INACT_STATE = Bits(7, doc="1: inactivity")
     INT2_SINGLE_TAP = Bits(6, doc="1: single tap")

@@ -1,14 +1,8 @@
-"""The timestamp counter of the LSM6DSL (AN5040 Rev 3, 6.5; datasheet DocID028475 Rev 7, 9.57 to 9.59).
+"""The timestamp counter of the LSM6DSL (AN5040 6.5; datasheet 9.57 to 9.59).
 
-24 bits of 6.4 ms or, with TIMER_HR, 25 us. It counts while TIMER_EN is set and at least one of the two
-sensors is not in power-down, and keeps its value otherwise; a sleeping gyroscope is not in power-down.
-
-Decisions where the documents are silent: TIMER_EN alone starts the timestamp counter (requiring FUNC_EN, as
-for the other embedded functions, would stop Linux' driver, which sets TIMER_EN only); a change of TIMER_HR
-keeps the count and continues in the new unit; stopping loses the elapsed part of a tick; a value other than
-0xAA written to TIMESTAMP2_REG does nothing. The counter runs from the oscillator of the sensors' rates, with
-the same deviation, as in the LSM6DSO, whose INTERNAL_FREQ_FINE is one figure for both. The periods in
-milliseconds of the embedded functions are nominal in every sensor.
+Decisions where the documents are silent: TIMER_EN alone starts the timestamp counter, as Linux' driver expects; a
+change of TIMER_HR keeps the count; only 0xAA written to TIMESTAMP2_REG acts. The counter deviates like the rates, as in
+the LSM6DSO.
 """
 
 from __future__ import annotations
@@ -51,14 +45,13 @@ class Timestamp:
         chip.registers.on_write(TIMESTAMP2_REG, self._write)
 
     def value(self, at_ps: int) -> int:
-        """Return the counter at ``at_ps``, which must not be before the last change of its configuration."""
+        """Return the counter at ``at_ps``, not before its last configuration."""
         if not self.active:
             return self._count
         passed = (at_ps - self._since_ps) * self._factor_num
         return (self._count + passed // (_TICK_PS[self._high_resolution] * self._factor_den)) % _COUNTS
 
     def configure(self, now_ps: int) -> None:
-        """Start, stop or change the unit according to the registers."""
         mem = self._mem
         active = bool(mem[CTRL10_C.addr] & CTRL10_C.TIMER_EN.mask) and _powered(mem)
         high_resolution = WAKE_UP_DUR.TIMER_HR.get(mem[WAKE_UP_DUR.addr])
@@ -68,20 +61,18 @@ class Timestamp:
             self.catch_up(now_ps)  # in the new unit the warning may be due at once
 
     def catch_up(self, now_ps: int) -> None:
-        """Raise the warning once the counter has reached it; only writing 0xAA clears it."""
+        """Raise the warning when due; only writing 0xAA clears it."""
         due_ps = self.next_event_ps()
         if due_ps <= now_ps:
             self._chip.signals.set("TIMER", True, due_ps)
 
     def reset(self, now_ps: int) -> None:
-        """Stop the counter at 0 (SW_RESET)."""
         self.active = False
         self._high_resolution = 0
         self._restart(0, now_ps)
         self._chip.signals.set("TIMER", False, now_ps)
 
     def next_event_ps(self) -> int:
-        """Return the time of the warning."""
         if not self.active or self._chip.signals["TIMER"]:
             return NEVER_PS
         ticks = max(0, _WARNING[self._high_resolution] - self._count)

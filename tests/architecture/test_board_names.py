@@ -56,7 +56,7 @@ def code(path: Path) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(EMULATOR).as_posix())
-def test_nothing_else_names_what_is_on_the_board(path: Path) -> None:
+def test_shared_code_names_nothing_of_a_board(path: Path) -> None:
     assert sorted({name for text in {*code(path)} - SETTINGS for name in NAMED.findall(text)}) == []
 
 
@@ -66,6 +66,6 @@ def test_the_help_names_the_boards_wirings(command: str) -> None:
     assert " or ".join(wiring.name for wiring in FCU001V1.wirings) in " ".join(text.split())
 
 
-def test_new_projects_are_offered_for_the_buses_of_the_wirings() -> None:
+def test_new_projects_offer_the_buses_of_wirings() -> None:
     text = CliRunner().invoke(cli, ["new", "--help"]).output
     assert f"[{'|'.join(wiring.bus for wiring in FCU001V1.wirings)}]" in text

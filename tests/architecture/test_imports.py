@@ -157,7 +157,7 @@ def reached_from(module: str) -> set[str]:
 
 
 @pytest.mark.parametrize("package", LAYERS)
-def test_a_lower_layer_knows_only_itself_numpy_and_the_standard_library(package: str) -> None:
+def test_lower_layer_imports_only_numpy_and_standard_library(package: str) -> None:
     foreign = {
         (name, entry.module)
         for name in NAMES
@@ -170,7 +170,7 @@ def test_a_lower_layer_knows_only_itself_numpy_and_the_standard_library(package:
 
 
 @pytest.mark.parametrize("library", ONLY_IN)
-def test_a_library_is_known_in_its_own_place_only(library: str) -> None:
+def test_library_is_imported_in_its_own_place(library: str) -> None:
     outside = {
         name
         for name in NAMES
@@ -195,7 +195,7 @@ def test_the_packages_import_one_another_in_one_direction() -> None:
     }
 
 
-def test_no_module_imports_itself_in_a_circle() -> None:
+def test_imports_have_no_cycles() -> None:
     """Imports inside functions and for type checkers count like all others.
 
     Whoever imports a module out of a package it does not belong to loads that package's ``__init__``, too.
@@ -231,7 +231,7 @@ def room(module: str) -> str:
     return parts[1] if parts[0] == "emulator" and len(parts) > 1 else parts[0]
 
 
-def test_rooms_know_only_rooms_below_them() -> None:
+def test_packages_import_only_lower_packages() -> None:
     """The list is the order: each room may import those before it. Late and typing imports count."""
     upward = {
         (name, entry.module)
@@ -243,12 +243,12 @@ def test_rooms_know_only_rooms_below_them() -> None:
     assert upward == set()
 
 
-def test_every_room_has_its_place_in_the_order() -> None:
+def test_every_package_has_its_place_in_the_order() -> None:
     assert {room(module) for module in MODULES} == set(ORDER)
 
 
 @pytest.mark.parametrize("module", [dotted(name) for name in NAMES if name.endswith("__init__.py")])
-def test_importing_a_package_needs_nothing_windows_does_not_have(module: str) -> None:
+def test_package_import_needs_nothing_missing_on_windows(module: str) -> None:
     needed = {
         (one, entry.module)
         for one in reached_from(module)
@@ -262,15 +262,15 @@ def test_importing_a_package_needs_nothing_windows_does_not_have(module: str) ->
 @pytest.mark.parametrize(
     "module", ["emulator", "emulator.cli", "emulator.cli.run", "emulator.assembly.board", "emulator.scenario"]
 )
-def test_only_a_board_with_built_firmware_loads_the_instruction_engine(module: str) -> None:
+def test_only_board_with_built_firmware_loads_the_core(module: str) -> None:
     assert not {one for one in reached_from(module) if one.startswith("emulator.chip.cpu")}
 
 
-def test_every_file_says_what_it_is() -> None:
+def test_every_file_has_a_docstring() -> None:
     assert [name for name in NAMES if not (ast.get_docstring(tree(name)) or "").strip()] == []
 
 
-def test_no_file_is_too_long_to_read() -> None:
+def test_file_length_is_limited() -> None:
     """Files of sensors hold a chapter of a datasheet each, and none has more than 600 lines."""
     lengths = {name: len((ROOT / name).read_text(encoding="utf-8").splitlines()) for name in NAMES}
 

@@ -30,14 +30,14 @@ def test_a_file_compiles_without_warnings(path: Path) -> None:
 
 @needs_gcc
 @pytest.mark.parametrize("path", HEADERS, ids=lambda path: path.name)
-def test_a_header_needs_no_other_before_it(path: Path) -> None:
+def test_header_compiles_alone(path: Path) -> None:
     command = ["gcc", "-std=gnu11", "-fsyntax-only", f"-I{FOLDER}", "-x", "c", str(path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
 
     assert done.returncode == 0, done.stderr
 
 
-def test_every_file_says_what_it_is() -> None:
+def test_every_file_starts_with_a_comment() -> None:
     assert [path.name for path in FILES if not path.read_text(encoding="utf-8").startswith("/* ")] == []
 
 
@@ -53,5 +53,5 @@ def test_every_file_can_be_read() -> None:
     ] == []
 
 
-def test_the_library_beside_the_sources_fits_them() -> None:
+def test_library_was_built_from_its_sources() -> None:
     assert loader.problem() == ""

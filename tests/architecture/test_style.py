@@ -41,7 +41,7 @@ def test_the_tree_is_clean(command: list[str]) -> None:
     [["ruff", "check", "--no-cache", "--config"], ["mypy", "--strict", "--no-incremental", "--config-file"]],
     ids=["lint", "types"],
 )
-def test_the_recipe_for_a_sensor_and_a_board_is_clean(command: list[str], tmp_path: Path) -> None:
+def test_recipe_for_sensor_and_board_is_clean(command: list[str], tmp_path: Path) -> None:
     """The files of docs/new-sensor-and-board.md, by the settings of the project."""
     sources = recipe.sources()
     for name, source in sources.items():
@@ -62,7 +62,7 @@ def test_the_recipe_for_a_sensor_and_a_board_is_clean(command: list[str], tmp_pa
 
 
 @pytest.mark.parametrize("platform", ["win32", "darwin"])
-def test_no_call_is_made_that_another_system_lacks(platform: str) -> None:
+def test_no_call_is_missing_on_another_system(platform: str) -> None:
     """A type checker knows what each standard library has."""
     command = [sys.executable, "-m", "mypy", "--no-incremental", "--platform", platform]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)

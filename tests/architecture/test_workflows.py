@@ -93,7 +93,7 @@ def test_jobs_have_least_permissions(file: Path) -> None:
 
 
 @workflows
-def test_jobs_with_rights_execute_no_code_of_the_repository(file: Path) -> None:
+def test_jobs_with_write_permission_execute_no_repository_code(file: Path) -> None:
     for job in jobs(file).values():
         if "write" in job.get("permissions", {}).values():
             assert "environment" in job
@@ -111,7 +111,7 @@ def test_actions_are_pinned_to_commit_and_version(file: Path) -> None:
 
 
 @workflows
-def test_jobs_have_a_time_limit_and_keep_no_password(file: Path) -> None:
+def test_jobs_have_time_limit_and_keep_no_password(file: Path) -> None:
     for job in jobs(file).values():
         assert job["timeout-minutes"] <= 90
         for step in job["steps"]:

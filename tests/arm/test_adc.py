@@ -74,7 +74,7 @@ def test_the_batterys_voltage(chip: Chip, adc: Adc) -> None:
     assert battery_v(adc.read(DR)) == pytest.approx(3.3, abs=1e-3)
 
 
-def test_it_does_not_convert_while_it_is_off(chip: Chip, adc: Adc) -> None:
+def test_disabled_adc_does_not_convert(chip: Chip, adc: Adc) -> None:
     adc.write(CR2, SWSTART)
     chip.run_to(PS_PER_MS)
     assert adc.read(SR) == 0
@@ -111,7 +111,9 @@ def test_the_factory_calibration_agrees_with_the_sensor(chip: Chip, adc: Adc) ->
 
 
 @pytest.mark.parametrize(("resolution", "bits"), [(0, 12), (1, 10), (2, 8), (3, 6)])
-def test_resolution_and_alignment(chip: Chip, adc: Adc, resolution: int, bits: int) -> None:
+def test_resolution_and_alignment_change_time_and_result(
+    chip: Chip, adc: Adc, resolution: int, bits: int
+) -> None:
     """RM0368 11.7, 11.4: fewer bits are faster; results are left-aligned in 16 bits, those of 6 bits in 8."""
     adc.inputs.connect(3, lambda: 3.3)
     adc.write(SQR3, 3)
@@ -125,7 +127,7 @@ def test_resolution_and_alignment(chip: Chip, adc: Adc, resolution: int, bits: i
     assert adc.read(DR) == full_scale << (8 - bits if bits == 6 else 16 - bits)
 
 
-def test_sampling_time(chip: Chip, adc: Adc) -> None:
+def test_sampling_time_adds_to_conversion(chip: Chip, adc: Adc) -> None:
     """RM0368 11.5: SMP9 = 7 is 480 cycles."""
     adc.write(SMPR2, 7 << 27)  # SMP9
     adc.write(CR2, ADON | SWSTART)
@@ -188,7 +190,7 @@ def test_the_end_of_conversion_interrupt(chip: Chip, adc: Adc) -> None:
     assert not chip.irq.level(ADC_IRQ)
 
 
-def test_continuous_conversion_gives_the_voltage_of_the_moment_it_is_read(chip: Chip, adc: Adc) -> None:
+def test_continuous_conversion_gives_the_voltage_when_read(chip: Chip, adc: Adc) -> None:
     """RM0368 11.3.5; the model converts only when DR is read, which nobody can tell."""
     adc.write(CR2, ADON | CONT | SWSTART)
     chip.run_to(PS_PER_MS)
@@ -200,7 +202,7 @@ def test_continuous_conversion_gives_the_voltage_of_the_moment_it_is_read(chip: 
     assert adc.read(SR) & EOC
 
 
-def test_what_is_not_modelled_is_noted(chip: Chip, adc: Adc) -> None:
+def test_unmodelled_conversions_are_noted(chip: Chip, adc: Adc) -> None:
     """Injected conversions, and the analog watchdog."""
     adc.write(CR2, JSWSTART)
     adc.write(CR1, AWDEN)

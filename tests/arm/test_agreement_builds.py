@@ -30,7 +30,7 @@ grade = "ideal"
 
 
 @pytest.mark.parametrize(("in_c", "in_python"), [("solution", "lab3"), ("template-arm", "template")])
-def test_without_noise_and_motion_every_byte_is_the_same(tmp_path: Path, in_c: str, in_python: str) -> None:
+def test_builds_without_noise_print_equal_bytes(tmp_path: Path, in_c: str, in_python: str) -> None:
     """No samples differ, whenever they are taken; on a tilted board that has a hard iron, twice."""
     scenario = write(tmp_path, STILL)
     _, one = ran(in_c, scenario, 2.3)
@@ -48,7 +48,7 @@ def _complete(observation: Observation) -> list[str]:
     return lines[:last]
 
 
-def test_an_ideal_board_is_the_same_without_a_scenario_of_its_own() -> None:
+def test_ideal_board_equals_the_model() -> None:
     """The shipped noisy scenario with ``ideal``: no noise, and it does not move."""
     _, one = ran("solution", "flat", 1.2, ideal=True)
     _, other = ran("lab3", "flat", 1.2, ideal=True)
@@ -56,7 +56,7 @@ def test_an_ideal_board_is_the_same_without_a_scenario_of_its_own() -> None:
     assert not compare(one, other)
 
 
-def test_the_template_computes_the_same_from_the_same_samples() -> None:
+def test_template_equals_the_model_on_its_samples() -> None:
     board, in_c = ran("template-arm", "flat", 2.4)
     on_its_samples = replayed(board, "template")
     _, in_python = ran("template", "flat", 2.4)
@@ -70,7 +70,7 @@ def test_the_template_computes_the_same_from_the_same_samples() -> None:
     ("in_c", "in_python", "scenario", "seconds"),
     [("solution", "lab3", "tilt_sweep", 2.3), ("template-arm", "template", "flat", 1.2)],
 )
-def test_on_the_real_boards_wiring(in_c: str, in_python: str, scenario: str, seconds: float) -> None:
+def test_builds_for_spi2_agree(in_c: str, in_python: str, scenario: str, seconds: float) -> None:
     board, observation = ran(in_c, scenario, seconds, wiring="fcu001v1")
     on_its_samples = replayed(board, in_python)
 
@@ -79,7 +79,7 @@ def test_on_the_real_boards_wiring(in_c: str, in_python: str, scenario: str, sec
     assert not compare(on_its_samples, observation)
 
 
-def test_both_wirings_end_with_the_settings_of_the_lab() -> None:
+def test_both_wirings_end_with_lab_settings() -> None:
     """Final registers. Over SPI2 with three wires, the I2C halves off, byte by byte."""
     settings = {}
     for wiring in ("lab3", "fcu001v1"):

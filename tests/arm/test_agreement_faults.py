@@ -30,7 +30,7 @@ def failures(board: Board) -> Counter[str]:
     ],
     ids=["absent", "nack", "bus_error", "arbitration"],
 )
-def test_every_transfer_fails_alike_and_the_old_value_stays(
+def test_bus_fault_keeps_old_values_in_both(
     tmp_path: Path, fault: str, per_tick: int, milliseconds: int
 ) -> None:
     """The drivers return an error and the callback goes on with the next sensor, 800 times a second.
@@ -48,7 +48,7 @@ def test_every_transfer_fails_alike_and_the_old_value_stays(
     assert not compare(in_python, in_c)
 
 
-def test_a_line_held_low_costs_both_the_hals_timeout(tmp_path: Path) -> None:
+def test_stuck_line_costs_both_the_hal_timeout(tmp_path: Path) -> None:
     """HAL V1.6.0 waits 25 ms for BUSY to clear (I2C_TIMEOUT_BUSY_FLAG): 20 ticks a transfer.
 
     When the line is let go before that, the C firmware goes on at once; the Python model waits to the end.
@@ -62,7 +62,7 @@ def test_a_line_held_low_costs_both_the_hals_timeout(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("part", ["LSM6DSL", "LIS2MDL", "LPS22HB"])
-def test_a_missing_sensor_ends_both_boots_after_the_banner(tmp_path: Path, part: str) -> None:
+def test_missing_sensor_ends_both_boots_after_the_banner(tmp_path: Path, part: str) -> None:
     """ST's start-up then hangs without a word."""
     missing = f"[[timeline]]\ndo = 'inject_fault'\nkind = 'absent'\naddress = '{part}'\n"
     scenario = write(tmp_path, IDEAL + missing)
@@ -71,7 +71,7 @@ def test_a_missing_sensor_ends_both_boots_after_the_banner(tmp_path: Path, part:
     assert texts == {"STEVAL-FCU001V1 FH rev.1.0 - Sep 2017\n\n"}
 
 
-def test_what_is_typed_is_lost_in_both_but_the_first_byte(tmp_path: Path) -> None:
+def test_typed_bytes_overrun_in_both(tmp_path: Path) -> None:
     """Neither reads USART1: the first byte stays in DR, the others are overruns (RM0368 19.3.3)."""
     send = "[[timeline]]\ndo = 'send'\ntext = 'hello'\nat = '1.1s'\n"
     scenario = write(tmp_path, IDEAL + send)

@@ -75,7 +75,7 @@ def page_code() -> list[str]:
     return re.findall(r"^```c\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
 
 
-def test_all_exercises_in_c_do_what_the_python_firmware_does(tmp_path: Path) -> None:
+def test_exercises_in_c_equal_the_python_firmware(tmp_path: Path) -> None:
     project = start(tmp_path / "mylab")
     write_code(project, solved())
     main = project / "main.c"
@@ -89,7 +89,7 @@ def test_all_exercises_in_c_do_what_the_python_firmware_does(tmp_path: Path) -> 
         assert text.endswith("no difference in 1.2 s\n")
 
 
-def test_a_negative_zero_and_a_tolerance_accuse_no_correct_program(tmp_path: Path) -> None:
+def test_negative_zero_and_tolerance_show_no_difference(tmp_path: Path) -> None:
     """The guide's own command; zero pitch is -0.000000, and the yaw is off by less than float allows."""
     code = solved()
     for right, other in {
@@ -108,7 +108,7 @@ def test_a_negative_zero_and_a_tolerance_accuse_no_correct_program(tmp_path: Pat
         assert fcu(*command, *options).stdout.decode().endswith("no difference in 9 s\n")
 
 
-def test_the_template_as_it_is_does_not_pass_for_a_solution(tmp_path: Path) -> None:
+def test_unchanged_template_differs_from_the_solution(tmp_path: Path) -> None:
     elf = str(make(start(tmp_path / "mylab")))
 
     text = fcu("diff", "lab3", elf, "--scenario", "desk", *SHORT, code=1).stdout.decode()
@@ -116,7 +116,7 @@ def test_the_template_as_it_is_does_not_pass_for_a_solution(tmp_path: Path) -> N
     assert "first difference, terminal, entry 14: different text" in text
 
 
-def test_a_mistake_in_the_arithmetic_shows_as_the_first_difference(tmp_path: Path) -> None:
+def test_arithmetic_mistake_is_the_first_difference(tmp_path: Path) -> None:
     """The sign of Gx in the pitch: everything else is right."""
     code = solved()
     assert "minus_gx = -acc.AXIS_X" in code[FUNCTIONS]
@@ -131,7 +131,7 @@ def test_a_mistake_in_the_arithmetic_shows_as_the_first_difference(tmp_path: Pat
     assert r"\rPitch: 2.498770 deg Roll: 1.305874 deg Yaw: 0.000000 deg \n" in text
 
 
-def test_the_pages_example_prints_the_acceleration(tmp_path: Path) -> None:
+def test_example_of_the_page_prints_the_acceleration(tmp_path: Path) -> None:
     functions, loop = page_code()
     project = start(tmp_path / "mylab")
     write_code(project, {FUNCTIONS: functions, LOOP: loop})
@@ -140,7 +140,7 @@ def test_the_pages_example_prints_the_acceleration(tmp_path: Path) -> None:
     assert text.count("Acceleration: 1000.000000 mg") == 1
 
 
-def test_a_project_for_the_real_board_finds_its_wiring(tmp_path: Path) -> None:
+def test_project_for_spi2_gets_its_wiring(tmp_path: Path) -> None:
     elf = make(start(tmp_path / "mylab", "SPI2"))
 
     done = fcu("run", str(elf), "--speed", "max", *SHORT)

@@ -32,7 +32,7 @@ class Bench:
         self.log.append(("write", address, value))
 
 
-def test_a_run_has_as_many_instructions_as_asked_for() -> None:
+def test_run_executes_the_given_number_of_instructions() -> None:
     bench = Bench("loop: adds r0, #1\n b loop")
 
     assert bench.core.run(7) is Stop.SLICE
@@ -60,7 +60,7 @@ def test_accesses_to_registers_reach_python() -> None:
     assert bench.core.register(0) == 7
 
 
-def test_what_an_access_raises_reaches_the_caller() -> None:
+def test_error_of_an_access_reaches_the_caller() -> None:
     bench = Bench("mov32 r1, DEVICE\n ldr r0, [r1]")
 
     def fail(_address: int, _size: int) -> int:
@@ -71,7 +71,7 @@ def test_what_an_access_raises_reaches_the_caller() -> None:
         bench.core.run(10)
 
 
-def test_a_run_ends_before_a_place_until_it_is_taken_away() -> None:
+def test_run_stops_at_breakpoint_until_removed() -> None:
     bench = Bench("adds r0, #1\nhere: adds r0, #1\n adds r0, #1\n b .")
     bench.core.stop_before(bench.labels["here"])
 
@@ -82,7 +82,7 @@ def test_a_run_ends_before_a_place_until_it_is_taken_away() -> None:
     assert bench.core.register(0) == 3
 
 
-def test_code_in_ram_that_changes_is_executed_as_it_is_then() -> None:
+def test_changed_code_in_ram_is_executed() -> None:
     bench = Bench("mov32 r1, RAM\n movw r2, #0x3001\n strh r2, [r1]\n mov32 r3, RAM+1\n bx r3")
     bench.core.ram[0:4] = bytes.fromhex("01 20 fe e7")  # MOVS R0, #1; B .
 

@@ -55,7 +55,7 @@ def given_to(one: Function, arguments: list[Any]) -> list[Any]:
 
 
 @pytest.mark.parametrize("one", FUNCTIONS, ids=lambda one: f"{one.name}({','.join(one.parameters)})")
-def test_arguments_and_results_are_passed_as_gcc_has_them(one: Function, any_abi: Board) -> None:
+def test_arguments_and_results_follow_gcc(one: Function, any_abi: Board) -> None:
     chance = random.Random(one.number)
     for _ in range(3):
         arguments = [value(kind, chance) for kind in one.parameters]
@@ -68,7 +68,7 @@ def test_arguments_and_results_are_passed_as_gcc_has_them(one: Function, any_abi
 
 
 @pytest.mark.skipif(shutil.which("arm-none-eabi-gcc") is None, reason="arm-none-eabi-gcc is not installed")
-def test_the_programs_are_what_the_compiler_gives_here(tmp_path: Path) -> None:
+def test_kept_programs_equal_a_fresh_build(tmp_path: Path) -> None:
     build_elsewhere(tmp_path)
     board = started("hard", tmp_path)
 
@@ -79,7 +79,7 @@ def test_the_programs_are_what_the_compiler_gives_here(tmp_path: Path) -> None:
 # -- pointers -----------------------------------------------------------------------------------------------
 
 
-def test_pointers_take_what_they_point_to(board: Board) -> None:
+def test_pointer_arguments_take_python_values(board: Board) -> None:
     axes = {"AXIS_X": 1, "AXIS_Y": 2, "AXIS_Z": -10}
 
     assert board.call("norm1", axes) == -7.0
@@ -91,7 +91,7 @@ def test_pointers_take_what_they_point_to(board: Board) -> None:
     assert board.call("sum_of", [(1, 2, 3), axes], 2) == -1
 
 
-def test_what_the_function_writes_is_in_the_list_or_object_that_was_given(board: Board) -> None:
+def test_function_writes_into_given_list_or_object(board: Board) -> None:
     axes, whole, numbers = {"AXIS_X": 1, "AXIS_Y": 2, "AXIS_Z": 3}, SimpleNamespace(AXIS_X=5), [1, 2, 3]
     buffer = bytearray(4)
     board.call("negate", axes)
@@ -105,7 +105,7 @@ def test_what_the_function_writes_is_in_the_list_or_object_that_was_given(board:
     assert buffer == b"\1\2\3\4"
 
 
-def test_an_address_is_a_pointer_too(board: Board) -> None:
+def test_address_is_accepted_as_pointer(board: Board) -> None:
     assert board.chip is not None
     assert board.chip.image.symbols is not None
     with board.scratch() as copy:
@@ -136,7 +136,7 @@ def test_nothing_is_changed_by_a_call() -> None:
     assert called.now_s == left_alone.now_s
 
 
-def test_what_is_kept_stays() -> None:
+def test_kept_call_changes_the_board() -> None:
     board = started()
 
     assert [board.call("counted", keep=True) for _ in range(3)] == [1, 2, 3]
@@ -149,7 +149,7 @@ def test_what_is_kept_stays() -> None:
     assert board.variable("calls") == 4
 
 
-def test_a_copy_keeps_what_is_done_to_it_until_the_next(board: Board) -> None:
+def test_scratch_copy_keeps_changes_until_the_next(board: Board) -> None:
     with board.scratch() as copy:
         assert [copy.call("counted") for _ in range(2)] == [1, 2]
         copy.set_variable("calls", 10)
@@ -168,7 +168,7 @@ def test_time_passes_for_a_function_that_waits() -> None:
     assert 0.019 <= board.now_s - now_s < 0.022  # ticks of 1 ms, the first one cut
 
 
-def test_a_sensor_can_be_read_by_the_firmwares_own_driver() -> None:
+def test_firmware_driver_reads_a_sensor() -> None:
     board = Board(firmware="solution", ideal=True)
     board.run_for(1.2)
     assert board.chip is not None
@@ -199,7 +199,7 @@ def test_a_sensor_can_be_read_by_the_firmwares_own_driver() -> None:
         ("fill", ((1, 2), 2), "unknown_size"),
     ],
 )
-def test_what_cannot_be_called_says_why(
+def test_impossible_call_is_refused_with_reason(
     name: str, arguments: tuple[Any, ...], kind: str, board: Board, words: Words
 ) -> None:
     with pytest.raises(InputError) as caught:
@@ -219,7 +219,7 @@ def test_what_cannot_be_called_says_why(
         ("undefined", "undefined", "undefined()"),
     ],
 )
-def test_a_function_that_does_not_return_says_where_it_is(
+def test_function_without_return_is_reported_with_location(
     name: str, kind: str, where: str, board: Board, words: Words
 ) -> None:
     texts = []
@@ -249,7 +249,7 @@ def test_before_start_up_code_nothing_can_be_called(words: Words) -> None:
 
 @settings(max_examples=50, deadline=None)
 @given(st.tuples(*[st.integers(-(2**31), 2**31 - 1)] * 3), st.integers(0, 255), st.floats())
-def test_a_variable_is_what_it_was_set_to(axes: tuple[int, ...], kind: int, number: float) -> None:
+def test_variable_reads_back_as_set(axes: tuple[int, ...], kind: int, number: float) -> None:
     board = _SHARED.setdefault("board", started())
     board.set_variable("acc", axes)
     board.set_variable("mixed", {"kind": kind})
@@ -263,7 +263,7 @@ def test_a_variable_is_what_it_was_set_to(axes: tuple[int, ...], kind: int, numb
 _SHARED: dict[str, Board] = {}
 
 
-def test_variables_that_cannot_be_set(board: Board) -> None:
+def test_impossible_variable_assignment_is_refused(board: Board) -> None:
     with pytest.raises(InputError, match=r"acc\.AXIS_Y: 2147483648") as caught:
         board.set_variable("acc", (0, 2**31, 0))
     assert caught.value.kind == "out_of_range"

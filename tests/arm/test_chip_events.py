@@ -7,7 +7,7 @@ import pytest
 from tests.support.arm.chip_fakes import NativeChip
 
 
-def test_python_events_fire_at_their_time_while_the_chip_lets_time_pass() -> None:
+def test_python_events_fire_while_chip_runs() -> None:
     chip = NativeChip()
     seen: list[int] = []
     for at_ps in (3_000, 1_000, 2_000):
@@ -18,7 +18,7 @@ def test_python_events_fire_at_their_time_while_the_chip_lets_time_pass() -> Non
     assert (seen, chip.clock.now_ps) == ([1_000, 2_000, 3_000], 3_000)
 
 
-def test_what_an_event_raises_reaches_the_caller() -> None:
+def test_error_of_an_event_reaches_the_caller() -> None:
     chip = NativeChip()
 
     def fail() -> None:

@@ -47,7 +47,7 @@ def run_until_ps(board: Board, seconds: float) -> list[object]:
 
 @pytest.mark.parametrize("part", [0.3, 0.77])
 @pytest.mark.parametrize("name", CHOSEN)
-def test_a_program_goes_on_from_where_it_was(name: str, part: float) -> None:
+def test_restored_program_continues_identically(name: str, part: float) -> None:
     case = CASES[name]
     plain, put_back = prepared(case), prepared(case)
     middle_s = part * case.seconds
@@ -92,7 +92,7 @@ def seen_after(board: Board, run_us: int) -> list[object]:
 
 @pytest.mark.parametrize("detailed", [False, True], ids=["plain", "traced"])
 @pytest.mark.parametrize("name", MASTERS)
-def test_a_fault_of_the_bus_is_put_back_with_the_board(name: str, detailed: bool) -> None:
+def test_snapshot_includes_injected_bus_fault(name: str, detailed: bool) -> None:
     """Injected before the snapshot it is there again, injected afterwards it is gone, in any byte."""
     boards = [board_of(CASES[name]) for _ in range(2)]
     for board in boards:

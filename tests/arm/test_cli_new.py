@@ -32,7 +32,7 @@ def commands(text: str) -> list[str]:
     return [line.strip() for line in text.splitlines() if line.startswith("  ")]
 
 
-def test_it_writes_the_template_and_says_what_is_next(tmp_path: Path, words: Words) -> None:
+def test_new_writes_template_and_prints_next_steps(tmp_path: Path, words: Words) -> None:
     project = tmp_path / "my lab"
     text = fcu_new(str(project)).stdout
 
@@ -43,7 +43,7 @@ def test_it_writes_the_template_and_says_what_is_next(tmp_path: Path, words: Wor
     words("new", text)
 
 
-def test_bus_is_in_the_makefile_and_commands_are_the_usual_ones(tmp_path: Path) -> None:
+def test_bus_option_is_written_to_makefile(tmp_path: Path) -> None:
     text = fcu_new(str(tmp_path / "spi"), "--bus", "SPI2").stdout
 
     assert "BUS ?= SPI2\n" in (tmp_path / "spi" / "Makefile").read_text()
@@ -51,7 +51,7 @@ def test_bus_is_in_the_makefile_and_commands_are_the_usual_ones(tmp_path: Path) 
     assert commands(text)[1:] == ["fcu build", "fcu run lab3.elf", "fcu check"]
 
 
-def test_an_empty_folder_is_taken(tmp_path: Path) -> None:
+def test_empty_folder_is_accepted(tmp_path: Path) -> None:
     fcu_new(str(tmp_path))
 
     assert (tmp_path / "main.c").is_file()
@@ -70,7 +70,7 @@ def test_nothing_is_overwritten(tmp_path: Path, what: str, words: Words) -> None
     assert occupied.read_text() == "mine"
 
 
-def test_a_place_that_cannot_be_written_is_one_line(tmp_path: Path, words: Words) -> None:
+def test_unwritable_folder_is_refused_in_one_line(tmp_path: Path, words: Words) -> None:
     (tmp_path / "file").write_text("")
     done = fcu_new(str(tmp_path / "file" / "lab3"), code=2)
 

@@ -32,7 +32,7 @@ def run(body: str) -> CoreBench:
         ("strb", 3, 0x7800_0000, 0xFF00_0000),
     ],
 )
-def test_a_store_reaches_a_register_with_the_bytes_that_are_meant(
+def test_store_writes_only_its_bytes_of_a_register(
     instruction: str, offset: int, value: int, mask: int
 ) -> None:
     """RM0368 2.3: blocks on AHB and APB take byte, half-word and word accesses."""
@@ -50,7 +50,7 @@ TIM2_ARR, DMA1_S0M0AR = 0x4000_002C, 0x4002_601C
 @pytest.mark.parametrize(
     ("size", "offset"), [("", 0), ("h", 0), ("h", 2), ("b", 0), ("b", 1), ("b", 2), ("b", 3)]
 )
-def test_accesses_of_all_sizes_reach_their_bytes_of_a_register(register: int, size: str, offset: int) -> None:
+def test_accesses_of_all_sizes_reach_their_bytes(register: int, size: str, offset: int) -> None:
     """RM0368 2.3; the other bytes keep their values."""
     core = run(
         f"mov32 r0, {register}\n mov32 r1, 0xAABBCCDD\n str r1, [r0]\n mov32 r1, 0x12345678\n"
@@ -75,7 +75,7 @@ def test_accesses_of_all_sizes_reach_their_bytes_of_a_register(register: int, si
         ("ldrb", 3, 0x87),
     ],
 )
-def test_a_load_gets_its_part_of_a_register(instruction: str, offset: int, value: int) -> None:
+def test_load_reads_its_bytes_of_a_register(instruction: str, offset: int, value: int) -> None:
     core = CoreBench(f"reset: mov32 r0, EFFECT+{offset}\n {instruction} r1, [r0]\n log r1\n b .\n")
     core.probe.registers[8] = 0x8765_4320  # one is added by reading
     core.run_us(100)
@@ -83,7 +83,7 @@ def test_a_load_gets_its_part_of_a_register(instruction: str, offset: int, value
     assert core.values == [value]
 
 
-def test_load_multiple_reads_registers_in_order_and_once_each() -> None:
+def test_load_multiple_reads_registers_once_in_order() -> None:
     """A3.5.3: Device memory is accessed in program order, as often as the program says."""
     core = run(
         "mov32 r0, LOG\n ldmia r0!, {r4-r6}\n log r6\n mov32 r0, LOG\n movs r5, #5\n stmia r0!, {r5, r6}"
@@ -117,7 +117,7 @@ def test_loads_and_stores_of_memory_may_be_unaligned(offset: int) -> None:
 
 @pytest.mark.parametrize("byte", [0, 1, 0x123, 0xFFFF])
 @pytest.mark.parametrize("bit", [0, 3, 7])
-def test_a_bit_of_the_ram_has_a_word_of_its_own(byte: int, bit: int) -> None:
+def test_bit_band_alias_reaches_a_bit_of_ram(byte: int, bit: int) -> None:
     """PM0214 2.2.5: 0x22000000 + 32 x byte + 4 x bit; all but bit 0 of what is written is ignored."""
     alias = 0x2200_0000 + 32 * byte + 4 * bit
     core = CoreBench(
@@ -137,7 +137,7 @@ def test_a_bit_of_the_ram_has_a_word_of_its_own(byte: int, bit: int) -> None:
 
 
 @pytest.mark.parametrize("bit", [0, 9, 31])
-def test_a_bit_of_a_register_has_a_word_of_its_own(bit: int) -> None:
+def test_bit_band_alias_reaches_a_bit_of_registers(bit: int) -> None:
     """PM0214 2.2.5: 0x42000000 + 32 x byte + 4 x bit: a read-modify-write of the word."""
     alias = 0x4200_0000 + 32 * (PROBE - 0x4000_0000 + 8) + 4 * bit
     core = CoreBench(f"reset: mov32 r0, {alias}\n ldr r2, [r0]\n log r2\n movs r1, #1\n str r1, [r0]\n b .\n")
@@ -150,7 +150,7 @@ def test_a_bit_of_a_register_has_a_word_of_its_own(bit: int) -> None:
     assert value == ((1 << bit) + 1) | 1 << bit  # two reads, each with its effect
 
 
-def test_a_bit_write_that_schedules_an_event_ends_the_run_in_time() -> None:
+def test_bit_write_with_event_ends_the_run() -> None:
     """An interrupt raised by the access is taken behind it, as with a plain store."""
     icsr_set = "mov32 r0, ICSR\n mov32 r1, 0x10000000\n"
     core = CoreBench(f"reset: {icsr_set} str r1, [r0]\n log 1\n b .\npend_sv: log 2\n bx lr\n")
@@ -162,7 +162,7 @@ def test_a_bit_write_that_schedules_an_event_ends_the_run_in_time() -> None:
 # -- memory ---------------------------------------------------------------------------------------------
 
 
-def test_the_flash_appears_at_0_too() -> None:
+def test_flash_appears_at_address_0() -> None:
     """RM0368 2.4: BOOT0 low: main flash memory is aliased to address 0; ST's firmware reads there."""
     core = run("movs r0, #0\n ldr r1, [r0]\n log r1\n ldr r1, [r0, #4]\n log r1")
 
@@ -213,7 +213,7 @@ def test_code_runs_from_ram_and_may_be_changed() -> None:
     assert core.values == [4]
 
 
-def test_an_address_without_register_is_told_once() -> None:
+def test_address_without_register_is_noted_once() -> None:
     core = run("mov32 r0, LOG+0x100\n ldr r1, [r0]\n str r1, [r0]\n ldr r1, [r0]\n log r1")
 
     assert core.values == [0]

@@ -57,7 +57,7 @@ usage_fault:
     assert core.values == [value]
 
 
-def test_an_exc_return_in_thread_mode_is_an_address_like_others() -> None:
+def test_exc_return_in_thread_mode_is_an_address() -> None:
     """B1.5.8: only Handler mode looks for it; the address is Execute Never."""
     core = run("mov32 r1, 0xFFFFFFF9\n bx r1", ALL_ENABLED)
 
@@ -65,7 +65,7 @@ def test_an_exc_return_in_thread_mode_is_an_address_like_others() -> None:
     assert core.system("CFSR") == IACCVIOL
 
 
-def test_returning_from_an_exception_that_is_not_active_any_more_is_refused() -> None:
+def test_return_from_inactive_exception_is_refused() -> None:
     """B1.5.8: SHCSR.SVCALLACT cleared by software."""
     core = run(
         "svc #0\n b .\n"
@@ -85,7 +85,7 @@ def test_a_frame_for_the_wrong_mode_is_refused() -> None:
     assert core.system("CFSR") == INVPC
 
 
-def test_a_frame_that_cannot_be_read_is_an_unstacking_error() -> None:
+def test_unreadable_frame_is_an_unstacking_error() -> None:
     """B1.5.8, B3.2.15: UNSTKERR."""
     core = CoreBench(
         f"""
@@ -124,7 +124,7 @@ def test_a_full_main_stack_is_a_stacking_error() -> None:
     assert core.system("HFSR") == FORCED
 
 
-def test_a_full_process_stack_is_handled_on_the_main_stack() -> None:
+def test_full_process_stack_is_handled_on_main_stack() -> None:
     """B1.5.6."""
     core = CoreBench(
         f"""
@@ -167,7 +167,7 @@ def test_pushing_below_the_ram_is_a_bus_fault() -> None:
 # -- escalation and lock-up -----------------------------------------------------------------------------
 
 
-def test_a_fault_in_the_handler_of_the_same_fault_is_escalated() -> None:
+def test_fault_in_its_own_handler_is_escalated() -> None:
     """B1.5.14: it may not preempt itself."""
     core = CoreBench(f"reset: {ALL_ENABLED} udf #0\nusage_fault: log 6\n udf #1\nhard_fault: log 3\n b .\n")
     core.run_us(100)
@@ -176,7 +176,7 @@ def test_a_fault_in_the_handler_of_the_same_fault_is_escalated() -> None:
     assert core.system("HFSR") == FORCED
 
 
-def test_a_fault_of_a_lesser_priority_than_the_handler_is_escalated() -> None:
+def test_fault_of_lower_priority_is_escalated() -> None:
     """B1.5.14: BusFault at 0x40 may not preempt an interrupt at 0x20."""
     core = CoreBench(
         f"""
@@ -194,7 +194,7 @@ hard_fault: log 3
     assert core.values == [3]
 
 
-def test_a_fault_of_a_better_priority_preempts_the_handler() -> None:
+def test_fault_of_higher_priority_preempts_the_handler() -> None:
     core = CoreBench(
         f"""
 reset: {ALL_ENABLED} {store("SHPR1", 0x1000)} {interrupts({0: 0x20})} {store("ISPR", 1)} b .
@@ -215,7 +215,7 @@ def test_a_fault_with_primask_set_is_escalated() -> None:
     assert run("cpsid i\n udf #0", ALL_ENABLED).values[0] == HARD_FAULT
 
 
-def test_an_svc_that_may_not_be_taken_is_a_hard_fault() -> None:
+def test_blocked_svc_is_a_hard_fault() -> None:
     """B1.5.14: SVC with PRIMASK set, or in a handler of the same priority."""
     core = run("cpsid i\n svc #0")
 
@@ -233,7 +233,7 @@ def test_a_breakpoint_without_debugger_is_a_hard_fault() -> None:
 
 
 @pytest.mark.parametrize("fault", ["udf #0", "svc #0", "bkpt #0", f"mov32 r0, {NOWHERE}\n ldr r0, [r0]"])
-def test_a_fault_in_the_hard_fault_handler_locks_up(fault: str) -> None:
+def test_fault_in_hard_fault_handler_locks_up(fault: str) -> None:
     """B1.5.15: nothing is executed any more, interrupts are not taken; the trace says so once."""
     core = CoreBench(
         f"reset: {interrupts({0: 0x20})} udf #0\nhard_fault: log 3\n {fault}\n log 4\nirq0: log 10\n bx lr\n"
@@ -267,7 +267,7 @@ def test_a_reset_ends_a_lock_up() -> None:
     assert len(core.faults()) == 2
 
 
-def test_a_hard_fault_handler_that_skips_the_instruction_goes_on() -> None:
+def test_hard_fault_handler_may_skip_the_instruction() -> None:
     """B1.5.8: it may change the return address in the frame."""
     core = CoreBench(
         "reset: udf #0\n log 1\n udf #1\n log 2\n b .\n"
@@ -278,7 +278,7 @@ def test_a_hard_fault_handler_that_skips_the_instruction_goes_on() -> None:
     assert core.values == [1, 2]
 
 
-def test_a_hard_fault_handler_that_just_returns_comes_again() -> None:
+def test_hard_fault_handler_without_repair_is_entered_again() -> None:
     """The instruction is executed once more: B1.5.6, return address of a synchronous fault."""
     core = CoreBench("reset: log 1\n udf #0\n log 2\n b .\nhard_fault: log 3\n bx lr\n")
     core.run_us(200)

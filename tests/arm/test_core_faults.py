@@ -60,7 +60,7 @@ def run(body: str, before: str = "") -> CoreBench:
 
 
 @pytest.mark.parametrize("name", TRAPS)
-def test_a_fault_has_its_exception_its_bits_and_the_address_of_its_instruction(name: str) -> None:
+def test_fault_sets_exception_status_and_return_address(name: str) -> None:
     """B1.5.14, table B1-7; the return address is the instruction that has faulted (B1.5.6)."""
     body, exception, status = TRAPS[name]
     core = run(body if "fault:" in body else f"fault: {body}", ALL_ENABLED)
@@ -71,7 +71,7 @@ def test_a_fault_has_its_exception_its_bits_and_the_address_of_its_instruction(n
 
 
 @pytest.mark.parametrize("name", TRAPS)
-def test_without_its_own_handler_it_becomes_a_hard_fault(name: str) -> None:
+def test_fault_without_its_handler_is_a_hard_fault(name: str) -> None:
     """B1.5.14, "priority escalation": HFSR.FORCED; CFSR still says what it was."""
     body, _, status = TRAPS[name]
     core = run(body if "fault:" in body else f"fault: {body}")
@@ -92,7 +92,7 @@ def test_bfar_has_the_address_of_the_access(instruction: str, address: int) -> N
 
 
 @pytest.mark.parametrize("name", ["division by zero", "unaligned word"])
-def test_what_ccr_does_not_trap_goes_through(name: str) -> None:
+def test_untrapped_division_and_unaligned_access_succeed(name: str) -> None:
     """B3.2.8; a quotient by zero is 0 (A7.7.223), unaligned LDR and STR are allowed (A3.2.1)."""
     body = TRAPS[name][0]
     core = run(body.replace(str(0x208), str(0x200)).replace(str(0x210), str(0x200)))
@@ -102,7 +102,7 @@ def test_what_ccr_does_not_trap_goes_through(name: str) -> None:
 
 
 @pytest.mark.parametrize(("divisor", "condition"), [(0, "ne"), (1, "eq")])
-def test_what_an_it_block_leaves_out_does_not_trap(divisor: int, condition: str) -> None:
+def test_skipped_instruction_in_it_block_does_not_trap(divisor: int, condition: str) -> None:
     """A7.3: "if (d) x / d" compiles to this."""
     core = run(
         f"{store('CCR', 0x210)} movs r1, #{divisor}\n cmp r1, #0\n itt {condition}\n"
@@ -164,7 +164,7 @@ def test_an_unaligned_ldrex_faults_in_any_case() -> None:
         "ite eq\n moveq r3, r6\n strne r0, [r6]",
     ],
 )
-def test_looking_at_accesses_does_not_disturb_it_blocks(block: str) -> None:
+def test_access_hooks_do_not_disturb_it_blocks(block: str) -> None:
     """B1.4.2: behind the block ITSTATE is 0, and instructions are not conditional any more."""
     core = run(
         f"""mov32 r5, RAM+128
@@ -196,7 +196,7 @@ def test_double_registers_need_words_only(ccr: int) -> None:
     assert core.values == [0]
 
 
-def test_push_and_pop_are_aligned_by_their_nature() -> None:
+def test_push_and_pop_are_always_aligned() -> None:
     """B5.1.1: bits 0 and 1 of SP are always 0."""
     assert run("push {r0-r4, lr}\n pop {r0-r4, lr}\n push {r4}\n pop {r4}").values == [0]
 
@@ -214,7 +214,7 @@ def test_code_in_device_memory_is_never_executed(address: int) -> None:
 
 
 @pytest.mark.parametrize("address", [0x6000_0000, 0x0804_0000, 0x2001_0000, 0x1000_0000])
-def test_code_where_nothing_answers_is_a_bus_fault(address: int) -> None:
+def test_code_at_unmapped_address_is_a_bus_fault(address: int) -> None:
     """B3.2.15: IBUSERR; BFAR is not written."""
     core = run(f"mov32 r1, {address + 1}\n bx r1", ALL_ENABLED)
 
@@ -222,7 +222,7 @@ def test_code_where_nothing_answers_is_a_bus_fault(address: int) -> None:
     assert core.system("CFSR") == IBUSERR
 
 
-def test_running_off_the_end_of_ram_is_a_bus_fault() -> None:
+def test_execution_past_ram_end_is_a_bus_fault() -> None:
     code = f"mov32 r1, {STACK - 4}\n mov32 r2, 0xBF00BF00\n str r2, [r1]\n adds r1, #1\n bx r1"
     core = run("sub sp, sp, #64\n" + code, ALL_ENABLED)
 
@@ -240,7 +240,7 @@ def test_an_even_address_leaves_thumb_state() -> None:
 
 
 @pytest.mark.parametrize("step", range(1, 14))
-def test_it_does_so_wherever_the_run_is_divided(step: int) -> None:
+def test_even_address_faults_in_any_slicing(step: int) -> None:
     core = CoreBench(f"reset: mov32 r1, {CODE}\n blx r1\n b .\n{HANDLERS}")
     for until in range(step, 60, step):
         core.run_us(until)
@@ -267,7 +267,7 @@ def test_an_even_reset_vector_faults_at_once() -> None:
     assert core.values == [HARD_FAULT, CODE]
 
 
-def test_an_erased_vector_faults_in_the_device_memory_it_points_to() -> None:
+def test_erased_vector_faults_at_its_target() -> None:
     """Erased flash is all ones: a vector of 0xFFFFFFFF leads to 0xFFFFFFFE, which is Execute Never."""
     core = CoreBench(f"reset: svc #0\n b .\n {HANDLERS}", vectors={"svc": 0xFFFF_FFFF})
     core.run_us(100)
@@ -276,7 +276,7 @@ def test_an_erased_vector_faults_in_the_device_memory_it_points_to() -> None:
     assert core.system("CFSR") == IACCVIOL
 
 
-def test_a_vector_table_where_nothing_is() -> None:
+def test_unmapped_vector_table_locks_up() -> None:
     """B1.5.14: HFSR.VECTTBL; the HardFault's own vector cannot be read either: lock-up."""
     core = CoreBench(f"reset: {store('VTOR', 0x3000_0000)} svc #0\n b .\n")
     core.run_us(100)

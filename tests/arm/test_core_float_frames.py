@@ -40,7 +40,7 @@ svc:   mov r4, sp
     assert core.system("FPCAR") == at + 0x20
 
 
-def test_without_floating_point_in_use_the_frame_is_short() -> None:
+def test_frame_without_floating_point_is_short() -> None:
     """B1.4.4, B1.5.7: CONTROL.FPCA decides, not whether the unit is on."""
     core = CoreBench(f"reset: {FPU_ON} svc #0\n b .\nsvc: mov r4, sp\n mov r5, lr\n b .\n")
     core.run_us(100)
@@ -59,7 +59,7 @@ def test_the_first_floating_point_instruction_sets_fpca() -> None:
     assert [control & 4 for control in core.values] == [0, 4]
 
 
-def test_floating_point_registers_survive_a_handler_that_uses_them() -> None:
+def test_floating_point_registers_survive_a_handler() -> None:
     """B1.5.7: S0 to S15 and FPSCR are saved by hardware; a new context begins with FPSCR 0 (FPDSCR)."""
     core = CoreBench(
         f"""
@@ -113,7 +113,7 @@ irq1:  mov r2, lr
     assert core.values == [0xFFFF_FFE1, 2, 1]
 
 
-def test_a_floating_point_frame_is_aligned_even_without_stkalign() -> None:
+def test_floating_point_frame_is_aligned_without_stkalign() -> None:
     """B1.5.7: "the FP extension requires 8-byte alignment"; PushStack()."""
     core = CoreBench(
         f"""

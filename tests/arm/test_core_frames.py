@@ -64,7 +64,7 @@ svc:   movs r0, #42
     assert core.values == [42, 43]
 
 
-def test_flags_and_registers_survive_a_handler_that_uses_them_all() -> None:
+def test_flags_and_registers_survive_a_handler() -> None:
     """B1.5.6: what a C function may change is saved by hardware (AAPCS)."""
     core = CoreBench(
         f"""
@@ -111,7 +111,7 @@ svc:   mov r4, sp
     assert core.register(5) == STACK - 4 * odd_words  # put back at return
 
 
-def test_without_stkalign_nothing_is_left_out() -> None:
+def test_frame_without_stkalign_has_no_padding() -> None:
     """B1.5.7, B3.2.8."""
     core = CoreBench(
         f"""
@@ -155,7 +155,7 @@ irq1:  log r14
 
 
 @pytest.mark.parametrize("condition", ["eq", "ne"])
-def test_an_it_block_goes_on_behind_an_svc_inside_it(condition: str) -> None:
+def test_it_block_continues_after_svc(condition: str) -> None:
     """B1.4.2, B1.5.6: ITSTATE is part of the saved xPSR: the rest of the block stays conditional."""
     other = "ne" if condition == "eq" else "eq"
     core = CoreBench(
@@ -188,7 +188,7 @@ svc:   ldr r2, [sp, #28]
     assert it & 0xF != 0
 
 
-def test_an_it_block_goes_on_behind_a_fault_inside_it() -> None:
+def test_it_block_continues_after_fault() -> None:
     """B1.5.6: the handler repairs the cause and returns to the instruction, still in its block."""
     core = CoreBench(
         """

@@ -32,7 +32,7 @@ def masked(mask: str, unmask: str, priorities: dict[int, int], number: int = 2) 
         ("movs r2, #0x20\n msr basepri, r2\n movs r2, #0x30", "msr basepri, r2"),
     ],
 )
-def test_a_mask_holds_an_interrupt_off_until_the_instruction_that_clears_it(mask: str, unmask: str) -> None:
+def test_mask_delays_an_interrupt_until_cleared(mask: str, unmask: str) -> None:
     """B1.4.3, B1.5.4; ARMv7-M ARM B5.2.1: CPSIE takes effect at once, the interrupt is next."""
     core = masked(mask, unmask, {2: 0x20})
 
@@ -42,7 +42,7 @@ def test_a_mask_holds_an_interrupt_off_until_the_instruction_that_clears_it(mask
     )  # the store, the unmasking, entry, the log's three
 
 
-def test_basepri_lets_more_urgent_ones_pass() -> None:
+def test_basepri_passes_more_urgent_interrupts() -> None:
     """B1.4.3: it masks priorities equal to or greater than its value."""
     core = masked("movs r2, #0x30\n msr basepri, r2\n movs r2, #0", "msr basepri, r2", {2: 0x20})
 
@@ -85,7 +85,7 @@ reset: movs r0, #0x40
     assert core.values == [0x40, 0x20]
 
 
-def test_primask_in_a_handler_holds_off_more_urgent_ones() -> None:
+def test_primask_in_handler_blocks_more_urgent_interrupts() -> None:
     """B1.5.4: PRIMASK makes the execution priority 0 at least."""
     core = CoreBench(
         f"""
@@ -156,7 +156,7 @@ irq2:  log 30
     assert 200 <= core.time_us(30) <= 200 + 6 + ENTRY_CYCLES + 3
 
 
-def test_an_instruction_in_ram_unmasks_at_once_too() -> None:
+def test_instruction_in_ram_unmasks_at_once() -> None:
     """B5.2.1; FreeRTOS and flash drivers have such functions in RAM."""
     core = CoreBench(
         f"""
@@ -178,7 +178,7 @@ irq2:  ldr r4, [sp, #24]
     assert core.values == [RAM + 66, 1]
 
 
-def test_what_icsr_has_made_pending_it_clears_again() -> None:
+def test_icsr_sets_and_clears_pending() -> None:
     """B3.2.4: PENDSVSET and PENDSTSET, PENDSVCLR and PENDSTCLR."""
     both = store("ICSR", 1 << 28) + store("ICSR", 1 << 26)
     neither = store("ICSR", 1 << 27) + store("ICSR", 1 << 25)
@@ -189,7 +189,7 @@ def test_what_icsr_has_made_pending_it_clears_again() -> None:
     assert core.values == [1, 14, 15, 2]
 
 
-def test_a_disabled_interrupt_stays_pending_and_is_taken_when_enabled() -> None:
+def test_disabled_interrupt_stays_pending_until_enabled() -> None:
     """B3.4.3: NVIC_ISER and NVIC_ICER."""
     core = CoreBench(
         f"""
@@ -208,7 +208,7 @@ irq2:  log 30
 # -- level-sensitive lines ------------------------------------------------------------------------------
 
 
-def test_a_line_that_stays_active_is_taken_again_until_the_handler_lowers_it() -> None:
+def test_active_line_is_taken_again_until_lowered() -> None:
     """PM0214 4.3.9: level-sensitive interrupts."""
     core = CoreBench(
         f"""
@@ -233,7 +233,7 @@ out:   bx lr
     assert core.values == [1, 1, 2, 3]
 
 
-def test_a_pulse_while_the_handler_runs_is_taken_once_more() -> None:
+def test_pulse_during_handler_is_taken_once_more() -> None:
     """PM0214 4.3.9: it becomes pending again."""
     core = bench({2: 0x20})
     for at_us in (200, 216, 217):
@@ -243,7 +243,7 @@ def test_a_pulse_while_the_handler_runs_is_taken_once_more() -> None:
     assert core.values == [1, 30, 31, 30, 31]
 
 
-def test_clearing_the_pending_bit_does_not_help_against_an_active_line() -> None:
+def test_clearing_pending_bit_leaves_active_line_pending() -> None:
     """PM0214 4.3.9: the interrupt is pending again at once; of a pulse nothing is left."""
     program = f"""
 reset: {interrupts({2: 0x20})} cpsid i

@@ -30,17 +30,17 @@ def test_a_more_urgent_interrupt_preempts_a_handler() -> None:
 
 
 @pytest.mark.parametrize("second", [0x40, 0x60])
-def test_one_of_the_same_or_a_lesser_priority_waits(second: int) -> None:
+def test_interrupt_of_equal_or_lower_priority_waits(second: int) -> None:
     """B1.5.4."""
     assert order({0: 0x40, 1: second}, (200, 0), (240, 1)) == [10, 11, 20, 21]
 
 
-def test_three_levels_nest() -> None:
+def test_three_priority_levels_nest() -> None:
     """B1.5.4."""
     assert order({0: 0x60, 1: 0x40, 2: 0x00}, (200, 0), (240, 1), (280, 2)) == [10, 20, 30, 31, 21, 11]
 
 
-def test_of_two_pending_ones_the_more_urgent_comes_first() -> None:
+def test_more_urgent_pending_interrupt_comes_first() -> None:
     """B1.5.4: of all pending exceptions the one with the lowest priority number is taken."""
     assert order({0: 0x40, 1: 0x30}, (200, 0), (200, 1)) == [20, 21, 10, 11]
 
@@ -58,7 +58,7 @@ def test_a_subpriority_orders_but_does_not_preempt() -> None:
     assert order({0: 0x50, 1: 0x40}, (200, 0), (200, 1), before=grouped) == [20, 21, 10, 11]
 
 
-def test_prigroup_3_gives_all_four_bits_to_the_group() -> None:
+def test_prigroup_3_gives_four_bits_to_the_group() -> None:
     """PM0214 table 51; what the HAL's NVIC_PRIORITYGROUP_4 sets."""
     assert order({0: 0x50, 1: 0x40}, (200, 0), (240, 1), before=store("AIRCR", 0x05FA_0300)) == [
         10,
@@ -96,7 +96,7 @@ def test_priorities_have_four_bits() -> None:
 # -- chaining -------------------------------------------------------------------------------------------
 
 
-def test_a_pending_interrupt_is_chained_without_leaving_the_frame() -> None:
+def test_pending_interrupt_is_tail_chained() -> None:
     """B1.5.12: tail-chaining; no unstacking and stacking in between, so it takes 6 cycles, not 22."""
     core = bench({1: 0x40, 2: 0x40})
     core.pulse_at_us(200, 1)
@@ -122,7 +122,7 @@ def test_entry_and_return_take_their_cycles() -> None:
 
 
 @pytest.mark.parametrize("delay", [1, 6, 11, 12])
-def test_a_late_arrival_is_taken_first_with_the_frame_of_the_other(delay: int) -> None:
+def test_late_arrival_is_taken_first(delay: int) -> None:
     """B1.5.11: a more urgent exception that arrives while the frame is saved takes its place."""
     core = bench({0: 0x40, 2: 0x20})
     core.pulse_at_us(200, 0)
@@ -133,7 +133,7 @@ def test_a_late_arrival_is_taken_first_with_the_frame_of_the_other(delay: int) -
     assert core.time_us(30) == 200 + ENTRY_CYCLES + 3
 
 
-def test_one_that_arrives_behind_the_entry_preempts_the_handler() -> None:
+def test_interrupt_after_entry_preempts_the_handler() -> None:
     """B1.5.11: too late to take its place."""
     core = bench({0: 0x40, 2: 0x20})
     core.pulse_at_us(200, 0)
@@ -144,7 +144,7 @@ def test_one_that_arrives_behind_the_entry_preempts_the_handler() -> None:
     assert core.time_us(30) == 200 + 2 * ENTRY_CYCLES + 1 + 3
 
 
-def test_an_interrupt_pended_by_a_handler_comes_behind_it() -> None:
+def test_interrupt_pended_by_handler_comes_after_it() -> None:
     """B3.4.5: NVIC_ISPR; the usual way to hand work on to a lower priority."""
     core = CoreBench(
         f"""

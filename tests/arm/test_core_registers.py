@@ -119,7 +119,7 @@ stay:  b .
     assert [reason for _, reason in core.core.resets] == ["SYSRESETREQ"] * 2
 
 
-def test_everything_is_as_after_power_on_behind_a_reset() -> None:
+def test_reset_restores_power_on_state() -> None:
     """B1.5.5; B3.2.2."""
     body = (
         store("CPACR", 0x00F0_0000)
@@ -185,7 +185,7 @@ def test_a_program_may_bring_its_ram() -> None:
 
 
 @pytest.mark.parametrize("bit", [0, 1, 3, 7, 8, 10, 11, 12, 13, 14, 15, 16, 17, 18])
-def test_shcsr_sets_and_clears_the_bits_of_its_own_exceptions_alone(bit: int) -> None:
+def test_shcsr_writes_only_its_own_exceptions(bit: int) -> None:
     """B3.2.13: active, pending and enable bits can be written; interrupts and PendSV stay pending."""
     shcsr, icsr, ispr0, pend_sv = 0xD24, 0xD04, 0x200, 1 << 28
     space = NativeChip()["SCS"]
@@ -212,9 +212,7 @@ def test_shcsr_sets_and_clears_the_bits_of_its_own_exceptions_alone(bit: int) ->
         (0xE000_EDBC, "0xE000EDBC", "0xE000EDBC"),
     ],
 )
-def test_accesses_to_registers_that_are_not_modelled_are_noted(
-    address: int, on_read: str, on_write: str, words: Words
-) -> None:
+def test_unmodelled_register_access_is_noted(address: int, on_read: str, on_write: str, words: Words) -> None:
     for body, expected in (
         (f"mov32 r0, {address}\n ldr r1, [r0]", on_read),
         (f"mov32 r0, {address}\n movs r1, #0\n str r1, [r0]", on_write),

@@ -167,7 +167,7 @@ def run(program: str, skip: bool) -> CoreBench:
 
 
 @pytest.mark.parametrize("name", LOOPS)
-def test_a_loop_that_waits_is_skipped_without_a_trace(name: str) -> None:
+def test_waiting_loop_is_skipped_without_a_difference(name: str) -> None:
     quick, slow = run(LOOPS[name], True), run(LOOPS[name], False)
 
     assert slow.core.skipped == 0
@@ -185,7 +185,7 @@ def test_a_loop_that_does_something_is_executed(name: str) -> None:
     assert state(quick) == state(slow)
 
 
-def test_a_delay_takes_its_ticks_however_often_it_is_looked_at() -> None:
+def test_delay_takes_its_ticks_in_any_slicing() -> None:
     """A run that stops every 7 ms looks for its loop anew each time."""
     whole = run(LOOPS["HAL_Delay of 20 ticks, as compiled without optimisation"], True)
     divided = prepared(LOOPS["HAL_Delay of 20 ticks, as compiled without optimisation"])

@@ -41,7 +41,7 @@ def test_nothing_is_executed_in_sleep(instruction: str) -> None:
     assert core.values == [1]
 
 
-def test_wfi_wakes_for_an_interrupt_that_primask_holds_off() -> None:
+def test_wfi_wakes_for_interrupt_blocked_by_primask() -> None:
     """B1.5.19: PRIMASK is disregarded for waking up; the handler runs when it is cleared."""
     core = bench("cpsid i\n wfi\n log 1\n cpsie i\n log 2\n", {0: 0x20})
     core.pulse_at_us(200, 0)
@@ -51,7 +51,7 @@ def test_wfi_wakes_for_an_interrupt_that_primask_holds_off() -> None:
     assert core.time_us(1) == 203
 
 
-def test_wfi_does_not_sleep_while_such_an_interrupt_is_pending() -> None:
+def test_wfi_does_not_sleep_with_masked_pending_interrupt() -> None:
     """B1.5.19: the classical race-free idle loop: mask, test, WFI, unmask."""
     core = bench(f"cpsid i\n {store('ISPR', 1)} wfi\n log 1\n cpsie i\n log 2\n", {0: 0x20})
     core.run_us(100)
@@ -59,7 +59,7 @@ def test_wfi_does_not_sleep_while_such_an_interrupt_is_pending() -> None:
     assert core.values == [1, 10, 2]
 
 
-def test_wfi_sleeps_on_through_an_interrupt_below_basepri() -> None:
+def test_wfi_ignores_interrupt_below_basepri() -> None:
     """B1.5.19: only PRIMASK is disregarded, BASEPRI counts."""
     core = bench("movs r2, #0x40\n msr basepri, r2\n wfi\n log 1\n", {0: 0x40, 1: 0x30})
     core.pulse_at_us(200, 0)
@@ -69,7 +69,7 @@ def test_wfi_sleeps_on_through_an_interrupt_below_basepri() -> None:
     assert core.values == [20, 1]
 
 
-def test_wfi_sleeps_on_through_an_interrupt_that_is_disabled() -> None:
+def test_wfi_ignores_disabled_interrupt() -> None:
     """B1.5.19: it never becomes an exception to be taken."""
     core = bench("wfi\n log 1\n", {0: 0x40})
     core.pulse_at_us(200, 1)
@@ -79,7 +79,7 @@ def test_wfi_sleeps_on_through_an_interrupt_that_is_disabled() -> None:
     assert core.time_us(10) == 400 + ENTRY_CYCLES + 3
 
 
-def test_a_handler_sleeps_too() -> None:
+def test_wfi_in_handler_waits_for_preempting_interrupt() -> None:
     """WFI in a handler waits for one that may preempt it."""
     core = CoreBench(
         f"""
@@ -120,7 +120,7 @@ def test_an_exception_that_was_handled_is_an_event() -> None:
     assert core.values == [1]
 
 
-def test_wfe_sleeps_on_through_an_interrupt_that_primask_holds_off() -> None:
+def test_wfe_ignores_interrupt_blocked_by_primask() -> None:
     """B1.5.18, PM0214 2.5.2: WFE wakes for an exception of sufficient priority to cause exception entry."""
     core = bench("cpsid i\n wfe\n log 1\n", {0: 0x20})
     core.pulse_at_us(200, 0)
@@ -130,7 +130,7 @@ def test_wfe_sleeps_on_through_an_interrupt_that_primask_holds_off() -> None:
 
 
 @pytest.mark.parametrize("enabled", [{}, {0: 0x20}])
-def test_with_sevonpend_it_wakes_even_for_a_disabled_one(enabled: dict[int, int]) -> None:
+def test_sevonpend_wakes_wfe_for_disabled_interrupt(enabled: dict[int, int]) -> None:
     """B1.5.18, B3.2.7: SCR.SEVONPEND: an interrupt that becomes pending is an event, enabled or not."""
     core = bench(f"{store('SCR', 1 << 4)} cpsid i\n wfe\n log 1\n", enabled)
     core.pulse_at_us(200, 0)
@@ -139,7 +139,7 @@ def test_with_sevonpend_it_wakes_even_for_a_disabled_one(enabled: dict[int, int]
     assert core.log_us == [(203, 1)]
 
 
-def test_sevonpend_counts_only_what_becomes_pending() -> None:
+def test_sevonpend_counts_new_pending_only() -> None:
     """B3.2.7: "transitions from inactive to pending"; what has been pending is no event."""
     core = bench(f"{store('SCR', 1 << 4)} cpsid i\n wfe\n log 1\n wfe\n log 2\n", {})
     core.pulse_at_us(200, 0)
@@ -177,7 +177,7 @@ def test_sleeponexit_sleeps_behind_the_last_handler() -> None:
     assert core.log_us[-1] == (2_100 + ENTRY_CYCLES + 3, 10)
 
 
-def test_clearing_sleeponexit_in_the_handler_goes_back_to_the_thread() -> None:
+def test_handler_clearing_sleeponexit_returns_to_thread() -> None:
     """B1.5.17."""
     core = CoreBench(
         f"""

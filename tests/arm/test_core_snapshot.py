@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from fcu_emulator.emulator.chip.memory_map import RAM
 from tests.support.arm.core_bench import CoreBench
-from tests.support.arm.core_programs import stirred
+from tests.support.arm.core_programs import interrupted_core
 
 END_US = 20_000
 
@@ -30,8 +30,8 @@ def picture(core: CoreBench) -> tuple[object, ...]:
     meanwhile_us=st.integers(1, END_US),
 )
 @settings(max_examples=25, deadline=None)
-def test_a_core_that_is_put_back_does_the_same_again(first_us: int, meanwhile_us: int) -> None:
-    core = stirred([], 10**9)
+def test_restored_core_repeats_its_run(first_us: int, meanwhile_us: int) -> None:
+    core = interrupted_core([], 10**9)
     core.run_us(first_us)
     saved = core.core.snapshot()
     before, now_ps, registers = picture(core), core.clock.now_ps, dict(core.probe.registers)
@@ -46,7 +46,7 @@ def test_a_core_that_is_put_back_does_the_same_again(first_us: int, meanwhile_us
     assert picture(core) == once
 
 
-def test_code_in_ram_that_was_another_one_is_decoded_again() -> None:
+def test_restored_code_in_ram_is_decoded_again() -> None:
     core = CoreBench("reset: mov32 r3, RAM+1\nloop: blx r3\n b loop")
     core.core.ram[0:4] = bytes.fromhex("01 30 70 47")  # ADDS R0, #1; BX LR
     core.run_us(100)

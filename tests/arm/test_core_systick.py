@@ -22,7 +22,7 @@ START_US = 14.0
 
 
 @pytest.mark.parametrize("reload", [49, 50, 99, 1000])
-def test_the_period_is_reload_plus_one(reload: int) -> None:
+def test_systick_period_is_reload_plus_one(reload: int) -> None:
     """B3.3.1: from 0 the next clock reloads; the exception comes at each step from 1 to 0."""
     core = CoreBench(f"reset: {started(reload)} b .\nsys_tick: log 1\n bx lr\n")
     core.run_us(10 * reload)
@@ -58,7 +58,7 @@ def test_the_counter_counts_down_from_reload() -> None:
     assert core.values == [18, 14, 10, 6]
 
 
-def test_with_clksource_0_it_counts_an_eighth_of_hclk() -> None:
+def test_systick_without_clksource_counts_hclk_over_8() -> None:
     """RM0368 6.2, figure 12: HCLK / 8."""
     core = CoreBench(f"reset: {started(9, ENABLE | TICKINT)} b .\nsys_tick: log 1\n bx lr\n")
     core.run_us(300)
@@ -120,7 +120,7 @@ def test_without_tickint_no_exception_is_pending() -> None:
     assert core.system("ICSR") >> 26 & 1 == 0
 
 
-def test_a_new_reload_value_counts_from_the_next_reload_on() -> None:
+def test_new_reload_value_applies_from_next_reload() -> None:
     """B3.3.4."""
     core = CoreBench(f"reset: {started(99)} {store('SYST_RVR', 49)} b .\nsys_tick: log 1\n bx lr\n")
     core.run_us(250)
@@ -128,7 +128,7 @@ def test_a_new_reload_value_counts_from_the_next_reload_on() -> None:
     assert [at - ENTRY_CYCLES - 3 - START_US for at, _ in core.log_us] == [100, 150, 200]
 
 
-def test_a_reload_value_of_0_stops_it_at_the_next_wrap() -> None:
+def test_reload_value_0_stops_at_next_wrap() -> None:
     """B3.3.1: "writing 0 to SYST_RVR disables the counter on the next wrap"; also if it is started so."""
     core = CoreBench(f"reset: {started(99)} {store('SYST_RVR', 0)} b .\nsys_tick: log 1\n bx lr\n")
     core.run_us(10_000)
@@ -142,7 +142,7 @@ def test_a_reload_value_of_0_stops_it_at_the_next_wrap() -> None:
     assert again.values == [1]
 
 
-def test_switched_off_it_keeps_its_value() -> None:
+def test_disabled_systick_keeps_its_value() -> None:
     """HAL_SuspendTick clears TICKINT only; clearing ENABLE stops the counter where it is."""
     core = CoreBench(
         f"""
@@ -171,7 +171,7 @@ def test_writing_csr_again_does_not_disturb_the_count(cycles: Fraction) -> None:
     assert core.system("SYST_CVR") == still.system("SYST_CVR")
 
 
-def test_a_change_of_hclk_goes_on_from_where_the_counter_is() -> None:
+def test_hclk_change_continues_from_the_count() -> None:
     """RM0368 6.2: SysTick is fed from HCLK."""
     core = CoreBench(f"reset: {started(99)} {store('RATE', 500)} wfi\n b .\nsys_tick: log 1\n bx lr\n")
     core.run_us(600)
@@ -181,7 +181,7 @@ def test_a_change_of_hclk_goes_on_from_where_the_counter_is() -> None:
     assert core.log_us[0][0] == first + 2 * (ENTRY_CYCLES + 3)
 
 
-def test_the_calibration_value_is_sts() -> None:
+def test_systick_calibration_equals_the_manual() -> None:
     """PM0214 4.5.4: 10500, which is 1 ms of 84 MHz / 8."""
     core = CoreBench("reset: mov32 r0, 0xE000E01C\n ldr r4, [r0]\n log r4\n b .\n")
     core.run_us(20)
@@ -238,7 +238,7 @@ again: subs r1, #1
     assert core.values[0] in (2601, 2602)
 
 
-def test_cyccnt_stands_still_without_trcena() -> None:
+def test_cyccnt_stops_without_trcena() -> None:
     """C1.6.5: DEMCR.TRCENA is the main switch. A classical trap: only a debugger sets it for you."""
     core = CoreBench(
         f"reset: {store('DWT_CTRL', 1)} mov32 r0, CYCCNT\n"
@@ -249,7 +249,7 @@ def test_cyccnt_stands_still_without_trcena() -> None:
     assert core.values == [0, 0]
 
 
-def test_cyccnt_goes_on_from_what_is_written() -> None:
+def test_cyccnt_continues_from_written_value() -> None:
     core = CoreBench(
         f"reset: {DWT_ON} {store('CYCCNT', 0xFFFF_FFFE)} mov32 r0, CYCCNT\n"
         "nop\n nop\n ldr r4, [r0]\n log r4\n b .\n"
@@ -269,7 +269,7 @@ def test_a_change_of_hclk_keeps_cyccnt_counting_cycles() -> None:
 
 
 @pytest.mark.parametrize("hclk_hz", [0, 7])
-def test_without_a_clock_it_does_not_count(hclk_hz: int) -> None:
+def test_systick_without_clock_does_not_count(hclk_hz: int) -> None:
     """Nor is anything divided by zero: 7 Hz by 8, as CLKSOURCE is 0."""
     chip = NativeChip()
     chip.clocks.set(hclk_hz=hclk_hz)

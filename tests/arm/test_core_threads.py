@@ -81,7 +81,7 @@ sys_tick:
 YIELD = "mov32 r0, ICSR\n mov32 r1, 0x10000000\n str r1, [r0]\n dsb\n isb\n"
 
 
-def test_a_thread_is_started_by_svc_with_its_own_stack() -> None:
+def test_svc_starts_a_thread_on_its_stack() -> None:
     """Table B1-8: returning with 0xFFFFFFFD goes to Thread mode on the process stack, CONTROL.SPSEL set."""
     core = CoreBench(
         START
@@ -158,7 +158,7 @@ loop2: vmov r4, s0
     assert core.values[:12] == [100, 115, 116, 131, 200, 231] * 2
 
 
-def test_a_thread_without_floating_point_runs_beside_one_that_uses_it() -> None:
+def test_thread_without_floating_point_coexists() -> None:
     """The frame's kind is each thread's own: EXC_RETURN is saved with it."""
     core = CoreBench(
         START
@@ -211,7 +211,7 @@ def test_preemption_by_systick_loses_nothing() -> None:
     assert core.values == [400, 400]
 
 
-def test_the_process_stack_is_used_by_thread_mode_and_not_by_handlers() -> None:
+def test_handlers_do_not_use_the_process_stack() -> None:
     """B1.4.1, B1.5.6: the frame is on the process stack, the handler on the main stack."""
     core = CoreBench(
         f"""
@@ -240,7 +240,7 @@ svc:   mov r4, sp
     assert core.values == [STACKS[0], STACK, STACKS[0] - 32, 0xFFFF_FFFD, STACKS[0]]
 
 
-def test_an_odd_process_stack_is_aligned_and_put_back() -> None:
+def test_odd_process_stack_is_aligned_and_restored() -> None:
     """B1.5.7 applies to either stack."""
     core = CoreBench(
         f"""
@@ -264,7 +264,7 @@ svc:   mrs r4, psp
 
 
 @pytest.mark.parametrize("number", [0, 3, 255])
-def test_the_number_of_an_svc_is_read_from_the_code(number: int) -> None:
+def test_svc_number_is_read_from_the_code(number: int) -> None:
     """How kernels find it: the half-word in front of the return address (PM0214 3.10.10)."""
     core = CoreBench(
         f"""

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from fcu_emulator.emulator.chip.cpu.core import CYCLES_PER_INSTRUCTION
 from fcu_emulator.emulator.time.clock import PS_PER_S
 from tests.support.arm.core_bench import CoreBench, interrupts, store
-from tests.support.arm.core_programs import state, stirred
+from tests.support.arm.core_programs import interrupted_core, state
 from tests.support.words import Words
 
 END_US = 100_000
@@ -34,9 +34,7 @@ cycles_each = st.sampled_from((Fraction(1), CYCLES_PER_INSTRUCTION, Fraction(2, 
     before=st.integers(0, 40),
 )
 @settings(max_examples=40)
-def test_the_nth_instruction_begins_n_times_its_cycles_after_reset(
-    hclk_hz: int, cycles: Fraction, before: int
-) -> None:
+def test_nth_instruction_begins_after_n_cycle_times(hclk_hz: int, cycles: Fraction, before: int) -> None:
     """Rounded down once, to a picosecond."""
     core = CoreBench("reset: " + "nop\n" * before + "log 1\n log 2\n b .", hclk_hz=hclk_hz, cycles=cycles)
     core.run_us(300)
@@ -45,7 +43,7 @@ def test_the_nth_instruction_begins_n_times_its_cycles_after_reset(
     assert [at_ps for at_ps, _ in core.probe.log] == [int(n * cycles * PS_PER_S / hclk_hz) for n in places]
 
 
-def test_a_second_is_so_many_instructions() -> None:
+def test_second_has_64_615_385_instructions() -> None:
     """The default: 1.3 cycles each, so 64,615,384.6 instructions a second at 84 MHz."""
     core = CoreBench("reset: b reset\n", hclk_hz=84_000_000, cycles=CYCLES_PER_INSTRUCTION)
     core.core.run_until_ps(PS_PER_S)
@@ -67,7 +65,7 @@ def test_time_stays_exact_when_counts_exceed_64_bits(hclk_hz: int) -> None:
     ]
 
 
-def test_a_new_hclk_counts_from_the_store_that_sets_it() -> None:
+def test_new_hclk_applies_from_its_store() -> None:
     """RM0368 6.3.3: as when RCC_CFGR.SW switches to the PLL."""
     core = CoreBench(f"reset: log 1\n {store('RATE', 4_000)} log 2\n {store('RATE', 500)} log 3\n b .\n")
     core.run_us(100)
@@ -77,7 +75,7 @@ def test_a_new_hclk_counts_from_the_store_that_sets_it() -> None:
     assert core.log_us == [(3, 1), (8 + 4 * 0.25, 2), (first + 4 * 2, 3)]
 
 
-def test_a_change_by_an_event_counts_from_the_event() -> None:
+def test_hclk_change_by_event_applies_from_the_event() -> None:
     """As when the crystal fails and the clock security system goes back to HSI (RM0368 6.2.7)."""
     core = CoreBench(f"reset: {interrupts({0: 0})} wfi\n log 1\n b .\nirq0: bx lr\n")
     core.at_us(100, lambda: core.clocks.set(hclk_hz=2_000_000))
@@ -157,16 +155,14 @@ def test_an_instruction_whose_condition_fails_takes_a_cycle(
 
 @pytest.mark.parametrize("ends_us", [(90,), range(1, 90)], ids=["at once", "one by one"])
 @pytest.mark.parametrize("condition", ["eq", "ne"])
-def test_a_branch_at_the_end_of_an_it_block_takes_its_cycle_either_way(
-    condition: str, ends_us: Iterable[int]
-) -> None:
+def test_branch_ending_it_block_takes_one_cycle(condition: str, ends_us: Iterable[int]) -> None:
     block = f"itt {condition}\n adds{condition} r2, #1\n b{condition} next\n next:"
 
     assert cycles_of(block, ends_us) == 3
 
 
 @pytest.mark.parametrize("fails", [0, 1])
-def test_a_loop_of_conditional_instructions_takes_as_long_whatever_they_do(fails: int) -> None:
+def test_conditional_loop_takes_constant_time(fails: int) -> None:
     """As one of instructions without a condition: 20 times six, and what begins it."""
     core = CoreBench(
         f"""
@@ -201,7 +197,7 @@ loop:  cmp r1, #0
 def test_dividing_a_run_changes_nothing(
     pulses: list[tuple[float, int]], flag_us: float, cuts: list[int], cycles: Fraction
 ) -> None:
-    whole, divided = (stirred(pulses, flag_us, cycles=cycles) for _ in range(2))
+    whole, divided = (interrupted_core(pulses, flag_us, cycles=cycles) for _ in range(2))
     whole.run_us(END_US)
     for cut in sorted(cuts):
         divided.run_us(min(cut / 16, END_US))
@@ -216,8 +212,8 @@ def test_dividing_a_run_changes_nothing(
 def test_skipping_waits_changes_nothing(
     pulses: list[tuple[float, int]], flag_us: float, cycles: Fraction
 ) -> None:
-    quick = stirred(pulses, flag_us, cycles=cycles)
-    slow = stirred(pulses, flag_us, cycles=cycles, skip=False)
+    quick = interrupted_core(pulses, flag_us, cycles=cycles)
+    slow = interrupted_core(pulses, flag_us, cycles=cycles, skip=False)
     quick.run_us(END_US)
     slow.run_us(END_US)
 

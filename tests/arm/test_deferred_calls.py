@@ -10,7 +10,7 @@ from fcu_emulator.emulator.time.clock import NEVER_PS, Clock
 times = st.integers(0, 100)
 
 
-def test_a_deferred_call_is_no_event_and_happens_at_its_own_time() -> None:
+def test_deferred_call_runs_at_its_own_time() -> None:
     clock, seen = Clock(), list[int]()
     clock.defer(10, lambda: seen.append(clock.now_ps))
     assert (clock.next_ps, clock.deferred_ps) == (NEVER_PS, 10)
@@ -19,7 +19,7 @@ def test_a_deferred_call_is_no_event_and_happens_at_its_own_time() -> None:
     assert (seen, clock.now_ps, clock.deferred_ps) == ([10], 50, NEVER_PS)
 
 
-def test_what_is_not_due_yet_is_left_alone() -> None:
+def test_deferred_call_not_due_is_kept() -> None:
     clock, seen = Clock(), list[int]()
     clock.defer(10, lambda: seen.append(1))
     clock.advance_to(9)
@@ -29,14 +29,14 @@ def test_what_is_not_due_yet_is_left_alone() -> None:
     assert seen == [1]
 
 
-def test_a_cancelled_one_does_not_happen() -> None:
+def test_cancelled_deferred_call_does_not_run() -> None:
     clock, seen = Clock(), list[int]()
     clock.defer(10, lambda: seen.append(1)).cancel()
     clock.advance_to(20)
     assert (seen, clock.now_ps) == ([], 20)
 
 
-def test_an_event_that_a_late_one_schedules_in_the_past_fires_before_now() -> None:
+def test_event_scheduled_by_deferred_call_fires_before_now() -> None:
     clock, seen = Clock(), list[int]()
     clock.defer(10, lambda: clock.schedule(20, lambda: seen.append(clock.now_ps)) and None)
     clock.now_ps = 50
@@ -45,9 +45,7 @@ def test_an_event_that_a_late_one_schedules_in_the_past_fires_before_now() -> No
 
 
 @given(st.lists(st.tuples(times, st.booleans()), max_size=20), st.lists(times, max_size=10))
-def test_looking_in_between_changes_neither_order_nor_times(
-    plan: list[tuple[int, bool]], looks: list[int]
-) -> None:
+def test_settling_in_between_keeps_order_and_times(plan: list[tuple[int, bool]], looks: list[int]) -> None:
     def run(looks: list[int]) -> list[tuple[int, int]]:
         clock, seen = Clock(), list[tuple[int, int]]()
         for number, (at_ps, deferred) in enumerate(plan):

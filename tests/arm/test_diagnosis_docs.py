@@ -14,7 +14,7 @@ EXAMPLES = re.findall(r"^<!-- (\w+) -->\n```text\n(.*?)\n```$", PAGE.read_text()
 
 
 @pytest.mark.parametrize(("name", "shown"), EXAMPLES, ids=[name for name, _ in EXAMPLES])
-def test_an_example_is_what_is_said(name: str, shown: str) -> None:
+def test_documented_example_equals_the_diagnosis(name: str, shown: str) -> None:
     """``...`` stands for the rest."""
     said = (EXPECTED / f"{name}.txt").read_text().rstrip("\n")
     if shown.endswith("\n..."):

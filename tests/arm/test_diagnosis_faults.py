@@ -83,7 +83,7 @@ def test_floating_point_before_it_is_switched_on(words: Words) -> None:
     words("diagnosis", cause(board))
 
 
-def test_a_vector_table_that_is_nowhere_locks_the_core_up(words: Words) -> None:
+def test_unmapped_vector_table_locks_up(words: Words) -> None:
     """ARMv7-M ARM B1.5.15: the HardFault's own vector cannot be read either."""
     board = template()
     board.run_for(0.01)
@@ -132,7 +132,7 @@ def with_handlers(thread: str, hard_fault: str, nmi: str) -> tuple[Board, Labels
     ],
     ids=["in the NMI", "in the NMI after a handled one", "in the handler", "in the NMI in the handler"],
 )
-def test_a_locked_up_core_is_explained_by_its_first_fault(
+def test_lock_up_is_explained_by_its_first_fault(
     thread: str, hard_fault: str, nmi: str, origin: str, words: Words
 ) -> None:
     board, labels = with_handlers(thread, hard_fault, nmi)
@@ -148,7 +148,7 @@ def test_a_locked_up_core_is_explained_by_its_first_fault(
 
 
 @pytest.mark.parametrize("thread", [RAISE_NMI, f"{UNDEFINED} \n {RAISE_NMI}"], ids=["alone", "after a fault"])
-def test_an_nmi_that_never_returns_is_where_the_firmware_is_stuck(thread: str, words: Words) -> None:
+def test_endless_nmi_is_reported_as_stuck(thread: str, words: Words) -> None:
     """Also after a fault that was handled, which has nothing to do with it."""
     board, labels = with_handlers(thread, SKIP, "nop")
     assert board.chip is not None
@@ -175,7 +175,7 @@ def test_an_nmi_that_never_returns_is_where_the_firmware_is_stuck(thread: str, w
         (("WWDG",), "once, by WWDG at 0.02"),
     ],
 )
-def test_the_last_reset_is_reported_with_its_reason_and_time(reasons: tuple[str, ...], reported: str) -> None:
+def test_last_reset_is_reported_with_reason_and_time(reasons: tuple[str, ...], reported: str) -> None:
     board = Board(firmware="solution")
     assert board.chip is not None
     for reason in reasons:

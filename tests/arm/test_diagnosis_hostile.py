@@ -34,7 +34,7 @@ def test_damaged_firmware_is_diagnosed_without_an_error(seed: int) -> None:
     assert diagnosis is None or str(diagnosis)
 
 
-def test_a_stack_full_of_saved_frames_is_walked_to_its_end() -> None:
+def test_stack_full_of_frames_is_unwound_completely() -> None:
     board = Board(firmware=ELF)
     board.run_for(0.001)
     assert board.chip is not None

@@ -33,7 +33,7 @@ def test_a_broken_program_is_explained(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", RUN_S)
-def test_only_what_keeps_the_program_from_going_on_is_a_failure(name: str) -> None:
+def test_only_a_stuck_program_is_a_failure(name: str) -> None:
     board = run(name)
     assert board.chip is not None
     diagnosis = board.chip.diagnosis()
@@ -45,7 +45,7 @@ def test_only_what_keeps_the_program_from_going_on_is_a_failure(name: str) -> No
 
 
 @pytest.mark.parametrize("name", ["ended", "masked_delay", "fine_callback"])
-def test_what_a_diagnosis_tries_out_is_given_back(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_diagnosis_frees_its_copies(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A copy of the chip is more than a megabyte, and a live board is looked at for hours."""
     copies: list[BareCore] = []
 
@@ -64,7 +64,7 @@ def test_what_a_diagnosis_tries_out_is_given_back(name: str, monkeypatch: pytest
     assert not any(len(copy.flash) for copy in copies)
 
 
-def test_of_transfers_that_nobody_answered_these_are_shown_not_the_last_ones_of_the_run(
+def test_diagnosis_lists_unacknowledged_transfers(
     words: Words,
 ) -> None:
     board = Board(firmware="solution")
@@ -94,7 +94,7 @@ def test_every_program_has_an_expectation() -> None:
 
 @pytest.mark.parametrize("name", ["fine_quiet", "fine_callback"])
 @pytest.mark.parametrize("seconds", [0.0, 0.001, 0.05, 1.2])
-def test_a_program_that_waits_or_leaves_all_to_its_handlers_is_fine(name: str, seconds: float) -> None:
+def test_waiting_and_interrupt_driven_programs_have_no_diagnosis(name: str, seconds: float) -> None:
     board = Board(firmware=FOLDER / f"{name}.elf")
     board.run_for(seconds)
     assert board.chip is not None
@@ -102,7 +102,7 @@ def test_a_program_that_waits_or_leaves_all_to_its_handlers_is_fine(name: str, s
     assert board.chip.diagnosis() is None
 
 
-def test_hardware_is_given_three_seconds() -> None:
+def test_hardware_wait_of_three_seconds_is_allowed() -> None:
     """The 32 kHz crystal takes up to 2 s to start (STM32F401xB/C datasheet, LSE oscillator)."""
     board = Board(firmware=FOLDER / "poll_for_ever.elf")
     board.run_for(2.9)
@@ -145,7 +145,7 @@ def rebuilt(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @needs_compiler
 @pytest.mark.parametrize("name", REBUILT)
-def test_the_programs_are_what_their_sources_give(name: str, rebuilt: Path) -> None:
+def test_rebuilt_programs_have_the_same_summary(name: str, rebuilt: Path) -> None:
     """Another compiler gives other addresses; what is said first is the same."""
     summary = diagnosed(name, rebuilt).splitlines()[0]
 

@@ -34,9 +34,7 @@ def diagnosed(board: Board) -> Diagnosis:
         ("template", "fcu001v1", "SPI2", "desk"),
     ],
 )
-def test_nothing_is_said_about_a_program_that_works(
-    program: str, wiring: str, bus: str, scenario: str
-) -> None:
+def test_working_program_has_no_diagnosis(program: str, wiring: str, bus: str, scenario: str) -> None:
     board = Board(prebuilt(program, bus), wiring=wiring, scenario=scenario)
 
     for seconds in (0.0, 0.003, 0.5, 0.7):  # reset, clocks start, a sensor boots, all runs
@@ -45,7 +43,7 @@ def test_nothing_is_said_about_a_program_that_works(
         assert board.chip.diagnosis() is None
 
 
-def test_a_slow_bus_makes_the_callback_too_long_and_is_no_failure_of_the_program() -> None:
+def test_slow_bus_is_reported_as_long_callback() -> None:
     """At 100 kHz the four reads do not fit into 1.25 ms."""
     board = Board(prebuilt("template"), wiring="lab3", scenario="slow_bus")
     board.run_for(1.25)
@@ -59,9 +57,7 @@ def test_a_slow_bus_makes_the_callback_too_long_and_is_no_failure_of_the_program
 
 
 @pytest.mark.parametrize(("wiring", "bus"), [("lab3", "I2C2"), ("fcu001v1", "SPI2")])
-def test_a_wrong_identity_is_told_with_what_was_read_and_expected(
-    wiring: str, bus: str, words: Words
-) -> None:
+def test_wrong_identity_is_reported_with_expected_value(wiring: str, bus: str, words: Words) -> None:
     """LIS2MDL datasheet, WHO_AM_I (4Fh): 0x40."""
     board = template(wiring, bus)
     board.sensors.lis2mdl.registers.mem[0x4F] = 0
@@ -81,7 +77,7 @@ def test_a_wrong_identity_is_told_with_what_was_read_and_expected(
     words("diagnosis", diagnosis.summary)
 
 
-def test_firmware_for_spi2_finds_nobody_with_the_sensors_on_i2c2(words: Words) -> None:
+def test_firmware_for_spi2_on_i2c2_is_explained(words: Words) -> None:
     board = template("lab3", "SPI2")
     board.run_for(0.05)
     diagnosis = diagnosed(board)
@@ -93,7 +89,7 @@ def test_firmware_for_spi2_finds_nobody_with_the_sensors_on_i2c2(words: Words) -
     words("diagnosis", next(line for line in diagnosis.details if "fcu001v1" in line))
 
 
-def test_firmware_for_i2c2_finds_nobody_with_the_sensors_on_spi2(words: Words) -> None:
+def test_firmware_for_i2c2_on_spi2_is_explained(words: Words) -> None:
     board = template("fcu001v1", "I2C2")
     board.run_for(0.05)
     diagnosis = diagnosed(board)
@@ -114,7 +110,7 @@ def test_a_bus_broken_on_purpose_is_named(fault: I2CFault, words: Words) -> None
     words("diagnosis", diagnosis.summary)
 
 
-def test_a_device_that_fails_for_a_while_is_no_wrong_address() -> None:
+def test_temporarily_failing_device_is_not_a_wrong_address() -> None:
     board = template("lab3", "I2C2")
     board.run_for(1.3)
     board.i2c2.bus.inject(I2CFault.in_ps("nack", board.clock.now_ps, LONG_PS, 0x1E))

@@ -83,7 +83,7 @@ def test_system_exceptions_and_gaps_are_named() -> None:
         ("something else", 0x50, ["0x50"]),
     ],
 )
-def test_a_wrong_address_leads_to_the_one_that_was_meant(
+def test_wrong_address_names_the_intended_sensor(
     given: str, on_the_wire: int, meant: list[str], words: Words
 ) -> None:
     """Addresses: LSM6DSL datasheet T10, LIS2MDL 5.1.1, LPS22HB 7.2.1; the HAL takes them in 8 bits."""
@@ -95,6 +95,6 @@ def test_a_wrong_address_leads_to_the_one_that_was_meant(
     words("diagnosis", cause.short)
 
 
-def test_every_bit_of_the_fault_status_has_a_meaning() -> None:
+def test_every_fault_status_bit_has_a_meaning() -> None:
     assert {bits.name for bits in scb.CFSR.fields} == CFSR.keys()
     assert {bits.name for bits in scb.HFSR.fields} == HFSR.keys()

@@ -75,7 +75,7 @@ class DmaBench:
 
 @settings(max_examples=40, deadline=None)
 @given(st.integers(1, 50), st.sampled_from([0, 1, 2]), st.booleans())
-def test_items_land_one_after_the_other(items: int, size: int, increment: bool) -> None:
+def test_items_are_stored_in_order(items: int, size: int, increment: bool) -> None:
     bench = DmaBench()
     bench.start(3, I2C2_RX | (MINC if increment else 0) | size << 11 | size << 13, items)
     assert bench.requests(items + 5) == items
@@ -88,7 +88,7 @@ def test_items_land_one_after_the_other(items: int, size: int, increment: bool) 
     assert bench.dma1.read(stream_base(3) + 4) == 0
 
 
-def test_half_and_complete_with_their_interrupts() -> None:
+def test_half_and_complete_transfers_raise_interrupts() -> None:
     bench = DmaBench()
     bench.start(3, I2C2_RX | MINC | HTIE | TCIE, 6)
     bench.requests(2)
@@ -101,7 +101,7 @@ def test_half_and_complete_with_their_interrupts() -> None:
     assert (bench.flags(3), bench.chip.irq.level(14)) == (TCIF, True)
 
 
-def test_from_memory_with_the_size_of_the_register() -> None:
+def test_transfer_from_memory_uses_the_register_size() -> None:
     bench = DmaBench()
     bench.ram[:4] = b"\x11\x22\x33\x44"
     bench.start(7, I2C2_RX | TO_PERIPHERAL | MINC | 1 << 11 | 1 << 13, 2)
@@ -136,7 +136,7 @@ def test_a_double_buffer_changes_sides() -> None:
     assert bench.dma1.read(stream_base(3)) & CT
 
 
-def test_memory_to_memory_takes_its_time_and_ends_with_tc() -> None:
+def test_memory_to_memory_takes_time_and_sets_tc() -> None:
     bench = DmaBench()
     bench.ram[:8] = b"abcdefgh"
     bench.start(0, MEMORY_TO_MEMORY | PINC | MINC | TCIE, 8, memory=RAM + 0x40, peripheral=RAM, dma=2)
@@ -147,7 +147,7 @@ def test_memory_to_memory_takes_its_time_and_ends_with_tc() -> None:
     assert bench.chip.irq.rises == [(8 * 4 * 10**12 // 84_000_000, 56)]
 
 
-def test_an_address_where_nothing_is_ends_the_stream_with_te() -> None:
+def test_unmapped_address_ends_the_stream_with_te() -> None:
     bench = DmaBench()
     bench.start(3, I2C2_RX | MINC | TEIE, 4, memory=0x6000_0000)
     bench.requests(2)
@@ -156,7 +156,7 @@ def test_an_address_where_nothing_is_ends_the_stream_with_te() -> None:
     assert not bench.dma1.read(stream_base(3)) & EN
 
 
-def test_a_request_is_served_only_while_a_stream_is_on() -> None:
+def test_request_needs_an_enabled_stream() -> None:
     bench = DmaBench()
     assert not bench.lines.request("I2C2_RX")
     bench.start(3, I2C2_RX | MINC, 1)
@@ -164,7 +164,7 @@ def test_a_request_is_served_only_while_a_stream_is_on() -> None:
     assert bench.requests(2) == 1
 
 
-def test_a_stream_that_is_stopped_serves_nobody_and_says_tc() -> None:
+def test_stopped_stream_serves_no_request_and_sets_tc() -> None:
     """RM0368 9.3.15: TCIF tells that the transfer under way has ended."""
     bench = DmaBench()
     bench.start(3, I2C2_RX | MINC, 4)
@@ -199,7 +199,7 @@ def test_memory_to_memory_on_dma1_is_noted(dma: int, is_noted: bool) -> None:
     assert [what for what, _ in bench.chip.notes()] == ["forbidden"] * is_noted
 
 
-def test_a_channel_without_a_line_is_told() -> None:
+def test_channel_without_request_line_is_noted() -> None:
     bench = DmaBench()
     bench.start(0, I2C2_RX, 1)
     no_line = "stream 0 channel 7 is enabled, but no request line is there"
@@ -222,7 +222,7 @@ def test_a_channel_without_a_line_is_told() -> None:
         ("TIM2_UP", {("DMA1", 1, 3), ("DMA1", 7, 3)}),
     ],
 )
-def test_lines_are_where_the_tables_have_them(line: str, places: set[tuple[str, int, int]]) -> None:
+def test_request_lines_equal_the_manual(line: str, places: set[tuple[str, int, int]]) -> None:
     """RM0368 tables 28 and 29."""
     bench = DmaBench()
     found = set()

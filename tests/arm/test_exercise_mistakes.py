@@ -47,7 +47,7 @@ def in_one_line(output: str) -> str:
 
 
 @pytest.mark.parametrize("name", list(MISTAKES) if ALL else list(MISTAKES)[::6])
-def test_run_and_check_fail_a_mistake_and_lead_to_its_fix(name: str, folder: Path) -> None:
+def test_run_and_check_explain_each_mistake(name: str, folder: Path) -> None:
     program = MISTAKES[name]
     assert program.scenario is not None
     exercise = str(OF_EXERCISE[program.scenario])
@@ -64,7 +64,7 @@ def test_run_and_check_fail_a_mistake_and_lead_to_its_fix(name: str, folder: Pat
 
 @pytest.mark.skipif(not ALL, reason="a quarter of an hour; FCU_ALL_STUDENTS=1")
 @pytest.mark.parametrize("name", MISTAKES)
-def test_a_mistake_loses_what_it_should(name: str, folder: Path) -> None:
+def test_mistake_loses_its_points(name: str, folder: Path) -> None:
     program = MISTAKES[name]
     wanted = [one.partition(".") for one in program.loses]
     found = lost(judge(build(program, "Og", folder), load_rubric("lab3"), seed=1))
@@ -76,7 +76,7 @@ def test_a_mistake_loses_what_it_should(name: str, folder: Path) -> None:
 
 
 @pytest.mark.parametrize("scenario", OF_EXERCISE)
-def test_a_scenario_passes_when_its_exercise_is_done_and_not_before(scenario: str, folder: Path) -> None:
+def test_scenario_passes_only_when_its_exercise_is_done(scenario: str, folder: Path) -> None:
     exercise = OF_EXERCISE[scenario]
 
     assert run(Board(str(staged(exercise, folder)), scenario=scenario)).passed
@@ -91,7 +91,7 @@ CRASH = Program(
 )
 
 
-def test_a_crash_costs_what_was_not_shown_before_it(folder: Path) -> None:
+def test_crash_costs_points_not_shown_before(folder: Path) -> None:
     verdict = judge(build(CRASH, "Og", folder), load_rubric("lab3"), seed=1, exercises=["1", "2"])
     points = {one.check: one.points for one in verdict.checks if one.max_points}
 
@@ -106,7 +106,7 @@ CRASH_WHEN_STEEP = Program(
 )
 
 
-def test_a_crash_in_one_exercise_leaves_the_others(folder: Path) -> None:
+def test_crash_in_one_exercise_keeps_the_others(folder: Path) -> None:
     verdict = judge(build(CRASH_WHEN_STEEP, "Og", folder), load_rubric("lab3"), seed=1, exercises=["3", "4"])
 
     assert lost(verdict) == ("3.yaw", "3.led1")  # the figure-of-eight before the yaw is steep, too
@@ -124,7 +124,7 @@ OTHER_LED_TOGGLED = Program(
 )
 
 
-def test_causes_of_another_exercises_led_are_left_out(folder: Path) -> None:
+def test_causes_of_other_exercise_led_are_omitted(folder: Path) -> None:
     elf = str(build(OTHER_LED_TOGGLED, "Og", folder))
     screen = fcu("check", elf, "--exercise", "3").stdout
     titles = [line for line in screen.splitlines() if line.endswith(":") and not line.startswith(" ")]

@@ -51,7 +51,7 @@ def test_only_the_selected_edges_count(pins: Pins, rising: bool, falling: bool, 
     assert len(pins.chip.irq.rises) == seen
 
 
-def test_a_line_listens_to_the_port_that_syscfg_selects(pins: Pins) -> None:
+def test_exti_line_follows_the_port_of_syscfg(pins: Pins) -> None:
     """RM0368 7.2.4: EXTICR2 holds lines 4 to 7, port C is 2."""
     pins.listen(4)
     pins.syscfg.write(EXTICR2, 2)
@@ -91,7 +91,7 @@ def test_two_lines_of_one_interrupt_keep_it_active(pins: Pins) -> None:
     assert not pins.chip.irq.level(23)
 
 
-def test_an_inner_line_is_set_by_its_block(pins: Pins) -> None:
+def test_internal_exti_line_is_set_by_its_peripheral(pins: Pins) -> None:
     """Line 17 is the RTC alarm, interrupt 41."""
     pins.listen(17)
     pins.chip.fcu.set_exti_line(17, True)
@@ -106,21 +106,21 @@ def test_reset_lowers_the_interrupt(pins: Pins) -> None:
     assert pins.exti.read(IMR) == 0
 
 
-def test_events_are_told_as_not_modelled(pins: Pins) -> None:
+def test_exti_event_mode_is_noted(pins: Pins) -> None:
     pins.exti.write(EMR, 0)
     assert pins.chip.notes() == []
     pins.exti.write(EMR, 1)
     assert pins.chip.notes() == [("not modelled", "EMR: events that wake WFE without an interrupt")]
 
 
-def test_the_debug_port_s_pull_ups_are_no_edge_when_another_line_is_selected(pins: Pins) -> None:
+def test_debug_pull_ups_cause_no_edge(pins: Pins) -> None:
     """PA13 and PA15 have been high since reset (8.4.4); a selection of port A again moves nothing."""
     pins.exti.write(RTSR, 0xFFFF)
     pins.syscfg.write(EXTICR2, 0)
     assert pins.exti.read(PR) == 0
 
 
-def test_memory_remapping_is_told_as_not_modelled(pins: Pins) -> None:
+def test_memory_remapping_is_noted(pins: Pins) -> None:
     pins.syscfg.write(0x00, 1)
     assert pins.chip.notes() == [("not modelled", "MEMRMP: address 0 stays the flash")]
 

@@ -64,7 +64,7 @@ def rebuilt(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @needs_compiler
 @variants
-def test_the_shipped_file_is_what_the_sources_give(name: str, rebuilt: Path) -> None:
+def test_shipped_file_equals_a_fresh_build(name: str, rebuilt: Path) -> None:
     built = rebuilt / name
     if compiler_of(built) != compiler_of(shipped(name)):
         pytest.skip(f"another compiler: {compiler_of(built)}, not {compiler_of(shipped(name))}")
@@ -73,7 +73,7 @@ def test_the_shipped_file_is_what_the_sources_give(name: str, rebuilt: Path) -> 
 
 
 @variants
-def test_the_program_lies_in_the_chips_memory(name: str) -> None:
+def test_program_is_within_the_chip_memory(name: str) -> None:
     with shipped(name).open("rb") as file:
         elf = ELFFile(file)
         loaded = [segment for segment in elf.iter_segments() if segment["p_type"] == "PT_LOAD"]
@@ -132,7 +132,7 @@ def test_line_numbers_lead_to_the_sources(name: str) -> None:
 
 
 @variants
-def test_the_file_holds_nothing_of_the_machine_it_was_built_on(name: str) -> None:
+def test_shipped_file_contains_no_build_paths(name: str) -> None:
     content = shipped(name).read_bytes()
 
     assert str(arm.sources()).encode() not in content
@@ -141,7 +141,7 @@ def test_the_file_holds_nothing_of_the_machine_it_was_built_on(name: str) -> Non
 
 
 @pytest.mark.parametrize("arguments", [("lab4", "I2C2"), ("template", "USB")])
-def test_an_unknown_program_or_bus_is_refused_by_name(arguments: tuple[str, str]) -> None:
+def test_unknown_program_or_bus_is_refused(arguments: tuple[str, str]) -> None:
     with pytest.raises(ValueError, match=r"unknown (firmware 'lab4'|sensor bus 'USB'); known: \w+, \w+"):
         arm.prebuilt(*arguments)
 

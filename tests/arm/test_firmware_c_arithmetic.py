@@ -100,7 +100,7 @@ def test_pressure_is_converted_alike(c: ctypes.CDLL, raw: int) -> None:
     assert c.PressureFromBytes(raw.to_bytes(3, "little", signed=True)) == pressure_hpa(raw)
 
 
-def test_the_slides_pressure_comes_out(c: ctypes.CDLL) -> None:
+def test_pressure_equals_the_slides(c: ctypes.CDLL) -> None:
     """Raw 4003431 prints 977.400024."""
     assert f"{c.PressureFromBytes((4003431).to_bytes(3, 'little')):f}" == "977.400024"
 

@@ -51,7 +51,7 @@ def test_packets_survive_the_wire_however_it_is_cut(payloads: list[bytes], lengt
     assert arrived == payloads
 
 
-def test_what_else_can_arrive() -> None:
+def test_framer_recognises_control_and_corrupt_bytes() -> None:
     framer = Framer()
 
     assert framer.feed(b"+\x03-") == [Arrival.INTERRUPT, Arrival.RESEND]
@@ -65,14 +65,14 @@ def test_a_control_c_inside_a_packet_is_data() -> None:
     assert Framer().feed(b"$a\x03#64") == [b"a\x03"]
 
 
-def test_a_packet_that_is_too_long_is_thrown_away_and_the_next_one_arrives() -> None:
+def test_too_long_packet_is_discarded() -> None:
     framer = Framer()
 
     assert framer.feed(frame(b"m" * LONGEST)) == [b"m" * LONGEST]
     assert framer.feed(b"$" + b"m" * (LONGEST + 1) + b"#00$g#67") == [Arrival.OVERLONG, b"g"]
 
 
-def test_an_escape_at_the_end_stands_for_nothing() -> None:
+def test_escape_at_the_end_is_dropped() -> None:
     assert unescape(b"ab}") == b"ab"
     assert unescape(b"}]}]") == b"}}"
 
@@ -92,7 +92,7 @@ def test_the_registers_have_the_names_that_gdb_requires() -> None:
     assert sizes == [register.size for register in REGISTERS]
 
 
-def test_the_memory_map_knows_the_flash_and_the_ram() -> None:
+def test_memory_map_has_flash_and_ram() -> None:
     regions = {
         int(memory.get("start") or "", 16): (memory.get("type"), int(memory.get("length") or "", 16))
         for memory in ET.fromstring(memory_map_xml()).iter("memory")
@@ -102,7 +102,7 @@ def test_the_memory_map_knows_the_flash_and_the_ram() -> None:
     assert regions[RAM] == ("ram", RAM_SIZE)
 
 
-def test_flash_in_the_memory_map_has_a_block_size() -> None:
+def test_flash_in_memory_map_has_block_size() -> None:
     """GDB manual, "Memory Map Format": without it GDB refuses the whole map."""
     flash = ET.fromstring(memory_map_xml()).findall("memory[@type='flash']/property[@name='blocksize']")
 
@@ -125,7 +125,7 @@ def test_documents_are_read_in_pieces(gdb: Debugger) -> None:
 # -- queries ------------------------------------------------------------------------------------------------
 
 
-def test_what_is_supported_is_announced(gdb: Debugger) -> None:
+def test_supported_features_are_announced(gdb: Debugger) -> None:
     announced = gdb.ask(b"qSupported:multiprocess+;hwbreak+").split(b";")
 
     assert b"PacketSize=%x" % LONGEST in announced
@@ -150,7 +150,7 @@ def test_what_is_supported_is_announced(gdb: Debugger) -> None:
         (b"!", b""),
     ],
 )
-def test_a_packet_has_its_answer(gdb: Debugger, packet: bytes, reply: bytes) -> None:
+def test_packet_gets_documented_answer(gdb: Debugger, packet: bytes, reply: bytes) -> None:
     assert gdb.ask(packet) == reply
 
 
@@ -183,7 +183,7 @@ def test_registers_are_little_endian_words_in_order(gdb: Debugger) -> None:
 
 
 @given(st.binary(min_size=4 * 40 + 4 * 16, max_size=4 * 40 + 4 * 16))
-def test_what_is_written_is_read_back(data: bytes) -> None:
+def test_written_registers_are_read_back(data: bytes) -> None:
     gdb = Debugger(FakeTarget())
     data = data[: sum(register.size for register in REGISTERS)]
 
@@ -197,7 +197,7 @@ def test_one_register_is_written(gdb: Debugger) -> None:
 
 
 @pytest.mark.parametrize("packet", [b"p28", b"p", b"pzz", b"P0=00", b"P0", b"P99=00000000", b"G00", b"Gxy"])
-def test_a_register_that_cannot_be_is_refused(gdb: Debugger, packet: bytes) -> None:
+def test_unknown_register_is_refused(gdb: Debugger, packet: bytes) -> None:
     assert gdb.ask(packet) == MALFORMED
 
 
@@ -207,7 +207,7 @@ def test_memory_is_written_and_read(gdb: Debugger, packet: bytes) -> None:
     assert gdb.ask(b"m%x,6" % RAM) == b"01027d2a0000"
 
 
-def test_memory_is_read_up_to_where_it_ends(gdb: Debugger) -> None:
+def test_memory_read_ends_at_its_last_byte(gdb: Debugger) -> None:
     assert gdb.ask(b"m%x,8" % (RAM + RAM_SIZE - 2)) == b"0000"
     assert gdb.ask(b"m60000000,4") == REFUSED
     assert gdb.ask(b"M60000000,1:00") == REFUSED
@@ -218,7 +218,7 @@ def test_memory_is_read_up_to_where_it_ends(gdb: Debugger) -> None:
     "packet",
     [b"m", b"m,", b"m0", b"mffffffff,2", b"m100000000,1", b"m-1,4", b"M20000000,2:00", b"X20000000,1"],
 )
-def test_a_range_that_cannot_be_is_refused(gdb: Debugger, packet: bytes) -> None:
+def test_impossible_range_is_refused(gdb: Debugger, packet: bytes) -> None:
     assert gdb.ask(packet) == MALFORMED
 
 
@@ -249,7 +249,7 @@ def test_a_step_executes_one_instruction(gdb: Debugger, packet: bytes) -> None:
 
 @pytest.mark.parametrize("packet", [b"c", b"vCont;c", b"vCont;c:-1", b"C05"])
 @pytest.mark.parametrize("kind", [b"0", b"1"])
-def test_a_breakpoint_stops_in_front_of_its_instruction(gdb: Debugger, packet: bytes, kind: bytes) -> None:
+def test_breakpoint_stops_before_its_instruction(gdb: Debugger, packet: bytes, kind: bytes) -> None:
     assert gdb.ask(b"Z%s,%x,2" % (kind, START + 8)) == OK
 
     assert gdb.go(packet) == STOPPED
@@ -258,7 +258,7 @@ def test_a_breakpoint_stops_in_front_of_its_instruction(gdb: Debugger, packet: b
     assert gdb.target.now_ps == (4 + (LOOP_END - START) // 2 + 1) * INSTRUCTION_PS
 
 
-def test_a_breakpoint_that_was_removed_stops_no_more(gdb: Debugger) -> None:
+def test_removed_breakpoint_does_not_stop(gdb: Debugger) -> None:
     for packet in (b"Z1,%x,2", b"Z1,%x,2", b"z1,%x,2"):
         assert gdb.ask(packet % (START + 8)) == OK
 
@@ -266,7 +266,7 @@ def test_a_breakpoint_that_was_removed_stops_no_more(gdb: Debugger) -> None:
     assert not gdb.session.halted
 
 
-def test_a_debugger_that_knows_kinds_of_breakpoints_is_told(gdb: Debugger) -> None:
+def test_breakpoint_kind_is_reported_if_supported(gdb: Debugger) -> None:
     gdb.ask(b"qSupported:swbreak+;hwbreak+")
     gdb.ask(b"Z1,%x,2" % (START + 2))
 
@@ -275,7 +275,7 @@ def test_a_debugger_that_knows_kinds_of_breakpoints_is_told(gdb: Debugger) -> No
 
 
 @pytest.mark.parametrize(("kind", "word"), [(b"2", b"watch"), (b"4", b"awatch")])
-def test_a_watchpoint_stops_behind_the_access(gdb: Debugger, kind: bytes, word: bytes) -> None:
+def test_watchpoint_stops_after_the_access(gdb: Debugger, kind: bytes, word: bytes) -> None:
     gdb.target.stores[START + 6] = RAM + 0x12
     assert gdb.ask(b"Z%s,%x,4" % (kind, RAM + 0x10)) == OK
 
@@ -283,12 +283,12 @@ def test_a_watchpoint_stops_behind_the_access(gdb: Debugger, kind: bytes, word: 
     assert gdb.target.registers["pc"] == START + 8
 
 
-def test_execution_can_go_on_elsewhere(gdb: Debugger) -> None:
+def test_execution_continues_at_a_given_address(gdb: Debugger) -> None:
     assert gdb.go(b"s%x" % (START + 0x20)) == STOPPED
     assert gdb.target.registers["pc"] == START + 0x22
 
 
-def test_control_c_stops_and_nothing_is_answered_while_running(gdb: Debugger) -> None:
+def test_control_c_stops_and_running_target_is_silent(gdb: Debugger) -> None:
     assert gdb.go(b"c") == b""
     gdb.session.handle(b"g")
     assert not gdb.sent
@@ -299,7 +299,7 @@ def test_control_c_stops_and_nothing_is_answered_while_running(gdb: Debugger) ->
     assert gdb.ask(b"?") == b"T02thread:1;"
 
 
-def test_a_failure_is_told_on_the_console_and_halts(gdb: Debugger) -> None:
+def test_failure_is_printed_and_halts(gdb: Debugger) -> None:
     gdb.session.handle(b"c")
     gdb.session.stopped(HaltReason(failure="HardFault in main"))
 
@@ -311,7 +311,7 @@ def test_a_failure_is_told_on_the_console_and_halts(gdb: Debugger) -> None:
     "packet",
     [b"Z1,8000000", b"Z1,8000000,x", b"Z2,20000000,0", b"Z2,20000000,101", b"vCont;x", b"vCont;s:7", b"cxyz"],
 )
-def test_what_cannot_be_done_is_refused_and_leaves_it_halted(gdb: Debugger, packet: bytes) -> None:
+def test_impossible_request_is_refused_and_stays_halted(gdb: Debugger, packet: bytes) -> None:
     assert gdb.ask(packet) == MALFORMED
     assert gdb.session.halted
 
@@ -335,7 +335,7 @@ def test_points_are_bounded(gdb: Debugger) -> None:
         (b"vKill;1", DebuggerExit.KILLED, [OK]),
     ],
 )
-def test_a_debugger_leaves_and_takes_its_points_along(
+def test_detached_debugger_removes_its_points(
     gdb: Debugger, packet: bytes, ending: DebuggerExit, sent: list[bytes]
 ) -> None:
     gdb.ask(b"Z0,%x,2" % START)
@@ -371,7 +371,7 @@ PACKETS = st.builds(
 
 
 @given(st.lists(PACKETS, max_size=20))
-def test_no_packet_raises_and_every_one_is_answered_while_halted(packets: list[bytes]) -> None:
+def test_every_packet_is_answered_while_halted(packets: list[bytes]) -> None:
     gdb = Debugger(FakeTarget())
     for packet in packets:
         gdb.sent.clear()
@@ -382,5 +382,5 @@ def test_no_packet_raises_and_every_one_is_answered_while_halted(packets: list[b
 
 
 @given(st.binary(max_size=500))
-def test_any_bytes_amount_to_something(data: bytes) -> None:
+def test_framer_output_is_bounded_by_its_input(data: bytes) -> None:
     assert len(Framer().feed(data)) <= len(data)

@@ -89,7 +89,7 @@ def comparable(transcript: str) -> str:
     return transcript.strip()
 
 
-def test_a_session_of_a_student_is_as_the_manual_shows_it(tmp_path: Path) -> None:
+def test_session_equals_the_manual(tmp_path: Path) -> None:
     manual = (ROOT / "docs" / "debugging.md").read_text()
     shown = re.search(r"```text\n(Reset_Handler.*?)```", manual, re.DOTALL)
     assert shown is not None
@@ -109,7 +109,7 @@ def test_settings_for_editors_are_json() -> None:
     assert kinds == ["cortex-debug", "cppdbg"]
 
 
-def test_load_puts_another_program_into_the_flash_and_runs_it(tmp_path: Path) -> None:
+def test_load_replaces_and_runs_the_program(tmp_path: Path) -> None:
     board = Board(firmware="template-arm", ideal=True)
     script = """\
 load
@@ -130,7 +130,7 @@ detach
     assert "Altitude: 0.000000 m" in board.terminal.text
 
 
-def test_values_are_changed_and_functions_of_the_firmware_called(tmp_path: Path) -> None:
+def test_gdb_sets_variables_and_calls_functions(tmp_path: Path) -> None:
     board = Board(firmware="solution", ideal=True)
     script = """\
 tbreak getAltitude

@@ -64,7 +64,7 @@ def test_without_a_debugger_the_board_runs(bench: Bench) -> None:
     assert bench.server.port > 0
 
 
-def test_a_debugger_that_comes_as_the_one_before_leaves_is_served(bench: Bench) -> None:
+def test_debugger_after_a_leaving_one_is_served(bench: Bench) -> None:
     """Both are seen in the same moment."""
     bench.connect().close()
     client = bench.connect()
@@ -72,7 +72,7 @@ def test_a_debugger_that_comes_as_the_one_before_leaves_is_served(bench: Bench) 
     assert client.ask(b"?") == b"T05thread:1;"
 
 
-def test_a_board_that_is_to_wait_does_nothing_before_a_debugger_says_so() -> None:
+def test_halted_board_waits_for_a_debugger() -> None:
     bench = Bench(halted=True)
     bench.run()
     client = bench.connect()
@@ -86,7 +86,7 @@ def test_a_board_that_is_to_wait_does_nothing_before_a_debugger_says_so() -> Non
     bench.close()
 
 
-def test_a_debugger_that_comes_halts_the_board_and_time_stands_still(bench: Bench) -> None:
+def test_connecting_halts_the_board_and_time(bench: Bench) -> None:
     bench.run()
     client = bench.connect()
     came_ps = bench.target.now_ps
@@ -109,7 +109,7 @@ def test_continue_stop_and_control_c(bench: Bench) -> None:
     assert client.wait() == b"T02thread:1;"
 
 
-def test_packets_are_acknowledged_until_the_debugger_does_without(bench: Bench) -> None:
+def test_packets_are_acknowledged_until_switched_off(bench: Bench) -> None:
     client = bench.connect()
     client.raw = b""
     client.ask(b"qC")
@@ -120,7 +120,7 @@ def test_packets_are_acknowledged_until_the_debugger_does_without(bench: Bench) 
     assert client.raw == b"$QC1#c5"
 
 
-def test_a_corrupt_packet_is_asked_for_again_and_an_answer_is_sent_again(bench: Bench) -> None:
+def test_corrupt_packet_and_lost_answer_are_repeated(bench: Bench) -> None:
     client = bench.connect()
     client.send(b"$qC#00")
     bench.run()
@@ -130,7 +130,7 @@ def test_a_corrupt_packet_is_asked_for_again_and_an_answer_is_sent_again(bench: 
     assert client.wait() == b"QC1"
 
 
-def test_a_packet_that_is_too_long_is_an_error_and_the_session_goes_on(bench: Bench) -> None:
+def test_too_long_packet_is_an_error(bench: Bench) -> None:
     client = bench.connect()
     client.send(b"$" + b"m" * (3 * LONGEST) + b"#00")
 
@@ -145,7 +145,7 @@ def test_monitor_commands_reach_the_board(bench: Bench) -> None:
     assert client.wait() == b"OK"
 
 
-def test_a_second_debugger_is_turned_away(bench: Bench) -> None:
+def test_second_debugger_is_refused(bench: Bench) -> None:
     first, second = bench.connect(), bench.connect()
 
     assert second.wait() == b""
@@ -153,9 +153,7 @@ def test_a_second_debugger_is_turned_away(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize("goodbye", [frame(b"D"), b""])
-def test_a_debugger_that_leaves_takes_its_breakpoints_along_and_another_may_come(
-    bench: Bench, goodbye: bytes
-) -> None:
+def test_leaving_debugger_removes_its_breakpoints(bench: Bench, goodbye: bytes) -> None:
     client = bench.connect()
     client.ask(b"Z0,%x,2" % START)
     client.send(goodbye)
@@ -180,7 +178,7 @@ def test_kill_ends_the_run(bench: Bench) -> None:
     assert bench.target.now_ps == before_ps
 
 
-def test_a_debugger_that_waits_for_a_stop_is_told_of_the_end(bench: Bench) -> None:
+def test_waiting_debugger_is_told_the_end(bench: Bench) -> None:
     client = bench.connect()
     client.send(frame(b"c"))
     bench.run()
@@ -191,7 +189,7 @@ def test_a_debugger_that_waits_for_a_stop_is_told_of_the_end(bench: Bench) -> No
     assert client.wait() == b""
 
 
-def test_firmware_that_fails_is_told_to_the_debugger_or_to_whoever_runs_it() -> None:
+def test_firmware_failure_reaches_debugger_or_caller() -> None:
     class Failing(FakeTarget):
         def run_until_ps(self, at_ps: int) -> None:
             raise FirmwareError("it broke")
@@ -225,7 +223,7 @@ def test_nothing_that_a_client_sends_breaks_the_server(pieces: list[bytes]) -> N
     bench.close()
 
 
-def test_a_port_in_use_is_one_line(bench: Bench) -> None:
+def test_port_in_use_is_refused_in_one_line(bench: Bench) -> None:
     with pytest.raises(LinkError, match=f"--gdb {bench.server.port}: ") as caught:
         GdbServer(FakeTarget(), str, bench.server.port)
     assert caught.value.kind == "port_not_free"
@@ -246,13 +244,13 @@ def _built(**settings: bool) -> Board:
     return Board(firmware="solution", **settings)
 
 
-def test_python_firmware_cannot_be_debugged_this_way() -> None:
+def test_python_firmware_cannot_be_debugged() -> None:
     with pytest.raises(InputError) as caught:
         serve(Board(firmware="lab3"), 0)
     assert caught.value.kind == "no_chip"
 
 
-def test_a_run_under_a_debugger_is_the_same_run() -> None:
+def test_run_under_debugger_is_unchanged() -> None:
     """Free, with a debugger that looks and goes on, and with one that stops at every callback."""
     end_ps = 1_080 * PS_PER_MS
 
@@ -284,7 +282,7 @@ def test_a_run_under_a_debugger_is_the_same_run() -> None:
     assert outcome(stops=True) == free
 
 
-def test_wall_time_of_a_halted_board_does_not_count_and_kill_ends_the_run() -> None:
+def test_halted_wall_time_does_not_count() -> None:
     class Debugger:
         def __init__(self) -> None:
             self.turns = 0
@@ -335,7 +333,7 @@ def test_a_monitor_command_answers(command: str, answer: str, words: Words) -> N
     words("gdb", text.splitlines()[0])
 
 
-def test_where_says_function_and_line_of_the_program_in_flash() -> None:
+def test_where_prints_function_and_line() -> None:
     board = Board(firmware="solution")
     server = serve(board, 0, halted=True)
     client = Client(server, lambda: server.run_until_ps(0))
@@ -370,7 +368,7 @@ STRANGERS = [
 
 @pytest.mark.parametrize("halted", [False, True])
 @pytest.mark.parametrize("said", STRANGERS)
-def test_a_stranger_is_hung_up_on_and_changes_nothing(said: bytes, halted: bool) -> None:
+def test_stranger_is_disconnected_without_effect(said: bytes, halted: bool) -> None:
     bench = Bench(halted)
     stranger = bench.call()
     stranger.send(said)
@@ -385,7 +383,7 @@ def test_a_stranger_is_hung_up_on_and_changes_nothing(said: bytes, halted: bool)
     bench.close()
 
 
-def test_a_board_that_waits_does_not_run_for_who_connects_and_goes() -> None:
+def test_halted_board_ignores_passing_connections() -> None:
     bench = Bench(halted=True)
     for _ in range(1000):
         bench.call().close()
@@ -396,7 +394,7 @@ def test_a_board_that_waits_does_not_run_for_who_connects_and_goes() -> None:
     bench.close()
 
 
-def test_a_connection_that_says_nothing_holds_nobody(bench: Bench) -> None:
+def test_silent_connection_blocks_nothing(bench: Bench) -> None:
     silent = [bench.call() for _ in range(20)]
     began_ps = bench.target.now_ps
     bench.run()

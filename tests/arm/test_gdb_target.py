@@ -60,7 +60,7 @@ here:   nop
 """
 
 
-def test_a_breakpoint_stops_in_front_of_its_instruction_each_time_it_is_reached() -> None:
+def test_breakpoint_stops_before_its_instruction_each_time() -> None:
     gdb = Debugged(LOOP)
     point = gdb.break_at("loop")
 
@@ -69,7 +69,7 @@ def test_a_breakpoint_stops_in_front_of_its_instruction_each_time_it_is_reached(
     assert stops == [(HaltReason(point, point.address), 1 + 3 * n, n) for n in range(3)]
 
 
-def test_a_breakpoint_taken_away_stops_no_more_and_one_that_comes_back_does() -> None:
+def test_breakpoint_stops_again_when_set_again() -> None:
     gdb = Debugged(LOOP)
     point = gdb.break_at("here")
     assert gdb.go() is not None
@@ -104,7 +104,7 @@ def test_a_breakpoint_changes_no_memory_and_no_time() -> None:
         "loop: wfi\nhere: b loop",
     ],
 )
-def test_a_waiting_loop_with_a_breakpoint_inside_is_not_skipped(loop: str) -> None:
+def test_waiting_loop_with_breakpoint_is_not_skipped(loop: str) -> None:
     """The loop is skipped when nobody looks; each passage of the breakpoint is a stop all the same."""
     program = f"""
     reset:  mov32 r4, FLAG
@@ -129,7 +129,7 @@ def test_a_waiting_loop_with_a_breakpoint_inside_is_not_skipped(loop: str) -> No
     assert skipped == passages(skip=False)
 
 
-def test_a_breakpoint_in_the_handler_of_an_interrupt_stops() -> None:
+def test_breakpoint_in_interrupt_handler_stops() -> None:
     gdb = Debugged(f"reset: {interrupts({3: 0})}\nloop: b loop\nirq3: log 1\n bx lr")
     gdb.bench.pulse_at_us(500, 3)
     point = gdb.break_at("irq3")
@@ -153,9 +153,7 @@ after:  adds r1, #8
 
 
 @pytest.mark.parametrize(("value", "label", "r1"), [(1, "first", 0), (1, "second", 1), (0, "third", 0)])
-def test_a_breakpoint_inside_an_it_block_stops_if_the_condition_holds(
-    value: int, label: str, r1: int
-) -> None:
+def test_breakpoint_in_it_block_stops_if_condition_holds(value: int, label: str, r1: int) -> None:
     gdb = Debugged(IT_BLOCK.format(value=value))
     point = gdb.break_at(label)
 
@@ -166,7 +164,7 @@ def test_a_breakpoint_inside_an_it_block_stops_if_the_condition_holds(
 
 
 @pytest.mark.parametrize(("value", "label"), [(0, "first"), (0, "second"), (1, "third")])
-def test_a_breakpoint_inside_an_it_block_is_passed_if_the_condition_fails(value: int, label: str) -> None:
+def test_breakpoint_in_it_block_passes_if_condition_fails(value: int, label: str) -> None:
     gdb = Debugged(IT_BLOCK.format(value=value))
     gdb.break_at(label)
 
@@ -176,7 +174,7 @@ def test_a_breakpoint_inside_an_it_block_is_passed_if_the_condition_fails(value:
 # -- single steps -------------------------------------------------------------------------------------------
 
 
-def test_a_step_is_one_instruction_at_a_time_also_inside_an_it_block() -> None:
+def test_step_executes_one_instruction_in_it_block() -> None:
     gdb = Debugged(IT_BLOCK.format(value=1))
     labels = []
     for _ in range(8):
@@ -198,7 +196,7 @@ CONDITIONAL = st.sampled_from(
     st.integers(0, 255),
     st.integers(0, 255),
 )
-def test_a_block_in_single_steps_does_what_it_does_as_a_whole(
+def test_it_block_in_single_steps_is_unchanged(
     body: list[tuple[str, bool]], condition: str, left: int, right: int
 ) -> None:
     """ARMv7-M ARM A7.3: conditions, flags and the number of instructions that take time."""
@@ -225,7 +223,7 @@ def test_a_block_in_single_steps_does_what_it_does_as_a_whole(
     assert stepped.bench.core.core_state() == free.core.core_state()
 
 
-def test_a_step_over_wfi_ends_behind_it_and_the_next_one_in_the_handler_that_wakes() -> None:
+def test_step_over_wfi_ends_after_it() -> None:
     gdb = Debugged(f"reset: {interrupts({3: 0})}\nsleep: wfi\nbehind: b behind\nirq3: bx lr")
     gdb.bench.pulse_at_us(500, 3)
     gdb.break_at("sleep")
@@ -238,7 +236,7 @@ def test_a_step_over_wfi_ends_behind_it_and_the_next_one_in_the_handler_that_wak
     assert (gdb.pc, gdb.now_us) == (gdb.at("irq3"), 512)
 
 
-def test_a_step_goes_into_the_interrupt_that_is_due_and_into_svc() -> None:
+def test_step_enters_due_interrupt_and_svc() -> None:
     gdb = Debugged(
         f"reset: {interrupts({3: 0})}\ncall: svc #0\nback: nop\n b .\nirq3: bx lr\nsvc: nop\n bx lr"
     )
@@ -258,7 +256,7 @@ def test_a_step_goes_into_the_interrupt_that_is_due_and_into_svc() -> None:
     assert places == [gdb.at("irq3"), gdb.at("back"), gdb.at("back") + 2]  # chained, returned, one more
 
 
-def test_a_debugger_that_comes_during_an_entry_sees_the_handler() -> None:
+def test_debugger_during_exception_entry_sees_the_handler() -> None:
     program = f"reset: {interrupts({3: 0})}\nloop: b loop\nirq3: bx lr"
     bench = CoreBench(program)
     bench.pulse_at_us(500, 3)
@@ -298,7 +296,7 @@ r2:     b .
         (PointKind.ACCESS, 16, 8, []),
     ],
 )
-def test_a_watchpoint_stops_behind_each_access_that_touches_it(
+def test_watchpoint_stops_after_each_access(
     kind: PointKind, offset: int, size: int, stops: list[tuple[str, int]]
 ) -> None:
     gdb = Debugged(ACCESSES)
@@ -311,7 +309,7 @@ def test_a_watchpoint_stops_behind_each_access_that_touches_it(
     assert seen == [(gdb.at(label), HaltReason(point, RAM + at)) for label, at in stops]
 
 
-def test_the_value_is_there_when_a_watchpoint_has_stopped() -> None:
+def test_watchpoint_stops_with_the_written_value() -> None:
     gdb = Debugged(ACCESSES)
     gdb.target.add(Point(PointKind.WRITE, RAM + 4, 4))
     gdb.go()
@@ -319,7 +317,7 @@ def test_the_value_is_there_when_a_watchpoint_has_stopped() -> None:
     assert gdb.target.read_memory(RAM + 4, 4) == b"\5\0\0\0"
 
 
-def test_registers_of_peripherals_can_be_watched_and_nothing_happens_twice() -> None:
+def test_watched_peripheral_register_is_accessed_once() -> None:
     gdb = Debugged("reset: mov32 r0, EFFECT\n ldr r1, [r0]\nbehind: mov32 r0, LOG\n str r1, [r0]\nend: b .")
     for kind, offset in ((PointKind.READ, 8), (PointKind.WRITE, 0)):
         gdb.target.add(Point(kind, PROBE + offset, 4))
@@ -337,7 +335,7 @@ BIT_BANDS = [(RAM + 5, 0x2200_0000 + 32 * 5), (PROBE + 1, 0x4200_0000 + 32 * (PR
 
 
 @pytest.mark.parametrize(("place", "alias"), BIT_BANDS)
-def test_a_write_through_the_bit_band_alias_is_seen(place: int, alias: int) -> None:
+def test_watchpoint_sees_bit_band_writes(place: int, alias: int) -> None:
     """PM0214 2.2.5."""
     gdb = Debugged(f"reset: movs r1, #1\n mov32 r0, {alias + 12}\n str r1, [r0]\nbehind: b .")
     point = Point(PointKind.WRITE, place, 1)
@@ -352,7 +350,7 @@ def test_a_write_through_the_bit_band_alias_is_seen(place: int, alias: int) -> N
 BKPT = "reset: movs r0, #1\nstop: bkpt #0\nbehind: movs r0, #2\n b .\nhard_fault: log 9\n b ."
 
 
-def test_bkpt_halts_and_going_on_goes_on_behind_it() -> None:
+def test_bkpt_halts_and_continues_after_it() -> None:
     """ARMv7-M ARM C1.4.1."""
     gdb = Debugged(BKPT)
 
@@ -370,7 +368,7 @@ def test_bkpt_without_a_debugger_is_a_fault() -> None:
     assert gdb.bench.values == [9]
 
 
-def test_a_lock_up_is_a_failure_told_once() -> None:
+def test_lock_up_is_reported_once() -> None:
     gdb = Debugged("reset: udf #0\nhard_fault: udf #0")
     stop = gdb.go()
 
@@ -412,7 +410,7 @@ def test_the_stack_in_use_is_sp() -> None:
     assert gdb.target.read_registers()["sp"] == 0x2000_0800
 
 
-def test_execution_goes_on_where_pc_is_set_to_and_a_sleeping_core_wakes_for_it() -> None:
+def test_written_pc_wakes_a_sleeping_core() -> None:
     gdb = Debugged("reset: wfi\nother: movs r0, #5\nend: b .")
     gdb.go(until_us=20)
     gdb.target.halt()
@@ -423,14 +421,14 @@ def test_execution_goes_on_where_pc_is_set_to_and_a_sleeping_core_wakes_for_it()
     assert gdb.target.read_registers()["r0"] == 5
 
 
-def test_what_is_being_handled_cannot_be_changed() -> None:
+def test_exception_number_cannot_be_written() -> None:
     gdb = Debugged(LOOP)
     gdb.target.write_register("xpsr", 0x9100_0003)
 
     assert gdb.target.read_registers()["xpsr"] == 0x9100_0000
 
 
-def test_registers_are_looked_at_without_side_effects_and_written_with_them() -> None:
+def test_register_read_has_no_side_effects() -> None:
     gdb = Debugged(LOOP)
 
     assert gdb.target.read_memory(PROBE + 8, 4) == gdb.target.read_memory(PROBE + 8, 4) == bytes(4)
@@ -442,7 +440,7 @@ def test_registers_are_looked_at_without_side_effects_and_written_with_them() ->
 
 
 @pytest.mark.parametrize("address", [0x1FFF_0000, 0x6000_0000, RAM + 0xFFFE, 0x4007_FFFE])
-def test_what_cannot_be_written_is_refused_as_a_whole(address: int) -> None:
+def test_impossible_write_is_refused_completely(address: int) -> None:
     gdb = Debugged(LOOP)
     before = gdb.target.read_memory(address, 2)
 
@@ -450,7 +448,7 @@ def test_what_cannot_be_written_is_refused_as_a_whole(address: int) -> None:
     assert gdb.target.read_memory(address, 2) == before
 
 
-def test_memory_ends_where_nothing_answers() -> None:
+def test_memory_read_ends_at_unmapped_address() -> None:
     gdb = Debugged(LOOP)
 
     assert gdb.target.read_memory(RAM + 0xFFFD, 8) == bytes(3)
@@ -458,7 +456,7 @@ def test_memory_ends_where_nothing_answers() -> None:
     assert gdb.target.read_memory(0, 8) == gdb.target.read_memory(FLASH, 8)
 
 
-def test_code_written_to_flash_is_what_is_executed() -> None:
+def test_code_written_to_flash_is_executed() -> None:
     """WFE is one of the instructions that are looked up in the code beforehand."""
     gdb = Debugged(LOOP)
     gdb.go(until_us=50)

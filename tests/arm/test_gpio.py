@@ -72,7 +72,7 @@ def test_half_word_accesses_reach_one_half(port: NativePeripheral) -> None:
     assert port.read(ODR) == 0x7F00
 
 
-def test_an_open_drain_led_works_as_a_push_pull_one(chip: NativeChip, port: NativePeripheral) -> None:
+def test_open_drain_led_equals_push_pull(chip: NativeChip, port: NativePeripheral) -> None:
     """ST's firmware: MX_GPIO_Init makes the LED pins open drain."""
     led = Led("LED2", chip.gpio, "B", 4)
     port.write(OTYPER, 1 << 4)
@@ -83,9 +83,7 @@ def test_an_open_drain_led_works_as_a_push_pull_one(chip: NativeChip, port: Nati
     assert edges(chip)[-1] == ("PB4", 1)
 
 
-def test_a_pin_that_is_no_output_any_more_leaves_its_led_dark(
-    chip: NativeChip, port: NativePeripheral
-) -> None:
+def test_pin_without_output_mode_leaves_led_dark(chip: NativeChip, port: NativePeripheral) -> None:
     led = Led("LED1", chip.gpio, "B", 5)
     mode(port, 5, OUTPUT)
     mode(port, 5, 0)
@@ -93,14 +91,14 @@ def test_a_pin_that_is_no_output_any_more_leaves_its_led_dark(
     assert edges(chip) == [("PB5", 0), ("PB5", 1)]
 
 
-def test_an_input_reads_what_drives_it(chip: NativeChip, port: NativePeripheral) -> None:
+def test_input_reads_its_driver(chip: NativeChip, port: NativePeripheral) -> None:
     chip.gpio.drive("B", 7, 1)
     assert port.read(IDR) >> 7 & 1 == 1
     chip.gpio.drive("B", 7, None)
     assert port.read(IDR) >> 7 & 1 == 0
 
 
-def test_a_pull_up_decides_when_nobody_drives(chip: NativeChip, port: NativePeripheral) -> None:
+def test_pull_decides_without_a_driver(chip: NativeChip, port: NativePeripheral) -> None:
     port.write(PUPDR, 1 << 14, 3 << 14)
     assert port.read(IDR) >> 7 & 1 == 1
     chip.gpio.drive("B", 7, 0)
@@ -128,9 +126,7 @@ def test_an_analog_pin_reads_zero(chip: NativeChip, port: NativePeripheral) -> N
     assert port.read(IDR) & 2
 
 
-def test_an_alternate_function_is_known_and_lets_go_of_the_pin(
-    chip: NativeChip, port: NativePeripheral
-) -> None:
+def test_alternate_function_releases_the_pin(chip: NativeChip, port: NativePeripheral) -> None:
     mode(port, 5, OUTPUT)
     port.write(AFRL, 2 << 20)
     mode(port, 5, ALTERNATE)
@@ -166,7 +162,7 @@ def test_a_broken_lock_sequence_locks_nothing(port: NativePeripheral, middle: in
     assert not port.read(LCKR) >> 16
 
 
-def test_several_parties_hear_of_an_edge_once(chip: NativeChip, port: NativePeripheral) -> None:
+def test_each_listener_gets_an_edge_once(chip: NativeChip, port: NativePeripheral) -> None:
     heard = list[tuple[str, int]]()
     chip.gpio.listen("B", 7, lambda level: heard.append(("first", level)))
     chip.gpio.listen("B", 7, lambda level: heard.append(("second", level)))
@@ -176,7 +172,7 @@ def test_several_parties_hear_of_an_edge_once(chip: NativeChip, port: NativePeri
     assert heard == [("first", 1), ("second", 1)]
 
 
-def test_what_the_board_knew_of_a_pin_before_the_chip_came_holds() -> None:
+def test_pin_state_before_the_chip_is_kept() -> None:
     """Parts pull their chip selects up before there is a chip."""
     heard = list[int]()
     clock, trace = Clock(), Trace()
@@ -191,14 +187,14 @@ def test_what_the_board_knew_of_a_pin_before_the_chip_came_holds() -> None:
     assert (heard[-1], gpio.reads("B", 12), len(trace)) == (0, 0, 0)
 
 
-def test_a_listener_may_drive_the_pin_it_hears_of(chip: NativeChip, port: NativePeripheral) -> None:
+def test_listener_may_drive_another_pin(chip: NativeChip, port: NativePeripheral) -> None:
     chip.gpio.listen("B", 6, lambda level: chip.gpio.drive("B", 7, level))
     mode(port, 6, OUTPUT)
     port.write(BSRR, 1 << 6)
     assert port.read(IDR) >> 6 & 3 == 3
 
 
-def test_what_a_listener_raises_reaches_the_caller(chip: NativeChip, port: NativePeripheral) -> None:
+def test_error_of_a_listener_reaches_the_caller(chip: NativeChip, port: NativePeripheral) -> None:
     def fail(_level: int) -> None:
         raise ValueError("in a listener")
 
@@ -209,7 +205,7 @@ def test_what_a_listener_raises_reaches_the_caller(chip: NativeChip, port: Nativ
     assert chip.gpio.level("B", 6) == 1
 
 
-def test_a_frequent_pin_is_in_the_detailed_trace_only(chip: NativeChip, port: NativePeripheral) -> None:
+def test_frequent_pin_is_in_detailed_trace_only(chip: NativeChip, port: NativePeripheral) -> None:
     chip.gpio.frequent("B", 12)
     mode(port, 12, OUTPUT)
     assert edges(chip) == []
@@ -222,7 +218,7 @@ DRIVES = st.lists(st.sampled_from([None, 0, 1]), min_size=2, max_size=2)
 
 
 @given(st.sampled_from(["input", "push-pull", "open drain"]), st.integers(0, 1), st.integers(0, 2), DRIVES)
-def test_the_lowest_strong_driver_wins_and_the_pull_comes_last(
+def test_lowest_strong_driver_wins_over_pull(
     kind: str, latch: int, pull: int, outside: list[int | None]
 ) -> None:
     chip = NativeChip()

@@ -40,7 +40,7 @@ def green(verdict: Verdict) -> list[str]:
     return [one.exercise for one in verdict.exercises if verdict.is_done(one.exercise)]
 
 
-def test_the_template_passes_exercise_1_and_nothing_else(rubric: Rubric) -> None:
+def test_template_passes_only_exercise_1(rubric: Rubric) -> None:
     verdict = judge("template-arm", rubric, seed=1)
 
     assert green(verdict) == ["1"]
@@ -60,7 +60,7 @@ def test_the_solution_passes_everything_on_another_board(rubric: Rubric) -> None
 
 @needs_compiler
 @pytest.mark.parametrize("done", [2, 3, 4])
-def test_an_exercise_that_is_done_turns_green_and_no_other(done: int, rubric: Rubric, folder: Path) -> None:
+def test_done_exercise_passes_alone(done: int, rubric: Rubric, folder: Path) -> None:
     verdict = judge(staged(done, folder), rubric, seed=1)
 
     assert green(verdict) == list(EXERCISES[:done])
@@ -81,7 +81,7 @@ def test_an_exercise_that_is_done_turns_green_and_no_other(done: int, rubric: Ru
         ("led_inverted", "4"),
     ],
 )
-def test_a_mistake_loses_where_it_should(name: str, exercises: str, rubric: Rubric, folder: Path) -> None:
+def test_mistake_loses_only_its_checks(name: str, exercises: str, rubric: Rubric, folder: Path) -> None:
     program = MISTAKES[name]
     verdict = judge(build(program, OPTIMISATION, folder), rubric, seed=1, exercises=exercises)
 
@@ -90,14 +90,14 @@ def test_a_mistake_loses_where_it_should(name: str, exercises: str, rubric: Rubr
 
 @needs_compiler
 @pytest.mark.parametrize(("name", "exercises"), [("flag_for_main", "1"), ("seldom", "5"), ("tasks", "4")])
-def test_another_right_way_loses_nothing(name: str, exercises: str, rubric: Rubric, folder: Path) -> None:
+def test_correct_variant_loses_nothing(name: str, exercises: str, rubric: Rubric, folder: Path) -> None:
     elf = build(VARIANTS[name], OPTIMISATION, folder)
 
     assert lost(judge(elf, rubric, seed=1, exercises=exercises)) == ()
 
 
 @needs_compiler
-def test_constants_get_nothing_for_numbers(rubric: Rubric, folder: Path) -> None:
+def test_constant_output_earns_no_number_points(rubric: Rubric, folder: Path) -> None:
     elf = build(graded_programs.CONSTANTS, OPTIMISATION, folder)
     verdict = judge(elf, rubric, seed=1, exercises=["1", "2"])
 
@@ -106,7 +106,7 @@ def test_constants_get_nothing_for_numbers(rubric: Rubric, folder: Path) -> None
 
 
 @pytest.mark.parametrize("run", ["sensors", "stairs", "tilt", "steep_x", "steep_y", "heading", "iron"])
-def test_what_is_drawn_is_possible_for_hands_and_sensors(run: str, rubric: Rubric) -> None:
+def test_drawn_motions_are_possible_for_sensors(run: str, rubric: Rubric) -> None:
     """Within what the sensors measure at the lab's settings, and no tilt sensor is fooled by acceleration."""
     for seed in range(25):
         scenario = rubric.scenario(run, seed)
@@ -119,7 +119,7 @@ def test_what_is_drawn_is_possible_for_hands_and_sensors(run: str, rubric: Rubri
 
 
 @pytest.mark.parametrize(("run", "axis"), [("steep_x", 0), ("steep_y", 1)])
-def test_on_every_board_a_led_is_asked_for_on_both_sides(run: str, axis: int, rubric: Rubric) -> None:
+def test_led_is_required_on_both_sides(run: str, axis: int, rubric: Rubric) -> None:
     for seed in range(25):
         scenario = rubric.scenario(run, seed)
         world = Board(scenario=scenario, seed=seed).world
@@ -140,7 +140,7 @@ def test_with_hard_iron_no_axis_shows_0(rubric: Rubric) -> None:
 
 @pytest.mark.parametrize("run", ["heading", "iron"])
 @pytest.mark.parametrize("wrong", ["pitch", "roll"])
-def test_wrong_axis_in_a_root_shows_in_yaw_on_each_board(run: str, wrong: str, rubric: Rubric) -> None:
+def test_wrong_axis_in_root_shows_in_yaw(run: str, wrong: str, rubric: Rubric) -> None:
     """Longer than a round of main's loop, so that one print at least has it, and by more than the tolerance."""
     for seed in range(40):
         scenario = rubric.scenario(run, seed)

@@ -45,7 +45,7 @@ def test_an_endless_loop_costs_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("access", ["ldr r1, [r0]", "str r1, [r0]", "strb r1, [r0]", "ldrd r1, r3, [r0]"])
-def test_every_place_of_the_address_space_may_be_touched(access: str, tmp_path: Path) -> None:
+def test_every_address_may_be_accessed(access: str, tmp_path: Path) -> None:
     """Nothing but RAM changes where memory is, and what has a name is told by it."""
     source = f"""
     reset: movs r0, #0
@@ -70,7 +70,7 @@ def test_every_place_of_the_address_space_may_be_touched(access: str, tmp_path: 
     assert len(board.trace) < 100
 
 
-def test_reading_all_registers_there_are_fills_no_memory_with_notes(tmp_path: Path, words: Words) -> None:
+def test_reading_all_registers_bounds_the_notes(tmp_path: Path, words: Words) -> None:
     """RM0368 table 1: 131072 words from 0x40000000 on, most of them no register."""
     source = f"""
     reset: {EVERY_CLOCK_AND_INTERRUPT}
@@ -104,7 +104,7 @@ def test_code_in_peripheral_space_is_not_executed(tmp_path: Path) -> None:
     assert status(board) & 1
 
 
-def test_code_where_nothing_is_faults(tmp_path: Path) -> None:
+def test_code_at_unmapped_address_faults(tmp_path: Path) -> None:
     """ARMv7-M ARM B1.5.14: a bus error on an instruction fetch, IBUSERR."""
     board = board_with(program("reset: mov32 r0, 0x10000001\nbx r0"), tmp_path)
 
@@ -113,7 +113,7 @@ def test_code_where_nothing_is_faults(tmp_path: Path) -> None:
     assert status(board) & 1 << 8
 
 
-def test_a_fault_inside_the_handler_of_a_fault_locks_up_and_is_told(tmp_path: Path) -> None:
+def test_fault_in_fault_handler_locks_up(tmp_path: Path) -> None:
     """ARMv7-M ARM B1.5.15."""
     board = board_with(program("reset: udf #0\nfault: udf #0"), tmp_path)
 
@@ -149,7 +149,7 @@ def test_semihosting_calls_reach_no_host(semihosting: str, tmp_path: Path) -> No
     assert sorted(path.name for path in tmp_path.iterdir()) == ["hostile.bin"]
 
 
-def test_two_registers_read_by_one_instruction_are_no_loop(tmp_path: Path) -> None:
+def test_two_register_reads_are_not_a_loop(tmp_path: Path) -> None:
     """A polled register read twice at the same passage, as LDM does: the loop still ends."""
     source = f"""
     reset: {EVERY_CLOCK_AND_INTERRUPT}
@@ -170,7 +170,7 @@ def test_two_registers_read_by_one_instruction_are_no_loop(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("period", [0, 1, 2])
-def test_interrupts_as_fast_as_the_clock_leave_time_going_on(period: int, tmp_path: Path) -> None:
+def test_fastest_interrupts_do_not_stop_time(period: int, tmp_path: Path) -> None:
     """An update every ``period`` + 1 cycles of 62.5 ns; with 0 the counter is blocked (RM0368 14.3.1)."""
     source = "reset:\n" + EVERY_CLOCK_AND_INTERRUPT + put("TIM9_ARR", period)
     source += put("TIM9_DIER", 1) + put("TIM9_CR1", 1) + "b .\ninterrupt: bx lr"

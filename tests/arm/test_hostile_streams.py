@@ -96,21 +96,19 @@ def run(driver: Path, first: int, count: int, programs: list[Path]) -> dict[str,
     return dict(line.rsplit(" ", maxsplit=1) for line in done.stdout.splitlines())
 
 
-def test_hostile_streams_do_nothing_wrong_in_c(driver: Path, programs: list[Path]) -> None:
+def test_hostile_streams_pass_the_sanitizers(driver: Path, programs: list[Path]) -> None:
     seen = run(driver, 0, STREAMS, programs)
 
     assert int(seen["streams"]) == STREAMS
     assert {name for name, least in LEAST.items() if int(seen[name]) < least} == set(), seen
 
 
-def test_a_stream_is_what_its_number_says(driver: Path, programs: list[Path]) -> None:
+def test_stream_depends_on_its_number_only(driver: Path, programs: list[Path]) -> None:
     """What was seen once can be seen again."""
     assert run(driver, 640, 640, programs) == run(driver, 640, 640, programs)
 
 
-def test_what_the_sanitizers_find_ends_the_run_with_the_number_of_the_stream(
-    driver: Path, programs: list[Path]
-) -> None:
+def test_sanitizer_finding_names_the_stream(driver: Path, programs: list[Path]) -> None:
     """An option of the driver makes a mistake of its own: one byte after the chip's memory."""
     done = subprocess.run(
         [driver, "70", "1", *programs],

@@ -242,7 +242,7 @@ def actions() -> st.SearchStrategy[list[Action]]:
 
 @settings(max_examples=25, deadline=None)
 @given(actions())
-def test_nothing_shows_that_bytes_are_kept(actions: list[Action]) -> None:
+def test_kept_bytes_equal_live_reads(actions: list[Action]) -> None:
     kept, live = Board(live=False), Board(live=True)
     for action in actions:
         kept.act(action)
@@ -253,7 +253,7 @@ def test_nothing_shows_that_bytes_are_kept(actions: list[Action]) -> None:
 
 @settings(max_examples=15, deadline=None)
 @given(actions(), st.integers(0, 20), st.sampled_from(DEVICES), st.integers(0, 400), st.integers(0, 2))
-def test_nor_does_it_where_faults_are_injected(
+def test_kept_bytes_equal_live_reads_with_faults(
     actions: list[Action], after: int, device: int, us: int, index: int
 ) -> None:
     kept, live = Board(live=False), Board(live=True)
@@ -285,7 +285,7 @@ class Calls:
 
 
 @pytest.mark.parametrize("kind", ["read", "interrupt", "dma"])
-def test_a_sample_is_asked_for_once(kind: str) -> None:
+def test_sample_is_requested_once(kind: str) -> None:
     """The first message asks, and so does the second, which is quiet; those until the next sample do not."""
     board = Board(live=False)
     for _ in range(2):
@@ -310,7 +310,7 @@ def test_configuration_needs_no_call() -> None:
     assert board.seen[-1] == b"\x60"
 
 
-def test_messages_that_c_has_alone_are_among_the_recent_ones() -> None:
+def test_kept_messages_are_among_recent_transfers() -> None:
     board = Board(live=False)
     for register in (0x10, 0x0F, 0x10, 0x0F):
         board.act(("read", LSM6DSL, register, 1))
@@ -324,7 +324,7 @@ def test_messages_that_c_has_alone_are_among_the_recent_ones() -> None:
 
 
 @pytest.mark.parametrize("start", [0x20, 0xA0])
-def test_a_part_that_asks_for_the_increment_bit_gets_it(start: int) -> None:
+def test_part_with_increment_bit_gets_it(start: int) -> None:
     """With it a burst goes on, without it stays; also from bytes that the chip keeps."""
     board = Board(live=False)
     bench, part = board.bench, Asking()

@@ -101,12 +101,12 @@ def whole_read(register: int, count: int) -> tuple[bytes, int]:
 
 
 @pytest.mark.parametrize(("address", "register", "identity"), [(LSM6DSL, 0x0F, 0x6A), (LPS22HB, 0x0F, 0xB1)])
-def test_a_sensor_says_who_it_is(address: int, register: int, identity: int) -> None:
+def test_sensor_identity_is_read(address: int, register: int, identity: int) -> None:
     assert HalI2c(CommBench()).mem_read(address, register, 1) == bytes([identity])
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 6, 7, 14])
-def test_every_polled_ending_reads_what_a_whole_transfer_reads(count: int) -> None:
+def test_polled_read_equals_whole_transfer(count: int) -> None:
     """HAL V1.6.0 ends a read of 1, 2, 3 and more bytes in four different ways (RM0368 18.3.3)."""
     _, hal, memory = bench_with_memory()
     assert (hal.mem_read(MEMORY, 0x28, count), memory.address) == whole_read(0x28, count)
@@ -115,7 +115,7 @@ def test_every_polled_ending_reads_what_a_whole_transfer_reads(count: int) -> No
 
 @settings(max_examples=60, deadline=None)
 @given(counts, delays)
-def test_no_byte_is_lost_or_doubled_however_late_firmware_is(count: int, delays: list[int]) -> None:
+def test_delays_neither_lose_nor_repeat_bytes(count: int, delays: list[int]) -> None:
     _, hal, memory = bench_with_memory(delays)
     assert (hal.mem_read(MEMORY, 0x10, count), memory.address) == whole_read(0x10, count)
     assert hal.mem_read(MEMORY, 0x80, 3) == whole_read(0x80, 3)[0]
@@ -133,7 +133,7 @@ def test_the_interrupt_handler_reads_the_same(count: int, delays: list[int]) -> 
 
 @settings(max_examples=30, deadline=None)
 @given(st.binary(min_size=1, max_size=20), delays)
-def test_a_write_leaves_the_target_as_a_whole_transfer_does(data: bytes, delays: list[int]) -> None:
+def test_write_equals_whole_transfer(data: bytes, delays: list[int]) -> None:
     _, hal, memory = bench_with_memory(delays)
     other, _, oracle = bench_with_memory()
     hal.mem_write(MEMORY, 0xF0, data)
@@ -159,7 +159,7 @@ def test_dma_with_last_reads_the_same(count: int) -> None:
     assert (bytes(bench.ram[:count]), memory.address) == whole_read(0x55, count)
 
 
-def test_firmware_that_never_waits_long_takes_the_bits_of_a_whole_transfer() -> None:
+def test_prompt_firmware_takes_the_wire_time() -> None:
     """Six bytes at 400 kHz: start, three address bytes, restart, data, stop, and software's own time."""
     bench, hal, _ = bench_with_memory()
     bench.trace.record_all()
@@ -209,7 +209,7 @@ def test_scl_follows_ccr(ccr: int, trise: int, speed_hz: int) -> None:
         (CCR, 0xC000, "forbidden: CCR counts 0; at least 4, or 1 with DUTY"),
     ],
 )
-def test_a_setting_the_manual_forbids_is_told(register: int, value: int, words: str) -> None:
+def test_forbidden_setting_is_noted(register: int, value: int, words: str) -> None:
     bench, _, _ = bench_with_memory()
     bench.modify(bench.i2c2, CR1, clear=PE)
     bench.write(bench.i2c2, register, value)
@@ -234,7 +234,7 @@ def test_settings_at_the_manuals_limits_are_not_noted(cr2: int, ccr: int, trise:
 
 
 @pytest.mark.parametrize(("register", "name"), [(CCR, "CCR"), (TRISE, "TRISE")])
-def test_a_setting_that_is_changed_while_the_block_is_on_is_noted_once(register: int, name: str) -> None:
+def test_setting_changed_while_enabled_is_noted_once(register: int, name: str) -> None:
     """18.6.8, 18.6.9: only while PE = 0."""
     bench, _, _ = bench_with_memory()
     value = bench.read(bench.i2c2, register)
@@ -257,7 +257,7 @@ def addressed_for_writing() -> CommBench:
     return bench
 
 
-def test_a_byte_written_over_one_that_waits_is_noted() -> None:
+def test_overwritten_byte_in_dr_is_noted() -> None:
     bench = addressed_for_writing()
     for value in (0, 1):  # the first goes to the shift register, the second waits
         bench.write(bench.i2c2, DR, value)
@@ -267,7 +267,7 @@ def test_a_byte_written_over_one_that_waits_is_noted() -> None:
 
 
 @pytest.mark.parametrize("bit", [START, STOP])
-def test_a_stop_or_start_before_a_byte_that_waits_is_noted(bit: int) -> None:
+def test_stop_before_waiting_byte_is_noted(bit: int) -> None:
     bench = addressed_for_writing()
     for value in (0, 1):
         bench.write(bench.i2c2, DR, value)
@@ -278,7 +278,7 @@ def test_a_stop_or_start_before_a_byte_that_waits_is_noted(bit: int) -> None:
     ]
 
 
-def test_the_sensors_end_up_as_whole_transfers_leave_them() -> None:
+def test_sensor_setup_equals_whole_transfers() -> None:
     """The lab's set-up, written by registers and by the board's own master: every byte of each part."""
     setup = [
         (LSM6DSL, 0x12, b"\x44"),
@@ -303,7 +303,7 @@ def test_the_sensors_end_up_as_whole_transfers_leave_them() -> None:
 # -- what goes wrong ------------------------------------------------------------------------------------
 
 
-def test_nobody_at_an_address_is_af_and_the_bus_is_free_again() -> None:
+def test_absent_address_sets_af_and_frees_the_bus() -> None:
     bench, hal, _ = bench_with_memory()
     with pytest.raises(HalError):
         hal.mem_read(0x33, 0, 1)
@@ -314,7 +314,7 @@ def test_nobody_at_an_address_is_af_and_the_bus_is_free_again() -> None:
     assert (hal.is_ready(0x33), hal.is_ready(MEMORY)) == (False, True)
 
 
-def test_a_refused_byte_keeps_what_came_before_it() -> None:
+def test_refused_byte_keeps_earlier_bytes() -> None:
     bench, hal, memory = bench_with_memory()
     bench.board.i2c2.inject(I2CFault("nack", address=MEMORY, byte_index=3))
     before = bytes(memory.bytes)
@@ -323,7 +323,7 @@ def test_a_refused_byte_keeps_what_came_before_it() -> None:
     assert bytes(memory.bytes) == before[:0x10] + b"\xaa" + before[0x11:]
 
 
-def test_a_stuck_line_is_busy_until_it_is_let_go() -> None:
+def test_stuck_line_is_busy_until_released() -> None:
     """HAL polls SR2.BUSY for 25 ms, then returns HAL_BUSY."""
     bench, hal, _ = bench_with_memory()
     bench.board.i2c2.inject(I2CFault("stuck", 0, 3e-3))
@@ -338,7 +338,7 @@ def test_a_stuck_line_is_busy_until_it_is_let_go() -> None:
 
 
 @pytest.mark.parametrize(("kind", "flag"), [("bus_error", BERR), ("arbitration", ARLO), ("absent", AF)])
-def test_an_error_raises_its_flag_and_the_error_interrupt(kind: FaultKind, flag: int) -> None:
+def test_error_sets_its_flag_and_interrupt(kind: FaultKind, flag: int) -> None:
     """RM0368 18.3.4, 18.4."""
     bench, hal, _ = bench_with_memory()
     bench.board.i2c2.inject(I2CFault(kind, 0, 1e-3, address=MEMORY))
@@ -356,7 +356,7 @@ def test_an_error_raises_its_flag_and_the_error_interrupt(kind: FaultKind, flag:
     assert hal.mem_read(MEMORY, 0, 2) == whole_read(0, 2)[0]
 
 
-def test_pins_that_were_not_switched_leave_everybody_deaf() -> None:
+def test_pins_without_alternate_function_are_unconnected() -> None:
     bench, hal, _ = bench_with_memory()
     bench.chip.fcu.set_alternate("B", 3, None)
     with pytest.raises(HalError):
@@ -364,7 +364,7 @@ def test_pins_that_were_not_switched_leave_everybody_deaf() -> None:
     assert "forbidden: no device can answer before the pins are switched: PB3 to AF9" in bench.notes()
 
 
-def test_a_write_to_sr1_clears_the_errors_alone_and_only_the_bytes_written() -> None:
+def test_sr1_write_clears_only_written_error_flags() -> None:
     """18.6.6: rc_w0; SB, ADDR and BTF are cleared by other accesses."""
     bench, _, _ = bench_with_memory()
     bench.modify(bench.i2c2, CR1, set_bits=START)
@@ -393,7 +393,7 @@ def test_reset_and_disable_let_go_of_the_bus(bits: int) -> None:
     assert HalI2c(bench).mem_read(MEMORY, 0, 3) == whole_read(0, 3)[0]
 
 
-def test_slave_mode_says_that_it_is_not_there() -> None:
+def test_slave_mode_is_noted() -> None:
     bench, _, _ = bench_with_memory()
     bench.write(bench.i2c2, OAR1, 0x4000 | 0x30 << 1)
     assert any(text.startswith("not modelled: slave mode") for text in bench.notes())
@@ -415,7 +415,7 @@ def test_polled_firmware_needs_no_event() -> None:
     assert bench.next_ps == NEVER_PS
 
 
-def test_when_firmware_looks_does_not_change_what_happened_when() -> None:
+def test_polling_frequency_does_not_change_events() -> None:
     """A poll that is skipped must leave no mark: one look at the end sees what a thousand looks saw."""
 
     def run(look: Callable[[CommBench], None]) -> tuple[int, int]:
@@ -452,7 +452,7 @@ def test_addr_is_cleared_by_sr1_then_sr2_only() -> None:
     bench.modify(bench.i2c2, CR1, set_bits=STOP)
 
 
-def test_two_stages_hold_the_clock_until_dr_is_read() -> None:
+def test_full_receiver_holds_clock_until_dr_read() -> None:
     """18.3.3, closing a reception: BTF with DR and the shift register full, SCL low."""
     bench, hal, memory = bench_with_memory()
     memory.address = 0x20
@@ -468,7 +468,7 @@ def test_two_stages_hold_the_clock_until_dr_is_read() -> None:
     assert memory.address == 0x23
 
 
-def test_a_start_clears_what_is_left_of_a_transmission() -> None:
+def test_start_clears_the_rest_of_a_transmission() -> None:
     bench, hal, _ = bench_with_memory()
     hal._send_address(MEMORY << 1)
     hal._clear_addr()

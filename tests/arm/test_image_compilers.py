@@ -187,7 +187,7 @@ def test_lines_are_those_of_binutils(tmp_path: Path, style: list[str]) -> None:
         ("-g0", "-g "),
     ],
 )
-def test_what_is_not_read_is_said_with_the_option_that_makes_it(
+def test_unreadable_information_names_the_required_option(
     tmp_path: Path, option: str, advice: str, words: Words
 ) -> None:
     image = built(tmp_path, ["-gdwarf-5", "-O2", option])
@@ -210,7 +210,7 @@ def test_a_stripped_program_loads_the_same_bytes(tmp_path: Path, words: Words) -
     words("firmware_file", note)
 
 
-def test_hex_and_binary_made_of_an_elf_load_the_same_bytes(tmp_path: Path) -> None:
+def test_hex_and_binary_equal_the_elf(tmp_path: Path) -> None:
     image = built(tmp_path, ["-O2"])
     for kind, name in (("ihex", "lab.hex"), ("binary", "lab.bin")):
         command = ["arm-none-eabi-objcopy", "-O", kind, "lab.elf", name]

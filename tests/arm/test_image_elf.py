@@ -34,7 +34,7 @@ def test_initial_values_are_loaded_at_their_physical_address() -> None:
     assert image.segments == ((FLASH, code()), (FLASH + 0x200, values))
 
 
-def test_segments_may_come_in_any_order_and_neighbours_are_joined() -> None:
+def test_unordered_neighbouring_segments_are_joined() -> None:
     image = parse_firmware(elf([Load(FLASH + 0x80, code()[0x80:]), Load(FLASH, code()[:0x80])]), "a.elf")
 
     assert image.segments == ((FLASH, code()),)
@@ -76,7 +76,7 @@ def test_our_own_firmware_loads_as_pyelftools_reads_it(path: Path) -> None:
         (elf(kind=0xFE00), "wrong_type", "65024"),
     ],
 )
-def test_other_programs_are_called_what_they_are(data: bytes, kind: str, what: str, words: Words) -> None:
+def test_elf_of_other_kind_is_named(data: bytes, kind: str, what: str, words: Words) -> None:
     error = refusal(data)
 
     assert error.kind == kind
@@ -92,7 +92,7 @@ def test_a_file_cut_short_is_refused(length: int, words: Words) -> None:
     words("firmware_file", error.problem)
 
 
-def test_a_file_whose_end_with_the_section_table_is_missing_is_refused(words: Words) -> None:
+def test_missing_section_table_is_refused(words: Words) -> None:
     error = refusal(debug_elf()[:-1])
 
     assert error.kind == "cut_short"
@@ -111,7 +111,7 @@ def test_a_file_whose_end_with_the_section_table_is_missing_is_refused(words: Wo
         (Load(0xFFFF_FFFF, b"12", virtual=FLASH + 0x400), "0xFFFFFFFF..0x100000000"),
     ],
 )
-def test_what_lies_outside_the_chips_memories_is_refused(load: Load, what: str) -> None:
+def test_segment_outside_the_memories_is_refused(load: Load, what: str) -> None:
     error = refusal(elf([Load(FLASH, code()), load]))
 
     assert error.kind == "other_chip"
@@ -128,7 +128,7 @@ def test_segments_that_overlap_are_refused(words: Words) -> None:
     words("firmware_file", error.problem)
 
 
-def test_thousands_of_overlapping_segments_are_refused_before_they_are_copied(words: Words) -> None:
+def test_overlapping_segments_are_refused_before_copying(words: Words) -> None:
     """Each is a legal part of the file; together they would be gigabytes."""
     whole = elf([Load(FLASH, code(size=0x3_0000))])
     header = whole[52:84]
@@ -165,14 +165,14 @@ def test_extreme_fields_are_refused(offset: int, layout: str, value: int, kind: 
     words("firmware_file", error.problem)
 
 
-def test_a_program_for_a_boot_loader_is_refused_with_the_remedy(words: Words) -> None:
+def test_program_for_boot_loader_is_refused_with_remedy(words: Words) -> None:
     error = refusal(elf([Load(FLASH + 0x4000, code(reset=(FLASH + 0x4040) | 1))]))
 
     assert error.kind == "no_vector_table"
     words("firmware_file", error.problem)
 
 
-def test_a_stripped_program_runs_and_says_that_it_has_no_names(words: Words) -> None:
+def test_stripped_program_is_noted_as_nameless(words: Words) -> None:
     image = parse_firmware(elf(), "a.elf")
 
     assert image.symbols is None
@@ -180,7 +180,7 @@ def test_a_stripped_program_runs_and_says_that_it_has_no_names(words: Words) -> 
     words("firmware_file", note)
 
 
-def test_a_damaged_table_of_section_names_costs_the_symbols_only(words: Words) -> None:
+def test_damaged_section_names_cost_only_symbols(words: Words) -> None:
     whole = elf(sections=[Section(".comment", b"GCC")])
     last_header = len(whole) - 40
 
@@ -191,7 +191,7 @@ def test_a_damaged_table_of_section_names_costs_the_symbols_only(words: Words) -
     words("firmware_file", note)
 
 
-def test_the_entry_address_of_the_file_is_not_used() -> None:
+def test_entry_address_is_not_used() -> None:
     """After reset the core takes the vector table's word 1 (ARMv7-M ARM B1.5.5), whatever e_entry says."""
     image = parse_firmware(patched(elf(), 24, "<I", 0x1234_5678), "a.elf")
 

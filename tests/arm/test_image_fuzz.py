@@ -96,13 +96,13 @@ def resealed(data: bytes) -> bytes:
     return b"\r\n".join(lines)
 
 
-def test_the_files_are_good_before_they_are_damaged() -> None:
+def test_undamaged_files_load() -> None:
     assert all(map(survives, (debug_elf(4), debug_elf(5), hex_file(), code(), PREBUILT.read_bytes())))
 
 
 @pytest.mark.parametrize("version", [4, 5])
 @pytest.mark.parametrize("shard", [1, 2])
-def test_damaged_elf_files(shard: int, version: int) -> None:
+def test_damaged_elf_files_load_or_are_refused(shard: int, version: int) -> None:
     """4000, damaged anywhere."""
     whole, random = debug_elf(version), Random(10 * shard + version)
     accepted = sum(survives(mutated(whole, random, OF_ELF)) for _ in range(1000))
@@ -112,7 +112,7 @@ def test_damaged_elf_files(shard: int, version: int) -> None:
 
 @pytest.mark.parametrize("version", [4, 5])
 @pytest.mark.parametrize("region", ["symbols", "debug information"])
-def test_elf_files_damaged_where_only_names_can_be_lost(region: str, version: int) -> None:
+def test_elf_files_with_damaged_names_survive(region: str, version: int) -> None:
     """3200; the headers stay, so that damage is met by the readers behind them."""
     whole = debug_elf(version)
     start = whole.index(code()) + len(code())
@@ -126,7 +126,7 @@ def test_elf_files_damaged_where_only_names_can_be_lost(region: str, version: in
 
 
 @pytest.mark.parametrize("shard", range(4))
-def test_damaged_elf_files_of_full_size(shard: int) -> None:
+def test_damaged_large_elf_files_load_or_are_refused(shard: int) -> None:
     """100, of a third of a megabyte."""
     whole = PREBUILT.read_bytes()
     random = Random(20 + shard)
@@ -137,7 +137,7 @@ def test_damaged_elf_files_of_full_size(shard: int) -> None:
         survives(whole[:at] + mutated(whole[at : at + 900], random) + whole[at + 900 :])
 
 
-def test_damaged_hex_files() -> None:
+def test_damaged_hex_files_load_or_are_refused() -> None:
     """1600, every second one with right checksums."""
     random = Random(3)
     accepted = sum(
@@ -149,7 +149,7 @@ def test_damaged_hex_files() -> None:
     assert 10 < accepted < 1500
 
 
-def test_damaged_binary_files() -> None:
+def test_damaged_binary_files_load_or_are_refused() -> None:
     """1000."""
     random = Random(4)
     accepted = sum(survives(mutated(code(), random)) for _ in range(1000))

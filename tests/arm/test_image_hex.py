@@ -56,7 +56,7 @@ def refusal(data: bytes) -> FirmwareFileError:
     upper=st.booleans(),
     order=st.randoms(use_true_random=False),
 )
-def test_any_writing_of_the_same_bytes_loads_the_same(
+def test_hex_spelling_does_not_change_the_contents(
     size: int, width: int, ending: str, upper: bool, order: Random
 ) -> None:
     lines = [
@@ -71,7 +71,7 @@ def test_any_writing_of_the_same_bytes_loads_the_same(
     assert (image.kind, image.segments) == ("hex", ((FLASH, code(size=size)),))
 
 
-def test_a_long_file_crosses_64_kb_by_linear_base_records() -> None:
+def test_long_hex_file_crosses_64_kb() -> None:
     data = code(size=0x1_8000)
 
     image = parse_firmware("\n".join([*hex_lines(FLASH, data), END]).encode(), "lab3.hex")
@@ -90,14 +90,14 @@ def test_start_addresses_are_accepted_and_not_used() -> None:
     assert parse_firmware(hex_file(*lines), "lab3.hex").reset_vector == RESET | 1
 
 
-def test_a_segment_base_counts_in_sixteens_and_reaches_one_megabyte_only() -> None:
+def test_segment_base_reaches_one_megabyte() -> None:
     error = refusal(hex_file(record(2, 0, bytes.fromhex("F000")), record(0, 0x0010, b"\1\2")))
 
     assert error.kind == "other_chip"
     assert "0x000F0010..0x000F0011" in error.problem
 
 
-def test_behind_a_segment_base_addresses_wrap_inside_64_kb() -> None:
+def test_segment_base_addresses_wrap_within_64_kb() -> None:
     """The address of byte i is base + (offset + i) mod 64 K; behind a linear base it runs on instead."""
     wrapped = refusal(hex_file(record(2, 0, bytes.fromhex("1000")), record(0, 0xFFFF, b"\1\2")))
     on = parse_firmware(hex_file(record(0, 0xFFFF, b"\1\2")), "lab3.hex")
@@ -155,7 +155,7 @@ def test_a_file_cut_between_two_lines_is_refused(words: Words) -> None:
     words("firmware_file", error.problem)
 
 
-def test_more_text_than_the_chip_has_bytes_for_is_refused_unread(words: Words) -> None:
+def test_hex_text_beyond_the_chip_is_refused_unread(words: Words) -> None:
     error = refusal(hex_file().rstrip() + b"\n" * (6 << 20))
 
     assert error.kind == "too_long"

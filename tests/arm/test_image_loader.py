@@ -24,7 +24,7 @@ def refusal(data: bytes) -> FirmwareFileError:
     return caught.value
 
 
-def test_raw_contents_of_flash_begin_at_its_first_address() -> None:
+def test_raw_binary_starts_at_flash() -> None:
     image = parse_firmware(code(), "lab3.bin")
 
     assert (image.kind, image.segments) == ("bin", ((FLASH, code()),))
@@ -32,14 +32,14 @@ def test_raw_contents_of_flash_begin_at_its_first_address() -> None:
     assert image.symbols is None
 
 
-def test_a_binary_may_fill_the_flash_and_no_more() -> None:
+def test_binary_larger_than_flash_is_refused() -> None:
     assert parse_firmware(code(size=FLASH_SIZE), "lab3.bin").segments[0].end == FLASH + FLASH_SIZE
     error = refusal(code(size=FLASH_SIZE + 2))
     assert error.kind == "too_long"
     assert "262144" in error.problem
 
 
-def test_the_kind_is_taken_from_the_contents_not_the_name(tmp_path: Path) -> None:
+def test_kind_comes_from_contents_not_name(tmp_path: Path) -> None:
     path = tmp_path / "lab3.bin"
     path.write_bytes(elf())
 
@@ -48,7 +48,7 @@ def test_the_kind_is_taken_from_the_contents_not_the_name(tmp_path: Path) -> Non
     assert (image.kind, image.path) == ("elf", path)
 
 
-def test_the_error_is_one_of_the_users_and_names_the_file() -> None:
+def test_loader_error_names_the_file() -> None:
     with pytest.raises(InputError) as caught:
         parse_firmware(b"", "lab3.elf")
 
@@ -75,7 +75,7 @@ def test_a_reset_vector_outside_the_flash_is_refused(reset: int) -> None:
     assert f"0x{reset:08X}" in error.problem
 
 
-def test_a_reset_vector_without_the_thumb_bit_is_refused(words: Words) -> None:
+def test_reset_vector_without_thumb_bit_is_refused(words: Words) -> None:
     """ARMv7-M ARM B1.5.3: bit 0 of a vector is the Thumb bit; clear, the first instruction faults."""
     error = refusal(code(reset=RESET))
 
@@ -83,7 +83,7 @@ def test_a_reset_vector_without_the_thumb_bit_is_refused(words: Words) -> None:
     words("firmware_file", error.problem)
 
 
-def test_a_reset_vector_to_where_nothing_is_loaded_is_refused(words: Words) -> None:
+def test_reset_vector_to_unloaded_address_is_refused(words: Words) -> None:
     error = refusal(code(reset=(FLASH + 0x8000) | 1))
 
     assert error.kind == "reset_nothing"
@@ -106,7 +106,7 @@ def test_less_than_a_vector_table_is_refused(data: bytes) -> None:
         (b"#include <stdio.h>\n\nint main(void) { return 0; }\n", "text"),
     ],
 )
-def test_other_files_are_called_what_they_are(data: bytes, what: str, words: Words) -> None:
+def test_file_of_other_kind_is_named(data: bytes, what: str, words: Words) -> None:
     error = refusal(data)
 
     assert error.kind == "other_file"
@@ -132,7 +132,7 @@ def test_endless_devices_are_not_opened() -> None:
     assert caught.value.kind == "not_a_file"
 
 
-def test_a_huge_file_is_refused_by_its_size_unread(tmp_path: Path) -> None:
+def test_huge_file_is_refused_unread(tmp_path: Path) -> None:
     path = tmp_path / "huge.elf"
     with path.open("wb") as file:
         file.truncate(1 << 40)  # holds no blocks on the disk; reading it would need a terabyte

@@ -97,11 +97,11 @@ def board_note(error: AssertionError) -> str:
         ("zero", "where_it_was_zeroed"),
     ],
 )
-def test_what_is_wrong_is_found(wrong: str, properties: str) -> None:
+def test_properties_find_a_wrong_result(wrong: str, properties: str) -> None:
     assert any(properties in name for name in found_by(Turned(wrong)))
 
 
-def test_a_wrong_wrap_in_a_compiled_program_is_found_and_seen_on_the_board(tmp_path: Path) -> None:
+def test_wrong_wrap_is_found_in_compiled_program(tmp_path: Path) -> None:
     tests = lab3_properties(Compiled(WRONG_YAW))
     with pytest.raises(AssertionError) as caught:
         tests().test_yaw_is_the_direction_of_the_x_axis_against_magnetic_north()
@@ -156,7 +156,7 @@ def build(tmp_path_factory: pytest.TempPathFactory) -> Callable[[dict[str, str]]
 
 
 @pytest.mark.parametrize("law", WRONG)
-def test_each_laws_scenario_fails_where_the_law_does(
+def test_scenario_of_each_law_fails_with_it(
     law: str, build: Callable[[dict[str, str]], Path], tmp_path: Path
 ) -> None:
     firmware = build(WRONG[law])
@@ -173,7 +173,7 @@ def test_each_laws_scenario_fails_where_the_law_does(
     assert run(Board("lab3", scenario=path)).passed
 
 
-def test_an_error_too_small_for_the_board_says_so(
+def test_error_too_small_for_the_board_is_explained(
     build: Callable[[dict[str, str]], Path], words: Words
 ) -> None:
     firmware = build({"(mag_max.AXIS_X + mag_min.AXIS_X) / 2;": "(mag_max.AXIS_X + mag_min.AXIS_X) / 2 - 2;"})
@@ -196,7 +196,7 @@ def test_a_replay_holds_for_the_lab_itself(pose: Pose, tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(shutil.which("arm-none-eabi-gcc") is None, reason="arm-none-eabi-gcc is not installed")
-def test_the_wrong_program_is_the_solution_but_for_its_wrap(tmp_path: Path) -> None:
+def test_wrong_program_differs_only_in_its_wrap(tmp_path: Path) -> None:
     sources = arm.sources()
     shutil.copytree(sources / "support", tmp_path / "support")
     shutil.copytree(sources / "solution", tmp_path / "wrong_yaw")
@@ -213,7 +213,7 @@ def test_the_wrong_program_is_the_solution_but_for_its_wrap(tmp_path: Path) -> N
         assert built.angles((0, 0, 1000), mag) == kept.angles((0, 0, 1000), mag)
 
 
-def test_what_a_program_does_not_have_is_skipped_with_a_word(words: Words) -> None:
+def test_missing_function_is_skipped_with_a_hint(words: Words) -> None:
     template = Compiled("template-arm")
     assert "names={'eCompass': ...}" in template.missing("angles")
     words("python", template.missing("angles"))
@@ -242,7 +242,7 @@ def test_strategies_keep_within_their_bounds(
 
 
 @pytest.mark.parametrize("pose", [Pose(0, 0, 90), Pose(90, 0, 0), Pose(0, -90, 45), Pose(-30, 0, 200 - 360)])
-def test_samples_are_what_the_ideal_board_measures(pose: Pose) -> None:
+def test_strategy_samples_equal_the_ideal_board(pose: Pose) -> None:
     board = Board(firmware="template", ideal=True)
     board.world.set_attitude(pose.roll_deg, pose.pitch_deg, pose.yaw_deg)
     board.run_for(1.3)
@@ -266,7 +266,7 @@ def _sample_at(pose: Pose) -> Any:
 
 @settings(max_examples=40)
 @given(motions(expect=[{"kind": "printed", "name": "Pitch", "max_gap": "1.5s"}]))
-def test_a_motion_is_one_that_hands_can_do_and_its_file_is_the_same_motion(motion: GeneratedMotion) -> None:
+def test_drawn_motion_round_trips_through_its_file(motion: GeneratedMotion) -> None:
     world = Board("template", scenario=motion.scenario).world
     t_s = np.linspace(0.0, motion.scenario.duration_s, 200)
     with TemporaryDirectory() as folder:
@@ -302,7 +302,7 @@ from = "4.6s"
 """
 
 
-def test_a_motion_finds_a_wrong_wrap_and_prints_the_file_that_shows_it_again(tmp_path: Path) -> None:
+def test_motion_finds_wrong_wrap_and_prints_scenario(tmp_path: Path) -> None:
     (tmp_path / "turn.toml").write_text(TURN, encoding="utf-8")
 
     @settings(max_examples=12, phases=[Phase.generate], deadline=None, database=None, derandomize=True)

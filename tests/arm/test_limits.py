@@ -47,7 +47,7 @@ def limited(data: bytes, folder: Path, **limits: Any) -> Board:
     return board
 
 
-def test_gigabytes_of_text_end_at_a_limit_on_bytes(tmp_path: Path, words: Words) -> None:
+def test_endless_text_ends_at_terminal_limit(tmp_path: Path, words: Words) -> None:
     board = limited(PRINTS_FOR_EVER, tmp_path, terminal_bytes=2_000)
 
     error = stopped(board)
@@ -57,7 +57,7 @@ def test_gigabytes_of_text_end_at_a_limit_on_bytes(tmp_path: Path, words: Words)
     assert len(board.terminal.text) <= 2_000 + 1_000 + 1  # 100,000 a second, looked at every 10 ms
 
 
-def test_an_endless_loop_ends_at_a_limit_on_instructions(tmp_path: Path) -> None:
+def test_endless_loop_ends_at_instruction_limit(tmp_path: Path) -> None:
     """At reset the core runs at 16 MHz (RM0368 6.2.2) and takes 1.3 cycles an instruction."""
     board = limited(COUNTS, tmp_path, instructions=1_000_000)
 
@@ -68,7 +68,7 @@ def test_an_endless_loop_ends_at_a_limit_on_instructions(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("data", "reason"), [(RESETS_ITSELF, "SYSRESETREQ"), (BITTEN_AT_ONCE, "IWDG")], ids=["itself", "watchdog"]
 )
-def test_resets_without_end_are_stopped_and_say_why(
+def test_endless_resets_are_stopped_with_reason(
     data: bytes, reason: str, tmp_path: Path, words: Words
 ) -> None:
     board = limited(data, tmp_path, resets_per_s=100)
@@ -80,7 +80,7 @@ def test_resets_without_end_are_stopped_and_say_why(
     words("run", str(error))
 
 
-def test_resets_that_are_seldom_enough_go_on(tmp_path: Path) -> None:
+def test_rare_resets_are_allowed(tmp_path: Path) -> None:
     """A watchdog that bites every 32 ms (LSI 32 kHz / 4 / 256): a firmware that hangs."""
     data = program("reset:\n" + "".join((*WATCHDOG[:2], put("IWDG_RLR", 255), WATCHDOG[3])) + "b .")
     board = board_with(data, tmp_path)
@@ -107,7 +107,7 @@ def test_wall_time_ends_a_run_that_is_slow(tmp_path: Path, words: Words) -> None
     assert board.now_s == pytest.approx(0.31)  # 10 ms a look
 
 
-def test_a_run_within_its_limits_ends_exactly_when_asked(tmp_path: Path) -> None:
+def test_run_within_limits_ends_exactly(tmp_path: Path) -> None:
     board = board_with(COUNTS, tmp_path)
 
     board.run_until_ps(123_456_789_012)
@@ -115,7 +115,7 @@ def test_a_run_within_its_limits_ends_exactly_when_asked(tmp_path: Path) -> None
     assert board.clock.now_ps == 123_456_789_012
 
 
-def test_a_limit_once_exceeded_stays_so_until_it_is_raised(tmp_path: Path) -> None:
+def test_exceeded_limit_holds_until_raised(tmp_path: Path) -> None:
     board = limited(COUNTS, tmp_path, instructions=1_000)
     stopped(board)
     stopped(board)
@@ -129,7 +129,7 @@ def test_a_limit_once_exceeded_stays_so_until_it_is_raised(tmp_path: Path) -> No
     "limits",
     [{"instructions": 0}, {"terminal_bytes": -1}, {"wall_s": float("nan")}, {"resets_per_s": 1_000_000}],
 )
-def test_limits_that_cannot_be_are_refused(limits: dict[str, Any], words: Words) -> None:
+def test_impossible_limits_are_refused(limits: dict[str, Any], words: Words) -> None:
     with pytest.raises(InputError) as caught:
         replace(Limits(), **limits)
 
@@ -151,7 +151,7 @@ def test_limits_are_given_as_texts() -> None:
         ("wall_s=0", "out_of_range"),
     ],
 )
-def test_texts_that_are_no_limits_are_refused(setting: str, kind: str, words: Words) -> None:
+def test_invalid_limit_text_is_refused(setting: str, kind: str, words: Words) -> None:
     with pytest.raises(InputError) as caught:
         parse_limits([setting])
 
@@ -168,7 +168,7 @@ def fcu_run(*arguments: str | Path) -> tuple[int, str]:
     return done.returncode, done.stderr.splitlines()[-1]
 
 
-def test_the_command_line_says_in_one_line_why_a_run_was_stopped(tmp_path: Path, words: Words) -> None:
+def test_command_prints_stop_reason_in_one_line(tmp_path: Path, words: Words) -> None:
     file = tmp_path / "loop.bin"
     file.write_bytes(COUNTS)
 
@@ -178,7 +178,7 @@ def test_the_command_line_says_in_one_line_why_a_run_was_stopped(tmp_path: Path,
     words("run", line)
 
 
-def test_a_limit_for_firmware_in_python_is_looked_at_between_slices(words: Words) -> None:
+def test_python_firmware_limit_is_checked_between_slices(words: Words) -> None:
     code, line = fcu_run("lab3", "--duration", "5s", "--limit", "terminal_bytes=100")
 
     assert code == 3

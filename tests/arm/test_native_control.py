@@ -12,7 +12,7 @@ import pytest
 from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
 from fcu_emulator.emulator.chip.memory_map import FLASH, RAM
 from tests.support.arm.core_bench import CoreBench
-from tests.support.arm.core_programs import state, stirred
+from tests.support.arm.core_programs import interrupted_core, state
 from tests.support.arm.engine_pair import (
     CODE,
     GENERAL,
@@ -138,7 +138,7 @@ def test_special_registers(pair: EnginePair, form: Form, values: State, longest_
 
 @pytest.mark.parametrize("exception", [2, 3])
 @pytest.mark.parametrize("words", [(0xB671,), (0xF380, 0x8813)], ids=["CPSID f", "MSR"])
-def test_faultmask_cannot_be_set_in_nmi_and_hard_fault(
+def test_faultmask_cannot_be_set_in_nmi_or_hardfault(
     pair: EnginePair, words: tuple[int, ...], exception: int
 ) -> None:
     """Their priority is as high already (B5.2.1, B5.2.3); Unicorn sets it."""
@@ -214,11 +214,11 @@ def test_hints_that_unicorn_takes_for_undefined(
     assert (pair.native.run(len(it) + 1), pair.native.pc) == (stop, CODE + 2 * len(it) + 2)
 
 
-def test_runs_of_every_length_end_where_a_single_run_does() -> None:
+def test_run_slices_end_like_a_single_run() -> None:
     """In a program with interrupts, polling, waiting and IT blocks, of an instruction per microsecond."""
 
     def core() -> CoreBench:
-        return stirred([(120, 0), (333, 1), (900, 2), (1500, 0)], flag_us=250)
+        return interrupted_core([(120, 0), (333, 1), (900, 2), (1500, 0)], flag_us=250)
 
     divided, time_us = core(), 40
     for length in range(1, 61):

@@ -140,7 +140,7 @@ def some_places(random: Random, program: Program) -> frozenset[int]:
 
 
 @pytest.mark.parametrize("first_seed", range(0, SEEDS, EACH))
-def test_a_divided_run_is_one_run(first_seed: int) -> None:
+def test_divided_run_equals_one_run(first_seed: int) -> None:
     for seed in range(first_seed, first_seed + EACH):
         whole = Program(seed).run(at_once(Random(seed)))
         for limits in (one_by_one, in_pieces):
@@ -148,7 +148,7 @@ def test_a_divided_run_is_one_run(first_seed: int) -> None:
 
 
 @pytest.mark.parametrize("first_seed", range(0, SEEDS, EACH))
-def test_places_to_stop_at_change_nothing(first_seed: int) -> None:
+def test_breakpoints_change_nothing(first_seed: int) -> None:
     for seed in range(first_seed, first_seed + EACH):
         whole = Program(seed).run(at_once(Random(seed)))
         for limits in (at_once, in_pieces):
@@ -170,7 +170,7 @@ def test_watched_memory_changes_nothing(first_seed: int) -> None:
     assert seen
 
 
-def test_the_programs_do_what_they_are_for() -> None:
+def test_random_programs_fault_rarely_and_access_devices() -> None:
     """Faults are few among the instructions, and devices are accessed."""
     outcomes = [Program(seed).run(at_once(Random(seed))) for seed in range(SEEDS)]
     assert sum(len(outcome.stops) for outcome in outcomes) < SEEDS * INSTRUCTIONS // 4

@@ -172,7 +172,7 @@ def test_registers_have_the_same_numbers_on_both_sides() -> None:
 
 
 @needs_gcc
-def test_a_law_that_does_not_hold_is_refused() -> None:
+def test_false_static_assertion_is_refused() -> None:
     assert "static assertion failed" in refused(["sizeof(Status) == 1"])
 
 
@@ -188,7 +188,7 @@ def _kind_of(kind: Any) -> str:
     return "pointer" if is_pointer else C_TYPES[kind]
 
 
-def test_every_function_of_the_header_has_its_types_in_python() -> None:
+def test_header_functions_have_python_types() -> None:
     text = re.sub(r"/\*.*?\*/", "", (FOLDER / "fcu.h").read_text(encoding="utf-8"), flags=re.DOTALL)
     text = re.sub(r"void \(\*\w+\)\([^)]*\)|int32_t \(\*\w+\)\([^)]*\)", "callback", text)
     in_c = {

@@ -184,14 +184,14 @@ def aligned(random: Random, fields: Fields) -> Values:
 
 
 @pytest.mark.parametrize("form", NARROW + OFFSETS + SMALL_OFFSETS + INDEXED + LITERALS + SEVERAL, ids=str)
-def test_in_ram(pair: EnginePair, form: Form) -> None:
+def test_accesses_in_ram_equal_unicorn(pair: EnginePair, form: Form) -> None:
     pair.check(form, words_in_ram if form in SEVERAL else in_ram, longest_block=1)
 
 
 @pytest.mark.parametrize(
     "access", ["ldmia r1, {r2, r3}", "stmia r1, {r2, r3}", "ldrd r2, r3, [r1]", "strd r2, r3, [r1]"]
 )
-def test_several_words_at_an_unaligned_address_are_a_fault(pair: EnginePair, access: str) -> None:
+def test_unaligned_multiple_access_is_a_fault(pair: EnginePair, access: str) -> None:
     """ARMv7-M ARM A3.2.1."""
     engine = engine_at(pair, access, {"r1": RAM + 0x102})
 
@@ -199,12 +199,12 @@ def test_several_words_at_an_unaligned_address_are_a_fault(pair: EnginePair, acc
 
 
 @pytest.mark.parametrize("form", NARROW + SMALL_OFFSETS + INDEXED, ids=str)
-def test_elsewhere(pair: EnginePair, form: Form) -> None:
+def test_accesses_outside_ram_equal_unicorn(pair: EnginePair, form: Form) -> None:
     pair.check(form, elsewhere, longest_block=0, runs=6)
 
 
 @pytest.mark.parametrize("form", SEVERAL, ids=str)
-def test_several_in_flash(pair: EnginePair, form: Form) -> None:
+def test_multiple_accesses_in_flash_equal_unicorn(pair: EnginePair, form: Form) -> None:
     """Stores are refused there."""
     pair.check(form, in_flash, longest_block=0, runs=6)
 
@@ -218,7 +218,7 @@ def test_several_in_flash(pair: EnginePair, form: Form) -> None:
     ],
     ids=str,
 )
-def test_the_ends_of_memories(pair: EnginePair, form: Form) -> None:
+def test_accesses_at_memory_ends_equal_unicorn(pair: EnginePair, form: Form) -> None:
     pair.check(form, at_the_ends, longest_block=0)
 
 
@@ -309,7 +309,7 @@ def engine_at(pair: EnginePair, source: str, values: Values) -> BareCore:
     return pair.native
 
 
-def test_a_store_that_faults_in_an_it_block_can_be_returned_to(pair: EnginePair) -> None:
+def test_faulting_store_in_it_block_can_be_repeated(pair: EnginePair) -> None:
     """The frame of the fault has its address and its ITSTATE (B1.5.6, B1.5.8); Unicorn is behind it."""
     engine = engine_at(pair, "itt eq\n streq r0, [r1]\n addseq r0, #1", {"xpsr": THUMB | 1 << 30})
 
@@ -317,7 +317,7 @@ def test_a_store_that_faults_in_an_it_block_can_be_returned_to(pair: EnginePair)
     assert CoreRegisters(engine, ("xpsr",)).read()[0] & IT_BITS == 0x400
 
 
-def test_a_load_of_several_that_faults_leaves_the_base(pair: EnginePair) -> None:
+def test_faulting_load_multiple_keeps_the_base(pair: EnginePair) -> None:
     """It is executed again behind the handler (B1.5.10); Unicorn has loaded the first ones."""
     base = RAM + RAM_SIZE - 8
     engine = engine_at(pair, "ldmia r1, {r0-r3}", {"r1": base})
@@ -358,7 +358,7 @@ SECOND = 0x4770_2502
         (RAM + RAM_SIZE - 8, NARROW_CODE, "push {r2, r4}", 0, SECOND),
     ],
 )
-def test_code_in_ram_that_is_stored_to_is_executed_anew(
+def test_stored_code_in_ram_is_executed(
     code: int, words: tuple[int, ...], store: str, address: int, value: int
 ) -> None:
     """The stores begin at the first word of RAM, lead from one kilobyte into the next, change the second half

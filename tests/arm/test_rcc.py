@@ -65,7 +65,7 @@ def test_the_labs_settings_give_84_mhz() -> None:
     assert board.chip.notes() == []
 
 
-def test_oscillators_that_are_off_move_all_clocks_and_break_no_limit() -> None:
+def test_oscillator_errors_move_clocks_within_limits() -> None:
     """Quartz 100 ppm fast: above 84 MHz by the tolerance, which the manual's limits do not mean."""
     board = Board(Oscillators(hsi_hz=16_160_000, hse_hz=16_001_600))
     assert board.rcc.hclk_hz == 16_160_000
@@ -75,7 +75,7 @@ def test_oscillators_that_are_off_move_all_clocks_and_break_no_limit() -> None:
     assert board.chip.notes() == []
 
 
-def test_60_mhz_from_an_internal_oscillator_that_is_fast_needs_one_wait_state() -> None:
+def test_fast_hsi_needs_one_wait_state() -> None:
     board = Board(Oscillators(hsi_hz=16_160_000))
     board.blocks.flash.write(0x00, 1)
     board.rcc.write(PLLCFGR, 16 | 240 << 6 | 1 << 16)  # M 16, N 240, P 4
@@ -114,7 +114,7 @@ def test_sysclk_waits_for_the_source_that_was_selected() -> None:
     assert board.rcc.sysclk_hz == 84_000_000
 
 
-def test_what_drives_the_core_cannot_be_switched_off() -> None:
+def test_active_clock_source_cannot_be_switched_off() -> None:
     """RM0368 6.3.1, PLLON and HSEON: cannot be cleared when used as system clock."""
     board = Board()
     board.to_84_mhz()
@@ -123,7 +123,7 @@ def test_what_drives_the_core_cannot_be_switched_off() -> None:
     assert not board.rcc.read(CR) & 1
 
 
-def test_listeners_hear_of_a_change_after_it() -> None:
+def test_clock_listeners_are_called_after_the_change() -> None:
     board = Board()
     heard = list[int]()
     board.rcc.on_change(lambda: heard.append(board.rcc.hclk_hz))
@@ -166,7 +166,7 @@ def test_a_reset_bit_resets_its_block() -> None:
     assert tim2.read(0x2C) == 0xFFFF_FFFF
 
 
-def test_the_reset_cause_is_shown_until_it_is_removed() -> None:
+def test_reset_cause_is_shown_until_removed() -> None:
     """RM0368 6.3.21: IWDGRSTF is bit 29, PINRSTF 26, RMVF 24."""
     board = Board()
     assert board.rcc.read(CSR) == 0x0E00_0000
@@ -185,7 +185,7 @@ def test_a_system_reset_returns_to_hsi() -> None:
     assert board.rcc.read(CR) == 0x83
 
 
-def test_the_backup_domain_is_protected_and_survives_a_reset(words: Words) -> None:
+def test_backup_domain_is_protected_and_survives_reset(words: Words) -> None:
     """RM0368 5.1.2: PWR_CR.DBP opens it; 6.3.20."""
     board = Board()
     board.rcc.write(BDCR, 1)
@@ -202,7 +202,7 @@ def test_the_backup_domain_is_protected_and_survives_a_reset(words: Words) -> No
     assert board.rcc.read(BDCR) == 1 << 16
 
 
-def test_settings_beyond_the_chips_limits_are_told_when_they_last(words: Words) -> None:
+def test_lasting_clock_limit_violation_is_noted(words: Words) -> None:
     """RM0368 6.2: APB1 42 MHz; ST's HAL divides APB1 a moment after it has switched to the PLL."""
     board = Board()
     board.to_84_mhz()
@@ -261,7 +261,7 @@ def test_peripheral_selection_of_the_rtc_clock() -> None:
     assert board.rcc.rtc_hz() == 32_000
 
 
-def test_a_pll_that_multiplies_by_nothing_never_starts() -> None:
+def test_pll_with_zero_multiplier_never_starts() -> None:
     """RM0368 6.3.2: N = 0 is a wrong configuration; the core goes on from HSI, and the note says why."""
     board = Board()
     board.rcc.write(PLLCFGR, 0x2400_0010)

@@ -20,7 +20,7 @@ PROGRAM = CASES["assembly-i2c-by-dma"]
 
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("traced", [True, False], ids=["traced", "untraced"])
-def test_the_run_is_the_recorded_one(name: str, traced: bool) -> None:
+def test_run_equals_its_record(name: str, traced: bool) -> None:
     """Without a detailed trace a build may take shorter ways; memory, registers and text do not show them."""
     recorded = recording.load(CASES[name])
     now = recording.record(CASES[name], traced=traced, counts=counts_of(recorded))
@@ -29,7 +29,7 @@ def test_the_run_is_the_recorded_one(name: str, traced: bool) -> None:
     assert not found, "\n".join([*found, f"python -m tests.support.arm.recording {name} tells more"])
 
 
-def test_every_record_belongs_to_a_case_and_all_are_small() -> None:
+def test_records_belong_to_cases_and_are_small() -> None:
     files = sorted(FOLDER.glob("*.json"))
 
     assert {file.stem for file in files} == set(CASES)
@@ -54,11 +54,11 @@ def changed(recorded: Record, *path: str | int, to: Any) -> Record:
     return copied
 
 
-def test_a_record_is_like_itself(recorded: Record) -> None:
+def test_record_equals_its_copy(recorded: Record) -> None:
     assert differences(recorded, copy.deepcopy(recorded)) == []
 
 
-def test_an_early_entry_is_shown(recorded: Record) -> None:
+def test_early_entry_is_reported(recorded: Record) -> None:
     first = recorded["exact"]["transfers"]["first"][3]
     now = changed(recorded, "exact", "transfers", "first", 3, to="I2C2 6B OUT_TEMP_L sent 20 read  nack")
 
@@ -67,14 +67,14 @@ def test_an_early_entry_is_shown(recorded: Record) -> None:
     ]
 
 
-def test_a_late_entry_is_narrowed_down(recorded: Record) -> None:
+def test_late_entry_is_located(recorded: Record) -> None:
     digests = recorded["exact"]["transfers"]["digests"]
     now = changed(recorded, "exact", "transfers", "digests", to=digests[:8] + "0" * 8 + digests[16:])
 
     assert differences(recorded, now) == ["transfers: the first difference is in entries 64 to 127"]
 
 
-def test_an_entry_too_few_is_counted(recorded: Record) -> None:
+def test_missing_entry_is_counted(recorded: Record) -> None:
     entries = [f"entry {number}" for number in range(100)]
     whole, short = (
         changed(recorded, "exact", "transfers", to=recording._kept(entries[:count], 24))
@@ -94,20 +94,20 @@ def test_an_entry_too_few_is_counted(recorded: Record) -> None:
         (("timing", "blocks", "I2C2"), {}, "I2C2 00: recorded"),
     ],
 )
-def test_the_rest_is_named(recorded: Record, path: tuple[str, ...], value: Any, told: str) -> None:
+def test_other_differences_are_named(recorded: Record, path: tuple[str, ...], value: Any, told: str) -> None:
     found = differences(recorded, changed(recorded, *path, to=value))
 
     assert found[0].startswith(told)
 
 
-def test_changed_memory_is_narrowed_down_to_a_kilobyte(recorded: Record) -> None:
+def test_changed_memory_is_located_to_a_kilobyte(recorded: Record) -> None:
     pages = recorded["timing"]["RAM"]
     now = changed(recorded, "timing", "RAM", to=pages[:16] + "0" * 8 + pages[24:])
 
     assert differences(recorded, now) == ["RAM from 0x20000800 to 0x20000BFF has another content"]
 
 
-def test_another_program_is_not_like_this_one(recorded: Record) -> None:
+def test_another_program_differs_from_the_record(recorded: Record) -> None:
     other: Case = CASES["assembly-i2c-by-interrupt"]
     now = recording.record(other, counts=counts_of(recorded))
     told = {line.split(":")[0] for line in differences(recorded, now)}

@@ -68,7 +68,7 @@ ADDRESSES = re.findall(r"#define (\w+) \(\(\w+ \*\)(0x[0-9A-F]+)U\)", TEXT)
 # -- the firmware's headers as witness ----------------------------------------------------------------------
 
 
-def test_the_headers_have_much_to_compare_with() -> None:
+def test_headers_have_enough_definitions() -> None:
     assert len(MASKS) > 100
     assert len(STRUCTURES) >= 10
     assert len(ADDRESSES) > 10
@@ -77,9 +77,7 @@ def test_the_headers_have_much_to_compare_with() -> None:
 @pytest.mark.parametrize(
     ("register", "name", "mask"), MASKS, ids=[f"{one[0].name}_{one[1]}" for one in MASKS]
 )
-def test_a_mask_of_the_firmwares_headers_lies_in_the_field_of_its_name(
-    register: PeripheralRegister, name: str, mask: int
-) -> None:
+def test_header_masks_equal_declared_fields(register: PeripheralRegister, name: str, mask: int) -> None:
     """``CR2_STOP`` is the field, ``CFGR_SWS_Pos`` its lowest bit, ``PLLCFGR_PLLSRC_HSE`` a value in it."""
     if name == "RESET":
         assert register.reset == mask
@@ -100,7 +98,7 @@ def test_a_mask_of_the_firmwares_headers_lies_in_the_field_of_its_name(
 
 
 @pytest.mark.parametrize(("members", "kind"), STRUCTURES, ids=[kind for _, kind in STRUCTURES])
-def test_registers_are_where_a_structure_of_the_firmwares_headers_has_them(members: str, kind: str) -> None:
+def test_header_structures_equal_register_offsets(members: str, kind: str) -> None:
     sizes = {"uint8_t": 1, "uint32_t": 4}
     offset, seen = 0, 0
     base = {"DMA_Stream": 0x10, "SysTick": 0x10, "NVIC": 0x100, "SCB": 0xD00}.get(kind, 0)
@@ -119,7 +117,7 @@ def test_registers_are_where_a_structure_of_the_firmwares_headers_has_them(membe
 
 
 @pytest.mark.parametrize(("name", "address"), [one for one in ADDRESSES if one[0] in memory_map.ADDRESSES])
-def test_a_block_is_where_the_firmwares_headers_have_it(name: str, address: str) -> None:
+def test_block_address_equals_the_header(name: str, address: str) -> None:
     assert memory_map.ADDRESSES[name][0] == int(address, 0)
 
 
@@ -127,7 +125,7 @@ def test_a_block_is_where_the_firmwares_headers_have_it(name: str, address: str)
 
 
 @blocks
-def test_registers_are_words_with_names_of_their_own(name: str) -> None:
+def test_registers_are_aligned_and_uniquely_named(name: str) -> None:
     block = DECLARED[name]
     offsets = [one.offset for one in block.registers]
 
@@ -137,7 +135,7 @@ def test_registers_are_words_with_names_of_their_own(name: str) -> None:
 
 
 @blocks
-def test_fields_lie_inside_the_word_and_do_not_overlap(name: str) -> None:
+def test_fields_do_not_overlap_within_the_word(name: str) -> None:
     for one in DECLARED[name].registers:
         used = 0
         for field in one.fields():
@@ -148,7 +146,7 @@ def test_fields_lie_inside_the_word_and_do_not_overlap(name: str) -> None:
 
 
 @blocks
-def test_everything_has_a_meaning(name: str) -> None:
+def test_registers_and_fields_have_descriptions(name: str) -> None:
     block = DECLARED[name]
 
     assert block.title
@@ -167,7 +165,7 @@ def made(name: str) -> Peripheral:
 
 
 @blocks
-def test_a_block_has_the_declared_values_after_reset_and_the_declared_names(name: str) -> None:
+def test_reset_values_and_names_equal_the_declaration(name: str) -> None:
     """But for IDR, which shows the pins' levels, and SSR, which runs."""
     block = made(name)
     registers = [one for one in DECLARED[name].registers if one.name not in {"IDR", "SSR"}]
@@ -199,7 +197,7 @@ def passes(block: Peripheral, duration_ps: int) -> None:
 @blocks
 @settings(max_examples=20, phases=[Phase.generate])
 @given(data=st.data())
-def test_a_debugger_sees_what_firmware_reads_and_changes_nothing(name: str, data: st.DataObject) -> None:
+def test_debugger_peek_equals_firmware_read(name: str, data: st.DataObject) -> None:
     block, registers = made(name), DECLARED[name].registers
     offsets = st.sampled_from([one.offset for one in registers])
     values = st.sampled_from([0, 1, WORD]) | st.integers(0, WORD)
@@ -216,7 +214,7 @@ def test_a_debugger_sees_what_firmware_reads_and_changes_nothing(name: str, data
 
 
 @blocks
-def test_fields_that_are_modelled_are_not_noted_as_if_they_were_not(name: str) -> None:
+def test_modelled_fields_are_not_noted(name: str) -> None:
     """``fcu registers`` says which are. SPE alone is a slave, which is not modelled; a master is."""
     block = made(name)
     trace = block._chip.trace if isinstance(block, NativePeripheral) else block.soc.trace
@@ -251,7 +249,7 @@ def fcu(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
 
 
-def test_fcu_prints_a_blocks_registers_with_addresses_and_fields() -> None:
+def test_registers_command_prints_addresses_and_fields() -> None:
     done = fcu("registers", "tim9")
 
     assert done.returncode == 0
@@ -260,11 +258,11 @@ def test_fcu_prints_a_blocks_registers_with_addresses_and_fields() -> None:
     assert "BDTR" not in done.stdout
 
 
-def test_the_cores_blocks_have_their_addresses_too() -> None:
+def test_registers_command_prints_core_addresses() -> None:
     assert "\n0xE000ED28 rc_w1 0x00000000 CFSR: " in fcu("registers", "SCB").stdout
 
 
-def test_an_unknown_name_gets_one_line_with_what_there_is() -> None:
+def test_registers_command_refuses_unknown_name() -> None:
     done = fcu("registers", "TIM6")
 
     assert done.returncode == 2

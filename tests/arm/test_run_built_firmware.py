@@ -63,7 +63,7 @@ def printed(firmware: str | Path, seconds: float = 1.2, wiring: str | None = Non
     return bytes(board.terminal.read())
 
 
-def test_the_first_block_on_the_desk_is_the_slides_text_byte_for_byte() -> None:
+def test_first_desk_block_equals_the_slides() -> None:
     done = fcu("run", "solution", "--scenario", "desk", "--duration", "1.2s", "--speed", "max")
     first_block = (GOLDEN / "desk.txt").read_bytes()[: len(done.stdout)]
     assert b"Altitude: " in done.stdout
@@ -72,7 +72,7 @@ def test_the_first_block_on_the_desk_is_the_slides_text_byte_for_byte() -> None:
     assert done.returncode == 4  # cut off before the scenario's end: not judged
 
 
-def test_elf_hex_and_bin_of_the_same_program_do_the_same(tmp_path: Path) -> None:
+def test_elf_hex_and_bin_print_the_same(tmp_path: Path) -> None:
     contents = flash_contents()
     (tmp_path / "lab3.bin").write_bytes(contents)
     (tmp_path / "lab3.hex").write_text(as_intel_hex(contents), encoding="ascii")
@@ -82,7 +82,7 @@ def test_elf_hex_and_bin_of_the_same_program_do_the_same(tmp_path: Path) -> None
     assert printed(str(tmp_path / "lab3.hex")) == text
 
 
-def test_the_wiring_follows_the_firmware_where_its_symbols_say_it() -> None:
+def test_wiring_follows_the_firmware_symbols() -> None:
     board = Board(firmware=prebuilt("template", "SPI2"))
     assert board.booted.wiring.name == "fcu001v1"
     assert "hspi2" in board.booted.reason
@@ -90,7 +90,7 @@ def test_the_wiring_follows_the_firmware_where_its_symbols_say_it() -> None:
 
 
 @pytest.mark.parametrize("bus", ["I2C2", "SPI2"])
-def test_firmware_with_handles_of_both_buses_gets_the_wiring_it_uses(tmp_path: Path, bus: str) -> None:
+def test_firmware_with_both_handles_gets_used_wiring(tmp_path: Path, bus: str) -> None:
     """One handle more, under a name of the same length, in the table of names."""
     other = b"\0hi2c2\0" if bus == "SPI2" else b"\0hspi2\0"
     (tmp_path / "both.elf").write_bytes(prebuilt("solution", bus).read_bytes().replace(b"\0pitch\0", other))
@@ -100,7 +100,7 @@ def test_firmware_with_handles_of_both_buses_gets_the_wiring_it_uses(tmp_path: P
     assert Board(firmware=tmp_path / "both.elf", wiring="lab3").booted.wiring.name == "lab3"
 
 
-def test_a_file_without_symbols_gets_the_wiring_it_uses(tmp_path: Path, words: Words) -> None:
+def test_file_without_symbols_gets_used_wiring(tmp_path: Path, words: Words) -> None:
     (tmp_path / "lab3.bin").write_bytes(flash_contents(bus="SPI2"))
     board = Board(firmware=tmp_path / "lab3.bin")
     assert board.booted.wiring.name == "fcu001v1"
@@ -110,7 +110,7 @@ def test_a_file_without_symbols_gets_the_wiring_it_uses(tmp_path: Path, words: W
     assert b"LAB3 Init" in board.terminal.read()
 
 
-def test_a_file_without_symbols_runs_on_the_usual_wiring(tmp_path: Path) -> None:
+def test_file_without_symbols_runs_on_default_wiring(tmp_path: Path) -> None:
     (tmp_path / "lab3.bin").write_bytes(flash_contents())
     board = Board(firmware=tmp_path / "lab3.bin")
     assert (board.booted.wiring.name, board.booted.reason) == ("lab3", "")
@@ -145,7 +145,7 @@ interrupt:
 
 
 @pytest.mark.parametrize("source", [STORES, FAULTS])
-def test_the_trial_of_firmware_that_only_keeps_a_machine_busy_ends_early(tmp_path: Path, source: str) -> None:
+def test_wiring_trial_of_busy_firmware_ends_early(tmp_path: Path, source: str) -> None:
     """After so many accesses or faults, not after a time that depends on the machine."""
 
     class Tried(Board):
@@ -165,7 +165,7 @@ def test_a_named_program_is_there_for_both_wirings() -> None:
     assert printed("template-arm", wiring="fcu001v1") == printed("template-arm", wiring="lab3")
 
 
-def test_the_command_line_says_which_wiring_it_chose_and_why(words: Words) -> None:
+def test_command_prints_chosen_wiring_and_reason(words: Words) -> None:
     file = str(prebuilt("template", "SPI2"))
     done = fcu("run", file, "--duration", "1.05s", "--speed", "max")
     assert f"board fcu001v1, firmware {file}" in done.stderr.decode()
@@ -173,14 +173,14 @@ def test_the_command_line_says_which_wiring_it_chose_and_why(words: Words) -> No
     assert b"LSM6DSL MEMS Accelerometer initialized" in done.stdout
 
 
-def test_settings_for_the_python_firmware_are_not_dropped_in_silence(tmp_path: Path, words: Words) -> None:
+def test_python_settings_for_built_firmware_are_warned_of(tmp_path: Path, words: Words) -> None:
     text = 'schema = 1\nquestion = "?"\nduration = "50ms"\n[firmware_settings]\nmu = 0.1\n'
     (tmp_path / "own.toml").write_text(text, encoding="utf-8")
     done = fcu("run", "solution", "--scenario", str(tmp_path / "own.toml"))
     words("run", next(line for line in done.stderr.decode().splitlines() if "[firmware_settings]" in line))
 
 
-def test_a_misspelt_variable_says_what_is_near() -> None:
+def test_misspelt_variable_suggests_a_near_name() -> None:
     with pytest.raises(KeyError, match=r"'pich'.*'pitch'"):
         Board("solution").variable("pich")
 
@@ -195,7 +195,7 @@ def test_variables_are_read_by_their_c_names() -> None:
 
 
 @pytest.mark.parametrize("name", ["solutoin", "missing.elf", "somewhere/lab3.hex"])
-def test_what_is_neither_a_name_nor_a_file_is_refused_in_one_line(name: str) -> None:
+def test_unknown_firmware_is_refused_in_one_line(name: str) -> None:
     with pytest.raises(InputError) as refused:
         Board(firmware=name)
     assert name in str(refused.value)
@@ -219,7 +219,7 @@ def test_the_unique_id_differs_from_board_to_board() -> None:
     assert unique_id(first) == unique_id(Board(firmware="template-arm", seed=1))
 
 
-def test_any_slicing_of_a_run_gives_the_same_bytes_at_the_same_time() -> None:
+def test_slicing_does_not_change_output() -> None:
     whole, sliced = (Board(firmware="solution", seed=3) for _ in range(2))
     whole.run_for(1.06)
     for step_ps in (1, 7_000_000_003, 490_000_000_000, 123_456_789, 562_876_543_207):
@@ -229,21 +229,21 @@ def test_any_slicing_of_a_run_gives_the_same_bytes_at_the_same_time() -> None:
     assert list(sliced.trace) == list(whole.trace)
 
 
-def test_firmware_files_are_refused_with_the_errors_of_this_package(tmp_path: Path) -> None:
+def test_invalid_firmware_file_raises_fcu_error(tmp_path: Path) -> None:
     (tmp_path / "text.elf").write_text("hello, I am a text\n")
     with pytest.raises(FcuError, match=r"text\.elf"):
         Board(firmware=tmp_path / "text.elf")
 
 
 @pytest.mark.parametrize("scenario", ["led_x", "led_y", "flat"])
-def test_leds_that_flash_while_pins_are_set_up_fail_no_scenario(scenario: str) -> None:
+def test_led_flash_during_pin_setup_fails_no_scenario(scenario: str) -> None:
     """On the board, too, an LED is lit from its pin's becoming an output until it is switched off."""
     board = Board(firmware="solution", scenario=scenario)
     board.run_for(0.15)
     assert not [finding for finding in check(board) if finding.kind == "led"]
 
 
-def test_a_reset_is_no_reason_to_blame_the_firmware_for_its_clocks() -> None:
+def test_reset_causes_no_clock_note() -> None:
     board = Board(firmware="solution")
     board.run_for(0.2)
     assert board.chip is not None

@@ -31,9 +31,7 @@ def run(program: str, *arguments: str) -> tuple[int, str]:
     ("program", "named"),
     [("wrong_address", "0x6B"), ("null_pointer", "NULL"), ("stack_overflow", "HardFault")],
 )
-def test_a_firmware_that_cannot_go_on_is_explained_and_ends_with_3(
-    program: str, named: str, words: Words
-) -> None:
+def test_stuck_firmware_is_explained_and_exits_3(program: str, named: str, words: Words) -> None:
     code, text = run(program, "--duration", "100ms")
     assert code == 3
     summary = next(line for line in text.splitlines() if named in line)
@@ -42,7 +40,7 @@ def test_a_firmware_that_cannot_go_on_is_explained_and_ends_with_3(
     words("run", summary)
 
 
-def test_a_silent_firmware_is_explained_while_it_runs_and_named_again_at_the_end() -> None:
+def test_silent_firmware_is_explained_during_run_and_end() -> None:
     code, text = run("wrong_address", "--duration", "4s")
     lines = text.splitlines()
     told = [number for number, line in enumerate(lines) if "fcu: stuck in Error_Handler()" in line]
@@ -53,7 +51,7 @@ def test_a_silent_firmware_is_explained_while_it_runs_and_named_again_at_the_end
     assert text.count("callers (") == 1
 
 
-def test_a_firmware_that_goes_on_badly_is_explained_and_keeps_its_exit_code() -> None:
+def test_slow_firmware_is_explained_and_keeps_exit_code() -> None:
     code, text = run("slow_callback", "--duration", "300ms")
     assert code == 0
     assert "main() never runs" in text
@@ -67,7 +65,7 @@ def test_a_limit_ends_the_run_in_one_line(limit: str, words: Words) -> None:
 
 
 @pytest.mark.parametrize("limit", ["instructions", "instructions=-1", "memory=7", "wall_s=soon"])
-def test_a_limit_that_cannot_be_is_refused(limit: str) -> None:
+def test_impossible_limit_is_refused(limit: str) -> None:
     code, text = run("unshifted_address", "--limit", limit)
     assert code == 2
     assert text.count("\n") == 1

@@ -39,7 +39,7 @@ def register(result: Result, number: int) -> int:
 
 
 @pytest.mark.parametrize(("bus", "wiring", "calls"), [("I2C2", "lab3", 24), ("SPI2", "fcu001v1", 24)])
-def test_the_solution_does_the_same_with_all_waiting_executed(bus: str, wiring: str, calls: int) -> None:
+def test_skipping_does_not_change_the_solution(bus: str, wiring: str, calls: int) -> None:
     """Boot and some callbacks: text, transfers and their times, LEDs, registers, RAM, instructions."""
     results = []
     for skip in (True, False):
@@ -53,7 +53,7 @@ def test_the_solution_does_the_same_with_all_waiting_executed(bus: str, wiring: 
 
 
 @pytest.mark.parametrize("source", [I2C_BY_INTERRUPT, I2C_BY_DMA], ids=["interrupts", "dma"])
-def test_transfers_without_polling_are_the_same_too(tmp_path: Path, source: str) -> None:
+def test_skipping_does_not_change_interrupt_transfers(tmp_path: Path, source: str) -> None:
     """RM0368 18.3.3, 18.3.7; the main program waits for a variable that a handler sets."""
     results = []
     for skip in (True, False):
@@ -91,7 +91,7 @@ def test_a_polled_pin_is_seen_at_its_lap(tmp_path: Path, source: str, *, skip: b
         assert register(result, 4) > 10_000 / lap_us
 
 
-def test_a_long_wait_for_a_pin_is_skipped_though_each_lap_writes_to_a_port(tmp_path: Path) -> None:
+def test_pin_wait_with_port_writes_is_skipped(tmp_path: Path) -> None:
     """Writes that leave a port as it is do not end the wait; an edge is shown at the lap it comes in."""
     results, skipped = [], []
     for skip in (True, False):
@@ -118,7 +118,7 @@ def test_a_loop_that_changes_only_memory_is_executed(tmp_path: Path, *, skip: bo
 
 
 @pytest.mark.parametrize("skip", [True, False])
-def test_a_polled_port_that_loses_its_clock_reads_as_zero(tmp_path: Path, *, skip: bool) -> None:
+def test_polled_port_without_clock_reads_zero(tmp_path: Path, *, skip: bool) -> None:
     """RM0368 6.3.9: what was read from memory a moment ago is the block's again."""
     chip = Chip(file(tmp_path, LOSES_THE_CLOCK), skip=skip)
     chip.board.gpio.drive("A", 0, 1)
@@ -131,7 +131,7 @@ def test_a_polled_port_that_loses_its_clock_reads_as_zero(tmp_path: Path, *, ski
 
 
 @pytest.mark.parametrize("skip", [True, False])
-def test_parts_of_registers_that_are_polled_are_read_as_at_first(tmp_path: Path, *, skip: bool) -> None:
+def test_polled_register_parts_read_correctly(tmp_path: Path, *, skip: bool) -> None:
     """Reset values of MODER and OSPEEDR, RM0368 8.4.1 and 8.4.3."""
     chip = Chip(file(tmp_path, READS_PARTS), skip=skip)
     chip.run_until_ps(10 * PS_PER_MS)

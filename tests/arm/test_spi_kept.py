@@ -113,9 +113,7 @@ def carry_out(spi: StSpi, step: tuple[object, ...]) -> object:
 
 @settings(max_examples=60, deadline=None)
 @given(st.lists(steps, max_size=25), st.booleans(), st.booleans())
-def test_kept_bytes_are_those_of_each_byte_s_time(
-    steps: list[tuple[object, ...]], detailed: bool, runs: bool
-) -> None:
+def test_kept_bytes_have_their_time(steps: list[tuple[object, ...]], detailed: bool, runs: bool) -> None:
     kept, live = measuring(keeps=True), measuring(keeps=False)
     for spi in (kept, live):
         if detailed:
@@ -132,7 +130,7 @@ def test_kept_bytes_are_those_of_each_byte_s_time(
         assert bytes(one.registers.mem) == bytes(other.registers.mem), one.NAME
 
 
-def test_between_two_samples_nobody_is_asked() -> None:
+def test_kept_bytes_need_no_calls_between_samples() -> None:
     """Data-ready is cleared and each word read once; from then on the chip has the bytes alone."""
     spi = measuring(keeps=True)
     spi.bench.wait(25 * PS_PER_MS)
@@ -152,7 +150,7 @@ def test_between_two_samples_nobody_is_asked() -> None:
                 assert read_all() == seen
 
 
-def test_nor_where_each_byte_needs_a_message() -> None:
+def test_single_byte_messages_need_no_calls() -> None:
     """ST's driver of the LPS22HB clears IF_ADD_INC. The pressure is held from first to last byte."""
     spi = measuring(keeps=True)
     spi.write(LPS22HB, 0x11, 0x00)
@@ -171,7 +169,7 @@ def test_nor_where_each_byte_needs_a_message() -> None:
         assert read_pressure() == seen
 
 
-def test_messages_of_both_kinds_are_kept_for_diagnosis_in_their_order() -> None:
+def test_recent_messages_of_both_kinds_are_ordered() -> None:
     spi = measuring(keeps=True)
     bench = spi.bench
     for n in range(3):
@@ -190,7 +188,7 @@ def test_messages_of_both_kinds_are_kept_for_diagnosis_in_their_order() -> None:
     assert times[-1][1] <= bench.clock.now_ps
 
 
-def test_a_message_longer_than_what_the_chip_keeps_goes_on() -> None:
+def test_message_beyond_kept_bytes_continues() -> None:
     """Registers that only hold a value, read round and round: 128 sub-addresses, 300 bytes."""
     kept, live = measuring(keeps=True), measuring(keeps=False)
     assert kept.read(LIS2MDL, 0x45, 300) == live.read(LIS2MDL, 0x45, 300)
@@ -198,7 +196,7 @@ def test_a_message_longer_than_what_the_chip_keeps_goes_on() -> None:
     assert len(transfer.read) == 300
 
 
-def test_bytes_that_nobody_hears_are_kept_for_diagnosis() -> None:
+def test_unheard_bytes_are_kept_for_diagnosis() -> None:
     spi = measuring(keeps=True)
     for value in range(10):
         spi._send(value)
@@ -206,7 +204,7 @@ def test_bytes_that_nobody_hears_are_kept_for_diagnosis() -> None:
     assert [value for _, value in spi.bench.spi_bus.unheard] == list(range(2, 10))
 
 
-def test_a_part_is_only_kept_bytes_of_as_the_host_listens() -> None:
+def test_kept_bytes_follow_the_wire_mode() -> None:
     """In full duplex the host listens on MISO: a part on three wires is not heard there."""
     spi = measuring(keeps=True)
     bench = spi.bench
@@ -225,7 +223,7 @@ def test_a_part_is_only_kept_bytes_of_as_the_host_listens() -> None:
     assert spi.read(LIS2MDL, 0x4F) == b"\x40"
 
 
-def test_two_parts_selected_at_once_are_read_as_the_and_of_both() -> None:
+def test_two_selected_parts_are_read_as_and() -> None:
     """Both have WHO_AM_I at 0x0F: 0x6A and 0xB1."""
     spi = measuring(keeps=True)
     for first, second in ((LSM6DSL, LPS22HB), (LPS22HB, LSM6DSL)):

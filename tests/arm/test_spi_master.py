@@ -91,7 +91,7 @@ def three_wire(bench: CommBench) -> StSpi:
     return spi
 
 
-def test_the_parts_say_who_they_are() -> None:
+def test_part_identities_are_read() -> None:
     spi = three_wire(CommBench())
     assert spi.read(LSM6DSL, 0x0F) == b"\x6a"
     assert spi.read(LIS2MDL, 0x4F) == b"\x40"
@@ -127,7 +127,7 @@ def test_three_wire_bytes_are_the_parts_own(
     assert seen == target.read(count, 3, 3)
 
 
-def test_a_byte_takes_eight_periods_of_2_625_mhz() -> None:
+def test_byte_takes_eight_clock_periods() -> None:
     """ST's firmware: 42 MHz / 16. BSY and RXNE show it; firmware that polls needs no event."""
     bench = CommBench()
     spi = three_wire(bench)
@@ -149,7 +149,7 @@ def test_a_byte_takes_eight_periods_of_2_625_mhz() -> None:
     assert spi.read(LIS2MDL, 0x4F) == b"\x40"
 
 
-def test_a_message_is_recorded_from_edge_to_edge_of_its_chip_select() -> None:
+def test_message_is_recorded_between_chip_select_edges() -> None:
     bench = CommBench()
     spi = three_wire(bench)
     bench.trace.record_all()
@@ -162,7 +162,7 @@ def test_a_message_is_recorded_from_edge_to_edge_of_its_chip_select() -> None:
     assert 2 * BYTE_PS < event.end_ps - start_ps < 3 * BYTE_PS
 
 
-def test_one_pulse_of_spe_is_one_byte_however_long_it_is() -> None:
+def test_spe_pulse_sends_one_byte() -> None:
     bench = CommBench()
     spi = three_wire(bench)
     put(bench, LIS2MDL, 0)
@@ -179,7 +179,7 @@ def test_one_pulse_of_spe_is_one_byte_however_long_it_is() -> None:
         assert not bench.read(bench.spi2, SR) & (RXNE | OVR)
 
 
-def test_with_spe_held_each_read_of_dr_starts_the_next_byte() -> None:
+def test_dr_read_with_spe_starts_next_byte() -> None:
     bench = CommBench()
     spi = three_wire(bench)
     spi.write(LIS2MDL, 0x45, 1, 2, 3, 4)
@@ -217,7 +217,7 @@ def exchange(bench: CommBench, data: bytes) -> bytes:
     return bytes(received)
 
 
-def test_full_duplex_reads_what_the_board_s_master_reads() -> None:
+def test_full_duplex_equals_the_board_master() -> None:
     bench = CommBench()
     four_wire(bench)
     put(bench, LIS2MDL, 0)
@@ -230,7 +230,7 @@ def test_full_duplex_reads_what_the_board_s_master_reads() -> None:
     assert exchange(bench, b"\xc5\0\0\0")[1:] == b"\x11\x22\x33"
 
 
-def test_a_received_frame_that_is_not_read_is_an_overrun() -> None:
+def test_unread_frame_is_an_overrun() -> None:
     """20.3.10: the frame that comes later is lost; DR, then SR clears OVR."""
     bench = CommBench()
     four_wire(bench)
@@ -245,7 +245,7 @@ def test_a_received_frame_that_is_not_read_is_an_overrun() -> None:
     assert bench.read(bench.spi2, SR) & (RXNE | OVR) == 0
 
 
-def test_sixteen_bits_are_two_bytes_the_upper_one_first() -> None:
+def test_sixteen_bit_frame_sends_upper_byte_first() -> None:
     bench = CommBench()
     four_wire(bench, DFF)
     put(bench, LIS2MDL, 0)
@@ -267,7 +267,7 @@ def test_lsb_first_turns_every_byte_round() -> None:
 
 
 @pytest.mark.parametrize("mode", [1, 2])
-def test_a_part_does_not_understand_modes_1_and_2(mode: int) -> None:
+def test_part_ignores_clock_modes_1_and_2(mode: int) -> None:
     bench = CommBench()
     four_wire(bench)
     bench.write(bench.spi2, CR1, 0)
@@ -320,7 +320,7 @@ def test_dma_moves_a_message_both_ways() -> None:
 # -- what goes wrong ------------------------------------------------------------------------------------
 
 
-def test_two_chip_selects_low_at_once_are_told() -> None:
+def test_two_low_chip_selects_are_noted() -> None:
     bench = CommBench()
     spi = three_wire(bench)
     put(bench, LSM6DSL, 0)
@@ -330,7 +330,7 @@ def test_two_chip_selects_low_at_once_are_told() -> None:
     )
 
 
-def test_a_chip_select_that_rises_too_early_cuts_the_byte_off() -> None:
+def test_early_chip_select_cuts_the_byte() -> None:
     """Firmware that does not wait for BSY."""
     bench = CommBench()
     spi = three_wire(bench)
@@ -342,7 +342,7 @@ def test_a_chip_select_that_rises_too_early_cuts_the_byte_off() -> None:
     assert spi.read(LIS2MDL, 0x45) == b"\0"
 
 
-def test_a_byte_that_has_ended_before_the_edge_is_the_part_s_even_if_nobody_looked() -> None:
+def test_completed_byte_is_kept_without_polling() -> None:
     """Firmware that waits by counting instead of by BSY: only time passes between DR and the edge."""
     bench = CommBench()
     spi = three_wire(bench)
@@ -355,7 +355,7 @@ def test_a_byte_that_has_ended_before_the_edge_is_the_part_s_even_if_nobody_look
     assert spi.read(LIS2MDL, 0x45) == b"\x77"
 
 
-def test_a_master_whose_nss_is_low_has_a_mode_fault() -> None:
+def test_master_with_low_nss_has_mode_fault() -> None:
     """20.3.10: MODF clears SPE and MSTR; it is cleared by SR, then a write of CR1."""
     bench = CommBench()
     bench.write(bench.spi2, CR1, SSM | MSTR | SPE)
@@ -374,7 +374,7 @@ def test_a_master_whose_nss_is_low_has_a_mode_fault() -> None:
         (MSTR | SPE | 3 << 3, "not modelled: NSS as input"),
     ],
 )
-def test_what_is_not_there_or_too_fast_is_told(value: int, words: str) -> None:
+def test_unmodelled_or_too_fast_setting_is_noted(value: int, words: str) -> None:
     bench = CommBench()
     bench.write(bench.spi2, CR1, value)
     assert any(words in text for text in bench.notes())
@@ -388,7 +388,7 @@ def test_nss_as_an_output_is_not_noted() -> None:
     assert bench.notes() == []
 
 
-def test_a_frame_written_over_one_that_waits_is_noted() -> None:
+def test_overwritten_frame_in_dr_is_noted() -> None:
     bench = CommBench()
     bench.write(bench.spi2, CR1, SSM | SSI | MSTR | SPE | 3 << 3)
     for value in (0, 1):  # the first is shifted out, the second waits
@@ -398,14 +398,14 @@ def test_a_frame_written_over_one_that_waits_is_noted() -> None:
     assert bench.notes() == ["forbidden: DR written while TXE was 0: the frame that waited there is lost"]
 
 
-def test_pins_that_were_not_switched_leave_everybody_deaf() -> None:
+def test_pins_without_alternate_function_are_unconnected() -> None:
     bench = CommBench()
     bench.chip.fcu.set_alternate("B", 15, None)
     assert three_wire(bench).read(LIS2MDL, 0x4F) == b"\xff"
     assert any(text.startswith("forbidden: ") and "PB15 to AF5" in text for text in bench.notes())
 
 
-def test_an_absent_bluenrg_answers_nothing_and_keeps_its_interrupt_low() -> None:
+def test_absent_bluenrg_keeps_its_interrupt_low() -> None:
     """ST's firmware must see a header other than 0x02, and PA4 low."""
     bench = CommBench()
     spi1 = bench.spi1

@@ -20,7 +20,7 @@ from fcu_emulator.emulator.grading.rubric import load_rubric
 from tests.integration.test_cli import fcu
 from tests.support.arm import student_programs
 from tests.support.arm.graded_programs import staged
-from tests.support.arm.student_programs import OPTIMISATIONS, Program, build, said, without_numbers
+from tests.support.arm.student_programs import OPTIMISATIONS, Program, build, explanations, without_numbers
 from tests.support.arm.vendor_programs import file
 
 MISTAKES = student_programs.programs("mistakes.toml")
@@ -64,9 +64,9 @@ def both_ways(names: Iterable[str]) -> list[tuple[str, str]]:
 
 @needs_compiler
 @pytest.mark.parametrize(("name", "optimisation"), both_ways(MISTAKES))
-def test_a_mistake_is_explained_in_the_words_of_the_page(name: str, optimisation: str, folder: Path) -> None:
+def test_mistake_is_explained_as_on_the_page(name: str, optimisation: str, folder: Path) -> None:
     program = MISTAKES[name]
-    words = "\n".join(said(program, build(program, optimisation, folder)))
+    words = "\n".join(explanations(program, build(program, optimisation, folder)))
 
     assert without_numbers(words) == without_numbers(expected(program, optimisation))
 
@@ -74,20 +74,16 @@ def test_a_mistake_is_explained_in_the_words_of_the_page(name: str, optimisation
 @needs_compiler
 @pytest.mark.parametrize(("name", "scenario"), scenarios_for(list(VARIANTS)))
 @pytest.mark.parametrize("optimisation", OPTIMISATIONS if ALL else OPTIMISATIONS[1:])
-def test_nothing_is_said_about_another_way_to_do_the_lab_rightly(
-    name: str, optimisation: str, scenario: str, folder: Path
-) -> None:
+def test_correct_variant_is_not_reported(name: str, optimisation: str, scenario: str, folder: Path) -> None:
     program = VARIANTS[name]
 
-    assert said(program, build(program, optimisation, folder), LONGEST_S, scenario) == []
+    assert explanations(program, build(program, optimisation, folder), LONGEST_S, scenario) == []
 
 
 @pytest.mark.parametrize(
     ("name", "scenario"), scenarios_for(["solution", "template-arm", "lab3", "template", *VENDOR])
 )
-def test_nothing_is_said_about_the_shipped_programs_and_those_in_the_makers_style(
-    name: str, scenario: str
-) -> None:
+def test_shipped_and_vendor_programs_are_not_reported(name: str, scenario: str) -> None:
     firmware = file(name) if name in VENDOR else name
     board = Board(firmware, wiring="fcu001v1" if name == "flight" else None, scenario=scenario)
     recorder = TruthRecorder(board)
@@ -99,7 +95,7 @@ def test_nothing_is_said_about_the_shipped_programs_and_those_in_the_makers_styl
 @needs_compiler
 @pytest.mark.parametrize("done", [3, 4, 5] if ALL else [3])
 @pytest.mark.parametrize("run", ["heading", "sensors", "stairs", "steep_x", "steep_y", "tilt"])
-def test_a_done_exercise_has_no_wrong_numbers(run: str, done: int, folder: Path) -> None:
+def test_done_exercise_has_no_wrong_numbers(run: str, done: int, folder: Path) -> None:
     """The rubric's motions, on which the block's lines are printed at different attitudes."""
     scenario = load_rubric("lab3").scenario(run, 0)
     board = Board(str(staged(done, folder)), scenario=scenario, seed=0)
@@ -109,7 +105,7 @@ def test_a_done_exercise_has_no_wrong_numbers(run: str, done: int, folder: Path)
     assert [str(one) for one in explain(board, recorder) if one.kind == "numbers"] == []
 
 
-def test_the_page_shows_at_least_thirty_mistakes_and_no_other() -> None:
+def test_page_shows_all_mistakes() -> None:
     shown = {name.removesuffix("_O0") for name in student_programs.examples()}
 
     assert shown == set(MISTAKES)
@@ -119,7 +115,7 @@ def test_the_page_shows_at_least_thirty_mistakes_and_no_other() -> None:
 
 
 @needs_compiler
-def test_a_replay_finds_no_difference_in_a_right_solution_in_double(folder: Path) -> None:
+def test_replay_accepts_solution_in_double(folder: Path) -> None:
     """Each angle computed at each sample, in double throughout, where the lab's firmware keeps floats."""
     every_sample = [change for change in VARIANTS["double"].change if "eCompass" not in change.old]
     program = replace(VARIANTS["double"], change=tuple(every_sample))

@@ -34,7 +34,7 @@ from tests.support.words import Words
 # functions
 
 
-def test_an_address_is_found_in_its_function_with_its_offset() -> None:
+def test_address_is_found_in_function_with_offset() -> None:
     program = loaded(*debug_sections())
 
     assert program.function_at(MAIN) == ("main", MAIN, 0x10, 0)
@@ -47,7 +47,7 @@ def test_an_address_outside_of_every_function_has_none(address: int) -> None:
     assert loaded(*debug_sections()).function_at(address) is None
 
 
-def test_a_function_without_a_size_reaches_to_the_next_one() -> None:
+def test_function_without_size_reaches_the_next() -> None:
     """Hand-written assembly often has no .size; the last one reaches to the end of flash."""
     program = named(("first", RESET | 1, 0, GLOBAL_FUNC), ("last", MAIN | 1, 0, GLOBAL_FUNC))
 
@@ -56,7 +56,7 @@ def test_a_function_without_a_size_reaches_to_the_next_one() -> None:
     assert program.function_at(0x0804_0000) is None
 
 
-def test_of_several_names_the_one_that_is_no_weak_alias_counts() -> None:
+def test_weak_alias_is_not_chosen() -> None:
     """ST's start-up files: Default_Handler is a label with a size, the handlers are its weak aliases."""
     program = named(
         ("ADC_IRQHandler", RESET | 1, 2, WEAK_FUNC),
@@ -70,7 +70,7 @@ def test_of_several_names_the_one_that_is_no_weak_alias_counts() -> None:
     assert program.function_at(MAIN).name == "main"
 
 
-def test_a_clone_that_the_compiler_has_made_is_shown_by_its_name_in_the_source() -> None:
+def test_compiler_clone_has_its_source_name() -> None:
     """GCC: constant propagation, removed parameters, cold parts, link-time optimisation."""
     for suffix in (".constprop.0", ".isra.0.part.1", ".cold", ".lto_priv.2"):
         program = named(("helper" + suffix, MAIN | 1, 4, STATIC_FUNC))
@@ -79,7 +79,7 @@ def test_a_clone_that_the_compiler_has_made_is_shown_by_its_name_in_the_source()
         assert program.address_of("helper") == MAIN
 
 
-def test_mapping_symbols_are_no_names() -> None:
+def test_mapping_symbols_are_not_names() -> None:
     """IHI 0044, "Mapping symbols": $t and $d mark code and data."""
     assert named(("$t", RESET, 4, STATIC_FUNC)).function_at(RESET) is None
 
@@ -97,7 +97,7 @@ def test_both_versions_of_debug_information_say_the_same(version: int) -> None:
     assert program.notes == []
 
 
-def test_a_variable_is_found_by_any_of_its_bytes() -> None:
+def test_variable_is_found_by_any_byte() -> None:
     program = loaded(*debug_sections())
 
     assert [program.object_at(ACC + offset).name for offset in (0, 7)] == ["acc", "acc"]
@@ -113,12 +113,12 @@ def test_a_structure_is_an_object_with_its_members() -> None:
         _ = acc.Y
 
 
-def test_a_numbered_static_is_found_by_its_name_in_the_source() -> None:
+def test_numbered_static_is_found_by_source_name() -> None:
     assert loaded(*debug_sections()).read_variable("count", memory) == (1, -2, 3)
     assert loaded(*debug_sections()).address_of("count") == COUNT
 
 
-def test_a_static_name_in_several_places_is_refused_naming_the_files() -> None:
+def test_ambiguous_static_is_refused_with_files() -> None:
     program = named(
         ("a.c", 0, 0, FILE),
         ("lit.0", ACC, 4, STATIC_OBJECT),
@@ -130,13 +130,13 @@ def test_a_static_name_in_several_places_is_refused_naming_the_files() -> None:
         program.address_of("lit")
 
 
-def test_a_global_name_hides_statics_of_the_same_name() -> None:
+def test_global_name_hides_statics() -> None:
     program = named(("lit", COUNT, 4, STATIC_OBJECT), ("lit", ACC, 4, GLOBAL_OBJECT))
 
     assert program.address_of("lit") == ACC
 
 
-def test_what_is_no_variable_is_a_key_error(words: Words) -> None:
+def test_non_variable_is_a_key_error(words: Words) -> None:
     program = loaded(*debug_sections())
 
     with pytest.raises(KeyError, match="'nothing'"):
@@ -146,7 +146,7 @@ def test_what_is_no_variable_is_a_key_error(words: Words) -> None:
     words("firmware_file", caught.value.args[0])
 
 
-def test_a_variable_compiled_without_debug_information_has_an_address_only(words: Words) -> None:
+def test_variable_without_debug_information_has_only_address(words: Words) -> None:
     program = named(("acc", ACC, 8, GLOBAL_OBJECT))
 
     assert program.address_of("acc") == ACC
@@ -166,7 +166,7 @@ def test_a_variable_outside_the_memories_is_not_read() -> None:
 # lines by hand
 
 
-def test_a_line_holds_up_to_the_next_row_and_the_sequences_end() -> None:
+def test_line_reaches_next_row_or_sequence_end() -> None:
     """Rows: line 3 at the first byte, line 4 from byte 4 on, end behind byte 20 (elf_builder)."""
     program = loaded(*debug_sections())
 

@@ -77,7 +77,7 @@ FOREVER = b"\xff" * 9 + b"\x0f"  # 2**64 - 1
         b"\x01\x01\x0e\x01\xff\xff\xff\xff",
     ],
 )
-def test_endless_tables_of_files_are_given_up_at_once(names: bytes, words: Words) -> None:
+def test_endless_file_table_is_refused_at_once(names: bytes, words: Words) -> None:
     program = replaced(".debug_line", line_program(END_SEQUENCE, names, 5))
 
     assert program.line_at(RESET) is None
@@ -98,9 +98,7 @@ def test_endless_tables_of_files_are_given_up_at_once(names: bytes, words: Words
         (".debug_abbrev", contents(".debug_abbrev").replace(b"\x03\x08", b"\x03\x7f")),  # form 0x7F
     ],
 )
-def test_damaged_debug_information_is_noted_and_costs_nothing_else(
-    name: str, data: bytes, words: Words
-) -> None:
+def test_damaged_debug_information_is_noted(name: str, data: bytes, words: Words) -> None:
     program = replaced(name, data)
 
     assert program.function_at(MAIN).name == "main"
@@ -165,7 +163,7 @@ def test_impossible_types_have_no_value(info: bytes, words: Words) -> None:
     words("firmware_file", caught.value.args[0])
 
 
-def test_types_nested_without_end_are_given_up(words: Words) -> None:
+def test_endlessly_nested_types_are_refused(words: Words) -> None:
     """A thousand aliases, each of the next: no C program has them, and Python's stack has an end."""
     chain = b"".join(b"\x08\0" + struct.pack("<I", 13 + 6 * (number + 1)) for number in range(1000))
     info = unit(
@@ -177,14 +175,14 @@ def test_types_nested_without_end_are_given_up(words: Words) -> None:
     words("firmware_file", caught.value.args[0])
 
 
-def test_a_string_table_without_end_gives_a_name_cut_short() -> None:
+def test_endless_string_table_cuts_the_name() -> None:
     table, strings = symbols(("a" * 100_000, MAIN | 1, 4, GLOBAL_FUNC))
     program = loaded(table, strings._replace(data=strings.data[:-1]))
 
     assert program.function_at(MAIN).name == "a" * 256
 
 
-def test_more_symbols_than_the_flash_could_hold_are_not_read(words: Words) -> None:
+def test_too_many_symbols_are_not_read(words: Words) -> None:
     table, strings = symbols(("main", MAIN | 1, 4, GLOBAL_FUNC))
     program = loaded(table._replace(data=table.data * 140_000), strings)
 
@@ -193,7 +191,7 @@ def test_more_symbols_than_the_flash_could_hold_are_not_read(words: Words) -> No
     words("firmware_file", note)
 
 
-def test_names_cannot_steer_the_terminal() -> None:
+def test_names_have_no_control_characters() -> None:
     program = named(("\x1b[2Jma\nin", MAIN | 1, 4, GLOBAL_FUNC))
 
     assert program.function_at(MAIN).name == "?[2Jma?in"
@@ -209,9 +207,7 @@ def test_a_symbol_table_without_strings_is_noted(link: int, words: Words) -> Non
     words("firmware_file", program.notes[0])
 
 
-def test_entries_that_share_one_huge_abbreviation_run_out_of_budget(
-    monkeypatch: pytest.MonkeyPatch, words: Words
-) -> None:
+def test_huge_shared_abbreviation_exceeds_the_budget(monkeypatch: pytest.MonkeyPatch, words: Words) -> None:
     """Three thousand attributes that take no bytes, in each of ten thousand entries of one byte."""
     monkeypatch.setattr(Budget, "LIMIT", 100_000)
     attributes = b"\x02\x19" * 3_000

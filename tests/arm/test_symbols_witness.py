@@ -26,14 +26,14 @@ def solution() -> Symbols:
 
 
 @cache
-def witness() -> ELFFile:
+def elf_file() -> ELFFile:
     return ELFFile(BytesIO(SOLUTION.read_bytes()))
 
 
-def test_every_function_is_found_at_its_first_and_last_byte() -> None:
+def test_function_is_found_at_first_and_last_byte() -> None:
     functions = [
         (symbol.name, symbol["st_value"] & ~1, symbol["st_size"])
-        for symbol in witness().get_section_by_name(".symtab").iter_symbols()
+        for symbol in elf_file().get_section_by_name(".symtab").iter_symbols()
         if symbol["st_info"]["type"] == "STT_FUNC" and symbol["st_size"]
     ]
     aliases: dict[int, set[str]] = {}
@@ -62,7 +62,7 @@ def test_every_row_of_every_line_program_is_found() -> None:
 def _rows() -> list[tuple[int, tuple[str, int]]]:
     """(address, (file, line)) by pyelftools: of the rows at one address the last one holds."""
     rows: dict[int, tuple[str, int]] = {}
-    dwarf = witness().get_dwarf_info()
+    dwarf = elf_file().get_dwarf_info()
     for compilation in dwarf.iter_CUs():
         program = dwarf.line_program_for_CU(compilation)
         sequence: list[tuple[int, str, int]] = []
@@ -91,7 +91,7 @@ def test_variables_of_the_solution_have_the_labs_types() -> None:
         assert f"{values[name]:f}" == "977.400024"
 
 
-def test_reading_a_variable_again_and_again_costs_no_more_work() -> None:
+def test_repeated_variable_read_costs_no_work() -> None:
     """A scenario may poll one a million times; the budget is for the file, not for the run."""
     program = loaded(*debug_sections())
     program.read_variable("acc", memory)

@@ -46,13 +46,13 @@ def test_no_two_blocks_overlap(blocks: SystemPeripherals) -> None:
     assert len({name for *_, name in places}) == len(places)
 
 
-def test_every_register_has_a_name_and_its_reset_value(blocks: SystemPeripherals) -> None:
+def test_every_register_has_name_and_reset_value(blocks: SystemPeripherals) -> None:
     for block in blocks:
         missing = [hex(offset) for offset in block.registers if offset not in block.NAMES]
         assert (block.name, missing) == (block.name, [])
 
 
-def test_a_reset_gives_every_block_its_first_state_back(blocks: SystemPeripherals) -> None:
+def test_reset_restores_every_block(blocks: SystemPeripherals) -> None:
     """But for what outlives it: the RTC, and RCC's reset flags, which RMVF clears for good."""
     before = {block.name: dict(block.registers) for block in blocks}
     for block in blocks:
@@ -65,7 +65,7 @@ def test_a_reset_gives_every_block_its_first_state_back(blocks: SystemPeripheral
 
 
 @pytest.mark.parametrize("name", NOT_MODELLED)
-def test_a_block_that_is_not_modelled_says_so_once(chip: Chip, blocks: SystemPeripherals, name: str) -> None:
+def test_unmodelled_block_is_noted_once(chip: Chip, blocks: SystemPeripherals, name: str) -> None:
     block = next(one for one in blocks.named if one.name == name)
     assert [block.read(0), block.read(4)] == [0, 0]
     block.write(0, 1)
@@ -82,9 +82,7 @@ def test_the_latency_reads_back_after_a_byte_write(blocks: SystemPeripherals) ->
     assert blocks.flash.read(ACR) == 0x702
 
 
-def test_too_few_wait_states_are_told_when_they_last(
-    chip: Chip, blocks: SystemPeripherals, words: Words
-) -> None:
+def test_lasting_lack_of_wait_states_is_noted(chip: Chip, blocks: SystemPeripherals, words: Words) -> None:
     """RM0368 table 5: 84 MHz needs 2 wait states at 2.7 to 3.6 V."""
     blocks.pwr.write(0, 0)
     rcc = blocks.rcc
@@ -123,7 +121,7 @@ def test_a_wrong_key_locks_until_reset(blocks: SystemPeripherals) -> None:
     assert not flash.read(CR) >> 31
 
 
-def test_an_erase_is_told_and_fails_visibly(chip: Chip, blocks: SystemPeripherals, words: Words) -> None:
+def test_flash_erase_is_noted_and_fails(chip: Chip, blocks: SystemPeripherals, words: Words) -> None:
     flash = blocks.flash
     for key in KEYS:
         flash.write(KEYR, key)
@@ -142,7 +140,7 @@ def test_an_erase_is_told_and_fails_visibly(chip: Chip, blocks: SystemPeripheral
 # -- power, CRC, identity -----------------------------------------------------------------------------------
 
 
-def test_power_control(chip: Chip, blocks: SystemPeripherals) -> None:
+def test_power_control_flags_and_low_power_note(chip: Chip, blocks: SystemPeripherals) -> None:
     """RM0368 5.4.1: CWUF and CSBF read 0; VOSRDY is set; low-power modes are told."""
     blocks.pwr.write(0, 0x8100 | 0xC)
     assert blocks.pwr.read(0) == 0x8100
@@ -171,7 +169,7 @@ def test_crc_reset_and_its_byte_of_storage(blocks: SystemPeripherals) -> None:
     assert (blocks.crc.read(0x00), blocks.crc.read(0x04)) == (0xFFFF_FFFF, 0xAB)
 
 
-def test_identity() -> None:
+def test_device_and_unique_id_equal_the_manual() -> None:
     """RM0368 23.6.1: STM32F401xB/C is device 0x423; section 24: flash size in KiB at 0x1FFF7A22."""
     assert SystemPeripherals(Chip().soc).dbgmcu.read(0) & 0xFFF == 0x423
     memory = system_memory(7)
@@ -243,7 +241,7 @@ def test_the_rtc_is_protected(chip: Chip, blocks: SystemPeripherals) -> None:
     assert [what for what, _ in chip.notes()] == ["refused"] * 3
 
 
-def test_a_backup_reset_clears_what_a_system_reset_keeps(chip: Chip, blocks: SystemPeripherals) -> None:
+def test_backup_reset_clears_the_backup_registers(chip: Chip, blocks: SystemPeripherals) -> None:
     start_rtc(chip, blocks, 0x12_0000, 0x24_6228)
     blocks.rtc.write(BKP0R, 42)
     blocks.rtc.reset()

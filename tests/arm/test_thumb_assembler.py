@@ -104,7 +104,7 @@ ENCODINGS = [  # with "back" two instructions before, and "ahead" behind the sec
 
 
 @pytest.mark.parametrize(("text", "encoding"), ENCODINGS)
-def test_an_instruction_is_encoded_as_by_the_gnu_assembler(text: str, encoding: str) -> None:
+def test_encoding_equals_the_gnu_assembler(text: str, encoding: str) -> None:
     code, _ = assemble(f"back: nop\n nop\n {text}\n nop\n nop\nahead: nop", 0)
 
     assert code[4:-6].hex() == encoding

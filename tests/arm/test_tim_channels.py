@@ -51,7 +51,7 @@ def motors(chip: NativeChip, **registers: int) -> Timer:
     return timer(chip, "TIM4", **settings, EGR=1, CR1=1)
 
 
-def test_the_motors_pwm(chip: NativeChip) -> None:
+def test_motor_pwm_has_st_frequency_and_duty(chip: NativeChip) -> None:
     """ST's firmware: 84 MHz / 85 / 2000 = 494.118 Hz, duty CCR / 2000."""
     tim = motors(chip, CCR2=500)
     pwm = tim.pwm(2)
@@ -81,7 +81,9 @@ def test_a_preloaded_duty_waits_for_the_next_cycle(chip: NativeChip) -> None:
         (0x40, 1, 1, 0, 0.0),  # forced inactive
     ],
 )
-def test_modes(chip: NativeChip, ccmr1: int, ccer: int, cr1: int, ccr: int, share: float) -> None:
+def test_pwm_modes_and_polarity_determine_duty(
+    chip: NativeChip, ccmr1: int, ccer: int, cr1: int, ccr: int, share: float
+) -> None:
     """RM0368 12.3.7, 12.3.9."""
     tim = timer(chip, "TIM3", ARR=99, CCMR1=ccmr1, CCER=ccer, CCR1=ccr, CR1=cr1)
     assert tim.pwm(1) == Pwm(840_000.0, pytest.approx(share))
@@ -143,13 +145,13 @@ def test_a_receivers_pulse_is_measured(chip: NativeChip) -> None:
     assert widths == [6000, 12_000]
 
 
-def test_a_pin_that_is_not_switched_to_the_timer_is_not_captured(chip: NativeChip) -> None:
+def test_unconnected_pin_is_not_captured(chip: NativeChip) -> None:
     tim = timer(chip, "TIM2", CCMR1=1, CCER=1, CR1=1)
     chip.gpio.drive("A", 0, 1)
     assert tim.read(SR) == 0
 
 
-def test_a_second_capture_before_the_first_was_read_is_flagged(chip: NativeChip) -> None:
+def test_second_capture_before_read_is_flagged(chip: NativeChip) -> None:
     """RM0368 12.3.6: CCxOF."""
     tim = timer(chip, "TIM2", CCMR1=1, CCER=0xB, CR1=1)
     port = chip["GPIOA"]
@@ -160,7 +162,7 @@ def test_a_second_capture_before_the_first_was_read_is_flagged(chip: NativeChip)
     assert tim.read(SR) == CC1IF | CC1OF
 
 
-def test_a_neighbours_pin_and_the_prescaler(chip: NativeChip) -> None:
+def test_channel_captures_neighbour_input_with_prescaler(chip: NativeChip) -> None:
     """CC2S = 2: channel 2 captures TI1; IC2PSC = 1: every second edge."""
     tim = timer(chip, "TIM2", CCMR1=0x0600, CCER=0xB0, CR1=1)
     port = chip["GPIOA"]

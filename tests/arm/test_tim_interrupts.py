@@ -96,7 +96,7 @@ def test_a_handler_that_never_comes_costs_no_events() -> None:
     assert tick.tim.lost == 8400
 
 
-def test_ticks_are_not_lost_while_the_interrupt_is_off() -> None:
+def test_ticks_are_not_lost_while_interrupt_disabled() -> None:
     tick = Tick()
     tick.tim.write(DIER, 0)
     tick.chip.run_to(10 * PS_PER_MS)
@@ -104,7 +104,7 @@ def test_ticks_are_not_lost_while_the_interrupt_is_off() -> None:
     assert (tick.tim.ticks, tick.tim.lost) == (1, 0)
 
 
-def test_a_free_running_timer_schedules_nothing_and_still_counts() -> None:
+def test_free_running_timer_counts_without_events() -> None:
     tick = Tick(start=False)
     tim2 = tick.chip.timer("TIM2")
     tim2.write(PSC, 20)
@@ -115,7 +115,7 @@ def test_a_free_running_timer_schedules_nothing_and_still_counts() -> None:
     assert tim2.read(CNT) == 4_000_000
 
 
-def test_a_poll_of_the_flag_can_be_skipped_to_its_time() -> None:
+def test_flag_poll_can_be_skipped() -> None:
     tick = Tick(start=False)
     for offset, value in ((ARR, 1249), (PSC, 83), (EGR, UG), (SR, 0), (CR1, 1)):
         tick.tim.write(offset, value)
@@ -212,7 +212,7 @@ def test_reset_stops_and_lowers_the_interrupt() -> None:
     assert tick.chip.next_ps == NEVER_PS
 
 
-def test_slave_mode_is_told() -> None:
+def test_timer_slave_mode_is_noted() -> None:
     tick = Tick(start=False)
     tick.chip.timer("TIM3").write(SMCR, 0)
     assert tick.chip.notes() == []
@@ -229,7 +229,7 @@ def test_registers_a_timer_does_not_have_read_zero() -> None:
     assert (tim10.read(0x38), tim10.read(CR1)) == (0, 0)
 
 
-def test_a_clock_of_0_hz_stops_the_count_until_it_is_back() -> None:
+def test_stopped_clock_pauses_the_count() -> None:
     """RCC may be left with a PLL that makes no clock: nothing counts, and nothing is divided by 0."""
     tick = Tick()
     tick.handle()
@@ -243,7 +243,7 @@ def test_a_clock_of_0_hz_stops_the_count_until_it_is_back() -> None:
     assert tick.chip.irq.rises[-1] == (PS_PER_S + 1250 * PS_PER_US, TIM9_IRQ)
 
 
-def test_bursts_and_compare_requests_are_told() -> None:
+def test_dma_bursts_and_compare_requests_are_noted() -> None:
     tick = Tick(start=False)
     tim3 = tick.chip.timer("TIM3")
     for offset, value in ((DIER, 1 << 9), (0x48, 1), (0x4C, 1), (0x4C, 2)):

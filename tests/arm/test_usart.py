@@ -86,7 +86,7 @@ def test_a_polled_transmit_delivers_every_byte_in_order(data: bytes, delays: lis
     assert bench.text == data.decode("latin-1")
 
 
-def test_frames_follow_one_another_without_a_gap_and_without_drift() -> None:
+def test_frames_follow_without_gap_or_drift() -> None:
     bench = started()
     bench.trace.record_all()
     transmit(bench, bytes(100))
@@ -123,7 +123,7 @@ def test_tc_is_cleared_by_writing_zero_to_it() -> None:
     transmit(bench, b"x")
 
 
-def test_tc_stays_where_sr_was_not_read_before_dr_was_written() -> None:
+def test_tc_stays_without_sr_read_before_dr() -> None:
     """19.6.1: the sequence that clears it is a read of SR, then a write of DR."""
     bench = started()
     bench.write(bench.usart1, DR, 0x41)
@@ -163,7 +163,7 @@ def test_an_interrupt_driven_transmit(data: bytes) -> None:
     assert not bench.irq.level(USART1_IRQ)
 
 
-def test_the_transmit_interrupts_come_exactly_when_the_flags_do() -> None:
+def test_transmit_interrupts_come_with_the_flags() -> None:
     bench = started()
     send(bench, 1)
     start_ps = bench.clock.now_ps
@@ -205,14 +205,14 @@ def test_a_transmit_by_dma() -> None:
     ("brr", "cr1", "ticks"),
     [(0x2D9, 0, 729), (0x222E, 0, 0x222E), (0x5B1, OVER8, 0x5B * 8 + 1)],
 )
-def test_the_rate_is_brr_s(brr: int, cr1: int, ticks: int) -> None:
+def test_baud_rate_follows_brr(brr: int, cr1: int, ticks: int) -> None:
     """19.3.4: with OVER8 the fraction has three bits and a bit is eighths of USARTDIV."""
     bench = started(brr=brr, cr1=cr1)
     assert frame_ps(bench) == 10 * ticks * PS_PER_S // 84_000_000
     assert any("garbage" in text for text in bench.notes()) is (ticks == 0x222E)
 
 
-def test_a_rate_changed_between_two_texts_acts_on_the_second() -> None:
+def test_rate_change_applies_to_the_second_text() -> None:
     bench = started()
     bench.trace.record_all()
     transmit(bench, b"ab")
@@ -224,7 +224,7 @@ def test_a_rate_changed_between_two_texts_acts_on_the_second() -> None:
     assert "forbidden: 57613 baud; a terminal at 115200 baud would show garbage" in bench.notes()
 
 
-def test_the_clock_of_the_block_counts() -> None:
+def test_baud_rate_follows_the_peripheral_clock() -> None:
     """A firmware whose PLL never started runs from HSI at 16 MHz, with a BRR for 84."""
     bench = started()
     bench.clocks.set(pclk2_hz=16_000_000)
@@ -238,14 +238,14 @@ def test_two_stop_bits_are_longer_and_not_8n1() -> None:
     assert any("forbidden: frames are not 8N1" in text for text in bench.notes())
 
 
-def test_no_rate_at_all_never_sends() -> None:
+def test_zero_baud_rate_never_sends() -> None:
     bench = started(brr=0)
     send(bench, 1)
     bench.wait(PS_PER_S)
     assert not bench.read(bench.usart1, SR) & TC
 
 
-def test_without_a_kernel_clock_nothing_is_sent_and_nothing_divided_by_zero() -> None:
+def test_missing_kernel_clock_sends_nothing() -> None:
     bench = started()
     bench.clocks.set(pclk2_hz=0)
     send(bench, 1)
@@ -265,7 +265,7 @@ def test_a_long_text_without_a_pause_arrives_whole() -> None:
 # -- what firmware forgets ------------------------------------------------------------------------------
 
 
-def test_a_byte_written_before_the_transmitter_is_on_waits_for_it() -> None:
+def test_byte_written_before_te_waits() -> None:
     bench = Bench()
     bench.write(bench.usart1, BRR, 0x2D9)
     bench.write(bench.usart1, DR, 0x41)
@@ -286,7 +286,7 @@ def test_writing_without_waiting_loses_the_byte_that_waited() -> None:
     assert any("forbidden: DR written while TXE was 0" in text for text in bench.notes())
 
 
-def test_a_pin_that_was_not_switched_sends_to_nobody() -> None:
+def test_unconnected_pin_sends_nothing() -> None:
     bench = started()
     bench.chip.fcu.set_alternate("A", 9, None)
     transmit(bench, b"unheard")
@@ -311,7 +311,7 @@ def test_typed_bytes_are_received_polled() -> None:
     assert not bench.read(bench.usart1, SR) & (RXNE | ORE)
 
 
-def test_a_debugger_sees_an_unread_byte_and_leaves_it() -> None:
+def test_debugger_peek_keeps_the_unread_byte() -> None:
     bench = started()
     for value in b"a\0\xff":
         bench.uart.type(bytes((value,)))
@@ -324,7 +324,7 @@ def test_a_debugger_sees_an_unread_byte_and_leaves_it() -> None:
         assert bench.usart1.peek(DR) == value
 
 
-def test_an_unread_byte_keeps_its_place_and_the_next_is_lost() -> None:
+def test_unread_byte_is_kept_and_next_lost() -> None:
     """19.3.3, overrun: DR keeps the old byte; ORE is cleared by SR, then DR."""
     bench = started()
     bench.uart.type(b"xyz")
@@ -335,7 +335,7 @@ def test_an_unread_byte_keeps_its_place_and_the_next_is_lost() -> None:
     assert bench.uart.rx_lost == 2
 
 
-def test_a_write_of_zero_to_rxne_drops_the_byte_and_clears_nothing_else() -> None:
+def test_rxne_write_of_zero_drops_only_the_byte() -> None:
     """19.6.1: rc_w0; ORE and IDLE are read-only."""
     bench = started()
     bench.uart.type(b"xy")
@@ -358,7 +358,7 @@ def test_a_receiver_that_is_off_hears_nothing() -> None:
     assert not bench.read(bench.usart1, SR) & (RXNE | ORE)
 
 
-def test_what_is_typed_before_the_rate_is_set_is_lost_and_the_rest_received() -> None:
+def test_bytes_before_the_rate_is_set_are_lost() -> None:
     """The terminal sends at its own rate, whatever the chip does."""
     bench = Bench()
     bench.uart.type(b"early")

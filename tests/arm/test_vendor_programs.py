@@ -37,7 +37,7 @@ def rebuilt(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @needs_compiler
 @pytest.mark.parametrize("name", PROGRAMS)
-def test_the_kept_file_is_what_the_sources_give(name: str, rebuilt: Path) -> None:
+def test_kept_file_equals_a_fresh_build(name: str, rebuilt: Path) -> None:
     built, kept = rebuilt / f"{name}.elf", file(name)
     if compiler_of(built) != compiler_of(kept):
         pytest.skip(f"another compiler: {compiler_of(built)}, not {compiler_of(kept)}")
@@ -65,7 +65,7 @@ def test_the_sensors_are_read_in_every_way(way: str) -> None:
 
 
 @pytest.mark.parametrize(("way", "back"), [("it", "HELLO, BOARD"), ("dma", "draoB ,olleH")])
-def test_what_is_typed_comes_back(way: str, back: str) -> None:
+def test_typed_text_is_echoed(way: str, back: str) -> None:
     one = board(f"uart_{way}")
     one.run_for(0.05)
     one.terminal.write("Hello, Board")
@@ -87,7 +87,7 @@ def test_the_flight_controller_keeps_its_motors_level() -> None:
     assert compare == {"TIM2": [800] * 4, "TIM4": [1000, 1100, 1200, 1300]}
 
 
-def test_all_blocks_compute_while_a_hundred_registers_are_waited_for() -> None:
+def test_all_blocks_compute_while_registers_are_polled() -> None:
     one = board("all_blocks")
     one.run_for(0.04)
 
@@ -105,7 +105,7 @@ def test_threads_read_compute_and_print() -> None:
     assert numbers("reads", lines[-1])[0] > 25
 
 
-def test_every_interrupt_comes_as_often_as_its_timer_says() -> None:
+def test_interrupts_come_at_timer_rate() -> None:
     """TIM10 every 737 us, TIM11 every 911 us, TIM4 ten flags in 998 us; bytes by DMA in each lap."""
     one = board("events")
     one.run_for(0.07)

@@ -51,7 +51,7 @@ def test_the_shortest_and_longest_time_out() -> None:
 
 
 @given(st.lists(st.integers(1, 511), min_size=1, max_size=20))
-def test_a_firmware_that_reloads_in_time_lives(waits_ms: list[int]) -> None:
+def test_reload_in_time_prevents_reset(waits_ms: list[int]) -> None:
     """512 ms with the reset values."""
     chip = Chip()
     dog = iwdg(chip)
@@ -65,7 +65,7 @@ def test_a_firmware_that_reloads_in_time_lives(waits_ms: list[int]) -> None:
     assert chip.resets == [(last_ps + 512 * PS_PER_MS, "IWDG")]
 
 
-def test_a_shorter_time_out_takes_effect_at_the_reload() -> None:
+def test_shorter_timeout_applies_at_reload() -> None:
     """ST's HAL starts the watchdog first and sets it up after."""
     chip = Chip()
     dog = iwdg(chip)
@@ -75,7 +75,7 @@ def test_a_shorter_time_out_takes_effect_at_the_reload() -> None:
     assert chip.resets == [(PS_PER_MS, "IWDG")]
 
 
-def test_a_watchdog_that_was_not_started_never_bites() -> None:
+def test_unstarted_watchdog_never_resets() -> None:
     chip = Chip()
     dog = iwdg(chip)
     dog.write(KR, RELOAD)
@@ -94,7 +94,7 @@ def test_settings_are_protected() -> None:
     assert [what for what, _ in chip.notes()] == ["refused", "refused"]
 
 
-def test_a_reset_stops_it() -> None:
+def test_reset_stops_the_watchdog() -> None:
     chip = Chip()
     dog = iwdg(chip)
     dog.write(KR, START)
@@ -105,7 +105,7 @@ def test_a_reset_stops_it() -> None:
 
 @pytest.mark.parametrize("divider", range(4))
 @pytest.mark.parametrize("counter", [0x40, 0x41, 0x7F])
-def test_the_window_watchdog_bites_after_0x40(divider: int, counter: int) -> None:
+def test_window_watchdog_resets_after_0x40(divider: int, counter: int) -> None:
     """RM0368 16.4: PCLK1 / 4096 / 2^WDGTB, T6 to 0."""
     chip = Chip()
     dog = wwdg(chip)
@@ -135,7 +135,7 @@ def test_the_early_wake_up_interrupt() -> None:
     assert chip.resets == []
 
 
-def test_the_early_wake_up_comes_again_after_its_flag_was_cleared() -> None:
+def test_early_wake_up_returns_after_flag_clear() -> None:
     """The handler may reload first and clear the flag after, or the other way round."""
     chip = Chip()
     dog = wwdg(chip)
@@ -163,7 +163,7 @@ def test_a_reload_before_the_window_resets() -> None:
     assert chip.resets == [(0, "WWDG")]
 
 
-def test_a_reload_inside_the_window_is_fine() -> None:
+def test_reload_inside_window_prevents_reset() -> None:
     chip = Chip()
     dog = wwdg(chip)
     dog.write(CFR, 0x50)
@@ -180,7 +180,7 @@ def test_a_counter_without_t6_resets_at_once() -> None:
     assert chip.resets == [(0, "WWDG")]
 
 
-def test_a_slower_bus_clock_makes_it_slower() -> None:
+def test_slower_bus_clock_slows_window_watchdog() -> None:
     chip = Chip()
     dog = wwdg(chip)
     dog.write(CR, WDGA | 0x7F)

@@ -75,12 +75,12 @@ def calls_for_an_access(name: str, folder: Path) -> float:
         *("unmapped: bit-band of a reserved block", "unaligned register", "bit-band: RAM"),
     ],
 )
-def test_an_address_without_register_is_asked_of_python_once(name: str, tmp_path: Path) -> None:
+def test_missing_register_calls_python_once(name: str, tmp_path: Path) -> None:
     assert calls_for_an_access(name, tmp_path) < 0.05
 
 
 @pytest.mark.parametrize("name", ["RCC: CR", "PWR", "FLASH", "ADC1", "CRC", "IWDG", "DBGMCU"])
-def test_a_polled_register_is_asked_of_python_once(name: str, tmp_path: Path) -> None:
+def test_polled_register_calls_python_once(name: str, tmp_path: Path) -> None:
     polled = f"{name} is read" if name == "RCC: CR" else f"{name}: read"
 
     assert calls_for_an_access(polled, tmp_path) < 0.05
@@ -100,7 +100,7 @@ def test_a_change_of_clocks_calls_few_functions(name: str, tmp_path: Path) -> No
     assert calls_for_an_access(name, tmp_path) < 35
 
 
-def test_edges_are_in_the_trace_when_it_is_read(tmp_path: Path) -> None:
+def test_edges_are_in_the_trace_when_read(tmp_path: Path) -> None:
     """The latest of them, in order; the others are counted."""
     board = board_with(PROGRAMS["GPIO: one output toggles by ODR"], tmp_path)
 
@@ -129,7 +129,7 @@ def test_edges_reach_a_subscriber_when_they_happen(tmp_path: Path) -> None:
     assert all(at_ps == now_ps for at_ps, now_ps in heard)
 
 
-def test_a_register_in_python_is_read_again_after_it_was_written(tmp_path: Path) -> None:
+def test_python_register_is_read_again_after_write(tmp_path: Path) -> None:
     """The latest value of PWR_CR, however often it was polled before."""
     source = "reset:\n" + put("RCC_APB1ENR", 1 << 28) + "mov32 r0, 0x40007000\nmov32 r4, RAM\n"
     for value in (0x100, 0x000, 0x110):
@@ -141,7 +141,7 @@ def test_a_register_in_python_is_read_again_after_it_was_written(tmp_path: Path)
     assert [word(board, RAM + 4 * n) & 0x1F0 for n in range(3)] == [0x100, 0x000, 0x110]
 
 
-def test_a_block_is_reported_without_clock_after_its_register_was_missed(tmp_path: Path) -> None:
+def test_block_without_clock_is_noted_after_missing_register(tmp_path: Path) -> None:
     """The same address is without register while CRC has a clock, and without clock later."""
     access = "mov32 r0, 0x40023080\n" + "ldr r1, [r0]\nstr r1, [r0]\n" * 3
     source = f"reset:\n{put('RCC_AHB1ENR', 1 << 12)}{access}{put('RCC_AHB1ENR', 0)}{access}b ."
@@ -182,7 +182,7 @@ def stopped(data: bytes, folder: Path, slice_s: float = 1.0, **limits: Any) -> t
         ("code in RAM rewrites itself", "instructions"),
     ],
 )
-def test_too_much_work_ends_a_run_and_names_the_cause(name: str, costliest: str, tmp_path: Path) -> None:
+def test_excessive_work_ends_a_run_with_cause(name: str, costliest: str, tmp_path: Path) -> None:
     error, board = stopped(PROGRAMS[name], tmp_path, work_per_s=LOW, resets_per_s=9_999)
 
     assert error.limit == "work_per_s"
@@ -193,7 +193,7 @@ def test_too_much_work_ends_a_run_and_names_the_cause(name: str, costliest: str,
     assert board.chip.core.work < LOW * (1 + board.now_s + 0.01) + ONE_RUN
 
 
-def test_work_ends_a_run_at_the_same_instruction_whatever_its_slices(tmp_path: Path) -> None:
+def test_work_limit_ends_at_the_same_instruction(tmp_path: Path) -> None:
     ends = set()
     for slice_s in (1.0, 0.01, 1.0):
         error, board = stopped(PROGRAMS["RCC: HPRE flips"], tmp_path, slice_s, work_per_s=LOW)
@@ -203,7 +203,7 @@ def test_work_ends_a_run_at_the_same_instruction_whatever_its_slices(tmp_path: P
     assert len(ends) == 1
 
 
-def test_a_run_beyond_its_work_continues_when_the_limit_is_raised(tmp_path: Path) -> None:
+def test_raised_work_limit_continues_the_run(tmp_path: Path) -> None:
     _, board = stopped(PROGRAMS["RCC: HPRE flips"], tmp_path, work_per_s=LOW)
     assert board.chip is not None
     with pytest.raises(LimitError):
@@ -217,7 +217,7 @@ def test_a_run_beyond_its_work_continues_when_the_limit_is_raised(tmp_path: Path
 
 
 @pytest.mark.parametrize("data", mixtures(12).values(), ids=mixtures(12).keys())
-def test_random_accesses_to_all_blocks_end_within_bounded_work(data: bytes, tmp_path: Path) -> None:
+def test_random_block_accesses_take_bounded_work(data: bytes, tmp_path: Path) -> None:
     board = board_with(data, tmp_path)
     assert board.chip is not None
     board.chip.limits = replace(Limits(), work_per_s=LOW, resets_per_s=9_999)
@@ -228,7 +228,7 @@ def test_random_accesses_to_all_blocks_end_within_bounded_work(data: bytes, tmp_
 
 
 @pytest.mark.parametrize("wiring", ["lab3", "fcu001v1"])
-def test_the_shipped_solution_takes_a_fraction_of_the_work(wiring: str) -> None:
+def test_solution_needs_a_fraction_of_the_work(wiring: str) -> None:
     board = Board(firmware="solution", wiring=wiring, scenario="desk")
 
     board.run_for(1.5)
@@ -237,7 +237,7 @@ def test_the_shipped_solution_takes_a_fraction_of_the_work(wiring: str) -> None:
     assert 20 * board.chip.core.work < WORK_PER_S * board.now_s
 
 
-def test_the_command_line_stops_at_a_limit_on_work(tmp_path: Path, words: Words) -> None:
+def test_command_stops_at_the_work_limit(tmp_path: Path, words: Words) -> None:
     file = tmp_path / "clocks.bin"
     file.write_bytes(PROGRAMS["RCC: HPRE flips"])
     command = [sys.executable, "-m", "fcu_emulator", "run", str(file), "--speed", "max"]
@@ -284,7 +284,7 @@ def verdict_of(name: str, folder: Path) -> Verdict:
 
 
 @pytest.mark.parametrize("name", ["RCC: HPRE flips", "unmapped: bus fault", "timers: interrupt storm"])
-def test_a_program_that_is_too_slow_is_judged_for_good(name: str, tmp_path: Path) -> None:
+def test_too_slow_program_gets_a_final_verdict(name: str, tmp_path: Path) -> None:
     """A verdict that counts: the store keeps it, and the next try would end at the same instruction."""
     verdict = verdict_of(name, tmp_path)
     (check,) = verdict.checks

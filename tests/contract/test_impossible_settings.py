@@ -32,14 +32,14 @@ def test_a_forbidden_setting_is_named_once(case: Case, words: Words) -> None:
 
 
 @pytest.mark.parametrize("case", CASES, ids=str)
-def test_what_comes_before_is_allowed(case: Case) -> None:
+def test_preceding_settings_are_allowed(case: Case) -> None:
     chip = Chip(case.part)
     chip.configure(case.before)
 
     assert forbidden(chip) == []
 
 
-def test_a_hub_cannot_read_more_than_its_outputs_hold(words: Words) -> None:
+def test_hub_reads_beyond_its_outputs_are_noted(words: Words) -> None:
     """AN5040 7.2: 18 bytes; 12 with the correction on, which needs the others (7.5)."""
     chip = Chip("LSM6DSL")
     chip.configure((BANK_A, (0x02, 0x3D), (0x04, 0x27), (0x05, 0x3D), (0x07, 0x07), (0x08, 0x3D), (0x0A, 7)))
@@ -50,7 +50,7 @@ def test_a_hub_cannot_read_more_than_its_outputs_hold(words: Words) -> None:
     words("sensors", note)
 
 
-def test_an_empty_fifo_is_not_to_be_read(words: Words) -> None:
+def test_empty_fifo_read_is_noted(words: Words) -> None:
     """AN5040 8."""
     chip = Chip("LSM6DSL")
     chip.configure((FIFO_BUS, XL_104, (0x08, 0x01), FIFO_ON))
@@ -61,7 +61,7 @@ def test_an_empty_fifo_is_not_to_be_read(words: Words) -> None:
     words("sensors", note)
 
 
-def test_boot_and_swreset_of_the_lps22hb_may_be_set_together() -> None:
+def test_lps22hb_boot_with_swreset_is_allowed() -> None:
     """Two drivers do it, the board's own among them, and work on the part."""
     chip = Chip("LPS22HB")
     chip.write(0x11, 0x94)

@@ -134,7 +134,7 @@ CHANGES = st.lists(st.tuples(st.integers(1, 20 * PS_PER_S), st.booleans()), min_
 
 @settings(max_examples=15)
 @given(MOMENTS)
-def test_in_the_labs_setting_it_does_not_matter_who_reads_when(moments: list[int]) -> None:
+def test_lab_samples_do_not_depend_on_reads(moments: list[int]) -> None:
     often = lab3()
     for t_ps in sorted(moments):
         often.t_ps = t_ps
@@ -146,7 +146,7 @@ def test_in_the_labs_setting_it_does_not_matter_who_reads_when(moments: list[int
 
 @settings(max_examples=15)
 @given(CHANGES)
-def test_nor_that_what_was_computed_ahead_is_dropped(changes: list[tuple[int, bool]]) -> None:
+def test_lab_samples_do_not_depend_on_recomputation(changes: list[tuple[int, bool]]) -> None:
     disturbed, left_alone = lab3(), lab3()
     for t_ps, told_when in sorted(changes):
         disturbed.t_ps = left_alone.t_ps = t_ps

@@ -147,7 +147,7 @@ def test_the_same_addresses_are_declared_and_listed(bank: tuple[str, str]) -> No
 
 
 @pytest.mark.parametrize("part", MULTI_BYTE)
-def test_each_table_speaks_of_every_address_once(part: str) -> None:
+def test_each_table_lists_every_address_once(part: str) -> None:
     """Otherwise a register forgotten by both transcriptions would pass."""
     addresses = [row.address for row in ROWS if (row.part, row.bank) == (part, "main")]
 
@@ -155,7 +155,7 @@ def test_each_table_speaks_of_every_address_once(part: str) -> None:
 
 
 @pytest.mark.parametrize("row", LISTED, ids=str)
-def test_byte_has_the_listed_name_access_reset_and_mask(row: Row) -> None:
+def test_byte_has_listed_name_access_reset_and_mask(row: Row) -> None:
     bank_map, register = MAPS[row.part, row.bank], row.register()
     given = RESET_OF_OUTPUTS.get((row.part, row.name), 0) if row.reset == "output" else int(row.reset, 16)
 
@@ -180,7 +180,7 @@ def test_byte_has_the_listed_fields(row: Row) -> None:
 
 
 @pytest.mark.parametrize("part", MULTI_BYTE)
-def test_only_the_blocks_listed_here_are_wider_than_a_byte(part: str) -> None:
+def test_only_listed_registers_are_wider_than_a_byte(part: str) -> None:
     wide = {
         register.__name__: (register.addr, register.size)
         for (owner, _), bank_map in MAPS.items()
@@ -192,7 +192,7 @@ def test_only_the_blocks_listed_here_are_wider_than_a_byte(part: str) -> None:
 
 
 @pytest.mark.parametrize("bank", DECLARED, ids="-".join)
-def test_registers_are_declared_in_the_order_of_the_datasheet(bank: tuple[str, str]) -> None:
+def test_registers_are_declared_in_datasheet_order(bank: tuple[str, str]) -> None:
     registers = MAPS[bank].registers
     declared = [value.addr for value in vars(DECLARED[bank]).values() if value in registers]
 
@@ -201,7 +201,7 @@ def test_registers_are_declared_in_the_order_of_the_datasheet(bank: tuple[str, s
 
 
 @pytest.mark.parametrize(("part", "bank", "register"), REGISTERS)
-def test_register_and_fields_say_what_they_are_for(part: str, bank: str, register: type[Register]) -> None:
+def test_registers_and_fields_have_descriptions(part: str, bank: str, register: type[Register]) -> None:
     """The register map that is printed for students is made of these texts."""
     assert register.__doc__
     assert "\n" not in register.__doc__

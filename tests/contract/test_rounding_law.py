@@ -51,7 +51,7 @@ def measuring(rounding: int, status: bool, bdu: bool) -> Chip:
     count=st.integers(1, 80),
     wait_ps=TIMES,
 )
-def test_a_burst_equals_the_same_bytes_one_at_a_time(
+def test_burst_equals_single_byte_reads(
     rounding: int,
     status: bool,
     bdu: bool,

@@ -40,7 +40,7 @@ def running(name: str) -> Chip:
     return chip
 
 
-def test_every_part_of_the_registry_is_described_for_these_tests() -> None:
+def test_every_part_has_facts_for_these_tests() -> None:
     assert set(FACTS) == set(PARTS)
     assert {channel.part for channel in CHANNELS} == set(PARTS)
 
@@ -52,7 +52,7 @@ def test_a_part_is_registered_under_its_own_name(name: str) -> None:
 
 
 @parts
-def test_who_am_i(name: str) -> None:
+def test_who_am_i_is_the_identity(name: str) -> None:
     address, identity = FACTS[name].who_am_i
     chip = Chip(name)
 
@@ -63,7 +63,7 @@ def test_who_am_i(name: str) -> None:
 
 
 @parts
-def test_after_power_up_every_address_reads_its_reset_value(name: str) -> None:
+def test_every_address_reads_reset_value_after_power_up(name: str) -> None:
     chip = Chip(name)
 
     assert bytes(chip.byte(address) for address in range(0x80)) == chip.part.registers.map.reset
@@ -71,7 +71,7 @@ def test_after_power_up_every_address_reads_its_reset_value(name: str) -> None:
 
 @parts
 @given(data=st.data())
-def test_soft_reset_restores_what_was_written(name: str, data: st.DataObject) -> None:
+def test_soft_reset_restores_written_registers(name: str, data: st.DataObject) -> None:
     facts, chip = FACTS[name], Chip(name)
     image, mask = chip.part.registers.map.reset, chip.part.registers.map.write_mask
     writable = [a for a in range(0x80) if mask[a] and chip.part.register_name(a) != "FUNC_CFG_ACCESS"]
@@ -124,7 +124,7 @@ def test_writes_change_writable_bits_only(name: str, writes: list[tuple[int, int
 
 @parts
 @given(data=st.data(), value=BYTES)
-def test_a_written_byte_reads_back_in_its_writable_bits(name: str, data: st.DataObject, value: int) -> None:
+def test_written_byte_reads_back_in_writable_bits(name: str, data: st.DataObject, value: int) -> None:
     chip = Chip(name)
     bank = chip.part.registers.map
     names = ("FUNC_CFG_ACCESS", "TIMESTAMP2_REG")  # the latter reads the counter
@@ -164,7 +164,7 @@ def test_reserved_addresses_read_0_and_nothing_sticks(name: str, data: st.DataOb
     count=st.integers(1, 200),
     wait_ps=TIMES,
 )
-def test_a_burst_equals_the_same_bytes_one_at_a_time(
+def test_burst_equals_single_byte_reads(
     name: str,
     earlier: list[tuple[int, int]],
     held: bool,
@@ -200,7 +200,7 @@ def test_a_burst_equals_the_same_bytes_one_at_a_time(
 
 @parts
 @given(start=ADDRESSES, values=st.binary(min_size=1, max_size=20))
-def test_a_burst_write_equals_the_same_bytes_one_at_a_time(name: str, start: int, values: bytes) -> None:
+def test_burst_write_equals_single_byte_writes(name: str, start: int, values: bytes) -> None:
     burst, bytewise = Chip(name), Chip(name)
 
     burst.write(start, *values)
@@ -227,7 +227,7 @@ def test_power_down_keeps_the_last_sample(channel: Channel) -> None:
 
 
 @pytest.mark.parametrize("name", [name for name in PARTS if FACTS[name].unmodelled])
-def test_touching_something_not_modelled_is_reported_by_name(name: str) -> None:
+def test_unmodelled_access_is_noted_by_name(name: str) -> None:
     unmodelled = FACTS[name].unmodelled
     assert unmodelled is not None
     address, value, what = unmodelled
@@ -241,7 +241,7 @@ def test_touching_something_not_modelled_is_reported_by_name(name: str) -> None:
 
 
 @parts
-def test_no_unmodelled_bit_can_be_set_in_silence(name: str) -> None:
+def test_setting_an_unmodelled_bit_is_noted(name: str) -> None:
     chip = Chip(name)
     for registers in chip.part.files():
         for address, mask in enumerate(registers.map.unmodelled):
@@ -252,7 +252,7 @@ def test_no_unmodelled_bit_can_be_set_in_silence(name: str) -> None:
 
 
 @parts
-def test_the_write_log_names_register_old_and_new_value(name: str) -> None:
+def test_write_log_has_register_old_and_new_value(name: str) -> None:
     chip = Chip(name)
     address, register = FACTS[name].plain
 
@@ -263,7 +263,7 @@ def test_the_write_log_names_register_old_and_new_value(name: str) -> None:
 
 
 @parts
-def test_a_usual_set_up_raises_no_note(name: str) -> None:
+def test_usual_setup_raises_no_note(name: str) -> None:
     """Of the lab's parts as its firmware leaves them on I2C."""
     chip = Chip(name)
     chip.configure(FACTS[name].usual)
@@ -272,6 +272,6 @@ def test_a_usual_set_up_raises_no_note(name: str) -> None:
 
 
 @parts
-def test_an_unknown_channel_has_no_range(name: str) -> None:
+def test_unknown_channel_has_no_range(name: str) -> None:
     with pytest.raises(KeyError):
         Chip(name).part.sample_range("wind_m_s")

@@ -28,7 +28,7 @@ WORLD = {
 
 
 @parts
-def test_a_part_is_built_from_the_signals_it_declares(part: type[Part]) -> None:
+def test_part_is_built_from_its_declared_signals(part: type[Part]) -> None:
     chip = part.build(WORLD, part.ERRORS.of_grade("worst", 3), 3, powered_on_ps=None)
 
     for quantity in part.SIGNALS:
@@ -39,7 +39,7 @@ def test_a_part_is_built_from_the_signals_it_declares(part: type[Part]) -> None:
 
 
 @parts
-def test_what_it_measures_is_read_where_a_register_can_be_read(part: type[Part]) -> None:
+def test_measured_quantities_have_readable_registers(part: type[Part]) -> None:
     for quantity in part.SIGNALS:
         first = quantity.output.address
         for address in range(first, first + quantity.output.size * quantity.axes):
@@ -49,7 +49,7 @@ def test_what_it_measures_is_read_where_a_register_can_be_read(part: type[Part])
 
 
 @pytest.mark.parametrize("channel", CHANNELS, ids=str)
-def test_outputs_are_where_the_datasheet_has_them(channel: Channel) -> None:
+def test_outputs_have_datasheet_addresses(channel: Channel) -> None:
     (quantity,) = (one for one in PARTS[channel.part].SIGNALS if one.name == channel.name)
     output = quantity.output
     assert (output.address, output.size, output.zero) == (channel.address, channel.width, channel.zero)
@@ -64,7 +64,7 @@ def test_a_missing_signal_is_named(part: type[Part]) -> None:
 
 
 @parts
-def test_every_deviation_says_what_it_is_and_who_says_so(part: type[Part]) -> None:
+def test_every_deviation_has_description_unit_and_source(part: type[Part]) -> None:
     assert part.ERRORS.PART == part.NAME
     for figure in part.ERRORS.figures().values():
         assert figure.doc
@@ -80,7 +80,7 @@ def test_the_addresses_are_the_datasheets() -> None:
 
 
 @parts
-def test_after_reset_a_part_talks_over_the_wires_it_declares(part: type[Part]) -> None:
+def test_part_uses_declared_wires_after_reset(part: type[Part]) -> None:
     chip = part.build(WORLD)
 
     assert part.BUS.spi_wires in (None, chip.spi_wires())
@@ -121,7 +121,7 @@ def i2c_read(target: SubaddressTarget, subaddress: int, counts: list[int]) -> by
 
 
 @given(ADDRESS, st.lists(COUNT, min_size=1, max_size=3))
-def test_over_i2c_a_read_goes_on_with_the_bit_and_stays_without(start: int, counts: list[int]) -> None:
+def test_i2c_read_increments_only_with_the_bit(start: int, counts: list[int]) -> None:
     """Across messages, too: the next read goes on from the sub-address left behind."""
     target = SubaddressTarget(Asking(), lambda: 0)
     counts = [count % 7 + 1 for count in counts]
@@ -135,7 +135,7 @@ def test_over_i2c_a_read_goes_on_with_the_bit_and_stays_without(start: int, coun
 
 
 @given(ADDRESS, COUNT)
-def test_over_spi_a_read_goes_on_with_the_bit_and_stays_without(start: int, count: int) -> None:
+def test_spi_read_increments_only_with_the_bit(start: int, count: int) -> None:
     target = SpiTarget(Asking(), lambda: 0)
     found = []
     for command in (READ | 0x40 | start, READ | start):
@@ -147,9 +147,7 @@ def test_over_spi_a_read_goes_on_with_the_bit_and_stays_without(start: int, coun
 
 
 @given(ADDRESS, st.binary(min_size=1, max_size=10))
-def test_a_write_without_the_bit_ends_with_its_last_byte_in_the_first_register(
-    start: int, data: bytes
-) -> None:
+def test_write_without_the_bit_stays_at_first_register(start: int, data: bytes) -> None:
     part = Asking()
     target = SubaddressTarget(part, lambda: 0)
     before = bytes(part.registers.mem)
@@ -167,7 +165,7 @@ def test_a_write_without_the_bit_ends_with_its_last_byte_in_the_first_register(
 
 
 @given(ADDRESS, st.booleans(), COUNT)
-def test_bytes_given_in_advance_are_those_of_single_reads(start: int, goes_on: bool, count: int) -> None:
+def test_prefetched_bytes_equal_single_reads(start: int, goes_on: bool, count: int) -> None:
     target, other = (SubaddressTarget(Asking(), lambda: 0) for _ in range(2))
     subaddress = start | goes_on << 7
 

@@ -44,7 +44,7 @@ def test_reading_often_or_rarely_gives_the_same_value(name: str, moments: list[t
 
 @channels
 @given(moments=st.lists(MOMENTS, min_size=1, max_size=20))
-def test_every_moment_has_its_value_whenever_else_is_read(channel: Channel, moments: list[int]) -> None:
+def test_sample_does_not_depend_on_other_reads(channel: Channel, moments: list[int]) -> None:
     everywhere = noisy(channel.part)
     for t_ps in sorted(moments):
         everywhere.t_ps = t_ps
@@ -55,7 +55,7 @@ def test_every_moment_has_its_value_whenever_else_is_read(channel: Channel, mome
 
 @parts
 @given(moments=st.lists(MOMENTS, max_size=20))
-def test_computing_ahead_anew_at_any_moment_changes_nothing(name: str, moments: list[int]) -> None:
+def test_recomputing_at_any_moment_changes_nothing(name: str, moments: list[int]) -> None:
     disturbed, left_alone = noisy(name), noisy(name)
 
     for t_ps in sorted(moments):

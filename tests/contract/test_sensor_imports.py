@@ -35,7 +35,7 @@ def test_importing_sensors_loads_numpy_at_most() -> None:
 
 
 @pytest.mark.parametrize("package", ["sensors", *(f"sensors.{name.lower()}" for name in sensors.PARTS)])
-def test_a_package_says_which_file_is_about_what(package: str) -> None:
+def test_package_docstring_lists_its_files(package: str) -> None:
     """Its docstring has a table: names of files, then what they are about."""
     folder = SENSORS.parent.joinpath(*package.split("."))
     text = sys.modules[f"fcu_emulator.{package}"].__doc__ or ""

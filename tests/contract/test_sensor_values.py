@@ -81,7 +81,7 @@ def test_the_range_and_the_lsb_are_the_datasheets(channel: Channel, writes: Writ
 
 @pytest.mark.parametrize(("channel", "writes", "lsb"), SCALES)
 @given(data=st.data())
-def test_a_value_is_read_back_within_half_an_lsb(
+def test_value_reads_back_within_half_an_lsb(
     channel: Channel, writes: Writes, lsb: float, data: st.DataObject
 ) -> None:
     chip = Chip(channel.part)
@@ -109,7 +109,7 @@ def test_a_value_out_of_range_saturates(channel: Channel, writes: Writes, lsb: f
 
 
 @channels
-def test_a_change_of_the_world_shows_at_the_next_sample(channel: Channel) -> None:
+def test_world_change_shows_at_the_next_sample(channel: Channel) -> None:
     chip = Chip(channel.part)
     before, after = (constant(*channel.value(channel.zero + n * channel.scales[0][1])) for n in (10, 20))
     chip.world.signals[channel.name] = before
@@ -171,9 +171,7 @@ def test_the_number_of_samples_in_ten_seconds(
 
 @pytest.mark.parametrize("channel", [channel for channel in CHANNELS if channel.ready], ids=str)
 @given(data=st.data())
-def test_data_ready_is_set_by_a_sample_and_cleared_by_any_high_byte(
-    channel: Channel, data: st.DataObject
-) -> None:
+def test_data_ready_clears_on_any_high_byte(channel: Channel, data: st.DataObject) -> None:
     """AN5040 4.3, AN5069 6.3; for the LPS22HB by the one high byte there is."""
     chip = started(channel)
     axis = data.draw(st.integers(0, channel.axes - 1))
@@ -224,7 +222,7 @@ def word(channel: Channel, axis: int) -> range:
 @pytest.mark.parametrize("channel", HELD, ids=str)
 @pytest.mark.parametrize("status_looked_at", [False, True])
 @given(data=st.data())
-def test_with_bdu_a_word_begun_is_finished_from_the_same_sample(
+def test_bdu_completes_a_word_from_one_sample(
     channel: Channel, status_looked_at: bool, data: st.DataObject
 ) -> None:
     """AN5040 4.4, AN5069 6.4, LPS22HB datasheet 9.5; afterwards the word shows the latest sample at once."""

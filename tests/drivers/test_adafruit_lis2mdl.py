@@ -44,21 +44,21 @@ def bench() -> Iterator[Bench]:
         yield Bench(board)
 
 
-def test_the_drivers_waits_are_virtual(bench: Bench) -> None:
+def test_driver_waits_in_virtual_time(bench: Bench) -> None:
     """0.1 s after the reset, 0.1 s after the reboot, 0.03 s at the end, and the transfers."""
     assert 0.23 < bench.board.now_s < 0.24
 
 
 @pytest.mark.parametrize("attitude", ATTITUDES)
 @pytest.mark.parametrize("low_power", [False, True])
-def test_the_field_is_the_worlds(bench: Bench, attitude: Vector, low_power: bool) -> None:
+def test_field_equals_the_world(bench: Bench, attitude: Vector, low_power: bool) -> None:
     bench.sensor.low_power = low_power
     bench.board.world.set_attitude(*attitude)
     bench.board.run_for(SETTLED_S)
     assert within(bench.field_ut(), field_ut(bench.board), LSB_UT)
 
 
-def test_hard_iron_shows_and_the_drivers_offsets_take_it_away(bench: Bench) -> None:
+def test_driver_offsets_remove_hard_iron(bench: Bench) -> None:
     """AN5069 section 9: OFFSET_REG is subtracted from the output."""
     bench.board.run_for(SETTLED_S)
     clean = field_ut(bench.board)

@@ -33,7 +33,7 @@ def sensor(board: Board, request: pytest.FixtureRequest) -> Any:
 
 @pytest.mark.parametrize("hpa", [300.0, 965.2, 1013.25, 1090.017])
 @pytest.mark.parametrize("rate", RATES_HZ)
-def test_pressure_is_the_worlds(board: Board, sensor: Any, rate: int, hpa: float) -> None:
+def test_pressure_equals_the_world(board: Board, sensor: Any, rate: int, hpa: float) -> None:
     sensor.data_rate = rate
     board.world.set_pressure(hpa)
     board.run_for(2 * SETTLED_S)
@@ -42,7 +42,7 @@ def test_pressure_is_the_worlds(board: Board, sensor: Any, rate: int, hpa: float
 
 
 @pytest.mark.parametrize("degc", [-20.0, -0.01, 25.0, 61.37])
-def test_temperature_is_the_worlds(board: Board, sensor: Any, degc: float) -> None:
+def test_temperature_equals_the_world(board: Board, sensor: Any, degc: float) -> None:
     board.world.set_temperature(degc)
     board.run_for(SETTLED_S)
     assert sensor.temperature == pytest.approx(degc, abs=DEGC)
@@ -57,7 +57,7 @@ def test_data_come_at_the_rate_that_was_set(board: Board, sensor: Any, rate: int
     assert abs(changes(board, lambda: sensor._raw_pressure, 3.0, 0.004) - 3 * RATES_HZ[rate]) <= 1
 
 
-def test_reset_ends_measuring_and_keeps_what_was_measured(board: Board, sensor: Any) -> None:
+def test_reset_ends_measuring_and_keeps_the_data(board: Board, sensor: Any) -> None:
     board.run_for(SETTLED_S)
     before = sensor.pressure
     sensor.reset()
@@ -67,7 +67,7 @@ def test_reset_ends_measuring_and_keeps_what_was_measured(board: Board, sensor: 
     assert sensor.pressure == before
 
 
-def test_one_shot_measures_once_and_the_driver_sees_it_end(board: Board) -> None:
+def test_one_shot_measures_once_until_driver_sees_it(board: Board) -> None:
     """LPS22HB datasheet 9.6: ONE_SHOT clears itself when the data are there. The driver polls it."""
     sensor = adafruit_lps35hw.LPS35HW(BusioI2C(board.i2c2))
     sensor.data_rate = adafruit_lps35hw.DataRate.ONE_SHOT

@@ -67,14 +67,14 @@ def bench() -> Iterator[Bench]:
         yield Bench(board)
 
 
-def test_the_drivers_waits_are_virtual(bench: Bench) -> None:
+def test_driver_waits_in_virtual_time(bench: Bench) -> None:
     """Two times 0.2 s after setting a range, and the transfers."""
     assert 0.4 < bench.board.now_s < 0.41
 
 
 @pytest.mark.parametrize("attitude", ATTITUDES)
 @pytest.mark.parametrize("name", ACCEL_MG)
-def test_acceleration_is_the_worlds(bench: Bench, name: str, attitude: Vector) -> None:
+def test_acceleration_equals_the_world(bench: Bench, name: str, attitude: Vector) -> None:
     bench.sensor.accelerometer_range = getattr(adafruit_lsm6ds.AccelRange, name)
     bench.board.world.set_attitude(*attitude)
     bench.board.run_for(SETTLED_S)
@@ -82,7 +82,7 @@ def test_acceleration_is_the_worlds(bench: Bench, name: str, attitude: Vector) -
 
 
 @pytest.mark.parametrize(("name", "full_scale_g"), [("RANGE_2G", 2), ("RANGE_4G", 4), ("RANGE_8G", 8)])
-def test_beyond_full_scale_it_stays_there(bench: Bench, name: str, full_scale_g: float) -> None:
+def test_acceleration_saturates_at_full_scale(bench: Bench, name: str, full_scale_g: float) -> None:
     """1 g and a shake of 15 g, read at its crest: 16 bits are full."""
     bench.sensor.accelerometer_data_rate = adafruit_lsm6ds.Rate.RATE_416_HZ
     bench.sensor.accelerometer_range = getattr(adafruit_lsm6ds.AccelRange, name)
@@ -95,7 +95,7 @@ def test_beyond_full_scale_it_stays_there(bench: Bench, name: str, full_scale_g:
 
 @pytest.mark.parametrize("axis", ["roll", "pitch", "yaw"])
 @pytest.mark.parametrize("name", GYRO_MDPS)
-def test_angular_rate_is_the_worlds(bench: Bench, name: str, axis: str) -> None:
+def test_angular_rate_equals_the_world(bench: Bench, name: str, axis: str) -> None:
     """100 deg/s about each axis in turn; the sign goes along."""
     bench.sensor.gyro_range = getattr(adafruit_lsm6ds.GyroRange, name)
     for to_deg in (-300, 0):
@@ -119,13 +119,13 @@ def test_data_come_at_the_rate_that_was_set(bench: Bench, name: str) -> None:
 
 
 @pytest.mark.parametrize("degc", [-20.0, 0.0, 25.0, 61.3])
-def test_temperature_is_the_worlds(bench: Bench, degc: float) -> None:
+def test_temperature_equals_the_world(bench: Bench, degc: float) -> None:
     bench.board.world.set_temperature(degc)
     bench.board.run_for(SETTLED_S)
     assert bench.sensor.temperature == pytest.approx(degc, abs=1 / 256)  # T4: 256 LSB/degC
 
 
-def test_shut_down_it_keeps_the_last_data(bench: Bench) -> None:
+def test_shut_down_part_keeps_the_last_data(bench: Bench) -> None:
     """AN5040 3.1."""
     bench.board.run_for(SETTLED_S)
     before = bench.acceleration_g()
@@ -138,7 +138,7 @@ def test_shut_down_it_keeps_the_last_data(bench: Bench) -> None:
     assert within(bench.acceleration_g(), acceleration_g(bench.board), 0.122e-3)
 
 
-def test_settings_read_back_and_reset_takes_them_away(bench: Bench) -> None:
+def test_settings_read_back_until_reset(bench: Bench) -> None:
     sensor = bench.sensor
     sensor.gyro_data_rate = adafruit_lsm6ds.Rate.RATE_208_HZ
     sensor.high_pass_filter = adafruit_lsm6ds.AccelHPF.HPF_DIV9
@@ -151,7 +151,7 @@ def test_settings_read_back_and_reset_takes_them_away(bench: Bench) -> None:
     assert sensor.high_pass_filter == adafruit_lsm6ds.AccelHPF.SLOPE
 
 
-def test_the_driver_says_when_its_part_is_not_there(bench: Bench) -> None:
+def test_missing_part_is_reported_by_the_driver(bench: Bench) -> None:
     """SA0 is high on this board: 0x6B, and nothing at the driver's default 0x6A."""
     i2c = BusioI2C(bench.board.i2c2)
     with pytest.raises(ValueError, match="No I2C device at address: 0x6a"):

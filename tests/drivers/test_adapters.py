@@ -81,7 +81,7 @@ def test_busio_scans_and_closes(board: Board) -> None:
         assert i2c.scan() == PARTS
 
 
-def test_busio_slices_what_it_writes_and_fills(busio: BusioI2C) -> None:
+def test_busio_slices_written_and_filled_buffers(busio: BusioI2C) -> None:
     source, target = bytearray(b"??\x0f?"), bytearray(b"----")
     busio.writeto_then_readfrom(0x6B, source, target, out_start=2, out_end=3, in_start=1, in_end=2)
     assert target == b"-\x6a--"
@@ -148,7 +148,7 @@ def test_smbus_blocks_end_at_32_bytes(board: Board) -> None:
         bus.write_i2c_block_data(0x6B, 0x00, [0] * 33)
 
 
-def test_smbus_messages_are_combined_where_a_read_follows_its_write(board: Board) -> None:
+def test_smbus_combines_write_and_following_read(board: Board) -> None:
     board.trace.record_all()
     magnetometer, status, ctrl = read(0x1E, 1), read(0x6B, 1), read(0x6B, 2)
     SMBus(board.i2c2).i2c_rdwr(
@@ -170,7 +170,7 @@ def test_smbus_messages_are_combined_where_a_read_follows_its_write(board: Board
     ]
 
 
-def test_smbus_messages_with_other_flags_are_refused_before_anything_is_sent(board: Board) -> None:
+def test_smbus_refuses_unknown_flags_before_sending(board: Board) -> None:
     board.trace.record_all()
     with pytest.raises(InputError, match="0x4001") as refused:
         SMBus(board.i2c2).i2c_rdwr(write(0x6B, 0x0F), Message(0x6B, 0x4001, b"\0"))
@@ -188,9 +188,7 @@ FAULTS: list[tuple[FaultKind, int, int]] = [
 
 
 @pytest.mark.parametrize(("kind", "number", "on_linux"), FAULTS)
-def test_a_failed_transfer_is_the_systems_error(
-    board: Board, kind: FaultKind, number: int, on_linux: int
-) -> None:
+def test_failed_transfer_is_an_os_error(board: Board, kind: FaultKind, number: int, on_linux: int) -> None:
     fail(board, kind)
     busio, machine, bus = BusioI2C(board.i2c2), MachineI2C(board.i2c2), SMBus(board.i2c2)
     busio.try_lock()
@@ -213,9 +211,7 @@ def test_a_failed_transfer_is_the_systems_error(
         assert caught.value.errno == expected
 
 
-def test_a_scan_leaves_out_what_does_not_answer_and_stops_at_a_stuck_bus(
-    board: Board, busio: BusioI2C
-) -> None:
+def test_scan_omits_absent_devices_and_reports_stuck_bus(board: Board, busio: BusioI2C) -> None:
     fail(board, "absent")
     assert busio.scan() == [0x1E, 0x5D]
     board.i2c2.inject(I2CFault("stuck"))
@@ -229,7 +225,7 @@ def test_a_scan_leaves_out_what_does_not_answer_and_stops_at_a_stuck_bus(
     ("kind", "status", "error"),
     [("absent", 2, I2CNackError), ("stuck", 3, I2CStuckError), ("bus_error", 4, I2CBusError)],
 )
-def test_sensirions_failures_are_a_status(board: Board, kind: FaultKind, status: int, error: type) -> None:
+def test_sensirion_failure_is_a_status(board: Board, kind: FaultKind, status: int, error: type) -> None:
     """The codes of I2cTransceiverV1 in sensirion-i2c-driver 1.0."""
     fail(board, kind)
     answer = SensirionI2C(board.i2c2, board.run_for).transceive(0x6B, WHO_AM_I, 1, 0.0, 0.0)

@@ -31,13 +31,13 @@ def driver(board: Board, address: int = 0x5D) -> Any:
     return device.Lps22Device(i2c_channel.I2cChannel(connection, address))
 
 
-def test_who_am_i_after_the_drivers_50_ms(board: Board) -> None:
+def test_whoami_answers_after_50_ms(board: Board) -> None:
     assert driver(board).whoami() == 0xB1
     assert 0.05 < board.now_s < 0.051
 
 
 @pytest.mark.parametrize(("hpa", "degc"), [(300.0, -20.0), (1013.25, 25.0), (1090.017, 61.37)])
-def test_one_shot_values_are_the_worlds(board: Board, hpa: float, degc: float) -> None:
+def test_one_shot_values_equal_the_world(board: Board, hpa: float, degc: float) -> None:
     sensor = driver(board)
     board.world.set_temperature(degc)
     board.world.set_pressure(hpa)
@@ -47,7 +47,7 @@ def test_one_shot_values_are_the_worlds(board: Board, hpa: float, degc: float) -
 
 
 @pytest.mark.parametrize("code", CODES)
-def test_continuous_values_are_the_worlds(board: Board, code: int) -> None:
+def test_continuous_values_equal_the_world(board: Board, code: int) -> None:
     """The driver switches the address increment off and reads byte by byte."""
     sensor = driver(board)
     board.world.set_pressure(987.654)
@@ -57,7 +57,7 @@ def test_continuous_values_are_the_worlds(board: Board, code: int) -> None:
     assert sensor.read_temperature_single_bytes().value == pytest.approx(25.0, abs=DEGC)
 
 
-def test_without_the_increment_a_burst_repeats_its_first_byte(board: Board) -> None:
+def test_burst_without_increment_repeats_its_first_byte(board: Board) -> None:
     """LPS22HB datasheet 9.6, IF_ADD_INC; the driver's documentation warns of it."""
     sensor = driver(board)
     board.world.set_pressure(1000 + 0x5A / 4096)
@@ -88,6 +88,6 @@ def test_reset_ends_continuous_measurement(board: Board) -> None:
     assert sensor.get_ctrl_reg2().IF_ADD_INC == 1
 
 
-def test_no_answer_is_the_drivers_own_error(board: Board) -> None:
+def test_absent_part_is_a_driver_error(board: Board) -> None:
     with pytest.raises(sensirion_i2c_driver.errors.I2cNackError):
         driver(board, address=0x5C).whoami()

@@ -45,18 +45,18 @@ def test_every_clock_counts_from_power_on(driver: ModuleType, clock: str) -> Non
         assert getattr(driver.time, f"{clock}_ns")() == 1_234_567_890
 
 
-def test_what_is_not_a_clock_stays_as_it_is(driver: ModuleType) -> None:
+def test_other_module_attributes_are_not_replaced(driver: ModuleType) -> None:
     with virtual_time(Board(), driver):
         assert driver.LIMIT == 3
         assert driver.time.gmtime(0).tm_year == 1970
 
 
-def test_a_negative_wait_is_the_value_error_it_is_in_python(driver: ModuleType) -> None:
+def test_negative_wait_raises_value_error(driver: ModuleType) -> None:
     with virtual_time(Board(), driver), pytest.raises(ValueError, match="non-negative"):
         driver.pause(-0.1)
 
 
-def test_the_real_time_is_back_afterwards_also_after_an_error(driver: ModuleType) -> None:
+def test_real_time_returns_after_an_error(driver: ModuleType) -> None:
     def fail() -> None:
         with virtual_time(Board(), driver):
             assert driver.time is not time
@@ -83,7 +83,7 @@ def test_only_named_modules_and_their_submodules_are_changed(
     assert inner.sleep is real
 
 
-def test_one_module_cannot_run_on_the_time_of_two_boards(driver: ModuleType) -> None:
+def test_module_cannot_use_time_of_two_boards(driver: ModuleType) -> None:
     first, second = Board(), Board()
     with virtual_time(first, driver):
         with pytest.raises(InputError, match="some_driver") as refused:
@@ -95,7 +95,7 @@ def test_one_module_cannot_run_on_the_time_of_two_boards(driver: ModuleType) -> 
     assert (first.now_s, second.now_s) == (1, 2)
 
 
-def test_firmware_goes_on_while_a_driver_waits(driver: ModuleType) -> None:
+def test_firmware_runs_while_a_driver_waits(driver: ModuleType) -> None:
     board = Board(firmware="lab3")
     with virtual_time(board, driver):
         driver.pause(2.5)

@@ -46,7 +46,7 @@ def builder(request: pytest.FixtureRequest) -> Iterator[Builder]:
 
 
 @pytest.fixture(scope="module")
-def walled(builder: Builder) -> Builder:
+def sandboxed(builder: Builder) -> Builder:
     if not builder.sandbox:
         pytest.skip("only with a sandbox")
     return builder
@@ -93,7 +93,7 @@ def test_warnings_are_kept(builder: Builder) -> None:
     assert "/tmp" not in built.log
 
 
-def test_errors_are_words_without_paths_of_this_machine(builder: Builder) -> None:
+def test_errors_have_no_paths_of_this_machine(builder: Builder) -> None:
     log = said(builder, b"int main(void) { return x; }\n")
 
     assert "main.c:1:25: error: 'x' undeclared" in log
@@ -101,7 +101,7 @@ def test_errors_are_words_without_paths_of_this_machine(builder: Builder) -> Non
     assert "make" not in log
 
 
-def test_errors_show_the_line_and_the_place_in_the_students_file(builder: Builder) -> None:
+def test_compiler_error_shows_line_and_column(builder: Builder) -> None:
     log = said_of(builder, {"lab.c": b"int main(void)\n{\n  return pich;\n}\n"})
     lines = log.splitlines()
     number = next(number for number, line in enumerate(lines) if line.startswith("lab.c:3:10: error:"))
@@ -111,7 +111,7 @@ def test_errors_show_the_line_and_the_place_in_the_students_file(builder: Builde
     assert lines[number + 2].index("^") == lines[number + 1].index("pich")
 
 
-def test_quoted_source_is_no_reason(builder: Builder) -> None:
+def test_quoted_source_is_not_taken_for_an_error(builder: Builder) -> None:
     source = b"int f(void) { int a; return 1; } // error: none\nint main(void) { return x; }\n"
     with pytest.raises(CompileError) as refused:
         builder.build(SubmittedSource({"main.c": source}))
@@ -151,7 +151,7 @@ def test_quoted_source_is_no_reason(builder: Builder) -> None:
         ({"main.c": b"int x;\n"}, "has no main()", ()),
     ],
 )
-def test_linkers_message_is_one_sentence_that_names_the_files(
+def test_linker_message_is_one_sentence_with_files(
     builder: Builder, files: dict[str, bytes], kind: str, names: tuple[str, ...]
 ) -> None:
     with pytest.raises(CompileError) as refused:
@@ -164,7 +164,7 @@ def test_linkers_message_is_one_sentence_that_names_the_files(
     assert not [word for word in ("/usr", "/tmp", "collect2") if word in refused.value.log]
 
 
-def test_control_characters_in_source_do_not_reach_the_reader(builder: Builder) -> None:
+def test_control_characters_in_source_are_escaped(builder: Builder) -> None:
     assert "\\x1b[31m" in said(builder, b'#error "\x1b[31m red \xe2\x80\xae"\n')
 
 
@@ -178,7 +178,7 @@ def test_control_characters_in_source_do_not_reach_the_reader(builder: Builder) 
         b'asm(".rept 100000000\\n.word 1\\n.endr");\n',
     ],
 )
-def test_source_that_eats_the_machine_is_stopped(source: bytes, builder: Builder) -> None:
+def test_source_exceeding_limits_is_stopped(source: bytes, builder: Builder) -> None:
     assert len(said(builder, source)) <= 20_000
 
 
@@ -193,15 +193,15 @@ def test_source_that_eats_the_machine_is_stopped(source: bytes, builder: Builder
         b'asm(".incbin \\"/proc/self/environ\\"");\n',
     ],
 )
-def test_behind_the_walls_there_are_no_files_of_this_machine(source: bytes, walled: Builder) -> None:
-    log = said(walled, source + b"int main(void) { return 0; }\n")
+def test_sandbox_has_no_files_of_this_machine(source: bytes, sandboxed: Builder) -> None:
+    log = said(sandboxed, source + b"int main(void) { return 0; }\n")
 
     assert "No such file" in log or "file not found" in log
     assert "root:" not in log
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root can be somebody else")
-def test_root_compiles_as_nobody_where_there_are_no_walls(builder: Builder, tmp_path: Path) -> None:
+def test_root_compiles_without_privileges_outside_the_sandbox(builder: Builder, tmp_path: Path) -> None:
     secret = tmp_path / "rubric.toml"
     secret.write_text("the answer is 42")
     secret.chmod(0o600)
@@ -210,7 +210,7 @@ def test_root_compiles_as_nobody_where_there_are_no_walls(builder: Builder, tmp_
 
 
 @needs_compiler
-def test_what_was_built_is_kept_by_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_built_programs_are_cached_by_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     good, bad = {"main.c": TEMPLATE}, {"main.c": b"error"}
     with closing(Builder(sandbox=False, kept=tmp_path)) as first:
         built, log = first.build(SubmittedSource(good)), said_of(first, bad)
@@ -224,7 +224,7 @@ def test_what_was_built_is_kept_by_content(tmp_path: Path, monkeypatch: pytest.M
             second.build(SubmittedSource(good))
 
 
-def test_the_bus_decides_what_is_built(builder: Builder) -> None:
+def test_bus_selects_the_build(builder: Builder) -> None:
     if builder.sandbox:
         pytest.skip("the same with a sandbox")
     source = SubmittedSource({"main.c": TEMPLATE})
@@ -239,7 +239,7 @@ def test_the_bus_decides_what_is_built(builder: Builder) -> None:
         ("darwin", ["gcc-arm-embedded", "xcode-select"]),
     ],
 )
-def test_a_machine_without_tools_says_what_to_install(
+def test_missing_tools_error_names_what_to_install(
     monkeypatch: pytest.MonkeyPatch, system: str, packages: list[str], words: Words
 ) -> None:
     monkeypatch.setenv("PATH", "/nowhere")

@@ -41,7 +41,7 @@ def test_hostile_submissions_cost_only_themselves(tmp_path: Path, capsys: pytest
     )
 
 
-def test_class_of_forty_in_five_layouts_loses_no_file(
+def test_class_of_forty_loses_no_file(
     no_machine: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     class_of_layouts.main(tmp_path)

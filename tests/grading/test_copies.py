@@ -73,7 +73,7 @@ def test_programs_are_compared_as_they_are_loaded(tmp_path: Path) -> None:
     assert program_digest(SubmittedFirmware("a.elf", b"a text")) == ""
 
 
-def test_solutions_source_is_the_one_that_is_shipped_as_a_digest() -> None:
+def test_solution_source_digest_is_shipped() -> None:
     folder = arm.sources() / "solution"
     files = {path.name: path.read_bytes() for path in folder.glob("*.[ch]")}
 
@@ -87,7 +87,7 @@ def copies(*submissions: tuple[str, str, str]) -> list[Graded]:
     )
 
 
-def test_each_copy_names_the_others_once() -> None:
+def test_each_copy_names_the_others() -> None:
     found = copies(("ada", "s", "p"), ("bob", "s", "p"), ("eve", "", "p"), ("moe", "", ""), ("zoe", "", ""))
 
     assert [(one.same_source, one.same_program) for one in found] == [
@@ -99,13 +99,13 @@ def test_each_copy_names_the_others_once() -> None:
     ]
 
 
-def test_team_is_no_copy() -> None:
+def test_team_is_not_a_copy() -> None:
     found = with_copies(("together", graded(name, source_digest="s")) for name in ("ada", "bob"))
 
     assert [one.copies for one in found] == ["", ""]
 
 
-def test_class_page_lists_copies_and_no_others() -> None:
+def test_class_page_lists_only_copies() -> None:
     page = assert_harmless(
         class_page(whole(*copies(("ada", "s", "p"), ("bob", "s", "q"), ("eve", "t", "r"))))
     )

@@ -33,7 +33,7 @@ pytestmark = [
 STUDENTS = [f"student-{number}" for number in range(6)]
 
 
-def judge_and_tell(task: Task, told: Path, victim: int) -> str:
+def judge_and_record(task: Task, told: Path, victim: int) -> str:
     """Judge, and leave word of it; the victim's first process waits for its end."""
     if task.seed == victim and not (told / "victim").exists():
         (told / "half").write_text(str(os.getpid()))
@@ -56,7 +56,7 @@ class Telling(DaskWorkers):
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
         if args[0].seed != self.victim:
             self._first.wait()
-        future = super().submit(judge_and_tell, *args, self.told, self.victim)
+        future = super().submit(judge_and_record, *args, self.told, self.victim)
         self._first.set()
         return future
 
@@ -68,7 +68,7 @@ def kill_victim(told: Path, killed: list[int]) -> None:
     os.kill(killed[0], signal.SIGKILL)
 
 
-def test_a_worker_killed_in_the_middle_loses_nothing_and_nothing_is_judged_twice(tmp_path: Path) -> None:
+def test_killed_worker_loses_and_repeats_nothing(tmp_path: Path) -> None:
     from tests.campaigns.dask_cluster import cluster
 
     (tmp_path / "little.toml").write_text(RUBRIC, encoding="utf-8")
@@ -95,7 +95,7 @@ def test_a_worker_killed_in_the_middle_loses_nothing_and_nothing_is_judged_twice
     assert str(killed[0]) not in {pid for _, pid in judged}
 
 
-def test_without_a_scheduler_there_is_a_word_about_it() -> None:
+def test_missing_scheduler_is_an_error() -> None:
     with pytest.raises(InputError) as refused:
         DaskWorkers("tcp://127.0.0.1:1", answer_s=0.5)
     assert refused.value.kind == "no_answer"

@@ -9,12 +9,9 @@ import os
 import re
 import shutil
 import signal
-import stat
-import subprocess
 import sys
 import zipfile
 from contextlib import closing
-from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -32,7 +29,6 @@ from fcu_emulator.emulator.grading.tasks import Task, code_digest, judge_task
 from fcu_emulator.emulator.grading.workers import LocalWorkers
 from fcu_emulator.firmware_model.arm import prebuilt
 from tests.grading.test_build import needs_compiler, needs_sandbox
-from tests.grading.test_reports import assert_is_gradescopes
 from tests.support.words import Words
 
 RUBRIC = """
@@ -125,7 +121,7 @@ def table(out: Path) -> dict[str, dict[str, str]]:
         return {row["id"]: row for row in csv.DictReader(file)}
 
 
-def test_a_class_is_graded_and_what_is_bad_costs_only_itself(
+def test_bad_submission_costs_only_itself(
     submissions: Path,
     rubric: Path,
     tmp_path: Path,
@@ -160,7 +156,7 @@ def test_a_class_is_graded_and_what_is_bad_costs_only_itself(
     assert said.err == ""  # no time has passed
 
 
-def test_a_log_is_told_now_and_then_how_far_a_class_is(
+def test_progress_of_a_class_is_logged(
     rubric: Path,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
@@ -187,7 +183,7 @@ def test_a_log_is_told_now_and_then_how_far_a_class_is(
     words("grade", said)
 
 
-def test_a_second_run_emulates_nothing_and_a_changed_hint_is_in_the_reports(
+def test_second_run_uses_kept_verdicts_with_new_hints(
     submissions: Path, rubric: Path, out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     grade(submissions, "--rubric", rubric, "--out", out)
@@ -217,7 +213,7 @@ def test_a_second_run_emulates_nothing_and_a_changed_hint_is_in_the_reports(
     assert grade(submissions, "--rubric", rubric, "--out", out) == 4  # it would have to be judged anew
 
 
-def test_a_roster_names_orders_and_says_who_is_missing(
+def test_roster_orders_and_lists_missing_students(
     submissions: Path, rubric: Path, out: Path, tmp_path: Path
 ) -> None:
     roster = tmp_path / "roster.csv"
@@ -237,7 +233,9 @@ def test_a_roster_names_orders_and_says_who_is_missing(
     assert "roster" in (out / "index.html").read_text(encoding="utf-8")
 
 
-def test_anonymous_reports_name_nobody(submissions: Path, rubric: Path, out: Path, tmp_path: Path) -> None:
+def test_anonymous_reports_contain_no_names(
+    submissions: Path, rubric: Path, out: Path, tmp_path: Path
+) -> None:
     roster = tmp_path / "roster.csv"
     roster.write_text("id,name,email,submission\n17-4711,Bob Bobson,bob@x.org,bob\n", encoding="utf-8")
     grade(submissions, "--rubric", rubric, "--out", out, "--roster", roster)
@@ -297,9 +295,7 @@ def seed_of(rubric: Path, student: str, program: str, salt: bytes = SALT) -> int
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
-def test_a_killed_worker_costs_one_grade_and_gives_no_zero(
-    submissions: Path, rubric: Path, tmp_path: Path
-) -> None:
+def test_killed_worker_costs_one_grade_without_zero(submissions: Path, rubric: Path, tmp_path: Path) -> None:
     found = find_submissions(submissions, None, tmp_path / "s")
     with Killed(2) as workers:
         workers.victim = seed_of(rubric, "bob", "template")  # type: ignore[attr-defined]
@@ -314,7 +310,7 @@ def test_a_killed_worker_costs_one_grade_and_gives_no_zero(
     assert again["bob"].points == 1
 
 
-def test_who_stops_goes_on_from_there(submissions: Path, rubric: Path, tmp_path: Path) -> None:
+def test_interrupted_grading_resumes(submissions: Path, rubric: Path, tmp_path: Path) -> None:
     found = find_submissions(submissions, None, tmp_path / "s")
     workers = LocalWorkers(1)
     with closing(grader(workers, rubric, tmp_path / "kept").grade(found)) as running:
@@ -338,7 +334,7 @@ def test_a_damaged_kept_verdict_is_judged_again(
     assert {row["points"] for row in table(out).values()} == {"3", "1", ""}
 
 
-def test_a_worker_of_another_version_or_rubric_does_not_answer(rubric: Path) -> None:
+def test_worker_of_other_version_or_rubric_is_refused(rubric: Path) -> None:
     digest = load_rubric(rubric).digest
     task = Task(prebuilt("template").read_bytes(), "a.elf", str(rubric), digest, 1, code_digest())
     for changed, kind in (("code", "version_differs"), ("rubric_digest", "rubric_differs")):
@@ -347,9 +343,7 @@ def test_a_worker_of_another_version_or_rubric_does_not_answer(rubric: Path) -> 
         assert refused.value.kind == kind
 
 
-def test_missing_c_library_is_no_fault_of_the_submission(
-    rubric: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_missing_c_library_is_a_machine_fault(rubric: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     digest = load_rubric(rubric).digest
     task = Task(prebuilt("template").read_bytes(), "a.elf", str(rubric), digest, 1, code_digest())
 
@@ -368,7 +362,7 @@ def test_missing_c_library_is_no_fault_of_the_submission(
 
 @needs_compiler
 @needs_sandbox
-def test_source_is_built_and_warnings_are_in_the_report(rubric: Path, tmp_path: Path) -> None:
+def test_source_is_built_and_warnings_are_reported(rubric: Path, tmp_path: Path) -> None:
     template = (prebuilt("template").parents[1] / "template" / "main.c").read_text(encoding="utf-8")
     folder = tmp_path / "submissions"
     for name, source in (
@@ -392,7 +386,7 @@ def test_source_is_built_and_warnings_are_in_the_report(rubric: Path, tmp_path: 
 @needs_compiler
 @needs_sandbox
 @pytest.mark.parametrize("option", [(), ("--build-without-sandbox",)])
-def test_source_sees_files_of_this_machine_only_if_it_is_trusted(
+def test_source_reads_machine_files_only_if_trusted(
     option: tuple[str, ...], rubric: Path, tmp_path: Path
 ) -> None:
     folder = tmp_path / "submissions"
@@ -436,7 +430,7 @@ def test_missing_compiler_costs_only_submissions_that_are_source(
         [".", "--out", "o", "--roster", "nowhere"],
     ],
 )
-def test_wrong_use_says_what_would_be_right(
+def test_wrong_arguments_are_explained(
     arguments: list[str],
     words: Words,
     rubric: Path,
@@ -448,164 +442,3 @@ def test_wrong_use_says_what_would_be_right(
 
     assert grade(*arguments, "--rubric", rubric) == 2
     words("grade", capsys.readouterr().err.replace(os.sep, "/"))
-
-
-# -- Gradescope ---------------------------------------------------------------------------------------------
-
-posix_scripts = pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot run shell scripts")
-
-
-@pytest.fixture
-def autograder(tmp_path: Path, rubric: Path) -> Path:
-    """Folders as Gradescope lays them out, with the unpacked archive; fcu is the one that is tested."""
-    folder = tmp_path / "autograder"
-    for name in ("source", "submission", "results"):
-        (folder / name).mkdir(parents=True)
-    (tmp_path / "salt.key").write_bytes(SALT)
-    unpack_autograder(tmp_path, rubric, "--salt", tmp_path / "salt.key")
-    metadata = {"id": 1, "users": [{"id": 42, "name": "Bob", "email": "b@x.org"}, {"id": 41, "name": "Ada"}]}
-    (folder / "submission_metadata.json").write_text(json.dumps(metadata), encoding="utf-8")
-    return folder
-
-
-def unpack_autograder(tmp_path: Path, rubric: object, *options: object) -> Path:
-    """Make the archive and unpack it as Gradescope does, with its folder under ``tmp_path``."""
-    source = tmp_path / "autograder" / "source"
-    wheel = tmp_path / f"fcu_emulator-{version('fcu-emulator')}-py3-none-any.whl"
-    wheel.touch()
-    file = tmp_path / "autograder.zip"
-    assert grade("--rubric", rubric, "--gradescope-zip", file, "--wheel", wheel, *options) == 0
-    with zipfile.ZipFile(file) as archive:
-        archive.extractall(source)
-        modes = {one.filename: one.external_attr >> 16 for one in archive.infolist()}
-    for name in ("setup.sh", "run_autograder"):
-        text = (source / name).read_text(encoding="utf-8")
-        assert text.startswith("#!/usr/bin/env bash\n"), name
-        (source / name).write_text(text.replace("/autograder", str(source.parent)), encoding="utf-8")
-        (source / name).chmod(stat.S_IMODE(modes[name]))
-    shutil.move(source / "run_autograder", source.parent / "run_autograder")
-    return source
-
-
-def run_autograder(folder: Path) -> subprocess.CompletedProcess[str]:
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    return subprocess.run(
-        [str(folder / "run_autograder")],
-        cwd=folder,
-        env={**os.environ, "PATH": path},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-
-
-@posix_scripts
-def test_gradescopes_setup_installs_the_package_and_hides_the_rubric(autograder: Path) -> None:
-    """apt-get and venv are played by a script that notes how it was called."""
-    source, played = autograder / "source", autograder / "played"
-    played.mkdir()
-    noting = f'#!/bin/sh\necho "${{0##*/}} $*" >> {played}/calls\n'
-    for name in ("apt-get", "python3", "pip"):
-        (played / name).write_text(noting, encoding="utf-8")
-        (played / name).chmod(0o755)
-    setup = source / "setup.sh"
-    setup.write_text(setup.read_text(encoding="utf-8").replace("/opt/fcu/bin", str(played)), encoding="utf-8")
-    path = f"{played}{os.pathsep}{os.environ['PATH']}"
-    subprocess.run([str(setup)], env={**os.environ, "PATH": path}, check=True)
-    calls = (played / "calls").read_text(encoding="utf-8").splitlines()
-
-    assert calls[0] == "apt-get update"
-    installed = calls[1].split()
-    assert installed[:3] == ["apt-get", "install", "-y"]
-    assert {"gcc-arm-none-eabi", "libnewlib-arm-none-eabi", "make", "python3-venv"} <= set(installed)
-    wheel = f"{source}/fcu_emulator-{version('fcu-emulator')}-py3-none-any.whl"
-    assert [call.split() for call in calls[2:]] == [
-        ["python3", "-m", "venv", "/opt/fcu"],
-        ["pip", "install", wheel],
-    ]
-    assert stat.S_IMODE(source.stat().st_mode) == 0o700
-
-
-@posix_scripts
-def test_gradescopes_autograder_runs_in_its_folders(autograder: Path) -> None:
-    shutil.copyfile(prebuilt("template"), autograder / "submission" / "lab3.elf")
-    done = run_autograder(autograder)
-    results = json.loads((autograder / "results" / "results.json").read_bytes())
-
-    assert done.returncode == 0, done.stderr
-    assert_is_gradescopes(results)
-    assert [one["score"] for one in results["tests"]] == [1, 0]
-    assert [one["visibility"] for one in results["tests"]] == ["visible", "after_due_date"]
-    salt = (autograder / "source" / "salt.key").read_bytes()
-    seed = seed_of(autograder / "source" / "rubric" / "little.toml", "41", "template", salt)
-    assert results["extra_data"]["seed"] == seed
-
-
-@posix_scripts
-@pytest.mark.parametrize(("own_due", "score"), [("2026-11-18T23:00:00-08:00", 0.5), (None, 0.75)])
-def test_gradescopes_autograder_takes_the_late_penalty_off(
-    autograder: Path, own_due: str | None, score: float
-) -> None:
-    with (autograder / "source" / "rubric" / "little.toml").open("a", encoding="utf-8") as rubric:
-        rubric.write("[late]\npenalty_per_day = 0.25\n")
-    user = {"id": 41, "name": "Ada", "assignment": {"due_date": own_due}}
-    times = {
-        "created_at": "2026-11-20T09:00:00+01:00",
-        "assignment": {"due_date": "2026-11-19T23:00:00-08:00"},
-    }
-    (autograder / "submission_metadata.json").write_text(json.dumps({"users": [user], **times}))
-    shutil.copyfile(prebuilt("template"), autograder / "submission" / "lab3.elf")
-    done = run_autograder(autograder)
-    results = json.loads((autograder / "results" / "results.json").read_bytes())
-
-    assert done.returncode == 0, done.stderr
-    assert_is_gradescopes(results)
-    assert (sum(one["score"] for one in results["tests"]), results["score"]) == (1, score)
-    assert f"{1 - score:g} points less" in results["output"]
-
-
-@posix_scripts
-def test_gradescopes_autograder_says_what_to_hand_in(autograder: Path) -> None:
-    (autograder / "submission" / "report.pdf").write_bytes(b"%PDF")
-    run_autograder(autograder)
-    results = json.loads((autograder / "results" / "results.json").read_bytes())
-
-    assert results["score"] == 0
-    assert "hand in main.c" in results["output"]
-
-
-@posix_scripts
-def test_gradescopes_archive_has_the_files_that_the_rubric_names(tmp_path: Path) -> None:
-    folder = tmp_path / "course"
-    (folder / "more").mkdir(parents=True)
-    (folder / "roster.csv").write_text("id\nada\n")
-    scenario = "schema = 1\nquestion = 'Why?'\nduration = '1s'\n[[expect]]\nkind = 'no_fault'\n"
-    scenario = scenario.partition("[[")[0]
-    (folder / "more" / "still.toml").write_text(scenario)
-    text = RUBRIC.replace('question = "What is printed?"\nduration = "1.2s"', 'scenario = "more/still.toml"')
-    (folder / "mine.toml").write_text(text)
-    source = unpack_autograder(tmp_path, folder / "mine.toml")
-
-    assert {path.relative_to(source).as_posix() for path in source.rglob("*") if path.is_file()} == {
-        *("setup.sh", "salt.key", "rubric/mine.toml", "rubric/more/still.toml"),
-        f"fcu_emulator-{version('fcu-emulator')}-py3-none-any.whl",
-    }
-    assert load_rubric(source / "rubric" / "mine.toml").digest == load_rubric(folder / "mine.toml").digest
-
-
-@pytest.mark.parametrize(
-    "name", ["fcu_emulator-0.0.1-py3-none-any.whl", "lab.zip", "fcu_emulator-{}-win_amd64.whl"]
-)
-def test_gradescopes_archive_takes_no_other_wheel(name: str, tmp_path: Path, rubric: Path) -> None:
-    wheel = tmp_path / name.format(version("fcu-emulator"))
-    wheel.touch()
-
-    assert grade("--rubric", rubric, "--gradescope-zip", tmp_path / "a.zip", "--wheel", wheel) == 2
-    assert not (tmp_path / "a.zip").exists()
-
-
-def test_gradescopes_archive_without_a_wheel_installs_this_version(tmp_path: Path) -> None:
-    assert grade("--rubric", "lab3", "--gradescope-zip", tmp_path / "a.zip") == 0
-    with zipfile.ZipFile(tmp_path / "a.zip") as archive:
-        assert f"fcu-emulator=={version('fcu-emulator')}" in archive.read("setup.sh").decode()
-        assert "rubric/lab3.toml" in archive.namelist()

@@ -28,10 +28,11 @@ from fcu_emulator.emulator.grading.submissions import SubmittedSource
 from fcu_emulator.firmware_model import arm
 from fcu_emulator.firmware_model.arm import prebuilt
 from tests.campaigns.attacks import classes
-from tests.grading.test_build import builder, needs_compiler, needs_sandbox, walled
-from tests.grading.test_grade import RUBRIC, autograder, grade, kept, out, rubric, run_autograder, table
+from tests.grading.test_build import builder, needs_compiler, needs_sandbox, sandboxed
+from tests.grading.test_grade import RUBRIC, grade, kept, out, rubric, table
+from tests.grading.test_gradescope import autograder, run_autograder
 
-__all__ = ["autograder", "builder", "kept", "out", "rubric", "walled"]  # fixtures
+__all__ = ["autograder", "builder", "kept", "out", "rubric", "sandboxed"]  # fixtures
 SOURCE = b"int main(void) { for (;;) { } }\n"
 posix = pytest.mark.skipif(sys.platform == "win32", reason="source is built on Linux and macOS")
 
@@ -66,7 +67,7 @@ def test_zip_entry_without_name_rejects_only_its_submission(
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere names are Unicode")
 @pytest.mark.parametrize("option", [[], ["--anonymous"]])
-def test_name_that_is_not_utf8_is_graded_under_an_escaped_id(
+def test_non_utf8_name_gets_an_escaped_id(
     submissions: Path, rubric: Path, out: Path, option: list[str]
 ) -> None:
     folder = submissions / os.fsdecode(b"jos\xe9")
@@ -127,7 +128,7 @@ FAULTS = {
 @posix
 @needs_compiler
 @pytest.mark.parametrize("fault", FAULTS)
-def test_fault_of_the_machine_is_not_judged_and_not_kept(
+def test_machine_fault_is_not_judged_or_kept(
     fault: str, submissions: Path, rubric: Path, out: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (submissions / "bob.c").write_bytes(SOURCE)
@@ -161,7 +162,7 @@ def test_full_disk_while_unpacking_is_not_judged(
     assert status(out)["bob"] == "judged"
 
 
-def test_error_nobody_expected_costs_only_its_submission(
+def test_unexpected_error_costs_only_its_submission(
     submissions: Path, rubric: Path, out: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (submissions / "bob.elf").write_bytes(b"x")
@@ -218,7 +219,7 @@ def heeded() -> object:
 @posix
 @needs_compiler
 @pytest.mark.parametrize("sign", ["KILL", "TERM", "HUP"])
-def test_killed_compiler_is_never_does_not_compile(
+def test_killed_compiler_is_not_a_compile_error(
     sign: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Killed each time it compiles this program, and never with another one."""
@@ -280,9 +281,9 @@ def test_source_cannot_forge_a_fault_of_the_machine(builder: Builder) -> None:
 
 
 @pytest.mark.parametrize("file", ["/dev/ptmx", "/dev/tty", "/dev/stdin", "/proc/kmsg", "/dev/zero"])
-def test_sandbox_has_no_file_that_blocks(file: str, walled: Builder) -> None:
+def test_sandbox_has_no_blocking_file(file: str, sandboxed: Builder) -> None:
     with pytest.raises(CompileError) as refused:
-        walled.build(SubmittedSource({"main.c": f'#include "{file}"\n'.encode() + SOURCE}))
+        sandboxed.build(SubmittedSource({"main.c": f'#include "{file}"\n'.encode() + SOURCE}))
     assert "No such file" in refused.value.log
 
 
@@ -311,7 +312,7 @@ def test_gradescope_gives_no_result_when_the_machine_fails(
 @needs_compiler
 @needs_sandbox
 @pytest.mark.parametrize("kind", ["script", "link", "toolchain"])
-def test_compiler_in_a_home_folder_does_not_open_the_folder(
+def test_compiler_in_home_folder_does_not_expose_it(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     real = Path(shutil.which("arm-none-eabi-gcc") or "")
@@ -357,7 +358,7 @@ DRAWN = (
 
 @posix
 @needs_compiler
-def test_recorded_text_passes_only_the_run_that_was_recorded(tmp_path: Path) -> None:
+def test_recorded_text_earns_nothing_in_another_run(tmp_path: Path) -> None:
     """A student prints the numbers of an earlier report: right for that seed, wrong when it is graded."""
     rubric = tmp_path / "drawn.toml"
     rubric.write_text(DRAWN, encoding="utf-8")
@@ -413,7 +414,7 @@ def test_salt_is_made_once_for_the_owner_alone(submissions: Path, rubric: Path, 
 
 @posix
 @pytest.mark.parametrize("kind", ["short", "folder", "pipe"])
-def test_file_that_is_no_salt_is_refused(kind: str, submissions: Path, rubric: Path, tmp_path: Path) -> None:
+def test_invalid_salt_file_is_refused(kind: str, submissions: Path, rubric: Path, tmp_path: Path) -> None:
     salt = tmp_path / "salt"
     if kind == "short":
         salt.write_bytes(b"1234")

@@ -63,7 +63,7 @@ def overrides(where: Path, *lines: str) -> Path:
     return path
 
 
-def test_override_of_a_check_counts_in_its_exercise_and_in_the_total(where: Path) -> None:
+def test_override_of_check_counts_in_exercise_and_total(where: Path) -> None:
     assert grade(where, "--overrides", overrides(where, "Ada,2.pitch,1.5,a good idea")) == 0
     ada = rows(where)["ada"]
 
@@ -81,7 +81,7 @@ def test_override_of_an_exercise_counts_in_the_total(where: Path) -> None:
     assert "copied" in page(where, "ada")
 
 
-def test_override_of_the_total_is_a_grade_for_what_is_not_judged(where: Path) -> None:
+def test_override_of_total_grades_unjudged_submission(where: Path) -> None:
     grade(where, "--overrides", overrides(where, "eve,total,1,shown in the lab"))
 
     assert rows(where)["eve"]["points"] == "1"
@@ -89,7 +89,7 @@ def test_override_of_the_total_is_a_grade_for_what_is_not_judged(where: Path) ->
     assert "shown in the lab" in page(where, "eve")
 
 
-def test_override_of_a_check_that_is_not_shown_is_not_shown(where: Path) -> None:
+def test_override_of_hidden_check_is_not_shown(where: Path) -> None:
     grade(where, "--before-due-date", "--overrides", overrides(where, "ada,2.pitch,2,a secret word"))
 
     assert rows(where)["ada"]["points"] == "3"
@@ -121,7 +121,7 @@ def test_override_that_would_be_lost_is_refused(
 # -- grading some again -------------------------------------------------------------------------------------
 
 
-def test_only_the_students_of_a_list_are_graded_again(where: Path) -> None:
+def test_only_listed_students_are_graded_again(where: Path) -> None:
     grade(where, "--overrides", overrides(where, "bob,2,1,kept"))
     before = rows(where)
     for name in ("ada", "bob"):
@@ -139,7 +139,7 @@ def test_only_the_students_of_a_list_are_graded_again(where: Path) -> None:
 
 
 @pytest.mark.parametrize(("line", "graded"), [("nobody", True), ("ada", False)])
-def test_list_of_which_nothing_can_be_graded_is_refused(where: Path, line: str, graded: bool) -> None:
+def test_list_without_gradable_students_is_refused(where: Path, line: str, graded: bool) -> None:
     if graded:
         grade(where)
     (where.parent / "again.csv").write_text(f"id\n{line}\n", encoding="utf-8")
@@ -150,7 +150,7 @@ def test_list_of_which_nothing_can_be_graded_is_refused(where: Path, line: str, 
 # -- who is late --------------------------------------------------------------------------------------------
 
 
-def test_files_times_say_who_is_late(where: Path) -> None:
+def test_file_times_determine_late_submissions(where: Path) -> None:
     for name, at in (("ada", "2026-11-20T23:58"), ("bob", "2026-11-22T01:00")):
         stamp = datetime.fromisoformat(at).timestamp()
         os.utime(where / name / "main.c", (stamp, stamp))
@@ -165,7 +165,7 @@ def test_files_times_say_who_is_late(where: Path) -> None:
     assert " 1 min" not in page(where, "ada")
 
 
-def test_blackboards_names_say_who_is_late(where: Path) -> None:
+def test_blackboard_names_determine_late_submissions(where: Path) -> None:
     students = [
         Handed("ada", "Ada", "L", {"main.c": GOOD}),
         Handed("bob", "Bob", "B", {"main.c": GOOD}, late=True),
@@ -176,7 +176,7 @@ def test_blackboards_names_say_who_is_late(where: Path) -> None:
     assert {name: row["late_by"] for name, row in rows(where).items()} == {"ada": "", "bob": "10 h 13 min"}
 
 
-def test_canvas_says_who_is_late_without_a_deadline(where: Path) -> None:
+def test_canvas_marks_determine_late_submissions(where: Path) -> None:
     students = [
         Handed("1", "Ada", "L", {"main.c": GOOD}),
         Handed("2", "Bob", "B", {"main.c": GOOD}, late=True),
@@ -233,7 +233,7 @@ def test_late_penalty_is_in_all_reports(late: Path) -> None:
     assert '"late_penalty": 0.5' in (late.parent / "out" / "grade.json").read_text(encoding="utf-8")
 
 
-def test_late_penalty_needs_a_deadline_and_more_than_the_grace(late: Path) -> None:
+def test_late_penalty_needs_deadline_and_grace(late: Path) -> None:
     grade(late)
     assert rows(late)["bob"]["points"] == "1"
     grade(late, "--deadline", "2026-11-22T00:55")
@@ -251,7 +251,7 @@ def test_late_penalty_needs_a_deadline_and_more_than_the_grace(late: Path) -> No
         (["bob,total,3,", "bob,late penalty,1,"], "3"),
     ],
 )
-def test_override_and_late_penalty(late: Path, lines: list[str], points: str) -> None:
+def test_late_penalty_applies_to_overridden_points(late: Path, lines: list[str], points: str) -> None:
     grade(late, "--deadline", "2026-11-20T23:59", "--overrides", overrides(late, *lines))
 
     assert rows(late)["bob"]["points"] == points
@@ -278,7 +278,7 @@ def test_changed_late_penalty_judges_no_program_again(late: Path) -> None:
         ("late.penalty_per_hour", "penalty_per_hour = 1\npenalty_per_day = 1"),
     ],
 )
-def test_wrong_late_penalty_is_an_error_of_the_file(tmp_path: Path, key: str, line: str) -> None:
+def test_invalid_late_penalty_is_refused_with_key(tmp_path: Path, key: str, line: str) -> None:
     (tmp_path / "little.toml").write_text(f"{RUBRIC}[late]\n{line}\n", encoding="utf-8")
 
     with pytest.raises(RubricError) as caught:

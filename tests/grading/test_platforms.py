@@ -54,7 +54,7 @@ def test_layout_gives_one_submission_a_student(
 
 
 @pytest.mark.parametrize("layout", LAYOUTS.values(), ids=LAYOUTS)
-def test_layout_lists_students_who_are_not_on_the_roster(
+def test_layout_lists_students_not_on_the_roster(
     layout: Callable[[Path, list[Handed]], Path], tmp_path: Path
 ) -> None:
     all_found = found(layout(tmp_path / "class", [ADA, BOB]), Roster([Student("1815", "Ada Lovelace")]))
@@ -63,7 +63,7 @@ def test_layout_lists_students_who_are_not_on_the_roster(
     assert source(all_found["1816"], tmp_path) == {"lab.c": b"5"}
 
 
-def test_blackboards_text_names_the_student_of_a_login_with_underscores(tmp_path: Path) -> None:
+def test_blackboard_text_resolves_login_with_underscores(tmp_path: Path) -> None:
     head = "Lab_3_a_lovelace_attempt_2026-11-20-10-11-12"
     where = tree(tmp_path / "class", **{f"{head}_main.c": b"1", f"{head}.txt": b"Name: Ada L (a_lovelace)\n"})
     one = found(where)["a_lovelace"]
@@ -71,7 +71,7 @@ def test_blackboards_text_names_the_student_of_a_login_with_underscores(tmp_path
     assert (one.student.name, source(one, tmp_path)) == ("Ada L", {"main.c": b"1"})
 
 
-def test_blackboard_judges_the_last_attempt_and_says_so(tmp_path: Path) -> None:
+def test_blackboard_judges_the_last_attempt_with_note(tmp_path: Path) -> None:
     names = [f"Lab_ada_attempt_2026-11-{day}-10-11-12_main.c" for day in (20, 21)]
     where = tree(tmp_path / "class", **{names[1]: b"new", names[0]: b"old"})
     one = found(where)["ada"]
@@ -88,7 +88,7 @@ def test_blackboard_judges_the_last_attempt_and_says_so(tmp_path: Path) -> None:
         "Lab_eve_attempt_2026-11-20-10-11-12_x_attempt_2026-11-20-10-11-12.txt",
     ],
 )
-def test_name_with_two_attempts_is_rejected_under_its_whole_name(tmp_path: Path, stolen: str) -> None:
+def test_name_with_two_attempts_is_rejected(tmp_path: Path, stolen: str) -> None:
     own = "Lab_ada_attempt_2026-11-20-10-11-12_main.c"
     where = tree(tmp_path / "class", **{stolen: b"1", own: b"2"})
     all_found = found(where, Roster([Student("ada"), Student("eve")]))
@@ -111,7 +111,7 @@ def test_text_of_blackboard_names_no_other_student(tmp_path: Path) -> None:
     assert source(all_found["ada"], tmp_path) == {"main.c": b"2"}
 
 
-def test_platforms_number_that_is_another_students_id_is_rejected(tmp_path: Path) -> None:
+def test_participant_number_equal_to_another_id_is_rejected(tmp_path: Path) -> None:
     """Moodle's participant numbers are not the roster's ids."""
     name = "Eve Ewe_1815_assignsubmission_file_main.c"
     roster = Roster([Student("1815", "Ada Lovelace"), Student("4242", "Eve Ewe")])
@@ -122,7 +122,7 @@ def test_platforms_number_that_is_another_students_id_is_rejected(tmp_path: Path
         all_found[name.removesuffix(".c")].content(tmp_path)
 
 
-def test_wiring_with_another_students_name_takes_no_place(tmp_path: Path) -> None:
+def test_file_with_name_of_another_student_is_rejected(tmp_path: Path) -> None:
     own, other = "Ada_1815_assignsubmission_file_main.c", "Ada_99_assignsubmission_file_main.c"
     all_found = found(tree(tmp_path / "class", **{own: b"1", other: b"2"}), Roster([Student("1815", "Ada")]))
 
@@ -131,7 +131,7 @@ def test_wiring_with_another_students_name_takes_no_place(tmp_path: Path) -> Non
         all_found[other.removesuffix(".c")].content(tmp_path)
 
 
-def test_ilias_login_that_can_be_read_in_two_ways_is_rejected(tmp_path: Path, words: Words) -> None:
+def test_ambiguous_ilias_login_is_rejected(tmp_path: Path, words: Words) -> None:
     names = ("Ewe_Eve_ada_eve_9", "Lovelace_Ada_ada_8")
     where = tree(tmp_path / "class", **{f"{name}/main.c": b"1" for name in names})
     all_found = found(where, Roster([Student("ada_eve"), Student("eve"), Student("ada")]))
@@ -143,7 +143,7 @@ def test_ilias_login_that_can_be_read_in_two_ways_is_rejected(tmp_path: Path, wo
     words("grade", all_found[names[0]].problem)
 
 
-def test_ilias_marks_of_late_files_are_not_part_of_their_names(tmp_path: Path) -> None:
+def test_ilias_late_marks_are_removed_from_names(tmp_path: Path) -> None:
     files = {"main.c": b"1", "Late Submission - motion.c": b"2", "Verspaetete Abgabe - motion.h": b"3"}
     where = tree(tmp_path / "class", **{f"Lovelace_Ada_ada_8/{name}": data for name, data in files.items()})
 
@@ -156,13 +156,13 @@ def test_ilias_folders_of_teams_hold_their_members(tmp_path: Path) -> None:
     assert set(all_found) == {"1815", "1816"}
 
 
-def test_folders_that_only_look_like_ilias_keep_their_names(tmp_path: Path) -> None:
+def test_folders_similar_to_ilias_keep_their_names(tmp_path: Path) -> None:
     names = {"lab_group_ada_3", "lab_group_bob_3"}
 
     assert set(found(tree(tmp_path / "class", **{f"{name}/main.c": b"1" for name in names}))) == names
 
 
-def test_files_that_only_look_like_canvas_keep_their_names(tmp_path: Path) -> None:
+def test_files_similar_to_canvas_keep_their_names(tmp_path: Path) -> None:
     names = {"lab_2026_11_ada", "lab_2026_11_bob", "lab_2026_12_cid"}
 
     assert set(found(tree(tmp_path / "class", **{f"{name}.c": b"1" for name in names}))) == {
@@ -181,7 +181,7 @@ def test_moodles_typed_text_belongs_to_the_files(tmp_path: Path) -> None:
     assert source(found(where)["1815"], tmp_path) == {"main.c": b"1"}
 
 
-def test_gradescopes_team_is_listed_for_each_student_on_one_board(tmp_path: Path) -> None:
+def test_gradescope_team_shares_one_board(tmp_path: Path) -> None:
     pytest.importorskip("yaml")
     where = write_gradescope(tmp_path / "class", [ADA, BOB], team=True)
     all_found = found(where, ROSTER)
@@ -190,7 +190,7 @@ def test_gradescopes_team_is_listed_for_each_student_on_one_board(tmp_path: Path
     assert all_found["1815"].board == all_found["1816"].board == "1815"
 
 
-def test_folder_that_gradescope_lists_and_that_is_missing_is_named(tmp_path: Path, words: Words) -> None:
+def test_missing_gradescope_folder_is_named(tmp_path: Path, words: Words) -> None:
     pytest.importorskip("yaml")
     where = write_gradescope(tmp_path / "class", [ADA, BOB])
     (where / "submission_1816" / "lab.c").unlink()

@@ -157,21 +157,21 @@ def evil() -> Graded:
 # -- nothing is obeyed --------------------------------------------------------------------------------------
 
 
-def test_a_students_page_shows_what_strangers_wrote_and_obeys_none_of_it() -> None:
+def test_student_page_escapes_foreign_text() -> None:
     found = assert_harmless(student_page(evil(), EVIL))
 
     assert found.text.count("<script>alert(1)</script>") > 10
     assert "\\x1b[31m\\x00\\u202e" in found.text
 
 
-def test_the_class_page_likewise() -> None:
+def test_class_page_escapes_foreign_text() -> None:
     found = assert_harmless(class_page(whole(evil(), evil().model_copy(update={"status": "rejected"}))))
 
     assert "<script>alert(1)</script>" in found.text
 
 
 @given(st.text())
-def test_any_text_stays_text(text: str) -> None:
+def test_html_escapes_any_text(text: str) -> None:
     found = Page(page(text, "p{}", element("p", text, title=text)))
 
     assert [tag for tag, _ in found.tags] == [
@@ -190,7 +190,7 @@ def test_any_text_stays_text(text: str) -> None:
 
 
 @given(st.text())
-def test_what_is_made_visible_has_nothing_that_controls_and_is_otherwise_the_same(text: str) -> None:
+def test_visible_text_has_no_control_characters(text: str) -> None:
     assert visible(text).isprintable()
     assert one_line(text).isprintable()
     assert all(line.isprintable() or "\t" in line for line in visible(text, lines=True).split("\n"))
@@ -198,7 +198,7 @@ def test_what_is_made_visible_has_nothing_that_controls_and_is_otherwise_the_sam
         assert visible(text) == text
 
 
-def test_junit_is_xml_that_says_the_same() -> None:
+def test_junit_xml_agrees_with_the_grades() -> None:
     root = ET.fromstring(junit_xml(whole(evil(), graded("bob", status="rejected", reason=EVIL))))
     failures = [one.get("type") for one in root.iter("failure")]
     errors = [one.get("message") for one in root.iter("error")]
@@ -209,7 +209,7 @@ def test_junit_is_xml_that_says_the_same() -> None:
 
 
 @pytest.mark.parametrize("name", ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "=cmd|' /C calc'!A0"])
-def test_a_spreadsheet_does_not_compute_a_name(name: str) -> None:
+def test_spreadsheet_cells_are_not_formulas(name: str) -> None:
     rows = list(csv.DictReader(io.StringIO(grades_csv(whole(graded("7", name=name))))))
 
     assert not rows[0]["name"].startswith(("=", "+", "-", "@", "\t"))
@@ -217,7 +217,7 @@ def test_a_spreadsheet_does_not_compute_a_name(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["a;=1+1", 'a; "=1+1', "a;\u00a0@SUM(A1)", 'a;""+1', "a;;-1;=2"])
-def test_a_spreadsheet_that_separates_by_semicolons_computes_nothing(name: str) -> None:
+def test_semicolon_spreadsheet_cells_are_not_formulas(name: str) -> None:
     """A spreadsheet takes the system's separator, a semicolon in half of Europe, and not the file's."""
     text = grades_csv(whole(graded("7", name=name)))
 
@@ -234,14 +234,14 @@ def test_a_file_name_is_one_on_every_system(student: str) -> None:
 
 
 @given(st.lists(st.text(max_size=8), unique=True, max_size=20))
-def test_no_two_students_share_a_file_also_where_case_does_not_count(students: list[str]) -> None:
+def test_report_names_are_unique_ignoring_case(students: list[str]) -> None:
     assert len({report_name(one).casefold() for one in students}) == len(students)
 
 
 # -- who is not judged gets no zero -------------------------------------------------------------------------
 
 
-def test_only_what_was_judged_has_points(words: Words) -> None:
+def test_only_judged_submissions_have_points(words: Words) -> None:
     full = verdict(check("1.a", points=2, outcome="passed"))
     half = verdict(check("1.a"), check("1.b", points=0, outcome="unjudged", unjudged_because="no time"))
     found = whole(
@@ -266,12 +266,12 @@ def test_only_what_was_judged_has_points(words: Words) -> None:
 
 
 @pytest.mark.parametrize("reason", ["does not compile", "lab3.elf: is empty", "the archive is damaged"])
-def test_a_reason_stands_on_the_students_page_whatever_it_speaks_of(reason: str) -> None:
+def test_rejection_reason_is_on_the_student_page(reason: str) -> None:
     page = Page(student_page(graded(status="rejected", reason=reason), "Lab"))
     assert f": {reason}." in page.text
 
 
-def test_students_page_says_what_was_handed_in_and_ends_a_question_once() -> None:
+def test_student_page_lists_submitted_files() -> None:
     one = graded(status="rejected", reason="does not compile: did you mean x?", files=("main.c", "notes.txt"))
     page = assert_harmless(student_page(one, "Lab"))
 
@@ -279,7 +279,7 @@ def test_students_page_says_what_was_handed_in_and_ends_a_question_once() -> Non
     assert "x?." not in page.text
 
 
-def test_class_without_a_roster_has_no_answer_about_it() -> None:
+def test_class_without_roster_leaves_column_empty() -> None:
     one = graded("ada", on_roster=None)
 
     assert next(csv.DictReader(io.StringIO(grades_csv(whole(one)))))["on_roster"] == ""
@@ -287,7 +287,7 @@ def test_class_without_a_roster_has_no_answer_about_it() -> None:
     assert GradedClass.from_json(whole(one).to_json()) == whole(one)
 
 
-def test_class_page_lists_late_ones_and_those_not_on_the_roster() -> None:
+def test_class_page_lists_late_and_unknown_students() -> None:
     late = graded("ada", late=True, late_by_s=3700, files=tuple(f"{number}.c" for number in range(9)))
     page = assert_harmless(class_page(whole(late, graded("eve", on_roster=False, files=("eve.c",)))))
 
@@ -297,7 +297,7 @@ def test_class_page_lists_late_ones_and_those_not_on_the_roster() -> None:
     assert "eve.c" in page.text
 
 
-def test_a_check_without_points_that_could_not_be_judged_keeps_nobody_from_a_grade() -> None:
+def test_unjudged_check_without_points_does_not_prevent_grade() -> None:
     """The compiler's warnings of a program that was handed in built."""
     aside = check("1.w", points=0, max_points=0, outcome="unjudged", unjudged_because="no source")
     one = graded(verdict=verdict(check("1.a", points=2, outcome="passed"), aside))
@@ -333,7 +333,7 @@ def test_the_hardest_check_comes_first() -> None:
 # -- what a student sees ------------------------------------------------------------------------------------
 
 
-def test_a_student_sees_what_the_rubric_allows() -> None:
+def test_student_sees_only_what_the_rubric_allows() -> None:
     secret = verdict(
         check("1.a", actual="seen a"),
         check("2.b", expected="secret b", detail="actual", actual="seen b"),
@@ -354,7 +354,7 @@ def test_a_student_sees_what_the_rubric_allows() -> None:
     assert "seen b" in before
 
 
-def test_the_evidence_lies_apart_from_what_is_handed_out(tmp_path: Path) -> None:
+def test_evidence_is_separate_from_student_pages(tmp_path: Path) -> None:
     secret = verdict(check("1.a", title="secret", visibility="never"), evidence=(run(),))
     reports = Reports(tmp_path, "Lab")
     line = reports.student(graded(verdict=secret))
@@ -369,7 +369,7 @@ def test_the_evidence_lies_apart_from_what_is_handed_out(tmp_path: Path) -> None
     assert not (tmp_path / "evidence" / "ada.json").exists()
 
 
-def test_a_pseudonym_stays_and_says_nothing() -> None:
+def test_pseudonym_is_stable_and_anonymous() -> None:
     ada = Student("17-123", "Ada", "ada@example.org")
     shown = pseudonym(ada, b"key")
 
@@ -405,7 +405,7 @@ def test_every_print_has_its_mark_in_the_picture(
     assert "inf" not in drawn
 
 
-def test_a_direction_through_north_is_not_drawn_across_the_chart() -> None:
+def test_direction_through_north_is_drawn_with_a_gap() -> None:
     yaw = Series(
         name="Yaw", unit="deg", t_s=(1, 2, 3, 4), printed=(170, 179, -179, -170), truth=(170, 179, -179, -170)
     )
@@ -414,13 +414,13 @@ def test_a_direction_through_north_is_not_drawn_across_the_chart() -> None:
 
 
 @given(st.lists(st.floats(0, 100)), st.floats(0.5, 1000))
-def test_the_distribution_counts_everybody(values: list[float], most: float) -> None:
+def test_distribution_counts_every_student(values: list[float], most: float) -> None:
     drawn = histogram(values, most)
 
     assert sum(map(int, re.findall(r"<title>(\d+) with", drawn))) == len(values)
 
 
-def test_who_lacks_half_a_point_does_not_stand_with_those_who_have_all() -> None:
+def test_histogram_separates_full_points() -> None:
     drawn = histogram([19.5, 20.0, 19.0, 0.5], 20.0)
 
     found = re.findall(r"<title>(.*?)</title>", drawn)
@@ -530,7 +530,7 @@ def test_gradescope_gets_no_results_without_a_grade(status: str) -> None:
         gradescope_results(graded(status=status, reason="the worker died"))
 
 
-def test_who_has_the_rubric_is_told_the_command_that_judges_the_same() -> None:
+def test_replay_command_is_shown_with_the_rubric() -> None:
     known = {"rubric": "lab3", "rubric_digest": load_rubric("lab3").digest, "seed": 7}
     found = verdict(check("1.a")).model_copy(update=known)
     command = "fcu check 'my lab.elf' --rubric lab3 --seed 7 --save motions"
@@ -543,7 +543,7 @@ def test_who_has_the_rubric_is_told_the_command_that_judges_the_same() -> None:
         assert "fcu check" not in student_page(graded(verdict=other), "LAB3")
 
 
-def test_a_failed_check_quotes_the_line_that_is_wrong() -> None:
+def test_failed_check_quotes_the_wrong_line() -> None:
     found = verdict(check("1.a", printed='"Pitch: 5" at 3 s'))
 
     assert "such as" in Page(student_page(graded(verdict=found), "LAB3")).text

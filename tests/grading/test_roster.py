@@ -30,20 +30,20 @@ def test_columns_are_found_by_name(text: str, tmp_path: Path) -> None:
     assert load_roster(roster(tmp_path, text)).students == (Student("7", "Ada Lovelace", "ada@example.org"),)
 
 
-def test_names_keep_what_they_have_and_are_shown_by_others(tmp_path: Path) -> None:
+def test_names_are_loaded_unchanged(tmp_path: Path) -> None:
     path = roster(tmp_path, 'id,name\n1,"Ada\nLovelace"\n2,../../etc\n3,\x1b[31mEve\n')
 
     assert [one.name for one in load_roster(path).students] == ["Ada\nLovelace", "../../etc", "\x1b[31mEve"]
 
 
-def test_what_is_no_utf_8_is_read_as_windows_writes_it_and_said(tmp_path: Path) -> None:
+def test_non_utf8_roster_is_read_as_windows_1252(tmp_path: Path) -> None:
     found = load_roster(roster(tmp_path, "id,name\n1,Jürg\n".encode("cp1252")))
 
     assert found.students[0].name == "Jürg"
     assert "Windows-1252" in found.notes[0]
 
 
-def test_whom_a_submission_means(tmp_path: Path) -> None:
+def test_submission_name_resolves_to_a_student(tmp_path: Path) -> None:
     text = "id,name,email,submission\n1,Ada L,ada@x.org,\n2,Bob B,bob@x.org,lab_2\n3,Bob B,bo@x.org,\n"
     found = load_roster(roster(tmp_path, text))
     means = {
@@ -75,9 +75,7 @@ def test_whom_a_submission_means(tmp_path: Path) -> None:
         ("", ":1"),
     ],
 )
-def test_what_is_wrong_is_said_with_file_and_line(
-    data: str | bytes, line: str, tmp_path: Path, words: Words
-) -> None:
+def test_roster_error_names_file_and_line(data: str | bytes, line: str, tmp_path: Path, words: Words) -> None:
     file = roster(tmp_path, data)
     with pytest.raises(InputError) as refused:
         load_roster(file)

@@ -60,7 +60,7 @@ def refusal(where: Path, take: str | None = None) -> RejectedError:
 # -- what ---------------------------------------------------------------------------------------------------
 
 
-def test_source_is_main_and_what_lies_beside_it(tmp_path: Path) -> None:
+def test_source_is_main_and_neighbouring_files(tmp_path: Path) -> None:
     where = tree(
         tmp_path / "class",
         **{
@@ -90,7 +90,7 @@ def test_source_goes_before_firmware_unless_firmware_is_wanted(tmp_path: Path) -
 @pytest.mark.parametrize(
     ("name", "built"), [("my-program.c", "my-program.c"), ("my program.c", "main.c"), ("LAB.C", "main.c")]
 )
-def test_the_one_c_file_is_the_program_whatever_it_is_called(name: str, built: str, tmp_path: Path) -> None:
+def test_single_c_file_is_the_program(name: str, built: str, tmp_path: Path) -> None:
     found = content(tree(tmp_path / "class", **{f"ada/{name}": b"1", "ada/notes.txt": b""}))
 
     assert isinstance(found, SubmittedSource)
@@ -115,7 +115,7 @@ def test_a_submission_may_be_a_file(name: str, tmp_path: Path) -> None:
     assert content(where) in (SubmittedSource({"main.c": b"data"}), SubmittedFirmware(name, b"data"))
 
 
-def test_an_archive_is_looked_into_also_where_it_lies_in_a_folder(tmp_path: Path) -> None:
+def test_archive_in_a_folder_is_unpacked(tmp_path: Path) -> None:
     where = tmp_path / "class"
     zipped(where / "ada.zip", **{"lab/main.c": b"1"})
     assert content(where) == SubmittedSource({"main.c": b"1"})
@@ -143,7 +143,7 @@ def test_an_archive_is_looked_into_also_where_it_lies_in_a_folder(tmp_path: Path
         ({"ada/main.c": "int x;".encode("utf-16")}, "encoding"),
     ],
 )
-def test_what_cannot_be_taken_says_why(
+def test_unusable_submission_is_refused_with_reason(
     files: dict[str, bytes], kind: str, tmp_path: Path, words: Words
 ) -> None:
     refused = refusal(tree(tmp_path / "class", **files))
@@ -197,7 +197,7 @@ def test_a_digest_depends_on_names_and_contents() -> None:
         "eve_4242_1_x_1815_assignsubmission_file_.c",  # Moodle's id in the name of a file on Canvas
     ],
 )
-def test_name_with_two_ids_is_rejected_under_its_whole_name(tmp_path: Path, stolen: str) -> None:
+def test_name_with_two_ids_is_rejected(tmp_path: Path, stolen: str) -> None:
     own = "Ada_1815_assignsubmission_file_main.c"
     where = tree(tmp_path / "class", **{stolen: b"1", own: b"2"})
     roster = Roster([Student("1815", "Ada"), Student("4242", "Eve")])
@@ -261,7 +261,7 @@ def test_a_class_may_come_as_one_archive(tmp_path: Path) -> None:
     assert [one.student.id for one in find_submissions(file, None, tmp_path / "s")] == ["ada", "bob"]
 
 
-def test_the_roster_says_the_order_and_who_handed_in_nothing(tmp_path: Path, words: Words) -> None:
+def test_roster_determines_order_and_missing_submissions(tmp_path: Path, words: Words) -> None:
     where = tree(tmp_path / "class", **{"ada/main.c": b"1", "x/main.c": b"1", "zoe@example.org/main.c": b"2"})
     roster = tmp_path / "roster.csv"
     roster.write_text("id,email\n9,zoe@example.org\nbob,\nada,\n")
@@ -275,13 +275,13 @@ def test_the_roster_says_the_order_and_who_handed_in_nothing(tmp_path: Path, wor
     words("grade", found[1].problem)
 
 
-def test_two_submissions_of_one_student_are_both_kept_out(tmp_path: Path, words: Words) -> None:
+def test_two_submissions_of_one_student_are_rejected(tmp_path: Path, words: Words) -> None:
     where = tree(tmp_path / "class", **{"ada/main.c": b"1", "ada.elf": ELF})
 
     words("grade", str(refusal(where)))
 
 
-def test_a_folder_without_submissions_is_wrong_use(tmp_path: Path) -> None:
+def test_folder_without_submissions_is_a_usage_error(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     for name, kind in (("empty", "no_submissions"), ("nowhere", "no_such_folder")):
         with pytest.raises(InputError) as refused:
@@ -290,7 +290,7 @@ def test_a_folder_without_submissions_is_wrong_use(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("with_roster", [False, True])
-def test_every_file_that_was_handed_in_is_in_the_result(tmp_path: Path, with_roster: bool) -> None:
+def test_every_submitted_file_is_in_the_result(tmp_path: Path, with_roster: bool) -> None:
     names = ["main.txt", "olaf.cpp", "pia.ino", "Ada_1_assignsubmission_file_report.pdf", "README", "eve.c"]
     where = tree(
         tmp_path / "class", **dict.fromkeys(names, b"int x;"), **{".DS_Store": b"", "Thumbs.db": b""}
@@ -344,7 +344,7 @@ def flat(pattern: str, files: dict[str, bytes]) -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize("platform", FLAT)
-def test_files_of_one_student_in_a_flat_folder_are_one_submission(tmp_path: Path, platform: str) -> None:
+def test_files_in_flat_folder_form_one_submission(tmp_path: Path, platform: str) -> None:
     ada, bob = FLAT[platform]
     files = {"main.c": b"1", "motion.c": b"2", "motion.h": b"3", "report.pdf": b"4"}
     where = tree(tmp_path / "class", **flat(ada, files), **flat(bob, {"lab3.elf": ELF}))

@@ -68,9 +68,7 @@ def test_processes_stay_warm(workers: LocalWorkers) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
-def test_a_task_whose_process_is_killed_is_done_again_elsewhere(
-    workers: LocalWorkers, tmp_path: Path
-) -> None:
+def test_task_of_killed_process_is_repeated(workers: LocalWorkers, tmp_path: Path) -> None:
     victim = workers.submit(die_once, tmp_path / "marker")
     others = [workers.submit(give, number) for number in range(10)]
 
@@ -78,14 +76,14 @@ def test_a_task_whose_process_is_killed_is_done_again_elsewhere(
     assert [one.result() for one in others] == list(range(10))
 
 
-def test_a_task_that_always_ends_its_process_is_given_up_with_a_cause(workers: LocalWorkers) -> None:
+def test_task_that_ends_its_process_fails_with_cause(workers: LocalWorkers) -> None:
     with pytest.raises(NotJudgedError, match=r"\(exit code 7\)") as ended:
         workers.submit(die).result()
     assert ended.value.kind == "worker_died"
     assert workers.submit(give, 1).result() == 1
 
 
-def test_what_cannot_be_sent_says_so_and_ends_nothing(workers: LocalWorkers) -> None:
+def test_unpicklable_task_fails_alone(workers: LocalWorkers) -> None:
     with pytest.raises(Exception, match=r"pickle|local object"):
         workers.submit(give, lambda: None).result()
     with pytest.raises(NotJudgedError, match=r"pickle|local object"):

@@ -48,13 +48,13 @@ def examples(text: str) -> str:
 
 
 @pytest.mark.parametrize(("kind", "name"), SHOWN)
-def test_what_a_page_shows_says_what_it_is(kind: str, name: str) -> None:
+def test_documented_objects_have_docstrings(kind: str, name: str) -> None:
     shown = importlib.import_module(name) if kind == "module" else found(name)
 
     assert (shown.__doc__ or "").strip()
 
 
-def test_the_docs_extra_has_what_the_pages_import() -> None:
+def test_docs_extra_has_all_imports_of_pages() -> None:
     """Of the packages that other extras name, only those of the extra may be imported."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = {
@@ -90,7 +90,7 @@ def test_examples_in_docstrings_run(
     exec(compile(program, name, "exec"), names)
 
 
-def test_all_that_is_imported_from_the_package_is_on_a_page() -> None:
+def test_public_names_are_on_a_page() -> None:
     text = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
     whole = re.findall(r"automodule:: ([\w.]+)\n(?!   :no-members:)", text)
 
@@ -101,7 +101,7 @@ def test_all_that_is_imported_from_the_package_is_on_a_page() -> None:
     ] == []
 
 
-def test_every_page_is_built_without_a_warning(tmp_path: Path) -> None:
+def test_every_page_builds_without_warnings(tmp_path: Path) -> None:
     """As CONTRIBUTING says: python -m sphinx -W -b html docs build/docs"""
     pytest.importorskip("furo", reason="the documentation's tools are not installed: pip install '.[docs]'")
     pytest.importorskip("myst_parser", reason="the documentation's tools are not installed")

@@ -26,14 +26,14 @@ SEED = 2  # the usual campaign has another
 @linux
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.name)
-def test_nothing_is_broken(attack: Attack, tmp_path: Path) -> None:
+def test_attacks_break_nothing(attack: Attack, tmp_path: Path) -> None:
     tries = FEW.get(attack.name, 3)
     outcome = carry_out(attack, tries, SEED, tmp_path)
     assert outcome.broken == ()
     assert outcome.tries == tries == sum(outcome.outcomes.values())
 
 
-def test_what_breaks_is_told(tmp_path: Path) -> None:
+def test_broken_attack_is_reported(tmp_path: Path) -> None:
     def tries(number, random, folder):  # type: ignore[no-untyped-def]
         yield "held"
         raise KeyError("pitch")
@@ -45,7 +45,7 @@ def test_what_breaks_is_told(tmp_path: Path) -> None:
 
 @linux
 @pytest.mark.parametrize("firmware", ["lab3", "solution"])
-def test_a_long_run_takes_no_more_than_a_short_one(firmware: str) -> None:
+def test_long_run_needs_constant_resources(firmware: str) -> None:
     """Two hours are ``python -m tests.campaigns.soak``; here the middle of a minute is held against its end."""
     from tests.campaigns.soak import soak
 

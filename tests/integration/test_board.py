@@ -45,13 +45,13 @@ PLOT_BLOCK = (
 )
 
 
-def test_the_lab3_terminal_is_the_labs_to_the_byte() -> None:
+def test_lab3_terminal_equals_the_lab() -> None:
     board = Board(firmware="lab3")
     board.run_for(4.15)
     assert re.fullmatch(re.escape(BOOT) + f"({TEMPLATE_BLOCK}{PLOT_BLOCK}){{3}}", board.terminal.text)
 
 
-def test_the_template_prints_its_block_only_and_toggles_both_leds() -> None:
+def test_template_prints_its_block_and_toggles_leds() -> None:
     board = Board(firmware="template")
     board.run_for(4)
     assert re.fullmatch(re.escape(BOOT) + f"({TEMPLATE_BLOCK}){{3}}", board.terminal.text)
@@ -59,7 +59,7 @@ def test_the_template_prints_its_block_only_and_toggles_both_leds() -> None:
     assert toggles[:4] == ["PB5", "PB4", "PB5", "PB4"]
 
 
-def test_the_banner_is_out_after_its_frames_and_the_lines_a_second_later() -> None:
+def test_banner_and_sensor_lines_have_exact_times() -> None:
     """39 bytes of 10 bits at 84 MHz / 729; the LPS22HB driver waits 1 s before the five lines."""
     board = Board(firmware="lab3")
     board.run_for(39 * 10 * 729 / 84e6 - 1e-6)
@@ -110,7 +110,7 @@ def test_the_callback_preempts_a_delay_and_a_transmit() -> None:
     assert seen["delay"] >= 15
 
 
-def test_a_callback_that_prints_during_a_print_is_busy() -> None:
+def test_print_in_callback_during_print_is_busy() -> None:
     """ST's HAL: a second HAL_UART_Transmit returns HAL_BUSY and its text is lost."""
     results: set[int] = set()
 
@@ -144,7 +144,7 @@ def test_hal_delay_waits_for_ticks_of_1_ms() -> None:
     assert ends == [5, 1005]
 
 
-def test_100_khz_makes_ticks_late_and_lost_and_starves_main() -> None:
+def test_100_khz_loses_ticks_and_starves_main() -> None:
     """Four bursts are 772.5 us at 400 kHz and 3.09 ms at 100 kHz, in a period of 1.25 ms.
 
     The first callback is that of the flag left by EGR.UG, before the counter runs; after it the main loop has
@@ -208,7 +208,7 @@ def test_unread_input_overruns_as_on_the_board() -> None:
     assert all("overrun" in event.text for event in board.trace.of(Fault))
 
 
-def test_receive_times_out_with_what_came() -> None:
+def test_receive_timeout_returns_received_bytes() -> None:
     results: list[tuple[int, bytes]] = []
     board = Board(firmware=script(lambda hal: results.append(hal.HAL_UART_Receive(4, 20))))
     board.terminal.write("ab")
@@ -216,7 +216,7 @@ def test_receive_times_out_with_what_came() -> None:
     assert results == [(HAL_TIMEOUT, b"ab")]
 
 
-def test_a_transmit_that_cannot_finish_in_time_is_a_timeout() -> None:
+def test_unfinished_transmit_is_a_timeout() -> None:
     results: list[int] = []
     board = Board(firmware=script(lambda hal: results.append(hal.HAL_UART_Transmit(bytes(1000), 10))))
     board.run_for(1)
@@ -228,7 +228,7 @@ def test_a_transmit_that_cannot_finish_in_time_is_a_timeout() -> None:
     ("kind", "status"),
     [("absent", HAL_ERROR), ("stuck", HAL_BUSY), ("bus_error", HAL_ERROR), ("nack", HAL_ERROR)],
 )
-def test_a_broken_bus_is_a_status_for_the_firmware(kind: FaultKind, status: int) -> None:
+def test_bus_fault_is_a_hal_status(kind: FaultKind, status: int) -> None:
     results: list[int] = []
     board = Board(firmware=script(lambda hal: results.append(hal.HAL_I2C_Mem_Write(0xD6, 0x10, b"\xa8"))))
     board.i2c2.inject(I2CFault(kind, 0, 1, address=0x6B, byte_index=1))
@@ -236,7 +236,7 @@ def test_a_broken_bus_is_a_status_for_the_firmware(kind: FaultKind, status: int)
     assert results == [status]
 
 
-def test_a_sensor_that_does_not_answer_stops_the_boot_after_the_banner() -> None:
+def test_silent_sensor_stops_boot_after_banner() -> None:
     """ST's firmware: initializeAllSensors spins for ever without a message."""
     board = Board(firmware="lab3")
     board.i2c2.inject(I2CFault("absent", address=0x1E))
@@ -245,7 +245,7 @@ def test_a_sensor_that_does_not_answer_stops_the_boot_after_the_banner() -> None
     assert board.tim9.ticks == 0
 
 
-def test_firmware_that_fails_is_named_and_time_goes_on() -> None:
+def test_firmware_error_is_raised_and_time_continues() -> None:
     def main(hal: VirtualHal) -> None:
         hal.HAL_Delay(100)
         raise ZeroDivisionError("no such gain")
@@ -271,7 +271,7 @@ def whole() -> Board:
 
 @settings(max_examples=10)
 @given(st.lists(st.floats(0.0001, 0.4), min_size=1, max_size=5))
-def test_how_a_run_is_sliced_changes_nothing(whole: Board, slices: list[float]) -> None:
+def test_slicing_does_not_change_the_run(whole: Board, slices: list[float]) -> None:
     sliced = Board(firmware="lab3", seed=3)
     sliced.trace.record_all()
     for seconds in slices:
@@ -281,7 +281,7 @@ def test_how_a_run_is_sliced_changes_nothing(whole: Board, slices: list[float]) 
     assert sliced.trace.of(BusTransfer) == whole.trace.of(BusTransfer)
 
 
-def test_the_same_board_twice_is_the_same_and_another_seed_is_another() -> None:
+def test_output_depends_on_the_seed() -> None:
     texts = []
     for seed in (1, 1, 2):
         board = Board(firmware="lab3", seed=seed)
@@ -290,7 +290,7 @@ def test_the_same_board_twice_is_the_same_and_another_seed_is_another() -> None:
     assert texts[0] == texts[1] != texts[2]
 
 
-def test_a_class_of_boards_lives_in_one_process_and_goes_away() -> None:
+def test_thirty_boards_are_released() -> None:
     boards = [Board(firmware="lab3", seed=seed) for seed in range(30)]
     for _ in range(3):
         for board in boards:
@@ -302,7 +302,7 @@ def test_a_class_of_boards_lives_in_one_process_and_goes_away() -> None:
     assert not any(reference() for reference in references)
 
 
-def test_a_board_may_go_away_while_another_one_runs() -> None:
+def test_board_may_be_collected_while_another_runs() -> None:
     """The garbage collector may run anywhere, also inside another board's firmware."""
     dropped = [Board(firmware="lab3") for _ in range(3)]
     for board in dropped:
@@ -322,7 +322,7 @@ def test_a_board_may_go_away_while_another_one_runs() -> None:
     assert board.terminal.text == "still here"
 
 
-def test_names_that_do_not_exist_are_answered_with_those_that_do() -> None:
+def test_unknown_names_list_known_ones() -> None:
     with pytest.raises(InputError, match=r"'lab4'.*: lab3, template") as firmware:
         Board(firmware="lab4")
     with pytest.raises(InputError, match=r"'lab2'.*: lab3") as wiring:
@@ -330,7 +330,7 @@ def test_names_that_do_not_exist_are_answered_with_those_that_do() -> None:
     assert (firmware.value.kind, wiring.value.kind) == ("unknown_firmware", "unknown_wiring")
 
 
-def test_values_that_cannot_be_used_are_refused_with_a_kind() -> None:
+def test_unusable_values_are_refused_with_kind() -> None:
     board = Board()
     for seconds in (-1, float("nan")):
         with pytest.raises(InputError, match=rf" {seconds} s") as refused:
@@ -344,7 +344,7 @@ def test_values_that_cannot_be_used_are_refused_with_a_kind() -> None:
     assert refused.value.kind == "not_latin_1"
 
 
-def test_a_callback_that_finds_the_bus_taken_is_busy() -> None:
+def test_callback_on_a_busy_bus_is_busy() -> None:
     """The HAL locks its handle; main loop and interrupt share the bus without a lock."""
     results: set[int] = set()
 

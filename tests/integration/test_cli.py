@@ -47,7 +47,7 @@ def test_help_names_every_command() -> None:
         assert f"\n  {command} " in text
 
 
-def test_run_prints_the_terminal_on_stdout_and_the_rest_on_stderr(words: Words) -> None:
+def test_run_separates_terminal_and_messages(words: Words) -> None:
     done = fcu("run", "--duration", "2500ms")
     assert done.stdout.decode().startswith(BANNER)
     assert b"fcu:" not in done.stdout
@@ -57,13 +57,13 @@ def test_run_prints_the_terminal_on_stdout_and_the_rest_on_stderr(words: Words) 
     assert "TIM9 800.000 Hz" in errors
 
 
-def test_the_template_is_a_firmware_of_its_own() -> None:
+def test_template_runs_without_angles() -> None:
     text = fcu("run", "template", "--duration", "3s", "-q").stdout.decode()
     assert "ACC[x,y,z] " in text
     assert "Pitch" not in text
 
 
-def test_the_same_command_twice_gives_the_same_bytes_and_trace(tmp_path: Path) -> None:
+def test_seed_determines_output_and_trace(tmp_path: Path) -> None:
     runs = []
     for name in ("a", "b", "c"):
         trace = tmp_path / f"{name}.jsonl"
@@ -102,13 +102,11 @@ def test_the_trace_is_json_lines_with_register_names(tmp_path: Path) -> None:
         ("--scenario", "nowhere"),
     ],
 )
-def test_what_cannot_be_is_one_line_that_says_what_would_be_right(
-    arguments: tuple[str, ...], words: Words
-) -> None:
+def test_invalid_arguments_are_refused_in_one_line(arguments: tuple[str, ...], words: Words) -> None:
     words("run", one_line_error("run", *arguments))
 
 
-def test_an_unwritable_trace_is_refused_before_anything_runs(tmp_path: Path) -> None:
+def test_unwritable_trace_is_refused_before_the_run(tmp_path: Path) -> None:
     where = tmp_path / "no such folder" / "trace.jsonl"
     line = one_line_error("run", "--duration", "1s", "--trace", str(where))
     assert "trace file" in line
@@ -125,7 +123,7 @@ def test_registers_prints_the_map_with_meanings(words: Words) -> None:
     words("registers", one_line_error("registers", "bme280"))
 
 
-def test_a_register_is_shown_wherever_it_is() -> None:
+def test_register_is_printed_for_every_part() -> None:
     text = fcu("registers", "who_am_i").stdout.decode()
     assert re.findall(r"^(L\w+)$|: always (0x\w+)", text, re.MULTILINE) == [
         ("LSM6DSL", ""),
@@ -138,7 +136,7 @@ def test_a_register_is_shown_wherever_it_is() -> None:
     assert fcu("registers", "SR1").stdout.decode().count("SMBALERT: ") == len(["I2C1", "I2C2", "I2C3"])
 
 
-def test_registers_begins_with_how_the_part_is_reached_and_ends_with_how_it_deviates(words: Words) -> None:
+def test_registers_prints_bus_access_and_deviations(words: Words) -> None:
     text = fcu("registers", "lps22hb").stdout.decode()
     lines = text.splitlines()
     assert lines[0].startswith("LPS22HB ")
@@ -153,7 +151,7 @@ def test_registers_begins_with_how_the_part_is_reached_and_ends_with_how_it_devi
     assert "0 to 1000" in deviations
 
 
-def test_doctor_says_what_works() -> None:
+def test_doctor_lists_working_features() -> None:
     text = fcu("doctor").stdout.decode()
     assert re.search(r"^ok .*\blab3 .*\d", text, re.MULTILINE)
     needed = [one for one in importlib.metadata.requires("fcu-emulator") or [] if "extra ==" not in one]
@@ -183,7 +181,7 @@ def test_ctrl_c_ends_the_run_with_its_summary() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="head is a POSIX tool")
-def test_a_reader_that_goes_away_does_not_break_the_run() -> None:
+def test_closed_reader_does_not_break_the_run() -> None:
     done = subprocess.run(
         f"'{sys.executable}' -m fcu_emulator run --duration 20s | head -c 20",
         shell=True,
@@ -201,17 +199,17 @@ def test_python_m_emulator_is_fcu() -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="/dev/full is a Linux device")
-def test_a_full_disk_is_blamed_on_the_trace_file() -> None:
+def test_full_disk_names_the_trace_file() -> None:
     done = fcu("run", "--duration", "3s", "--trace", "/dev/full", "-q", code=4)
     assert "fcu: trace file /dev/full: No space left on device" in done.stderr.decode()
 
 
-def test_seed_0_can_be_chosen_over_the_scenarios_own() -> None:
+def test_seed_0_overrides_the_scenario() -> None:
     assert b"seed 0" in fcu("run", "--scenario", "flat", "--seed", "0").stderr
 
 
 @pytest.mark.parametrize("firmware", ["lab3", "solution"])
-def test_a_plain_run_loads_nothing_that_it_does_not_need(firmware: str) -> None:
+def test_plain_run_loads_no_needless_modules(firmware: str) -> None:
     """Schemas of scenarios, readers of debug information: each would be a tenth of the start."""
     command = [sys.executable, "-X", "importtime", "-m", "fcu_emulator", "run", firmware, "--duration", "3ms"]
     done = subprocess.run([*command, "--speed", "max"], capture_output=True, encoding="utf-8", check=True)

@@ -74,7 +74,7 @@ def test_a_machine_without_make_builds_and_checks(project: Path, only_gcc: str) 
 
 @needs_compiler
 @pytest.mark.skipif(sys.platform == "win32", reason="makes a symbolic link")
-def test_a_failed_build_shows_the_error_and_leaves_no_old_program(project: Path, only_gcc: str) -> None:
+def test_failed_build_removes_the_old_program(project: Path, only_gcc: str) -> None:
     (project / "lab3.elf").write_bytes(b"of before")
     main = project / "main.c"
     main.write_text(main.read_text(encoding="utf-8") + "\nint x = no_such_name;\n", encoding="utf-8")
@@ -86,7 +86,7 @@ def test_a_failed_build_shows_the_error_and_leaves_no_old_program(project: Path,
     assert not (project / "lab3.elf").exists()
 
 
-def test_without_a_compiler_one_line_says_what_to_install(project: Path, tmp_path: Path) -> None:
+def test_missing_compiler_error_names_what_to_install(project: Path, tmp_path: Path) -> None:
     empty = tmp_path / "empty"
     empty.mkdir()
     done = fcu("build", folder=project, PATH=str(empty), HOME=str(empty))
@@ -96,14 +96,14 @@ def test_without_a_compiler_one_line_says_what_to_install(project: Path, tmp_pat
     assert len(done.stderr.splitlines()) == 1
 
 
-def test_a_folder_that_is_not_a_project_is_one_line(tmp_path: Path) -> None:
+def test_non_project_folder_is_refused_in_one_line(tmp_path: Path) -> None:
     done = fcu("build", folder=tmp_path)
 
     assert done.returncode == 2
     assert len(done.stderr.splitlines()) == 1
 
 
-def test_a_project_of_an_older_version_is_told_to_use_make(project: Path) -> None:
+def test_old_project_is_refused_with_make_hint(project: Path) -> None:
     (project / "support" / "compile.options").unlink()
     done = fcu("build", folder=project)
 
@@ -164,7 +164,7 @@ def test_the_path_comes_before_other_places(tmp_path: Path) -> None:
 
 @needs_compiler
 @pytest.mark.skipif(sys.platform == "win32", reason="makes a symbolic link")
-def test_check_builds_with_a_compiler_that_is_not_on_the_path(project: Path, tmp_path: Path) -> None:
+def test_check_finds_compiler_outside_the_path(project: Path, tmp_path: Path) -> None:
     assert GCC is not None
     folder = tmp_path / "home" / ".platformio" / "packages" / "toolchain-gccarmnoneeabi"
     folder.mkdir(parents=True)
@@ -199,7 +199,7 @@ def put_compiler(folder: Path, system: str) -> Path:
 
 @pytest.mark.skipif(shutil.which(COMPILER) is None, reason=f"{COMPILER} is not installed")
 @pytest.mark.parametrize("fails", [False, True])
-def test_a_file_that_is_restored_with_its_old_time_is_compiled_again(project: Path, fails: bool) -> None:
+def test_restored_file_is_compiled_again(project: Path, fails: bool) -> None:
     """Also after a build that has failed when it had compiled the changed file."""
     main, board, elf = project / "main.c", project / "support" / "board.c", project / "lab3.elf"
     kept, times, right = board.read_text(), (board.stat().st_atime, board.stat().st_mtime), main.read_text()

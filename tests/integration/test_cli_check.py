@@ -56,7 +56,7 @@ def change(file: Path, old: str, new: str) -> None:
     file.write_text(text.replace(old, new), encoding="utf-8")
 
 
-def test_the_solution_is_all_right() -> None:
+def test_solution_passes() -> None:
     done = fcu("check", "solution", *QUICK, "--exercise", "4")
 
     assert done.returncode == 0, done.stderr
@@ -85,7 +85,7 @@ def line_with(text: str, part: str) -> str:
     return line
 
 
-def test_the_template_is_told_what_to_do_next(tmp_path: Path, words: Words) -> None:
+def test_template_gets_next_steps(tmp_path: Path, words: Words) -> None:
     shutil.copyfile(prebuilt("template", "I2C2"), tmp_path / "lab3.elf")
     done = fcu("check", *QUICK, folder=tmp_path)
 
@@ -101,13 +101,13 @@ def test_the_template_is_told_what_to_do_next(tmp_path: Path, words: Words) -> N
     words("check", done.stdout.partition("Exercise 2")[2])
 
 
-def test_template_is_told_to_write_the_function_of_each_exercise() -> None:
+def test_template_is_told_the_function_to_write() -> None:
     done = fcu("check", "template-arm", "--exercise", "3")
 
     assert "\nNext\n  Write eCompass() " in done.stdout
 
 
-def test_a_failed_check_is_replayed_by_the_command_that_is_printed(tmp_path: Path) -> None:
+def test_printed_command_replays_a_failed_check(tmp_path: Path) -> None:
     done = fcu("check", "template-arm", *QUICK, "--seed", "7", "--save", "my motions", folder=tmp_path)
     again = commands_of(done.stdout)[-1]
     replayed = fcu(*again[1:], "--speed", "max", folder=tmp_path)
@@ -120,7 +120,7 @@ def test_a_failed_check_is_replayed_by_the_command_that_is_printed(tmp_path: Pat
     assert fcu("run", "solution", *again[3:], "--quiet", folder=tmp_path).returncode == 0
 
 
-def test_hints_come_one_by_one(words: Words) -> None:
+def test_hint_option_shows_one_more_hint(words: Words) -> None:
     """Two checks have one at once; each --hint shows one more of the first, until there are no more."""
     none, two, all_of_them = (
         fcu("check", "template-arm", *QUICK, *["--hint"] * count).stdout for count in (0, 2, 5)
@@ -186,7 +186,7 @@ def test_each_requirement_that_is_not_met_is_named(tmp_path: Path) -> None:
 
 
 @needs_compiler
-def test_a_broken_law_is_saved_as_a_scenario_that_fails(project: Path, tmp_path: Path) -> None:
+def test_broken_law_is_saved_as_failing_scenario(project: Path, tmp_path: Path) -> None:
     """A pitch that is wrong only beyond 83 degrees, where no run of the rubric is."""
     code = solved()
     right = "  pitch = pitch * DEGREES;\n"
@@ -201,7 +201,7 @@ def test_a_broken_law_is_saved_as_a_scenario_that_fails(project: Path, tmp_path:
     assert fcu("run", "solution", *command[3:], "--quiet", folder=project).returncode == 0
 
 
-def test_saved_scenario_of_a_led_fails_as_the_check_does(tmp_path: Path) -> None:
+def test_saved_led_scenario_fails_like_the_check(tmp_path: Path) -> None:
     done = fcu("check", "template-arm", "--exercise", "4", "--save", "motions", folder=tmp_path)
     saved = ["--scenario", "motions/steep_y.toml", "--speed", "max", "--quiet"]
 
@@ -210,7 +210,7 @@ def test_saved_scenario_of_a_led_fails_as_the_check_does(tmp_path: Path) -> None
     assert fcu("run", "solution", *saved, folder=tmp_path).returncode == 0
 
 
-def test_the_screen_is_one_screen(tmp_path: Path) -> None:
+def test_check_output_fits_one_screen(tmp_path: Path) -> None:
     done = fcu("check", "template-arm")
 
     lines = done.stdout.splitlines()
@@ -221,7 +221,7 @@ def test_the_screen_is_one_screen(tmp_path: Path) -> None:
     assert max(map(len, lines)) <= 98
 
 
-def test_without_hypothesis_the_output_says_so(tmp_path: Path) -> None:
+def test_missing_hypothesis_is_printed(tmp_path: Path) -> None:
     missing = tmp_path / "hypothesis"
     missing.mkdir()
     (missing / "__init__.py").write_text("raise ModuleNotFoundError('no', name='hypothesis')")
@@ -247,7 +247,7 @@ def test_a_verdict_is_written_as_json(tmp_path: Path) -> None:
 
 
 @needs_compiler
-def test_a_folder_is_built_and_a_warning_is_told(project: Path, words: Words) -> None:
+def test_folder_is_built_and_warning_printed(project: Path, words: Words) -> None:
     change(project / "main.c", "int main(void)\n{\n", "int main(void)\n{\n  int unused;\n")
     first, second = fcu("check", str(project), "-e", "1"), fcu("check", str(project), "-e", "1")
 
@@ -259,7 +259,7 @@ def test_a_folder_is_built_and_a_warning_is_told(project: Path, words: Words) ->
 
 
 @needs_compiler
-def test_what_does_not_build_is_not_judged(project: Path, words: Words) -> None:
+def test_failed_build_is_not_judged(project: Path, words: Words) -> None:
     change(project / "main.c", "int main(void)\n{\n", "int main(void)\n{\n  pitch = 0;\n")
     done = fcu("check", str(project))
 
@@ -296,9 +296,7 @@ def test_a_crash_is_explained_by_its_line(project: Path, words: Words) -> None:
 
 
 @needs_compiler
-def test_a_callback_that_starves_main_is_said_before_hints_about_formulas(
-    project: Path, words: Words
-) -> None:
+def test_starving_callback_is_printed_before_hints(project: Path, words: Words) -> None:
     change(project / "main.c", SAMPLED, f'{SAMPLED}  PRINTF("sampled\\n");\n')
     done = fcu("check", str(project), "-e", "2")
     head, _, rest = done.stdout.partition("Exercise 2: ")
@@ -323,7 +321,9 @@ def test_a_callback_that_starves_main_is_said_before_hints_about_formulas(
         (".",),
     ],
 )
-def test_wrong_use_is_one_line(tmp_path: Path, arguments: tuple[str, ...], words: Words) -> None:
+def test_wrong_arguments_are_refused_in_one_line(
+    tmp_path: Path, arguments: tuple[str, ...], words: Words
+) -> None:
     done = fcu("check", *arguments, folder=tmp_path)
 
     assert done.returncode == 2
@@ -331,14 +331,14 @@ def test_wrong_use_is_one_line(tmp_path: Path, arguments: tuple[str, ...], words
     words("check", done.stderr)
 
 
-def test_a_machine_without_make_and_compiler_is_told_so(project: Path, tmp_path: Path) -> None:
+def test_missing_make_and_compiler_are_reported(project: Path, tmp_path: Path) -> None:
     done = fcu("check", str(project), path=str(tmp_path))
 
     assert done.returncode == 2
     assert done.stderr.startswith("fcu: arm-none-eabi-gcc is not installed: ")
 
 
-def test_a_rubric_file_is_checked_and_its_schema_is_printed(tmp_path: Path, words: Words) -> None:
+def test_rubric_command_checks_file_and_prints_schema(tmp_path: Path, words: Words) -> None:
     checked = fcu("rubric", "check", str(ROOT / "scenarios" / "rubrics" / "lab3.toml"))
     wrong = tmp_path / "wrong.toml"
     wrong.write_text("schema = 1\ntitel = 1\n", encoding="utf-8")

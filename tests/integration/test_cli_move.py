@@ -63,18 +63,18 @@ def options(gesture: str | None = None, amount: float | None = None, **more: Any
 # -- what the arguments mean --------------------------------------------------------------------------------
 
 
-def test_an_angle_alone_is_a_hand_and_leaves_the_others_as_they_are() -> None:
+def test_single_angle_keeps_the_others() -> None:
     assert entries(options(roll=30.0), FLAT) == [
         {"do": "follow_attitude", "roll_deg": 30.0, "pitch_deg": 2.0, "yaw_deg": 3.0}
     ]
 
 
-def test_with_a_time_it_takes_that_time() -> None:
+def test_duration_is_the_time_of_the_motion() -> None:
     (entry,) = entries(options(roll=30.0, yaw=-90.0, duration="1s"), FLAT)
     assert entry == {"do": "rotate_to", "for": "1s", "roll_deg": 30.0, "pitch_deg": 2.0, "yaw_deg": -90.0}
 
 
-def test_the_command_line_knows_the_words() -> None:
+def test_command_accepts_current_and_old_gestures() -> None:
     (argument,) = [one for one in cli.commands["move"].params if one.name == "gesture"]
     assert isinstance(argument.type, click.Choice)
     assert list(argument.type.choices) == [*GESTURES, *OLD_WORDS]
@@ -86,7 +86,7 @@ def test_gestures_have_the_scenarios_words() -> None:
         assert done == ({"follow_attitude", "follow_altitude"} if word == "flat" else {word})
 
 
-def test_every_button_of_the_page_is_a_gesture_that_the_board_does() -> None:
+def test_every_page_button_is_a_working_gesture() -> None:
     for one in buttons():
         assert one["word"] in GESTURES
         assert one["label"].lower().replace(" ", "_").startswith(one["word"])
@@ -97,7 +97,7 @@ def test_every_button_of_the_page_is_a_gesture_that_the_board_does() -> None:
 
 
 @pytest.mark.parametrize("word", GESTURES)
-def test_every_word_is_something_that_the_board_does(word: str) -> None:
+def test_every_gesture_is_executed_by_the_board(word: str) -> None:
     board = Board()
     for entry in entries(options(word), FLAT):
         assert "truth" in Moved(board).answer({"type": "do", "entry": entry})
@@ -116,7 +116,7 @@ def test_every_word_is_something_that_the_board_does(word: str) -> None:
         options(duration="3s"),
     ],
 )
-def test_what_does_not_fit_is_said_in_one_line(given: MoveOptions, words: Words) -> None:
+def test_unsuitable_options_are_refused_in_one_line(given: MoveOptions, words: Words) -> None:
     with pytest.raises(InputError) as caught:
         entries(given, FLAT)
     words("move", str(caught.value))
@@ -125,7 +125,7 @@ def test_what_does_not_fit_is_said_in_one_line(given: MoveOptions, words: Words)
 # -- a board that runs --------------------------------------------------------------------------------------
 
 
-def test_the_board_turns_and_says_how_it_lies(capsys: pytest.CaptureFixture[str]) -> None:
+def test_move_turns_the_board_and_prints_attitude(capsys: pytest.CaptureFixture[str]) -> None:
     with running(Board(ideal=True)) as board:  # without firmware, which one thread runs
         move(options(pitch=30.0, duration="100ms"))
         move(options("lift", 2.0, duration="200ms"))
@@ -138,7 +138,7 @@ def test_the_board_turns_and_says_how_it_lies(capsys: pytest.CaptureFixture[str]
 
 
 @pytest.mark.parametrize("old", OLD_WORDS)
-def test_an_old_word_still_works_and_names_the_new_one(old: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_old_gesture_works_with_a_warning(old: str, capsys: pytest.CaptureFixture[str]) -> None:
     with running(Board()):
         move(options(old))
     output = capsys.readouterr()
@@ -147,7 +147,7 @@ def test_an_old_word_still_works_and_names_the_new_one(old: str, capsys: pytest.
     assert output.out.startswith("lab3: moves from")
 
 
-def test_flat_brings_it_back(capsys: pytest.CaptureFixture[str]) -> None:
+def test_flat_restores_the_level_attitude(capsys: pytest.CaptureFixture[str]) -> None:
     board = Board()
     board.world.set_attitude(10, 20, 30)
     board.world.set_altitude(5)
@@ -158,14 +158,14 @@ def test_flat_brings_it_back(capsys: pytest.CaptureFixture[str]) -> None:
     assert board.world.altitude_m(np.array([board.now_s]))[0] == pytest.approx(0.0)
 
 
-def test_what_the_world_refuses_is_said_and_the_board_goes_on() -> None:
+def test_impossible_move_is_refused_and_board_continues() -> None:
     with running(Board()):
         with pytest.raises(InputError, match="metres"):
             move(options("lift", 1e9))
         move(options("tap"))
 
 
-def test_a_board_that_plays_a_scenario_is_not_moved() -> None:
+def test_board_with_scenario_is_not_moved() -> None:
     board = Board(scenario="desk")
     with pytest.raises(InputError, match=r"\bdesk\b") as refused:
         Moved(board).answer({"type": "do", "entry": {"do": "tap"}})
@@ -186,7 +186,7 @@ def test_a_board_that_plays_a_scenario_is_not_moved() -> None:
         {"type": ["do"], "entry": 3},
     ],
 )
-def test_other_messages_are_errors_of_one_line_and_change_nothing(message: dict[str, Any]) -> None:
+def test_invalid_message_is_refused_without_change(message: dict[str, Any]) -> None:
     board = Board()
     with pytest.raises(InputError) as caught:
         Moved(board).answer(message)
@@ -194,7 +194,7 @@ def test_other_messages_are_errors_of_one_line_and_change_nothing(message: dict[
     assert attitude(board, 1.0) == [0.0, 0.0, 0.0]
 
 
-def test_a_thousand_random_messages_do_not_stop_the_board() -> None:
+def test_random_messages_do_not_stop_the_board() -> None:
     draw = random.Random(8)
     words = [
         "do",

@@ -57,7 +57,7 @@ def served(link: TcpLink, door: ControlServer | None = None) -> Iterator[bytearr
 
 
 @contextlib.contextmanager
-def opened_door(*serial: str, name: str = "lab3") -> Iterator[ControlServer]:
+def running_control_server(*serial: str, name: str = "lab3") -> Iterator[ControlServer]:
     def answer(message: Message) -> dict[str, object]:
         if message.get("wrong"):
             raise InputError("that is wrong")
@@ -89,8 +89,8 @@ def wait_until(condition) -> None:
 # -- finding the board --------------------------------------------------------------------------------------
 
 
-def test_the_board_that_runs_is_found_and_answers(folder: Path) -> None:
-    with opened_door("tcp:4001", "/dev/pts/9") as door:
+def test_running_board_is_found_and_answers(folder: Path) -> None:
+    with running_control_server("tcp:4001", "/dev/pts/9") as door:
         board = the_running_board()
         assert board.serial == ("tcp:4001", "/dev/pts/9")
         assert (board.name, board.process) == ("lab3", os.getpid())
@@ -106,7 +106,7 @@ def test_the_board_that_runs_is_found_and_answers(folder: Path) -> None:
 
 
 def test_of_several_boards_one_is_named() -> None:
-    with opened_door(name="lab3"), opened_door(name="mine.elf"):
+    with running_control_server(name="lab3"), running_control_server(name="mine.elf"):
         with pytest.raises(
             InputError, match=r"^2 boards run: \d+ \(lab3\), \d+ \(mine.elf\); .* --board PROCESS$"
         ):
@@ -116,8 +116,8 @@ def test_of_several_boards_one_is_named() -> None:
         assert refused.value.kind == "no_such_process"
 
 
-def test_the_file_of_a_board_that_was_killed_is_removed(folder: Path) -> None:
-    with opened_door():
+def test_file_of_killed_board_is_removed(folder: Path) -> None:
+    with running_control_server():
         (living,) = folder.iterdir()
         known = json.loads(living.read_text(encoding="utf-8"))
         with socket.socket() as reserved:
@@ -143,8 +143,8 @@ def test_the_file_of_a_board_that_was_killed_is_removed(folder: Path) -> None:
         b"\xff\xfe\n",
     ],
 )
-def test_who_does_not_know_the_token_is_hung_up_on(said: bytes) -> None:
-    with opened_door():
+def test_caller_without_token_is_disconnected(said: bytes) -> None:
+    with running_control_server():
         (board,) = running_boards()
         with socket.create_connection(("127.0.0.1", board.port), DEADLINE_S) as stranger:
             heard = b""
@@ -155,8 +155,8 @@ def test_who_does_not_know_the_token_is_hung_up_on(said: bytes) -> None:
         assert board.ask({"a": 1}) == [{"heard": {"a": 1}}]
 
 
-def test_what_is_no_message_is_answered_to_who_knows_the_token() -> None:
-    with opened_door():
+def test_invalid_message_with_token_gets_an_error() -> None:
+    with running_control_server():
         (board,) = running_boards()
         with socket.create_connection(("127.0.0.1", board.port), DEADLINE_S) as connection:
             connection.sendall(json.dumps({"token": board.token}).encode() + b"\n}{\n\n[]\n")
@@ -166,8 +166,8 @@ def test_what_is_no_message_is_answered_to_who_knows_the_token() -> None:
         assert ["invalid message" in one.get("error", "") for one in answers[1:]] == [True, True, True]
 
 
-def test_many_strangers_do_not_keep_others_out() -> None:
-    with opened_door():
+def test_many_strangers_do_not_block_callers() -> None:
+    with running_control_server():
         (board,) = running_boards()
         with contextlib.ExitStack() as stack:
             for _ in range(20):
@@ -204,15 +204,15 @@ def test_all_byte_values_pass_between_pipes_and_board(words: Words) -> None:
             assert terminal.wait(DEADLINE_S) == 0
 
 
-def test_without_a_word_it_is_the_board_that_runs() -> None:
-    with contextlib.closing(TcpLink(0)) as link, opened_door(link.address):
+def test_terminal_without_argument_uses_the_running_board() -> None:
+    with contextlib.closing(TcpLink(0)) as link, running_control_server(link.address):
         name, port = open_port(None)
         assert name == link.address
         port.close()
 
 
-def test_of_a_board_without_a_port_it_is_the_door_and_an_older_board_has_gone() -> None:
-    with opened_door():
+def test_board_without_port_is_read_through_control_socket() -> None:
+    with running_control_server():
         name, port = open_port(None)
         assert name.startswith("the board lab3 (process ")
         with contextlib.closing(port):
@@ -227,14 +227,14 @@ def test_of_a_board_without_a_port_it_is_the_door_and_an_older_board_has_gone() 
         ("nonsense://x", "invalid URL"),
     ],
 )
-def test_what_cannot_be_opened_is_said_in_one_line(where: str, message: str) -> None:
+def test_unusable_address_is_refused_in_one_line(where: str, message: str) -> None:
     with pytest.raises(LinkError) as caught:
         open_port(where)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
-def test_a_port_that_nobody_serves_says_what_to_start() -> None:
+def test_unserved_port_error_names_the_run_command() -> None:
     with socket.socket() as reserved:
         reserved.bind(("127.0.0.1", 0))
         number = reserved.getsockname()[1]
@@ -261,7 +261,7 @@ def test_a_run_and_a_terminal_find_each_other() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal as its console")
-def test_on_a_console_each_key_goes_at_once_and_the_console_is_as_before() -> None:
+def test_console_sends_keys_at_once_and_is_restored() -> None:
     import termios
 
     ours, its = os.openpty()
@@ -342,6 +342,6 @@ class WindowsKeys:
         ("\ud83d", "�x".encode()),  # half a character, and what came after it
     ],
 )
-def test_a_key_of_windows_console_is_what_a_serial_line_carries(pressed: str, sent: bytes) -> None:
+def test_windows_key_is_sent_as_serial_bytes(pressed: str, sent: bytes) -> None:
     keys = WindowsKeys("\x00;", pressed, "x")  # F1 first, which a serial line does not know
     assert key(keys.getwch, keys.kbhit) == sent

@@ -54,14 +54,14 @@ def changed(**settings: float | str) -> FirmwareFactory:
 # -- what counts as the same --------------------------------------------------------------------------------
 
 
-def test_the_sign_of_a_zero_is_no_difference() -> None:
+def test_sign_of_zero_is_not_a_difference() -> None:
     assert compare(run("Pitch: -0.000000 deg\n"), run("Pitch: 0.000000 deg\n")) == []
     assert compare(run("Pitch: -0.000001 deg\n"), run("Pitch: 0.000001 deg\n")) != []
     assert compare(run("a -0 b\n"), run("a 0 b\n")) == []
     assert compare(run("a -0.5 b\n"), run("a 0.5 b\n")) != []
 
 
-def test_one_line_more_is_one_line_more_and_not_a_hundred_other_lines() -> None:
+def test_inserted_line_is_one_difference() -> None:
     short = [f"line {n}\n" for n in range(6)]
     (difference,) = compare(run(*short), run(*short[:2], "hello\n", *short[2:]))
 
@@ -77,7 +77,7 @@ def test_one_line_more_is_one_line_more_and_not_a_hundred_other_lines() -> None:
     assert difference.first.text == "line 2\n"
 
 
-def test_another_line_is_no_inserted_one() -> None:
+def test_replaced_line_is_not_inserted() -> None:
     (difference,) = compare(run("a\n", "b\n", "c\n", "d\n"), run("a\n", "x\n", "c\n", "d\n"))
 
     assert not difference.inserted
@@ -106,7 +106,7 @@ def test_ticks_that_are_lost_are_a_difference() -> None:
     assert compare(timed(7_200, 0), timed(3_600, 0)) != []
 
 
-def test_the_first_difference_is_the_earliest_of_all_sequences() -> None:
+def test_first_difference_is_the_earliest_of_all_sequences() -> None:
     first = Observation(
         END_PS,
         {
@@ -127,7 +127,7 @@ def test_the_first_difference_is_the_earliest_of_all_sequences() -> None:
     assert [difference.sequence for difference in compare(first, second)] == ["LED1", TERMINAL]
 
 
-def test_a_difference_tells_its_place_both_sides_and_what_was_the_same_before() -> None:
+def test_difference_has_place_both_sides_and_context() -> None:
     (difference,) = compare(run("a\n", "b\n", "c\n"), run("a\n", "b\n", "d\n"))
 
     assert (difference.sequence, difference.index, difference.at_ps) == (TERMINAL, 2, 3 * PS_PER_S)
@@ -137,7 +137,7 @@ def test_a_difference_tells_its_place_both_sides_and_what_was_the_same_before() 
     assert not difference.only_time
 
 
-def test_the_same_within_the_timing_is_no_difference_and_beyond_it_is_one() -> None:
+def test_timing_within_tolerance_is_not_a_difference() -> None:
     on_time, late = run("a\n"), run("a\n", every_ps=PS_PER_S + 30 * PS_PER_MS)
 
     (difference,) = compare(on_time, late)
@@ -147,7 +147,7 @@ def test_the_same_within_the_timing_is_no_difference_and_beyond_it_is_one() -> N
     assert not compare(on_time, late, Rules(ignore={"time"}))
 
 
-def test_a_run_may_fall_behind_at_its_own_pace() -> None:
+def test_run_may_fall_behind_steadily() -> None:
     """15 ms more in each loop are 120 ms after eight of them."""
     lines = [f"{number}\n" for number in range(8)]
     slower = run(*lines, every_ps=PS_PER_S + 15 * PS_PER_MS)
@@ -156,13 +156,13 @@ def test_a_run_may_fall_behind_at_its_own_pace() -> None:
     assert compare(run(*lines), slower, Rules(timing_ps=14 * PS_PER_MS))
 
 
-def test_what_one_run_has_not_done_is_a_difference() -> None:
+def test_missing_entry_is_a_difference() -> None:
     (difference,) = compare(run("a\n", "b\n"), run("a\n"))
 
     assert (difference.first, difference.second) == (ObservedItem(2 * PS_PER_S, "b\n"), None)
 
 
-def test_what_the_end_cut_off_is_none() -> None:
+def test_entry_cut_by_the_end_is_no_difference() -> None:
     end_ps = 2 * PS_PER_S + 10 * PS_PER_MS  # the other run may come to it 20 ms later
     begun = Observation(
         end_ps, {TERMINAL: [ObservedItem(PS_PER_S, "a\n"), ObservedItem(2 * PS_PER_S, "Pit", cut=True)]}
@@ -174,7 +174,7 @@ def test_what_the_end_cut_off_is_none() -> None:
     assert compare(begun, run("a\n", "Roll: 1\n", end_ps=end_ps))
 
 
-def test_a_line_that_is_cut_in_a_number_is_compared_without_it() -> None:
+def test_line_cut_in_a_number_is_compared_partly() -> None:
     end_ps = 2 * PS_PER_S
     begun = Observation(end_ps, {TERMINAL: [ObservedItem(PS_PER_S, "Pre: 977.4", cut=True)]})
     other = run("Pre: 978.120000 hPa \n", end_ps=end_ps)
@@ -184,11 +184,11 @@ def test_a_line_that_is_cut_in_a_number_is_compared_without_it() -> None:
     assert not compare(begun, other, Rules(tolerance=tolerances([("Pre", 1)])))
 
 
-def test_runs_of_unequal_length_are_compared_as_far_as_the_shorter_one_goes() -> None:
+def test_unequal_runs_are_compared_up_to_shorter() -> None:
     assert not compare(run("a\n", "b\n", "c\n"), run("a\n", end_ps=PS_PER_S + 1))
 
 
-def test_either_banner_will_do() -> None:
+def test_both_banners_are_equal() -> None:
     """The slides show FH, ST's source says FW; every comparison takes either."""
     banners = [f"STEVAL-FCU001V1 {word} rev.1.0 - Sep 2017\n" for word in ("FH", "FW", "FX")]
 
@@ -205,14 +205,14 @@ def test_either_banner_will_do() -> None:
         ("\rPitch: 1.000000 deg Roll: 2.000000 deg Yaw: 179.950000 deg \n", False),
     ],
 )
-def test_numbers_of_the_labs_lines_may_differ_within_a_tolerance(other: str, same: bool) -> None:
+def test_numbers_may_differ_within_a_tolerance(other: str, same: bool) -> None:
     line = "Pitch: 1.000000 deg Roll: 2.000000 deg Yaw: 179.950000 deg \n"
     rules = Rules(tolerance=tolerances([("Yaw", 0.11)]))
 
     assert bool(compare(run(line), run(other), rules)) is not same
 
 
-def test_other_lines_know_no_tolerance() -> None:
+def test_tolerance_does_not_apply_to_other_lines() -> None:
     assert compare(run("Count: 1 \n"), run("Count: 2 \n"), Rules(tolerance=tolerances([("ACC", 5)])))
 
 
@@ -221,7 +221,7 @@ def test_a_tolerance_may_name_three_axes_at_once() -> None:
 
 
 @pytest.mark.parametrize("given", [("acc", 1.0), ("ACC.w", 1.0), ("ACC", -1.0), ("ACC", float("nan"))])
-def test_a_tolerance_that_cannot_be_is_refused(given: tuple[str, float]) -> None:
+def test_impossible_tolerance_is_refused(given: tuple[str, float]) -> None:
     with pytest.raises(InputError, match=r"known|must be a number"):
         tolerances([given])
 
@@ -235,7 +235,7 @@ def test_a_tolerance_that_cannot_be_is_refused(given: tuple[str, float]) -> None
         ("leds", {TERMINAL, "LSM6DSL registers", END}),
     ],
 )
-def test_what_is_ignored_is_not_looked_at(ignore: Ignorable, sequences: set[str]) -> None:
+def test_ignored_sequences_are_not_compared(ignore: Ignorable, sequences: set[str]) -> None:
     one = Observation(END_PS, {name: [] for name in (TERMINAL, "LSM6DSL registers", "LED1", END)})
 
     assert set(compared(one, one, Rules(ignore={ignore}))) == sequences
@@ -248,12 +248,12 @@ def test_numbers_can_be_ignored_in_every_line() -> None:
     assert compare(run("Count: 1 \n"), run("Sum: 1 \n"), rules)
 
 
-def test_a_sequence_that_only_one_run_has_is_not_compared() -> None:
+def test_sequence_of_one_run_is_not_compared() -> None:
     """A replayed firmware writes no registers."""
     assert not compare(run("a\n"), run("on", sequence="LED1"))
 
 
-def test_the_largest_deviations_tell_what_a_tolerance_would_have_to_be() -> None:
+def test_largest_deviations_suggest_a_tolerance() -> None:
     first = run("ACC[x,y,z] 1 mg 2 mg 3 mg \n", "Pre: 977.100000 hPa \n", "Pre: 977.200000 hPa \n", "a\n")
     second = run("ACC[x,y,z] 1 mg 4 mg 0 mg \n", "Pre: 977.000000 hPa \n", "Pre: 977.200000 hPa \n", "b\n")
 
@@ -295,7 +295,7 @@ def test_register_writes_are_kept_by_part() -> None:
     assert not sequences["LIS2MDL registers"]
 
 
-def test_a_firmware_that_fails_differs_from_one_that_goes_on() -> None:
+def test_failed_firmware_differs_from_running_one() -> None:
     def main(hal: VirtualHal) -> None:
         hal.HAL_Delay(500)
         raise ZeroDivisionError
@@ -312,7 +312,7 @@ def test_a_firmware_that_fails_differs_from_one_that_goes_on() -> None:
 
 
 @pytest.mark.parametrize("name", scenario_names())
-def test_on_every_scenario_a_firmware_equals_itself_and_no_faulty_one(name: str) -> None:
+def test_firmware_equals_itself_and_differs_from_faulty(name: str) -> None:
     """The fault: TIM9 at an eighth of its rate, which on a desk shows only in how long the text takes."""
     lab3 = observed(name)
 
@@ -355,7 +355,7 @@ def test_diff_of_equal_firmwares_exits_with_0() -> None:
     assert text.endswith("no difference in 2 s\n")
 
 
-def test_diff_names_what_it_has_not_compared(words: Words) -> None:
+def test_diff_lists_what_is_not_compared(words: Words) -> None:
     command = ("diff", "lab3", "template", "--scenario", "desk", "--ignore", "numbers", "--ignore", "leds")
     text = fcu(*command, code=1).stdout.decode()
     equal = fcu("diff", "lab3", "lab3", "--scenario", "desk", *command[-4:]).stdout.decode()
@@ -366,7 +366,7 @@ def test_diff_names_what_it_has_not_compared(words: Words) -> None:
     words("diff", equal.splitlines()[-1])
 
 
-def test_diff_shows_the_first_difference_and_exits_with_1() -> None:
+def test_diff_prints_first_difference_and_exits_1() -> None:
     text = fcu("diff", "lab3", "template", "--scenario", "desk", code=1).stdout.decode()
 
     assert "first difference, terminal, entry 14: different text" in text
@@ -389,7 +389,7 @@ def test_diff_refuses_in_one_line(arguments: list[str], problem: str) -> None:
     assert problem in one_line_error("diff", *arguments, "--scenario", "flat")
 
 
-def test_a_run_that_does_too_much_is_not_compared(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_run_with_too_many_events_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Firmware that storms its pins cannot fill the memory: what is kept is counted while it runs."""
     monkeypatch.setattr(observation, "MOST_EVENTS", 100)
     board = Board("template", scenario="flat")

@@ -73,7 +73,7 @@ def test_python_examples_run(source: str, tmp_path: Path, monkeypatch: pytest.Mo
 
 
 @pytest.mark.parametrize("session", blocks("console"))
-def test_console_examples_print_what_they_show(session: str) -> None:
+def test_console_examples_print_their_output(session: str) -> None:
     """What follows ``$ command`` is its output; ``...`` is the rest, spaces at line ends do not show."""
     command, _, shown = session.partition("\n")
     assert command.startswith("$ fcu ")
@@ -110,7 +110,7 @@ def anchors(page: Path) -> set[str]:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_links_lead_somewhere(page: Path) -> None:
+def test_links_have_targets(page: Path) -> None:
     for target, heading in re.findall(r"\]\((?!https?:)([^)#]*)#?([^)]*)\)", text_of(page)):
         file = (page.parent / target) if target else page
         assert file.exists(), target
@@ -133,7 +133,7 @@ def test_the_index_of_decisions_is_up_to_date() -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_files_that_are_named_are_there(page: Path) -> None:
+def test_named_files_exist(page: Path) -> None:
     if page.name == "CHANGELOG.md":
         return  # what was said of a version stays
     assert [name for name in NAMED.findall(text_of(page)) if not (ROOT / name).exists()] == []
@@ -169,7 +169,7 @@ def test_ci_runs_the_readmes_test_command() -> None:
     assert commands[1] in text_of(ROOT / ".ci" / "run").splitlines()
 
 
-def test_the_picture_shows_what_the_command_prints() -> None:
+def test_picture_equals_the_command_output() -> None:
     """When it does not: python building/picture.py. How fast it was is another matter on every machine."""
     picture = text_of(ROOT / "docs" / "run.svg")
     spans = re.findall(r'<text class="run-r\d+"[^>]*? y="([\d.]+)"[^>]*>(.*?)</text>', picture)
@@ -200,7 +200,7 @@ def test_every_exercise_has_a_scenario() -> None:
 
 
 @pytest.mark.parametrize("scenario", [scenario for _, scenario in EXERCISES])
-def test_scenario_of_an_exercise_passes_if_it_is_done(scenario: str) -> None:
+def test_exercise_scenario_passes_only_if_done(scenario: str) -> None:
     assert run(Board(firmware="solution", scenario=scenario)).passed
     done_by_template = scenario == "exercise_1"
     assert run(Board(firmware="template-arm", scenario=scenario)).passed is done_by_template
@@ -215,7 +215,7 @@ def test_the_fragments_make_a_section_of_the_changelog() -> None:
     assert len(re.findall(r"^- ", section, re.MULTILINE)) == len(fragments)
 
 
-def test_what_the_migration_table_says_to_write_now_is_there() -> None:
+def test_migration_table_names_existing_features() -> None:
     page = text_of(ROOT / "docs" / "renamed.md")
     table = page[page.index("| 0.1.0 | now |") :].partition("\n\n")[0]
     rows = [row.strip("| ").split(" | ") for row in table.splitlines()[2:]]

@@ -91,7 +91,7 @@ def test_web_ends_in_order(name: str, isolated: tuple[str, ...], folders: list[P
 @pytest.mark.parametrize(
     "command", [("run", "lab3", "--speed", "1", "--serial", "pty"), ("web", "--no-browser")]
 )
-def test_second_request_removes_files_too(name: str, command: tuple[str, ...], folders: list[Path]) -> None:
+def test_second_request_removes_files(name: str, command: tuple[str, ...], folders: list[Path]) -> None:
     process = started(*command)
     list(until(process, "open it with|page:"))
     for _ in range(2):
@@ -103,9 +103,7 @@ def test_second_request_removes_files_too(name: str, command: tuple[str, ...], f
 
 
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
-def test_run_of_a_scenario_that_is_ended_is_not_judged(
-    name: str, folders: list[Path], tmp_path: Path
-) -> None:
+def test_ended_scenario_run_is_not_judged(name: str, folders: list[Path], tmp_path: Path) -> None:
     expects = "[[expect]]\nkind = 'line'\ntext = 'LAB3 Init...'\n"
     path = write(tmp_path, HEAD + 'duration = "300s"\n' + expects)
     process = started("run", "--scenario", path, "--speed", "1", "--serial", "pty", "--serial", "stdout")
@@ -141,7 +139,7 @@ def test_command_without_a_summary_ends_in_one_line(
 
 
 @linux
-def test_nohup_is_heeded(folders: list[Path]) -> None:
+def test_ignored_hangup_continues_the_command(folders: list[Path]) -> None:
     del folders
     diff = f"diff '{FIRMWARE}' '{FIRMWARE}' --scenario flat --duration 1s"
     command = f"trap '' HUP; exec '{sys.executable}' -m fcu_emulator {diff}"
@@ -205,7 +203,7 @@ main()
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
-def test_signal_while_a_class_is_made_ends_the_command(name: str, folders: list[Path]) -> None:
+def test_signal_during_class_creation_ends_the_command(name: str, folders: list[Path]) -> None:
     command = [sys.executable, "-c", IN_A_CLASS.format(signal=name)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == INTERRUPTED, done.stderr
@@ -227,7 +225,7 @@ def test_recording_on_a_full_disk_is_not_judged(isolated: tuple[str, ...], folde
     assert left(folders) == []
 
 
-def test_recording_that_may_not_grow_is_not_there(tmp_path: Path, folders: list[Path]) -> None:
+def test_recording_beyond_file_limit_is_not_written(tmp_path: Path, folders: list[Path]) -> None:
     del folders
     record = tmp_path / "session.toml"
     record.write_text("before", encoding="utf-8")
@@ -241,9 +239,7 @@ def test_recording_that_may_not_grow_is_not_there(tmp_path: Path, folders: list[
 
 
 @pytest.mark.parametrize("make", [os.mkfifo, os.mkdir], ids=["pipe", "folder"])
-def test_recording_in_what_is_no_file_is_refused_at_once(
-    make: Callable[[Path], None], tmp_path: Path
-) -> None:
+def test_recording_to_non_file_is_refused_at_once(make: Callable[[Path], None], tmp_path: Path) -> None:
     make(tmp_path / "session.toml")
     process = started(
         "web", "lab3", "--no-browser", "--duration", "1s", "--record", tmp_path / "session.toml"

@@ -98,7 +98,7 @@ def run_scenario(folder: Path, text: str, *more: str, **shell: str) -> subproces
         (SECOND + GOOD, ("--limit", "walls=1"), USAGE_ERROR),
     ],
 )
-def test_a_run_says_how_it_went(tmp_path: Path, text: str, more: tuple[str, ...], code: int) -> None:
+def test_run_exit_code_is_the_verdict(tmp_path: Path, text: str, more: tuple[str, ...], code: int) -> None:
     done = run_scenario(tmp_path, text, *more)
     assert done.returncode == code, done.stderr
     assert "Traceback" not in done.stderr
@@ -113,7 +113,7 @@ def test_a_run_says_how_it_went(tmp_path: Path, text: str, more: tuple[str, ...]
     ],
 )
 @pytest.mark.parametrize("command", ["run", "diff"])
-def test_limits_hold_wherever_firmware_runs(command: str, limit: str, code: int) -> None:
+def test_limits_apply_to_every_command(command: str, limit: str, code: int) -> None:
     both = ("run", "solution", "--duration", "2s") if command == "run" else DIFF
     done = fcu(*both, "--limit", limit)
     assert done.returncode == code, done.stderr
@@ -125,7 +125,7 @@ DIFF = ("diff", "solution", "solution", "--scenario", "flat", "--duration", "2s"
 
 @needs_full
 @printing
-def test_nothing_is_printed_into_a_full_disk_unseen(arguments: tuple[str, ...]) -> None:
+def test_output_to_full_disk_is_not_judged(arguments: tuple[str, ...]) -> None:
     done = fcu(*arguments, stdout=FULL)
     assert done.returncode == NOT_JUDGED
     (line,) = done.stderr.splitlines()
@@ -134,13 +134,13 @@ def test_nothing_is_printed_into_a_full_disk_unseen(arguments: tuple[str, ...]) 
 
 @needs_full
 @printing
-def test_a_full_disk_for_everything(arguments: tuple[str, ...]) -> None:
+def test_full_disk_for_all_streams_is_not_judged(arguments: tuple[str, ...]) -> None:
     assert fcu(*arguments, stdout=FULL, stderr=FULL).returncode == NOT_JUDGED
 
 
 @posix
 @printing
-def test_nothing_is_printed_nowhere_unseen(arguments: tuple[str, ...]) -> None:
+def test_output_to_closed_stream_is_not_judged(arguments: tuple[str, ...]) -> None:
     done = fcu(*arguments, after=">&-")
     assert done.returncode == NOT_JUDGED
     (line,) = done.stderr.splitlines()
@@ -149,20 +149,20 @@ def test_nothing_is_printed_nowhere_unseen(arguments: tuple[str, ...]) -> None:
 
 @needs_full
 @posix
-def test_output_that_is_lost_is_told_in_words(words: Words) -> None:
+def test_lost_output_is_reported(words: Words) -> None:
     words("doctor", fcu("doctor", stdout=FULL).stderr)
     words("doctor", fcu("doctor", after=">&-").stderr)
 
 
 @posix
 @printing
-def test_with_everything_closed_the_exit_code_is_left(arguments: tuple[str, ...]) -> None:
+def test_all_streams_closed_is_not_judged(arguments: tuple[str, ...]) -> None:
     assert fcu(*arguments, after="<&- >&- 2>&-").returncode == NOT_JUDGED
 
 
 @posix
 @printing
-def test_a_reader_that_has_gone(arguments: tuple[str, ...]) -> None:
+def test_closed_reader_has_its_exit_code(arguments: tuple[str, ...]) -> None:
     read, written = os.pipe()
     os.close(read)
     try:
@@ -183,7 +183,7 @@ def test_a_reader_that_has_gone(arguments: tuple[str, ...]) -> None:
     ],
     ids=" ".join,
 )
-def test_a_reader_that_has_enough_ends_every_command(arguments: tuple[str, ...]) -> None:
+def test_closing_reader_ends_every_command(arguments: tuple[str, ...]) -> None:
     """``| head -1``: no message about it; only a verdict, which is not on standard output."""
     with subprocess.Popen(
         [sys.executable, "-m", "fcu_emulator", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE
@@ -209,14 +209,14 @@ def test_an_unknown_part_is_one_line() -> None:
         assert line.startswith("fcu: ")
 
 
-def test_names_of_files_send_nothing_to_the_terminal(words: Words) -> None:
+def test_names_of_files_are_printed_safely(words: Words) -> None:
     done = fcu("run", "a\x1b[31m\x07.elf")
     assert done.returncode == USAGE_ERROR
     assert done.stderr.startswith("fcu: a\\x1b[31m\\x07.elf: ")
     words("run", done.stderr)
 
 
-def test_two_files_of_a_run_are_two(tmp_path: Path) -> None:
+def test_same_file_for_two_outputs_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "run"
     done = fcu("run", "--duration", "1s", "--json", file, "--trace", file)
     assert (done.returncode, done.stdout) == (USAGE_ERROR, "")
@@ -226,7 +226,7 @@ def test_two_files_of_a_run_are_two(tmp_path: Path) -> None:
 @needs_full
 @posix
 @pytest.mark.parametrize("after", [">/dev/full", ">&-", "<&- >&- 2>&-"])
-def test_a_project_whose_next_steps_nobody_has_read(tmp_path: Path, after: str) -> None:
+def test_new_with_unread_steps_is_not_judged(tmp_path: Path, after: str) -> None:
     done = fcu("new", tmp_path / "mylab", after=after)
     assert done.returncode == NOT_JUDGED
     assert "Traceback" not in done.stderr
@@ -234,7 +234,7 @@ def test_a_project_whose_next_steps_nobody_has_read(tmp_path: Path, after: str) 
 
 @needs_full
 @pytest.mark.parametrize("expected", [GOOD, BAD])
-def test_a_terminals_text_that_is_lost_leaves_no_verdict(tmp_path: Path, expected: str, words: Words) -> None:
+def test_lost_terminal_text_leaves_no_verdict(tmp_path: Path, expected: str, words: Words) -> None:
     path = write(tmp_path, SECOND + expected)
     done = fcu("run", "--scenario", path, "--speed", "max", stdout=FULL)
     assert done.returncode == NOT_JUDGED
@@ -243,14 +243,14 @@ def test_a_terminals_text_that_is_lost_leaves_no_verdict(tmp_path: Path, expecte
 
 
 @needs_full
-def test_lost_remarks_change_no_verdict(tmp_path: Path) -> None:
+def test_lost_standard_error_keeps_the_verdict(tmp_path: Path) -> None:
     for expected, code in ((GOOD, PASSED), (BAD, FAILED)):
         path = write(tmp_path, SECOND + expected)
         assert fcu("run", "--scenario", path, "--speed", "max", stderr=FULL).returncode == code
 
 
 @needs_full
-def test_a_disk_that_fills_up_under_a_file_of_the_run(tmp_path: Path) -> None:
+def test_full_disk_under_a_run_file_is_reported(tmp_path: Path) -> None:
     for option in ("--trace", "--json"):
         done = run_scenario(tmp_path, SECOND + GOOD, option, str(FULL))
         assert done.returncode == NOT_JUDGED
@@ -258,7 +258,7 @@ def test_a_disk_that_fills_up_under_a_file_of_the_run(tmp_path: Path) -> None:
 
 
 @posix
-def test_standard_output_that_is_closed_has_no_terminal(words: Words) -> None:
+def test_closed_standard_output_is_refused(words: Words) -> None:
     done = fcu("run", "--duration", "100ms", after=">&-")
     assert done.returncode == USAGE_ERROR
     words("run", done.stderr)
@@ -266,7 +266,7 @@ def test_standard_output_that_is_closed_has_no_terminal(words: Words) -> None:
 
 @posix
 @pytest.mark.parametrize("name", ["/", ".", "..", "/tmp", "/dev/null", "/dev/null/x", "x" * 5000, "a/b/c"])
-def test_a_name_that_cannot_be_a_port(tmp_path: Path, name: str) -> None:
+def test_invalid_port_name_is_refused(tmp_path: Path, name: str) -> None:
     done = fcu("run", "--duration", "100ms", "--serial", f"pty:{name}", before=f"cd '{tmp_path}';")
     assert done.returncode == USAGE_ERROR
     (line,) = done.stderr.splitlines()
@@ -275,7 +275,7 @@ def test_a_name_that_cannot_be_a_port(tmp_path: Path, name: str) -> None:
 
 @posix
 @pytest.mark.parametrize("megabytes", [100, 250, 400, 600])
-def test_a_machine_without_memory_blames_nobody(tmp_path: Path, megabytes: int) -> None:
+def test_machine_without_memory_is_not_judged(tmp_path: Path, megabytes: int) -> None:
     """Whatever it is that cannot be had: a library, a thread, an array."""
     path = write(tmp_path, SECOND + GOOD)
     done = fcu("run", "--scenario", path, "--speed", "max", before=f"ulimit -v {megabytes << 10};")
@@ -284,7 +284,7 @@ def test_a_machine_without_memory_blames_nobody(tmp_path: Path, megabytes: int) 
 
 @posix
 @pytest.mark.parametrize("name", ["SIGHUP", "SIGINT", "SIGTERM"])
-def test_a_run_that_is_to_outlive_its_terminal_does(name: str) -> None:
+def test_run_with_ignored_signal_continues(name: str) -> None:
     """``nohup`` and a script's ``&`` start a program with the signal ignored."""
     command = f"trap '' {name[3:]}; exec '{sys.executable}' -m fcu_emulator run --duration 1100ms --speed 1"
     process = subprocess.Popen(
@@ -322,7 +322,7 @@ def test_a_run_that_is_interrupted_is_not_judged(tmp_path: Path, words: Words) -
     words("run", re.sub(r"\d+\.\d+ s", "TIME", unchecked))
 
 
-def test_an_interrupt_that_python_drops_comes_again() -> None:
+def test_interrupt_in_a_destructor_is_repeated() -> None:
     """In a destructor nothing can be raised: Python prints it and goes on."""
     program = """
 import signal
@@ -348,7 +348,7 @@ cli.main()
     assert (done.returncode, done.stderr) == (130, "")
 
 
-def test_programs_read_the_summary(tmp_path: Path) -> None:
+def test_summary_is_written_as_json(tmp_path: Path) -> None:
     file = tmp_path / "run.json"
     done = run_scenario(tmp_path, SECOND + GOOD + BAD, "--json", str(file), "--seed", "3")
     said = json.loads(file.read_text(encoding="utf-8"))
@@ -367,7 +367,7 @@ def test_programs_read_the_summary(tmp_path: Path) -> None:
     assert len(said["lines"]) >= 4
 
 
-def test_programs_read_of_a_firmware_that_failed(tmp_path: Path) -> None:
+def test_json_summary_has_the_firmware_failure(tmp_path: Path) -> None:
     file = tmp_path / "run.json"
     done = fcu(
         "run", prebuilt("solution"), "--limit", "terminal_bytes=10", "--json", file, "--duration", "2s", "-q"
@@ -379,7 +379,7 @@ def test_programs_read_of_a_firmware_that_failed(tmp_path: Path) -> None:
     assert any("s of virtual time" in line for line in said["lines"])
 
 
-def test_a_summary_that_cannot_be_written_is_refused_before_anything_runs(tmp_path: Path) -> None:
+def test_unwritable_summary_is_refused_before_the_run(tmp_path: Path) -> None:
     done = fcu("run", "--duration", "1s", "--json", tmp_path / "no" / "run.json")
     assert done.returncode == USAGE_ERROR
     assert done.stdout == ""
@@ -399,7 +399,7 @@ def test_a_summary_that_cannot_be_written_is_refused_before_anything_runs(tmp_pa
     ],
     ids=lambda arguments: " ".join(arguments[:2]),
 )
-def test_names_of_used_files_send_nothing_to_the_terminal(tmp_path: Path, arguments: tuple[str, ...]) -> None:
+def test_names_of_used_files_are_printed_safely(tmp_path: Path, arguments: tuple[str, ...]) -> None:
     folder = tmp_path / "of\x1b[31m\x07"
     folder.mkdir()
     names = {"folder": folder, "elf": folder / "lab3\x07.elf", "scenario": folder / "f\x07.toml"}
@@ -412,7 +412,7 @@ def test_names_of_used_files_send_nothing_to_the_terminal(tmp_path: Path, argume
 
 @posix
 @needs_compiler
-def test_names_of_projects_and_classes_send_nothing_to_the_terminal(tmp_path: Path) -> None:
+def test_names_of_projects_are_printed_safely(tmp_path: Path) -> None:
     project, classes, out = (tmp_path / name for name in ("of\x1b[31m\x07", "class\x07", "out\x07"))
     said = [fcu("new", project), fcu("build", project)]
     (classes / "a\x07").mkdir(parents=True)

@@ -42,7 +42,7 @@ def test_the_pages_table_is_up_to_date() -> None:
     assert rewrite(text) == text
 
 
-def test_the_command_rewrites_only_what_is_between_the_markers(tmp_path: Path) -> None:
+def test_command_rewrites_only_between_markers(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text(f"before\n{BEGIN}\nstale\n{END}\nafter\n", encoding="utf-8")
 
@@ -63,14 +63,14 @@ def test_a_page_without_markers_is_refused(text: str) -> None:
     assert refused.value.kind == "no_markers"
 
 
-def test_the_page_has_tables_of_the_sensors_of_the_chip_and_of_the_board() -> None:
+def test_page_has_tables_of_sensors_chip_and_board() -> None:
     text = (ROOT / "docs" / "fidelity.md").read_text(encoding="utf-8")
     markers = (BEGIN, END, BEGIN_CHIP, END_CHIP, BEGIN_BOARD, END_BOARD)
 
     assert all(text.count(marker) == 1 for marker in markers)
 
 
-def test_the_boards_table_has_every_figure_with_its_size_and_source() -> None:
+def test_board_table_has_every_figure_with_source() -> None:
     rows = board_table().splitlines()[2:]
 
     assert [row.split("`")[1] for row in rows] == list(BoardErrors.figures())
@@ -78,7 +78,7 @@ def test_the_boards_table_has_every_figure_with_its_size_and_source() -> None:
     assert len(row.split("|")[-2]) > 10  # the source
 
 
-def test_the_chips_table_names_each_block_and_what_it_lacks() -> None:
+def test_chip_table_names_blocks_and_missing_features() -> None:
     rows = {
         name: row for row in chip_table().splitlines() for name in row.split(" | ")[0].strip("| ").split(", ")
     }
@@ -94,14 +94,14 @@ def test_every_row_has_four_cells() -> None:
 
 
 @parts
-def test_every_function_says_what_it_is_and_where_it_is_documented(name: str) -> None:
+def test_every_function_has_name_and_source(name: str) -> None:
     functions = PARTS[name].FUNCTIONS
     assert len({function.name for function in functions}) == len(functions)
     assert all(function.name and function.source for function in functions)
 
 
 @parts
-def test_what_has_no_behaviour_is_named_in_the_table_and_in_the_register_map(name: str) -> None:
+def test_fields_without_behaviour_are_named(name: str) -> None:
     """The same bits, once from the maps and once as a user sees them, in every bank."""
     names = []
     for bank in PARTS[name].maps().values():
@@ -119,7 +119,7 @@ def test_what_has_no_behaviour_is_named_in_the_table_and_in_the_register_map(nam
 
 
 @parts
-def test_the_register_map_shows_every_register_and_field_of_every_bank(name: str) -> None:
+def test_register_map_shows_every_register_and_field(name: str) -> None:
     printed = fcu("registers", name)
     for title, bank in PARTS[name].maps().items():
         assert title in printed

@@ -85,20 +85,22 @@ def test_the_solution_passes(tmp_path: Path, expectation: str) -> None:
         ('kind = "printed", name = "Pitch", max_gap = "1s"', "template-arm", 'no line "Pitch: '),
     ],
 )
-def test_a_wrong_program_is_told_why(tmp_path: Path, expectation: str, firmware: str, actual: str) -> None:
+def test_wrong_program_fails_with_actual_value(
+    tmp_path: Path, expectation: str, firmware: str, actual: str
+) -> None:
     check = judged(tmp_path, expectation, firmware)
 
     assert check.outcome == "failed"
     assert check.actual.startswith(actual)
 
 
-def test_reads_that_are_too_few_have_a_finding_of_this_name(tmp_path: Path) -> None:
+def test_too_few_reads_have_their_finding(tmp_path: Path) -> None:
     reads = READS.replace("799", "900").replace("801", "950")
 
     assert judged(tmp_path, f'{reads}, sensor = "gyroscope"', "solution").finding == "seldom read"
 
 
-def test_a_line_printed_before_the_window_only_is_told(tmp_path: Path, words: Words) -> None:
+def test_line_printed_before_the_window_is_missing(tmp_path: Path, words: Words) -> None:
     late = 'kind = "field", name = "Pre", truth = true, tolerance = 5, from = "2.3s"'
     check = judged(tmp_path, late, "solution")
 
@@ -106,7 +108,7 @@ def test_a_line_printed_before_the_window_only_is_told(tmp_path: Path, words: Wo
     words("check", check.actual)
 
 
-def test_a_planted_wrap_error_is_found_in_the_compiled_function(tmp_path: Path) -> None:
+def test_wrap_error_is_found_in_compiled_function(tmp_path: Path) -> None:
     law = "yaw_is_the_direction_of_the_x_axis_against_magnetic_north"
     check = judged(tmp_path, f'kind = "property", property = "{law}"', WRONG_YAW)
 
@@ -114,16 +116,14 @@ def test_a_planted_wrap_error_is_found_in_the_compiled_function(tmp_path: Path) 
     assert "yaw is " in check.actual
 
 
-def test_what_a_program_does_not_have_is_unjudged_and_no_zero(tmp_path: Path) -> None:
+def test_missing_function_is_unjudged(tmp_path: Path) -> None:
     check = judged(tmp_path, 'kind = "property", property = "calibration_finds_any_offset"', "template-arm")
 
     assert (check.outcome, check.points) == ("unjudged", 0.0)
     assert "MagCalibration" in check.unjudged_because
 
 
-def test_an_error_inside_a_check_costs_that_check_alone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_internal_error_costs_only_its_check(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(firmware: str, law: str, examples: int) -> str | None:
         raise ExceptionGroup("two", [AssertionError("one"), ZeroDivisionError("other")])
 
@@ -136,7 +136,7 @@ def test_an_error_inside_a_check_costs_that_check_alone(
 
 
 @needs_compiler
-def test_several_counterexamples_are_told_as_one_without_objects(tmp_path: Path) -> None:
+def test_several_counterexamples_are_described_as_one(tmp_path: Path) -> None:
     """Without the horizontal part, each sample outside of one is another way to be wrong."""
     program = Program(
         "caret",
@@ -156,7 +156,7 @@ def test_several_counterexamples_are_told_as_one_without_objects(tmp_path: Path)
     assert checks["3.block"].outcome == "passed"
 
 
-def test_warnings_are_counted_where_the_program_was_built(tmp_path: Path) -> None:
+def test_warnings_count_only_for_own_builds(tmp_path: Path) -> None:
     warning = "main.c:3:7: warning: unused variable 'x' [-Wunused-variable]\n"
     found, none, unknown = (
         judged(tmp_path, 'kind = "no_warnings"', "lab3", log) for log in (warning, "  CC main.c\n", None)

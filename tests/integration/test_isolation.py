@@ -48,14 +48,16 @@ INTERRUPTED = 130
         (SECOND + GOOD, ("--duration", "1s"), NOT_JUDGED),
     ],
 )
-def test_a_verdict_is_the_same(tmp_path: Path, text: str, more: tuple[str, ...], code: int) -> None:
+def test_isolated_run_has_the_same_verdict(
+    tmp_path: Path, text: str, more: tuple[str, ...], code: int
+) -> None:
     alone, isolated = (run_scenario(tmp_path, text, *more, *isolate) for isolate in ((), ("--isolate",)))
     assert (alone.returncode, isolated.returncode) == (code, code), isolated.stderr
     assert isolated.stdout == alone.stdout
     assert isolated.stderr.splitlines()[-1] == alone.stderr.splitlines()[-1]
 
 
-def test_what_is_limited_is_said(words: Words) -> None:
+def test_applied_limits_are_printed(words: Words) -> None:
     more = ("--limit", "cpu_s=60", "--limit", "memory_bytes=536870912") if not not_limited() else ()
     done = fcu("run", "--duration", "100ms", "--isolate", *more)
     if more:
@@ -72,21 +74,21 @@ def test_what_is_limited_is_said(words: Words) -> None:
         ("--isolate", "--limit", "memory_bytes=1000"),
     ],
 )
-def test_limits_that_make_no_sense(arguments: tuple[str, ...], words: Words) -> None:
+def test_senseless_limits_are_refused(arguments: tuple[str, ...], words: Words) -> None:
     done = fcu("run", "--duration", "100ms", *arguments)
     assert (done.returncode, done.stdout, len(done.stderr.splitlines())) == (USAGE_ERROR, "", 1)
     words("run", done.stderr)
 
 
 @posix
-def test_standard_output_that_is_closed_is_closed_for_the_worker(words: Words) -> None:
+def test_closed_standard_output_is_closed_for_the_worker(words: Words) -> None:
     done = fcu("run", "--duration", "100ms", "--isolate", after=">&-")
     assert done.returncode == USAGE_ERROR
     words("run", done.stderr)
 
 
 @posix
-def test_everything_closed() -> None:
+def test_isolated_run_without_streams_is_refused() -> None:
     assert fcu("run", "--duration", "100ms", "--isolate", after="<&- >&- 2>&-").returncode == USAGE_ERROR
 
 
@@ -94,7 +96,7 @@ def test_everything_closed() -> None:
 
 
 @linux
-def test_processor_time_that_runs_out_blames_nobody(words: Words) -> None:
+def test_exhausted_processor_time_is_not_judged(words: Words) -> None:
     done = fcu(
         "run",
         prebuilt("solution"),
@@ -111,7 +113,7 @@ def test_processor_time_that_runs_out_blames_nobody(words: Words) -> None:
 
 
 @linux
-def test_files_that_grow_too_large_blame_nobody(tmp_path: Path, words: Words) -> None:
+def test_exceeded_file_size_is_not_judged(tmp_path: Path, words: Words) -> None:
     trace = tmp_path / "trace.jsonl"
     done = fcu("run", "--duration", "3s", "--trace", trace, "--isolate", "--limit", "file_bytes=1000")
     assert done.returncode == NOT_JUDGED
@@ -120,7 +122,7 @@ def test_files_that_grow_too_large_blame_nobody(tmp_path: Path, words: Words) ->
 
 
 @linux
-def test_memory_that_runs_out_blames_nobody(program: str, words: Words) -> None:
+def test_exhausted_memory_is_not_judged(program: str, words: Words) -> None:
     ending = run_isolated(program, ["list(range(10**9))"], WorkerLimits(memory_bytes=256 << 20))
     assert ending.code is None
     words("run", ending.cause)
@@ -136,7 +138,7 @@ def test_a_worker_may_put_itself_under_limits_again() -> None:
     assert (done.returncode, done.stdout) == (0, "done\n"), done.stderr
 
 
-def test_this_process_is_no_worker() -> None:
+def test_this_process_is_not_a_worker() -> None:
     assert limits_of_worker() is None
 
 
@@ -159,7 +161,7 @@ def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 
 @pytest.mark.parametrize(("code", "number"), [("pass", 0), ("sys.exit(3)", 3), ("sys.exit('no')", 1)])
-def test_an_end_of_its_own(program: str, code: str, number: int) -> None:
+def test_worker_exit_code_is_reported(program: str, code: str, number: int) -> None:
     ending = run_isolated(program, [code], WorkerLimits())
     assert (ending.code, ending.cause, ending.interrupted) == (number, "", False)
 
@@ -177,7 +179,7 @@ def test_an_end_of_its_own(program: str, code: str, number: int) -> None:
         "os._exit(120)",
     ],
 )
-def test_a_death(program: str, code: str, words: Words) -> None:
+def test_worker_death_has_a_cause(program: str, code: str, words: Words) -> None:
     ending = run_isolated(program, [code], WorkerLimits())
     assert ending.code is None
     words("run", ending.cause)
@@ -204,7 +206,7 @@ def started(*arguments: str | Path, group: bool = False) -> subprocess.Popen[str
 
 
 @linux
-def test_a_worker_that_is_killed_is_nobodys_failure(tmp_path: Path, words: Words) -> None:
+def test_killed_worker_is_not_judged(tmp_path: Path, words: Words) -> None:
     process = started("--scenario", write(tmp_path, HEAD + 'duration = "300s"\n' + GOOD))
     (worker,) = workers(process)
     os.kill(worker, signal.SIGKILL)
@@ -245,7 +247,7 @@ def test_no_worker_outlives_its_parent() -> None:
 
 @linux
 @pytest.mark.usefixtures("interruptible")
-def test_a_request_before_the_worker_runs() -> None:
+def test_end_request_before_worker_start_leaves_no_process() -> None:
     process = subprocess.Popen(
         [sys.executable, "-m", "fcu_emulator", "run", "--duration", "300s", "--isolate", "--speed", "1"],
         stdin=subprocess.DEVNULL,
@@ -273,7 +275,7 @@ def test_a_request_before_the_worker_runs() -> None:
         ("check", "template-arm", "--exercise", "4"),
     ],
 )
-def test_a_command_says_the_same_in_a_worker(command: tuple[str, ...]) -> None:
+def test_isolated_command_prints_the_same(command: tuple[str, ...]) -> None:
     alone, isolated = fcu(*command), fcu(*command, "--isolate")
 
     assert (isolated.returncode, isolated.stdout) == (alone.returncode, alone.stdout)
@@ -283,7 +285,7 @@ def test_a_command_says_the_same_in_a_worker(command: tuple[str, ...]) -> None:
 @pytest.mark.parametrize(
     "command", [("diff", "lab3", "solution", "--scenario", "tilt_sweep"), ("check", "solution")]
 )
-def test_a_worker_that_takes_too_much_is_no_verdict(command: tuple[str, ...], words: Words) -> None:
+def test_exceeded_worker_limit_is_not_a_verdict(command: tuple[str, ...], words: Words) -> None:
     done = fcu(*command, "--isolate", "--limit", "cpu_s=1")
 
     assert done.returncode == NOT_JUDGED
@@ -299,7 +301,7 @@ def test_a_live_board_may_be_in_a_worker() -> None:
     assert re.search(r"^fcu: \d of \d .*, \d .* [\d.]+ s .* \d+ s$", done.stderr, re.M)
 
 
-def test_what_only_a_run_is_limited_to_is_refused_elsewhere(words: Words) -> None:
+def test_run_limit_is_refused_by_other_commands(words: Words) -> None:
     done = fcu("check", "lab3", "--limit", "wall_s=3")
 
     assert done.returncode == USAGE_ERROR

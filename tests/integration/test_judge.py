@@ -55,7 +55,7 @@ def rubric(tmp_path: Path) -> Rubric:
     return load_rubric(path)
 
 
-def test_a_run_that_is_shown_can_be_run_again_by_hand(rubric: Rubric, tmp_path: Path) -> None:
+def test_shown_run_can_be_repeated_by_hand(rubric: Rubric, tmp_path: Path) -> None:
     verdict = judge("lab3", rubric, seed=3)
     (evidence,), (shown,) = verdict.evidence, verdict.for_student(after_due_date=True).evidence
     (tmp_path / "again.toml").write_text(evidence.replay, encoding="utf-8")
@@ -67,7 +67,7 @@ def test_a_run_that_is_shown_can_be_run_again_by_hand(rubric: Rubric, tmp_path: 
     assert shown.replay == ""  # a check of the exercise shows its name alone
 
 
-def test_points_are_given_for_the_share_of_expectations_that_are_met(rubric: Rubric) -> None:
+def test_points_are_the_share_of_met_expectations(rubric: Rubric) -> None:
     verdict = judge("lab3", rubric, seed=1)
     angles, secret = verdict.checks
 
@@ -78,7 +78,7 @@ def test_points_are_given_for_the_share_of_expectations_that_are_met(rubric: Rub
     assert not verdict.is_done("1")
 
 
-def test_a_verdict_survives_json_and_is_the_same_again(rubric: Rubric) -> None:
+def test_verdict_round_trips_through_json(rubric: Rubric) -> None:
     verdict = judge("lab3", rubric, seed=1)
 
     assert Verdict.from_json(verdict.to_json()) == verdict
@@ -96,7 +96,7 @@ def test_evidence_has_the_terminal_and_printed_against_truth(rubric: Rubric) -> 
     assert pitch.printed == pytest.approx([40.0] * len(pitch.truth), abs=3)
 
 
-def test_a_student_is_shown_what_the_rubric_allows(rubric: Rubric) -> None:
+def test_student_sees_only_what_the_rubric_allows(rubric: Rubric) -> None:
     verdict = judge("lab3", rubric, seed=1)
     before, after = verdict.for_student(), verdict.for_student(after_due_date=True)
 
@@ -107,7 +107,7 @@ def test_a_student_is_shown_what_the_rubric_allows(rubric: Rubric) -> None:
     assert all(run.series == () for run in after.evidence)
 
 
-def test_words_of_a_rubric_are_changed_without_a_run(rubric: Rubric, tmp_path: Path) -> None:
+def test_changed_rubric_text_needs_no_run(rubric: Rubric, tmp_path: Path) -> None:
     verdict = judge("lab3", rubric, seed=1)
     rubric.path.write_text(RUBRIC.replace("Which axis?", "Which sign?"), encoding="utf-8")
     changed = load_rubric(rubric.path)
@@ -187,7 +187,7 @@ def test_check_earns_nothing_without_its_prerequisites(tmp_path: Path) -> None:
     assert verdict.points == 0
 
 
-def test_new_title_of_a_prerequisite_is_told_without_a_run(tmp_path: Path) -> None:
+def test_new_prerequisite_title_needs_no_run(tmp_path: Path) -> None:
     verdict = judged_by(tmp_path, NEEDY, "template")
     renamed = NEEDY.replace('title = "the pitch is printed"', 'title = "the pitch comes"')
     (tmp_path / "needy.toml").write_text(renamed, encoding="utf-8")
@@ -196,7 +196,7 @@ def test_new_title_of_a_prerequisite_is_told_without_a_run(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize(("key", "told"), [("title", True), ('detail = "none"\ntitle', False)])
-def test_title_of_a_hidden_prerequisite_is_not_told(tmp_path: Path, key: str, told: bool) -> None:
+def test_title_of_hidden_prerequisite_is_not_shown(tmp_path: Path, key: str, told: bool) -> None:
     text = NEEDY.replace('title = "the pitch is printed"', f'{key} = "the pitch is printed"')
     runs = judged_by(tmp_path, text, "template").for_student().checks[1]
 
@@ -228,9 +228,7 @@ expect = [{ kind = "led_follows", led = "led1", when = { quantity = "pitch", bey
         ({"missing": "NONE", "late": "LATE"}, ""),
     ],
 )
-def test_hint_of_the_general_kind_serves_its_special_ones(
-    tmp_path: Path, hints: dict[str, str], shown: str
-) -> None:
+def test_general_hint_applies_to_special_findings(tmp_path: Path, hints: dict[str, str], shown: str) -> None:
     table = "".join(f'"{kind}" = "{text}"\n' for kind, text in hints.items())
     text = NEEDY.replace('duration = "3s"', 'duration = "3s"\nworld = { pitch_deg = 60 }') + LIT + table
     led = judged_by(tmp_path, text, "lab3").checks[-1]

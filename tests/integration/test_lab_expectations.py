@@ -158,7 +158,7 @@ def test_threshold_below_which_something_is_due_is_named(
 
 
 @pytest.mark.parametrize(("limit", "found"), [(40, {"led_follows"}), (50, set()), (59, set())])
-def test_motion_past_a_threshold_shows_an_early_led_only(tmp_path: Path, limit: int, found: set[str]) -> None:
+def test_motion_past_threshold_shows_early_led_only(tmp_path: Path, limit: int, found: set[str]) -> None:
     text = IDEAL.replace("schema = 1", 'schema = 1\nduration = "5s"') + PASSING + ALARM + LED
     wrong = program(lit=lambda one: abs(one.roll) > limit, said=lambda one: "ALARM" * (abs(one.roll) > limit))
 
@@ -171,7 +171,7 @@ def test_line_printed_once_is_missing_later(tmp_path: Path) -> None:
     assert faults(played(tmp_path, IDEAL + THRESHOLD + ALARM, once)) == [("expect[0]", "missing")]
 
 
-def test_line_that_does_not_follow_the_led_is_found(tmp_path: Path) -> None:
+def test_line_not_following_the_led_is_found(tmp_path: Path) -> None:
     dark = program(lit=lambda _: False)
 
     assert faults(played(tmp_path, IDEAL + THRESHOLD + LED_LINE, dark)) == [("expect[0]", "wrong value")]
@@ -265,7 +265,7 @@ def number(format_key: str, rest: str = 'truth = "roll", scale = 100, tolerance 
         (lambda one: f"r {one.roll * 100:+.0f}", 'format = "r %+d"', None),
     ],
 )  # fmt: skip
-def test_number_in_own_format_is_compared_with_the_truth(
+def test_number_in_own_format_is_compared_with_truth(
     tmp_path: Path, line: Callable[[Tilt], str], format_key: str, kind: str | None
 ) -> None:
     result = played(tmp_path, number(format_key), program(said=line))
@@ -319,6 +319,6 @@ def test_format_without_a_usable_number_is_refused(tmp_path: Path, format_key: s
         'quantity = "roll", beyond = 3, led = "led1"',
     ],
 )
-def test_condition_that_says_nothing_is_refused(tmp_path: Path, condition: str) -> None:
+def test_empty_condition_is_refused(tmp_path: Path, condition: str) -> None:
     line = f'[[expect]]\nkind = "line_follows"\ntext = "A"\nmax_gap = "1s"\nwhen = {{ {condition} }}\n'
     assert refusal(tmp_path, HEAD + line).key.startswith("expect[0].when")

@@ -86,9 +86,7 @@ def with_library_named(text: str) -> str:
     return text.replace(native.library_name(), "LIBRARY")
 
 
-def test_firmware_for_the_chip_needs_the_library_and_firmware_in_python_does_not(
-    clone: Path, words: Words
-) -> None:
+def test_only_chip_firmware_needs_the_library(clone: Path, words: Words) -> None:
     file = clone / NATIVE / native.library_name()
     chip, python = fcu_run(clone, "solution"), fcu_run(clone, "lab3")
 
@@ -100,7 +98,7 @@ def test_firmware_for_the_chip_needs_the_library_and_firmware_in_python_does_not
     assert "LAB3 Init..." in python.stdout
 
 
-def test_the_command_builds_a_library_that_runs_and_builds_it_only_once(clone: Path) -> None:
+def test_build_command_builds_the_library_once(clone: Path) -> None:
     file = clone / NATIVE / native.library_name()
     first, second = (run(clone, BUILD) for _ in range(2))
     built_with = native.built_from(file)[1]
@@ -110,9 +108,7 @@ def test_the_command_builds_a_library_that_runs_and_builds_it_only_once(clone: P
     assert "LAB3 Init..." in fcu_run(clone, "solution").stdout
 
 
-def test_a_library_older_than_its_sources_is_refused_until_it_is_built_again(
-    clone: Path, words: Words
-) -> None:
+def test_stale_library_is_refused_until_rebuilt(clone: Path, words: Words) -> None:
     run(clone, BUILD)
     source = clone / NATIVE / "library.c"
     source.write_text(source.read_text(encoding="utf-8") + "\n", encoding="utf-8")
@@ -124,7 +120,7 @@ def test_a_library_older_than_its_sources_is_refused_until_it_is_built_again(
     assert fcu_run(clone, "solution").returncode == 0
 
 
-def test_a_file_that_is_no_library_is_told_in_one_line(clone: Path) -> None:
+def test_invalid_library_file_is_refused_in_one_line(clone: Path) -> None:
     mark = f"fcu library [{native.digest()}] built with [nothing] [0]"
     file = clone / NATIVE / native.library_name()
     file.write_text(mark, encoding="utf-8")
@@ -137,7 +133,7 @@ def test_a_file_that_is_no_library_is_told_in_one_line(clone: Path) -> None:
 
 
 @pytest.mark.parametrize("found", ["file:///a%20clone", None])
-def test_an_installed_package_without_its_library_is_to_be_installed_again(
+def test_package_without_library_asks_for_reinstallation(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, found: str | None, words: Words
 ) -> None:
     class Distribution:
@@ -156,7 +152,7 @@ def test_an_installed_package_without_its_library_is_to_be_installed_again(
     ("environment", "named"),
     [({"CC": "/no/such/cc"}, "/no/such/cc: "), ({"CC": "cl"}, "unset CC"), ({"CC": "", "PATH": ""}, "(cc;")],
 )
-def test_what_cannot_be_built_is_told_with_the_remedy(
+def test_failed_library_build_prints_the_remedy(
     clone: Path, environment: dict[str, str], named: str, words: Words
 ) -> None:
     done = run(clone, "-S", BUILD, **environment)  # -S: without packages, so without ziglang
@@ -169,7 +165,7 @@ def test_what_cannot_be_built_is_told_with_the_remedy(
 
 
 @pytest.mark.parametrize("compiler", ["cc", "gcc -O1", "clang"])
-def test_an_editable_installation_is_built_with_the_compiler_of_the_environment(
+def test_editable_installation_uses_compiler_of_the_environment(
     clone: Path, tmp_path_factory: pytest.TempPathFactory, compiler: str
 ) -> None:
     if shutil.which(compiler.split(maxsplit=1)[0]) is None:
@@ -184,9 +180,7 @@ def test_an_editable_installation_is_built_with_the_compiler_of_the_environment(
     assert native.built_from(clone / NATIVE / native.library_name())[1] == compiler
 
 
-def test_a_wheel_has_the_library_and_neither_its_sources_nor_the_solutions(
-    clone: Path, tmp_path: Path
-) -> None:
+def test_wheel_has_library_without_sources_and_solutions(clone: Path, tmp_path: Path) -> None:
     before = files(clone)
     done = pip(clone, "wheel", "-w", tmp_path / "wheel", ".")
     assert done.returncode == 0, done.stdout + done.stderr

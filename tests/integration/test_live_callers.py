@@ -25,7 +25,7 @@ UPGRADE = (
 )
 
 
-class Nothing:
+class IdleSession:
     """A session that does nothing, and counts its pages."""
 
     def __init__(self) -> None:
@@ -58,7 +58,7 @@ def pages(
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
     one = PageServer(0, said.append)
-    one.controls = Nothing()
+    one.controls = IdleSession()
     yield one
     one.close()
     assert capsys.readouterr() == ("", "")
@@ -92,9 +92,7 @@ def host(pages: PageServer) -> bytes:
 @pytest.mark.parametrize(
     "target", [b"//[x", b"http://[", b"/\x1b[2J", b"*", b"/%00", b"//", b"/" * 8000, b"?", b"#"]
 )
-def test_odd_target_is_not_found_and_needs_the_host(
-    pages: PageServer, said: list[str], target: bytes
-) -> None:
+def test_odd_target_is_not_found_and_needs_host(pages: PageServer, said: list[str], target: bytes) -> None:
     assert status(pages, b"GET " + target + b" HTTP/1.1\r\n" + host(pages) + b"\r\n") == 404
     assert status(pages, b"GET " + target + b" HTTP/1.1\r\n\r\n") == 403
     assert said == []
@@ -126,7 +124,7 @@ def test_odd_target_is_not_found_and_needs_the_host(
         ),
     ],
 )
-def test_wrong_request_gets_the_status_that_says_so(
+def test_wrong_request_gets_its_status(
     pages: PageServer, first: bytes, headers: bytes, expected: int
 ) -> None:
     headers = headers.replace(b"{token}", pages.address.protocols[1].encode())
@@ -150,7 +148,7 @@ def test_wrong_request_gets_the_status_that_says_so(
         b"",
     ],
 )
-def test_noise_is_hung_up_on(pages: PageServer, said: list[str], data: bytes) -> None:
+def test_noise_is_disconnected(pages: PageServer, said: list[str], data: bytes) -> None:
     assert answer(pages, data, whole=data.endswith(b"\n")) == b""
     assert said == []
 
@@ -165,7 +163,7 @@ def test_unfinished_request_is_ended(monkeypatch: pytest.MonkeyPatch, data: byte
         pages.close()
 
 
-def test_many_callers_are_bounded_and_keep_no_page_out(pages: PageServer) -> None:
+def test_many_callers_are_bounded(pages: PageServer) -> None:
     with ExitStack() as stack:
         for _ in range(5 * server._MOST_CALLERS):
             client = stack.enter_context(socket.create_connection((HOST, pages.address.port), PATIENCE_S))
@@ -173,15 +171,13 @@ def test_many_callers_are_bounded_and_keep_no_page_out(pages: PageServer) -> Non
         assert len(pages._callers) <= server._MOST_CALLERS + 1
         assert status(pages, b"GET / HTTP/1.1\r\n" + host(pages) + b"\r\n") == 200
         with connected(pages.address):
-            assert isinstance(pages.controls, Nothing)
+            assert isinstance(pages.controls, IdleSession)
             assert pages.controls.came.wait(PATIENCE_S)
             assert pages.controls.pages == 1
         pages.close()  # without waiting until each of them has had its time
 
 
-def test_callers_that_are_refused_again_and_again_do_not_fill_the_terminal(
-    pages: PageServer, said: list[str]
-) -> None:
+def test_refused_callers_print_bounded_lines(pages: PageServer, said: list[str]) -> None:
     for _ in range(50):
         assert status(pages, b"GET /session HTTP/1.1\r\n" + host(pages) + b"\r\n") == 403
     assert 0 < len(said) <= BURST
@@ -200,7 +196,7 @@ def test_failure_of_the_server_is_one_line(
 
 
 def test_failure_of_the_library_is_one_line(pages: PageServer, said: list[str]) -> None:
-    assert isinstance(pages.controls, Nothing)
+    assert isinstance(pages.controls, IdleSession)
 
     def fail(client: object) -> None:
         raise OSError(28, "No space\x1b[31m\nleft")

@@ -25,7 +25,7 @@ def state(t_s: float, **variables: float) -> messages.State:
 # -- the past -----------------------------------------------------------------------------------------------
 
 
-def test_a_later_client_gets_the_past_of_the_run() -> None:
+def test_later_client_gets_the_past() -> None:
     later = object()
     script = [(0.5, do(do="set_attitude", roll_deg=40))]
 
@@ -49,7 +49,7 @@ def test_a_later_client_gets_the_past_of_the_run() -> None:
     assert past.prints
 
 
-def test_the_past_is_kept_while_there_is_no_client() -> None:
+def test_past_is_kept_without_a_client() -> None:
     page = Page(Setup("solution", ideal=True), end_s=3.0)
 
     def follow(event: SessionEvent) -> None:
@@ -104,7 +104,7 @@ def watched(*names: str) -> Page:
 
 
 @pytest.mark.parametrize("name", ["no_such_variable", "pitch.AXIS_X", "acc.AXIS_Q", "acc[0]", "", "main"])
-def test_an_unknown_variable_is_refused_and_the_others_are_watched(name: str) -> None:
+def test_unknown_variable_is_refused_alone(name: str) -> None:
     page = watched("pitch", name, "acc")
     assert page.of(messages.Unknown) == [messages.Unknown([name])]
     (notice,) = page.of(messages.Notice)
@@ -126,7 +126,7 @@ def test_known_variables_are_not_refused() -> None:
     ("program", "at_s"),
     [("null_pointer", 0.05), ("divide_by_zero", 0.05), ("poll_without_clock", 0.6), ("tick_off", 0.6)],
 )
-def test_a_crash_or_hang_is_told_within_a_moment(program: str, at_s: float) -> None:
+def test_crash_or_hang_is_reported_promptly(program: str, at_s: float) -> None:
     told: list[tuple[float, dict[str, Any]]] = []
 
     def follow(event: SessionEvent) -> None:
@@ -186,7 +186,7 @@ class Done(SessionEvent):
     """Marks that the fake judge has given its result."""
 
 
-def test_an_exercise_is_checked_while_the_session_runs_on() -> None:
+def test_exercise_is_checked_while_session_runs() -> None:
     page, exercises = checked_page([(0.2, messages.CheckCommand("1"))], 1.5)
     assert page.of(messages.Hello)[0].exercises == exercises.offered()
     assert exercises.started == [("1", "solution", 4)]
@@ -195,13 +195,13 @@ def test_an_exercise_is_checked_while_the_session_runs_on() -> None:
     assert exercises.closed
 
 
-def test_a_result_is_outdated_when_another_firmware_is_loaded() -> None:
+def test_new_firmware_outdates_the_result() -> None:
     script = [(0.2, messages.CheckCommand("1")), (1.3, messages.FirmwareCommand("lab3"))]
     page, _ = checked_page(script, 1.5)
     assert [(one.state, one.outdated) for one in page.of(Checked)][-1] == ("done", True)
 
 
-def test_a_check_that_cannot_be_made_is_a_notice() -> None:
+def test_impossible_check_is_a_notice() -> None:
     page, exercises = checked_page([(0.2, messages.CheckCommand("7"))], 0.5)
     assert exercises.started == []
     assert [one.kind for one in page.of(messages.Notice)] == ["error"]

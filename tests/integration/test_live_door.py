@@ -124,14 +124,14 @@ class Debugger:
         return read
 
 
-def test_it_is_moved_and_the_movement_is_recorded(board: Live, capsys: pytest.CaptureFixture[str]) -> None:
+def test_moved_board_is_recorded(board: Live, capsys: pytest.CaptureFixture[str]) -> None:
     move(MoveOptions(roll=30.0))
     assert "mine.elf: moves from roll" in capsys.readouterr().out
     board.close()
     assert "follow_attitude" in board.session.recording.text()
 
 
-def test_a_board_without_a_port_has_a_terminal_through_its_door(board: Live) -> None:
+def test_board_without_port_has_a_terminal(board: Live) -> None:
     where, port = open_port(None)
     assert "mine.elf" in where
     with closing(port):
@@ -147,7 +147,7 @@ def test_a_board_without_a_port_has_a_terminal_through_its_door(board: Live) -> 
     assert bytes.fromhex("".join(entry["hex"] for entry in timeline)) == b"\x00\xffp" * 700
 
 
-def test_what_the_door_does_not_know_is_answered_in_a_line(board: Live, words: Words) -> None:
+def test_unknown_control_message_gets_one_line_error(board: Live, words: Words) -> None:
     del board
     running = the_running_board()
     pause, nonsense, far = running.ask(
@@ -158,9 +158,7 @@ def test_what_the_door_does_not_know_is_answered_in_a_line(board: Live, words: W
     assert far["text"] == ""
 
 
-def test_while_a_debugger_holds_the_board_the_page_says_so_and_goes_on_living(
-    debugged: Live, words: Words
-) -> None:
+def test_page_stays_alive_under_a_debugger(debugged: Live, words: Words) -> None:
     session = debugged.session
     debugged.until_state("running")
     with closing(Debugger(session)) as gdb:
@@ -179,7 +177,7 @@ def test_while_a_debugger_holds_the_board_the_page_says_so_and_goes_on_living(
     words("gdb", notices[0])
 
 
-def test_after_a_reset_the_debugger_finds_the_board_at_the_same_port(debugged: Live) -> None:
+def test_debugger_reconnects_at_same_port_after_reset(debugged: Live) -> None:
     session = debugged.session
     before = session.ways()
     with closing(Debugger(session)):
@@ -193,7 +191,7 @@ def test_after_a_reset_the_debugger_finds_the_board_at_the_same_port(debugged: L
     debugged.until_state("running")
 
 
-def test_a_paused_page_answers_a_debugger_too(debugged: Live) -> None:
+def test_paused_board_answers_a_debugger(debugged: Live) -> None:
     debugged.session.post(debugged, messages.Pause())
     debugged.until_state("paused")
     at_ps = debugged.session.board.clock.now_ps

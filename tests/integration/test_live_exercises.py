@@ -38,7 +38,7 @@ def test_each_exercise_is_offered_with_its_question(exercises: LabExercises) -> 
     assert all(one["title"] and one["question"].endswith("?") for one in offered)
 
 
-def test_it_is_judged_as_fcu_check_judges(exercises: LabExercises, tmp_path: Path) -> None:
+def test_verdict_equals_fcu_check(exercises: LabExercises, tmp_path: Path) -> None:
     program = tmp_path / "mine.elf"
     program.write_bytes(prebuilt("template", "I2C2").read_bytes())
     exercises.start("4", str(program), 3)
@@ -52,7 +52,7 @@ def test_it_is_judged_as_fcu_check_judges(exercises: LabExercises, tmp_path: Pat
     assert exercises.finished() == []
 
 
-def test_a_program_that_crashes_is_told_with_its_cause() -> None:
+def test_crashing_program_is_reported_with_its_cause() -> None:
     checked = as_checked("4", judged(str(FOLDER / "null_pointer.elf"), "lab3", "4", 0))
     assert checked.state == "not yet"
     assert checked.causes[0]["fatal"]
@@ -68,7 +68,7 @@ def test_one_is_judged_at_a_time(exercises: LabExercises) -> None:
         exercises.start("no such exercise", "solution", 0)
 
 
-def test_what_is_no_firmware_is_an_error_of_its_result(exercises: LabExercises, tmp_path: Path) -> None:
+def test_non_firmware_is_an_error_result(exercises: LabExercises, tmp_path: Path) -> None:
     program = tmp_path / "empty.elf"
     program.write_bytes(b"")
     exercises.start("4", str(program), 0)

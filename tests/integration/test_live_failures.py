@@ -101,7 +101,7 @@ def test_upload_after_one_that_failed_is_run(monkeypatch: pytest.MonkeyPatch) ->
 
 
 @pytest.mark.parametrize("error", FAILURES, ids=lambda error: type(error).__name__)
-def test_view_and_link_that_fail_do_not_end_the_session(error: Exception) -> None:
+def test_failing_view_and_link_keep_the_session(error: Exception) -> None:
     link = MemoryLink()
     page = Page(Setup("lab3"), end_s=1e9, links=[link])
     link.send = failing(error)  # type: ignore[method-assign]
@@ -120,9 +120,7 @@ def test_view_and_link_that_fail_do_not_end_the_session(error: Exception) -> Non
 
 
 @pytest.mark.parametrize("error", FAILURES, ids=lambda error: type(error).__name__)
-def test_board_that_cannot_run_on_has_failed_and_can_be_reset(
-    monkeypatch: pytest.MonkeyPatch, error: Exception
-) -> None:
+def test_failed_board_can_be_reset(monkeypatch: pytest.MonkeyPatch, error: Exception) -> None:
     def fail_once(board: Board, at_ps: int) -> None:
         monkeypatch.setattr(Board, "run_until_ps", run_until_ps)
         raise error
@@ -137,9 +135,7 @@ def test_board_that_cannot_run_on_has_failed_and_can_be_reset(
     assert session.run_number == 2
 
 
-def test_recording_on_a_full_disk_refuses_the_reset_and_ends_as_not_judged(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_recording_on_full_disk_refuses_the_reset(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     record = tmp_path / "session.toml"
     page = Page(Setup("lab3"), [(0.02, messages.Reset())], end_s=0.1, record=record)
     monkeypatch.setattr(tempfile, "mkstemp", failing(FULL))
@@ -161,7 +157,7 @@ def test_end_removes_the_upload_although_the_recording_fails(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_hand_that_makes_a_scenario_impossible_fails_the_board(tmp_path: Path) -> None:
+def test_impossible_scenario_fails_the_board(tmp_path: Path) -> None:
     """The scenario lifts by 2 km, the hand holds the board at 9 km, and the world ends at 10 km."""
     lifts = '[[timeline]]\nat = "100ms"\ndo = "lift"\nmetres = 2000\nfor = "10s"\n'
     scenario = write(tmp_path, HEAD + 'duration = "1s"\n' + lifts)
@@ -173,7 +169,7 @@ def test_hand_that_makes_a_scenario_impossible_fails_the_board(tmp_path: Path) -
     assert "10000 m" in status.problem
 
 
-def test_doors_failure_does_not_end_the_session() -> None:
+def test_control_failure_does_not_end_the_session() -> None:
     page = Page(Setup("lab3"), end_s=0.1)
 
     class Broken(ControlServer):
@@ -190,7 +186,7 @@ def test_doors_failure_does_not_end_the_session() -> None:
 # -- Messages -----------------------------------------------------------------------------------------------
 
 
-def test_upload_is_known_by_its_type_and_not_by_its_text() -> None:
+def test_upload_is_recognised_by_its_type() -> None:
     content = "A" * (2 * LONGEST_COMMAND)
     table = {"type": "upload", "name": "a.bin", "data": content}
     spaced = json.dumps(table)
@@ -218,7 +214,7 @@ def test_upload_is_known_by_its_type_and_not_by_its_text() -> None:
     ],
     ids=["values", "longer", "record", "do", "depth", "objects", "digits", "quotes"],
 )
-def test_long_message_that_is_no_upload_is_refused(text: str) -> None:
+def test_long_message_without_upload_is_refused(text: str) -> None:
     with pytest.raises(MessageError) as refused:
         messages.decode(text)
     assert str(refused.value).isprintable()

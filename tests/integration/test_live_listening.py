@@ -49,7 +49,7 @@ def test_gzip_is_used_if_the_client_accepts_it(headers: list[str], accepted: boo
     assert (gzip.decompress(file.body) if accepted else file.body) == raw("app.js")
 
 
-def test_compressed_page_is_a_third_of_the_plain_one() -> None:
+def test_compressed_page_is_a_third_of_plain() -> None:
     bundle = Bundle()
     plain, small = (bundle.file("/app.js", accepted) for accepted in ([], ["gzip"]))
     assert plain is not None
@@ -98,7 +98,7 @@ def test_server_listens_on_the_named_address_only(other: PageServer) -> None:
         pass
 
 
-def test_other_host_names_are_refused_on_a_named_address(other: PageServer) -> None:
+def test_other_host_names_are_refused(other: PageServer) -> None:
     for host in ("127.0.0.1", "localhost", "evil.example"):
         assert status(other, f"{host}:{other.address.port}", OTHER) == 403
     assert status(other, OTHER, OTHER) == 403

@@ -116,7 +116,7 @@ def until(page: playwright.Page, condition: str) -> None:
     page.wait_for_function(condition, polling=50)
 
 
-def test_dragging_the_board_turns_it_and_lights_its_led(browser: Browser, served: Served) -> None:
+def test_dragging_turns_the_board_and_lights_led(browser: Browser, served: Served) -> None:
     page = browser.open(served, in_space=True)
     box = page.locator(".board-view").bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
@@ -137,7 +137,7 @@ def test_dragging_the_board_turns_it_and_lights_its_led(browser: Browser, served
     until(page, "Number(document.querySelector('#num-attitude-pitch').textContent) === 85")
 
 
-def test_a_magnet_is_held_near_the_board_dragged_and_taken_away(browser: Browser, served: Served) -> None:
+def test_magnet_is_held_dragged_and_removed(browser: Browser, served: Served) -> None:
     page = browser.open(served, in_space=True)
     field = "Number(document.querySelector('#num-mag-{}').textContent)"
     until(page, f"{field.format('x')} === 215 && {field.format('y')} === 0")
@@ -168,7 +168,7 @@ def test_without_webgl_there_is_a_horizon(browser: Browser, served: Served) -> N
     assert page.evaluate("document.querySelector('.board-view').getContext('2d') !== null")
 
 
-def test_what_is_typed_goes_to_the_board_and_is_recorded(browser: Browser, served: Served) -> None:
+def test_typed_text_reaches_board_and_recording(browser: Browser, served: Served) -> None:
     page = browser.open(served)
     until(page, "document.querySelector('.xterm-rows').textContent.includes('Pitch:')")
     page.click(".screen")
@@ -197,7 +197,7 @@ class Echo:
         """The timer is not used."""
 
 
-def test_what_is_typed_is_echoed_byte_by_byte(browser: Browser) -> None:
+def test_typed_text_is_echoed_bytewise(browser: Browser) -> None:
     served = Served(Setup(Echo))
     try:
         page = browser.open(served)
@@ -262,7 +262,7 @@ def test_firmware_is_dropped_and_a_file_is_followed(browser: Browser, tmp_path: 
         served.close()
 
 
-def test_a_scenarios_verdict_falls(browser: Browser, served: Served) -> None:
+def test_scenario_verdict_is_shown(browser: Browser, served: Served) -> None:
     page = browser.open(served)
     page.click("#tab-scenario")
     page.select_option("#scenario", "led_x")
@@ -272,7 +272,7 @@ def test_a_scenarios_verdict_falls(browser: Browser, served: Served) -> None:
     assert (page.text_content("#verdict-count") or "").startswith("1 of 1 expectation")
 
 
-def test_a_page_of_a_scenario_opens_at_its_question(browser: Browser) -> None:
+def test_page_of_a_scenario_opens_at_its_question(browser: Browser) -> None:
     served = Served(Setup("lab3", "led_x"))
     try:
         page = browser.open(served)
@@ -284,7 +284,7 @@ def test_a_page_of_a_scenario_opens_at_its_question(browser: Browser) -> None:
         served.close()
 
 
-def test_the_menu_of_the_chips_blocks_stays_in_its_pane(browser: Browser, served: Served) -> None:
+def test_register_menu_stays_in_its_pane(browser: Browser, served: Served) -> None:
     page = browser.open(served)
     page.click("#tab-registers")
     until(page, "document.querySelector('.registers select').options.length > 5")
@@ -333,7 +333,7 @@ def test_blocks_of_the_chip_and_pins_are_shown(browser: Browser, served: Served)
     assert "LED1" in page.text_content("[data-pin=PB5]")
 
 
-def test_a_board_with_other_sensors_is_shown_by_what_they_declare(browser: Browser) -> None:
+def test_board_with_other_sensors_is_shown(browser: Browser) -> None:
     served = Served(Setup(Reader, ideal=True, kind=GreenhouseBoard))
     try:
         page = browser.open(served)
@@ -359,7 +359,7 @@ def test_two_pages_show_one_board(browser: Browser, served: Served) -> None:
     until(one, "document.querySelector('#num-attitude-roll').textContent === '-20.0'")
 
 
-def test_the_page_finds_a_server_that_was_started_again(browser: Browser) -> None:
+def test_page_reconnects_to_a_restarted_server(browser: Browser) -> None:
     first = Served(Setup(None))
     port = first.pages.address.port
     first.close()
@@ -384,7 +384,7 @@ class Evil(Echo):
             self._hal.HAL_Delay(200)
 
 
-def test_what_is_printed_cannot_become_part_of_the_page(browser: Browser) -> None:
+def test_printed_text_is_escaped_in_the_page(browser: Browser) -> None:
     served = Served(Setup(Evil))
     try:
         page = browser.open(served)
@@ -396,7 +396,7 @@ def test_what_is_printed_cannot_become_part_of_the_page(browser: Browser) -> Non
 
 
 @pytest.mark.parametrize("width", [360, 420])
-def test_on_a_phone_nothing_sticks_out(width: int, browser: Browser, served: Served) -> None:
+def test_page_fits_a_phone(width: int, browser: Browser, served: Served) -> None:
     page = browser.open(served)
     page.set_viewport_size({"width": width, "height": 800})
     for pane in ("world", "registers", "bus", "pins", "scenario", "diagnosis"):
@@ -417,7 +417,7 @@ def test_address_loses_its_token_and_reload_keeps_it(browser: Browser, served: S
     assert page.context.cookies() == []
 
 
-def test_page_without_token_shows_the_way_and_no_board(browser: Browser, served: Served) -> None:
+def test_page_without_token_shows_instructions(browser: Browser, served: Served) -> None:
     page = browser.open(served)
     page.evaluate("sessionStorage.clear()")
     page.reload()
@@ -427,7 +427,7 @@ def test_page_without_token_shows_the_way_and_no_board(browser: Browser, served:
     until(page, "document.body.dataset.state === 'running'")
 
 
-def test_page_with_a_wrong_token_is_told_so(browser: Browser, served: Served) -> None:
+def test_page_with_wrong_token_shows_an_error(browser: Browser, served: Served) -> None:
     page = browser.open(served)
     page.evaluate("sessionStorage.setItem('fcu-token', 'wrong')")
     page.reload()

@@ -56,7 +56,7 @@ def test_check_is_disabled_until_exercises_have_arrived(browser: live.Browser, l
     assert page.is_disabled("#check")
 
 
-def test_each_field_of_the_world_panel_has_its_own_label(browser: live.Browser, served: live.Served) -> None:
+def test_each_world_field_has_its_own_label(browser: live.Browser, served: live.Served) -> None:
     page = browser.open(served)
     at_sensor = page.locator("tr:has(#num-mag-x) th").text_content()
     earth = page.locator(".earth > span").first.text_content()

@@ -76,7 +76,7 @@ def say(client: ClientConnection, **command: Any) -> None:
     client.send(json.dumps(command))
 
 
-def test_page_files_need_no_secret_and_set_no_cookie(live: tuple[PageServer, LiveSession]) -> None:
+def test_page_files_need_no_secret_or_cookie(live: tuple[PageServer, LiveSession]) -> None:
     pages, _ = live
     for path in ("/", "/?2d", "/app.js", "/app.css", "/icon.svg"):
         response = get(pages, path)
@@ -169,7 +169,7 @@ def test_a_client_moves_the_board_and_sees_it(live: tuple[PageServer, LiveSessio
         assert until(client, "state", leds={"LED1": False, "LED2": False})
 
 
-def test_two_clients_see_the_same_board_and_one_may_leave(live: tuple[PageServer, LiveSession]) -> None:
+def test_two_clients_share_a_board(live: tuple[PageServer, LiveSession]) -> None:
     pages, _ = live
     with connected(pages.address) as one:
         with connected(pages.address) as other:
@@ -208,7 +208,7 @@ def test_a_huge_message_ends_its_connection_only(live: tuple[PageServer, LiveSes
         assert until(other, "state")
 
 
-def test_a_page_that_takes_nothing_is_kept_short() -> None:
+def test_backlog_of_stalled_page_is_bounded() -> None:
     kept = Outbox()
     for number in range(10_000):
         kept.put("state", f"s{number}")
@@ -224,7 +224,7 @@ def test_a_page_that_takes_nothing_is_kept_short() -> None:
     assert len(taken) <= outbox.MOST_KEPT
 
 
-def test_a_server_started_again_on_its_port_lets_the_open_page_in_again() -> None:
+def test_restarted_server_accepts_the_open_page() -> None:
     with running(Setup(None)) as (pages, _):
         port = pages.address.port
     with running(Setup(None), port) as (pages, _):
@@ -237,7 +237,7 @@ def test_a_server_started_again_on_its_port_lets_the_open_page_in_again() -> Non
     address.withdraw(pages.address)
 
 
-def test_without_the_library_a_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_websockets_error_names_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "websockets.asyncio.server", None)
     with pytest.raises(InputError, match="websockets") as refused:
         PageServer()

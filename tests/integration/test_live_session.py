@@ -71,7 +71,7 @@ def test_a_recorded_session_gives_the_same_bytes(firmware: str, scenario: str | 
     assert everything(replayed) == everything(session.board)
 
 
-def test_after_a_reset_the_recording_begins_anew_and_the_board_stays_where_the_hand_holds_it(
+def test_recording_restarts_at_reset_with_current_attitude(
     tmp_path: Path,
 ) -> None:
     script = [
@@ -89,7 +89,7 @@ def test_after_a_reset_the_recording_begins_anew_and_the_board_stays_where_the_h
     assert everything(again(session, tmp_path, "solution")) == everything(session.board)
 
 
-def test_it_pauses_steps_and_goes_on() -> None:
+def test_session_pauses_steps_and_continues() -> None:
     steps: list[tuple[str, float, int]] = []
 
     def follow(event: SessionEvent) -> None:
@@ -125,7 +125,7 @@ class Silent:
 
 
 @pytest.mark.parametrize(("of", "most_s"), [("tick", 1), ("line", 10), ("second", 1)])
-def test_a_step_that_finds_nothing_ends_after_its_longest_time(of: str, most_s: float) -> None:
+def test_step_without_event_ends_after_its_maximum(of: str, most_s: float) -> None:
     page = Page(Setup(Silent, ideal=True), [(0.1, messages.Pause())], end_s=100)
     stood_s: list[float] = []
 
@@ -141,7 +141,7 @@ def test_a_step_that_finds_nothing_ends_after_its_longest_time(of: str, most_s: 
     assert stood_s[1] - stood_s[0] == pytest.approx(most_s, abs=1e-9)
 
 
-def test_a_step_takes_no_more_than_5_s_of_a_slow_machine() -> None:
+def test_step_takes_at_most_5_s_real_time() -> None:
     page = Page(Setup(Silent, ideal=True), [(0.1, messages.Pause())], end_s=100)
     wall, stood_s = Wall(), []
 
@@ -162,7 +162,7 @@ def test_a_step_takes_no_more_than_5_s_of_a_slow_machine() -> None:
 
 
 @pytest.mark.parametrize(("late_s", "behind_s"), [(0.0, 0), (0.2, 0), (0.3, 0.3), (5.0, 5.0)])
-def test_a_board_is_hurried_to_catch_up_with_a_short_pause_only(late_s: float, behind_s: float) -> None:
+def test_session_catches_up_after_short_pauses_only(late_s: float, behind_s: float) -> None:
     """The machine does something else for ``late_s``."""
     page = Page(Setup(Silent, ideal=True), end_s=3)
     wall = Wall()
@@ -196,7 +196,7 @@ def test_states_come_50_times_a_second(takes_s: tuple[float, ...]) -> None:
     assert len(states) == pytest.approx(50, abs=5)
 
 
-def test_a_command_that_comes_just_after_a_state_is_shown_within_5_ms() -> None:
+def test_command_shows_within_5_ms_of_a_state() -> None:
     """It was 20 ms: the session slept past the next state's time."""
     commands = [messages.Do({"do": "set_attitude", "roll_deg": number}, number) for number in range(1, 20)]
     page = Page(Setup("lab3", ideal=True), end_s=1.0)
@@ -213,7 +213,7 @@ def test_a_command_that_comes_just_after_a_state_is_shown_within_5_ms() -> None:
     assert max(shown_s) < 0.006
 
 
-def test_states_come_in_order_with_truth_samples_and_variables() -> None:
+def test_states_are_ordered_with_truth_and_variables() -> None:
     script = [(0.0, messages.Watch(["pitch", "acc", "nothing"], "LSM6DSL", bus=True)), SCRIPT[0]]
     page = Page(Setup("solution", ideal=True), script, end_s=3)
     page.run()
@@ -238,7 +238,7 @@ def test_states_come_in_order_with_truth_samples_and_variables() -> None:
     assert "Pitch:" in text
 
 
-def test_a_block_of_the_chip_is_declared_and_shown_as_a_debugger_sees_it(words: Words) -> None:
+def test_chip_block_is_declared_and_shown(words: Words) -> None:
     page = Page(
         Setup("solution"), [(0.0, messages.Watch([], "TIM9")), (1.2, messages.Watch([], "TIM10"))], 1.5
     )
@@ -259,7 +259,7 @@ def test_a_block_of_the_chip_is_declared_and_shown_as_a_debugger_sees_it(words: 
     assert {"TIM9", "NVIC", "GPIOB", "RCC"} <= set(status.peripherals)
 
 
-def test_firmware_in_python_has_no_chip_to_look_into() -> None:
+def test_python_firmware_shows_no_chip() -> None:
     page = Page(Setup("lab3"), [(0.0, messages.Watch([], "TIM9"))], 0.5)
     page.run()
     assert page.of(messages.StatusEvent)[-1].peripherals == []
@@ -288,7 +288,7 @@ def test_the_pins_and_their_levels(wiring: str) -> None:
         assert selects == ["PA8", "PB12", "PC13"]
 
 
-def test_a_page_that_looks_at_everything_changes_nothing() -> None:
+def test_watching_everything_changes_nothing() -> None:
     looks = messages.Watch(["pitch"], "SCB", bus=True, pins=True)
     pages = [Page(Setup("solution", seed=5), [(0.0, watch)], 2.0) for watch in (messages.Watch(), looks)]
     one, other = (bytes(page.run().board.terminal.uart.received()) for page in pages)
@@ -297,7 +297,7 @@ def test_a_page_that_looks_at_everything_changes_nothing() -> None:
     assert one[:shortest] == other[:shortest]
 
 
-def test_a_sensor_that_is_new_is_shown_by_what_it_declares() -> None:
+def test_new_sensor_is_shown_by_its_declaration() -> None:
     script = [
         (0.0, messages.Watch([], "HTX221", bus=True, pins=True)),
         (0.2, do(do="set_humidity", humidity_percent=62.5)),
@@ -318,7 +318,7 @@ def test_a_sensor_that_is_new_is_shown_by_what_it_declares() -> None:
     assert [one["name"] for one in page.of(messages.Pins)[-1].pins][:2] == ["PA2", "PA5"]
 
 
-def test_a_scenarios_verdicts_fall_while_it_plays(tmp_path: Path) -> None:
+def test_scenario_verdicts_are_sent_while_it_plays(tmp_path: Path) -> None:
     led = '[[expect]]\nkind = "led"\nled = "led1"\nstate = "off"\nfrom = "100ms"\nto = "{}ms"\n'
     scenario = write(tmp_path, SHORT + led.format(200) + led.format(2400))
     page = Page(Setup("lab3", str(scenario)), end_s=2.6)
@@ -330,7 +330,7 @@ def test_a_scenarios_verdicts_fall_while_it_plays(tmp_path: Path) -> None:
     assert page.of(messages.Verdicts)[-1].over
 
 
-def test_a_scenario_is_over_although_all_was_met_before(tmp_path: Path) -> None:
+def test_scenario_ends_after_all_expectations_are_met(tmp_path: Path) -> None:
     led = '[[expect]]\nkind = "led"\nled = "led1"\nstate = "off"\nfrom = "100ms"\nto = "500ms"\n'
     page = Page(Setup("lab3", str(write(tmp_path, SHORT + led))), end_s=3.6)
     session = page.run()
@@ -339,9 +339,7 @@ def test_a_scenario_is_over_although_all_was_met_before(tmp_path: Path) -> None:
     assert session.verdict() == ["1 of 1 expectations met"]
 
 
-def test_a_verdict_before_the_end_says_what_has_failed_and_how_much_is_open(
-    tmp_path: Path, words: Words
-) -> None:
+def test_early_verdict_lists_failed_and_open_expectations(tmp_path: Path, words: Words) -> None:
     led = '[[expect]]\nkind = "led"\nled = "led1"\nstate = "{}"\nfrom = "{}ms"\nto = "{}ms"\n'
     text = SHORT + led.format("off", 100, 200) + led.format("on", 100, 200) + led.format("off", 100, 2400)
     session = Page(Setup("lab3", str(write(tmp_path, text))), end_s=1).run()
@@ -353,7 +351,7 @@ def test_a_verdict_before_the_end_says_what_has_failed_and_how_much_is_open(
     words("web", re.sub(r"\b1\.\d+ s", "TIME", count))
 
 
-def test_wrong_commands_are_answered_in_a_line_and_change_nothing() -> None:
+def test_wrong_command_gets_one_line_without_change() -> None:
     wrong = [
         do(do="lift", metres=1e9, for_="1s"),
         do(do="fly"),
@@ -398,7 +396,7 @@ def test_a_file_that_changes_is_loaded_again(tmp_path: Path) -> None:
     assert session.board.world.attitude_deg([session.board.now_s])[0, 0] == pytest.approx(20, abs=0.01)
 
 
-def test_firmware_that_fails_is_reported_and_another_one_is_loaded() -> None:
+def test_failed_firmware_is_reported_and_replaced() -> None:
     fails = messages.FirmwareCommand("solution")
 
     def broken(event: SessionEvent) -> None:
@@ -431,7 +429,7 @@ class Broken:
         """The timer is not used."""
 
 
-def test_a_page_whose_firmware_has_failed_for_good_ends() -> None:
+def test_permanently_failed_firmware_ends_the_session() -> None:
     page = Page(Setup(Broken, ideal=True), [(3, do(do="tap"))], end_s=5)
     session = page.run()
 
@@ -440,12 +438,12 @@ def test_a_page_whose_firmware_has_failed_for_good_ends() -> None:
     assert session.board.now_s < 1
 
 
-def test_what_cannot_be_run_is_an_error_at_once(tmp_path: Path) -> None:
+def test_unusable_firmware_is_refused_at_once(tmp_path: Path) -> None:
     with pytest.raises(FcuError):
         Page(Setup(str(tmp_path / "missing.elf")))
 
 
-def test_the_recorded_file_is_a_scenario_that_says_how_to_play_it(tmp_path: Path) -> None:
+def test_recorded_file_is_a_scenario_with_instructions(tmp_path: Path) -> None:
     path = tmp_path / "session.toml"
     Page(Setup("lab3"), SCRIPT[:3], end_s=2, record=path).run()
     assert "# fcu run lab3 --wiring lab3 --scenario" in path.read_text(encoding="utf-8")
@@ -456,7 +454,7 @@ def test_the_recorded_file_is_a_scenario_that_says_how_to_play_it(tmp_path: Path
     ]
 
 
-def test_a_link_shares_the_terminal_and_what_it_types_is_recorded() -> None:
+def test_link_shares_terminal_and_is_recorded() -> None:
     link = MemoryLink()
     page = Page(Setup("solution"), end_s=2, links=[link])
     link.feed(b"a\xff")

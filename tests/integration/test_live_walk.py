@@ -32,7 +32,7 @@ def edit(folder: Path, old: str, new: str) -> None:
     file.write_text(text.replace(old, new), encoding="utf-8")
 
 
-def test_a_program_that_is_edited_and_made_is_followed(tmp_path: Path, words: Words) -> None:
+def test_edited_program_is_loaded_again(tmp_path: Path, words: Words) -> None:
     folder = tmp_path / "mylab"
     create_project(folder, "I2C2")
     make(folder)

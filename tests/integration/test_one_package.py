@@ -119,14 +119,14 @@ assert pickle.loads(b"cemulator.errors\\nInputError\\n(S'x'\\ntR.").args == ("x"
 """
 
 
-def test_old_imports_give_the_same_objects_with_a_warning(wheel: Path, tmp_path: Path) -> None:
+def test_old_imports_work_with_a_warning(wheel: Path, tmp_path: Path) -> None:
     done = python(tmp_path, "-c", OLD_NAMES, str(wheel), path=wheel)
 
     assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("name", OLD)
-def test_a_students_module_of_an_old_name_comes_first(name: str, wheel: Path, tmp_path: Path) -> None:
+def test_module_of_a_student_precedes_old_name(name: str, wheel: Path, tmp_path: Path) -> None:
     (tmp_path / f"{name}.py").write_text("mine = True\n")
     program = f"import _fcu_emulator_old_names\nimport {name}\nassert {name}.mine"
     done = python(tmp_path, "-W", "error", "-c", program, path=wheel)

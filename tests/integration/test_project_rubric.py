@@ -68,7 +68,7 @@ def desk(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_project_has_the_rubric_and_the_files_it_names(desk: Path) -> None:
+def test_project_has_the_rubric_and_its_files(desk: Path) -> None:
     done = fcu(desk, "new", "lab", "--rubric", "pitch.toml")
 
     assert done.returncode == 0, done.stderr
@@ -90,7 +90,7 @@ def test_check_in_a_project_uses_its_rubric(desk: Path, program: str, code: int)
     assert fcu(desk, "check", "lab/lab3.elf").returncode == code
 
 
-def test_next_step_of_a_rubric_may_name_a_function_of_the_template(desk: Path) -> None:
+def test_rubric_next_step_may_name_template_function(desk: Path) -> None:
     table = 'title = "Pitch"\nnext = "Compute it in HAL_TIM_PeriodElapsedCallback(), and print it."'
     (desk / "pitch.toml").write_text(RUBRIC.replace('title = "Pitch"', table), encoding="utf-8")
     done = fcu(desk, "check", "template-arm", "--rubric", "pitch.toml")
@@ -141,7 +141,7 @@ def test_program_of_a_project_names_its_lab(desk: Path, asked: bool) -> None:
     )
 
 
-def test_program_of_a_project_is_known_as_the_template(desk: Path) -> None:
+def test_program_of_a_project_equals_the_template(desk: Path) -> None:
     fcu(desk, "new", "lab", "--rubric", "pitch.toml")
     program = SubmittedSource({"main.c": (desk / "lab" / "main.c").read_bytes()})
 
@@ -213,7 +213,7 @@ def test_page_beside_a_wrong_rubric_offers_no_exercise(desk: Path) -> None:
 
 
 @pytest.mark.parametrize("rubric", [TWO, HIDDEN], ids=["two", "one of two hidden"])
-def test_readme_and_workflow_name_the_exercises_of_the_project(desk: Path, rubric: str) -> None:
+def test_readme_and_workflow_name_project_exercises(desk: Path, rubric: str) -> None:
     (desk / "pitch.toml").write_text(rubric.replace("the pitch", "a | b"), encoding="utf-8")
     fcu(desk, "new", "lab", "--rubric", "pitch.toml")
     readme = (desk / "lab" / "README.md").read_text(encoding="utf-8")

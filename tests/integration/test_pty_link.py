@@ -91,7 +91,7 @@ def test_all_byte_values_reach_the_reader_unchanged(link: ByteLink, port: Path) 
         assert collect(link, lambda: device.read(4096), 256) == ALL_BYTES
 
 
-def test_all_byte_values_reach_the_board_unchanged_and_are_not_echoed(link: ByteLink, port: Path) -> None:
+def test_all_byte_values_reach_board_without_echo(link: ByteLink, port: Path) -> None:
     with plain_file(port) as fd:
         os.write(fd, ALL_BYTES)
         assert receive(link, 256) == ALL_BYTES
@@ -99,13 +99,13 @@ def test_all_byte_values_reach_the_board_unchanged_and_are_not_echoed(link: Byte
         assert collect(link, lambda: read_plain(fd), 1) == b"!"
 
 
-def test_what_a_writer_sent_just_before_closing_arrives(link: ByteLink, port: Path) -> None:
+def test_bytes_sent_before_closing_arrive(link: ByteLink, port: Path) -> None:
     with plain_file(port) as fd:
         os.write(fd, b"reset\r")
     assert receive(link, 6) == b"reset\r"
 
 
-def test_more_input_than_the_inbox_holds_waits_in_the_kernel(link: ByteLink, port: Path) -> None:
+def test_excess_input_waits_in_the_kernel(link: ByteLink, port: Path) -> None:
     data = random.Random(5).randbytes(300_000)
     with plain_file(port) as fd:
         got, written, turn = bytearray(), 0, 0
@@ -127,13 +127,13 @@ def test_a_terminal_opened_late_shows_the_boot_text(link: ByteLink, port: Path) 
         assert collect(link, lambda: device.read(4096), len(BOOT)) == BOOT
 
 
-def test_a_late_reader_that_does_not_flush_gets_the_boot_text_too(link: ByteLink, port: Path) -> None:
+def test_late_reader_without_flush_gets_boot_text(link: ByteLink, port: Path) -> None:
     link.send(BOOT)
     with plain_file(port) as fd:
         assert collect(link, lambda: read_plain(fd), len(BOOT)) == BOOT
 
 
-def test_a_flush_after_the_board_noticed_the_opening_costs_no_text(link: ByteLink, port: Path) -> None:
+def test_flush_after_noticed_opening_keeps_the_text(link: ByteLink, port: Path) -> None:
     link.send(BOOT)
     with plain_file(port):
         link.send(b"")  # the board sees a reader that has not flushed yet
@@ -141,7 +141,7 @@ def test_a_flush_after_the_board_noticed_the_opening_costs_no_text(link: ByteLin
             assert collect(link, lambda: device.read(4096), len(BOOT)) == BOOT
 
 
-def test_a_second_flush_while_a_terminal_sets_itself_up_costs_no_text(link: ByteLink, port: Path) -> None:
+def test_second_flush_during_setup_keeps_the_text(link: ByteLink, port: Path) -> None:
     link.send(BOOT)
     with terminal(port) as device:
         link.send(b"")  # the board sees the first flush
@@ -149,7 +149,7 @@ def test_a_second_flush_while_a_terminal_sets_itself_up_costs_no_text(link: Byte
         assert collect(link, lambda: device.read(4096), len(BOOT)) == BOOT
 
 
-def test_a_glance_at_the_port_is_no_reader(link: ByteLink, port: Path) -> None:
+def test_short_opening_is_not_a_reader(link: ByteLink, port: Path) -> None:
     link.send(BOOT)
     with plain_file(port):
         link.send(b"")  # noticed, and gone again before anything was handed over: stty
@@ -164,7 +164,7 @@ def only_report(link: ByteLink, port: Path) -> str:
     return line.replace(str(port), "PORT")
 
 
-def test_without_a_reader_only_the_newest_mebibyte_is_kept(link: ByteLink, port: Path, words: Words) -> None:
+def test_newest_mebibyte_is_kept_without_a_reader(link: ByteLink, port: Path, words: Words) -> None:
     with plain_file(port):
         link.send(b"")  # a glance that is no reader
     data = random.Random(1).randbytes(5_000_000)
@@ -185,9 +185,7 @@ def test_a_slow_reader_loses_nothing(link: ByteLink, port: Path) -> None:
     assert link.report() == []
 
 
-def test_a_reader_that_stops_reading_costs_the_oldest_beyond_16_mebibytes(
-    link: ByteLink, port: Path, words: Words
-) -> None:
+def test_stopped_reader_loses_oldest_beyond_16_mebibytes(link: ByteLink, port: Path, words: Words) -> None:
     with terminal(port) as device:
         serve(link, device)
         for _ in range(18):
@@ -208,9 +206,7 @@ def test_a_reader_may_go_and_come_back(link: ByteLink, port: Path, words: Words)
         assert collect(link, lambda: device.read(4096), 12) == b"welcome back"
 
 
-def test_the_next_reader_finds_neither_leftovers_nor_settings_of_the_last(
-    link: ByteLink, port: Path, words: Words
-) -> None:
+def test_next_reader_finds_no_leftovers_or_settings(link: ByteLink, port: Path, words: Words) -> None:
     with terminal(port) as device:
         serve(link, device)
         link.send(bytes(50_000))
@@ -239,7 +235,7 @@ def ordinary_user() -> Iterator[Path]:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the last close ends exclusive mode")
-def test_the_port_can_be_opened_again_after_a_program_that_wanted_it_alone(ordinary_user: Path) -> None:
+def test_port_reopens_after_exclusive_access(ordinary_user: Path) -> None:
     import fcntl
     import termios
 
@@ -262,7 +258,7 @@ def test_the_port_can_be_opened_again_after_a_program_that_wanted_it_alone(ordin
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the last close ends exclusive mode")
-def test_the_board_goes_on_when_no_new_port_can_be_made(ordinary_user: Path) -> None:
+def test_board_continues_without_a_new_port(ordinary_user: Path) -> None:
     import fcntl
     import termios
 
@@ -303,7 +299,7 @@ def test_flush_lets_the_reader_take_everything_before_close(
     assert link.report() == []
 
 
-def test_flush_without_a_reader_returns_at_once_and_close_counts_the_loss(
+def test_flush_without_reader_returns_at_once(
     link: ByteLink, port: Path, monkeypatch: pytest.MonkeyPatch, words: Words
 ) -> None:
     monkeypatch.setattr(byte_link, "STALL_S", 6 * DEADLINE_S)
@@ -315,7 +311,7 @@ def test_flush_without_a_reader_returns_at_once_and_close_counts_the_loss(
     words("run", only_report(link, port))
 
 
-def test_flush_gives_up_on_a_reader_that_does_not_read(link: ByteLink, port: Path, words: Words) -> None:
+def test_flush_times_out_on_a_stopped_reader(link: ByteLink, port: Path, words: Words) -> None:
     with terminal(port) as device:
         serve(link, device)
         link.send(b"unread")

@@ -52,7 +52,7 @@ def test_a_scenarios_seed_counts_unless_another_is_given(tmp_path: Path) -> None
     assert Board().seed == 0
 
 
-def test_a_seed_of_0_is_another_board_than_the_scenarios(tmp_path: Path) -> None:
+def test_seed_of_0_overrides_the_scenario(tmp_path: Path) -> None:
     file = scenario(tmp_path, seed=5)
     texts = []
     for seed in (None, 0, 5):
@@ -63,7 +63,7 @@ def test_a_seed_of_0_is_another_board_than_the_scenarios(tmp_path: Path) -> None
     assert texts[0] == texts[2] != texts[1]
 
 
-def test_the_command_line_takes_a_seed_of_0_as_0(tmp_path: Path) -> None:
+def test_command_accepts_seed_of_0(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "fcu_emulator", "run", "--scenario", str(scenario(tmp_path, seed=5))]
     zero = subprocess.run(
         [*command, "--seed", "0", "--speed", "max"], capture_output=True, text=True, check=True
@@ -75,7 +75,7 @@ def test_the_command_line_takes_a_seed_of_0_as_0(tmp_path: Path) -> None:
     assert zero.stdout != own.stdout
 
 
-def test_all_but_the_firmware_goes_by_name() -> None:
+def test_board_arguments_are_keyword_only() -> None:
     with pytest.raises(TypeError):
         Board("lab3", "desk")  # type: ignore[misc]
 
@@ -91,13 +91,13 @@ def test_run_until_takes_seconds_since_power_on() -> None:
 
 
 @pytest.mark.parametrize("when", [-1, float("nan"), float("inf"), 10**9, "2 s", None])
-def test_run_until_refuses_what_is_no_time(when: float) -> None:
+def test_run_until_refuses_an_invalid_time(when: float) -> None:
     with pytest.raises(InputError) as refused:
         Board().run_until(when)
     assert refused.value.kind == "time"
 
 
-def test_a_fault_is_for_good_or_for_a_time_in_seconds() -> None:
+def test_fault_is_permanent_or_has_an_end() -> None:
     board = Board()
     board.i2c2.inject(I2CFault("absent", from_s=0.1, until_s=0.2, address=0x1E))
     assert board.i2c2.write_read(0x1E, b"\x4f", 1) == b"\x40"
@@ -117,7 +117,7 @@ def test_a_fault_is_for_good_or_for_a_time_in_seconds() -> None:
     ("kind", "from_s", "until_s"),
     [("lost", 0, 1), ("nack", 2, 1), ("nack", -1, 1), ("nack", float("nan"), 1)],
 )
-def test_a_fault_that_cannot_be_is_refused(kind: str, from_s: float, until_s: float) -> None:
+def test_impossible_fault_is_refused(kind: str, from_s: float, until_s: float) -> None:
     with pytest.raises(InputError):
         I2CFault(kind, from_s, until_s)  # type: ignore[arg-type]
 
@@ -134,7 +134,7 @@ def test_events_have_their_time_in_seconds() -> None:
 # -- the end of a board -------------------------------------------------------------------------------------
 
 
-def test_a_board_says_what_it_is() -> None:
+def test_repr_describes_the_board() -> None:
     board = Board("lab3", scenario="flat", seed=4)
     board.run_for(1.25)
     assert repr(board) == "<Board: firmware 'lab3', scenario 'flat', wiring 'lab3', seed 4, at 1.25 s>"
@@ -145,7 +145,7 @@ def test_a_board_says_what_it_is() -> None:
 
 
 @pytest.mark.parametrize("firmware", [None, "lab3", "solution"])
-def test_a_closed_board_can_be_looked_at_but_runs_no_more(firmware: str | None) -> None:
+def test_closed_board_is_readable_but_does_not_run(firmware: str | None) -> None:
     with Board(firmware) as board:
         board.run_for(1.2)
         text = board.terminal.text
@@ -182,7 +182,7 @@ def test_closing_ends_the_firmware_and_the_traces_files(tmp_path: Path) -> None:
     assert [json.loads(line)["kind"] for line in (tmp_path / "run.jsonl").read_text().splitlines()]
 
 
-def test_a_board_that_fails_in_its_block_is_closed_and_the_error_is_the_users() -> None:
+def test_board_context_closes_after_an_error() -> None:
     board = Board("lab3")
     with pytest.raises(InputError) as refused, board:
         board.run_for(-1)
@@ -192,7 +192,7 @@ def test_a_board_that_fails_in_its_block_is_closed_and_the_error_is_the_users() 
 
 
 @pytest.mark.parametrize("firmware", [None, "lab3", "solution"])
-def test_a_board_that_is_forgotten_is_cleared_away_at_once(firmware: str | None) -> None:
+def test_unreferenced_board_is_released_at_once(firmware: str | None) -> None:
     board = Board(firmware, scenario="flat")
     board.run_for(0.1)
     watched = weakref.ref(board)
@@ -207,7 +207,7 @@ def test_a_board_that_is_forgotten_is_cleared_away_at_once(firmware: str | None)
 # -- names --------------------------------------------------------------------------------------------------
 
 
-def test_every_name_that_is_promised_is_there() -> None:
+def test_every_exported_name_exists() -> None:
     assert all(getattr(emulator, name) is not None for name in emulator.__all__)
     assert set(emulator.__all__) <= set(dir(emulator))
     with pytest.raises(AttributeError, match="nonsense"):
@@ -232,6 +232,6 @@ def test_the_pages_use_public_names_only(page: Path) -> None:
     assert not INNARDS.findall(text)
 
 
-def test_a_scenario_is_loaded_and_run_by_public_names() -> None:
+def test_scenario_runs_by_public_names() -> None:
     plan = load_scenario("flat")
     assert run(Board("lab3", scenario=plan)).passed

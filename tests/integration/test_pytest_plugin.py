@@ -27,7 +27,7 @@ def plain(pytester: pytest.Pytester) -> None:
     pytester.makeini("[pytest]\nfilterwarnings = error\n")
 
 
-def test_a_board_and_its_serial_line(pytester: pytest.Pytester) -> None:
+def test_fixtures_provide_board_and_serial_line(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """
         import pytest
@@ -62,7 +62,7 @@ def test_a_board_and_its_serial_line(pytester: pytest.Pytester) -> None:
     pytester.runpytest_inprocess(*ARGUMENTS).assert_outcomes(passed=6)
 
 
-def test_a_file_on_the_command_line_wins(pytester: pytest.Pytester) -> None:
+def test_firmware_option_overrides_the_marker(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """
         import pytest
@@ -86,7 +86,7 @@ def test_a_file_on_the_command_line_wins(pytester: pytest.Pytester) -> None:
         'dut.expect("Pre:", 4, not_matching="ACC")',
     ],
 )
-def test_a_failure_says_what_was_expected_and_hides_our_frames(
+def test_failure_shows_expected_text_without_internal_frames(
     call: str, words: Words, pytester: pytest.Pytester
 ) -> None:
     pytester.makepyfile(f"def test_it(dut):\n    {call}\n")
@@ -99,7 +99,7 @@ def test_a_failure_says_what_was_expected_and_hides_our_frames(
     assert "plugin.py" not in printed.partition("Captured stdout")[0]
 
 
-def test_a_failure_shows_what_the_board_did(pytester: pytest.Pytester) -> None:
+def test_failure_shows_the_board_output(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """
         import pytest
@@ -123,7 +123,7 @@ def test_a_failure_shows_what_the_board_did(pytester: pytest.Pytester) -> None:
     assert "LAB3 Init..." in (system_out.text or "")
 
 
-def run_by_hand(printed: str, folder: Path) -> subprocess.CompletedProcess[bytes]:
+def run_printed_command(printed: str, folder: Path) -> subprocess.CompletedProcess[bytes]:
     """Run the command that a failed test has printed."""
     command = next(line for line in printed.splitlines() if line.startswith("fcu run solution "))
     return subprocess.run(
@@ -147,12 +147,12 @@ def test_the_command_of_a_cold_board_starts_cold(pytester: pytest.Pytester) -> N
             assert False
         """
     )
-    done = run_by_hand(pytester.runpytest_inprocess(*ARGUMENTS).stdout.str(), pytester.path)
+    done = run_printed_command(pytester.runpytest_inprocess(*ARGUMENTS).stdout.str(), pytester.path)
 
     assert done.returncode == 3
 
 
-def test_the_command_repeats_what_the_test_did(pytester: pytest.Pytester) -> None:
+def test_printed_command_repeats_the_test(pytester: pytest.Pytester) -> None:
     """The same bytes: setters, motions planned ahead, typing, faults, iron, a scenario's own steps."""
     step = '[[timeline]]\ndo = "set_attitude"\nat = "1s"\nroll_deg = 9\n'
     scenario = f'schema = 1\nquestion = "q"\nduration = "9s"\n{step}'
@@ -181,14 +181,14 @@ def test_the_command_repeats_what_the_test_did(pytester: pytest.Pytester) -> Non
         """
     )
     printed = pytester.runpytest_inprocess(*ARGUMENTS).stdout.str()
-    done = run_by_hand(printed, pytester.path)
+    done = run_printed_command(printed, pytester.path)
 
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith((pytester.path / "seen.txt").read_bytes())
     assert "It lacks: " not in printed
 
 
-def test_what_a_scenario_cannot_repeat_is_named(pytester: pytest.Pytester) -> None:
+def test_unrepeatable_actions_are_named(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """
         import pytest
@@ -232,7 +232,7 @@ def test_a_hang_is_diagnosed(pytester: pytest.Pytester) -> None:
     assert "null_pointer.c" in result.stdout.str()
 
 
-def test_several_processes(pytester: pytest.Pytester) -> None:
+def test_plugin_works_with_several_processes(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """
         import pytest
@@ -245,7 +245,7 @@ def test_several_processes(pytester: pytest.Pytester) -> None:
     pytester.runpytest_subprocess("-p", "no:cacheprovider", "-q", "-n", "2").assert_outcomes(passed=4)
 
 
-def test_wrong_use_is_one_line(pytester: pytest.Pytester) -> None:
+def test_wrong_arguments_are_refused_in_one_line(pytester: pytest.Pytester) -> None:
     pytester.makepyfile("def test_it(board):\n    pass\n")
     result = pytester.runpytest_inprocess(*ARGUMENTS, "--firmware", "nowhere.elf")
 

@@ -35,7 +35,7 @@ def text_of(observation: Observation) -> str:
 
 
 @pytest.mark.parametrize("name", scenario_names())
-def test_a_firmware_on_its_own_samples_prints_what_it_printed(name: str) -> None:
+def test_firmware_on_its_samples_prints_the_same(name: str) -> None:
     board = Board(firmware="lab3", scenario=name)
     original = observe(board, 5 * PS_PER_S, transfers=True)
     again = replay(board, python_firmware("lab3"))
@@ -44,7 +44,7 @@ def test_a_firmware_on_its_own_samples_prints_what_it_printed(name: str) -> None
     assert text_of(again) == text_of(original)
 
 
-def test_the_template_too() -> None:
+def test_template_on_its_samples_prints_the_same() -> None:
     board = Board(firmware="template", scenario="flat")
     original = observe(board, 2500 * PS_PER_MS, transfers=True)
     again = replay(board, python_firmware("template"))
@@ -64,7 +64,7 @@ def test_another_arithmetic_is_noticed_in_the_last_digit() -> None:
     assert 0 < largest_deviations(changed, original)["Roll"] < 1e-3
 
 
-def test_a_led_that_comes_on_too_early_is_noticed() -> None:
+def test_early_led_is_a_difference() -> None:
     """Exercise 3b: above 80 degrees, not 60; the scenario turns to 75 first."""
     board = Board(firmware="lab3", scenario="led_x")
     original = observe(board, 4 * PS_PER_S, transfers=True)
@@ -73,7 +73,7 @@ def test_a_led_that_comes_on_too_early_is_noticed() -> None:
     assert difference.sequence == "LED1"
 
 
-def test_text_beyond_the_recording_is_left_out_and_a_missing_one_is_not() -> None:
+def test_text_beyond_the_recording_is_omitted() -> None:
     board = recorded("flat", script(lambda hal: say(hal, "one\n")))
 
     assert text_of(replay(board, script(lambda hal: say(hal, "one\nand two\n")))) == "one\n"
@@ -84,7 +84,7 @@ def test_text_beyond_the_recording_is_left_out_and_a_missing_one_is_not() -> Non
     ("printed", "replayed"),
     [("-0.000000", "0.000000"), ("0.000000", "-0.000000"), ("9.999999", "10.000000"), ("1", "1234.000000")],
 )
-def test_a_number_of_another_width_moves_no_other_line(printed: str, replayed: str) -> None:
+def test_number_of_other_width_moves_no_line(printed: str, replayed: str) -> None:
     def saying(number: str) -> Callable[[VirtualHal], None]:
         def main(hal: VirtualHal) -> None:
             for _ in range(3):
@@ -110,7 +110,7 @@ def say(hal: VirtualHal, text: str) -> None:
     hal.HAL_Delay(10_000)
 
 
-def test_a_firmware_that_waits_for_ever_ends_with_the_recording() -> None:
+def test_endless_wait_ends_with_the_recording() -> None:
     def main(hal: VirtualHal) -> None:
         while True:
             hal.HAL_Delay(1000)
@@ -118,7 +118,7 @@ def test_a_firmware_that_waits_for_ever_ends_with_the_recording() -> None:
     assert not replay(recorded("flat"), script(main)).sequences[TERMINAL]
 
 
-def test_bytes_may_have_been_read_in_more_transfers_than_are_asked_for() -> None:
+def test_recorded_bytes_may_be_read_in_one_transfer() -> None:
     """Over SPI2 the C firmware reads one byte at a time."""
 
     def in_two(hal: VirtualHal) -> None:
@@ -169,7 +169,7 @@ def test_callbacks_that_read_something_else_are_refused() -> None:
     assert refused.value.kind == "other_register"
 
 
-def test_a_recording_that_ended_early_is_not_taken_for_a_whole_one() -> None:
+def test_recording_that_ended_early_is_a_difference() -> None:
     def main(hal: VirtualHal) -> None:
         hal.HAL_UART_Transmit(b"one\n", 1000)
         raise ZeroDivisionError

@@ -89,21 +89,21 @@ def checked(file: Path, *options: str) -> str:
     return done.stdout
 
 
-def test_programs_that_do_nothing_earn_what_is_given_away(tmp_path: Path) -> None:
+def test_programs_without_function_show_free_points(tmp_path: Path) -> None:
     rubric = load_rubric(written(tmp_path, TILT.replace("REQUIRES\n", "")))
     earned = [set(trial.earned) for trial in trials(rubric, "template-arm")]
 
     assert earned == [{"1.runs"}, {"1.runs", "1.dark"}, {"1.runs"}, {"1.runs", "1.dark"}, {"1.runs"}]
 
 
-def test_lab3_gives_no_point_to_a_program_that_reads_no_sensor() -> None:
+def test_lab3_gives_no_points_without_sensor_reads() -> None:
     earned = {one.program: one.verdict.points for one in trials(load_rubric("lab3"), "template-arm", seed=5)}
 
     assert earned.pop("the template") == 5
     assert set(earned.values()) == {0}
 
 
-def test_prerequisites_leave_nothing_to_such_programs(tmp_path: Path) -> None:
+def test_prerequisites_leave_no_free_points(tmp_path: Path) -> None:
     rubric = load_rubric(written(tmp_path, TILT.replace("REQUIRES", 'requires = ["alarm"]')))
 
     assert [trial.earned for trial in trials(rubric, "template-arm")] == [{}] * 5

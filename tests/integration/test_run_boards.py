@@ -97,7 +97,7 @@ def test_boards_ended_before_the_scenario_exit_with_4(level: str) -> None:
     ],
     ids=lambda option: option[0],
 )
-def test_boards_with_an_option_for_one_board_are_refused(
+def test_boards_with_option_for_one_board_are_refused(
     level: str, option: list[str], capfd: pytest.CaptureFixture[str]
 ) -> None:
     code = execute(["run", "template-arm", "--scenario", level, "--boards", "2", *option])

@@ -28,11 +28,11 @@ def summary(*arguments: str) -> str:
         ("fcu001v1", "SPI2: SCK 2.625 MHz; a read of 1 byte took 0.0"),
     ],
 )
-def test_the_bus_its_clock_and_the_time_of_a_read(wiring: str, bus: str) -> None:
+def test_summary_has_bus_clock_and_read_time(wiring: str, bus: str) -> None:
     assert bus in summary("solution", "--wiring", wiring, "--duration", "1200ms")
 
 
-def test_the_load_of_the_line_is_its_bytes_times_ten_bits() -> None:
+def test_line_load_is_bytes_times_ten_bits() -> None:
     found = re.search(
         r"USART1: (\d+) baud; (\d+) bytes, (\S+) % of the time", summary("lab3", "--duration", "2s")
     )
@@ -43,7 +43,7 @@ def test_the_load_of_the_line_is_its_bytes_times_ten_bits() -> None:
     assert load == pytest.approx(100 * count * 10 / baud / 2.0, abs=0.1)
 
 
-def test_the_callback_against_its_period() -> None:
+def test_summary_has_callback_time_and_period() -> None:
     """Four reads take 0.78 ms of bus (docs/compare.md), 0.8 ms with the HAL: the template does only that."""
     took = {}
     for firmware in ("template-arm", "solution"):
@@ -65,7 +65,7 @@ def test_a_short_period_keeps_its_digits(words: Words) -> None:
     words("run", line)
 
 
-def test_the_time_in_a_faults_handler_is_not_the_callbacks(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_callback_time_excludes_fault_handlers(monkeypatch: pytest.MonkeyPatch) -> None:
     """The callback's interrupt stays active below a fault that it has caused."""
     board = Board(firmware="solution")
     recorder = TruthRecorder(board)
@@ -80,6 +80,6 @@ def test_the_time_in_a_faults_handler_is_not_the_callbacks(monkeypatch: pytest.M
     assert (recorder.looks_at_callback, recorder.callback_seen) == before
 
 
-def test_notes_of_every_right_run_are_shown_when_asked_for() -> None:
+def test_verbose_shows_notes_of_correct_programs() -> None:
     assert USUAL not in summary("lab3", "--duration", "1200ms")
     assert USUAL in summary("lab3", "--duration", "1200ms", "--verbose")

@@ -59,7 +59,7 @@ def test_a_shipped_scenario_holds(name: str) -> None:
 
 @pytest.mark.parametrize("name", scenario_names())
 @pytest.mark.parametrize("firmware", [None, "template"])
-def test_a_verdict_that_has_fallen_stays(name: str, firmware: str | None) -> None:
+def test_early_verdict_is_final(name: str, firmware: str | None) -> None:
     """Where the program is right, none falls the wrong way meanwhile, such as a count that still grows."""
     board = Board(firmware, scenario=name)
     plan = board.scenario
@@ -87,14 +87,14 @@ def test_a_shipped_scenario_fails_when_its_feature_breaks(tmp_path: Path, name: 
 
 
 @pytest.mark.parametrize("wiring", ["lab3", "fcu001v1"])
-def test_the_hand_holds_for_the_built_program_too(wiring: str) -> None:
+def test_hand_scenario_passes_with_the_built_program(wiring: str) -> None:
     """It prints at other moments, and a student's own program at others again."""
     result = run(Board("solution", wiring=wiring, scenario="hand"))
     assert result.passed, "\n".join(result.lines)
 
 
 @pytest.mark.parametrize("later_ms", range(0, 900, 100))
-def test_the_hand_holds_wherever_a_print_falls_in_the_waving(tmp_path: Path, later_ms: int) -> None:
+def test_hand_scenario_passes_at_any_print_time(tmp_path: Path, later_ms: int) -> None:
     text = load_scenario("hand").path.read_text(encoding="utf-8")
     assert 'at = "3s"' in text
     later = text.replace('at = "3s"', f'at = "{3000 + later_ms}ms"').replace('"7s"', '"8s"')
@@ -116,7 +116,7 @@ def test_the_desk_holds_for_all_the_slides_pressures(tmp_path: Path, pressure_ra
     assert play(tmp_path, text.replace("977.405 ", f"{pressure_raw / 4096!r} ")).passed
 
 
-def test_a_scenario_plays_the_same_twice_and_on_any_slicing() -> None:
+def test_scenario_repeats_in_any_slicing() -> None:
     plan = load_scenario("flat")
     first, second = Board(scenario=plan), Board(scenario=plan)
     first.run_for(4)
@@ -153,7 +153,7 @@ def _byte_times_ps(board: Board) -> list[int]:
     ]
 
 
-def test_a_board_is_not_kept_alive_by_its_scenario() -> None:
+def test_scenario_does_not_keep_its_board_alive() -> None:
     plan = load_scenario("flat")
     board = Board(scenario=plan)
     board.run_for(1.5)
@@ -171,7 +171,7 @@ def test_a_board_can_run_on_after_its_scenario() -> None:
     assert check(board) == list(before.findings) == []
 
 
-def test_a_run_that_is_not_over_is_judged_so_far() -> None:
+def test_unfinished_run_is_judged_so_far() -> None:
     board = Board(scenario="desk")
     board.run_for(2)
     findings = check(board)
@@ -224,7 +224,7 @@ def test_a_missing_sensor_ends_the_boot(tmp_path: Path) -> None:
     assert [(finding.key, finding.miss.fault) for finding in result.findings] == [("expect[2]", "missing")]
 
 
-def test_what_is_sent_arrives_at_the_board(tmp_path: Path) -> None:
+def test_sent_bytes_arrive_at_the_board(tmp_path: Path) -> None:
     send = "[[timeline]]\ndo = 'send'\ntext = 'ab'\nat = '1s'\n[[timeline]]\ndo = 'send'\nhex = 'ff 00'\n"
     board = Board(scenario=write(tmp_path, SHORT + send))
     board.trace.record_all()
@@ -251,14 +251,14 @@ def test_a_recording_is_replayed(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_jumps_of_the_world(tmp_path: Path, table: str, field: str) -> None:
+def test_values_after_a_jump_are_printed(tmp_path: Path, table: str, field: str) -> None:
     jump = f"[[timeline]]\ndo = '{table}\nat = '1.5s'\n"
     check_after = f"[[expect]]\nkind = 'field'\n{field}\nfrom = '2s'\n"
     result = play(tmp_path, IDEAL + jump + check_after)
     assert result.passed, result.lines
 
 
-def test_the_world_begins_as_the_file_says(tmp_path: Path) -> None:
+def test_world_starts_with_values_of_the_file(tmp_path: Path) -> None:
     text = f"""{HEAD}
 [world]
 roll_deg = 5
@@ -289,7 +289,7 @@ date = 2026-03-01
     ["field = { north_ut = 21.5, east_ut = 3.0, down_ut = 43.0 }", PLACE + 'north = "true"', PLACE],
     ids=["a field with an east part", "a place's geographic north", "a place's magnetic north"],
 )
-def test_the_printed_yaw_is_compared_with_the_yaw_from_magnetic_north(tmp_path: Path, north: str) -> None:
+def test_printed_yaw_is_compared_with_magnetic_yaw(tmp_path: Path, north: str) -> None:
     text = f"""{HEAD}duration = "16s"
 [sensors]
 grade = "ideal"

@@ -59,7 +59,7 @@ def scenario(folder: Path, text: str) -> Path:
     return file
 
 
-def test_its_sensors_answer_where_its_file_says() -> None:
+def test_sensors_answer_at_their_addresses() -> None:
     board = GreenhouseBoard(ideal=True)
     assert board.i2c1.write_read(HTX221_AT, b"\x0f", 1) == b"\xbd"
     assert board.i2c1.write_read(LPS22HB_AT, b"\x0f", 1) == b"\xb1"
@@ -68,7 +68,7 @@ def test_its_sensors_answer_where_its_file_says() -> None:
     assert [part.NAME for part in board.sensors] == ["HTX221", "LPS22HB"]
 
 
-def test_a_burst_goes_on_only_with_bit_7_of_the_sub_address() -> None:
+def test_burst_increments_only_with_bit_7() -> None:
     board = GreenhouseBoard(ideal=True)
     board.world.set_humidity(62.5)
     board.world.set_temperature(21.25)
@@ -81,7 +81,7 @@ def test_a_burst_goes_on_only_with_bit_7_of_the_sub_address() -> None:
     assert board.i2c1.write_read(LPS22HB_AT, b"\x0f", 2)[0] == 0xB1  # its neighbour goes on by itself
 
 
-def test_what_it_has_is_an_attribute_and_what_it_has_not_says_so() -> None:
+def test_unknown_sensor_attribute_lists_known_ones() -> None:
     board = GreenhouseBoard()
     assert board.led("GREEN") is board.green
     assert board.i2c() is board.i2c("I2C1") is board.i2c1
@@ -102,7 +102,7 @@ def test_what_it_has_is_an_attribute_and_what_it_has_not_says_so() -> None:
         _ = board.sensors.lsm6dsl
 
 
-def test_firmware_in_python_runs_on_its_buses_terminal_led_and_timer() -> None:
+def test_python_firmware_uses_bus_terminal_led_and_timer() -> None:
     board = GreenhouseBoard(Hygrometer, ideal=True)
     board.world.set_humidity(70)
     board.run_for(1.05)
@@ -115,7 +115,7 @@ def test_firmware_in_python_runs_on_its_buses_terminal_led_and_timer() -> None:
     assert board.terminal.uart.name == "USART2"
 
 
-def test_built_firmware_for_another_board_is_told_where_the_sensors_are(words: Words) -> None:
+def test_firmware_for_another_board_is_explained(words: Words) -> None:
     board = GreenhouseBoard(prebuilt("template", "I2C2"))
     board.run_for(0.1)
     assert board.chip is not None
@@ -165,7 +165,7 @@ def test_a_scenario_moves_and_judges_it(tmp_path: Path) -> None:
     assert result.passed, result.lines
 
 
-def test_a_scenario_breaks_its_bus_by_the_name_of_a_part(tmp_path: Path) -> None:
+def test_scenario_breaks_the_bus_by_part_name(tmp_path: Path) -> None:
     file = scenario(
         tmp_path,
         """
@@ -203,9 +203,7 @@ def test_a_scenario_breaks_its_bus_by_the_name_of_a_part(tmp_path: Path) -> None
         ('firmware = "lab3"', "firmware", "known: "),
     ],
 )
-def test_a_scenario_for_another_board_is_refused_by_key(
-    tmp_path: Path, text: str, key: str, says: str
-) -> None:
+def test_scenario_for_another_board_is_refused(tmp_path: Path, text: str, key: str, says: str) -> None:
     with pytest.raises(ScenarioError) as caught:
         GreenhouseBoard(scenario=scenario(tmp_path, text))
     assert caught.value.key == key
@@ -230,14 +228,14 @@ def test_the_schema_for_editors_is_the_boards() -> None:
     assert "htx221" not in labs
 
 
-def test_a_scenario_that_names_nothing_of_a_board_is_for_both(tmp_path: Path) -> None:
+def test_neutral_scenario_runs_on_both_boards(tmp_path: Path) -> None:
     file = scenario(tmp_path, '[[timeline]]\ndo = "set_temperature"\ntemperature_degc = 30\n')
     for board in (Board(scenario=load_scenario(file)), GreenhouseBoard(scenario=file)):
         board.run_for(0.1)
         assert board.world.temperature_degc([0.05])[0] == 30
 
 
-def test_its_state_can_be_put_back_and_it_is_cleared_away() -> None:
+def test_board_state_is_restored_and_released() -> None:
     board = GreenhouseBoard(ideal=True)
     board.i2c1.write(HTX221_AT, b"\x20\x83")
     ready = board.snapshot()
@@ -255,7 +253,7 @@ def test_its_state_can_be_put_back_and_it_is_cleared_away() -> None:
     assert watched() is None
 
 
-def test_what_does_not_fit_together_is_refused_when_the_board_is_described() -> None:
+def test_inconsistent_board_description_is_refused() -> None:
     def described(**changes: Any) -> BoardDescription:
         given = {
             "name": "bench",

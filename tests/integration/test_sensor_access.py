@@ -97,9 +97,7 @@ def test_every_bit_that_does_not_stick_is_named(name: str, select: int, bank: Re
 
 
 @every_bank
-def test_every_address_without_a_register_is_named_when_read(
-    name: str, select: int, bank: RegisterMap
-) -> None:
+def test_read_of_missing_register_is_noted(name: str, select: int, bank: RegisterMap) -> None:
     bench = Bench(name, select)
     for address in range(0x80):
         notes = [note.partition(";")[0] for note in bench.read(address) if note.startswith("reserved")]

@@ -36,7 +36,7 @@ def test_pulsed_data_ready_comes_at_every_sample() -> None:
     assert edges == [edge for at in samples for edge in ((at, 1), (at + 75 * 10**6, 0))]
 
 
-def test_latched_data_ready_falls_with_the_read_and_rises_with_the_next_sample() -> None:
+def test_latched_data_ready_falls_with_the_read() -> None:
     board = Board(ideal=True)
     edges = wired(board, "int2")
     board.i2c2.write(LSM6DSL, b"\x0e\x01")
@@ -53,7 +53,7 @@ def test_latched_data_ready_falls_with_the_read_and_rises_with_the_next_sample()
     assert (edges[2][0] - on_ps) * 104 % PS_PER_S < 104, "on the raster of the samples"
 
 
-def test_free_fall_pulls_the_pin_while_the_board_falls() -> None:
+def test_free_fall_pin_is_high_during_the_fall() -> None:
     """208 Hz, 312 mg, five periods: AN5040 5.1; analog stage and LPF1 let the fall through a little later."""
     board = Board(ideal=True)
     edges = wired(board)
@@ -74,7 +74,7 @@ def test_free_fall_pulls_the_pin_while_the_board_falls() -> None:
     assert 0.3 <= falls_ps / PS_PER_S - begins_s <= 0.3 + 1 / 208 + late_s
 
 
-def test_edges_of_a_wired_pin_are_in_the_trace() -> None:
+def test_edges_of_a_wired_pin_are_traced() -> None:
     board = Board(ideal=True)
     edges = wired(board)
     board.i2c2.write(LSM6DSL, b"\x0d\x01")
@@ -86,7 +86,7 @@ def test_edges_of_a_wired_pin_are_in_the_trace() -> None:
     assert len(recorded) == 1
 
 
-def test_what_happened_before_the_pin_was_wired_is_no_edge() -> None:
+def test_level_before_wiring_is_not_an_edge() -> None:
     board = Board(ideal=True)
     board.i2c2.write(LSM6DSL, b"\x0d\x01")
     board.i2c2.write(LSM6DSL, b"\x10\x40")
@@ -98,7 +98,7 @@ def test_what_happened_before_the_pin_was_wired_is_no_edge() -> None:
     assert board.sensors.lsm6dsl.int1.level == 1
 
 
-def test_a_pin_that_hangs_in_the_air_schedules_nothing() -> None:
+def test_unwired_pin_schedules_nothing() -> None:
     board = Board(ideal=True)
     board.i2c2.write(LSM6DSL, b"\x0d\x01")
     board.i2c2.write(LSM6DSL, b"\x10\x40")
@@ -138,7 +138,7 @@ def test_every_part_of_the_board_reports_its_pin() -> None:
     assert {event.pin for event in board.trace.of(GpioEdge)} == {"LIS2MDL.INT/DRDY"}
 
 
-def test_the_board_drives_int2_and_data_enable_answers_on_int1() -> None:
+def test_driven_int2_answers_on_int1() -> None:
     """CTRL6_C: level; CTRL9_XL: the accelerometer; CTRL4_C: DEN_DRDY_INT1 (AN5040 4.8)."""
     board = Board(ideal=True)
     edges = wired(board)

@@ -51,7 +51,7 @@ def test_a_timeout_is_virtual_time() -> None:
 
 
 @pytest.mark.parametrize("timeout_s", [0.0, 0.0004, 0.25, 0.2507])
-def test_a_read_of_a_silent_board_ends_exactly_at_its_timeout(timeout_s: float) -> None:
+def test_read_of_silent_board_ends_at_timeout(timeout_s: float) -> None:
     board = Board(firmware=None)
     assert port_of(board, timeout=timeout_s).read(1) == b""
     assert board.now_s == pytest.approx(timeout_s, abs=1e-9)
@@ -67,7 +67,7 @@ def test_a_read_ends_when_its_bytes_have_come() -> None:
     assert board.now_s - first_s < 0.003  # they follow at 87 us each
 
 
-def test_without_a_timeout_a_silent_board_is_an_error_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_silent_board_without_timeout_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(protocol_fcu, "SILENCE_S", 0.1)
     port = port_of(Board(firmware=None))  # the processor is held in reset
     with pytest.raises(serial.SerialException, match=r"^1 of 1 .* 0\.1 s "):
@@ -80,7 +80,7 @@ def test_asking_in_a_loop_lets_time_pass() -> None:
     assert port.read(port.in_waiting)
 
 
-def test_what_is_typed_arrives_at_the_lines_speed() -> None:
+def test_typed_bytes_arrive_at_line_speed() -> None:
     board = Board(firmware="lab3")
     port = port_of(board)
     assert port.write(ALL_BYTES) == 256
@@ -99,7 +99,7 @@ def test_what_is_typed_arrives_at_the_lines_speed() -> None:
         ("fcu://?scenario=nowhere", "nowhere"),
     ],
 )
-def test_an_address_that_names_nothing_is_an_error_of_pyserials(url: str, message: str) -> None:
+def test_invalid_url_is_an_error_of_pyserial(url: str, message: str) -> None:
     with pytest.raises(serial.SerialException, match=r"^fcu://") as caught:
         serial.serial_for_url(url)
     assert message in str(caught.value)

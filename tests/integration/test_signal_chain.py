@@ -9,7 +9,7 @@ from tests.support.signal_chain import Resting, Setting, allan_deviation, at_res
 
 
 @pytest.mark.parametrize("setting", settings(), ids=lambda setting: setting.name)
-def test_a_sensor_responds_to_vibration_as_theory_says(setting: Setting) -> None:
+def test_sensor_response_to_vibration_equals_theory(setting: Setting) -> None:
     for of_odr in (0.23, 0.63):
         hz = of_odr * setting.rate_hz
         expected = float(setting.theory(np.array([hz]))[0])

@@ -19,13 +19,13 @@ def collected(marker: str) -> set[str]:
     return {line.partition("[")[0] for line in done.stdout.splitlines() if "::" in line}
 
 
-def test_every_entry_is_a_test_that_is_there() -> None:
+def test_every_entry_is_an_existing_test() -> None:
     """When one is not: python -m tests.slow PATH, with any short file, takes it out."""
     assert [name for name in listed() if not is_there(name)] == []
 
 
 @pytest.mark.parametrize("marker", ["slow", "not slow"])
-def test_the_marker_is_on_what_is_listed_and_on_nothing_else(marker: str) -> None:
+def test_slow_marker_is_on_listed_tests_only(marker: str) -> None:
     slow = {name for name in listed() if name.startswith(f"{A_FILE}::")}
     found = collected(marker)
 

@@ -63,7 +63,7 @@ _acts = st.one_of(
 acts = st.lists(_acts, max_size=25)
 
 
-class Doer:
+class ActionRecorder:
     """Does acts on a board and keeps what could be seen of them."""
 
     def __init__(self, board: Board) -> None:
@@ -128,10 +128,8 @@ def picture(board: Board) -> list[object]:
 
 @settings(max_examples=60, deadline=None)
 @given(acts, acts, acts)
-def test_a_board_put_back_is_one_that_never_went_on(
-    before: list[Act], away: list[Act], after: list[Act]
-) -> None:
-    plain, put_back = Doer(Board(seed=3)), Doer(Board(seed=3))
+def test_restored_board_repeats_its_run(before: list[Act], away: list[Act], after: list[Act]) -> None:
+    plain, put_back = ActionRecorder(Board(seed=3)), ActionRecorder(Board(seed=3))
     assert plain.do(before) == put_back.do(before)
     snapshot = put_back.board.snapshot()
     put_back.do(away)
@@ -146,7 +144,7 @@ def test_a_board_put_back_is_one_that_never_went_on(
 def test_snapshots_may_be_restored_in_any_order(
     first: list[Act], second: list[Act], third: list[Act]
 ) -> None:
-    doer = Doer(Board(ideal=True))
+    doer = ActionRecorder(Board(ideal=True))
     early = doer.board.snapshot()
     one = doer.do(first)
     late = doer.board.snapshot()
@@ -173,9 +171,7 @@ def run_on(board: Board, seconds: float) -> list[object]:
 @pytest.mark.parametrize("wiring", WIRINGS)
 @pytest.mark.parametrize("detailed", [False, True], ids=["plain", "traced"])
 @pytest.mark.parametrize("scenario", [None, "figure_eight"])
-def test_built_firmware_runs_on_as_if_nothing_had_been(
-    wiring: str, scenario: str | None, detailed: bool
-) -> None:
+def test_restored_built_firmware_repeats_its_run(wiring: str, scenario: str | None, detailed: bool) -> None:
     boards = [Board("solution", wiring=wiring, scenario=scenario, seed=2) for _ in range(2)]
     for board in boards:
         if detailed:
@@ -195,7 +191,7 @@ def test_built_firmware_runs_on_as_if_nothing_had_been(
     assert run_on(put_back, 0.9) == run_on(plain, 0.9)
 
 
-def test_a_broken_board_is_put_back_whole() -> None:
+def test_restore_removes_faults_drivers_and_typing() -> None:
     """A fault on the bus, a pin that somebody drives, text being typed: none of it was."""
     boards = [Board(firmware="solution") for _ in range(2)]
     for board in boards:
@@ -212,10 +208,10 @@ def test_a_broken_board_is_put_back_whole() -> None:
 
 @pytest.mark.parametrize("firmware", [None, "solution"])
 @pytest.mark.parametrize("wiring", WIRINGS)
-def test_arrays_are_values(firmware: str | None, wiring: str) -> None:
+def test_board_arrays_are_never_changed_in_place(firmware: str | None, wiring: str) -> None:
     """No array that a board refers to is changed in place: snapshots keep them as they are."""
     board = Board(firmware=firmware, wiring=wiring)
-    doer = Doer(Board()) if firmware is None and wiring == "lab3" else None
+    doer = ActionRecorder(Board()) if firmware is None and wiring == "lab3" else None
     board = doer.board if doer else board
     for _ in range(3):
         board.run_for(0.6)
@@ -226,7 +222,7 @@ def test_arrays_are_values(firmware: str | None, wiring: str) -> None:
             doer.do([("write", write) for write in FUNCTIONS] + [("read", read) for read in READS])
 
 
-def test_what_is_left_alone_is_known() -> None:
+def test_objects_outside_a_snapshot_are_known() -> None:
     """No generator, no random source, no iterator: what has a state of its own that nobody would put back."""
     boards = [Board(), Board(firmware="solution"), Board(scenario="figure_eight", firmware="solution")]
     left = {f"{kind.__module__}.{kind.__name__}" for board in boards for kind in foreign_to(board)}
@@ -256,7 +252,7 @@ def test_what_is_left_alone_is_known() -> None:
     }
 
 
-def test_what_belongs_to_others_is_left_alone() -> None:
+def test_subscriptions_survive_a_restore() -> None:
     board = Board(firmware="solution")
     heard: list[TraceEvent] = []
     levels: list[int] = []
@@ -275,7 +271,7 @@ def test_what_belongs_to_others_is_left_alone() -> None:
     assert len(levels) >= before[1]
 
 
-def test_what_a_snapshot_cannot_do_is_said() -> None:
+def test_impossible_snapshot_is_refused() -> None:
     with pytest.raises(InputError) as refused:
         Board(firmware="lab3").snapshot()
     assert refused.value.kind == "not_copied"
@@ -284,7 +280,7 @@ def test_what_a_snapshot_cannot_do_is_said() -> None:
         Board().restore(other)
 
 
-def test_no_function_replaces_what_it_encloses() -> None:
+def test_no_function_uses_nonlocal() -> None:
     """A snapshot walks what functions enclose, but puts back only what is in it."""
     sources = [*Path(sensors.__path__[0]).rglob("*.py"), *Path(emulator.__path__[0]).rglob("*.py")]
     found = [

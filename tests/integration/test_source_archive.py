@@ -25,7 +25,7 @@ def test_source_archive_has_every_file(tmp_path: Path) -> None:
     assert archived(clone, tmp_path / "dist") == files(clone) | ADDED
 
 
-def test_links_for_type_checkers_do_not_empty_source_archive(tmp_path: Path) -> None:
+def test_type_checker_links_keep_source_archive_complete(tmp_path: Path) -> None:
     clone = copied_clone(tmp_path / "clone")
     before = files(clone)
     run(clone, "building/namespace.py")

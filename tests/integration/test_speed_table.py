@@ -51,7 +51,7 @@ def kept(file: Path, value: float, busy: float = 0.1, **build: str) -> None:
     history.append(BUILD | build, [{"name": "burst", "value": value, "unit": "us"}], busy, file)
 
 
-def test_the_history_shows_the_first_and_the_last_figure_and_the_way_between(tmp_path: Path) -> None:
+def test_history_shows_first_last_and_course(tmp_path: Path) -> None:
     file = tmp_path / "history.jsonl"
     for value in (2.0, 1.0, 1.5):
         kept(file, value)
@@ -61,7 +61,7 @@ def test_the_history_shows_the_first_and_the_last_figure_and_the_way_between(tmp
     assert row.split() == ["burst", "2", "->", "1.5", "us", "█▁▅"]
 
 
-def test_the_history_leaves_busy_machines_out_and_keeps_machines_apart(tmp_path: Path) -> None:
+def test_history_omits_busy_and_separates_machines(tmp_path: Path) -> None:
     file = tmp_path / "history.jsonl"
     kept(file, 2.0)
     kept(file, 9.0, busy=1.7)

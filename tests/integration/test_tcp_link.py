@@ -172,7 +172,7 @@ def test_a_mebibyte_passes_rfc2217_both_ways_without_loss(rfc2217: Rfc2217Link) 
     assert rfc2217.report() == []
 
 
-def test_text_printed_before_the_first_reader_is_kept_for_it(link: TcpLink) -> None:
+def test_text_before_the_first_reader_is_kept(link: TcpLink) -> None:
     link.send(BOOT)
     with Served(link), terminal(link) as device:
         assert device.read(len(BOOT)) == BOOT
@@ -202,7 +202,7 @@ def test_a_reader_may_go_and_come_back(link: TcpLink, words: Words) -> None:
     assert link.undelivered() == 0
 
 
-def test_two_readers_get_the_same_and_both_may_type(link: TcpLink) -> None:
+def test_two_readers_share_text_and_typing(link: TcpLink) -> None:
     with Served(link) as board, terminal(link) as first, terminal(link) as second:
         first.write(b"a")
         until(lambda: board.typed == b"a")
@@ -215,13 +215,13 @@ def test_two_readers_get_the_same_and_both_may_type(link: TcpLink) -> None:
 # -- raw TCP: bounds, and what is counted -------------------------------------------------------------------
 
 
-def test_what_was_sent_just_before_closing_arrives(raw: TcpLink) -> None:
+def test_bytes_sent_before_closing_arrive(raw: TcpLink) -> None:
     with connected(raw) as connection:
         connection.sendall(b"reset\r")
     assert collect(raw, 6) == b"reset\r"
 
 
-def test_before_the_first_reader_the_newest_mebibyte_is_kept(raw: TcpLink, words: Words) -> None:
+def test_newest_mebibyte_is_kept_before_first_reader(raw: TcpLink, words: Words) -> None:
     data = random.Random(4).randbytes(3_000_000)
     raw.send(data)
     told = only_report(raw)
@@ -231,7 +231,7 @@ def test_before_the_first_reader_the_newest_mebibyte_is_kept(raw: TcpLink, words
         assert exactly(connection, MIB) == data[-MIB:]
 
 
-def test_every_byte_is_read_or_counted_when_a_reader_stops(raw: TcpLink, words: Words) -> None:
+def test_bytes_of_stopped_reader_are_delivered_or_counted(raw: TcpLink, words: Words) -> None:
     total = 40 * MIB
     with connected(raw) as connection:
         for _ in range(40):
@@ -262,7 +262,7 @@ def test_a_writer_faster_than_the_board_waits(raw: TcpLink) -> None:
         assert collect(raw, sent) == bytes(sent)
 
 
-def test_what_a_reader_left_unread_is_counted(raw: TcpLink, words: Words) -> None:
+def test_unread_bytes_of_a_reader_are_counted(raw: TcpLink, words: Words) -> None:
     with connected(raw):
         raw.send(bytes(16 * MIB))
     until(lambda: raw.send(b"") is None and raw.report() != [])
@@ -270,7 +270,7 @@ def test_what_a_reader_left_unread_is_counted(raw: TcpLink, words: Words) -> Non
     assert raw.undelivered() == 0
 
 
-def test_a_ninth_reader_is_turned_away_and_told(raw: TcpLink, words: Words) -> None:
+def test_ninth_reader_is_refused_and_reported(raw: TcpLink, words: Words) -> None:
     with contextlib.ExitStack() as stack:
         for _ in range(8):
             stack.enter_context(connected(raw))
@@ -293,7 +293,7 @@ def test_flush_lets_the_reader_have_everything_before_close(raw: TcpLink) -> Non
     assert raw.report() == []
 
 
-def test_flush_gives_up_on_a_reader_that_does_not_read(raw: TcpLink) -> None:
+def test_flush_times_out_on_a_stopped_reader(raw: TcpLink) -> None:
     with connected(raw):
         raw.send(bytes(16 * MIB))
         raw.flush(0.05)
@@ -314,13 +314,13 @@ def test_only_this_machine_can_connect(raw: TcpLink) -> None:
     assert raw._listener.getsockname()[0] == "127.0.0.1"
 
 
-def test_a_port_in_use_is_said_with_what_to_do(raw: TcpLink) -> None:
+def test_busy_port_error_has_a_remedy(raw: TcpLink) -> None:
     with pytest.raises(LinkError, match=rf"^--serial tcp:{raw.port}: .*127\.0\.0\.1") as refused:
         open_link(f"tcp:{raw.port}")
     assert refused.value.kind == "port_not_free"
 
 
-def test_without_a_port_a_second_board_takes_the_next_one() -> None:
+def test_second_board_takes_the_next_port() -> None:
     with contextlib.closing(TcpLink()) as first, contextlib.closing(TcpLink()) as second:
         assert tcp.FIRST_PORT <= first.port < second.port < tcp.FIRST_PORT + tcp.PORTS_TRIED
 
@@ -335,9 +335,7 @@ def test_a_rate_within_the_receivers_tolerance_is_silent(rfc2217: Rfc2217Link, s
     assert said == []
 
 
-def test_another_rate_than_the_firmwares_is_said_once_and_reported(
-    rfc2217: Rfc2217Link, said: list[str], words: Words
-) -> None:
+def test_wrong_baud_rate_is_reported_once(rfc2217: Rfc2217Link, said: list[str], words: Words) -> None:
     with Served(rfc2217) as board, terminal(rfc2217, 9600) as device:
         for _ in range(3):
             board.print(b"x")
@@ -357,7 +355,7 @@ def test_another_rate_than_the_firmwares_is_said_once_and_reported(
         b"\xff\xfa\x2c\x0a\xff\xf0",  # a mask of no byte
     ],
 )
-def test_broken_telnet_is_hung_up_on_and_the_others_read_on(rfc2217: Rfc2217Link, hostile: bytes) -> None:
+def test_broken_telnet_is_disconnected_alone(rfc2217: Rfc2217Link, hostile: bytes) -> None:
     with Served(rfc2217) as board, terminal(rfc2217) as device, opened(rfc2217) as stranger:
         with contextlib.suppress(OSError):
             stranger.sendall(hostile)
@@ -368,7 +366,7 @@ def test_broken_telnet_is_hung_up_on_and_the_others_read_on(rfc2217: Rfc2217Link
         assert device.read(4) == b"well"
 
 
-def test_a_thousand_random_streams_of_telnet_harm_nothing(rfc2217: Rfc2217Link) -> None:
+def test_random_telnet_streams_do_no_harm(rfc2217: Rfc2217Link) -> None:
     draw = random.Random(7)
     alphabet = b"\xff\xff\xfa\xf0\xfb\xfc\xfd\xfe\x2c\x01\x02\x03\x05\x0a\x0b\x0c\x00\x01x"
     for _ in range(1000):
@@ -457,7 +455,7 @@ def test_a_full_disk_is_reported_and_counted(words: Words) -> None:
     words("run", "\n".join(link.report()))
 
 
-def test_what_is_no_file_is_refused(tmp_path) -> None:
+def test_non_file_is_refused(tmp_path) -> None:
     for path, kind in ((tmp_path, "no_file"), (tmp_path / "missing" / "text", "not_writable")):
         with pytest.raises(LinkError) as refused:
             file_link(path)

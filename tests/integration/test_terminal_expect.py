@@ -11,7 +11,7 @@ from fcu_emulator import Board, ExpectationError
 BROKEN = Path(__file__).parents[1] / "arm" / "broken"
 
 
-def test_what_was_printed_before_the_call_is_no_answer() -> None:
+def test_text_before_the_call_does_not_match() -> None:
     board = Board("lab3", ideal=True)
     board.run_for(1.5)
     assert "Pitch: 0.000000 deg" in board.terminal.text
@@ -21,7 +21,7 @@ def test_what_was_printed_before_the_call_is_no_answer() -> None:
         board.terminal.expect(r"Pitch: 0\.000000 deg", timeout_s=2.5)
 
 
-def test_all_that_was_printed_counts_when_asked_for() -> None:
+def test_expect_from_start_matches_earlier_text() -> None:
     board = Board("lab3")
     board.run_for(1.5)
 
@@ -39,7 +39,7 @@ def test_since_takes_a_position_noted_before() -> None:
     assert board.now_s == pytest.approx(1.34)
 
 
-def test_two_in_a_row_find_what_is_printed_in_one_go() -> None:
+def test_consecutive_expects_match_one_print() -> None:
     board = Board("lab3")
     first = board.terminal.expect("STEVAL-")
     second = board.terminal.expect("FCU001V1")
@@ -48,7 +48,7 @@ def test_two_in_a_row_find_what_is_printed_in_one_go() -> None:
     assert board.now_s < 0.05
 
 
-def test_the_error_has_the_last_lines_and_the_diagnosis() -> None:
+def test_error_has_last_lines_and_diagnosis() -> None:
     board = Board(BROKEN / "flag_never_set.elf")
     with pytest.raises(ExpectationError) as error:
         board.terminal.expect("Pitch", timeout_s=0.2)
@@ -58,7 +58,7 @@ def test_the_error_has_the_last_lines_and_the_diagnosis() -> None:
     assert f":\n  {error.value.diagnosis.splitlines()[0]}" in str(error.value)
 
 
-def test_the_error_of_a_firmware_that_works_has_its_last_lines_only() -> None:
+def test_error_of_working_firmware_has_no_diagnosis() -> None:
     board = Board("lab3", ideal=True)
     with pytest.raises(ExpectationError) as error:
         board.terminal.expect("never", timeout_s=1.5)

@@ -58,7 +58,7 @@ def in_a_thread(function: Callable[[], object]) -> object:
         return pool.submit(function).result()
 
 
-def test_eight_boards_in_threads_do_what_each_does_alone() -> None:
+def test_boards_in_threads_equal_single_runs() -> None:
     chosen = FIRMWARES * 2
     alone = {firmware: whole(firmware) for firmware in FIRMWARES}
     barrier = threading.Barrier(len(chosen))
@@ -72,7 +72,7 @@ def test_eight_boards_in_threads_do_what_each_does_alone() -> None:
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
-def test_a_board_built_in_one_thread_may_run_in_another(firmware: str) -> None:
+def test_board_may_run_in_another_thread(firmware: str) -> None:
     board = Board(firmware=firmware, scenario="desk", seed=7)
     board.trace.record_all()
 
@@ -83,13 +83,13 @@ def test_a_board_built_in_one_thread_may_run_in_another(firmware: str) -> None:
     assert in_a_thread(run) == whole(firmware)
 
 
-def test_firmware_for_the_chip_may_go_on_in_another_thread() -> None:
+def test_started_chip_may_continue_in_another_thread() -> None:
     board = started("solution")
 
     assert in_a_thread(lambda: digest(board)) == whole("solution")
 
 
-def test_firmware_in_python_says_in_one_line_that_it_cannot() -> None:
+def test_started_python_firmware_refuses_another_thread() -> None:
     board = started("lab3")
 
     with pytest.raises(InputError) as refused:
@@ -107,7 +107,7 @@ def test_another_process_does_the_same(firmware: str) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no fork")
 @pytest.mark.parametrize("firmware", ["lab3", "solution"])
-def test_a_forked_process_goes_on_alike(firmware: str) -> None:
+def test_forked_process_runs_the_same(firmware: str) -> None:
     done = subprocess.run(
         [sys.executable, "-c", FORKS, firmware], capture_output=True, text=True, check=False
     )

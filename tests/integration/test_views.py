@@ -146,7 +146,7 @@ def test_wires_show_leds_interrupt_pins_and_the_callback(tmp_path: Path) -> None
     assert file.report() == []
 
 
-def test_the_same_run_gives_the_same_file_and_prints_the_same(tmp_path: Path) -> None:
+def test_same_run_writes_and_prints_the_same(tmp_path: Path) -> None:
     texts, files = [], []
     for _ in range(2):
         board, path = record_wires(tmp_path, "solution", None)
@@ -158,7 +158,7 @@ def test_the_same_run_gives_the_same_file_and_prints_the_same(tmp_path: Path) ->
     assert texts == [unseen.terminal.text] * 2
 
 
-def test_a_message_that_was_refused_is_drawn_to_its_nack() -> None:
+def test_refused_message_is_drawn_to_its_nack() -> None:
     result = str(I2CNackError(0x6B, 1))
     nack = BusTransfer(0, 21 * 100, "I2C2", 0x6B, "LSM6DSL", "X", b"\x10\x40", b"", result)
     edges = list(waves.i2c(nack, "SCL", "SDA") or ())
@@ -170,7 +170,7 @@ def test_a_message_that_was_refused_is_drawn_to_its_nack() -> None:
 
 
 @pytest.mark.parametrize("kind", [VcdFile, PerfettoFile])
-def test_a_file_that_becomes_too_large_ends_the_run(kind: Any, tmp_path: Path) -> None:
+def test_too_large_file_ends_the_run(kind: Any, tmp_path: Path) -> None:
     board = Board(firmware="lab3")
     file = kind(board, tmp_path / "large", 20_000)
     with contextlib.suppress(OutputError):  # here, or when the rest is written
@@ -181,7 +181,7 @@ def test_a_file_that_becomes_too_large_ends_the_run(kind: Any, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("kind", [VcdFile, PerfettoFile])
-def test_a_path_that_cannot_be_written_is_told(kind: Any, tmp_path: Path) -> None:
+def test_unwritable_path_is_refused(kind: Any, tmp_path: Path) -> None:
     with pytest.raises(LinkError, match="give a writable path"):
         kind(Board(), tmp_path / "missing" / "file")
 
@@ -227,7 +227,7 @@ def test_the_time_line_is_well_formed(firmware: str, tmp_path: Path) -> None:
             ends.append(begin - minus)
 
 
-def test_the_time_line_has_the_traces_transfers_and_text(tmp_path: Path) -> None:
+def test_time_line_has_transfers_and_text(tmp_path: Path) -> None:
     board, events = time_line(tmp_path, "solution")
     rows = {event["args"]["name"]: event["tid"] for event in events if event["name"] == "thread_name"}
     shown = [one for one in events if one["ph"] == "X" and one["tid"] == rows["I2C2"]]
@@ -262,7 +262,7 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "run.json"
 
 
-def test_a_record_holds_what_was_printed_with_its_truth(record: Path) -> None:
+def test_record_has_printed_values_with_truth(record: Path) -> None:
     found = json.loads(record.read_text(encoding="utf-8"))
     angles = [one for one in found["printed"] if one["label"].startswith("Pitch")]
     last = angles[-1]
@@ -279,7 +279,7 @@ def test_a_record_becomes_a_picture(record: Path) -> None:
     assert min(struct.unpack(">II", picture[16:24])) > 1000
 
 
-def test_a_picture_says_what_is_drawn(record: Path, tmp_path: Path) -> None:
+def test_picture_labels_its_contents(record: Path, tmp_path: Path) -> None:
     draw(json.loads(record.read_text(encoding="utf-8")), tmp_path / "run.svg")
     picture = (tmp_path / "run.svg").read_text(encoding="utf-8")
     for text in ("angles, deg", "Pitch", "LED2", "led_x", "virtual time, s", "printed"):
@@ -304,7 +304,7 @@ UNFIT = ["Infinity", "NaN", "1" + "0" * 400]
         ('{"printed": [], "leds": [[1' + "0" * 400 + ", true]]}", "damaged"),
     ],
 )
-def test_what_is_no_record_is_told_in_one_line(tmp_path: Path, text: str, kind: str) -> None:
+def test_invalid_record_is_refused_in_one_line(tmp_path: Path, text: str, kind: str) -> None:
     (tmp_path / "run.json").write_text(text, encoding="utf-8")
     with pytest.raises(InputError) as caught:
         draw_record(tmp_path / "run.json", None)
@@ -312,7 +312,7 @@ def test_what_is_no_record_is_told_in_one_line(tmp_path: Path, text: str, kind: 
     assert "\n" not in str(caught.value)
 
 
-def test_a_picture_of_an_unknown_kind_names_the_known_ones(tmp_path: Path) -> None:
+def test_unknown_picture_type_lists_known_ones(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"\.png, \.svg, \.pdf$") as refused:
         draw({"printed": []}, tmp_path / "run.gif")
     assert refused.value.kind == "picture_type"

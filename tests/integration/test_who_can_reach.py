@@ -49,7 +49,7 @@ def rfc2217() -> Opened:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux has all of 127.0.0.0/8")
 @pytest.mark.parametrize("opened", [page, control, debugger, tcp, rfc2217])
-def test_port_is_open_on_127_0_0_1_alone(
+def test_port_is_open_on_localhost_only(
     opened: Callable[[], Opened], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))

@@ -59,7 +59,7 @@ def in_numpy(acc: NDArray[np.int64], mag: NDArray[np.int64], mu: float) -> NDArr
 
 @DETERMINISTIC
 @given(any_vectors, any_vectors, mus)
-def test_angles_are_finite_singles_in_range_whatever_comes_in(acc: Vector, mag: Vector, mu: float) -> None:
+def test_angles_are_finite_singles_in_range(acc: Vector, mag: Vector, mu: float) -> None:
     pitch, roll, yaw = angles(acc, mag, mu)
     assert abs(pitch) <= 90
     assert abs(roll) <= 90
@@ -126,7 +126,7 @@ def test_each_angle_has_the_sign_of_its_axis(acc: Vector) -> None:
 
 @DETERMINISTIC
 @given(mag_vectors)
-def test_a_quarter_turn_adds_90_degrees_and_four_come_back(mag: Vector) -> None:
+def test_quarter_turn_adds_90_degrees_to_yaw(mag: Vector) -> None:
     x, y, z = mag
     assume(x or y)
     turns = [(x, y, z), (y, -x, z), (-x, -y, z), (-y, x, z)]
@@ -158,7 +158,7 @@ def test_pitch_is_the_euler_pitch_in_every_attitude(yaw: float, pitch: float, ro
 
 @DETERMINISTIC
 @given(angles_deg, tilts_deg)
-def test_roll_and_yaw_are_eulers_when_pitch_is_zero(yaw: float, roll: float) -> None:
+def test_roll_and_yaw_are_euler_at_zero_pitch(yaw: float, roll: float) -> None:
     _, got_roll, got_yaw = angles(*board_frame(yaw, 0.0, roll))
     assert difference_deg(got_roll, roll) <= TOLERANCE_DEG
     assert difference_deg(got_yaw, yaw) <= TOLERANCE_DEG
@@ -166,7 +166,7 @@ def test_roll_and_yaw_are_eulers_when_pitch_is_zero(yaw: float, roll: float) -> 
 
 @DETERMINISTIC
 @given(angles_deg, tilts_deg)
-def test_yaw_is_eulers_when_roll_is_zero(yaw: float, pitch: float) -> None:
+def test_yaw_is_euler_at_zero_roll(yaw: float, pitch: float) -> None:
     _, got_roll, got_yaw = angles(*board_frame(yaw, pitch, 0.0))
     assert abs(got_roll) <= TOLERANCE_DEG
     assert difference_deg(got_yaw, yaw) <= TOLERANCE_DEG
@@ -180,14 +180,14 @@ def test_roll_is_an_approximation_when_both_are_tilted() -> None:
 
 @DETERMINISTIC
 @given(acc_vectors, mus, mus)
-def test_a_smaller_mu_never_brings_roll_nearer_to_zero(acc: Vector, mu_a: float, mu_b: float) -> None:
+def test_smaller_mu_never_reduces_roll(acc: Vector, mu_a: float, mu_b: float) -> None:
     small, large = sorted((mu_a, mu_b))
     assert abs(angles(acc, mu=small)[1]) >= abs(angles(acc, mu=large)[1])
 
 
 @DETERMINISTIC
 @given(acc_vectors, mus)
-def test_mu_is_the_weight_of_gx_in_roll_and_touches_nothing_else(acc: Vector, mu: float) -> None:
+def test_mu_weights_gx_in_roll_only(acc: Vector, mu: float) -> None:
     x, y, z = acc
     assert angles(acc, mu=mu)[0] == angles(acc)[0]
     assert angles((0, y, z), mu=mu) == angles((0, y, z))
@@ -196,7 +196,7 @@ def test_mu_is_the_weight_of_gx_in_roll_and_touches_nothing_else(acc: Vector, mu
     assert abs(angles(acc, mu=mu)[1]) == pytest.approx(math.degrees(math.atan(tangent)), abs=1e-5)
 
 
-def test_mu_keeps_roll_steady_where_pitch_is_90_degrees() -> None:
+def test_mu_keeps_roll_steady_at_90_degrees_pitch() -> None:
     """Question 3: with Gy and Gz near 0, noise on Gy would swing the roll without the mu term."""
     assert angles((1000, 1, 0), mu=1.0)[1] == pytest.approx(0.057, abs=0.001)
     assert angles((1000, 1, 0), mu=0.01)[1] == pytest.approx(0.573, abs=0.001)

@@ -106,7 +106,7 @@ def test_unsigned_integers(prefix: str, length: str, value: int) -> None:
 
 @DETERMINISTIC
 @given(prefixes("-0"), st.sampled_from("diuxX"), st.integers(-2, 2))
-def test_small_integers_where_zero_is_special(prefix: str, conversion: str, value: int) -> None:
+def test_small_integers_agree_with_c(prefix: str, conversion: str, value: int) -> None:
     agree(prefix + conversion, value)
 
 

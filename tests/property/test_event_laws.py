@@ -193,7 +193,7 @@ LOOKS = st.lists(
     routes=st.tuples(st.integers(0, 0xFC), st.integers(0, 0xFC)),
     ctrl8=st.sampled_from((0x00, 0x08, 0xE1, 0x45)),
 )
-def test_pins_do_not_depend_on_who_looks_when(
+def test_pins_do_not_depend_on_reads(
     samples: list[Sample], looks: list[tuple[int, int]], inact: int, routes: tuple[int, int], ctrl8: int
 ) -> None:
     """Not latched, reading changes nothing: neither the edges nor the samples."""
@@ -225,9 +225,7 @@ def test_pins_do_not_depend_on_who_looks_when(
 
 
 @given(samples=SAMPLES, routes=st.tuples(st.integers(0, 0xFC), st.integers(0, 0xFC)))
-def test_edges_come_in_order_and_at_their_times_when_the_part_is_woken(
-    samples: list[Sample], routes: tuple[int, int]
-) -> None:
+def test_edges_of_woken_part_are_ordered_and_timely(samples: list[Sample], routes: tuple[int, int]) -> None:
     """Woken at each ``next_event_ps``, the part reports each edge at the moment it happens."""
     writes = (MD1_CFG, routes[0]), (MD2_CFG, routes[1]), (TAP_THS_6D, 0x41), (TAP_CFG, ENABLE | 0x0E)
     late, woken = Bench(samples, *writes, (INT1_CTRL, 0x01)), Bench(samples, *writes, (INT1_CTRL, 0x01))

@@ -81,7 +81,7 @@ def test_the_target_is_reached_and_held(steps: list[tuple[float, tuple[float, fl
 
 @pytest.mark.parametrize("per_second", [40, 60, 125])
 @pytest.mark.parametrize("time_constant_s", [0.1, 0.25])
-def test_a_hand_at_a_steady_90_degrees_a_second(per_second: int, time_constant_s: float) -> None:
+def test_hand_turns_at_a_steady_rate(per_second: int, time_constant_s: float) -> None:
     """The rate is within 5 % after settling, and the board never lags by more than the time constant."""
     clock = Clock()
     world = World(clock)
@@ -98,7 +98,7 @@ def test_a_hand_at_a_steady_90_degrees_a_second(per_second: int, time_constant_s
     assert np.concatenate(lags).max() <= time_constant_s
 
 
-def test_a_still_hand_has_no_overshoot() -> None:
+def test_still_hand_has_no_overshoot() -> None:
     world = World()
     world.follow_attitude(0, 60, 0, 0.1)
     world.follow_altitude(2, 0.1)
@@ -108,7 +108,7 @@ def test_a_still_hand_has_no_overshoot() -> None:
     assert world.altitude_m([2.0])[0] == 2
 
 
-def test_it_takes_over_the_rate_of_another_motion() -> None:
+def test_followed_hand_takes_over_rate_of_a_motion() -> None:
     clock = Clock()
     world = World(clock)
     world.rotate_to(0, 0, 90, duration_s=2)
@@ -141,7 +141,7 @@ def test_the_vertical_acceleration_is_continuous(steps: list[tuple[float, float,
         np.testing.assert_allclose(after, before, atol=0.1)
 
 
-def test_the_same_however_often_one_looks() -> None:
+def test_results_do_not_depend_on_sampling() -> None:
     world, _ = followed([(0.1, (10, 20, 30), 0.1), (0.05, (-40, 0, 170), 0.1)])
     t = np.linspace(0, 2, 301)
     np.testing.assert_array_equal(
@@ -149,7 +149,7 @@ def test_the_same_however_often_one_looks() -> None:
     )
 
 
-def test_turning_over_and_tapping() -> None:
+def test_turn_over_and_tap_have_expected_forces() -> None:
     world = World()
     world.set_attitude(0, 20, 50)
     end_s = world.turn_over(duration_s=1)
@@ -165,7 +165,7 @@ def test_turning_over_and_tapping() -> None:
     np.testing.assert_array_equal(tapped.altitude_m([0.0, 0.011]), [0, 0])
 
 
-def test_the_speed_of_a_recording_is_the_slope_of_its_height() -> None:
+def test_speed_of_recording_is_slope_of_its_height() -> None:
     rows = {"altitude": np.array([0.0, 1.0, 0.5, 2.0])}
     clock = Clock()
     world = World(clock)
@@ -183,7 +183,7 @@ place = st.tuples(*[st.floats(0.05, 0.5)] * 3)
 
 @given(steps=st.lists(st.tuples(st.floats(0.002, 0.3), place, st.floats(0.02, 0.5)), min_size=2, max_size=6))
 @settings(deadline=None, max_examples=60)
-def test_the_field_of_a_magnet_that_is_followed_is_smooth_and_ends_where_it_is_held(
+def test_followed_magnet_field_is_smooth_until_held(
     steps: list[tuple[float, tuple[float, float, float], float]],
 ) -> None:
     clock = Clock()

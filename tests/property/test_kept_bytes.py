@@ -195,7 +195,7 @@ _AT_PS = PS_PER_S // 100
 _ALL, _EVEN = 0b111_1110, 0b101_0100
 
 
-def test_a_new_sample_is_not_quiet_before_it_was_taken() -> None:
+def test_new_sample_is_not_quiet_before_its_time() -> None:
     part = measuring()
     data, until_ps, quiet = part.prefetch(0x28, 1, _AT_PS)
     assert (len(data), quiet) == (6, 0)
@@ -212,7 +212,7 @@ def test_with_bdu_whole_words_are_quiet(first: int, quiet: int) -> None:
     assert part.prefetch(first, 1, _AT_PS)[2] == quiet
 
 
-def test_a_word_half_read_makes_another_version() -> None:
+def test_half_read_word_changes_the_version() -> None:
     part = measuring((0x12, 0x44))
     part.read(0x28, 6, _AT_PS)
     version = part.version[0]
@@ -224,16 +224,16 @@ def test_a_word_half_read_makes_another_version() -> None:
     assert part.prefetch(0x28, 6, _AT_PS)[2] == 0
 
 
-def test_bytes_ahead_go_on_over_registers_as_far_as_wanted() -> None:
+def test_prefetch_continues_over_registers() -> None:
     part = measuring((0x11, 0x40))
     assert [len(part.prefetch(0x22, count, _AT_PS)[0]) for count in (1, 6, 7, 12)] == [6, 6, 12, 12]
 
 
-def test_bytes_ahead_end_where_the_address_jumps() -> None:
+def test_prefetch_ends_at_an_address_jump() -> None:
     assert len(measuring((0x14, 0x60)).prefetch(0x28, 12, _AT_PS)[0]) == 6  # ROUNDING
 
 
-def test_without_increment_one_register_comes_after_the_other_each_in_a_read_of_its_own() -> None:
+def test_prefetch_without_increment_reads_registers_one_by_one() -> None:
     part = LPS22HB(lambda t_s: np.full(len(t_s), 1000.0), np.ones_like)
     part.write(0x11, b"\x00", 0)
     part.write(0x10, b"\x52", 0)
@@ -244,13 +244,13 @@ def test_without_increment_one_register_comes_after_the_other_each_in_a_read_of_
 
 
 @pytest.mark.parametrize("address", [0x1E, 0x12, 0x3A, 0x3E, 0x40, 0x53, 0x1B, 0x2E], ids=hex)
-def test_what_changes_by_itself_is_not_foreseen(address: int) -> None:
+def test_self_changing_register_is_not_prefetched(address: int) -> None:
     part = measuring()
     assert part.prefetch(address, 1, _AT_PS) == (b"", 0, 0)
     assert part.burst_reader(address, 1)(_AT_PS)[1] == 0
 
 
-def test_nothing_is_foreseen_once_a_pin_is_wired() -> None:
+def test_nothing_is_prefetched_with_a_wired_pin() -> None:
     part = measuring()
     assert part.prefetch(0x10, 1, _AT_PS)[0][:1] == b"\x50"
     version = part.version[0]

@@ -32,7 +32,7 @@ RULES = st.builds(
 
 
 @given(RULES, LATE, POINTS, POINTS)
-def test_points_after_it_are_from_0_to_those_before(
+def test_remaining_points_are_between_zero_and_original(
     rule: LateTable, late_s: float, points: float, max_points: float
 ) -> None:
     left = after_penalty(points, late_penalty(rule, late_s, max_points))
@@ -50,7 +50,7 @@ def test_later_submission_never_loses_less(
 
 
 @given(RULES, LATE, POINTS, st.tuples(POINTS, POINTS))
-def test_more_points_before_it_are_never_fewer_after_it(
+def test_more_original_points_never_leave_fewer(
     rule: LateTable, late_s: float, max_points: float, points: tuple[float, float]
 ) -> None:
     less, more = (after_penalty(one, late_penalty(rule, late_s, max_points)) for one in sorted(points))
@@ -59,9 +59,7 @@ def test_more_points_before_it_are_never_fewer_after_it(
 
 
 @given(RULES, POINTS, st.floats(0, 1))
-def test_in_time_and_within_the_grace_nothing_is_lost(
-    rule: LateTable, max_points: float, share: float
-) -> None:
+def test_grace_period_costs_nothing(rule: LateTable, max_points: float, share: float) -> None:
     assert late_penalty(rule, -share * DAY_S, max_points) == 0
     assert late_penalty(rule, share * rule.grace_minutes * MINUTE_S, max_points) == 0
 
@@ -83,5 +81,5 @@ def test_in_time_and_within_the_grace_nothing_is_lost(
         ({"penalty_per_day": "10 %"}, 30 * DAY_S, 20),
     ],
 )
-def test_points_lost_of_twenty(keys: dict[str, Any], late_s: float, lost: float) -> None:
+def test_late_penalty_of_twenty_points_is_exact(keys: dict[str, Any], late_s: float, lost: float) -> None:
     assert late_penalty(table(**keys), late_s, 20) == lost

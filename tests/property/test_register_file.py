@@ -84,7 +84,7 @@ def build(layout: Layout) -> RegisterFile:
 
 
 @given(layouts(), ADDRESS, st.integers(1, 300))
-def test_a_burst_equals_the_same_bytes_one_at_a_time(layout: Layout, start: int, count: int) -> None:
+def test_burst_equals_single_byte_reads(layout: Layout, start: int, count: int) -> None:
     burst, bytewise = build(layout), build(layout)
     one_by_one, address = bytearray(), start
 
@@ -99,7 +99,7 @@ def test_a_burst_equals_the_same_bytes_one_at_a_time(layout: Layout, start: int,
 
 
 @given(layouts(), ADDRESS, st.integers(1, 64))
-def test_a_burst_remembers_no_earlier_one(layout: Layout, start: int, count: int) -> None:
+def test_burst_does_not_use_an_earlier_plan(layout: Layout, start: int, count: int) -> None:
     """Bursts are planned once; a change of the increment must not leave an old plan behind."""
     used, fresh = build(layout), build(layout)
     used.read(start, count, 0)
@@ -112,7 +112,7 @@ def test_a_burst_remembers_no_earlier_one(layout: Layout, start: int, count: int
 
 
 @given(layouts(), st.dictionaries(ADDRESS, ADDRESS, max_size=5), ADDRESS, st.integers(0, 40))
-def test_a_burst_follows_the_latest_jumps_unless_the_address_stands_still(
+def test_burst_follows_the_latest_jumps(
     layout: Layout, jumps: dict[int, int], start: int, count: int
 ) -> None:
     """In whatever order both were set (IF_INC and ROUNDING, LSM6DSL AN5040 4.7)."""
@@ -133,9 +133,7 @@ def test_a_burst_follows_the_latest_jumps_unless_the_address_stands_still(
 
 
 @given(layouts(), st.lists(st.tuples(ADDRESS, BYTE), max_size=30))
-def test_writes_change_writable_bytes_only_and_each_is_logged(
-    layout: Layout, writes: list[tuple[int, int]]
-) -> None:
+def test_writes_change_and_log_writable_bytes_only(layout: Layout, writes: list[tuple[int, int]]) -> None:
     registers = RegisterFile(RegisterMap(layout.registers))
     expected, log = bytearray(ADDRESSES), []
     registers.write_log = lambda now_ps, name, old, new: log.append((now_ps, name, old, new))
@@ -159,7 +157,7 @@ def test_writes_change_writable_bytes_only_and_each_is_logged(
 
 
 @given(layouts(), st.lists(st.tuples(ADDRESS, BYTE), max_size=30), st.data())
-def test_reset_restores_what_is_named_and_nothing_else(
+def test_reset_restores_only_named_registers(
     layout: Layout, writes: list[tuple[int, int]], data: st.DataObject
 ) -> None:
     registers = RegisterFile(RegisterMap(layout.registers))
@@ -184,7 +182,7 @@ class CONTROL(Register, addr=0x10, reset=0x04):
 
 
 @given(BYTE)
-def test_a_note_names_the_unmodelled_field_that_left_its_reset_value(value: int) -> None:
+def test_note_names_the_unmodelled_field_written(value: int) -> None:
     registers = RegisterFile(RegisterMap([CONTROL]))
     notes = []
     registers.note = lambda now_ps, kind, text: notes.append((now_ps, kind, text))
@@ -197,7 +195,7 @@ def test_a_note_names_the_unmodelled_field_that_left_its_reset_value(value: int)
 
 
 @given(BYTE)
-def test_a_note_names_the_reserved_bits_that_were_written(value: int) -> None:
+def test_note_names_the_reserved_bits_written(value: int) -> None:
     registers = RegisterFile(RegisterMap([CONTROL]))
     notes = []
     registers.note = lambda now_ps, kind, text: notes.append((now_ps, kind, text))
@@ -210,7 +208,7 @@ def test_a_note_names_the_reserved_bits_that_were_written(value: int) -> None:
     assert all(text.startswith(f"CONTROL: bit {refused} ") for _, _, text in ignored)
 
 
-def test_a_write_hook_sees_the_old_and_the_masked_new_value_after_it_is_stored() -> None:
+def test_write_hook_gets_old_and_masked_new_value() -> None:
     registers = RegisterFile(RegisterMap([CONTROL]))
     seen = []
     registers.on_write(CONTROL, lambda old, new, now_ps: seen.append((old, new, registers.mem[0x10], now_ps)))
@@ -247,7 +245,7 @@ class Memory:
 
 
 @given(st.binary(min_size=ADDRESSES, max_size=ADDRESSES), ADDRESS, st.lists(st.integers(1, 40), max_size=5))
-def test_reads_go_on_where_the_last_one_stopped(content: bytes, start: int, counts: list[int]) -> None:
+def test_read_continues_at_the_next_register(content: bytes, start: int, counts: list[int]) -> None:
     """LSM6DSL datasheet 6.2, LIS2MDL 6.1, LPS22HB 7.2."""
     device = Memory()
     device.registers.mem[:] = content
@@ -282,7 +280,7 @@ def test_a_write_may_come_in_pieces(start: int, bit_7: bool, data: bytes, draw: 
 
 
 @pytest.mark.parametrize("first", ["read", "read_from"])
-def test_after_a_whole_transfer_a_plain_read_goes_on(first: str) -> None:
+def test_plain_read_continues_after_a_transfer(first: str) -> None:
     device = Memory()
     device.registers.mem[:] = bytes(range(ADDRESSES))
     target = SubaddressTarget(device, lambda: 0)

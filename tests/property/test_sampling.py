@@ -61,7 +61,7 @@ def test_the_latest_sample_is_the_last_one_due(start_ps: int, rate_hz: Fraction,
 
 
 @given(STARTS, RATES, st.lists(st.integers(1, 400), min_size=1, max_size=15), st.sets(st.integers(0, 14)))
-def test_a_samples_time_is_the_same_whoever_reads_when(
+def test_sample_time_does_not_depend_on_reads(
     start_ps: int, rate_hz: Fraction, gaps: list[int], invalidated: set[int]
 ) -> None:
     """To the last bit: a world sampled 1e-16 s apart could round to another count. Gaps in samples."""
@@ -81,7 +81,7 @@ def test_a_samples_time_is_the_same_whoever_reads_when(
 
 
 @given(RATES, st.lists(st.integers(1, 5 * PS_PER_S), min_size=2, max_size=5))
-def test_numbers_go_on_over_restarts(rate_hz: Fraction, runs_ps: list[int]) -> None:
+def test_sample_numbers_continue_over_restarts(rate_hz: Fraction, runs_ps: list[int]) -> None:
     """Two one-shot measurements must not get the same noise."""
     stream, now_ps, numbers = SampleStream(16, tagged), 0, []
     for run_ps in runs_ps:
@@ -95,7 +95,7 @@ def test_numbers_go_on_over_restarts(rate_hz: Fraction, runs_ps: list[int]) -> N
 
 
 @given(STARTS, STARTS, RATES, st.sampled_from([1, 2, 64]), st.booleans(), GAPS)
-def test_streams_in_step_coincide_whoever_reads_when(
+def test_synchronised_streams_coincide_despite_reads(
     first_ps: int, second_ps: int, rate_hz: Fraction, ratio: int, faster: bool, gaps: list[int]
 ) -> None:
     """Every sample of the slower one comes with one of the faster one, once both run."""
@@ -149,9 +149,7 @@ def test_before_the_first_sample_the_data_is_0() -> None:
 
 
 @given(RATES, st.integers(1, 50), st.integers(1, 50))
-def test_invalidating_computes_later_samples_anew_and_no_earlier_one(
-    rate_hz: Fraction, before: int, after: int
-) -> None:
+def test_invalidating_recomputes_only_later_samples(rate_hz: Fraction, before: int, after: int) -> None:
     """The producer is asked again for what is still to come, in order and without a gap."""
     factor = [1]
     stream = SampleStream(8, lambda number, t_s: struct.pack(f"<{len(t_s)}q", *(factor * len(t_s))))
@@ -195,7 +193,7 @@ def test_noise_is_white_and_of_unit_variance() -> None:
     assert (noise[0, 1:] * noise[0, :-1]).mean() == pytest.approx(0, abs=0.02)
 
 
-def test_every_source_has_a_key_of_its_own() -> None:
+def test_every_source_has_its_own_key() -> None:
     names = [(seed, part, channel) for seed in range(50) for part in ("A", "B") for channel in ("XL", "G")]
     keys = sorted(noise_key(*name) for name in names)
 

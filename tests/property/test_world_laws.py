@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import trapezoid
 
+from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.time.clock import Clock, to_ps
-from fcu_emulator.emulator.world import World
+from fcu_emulator.emulator.world import World, truth
 from fcu_emulator.emulator.world.recording import Recording
 from fcu_emulator.emulator.world.track import Array
 
@@ -48,13 +50,13 @@ def test_the_lab_prints_the_worlds_pitch_always(roll: float, pitch: float, yaw: 
 
 @given(roll=tilt, yaw=turn)
 @settings(deadline=None)
-def test_the_lab_prints_the_worlds_roll_when_pitch_is_zero(roll: float, yaw: float) -> None:
+def test_lab_roll_equals_world_at_zero_pitch(roll: float, yaw: float) -> None:
     np.testing.assert_allclose(lab_angles(world_at(roll, 0, yaw), T0)[0, 1], roll, atol=1e-9)
 
 
 @given(tilted=tilt, about_roll=st.booleans(), yaw=turn, inclination=inclined)
 @settings(deadline=None)
-def test_the_lab_prints_the_worlds_yaw_when_roll_or_pitch_is_zero(
+def test_lab_yaw_equals_world_at_zero_tilt(
     tilted: float, about_roll: bool, yaw: float, inclination: float
 ) -> None:
     roll, pitch = (tilted, 0.0) if about_roll else (0.0, tilted)
@@ -62,7 +64,7 @@ def test_the_lab_prints_the_worlds_yaw_when_roll_or_pitch_is_zero(
     np.testing.assert_allclose(lab_angles(world, T0)[0, 2], yaw, atol=1e-7)
 
 
-def test_the_labs_roll_is_an_approximation_when_both_are_far_from_zero() -> None:
+def test_lab_roll_is_approximate_at_large_angles() -> None:
     pitch, roll, yaw = lab_angles(world_at(40, 40, 0), T0)[0]
     np.testing.assert_allclose(pitch, 40, atol=1e-9)
     assert abs(roll - 40) > 5
@@ -167,7 +169,7 @@ CHANGES: tuple[Callable[[World, float], object], ...] = (
     thermal_s=st.sampled_from((0.0, 0.02, 200.0)),
 )
 @settings(deadline=None)
-def test_where_the_world_rests_nothing_changes(
+def test_resting_world_does_not_change(
     changes: list[tuple[float, Callable[[World, float], object], float]],
     spans: list[tuple[float, float]],
     thermal_s: float,
@@ -185,16 +187,74 @@ def test_where_the_world_rests_nothing_changes(
                 assert np.all(seen == seen[0]), name
 
 
-def test_a_world_rests_before_and_after_a_motion_and_not_where_it_has_forgotten() -> None:
+@given(
+    changes=st.lists(
+        st.tuples(st.floats(0.01, 9.0), st.sampled_from(CHANGES), st.sampled_from((0.0, 0.2, 0.9))),
+        min_size=1,
+        max_size=8,
+    ),
+    share=st.floats(0.0, 0.999),
+)
+@settings(deadline=None)
+def test_world_past_never_changes(
+    changes: list[tuple[float, Callable[[World, float], object], float]], share: float
+) -> None:
+    """Whatever happens later, every quantity of an earlier time keeps its value, to the last bit."""
+    clock = Clock()
+    world = World(clock)
+    past: list[tuple[Array, str, Array]] = []
+    for after_s, change, size in changes:
+        clock.advance_to(clock.now_ps + to_ps(after_s))
+        now_s = clock.now_s
+        times = np.array([share * now_s, now_s - 0.3 * after_s, np.nextafter(now_s, 0.0)])
+        past += [(times, name, getattr(world, name)(times)) for name in EVERYTHING]
+        change(world, size)
+        for times, name, before in past:
+            assert getattr(world, name)(times).tolist() == before.tolist(), name
+
+
+def test_world_ten_minutes_of_hand_are_kept() -> None:
+    """A mouse gives 50 commands per second: the first of 30,000 is still known, and memory stays bounded."""
+    clock = Clock()
+    world = World(clock)
+    for index in range(30_000):
+        clock.advance_to(to_ps(0.02 * (index + 1)))
+        world.set_attitude(index % 90, 0, 0)
+    rolls = world.attitude_deg(0.02 * (np.arange(30_000) + 1) + 0.001)[:, 0]
+    np.testing.assert_allclose(rolls, np.arange(30_000) % 90, atol=1e-9)
+
+
+def test_world_dropped_history_raises(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The oldest half is dropped when one quantity changed too often; its times raise, others stay exact."""
+    monkeypatch.setattr(truth, "HISTORY_CHANGES", 1000)
+    clock = Clock()
+    world = World(clock)
+    for second in range(1, 1501):
+        clock.advance_to(to_ps(float(second)))
+        world.set_altitude(second)
+        world.shake("north", 0.1, 20, 0.1)
+    with pytest.raises(InputError) as caught:
+        world.altitude_m([100.5])
+    assert caught.value.kind == "not_kept"
+    with pytest.raises(InputError) as caught:
+        world.specific_force_g([100.05])
+    assert caught.value.kind == "not_kept"
+    assert world.altitude_m([1200.5, 1500.5]).tolist() == [1200.0, 1500.0]
+    assert world.relative_humidity_percent([0.5]).tolist() == [45.0]  # it never changed
+    assert not world.rests(1.0, 2.0)
+    assert world.rests(1499.2, 1499.9)
+
+
+def test_world_rests_before_and_after_motion() -> None:
     clock = Clock()
     world = World(clock)
     clock.advance_to(to_ps(1.0))
     world.lift(1.0, 0.5)
+    clock.advance_to(to_ps(20.0))
+    world.set_humidity(30)
     assert world.rests(0.0, 0.9)
     assert not world.rests(0.0, 1.0)
     assert not world.rests(1.2, 9.0)
-    assert world.rests(1.6, 9.0)
-    clock.advance_to(to_ps(20.0))
-    world.set_humidity(30)
-    assert not world.rests(1.6, 9.0)
+    assert world.rests(1.6, 19.9)
+    assert not world.rests(1.6, 20.0)
     assert world.rests(20.1, 1000.0)

@@ -38,13 +38,13 @@ def scenario(tmp_path: Path, text: str) -> Board:
     return Board(scenario=path)
 
 
-def test_an_ideal_board_has_no_iron() -> None:
+def test_ideal_board_has_no_iron() -> None:
     hard, soft = iron(Board(ideal=True))
     assert not hard.any()
     np.testing.assert_allclose(soft, np.eye(3), atol=1e-12)
 
 
-def test_each_board_has_its_own_and_keeps_it() -> None:
+def test_iron_depends_on_the_seed() -> None:
     first, again, other = (iron(Board(seed=seed)) for seed in (7, 7, 8))
     for one, same, different in zip(first, again, other, strict=True):
         np.testing.assert_array_equal(one, same)
@@ -52,7 +52,7 @@ def test_each_board_has_its_own_and_keeps_it() -> None:
     np.testing.assert_allclose(first[1], first[1].T, atol=1e-12)
 
 
-def test_a_hundred_boards_are_inside_the_limits_and_spread_over_them() -> None:
+def test_hundred_boards_spread_within_the_limits() -> None:
     assert {entry.name for entry in fields(BoardErrors)} == {*LIMITS, *STRENGTHS, "hse_ppm"}
     boards = [BoardErrors.of_grade("typical", seed) for seed in range(100)]
     for name, limit in LIMITS.items():
@@ -74,7 +74,7 @@ def test_soft_iron_only_bends_a_field() -> None:
         assert 0.75 < factors.min() < factors.max() < 1.25
 
 
-def test_what_a_file_gives_takes_the_place_of_what_is_drawn(tmp_path: Path) -> None:
+def test_iron_of_a_file_replaces_drawn_iron(tmp_path: Path) -> None:
     hard, soft = iron(scenario(tmp_path, "[world]\nhard_iron_mgauss = [1, 2, 3]\n"))
     np.testing.assert_allclose(hard, [1, 2, 3])
     assert np.abs(soft - np.eye(3)).max() > 1e-3
@@ -91,7 +91,7 @@ def test_what_a_file_gives_takes_the_place_of_what_is_drawn(tmp_path: Path) -> N
 OSCILLATORS = "[board]\nhsi_percent = 0.8\nhse_ppm = -50\n[limits]\nterminal_bytes = 100000\n"
 
 
-def test_the_internal_oscillator_is_off_and_the_quartz_hardly(tmp_path: Path) -> None:
+def test_oscillator_errors_apply_to_hsi_and_quartz(tmp_path: Path) -> None:
     """After reset the chip runs from HSI; the shipped program starts the quartz and the PLL: 84 MHz."""
     board = scenario(tmp_path, f"firmware = 'solution'\n{OSCILLATORS}")
     assert board.chip is not None
@@ -103,7 +103,7 @@ def test_the_internal_oscillator_is_off_and_the_quartz_hardly(tmp_path: Path) ->
     assert not board.chip.diagnosis()
 
 
-def test_a_typical_boards_internal_oscillator_is_within_one_percent() -> None:
+def test_typical_hsi_is_within_one_percent() -> None:
     percents = np.array([BoardErrors.of_grade("typical", seed).hsi_percent for seed in range(100)])
     assert np.abs(percents).max() <= 1.0
     assert percents.std() == pytest.approx(1 / 3, rel=0.25)

@@ -19,7 +19,7 @@ parts = pytest.mark.parametrize("part", PARTS)
 
 @parts
 @pytest.mark.parametrize(("address", "count"), [(0x80, 1), (0x100, 6), (-1, 1), (0x0F, 0), (0x0F, -1)])
-def test_a_burst_no_bus_could_carry_cannot_be_read(part: str, address: int, count: int) -> None:
+def test_read_of_impossible_burst_is_refused(part: str, address: int, count: int) -> None:
     chip = Chip(part)
     with pytest.raises(AccessError) as caught:
         chip.read(address, count)
@@ -37,7 +37,7 @@ def test_a_burst_that_was_refused_is_refused_again(part: str) -> None:
 
 @parts
 @pytest.mark.parametrize("address", [0x80, -1])
-def test_nor_written(part: str, address: int) -> None:
+def test_write_of_impossible_burst_is_refused(part: str, address: int) -> None:
     chip = Chip(part)
     with pytest.raises(AccessError) as caught:
         chip.part.write(address, b"\x00\x00", 0)
@@ -60,7 +60,7 @@ def test_refused_burst_names_the_sub_addresses(words: Words) -> None:
 
 @parts
 @pytest.mark.parametrize("data", [5, "\x05", [5], None])
-def test_what_is_no_bytes_cannot_be_written(part: str, data: Any) -> None:
+def test_write_of_non_bytes_raises_type_error(part: str, data: Any) -> None:
     chip = Chip(part)
     with pytest.raises(TypeError, match="bytes"):
         chip.part.write(0x10, data, 0)
@@ -78,7 +78,7 @@ def test_an_address_is_an_integer(part: str, address: Any) -> None:
 
 
 @parts
-def test_a_very_long_burst_is_no_shorter_one_elsewhere(part: str) -> None:
+def test_very_long_burst_is_read_completely(part: str) -> None:
     """Bursts are remembered by address and length; neither may run over into the other."""
     chip = Chip(part)
     chip.read(0x01, 1)
@@ -89,7 +89,7 @@ def test_a_very_long_burst_is_no_shorter_one_elsewhere(part: str) -> None:
 
 
 @pytest.mark.parametrize("data", [5, "\x0f", None, 1.5, [256], [-1], ["\x0f"], {15}])
-def test_what_is_sent_are_bytes(data: Any) -> None:
+def test_bus_send_of_non_bytes_is_refused(data: Any) -> None:
     """``bytes(5)`` would be five zeros, a write nobody meant."""
     board = Board()
     for send in (
@@ -105,7 +105,7 @@ def test_what_is_sent_are_bytes(data: Any) -> None:
 
 
 @pytest.mark.parametrize("data", [b"\x0f", bytearray(b"\x0f"), memoryview(b"\x0f"), [0x0F], (0x0F,)])
-def test_everything_that_clearly_means_bytes_is_taken(data: Any) -> None:
+def test_bytes_like_values_are_accepted(data: Any) -> None:
     assert Board().i2c2.write_read(0x6B, data, 1) == b"\x6a"
 
 

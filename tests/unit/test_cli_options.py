@@ -200,7 +200,7 @@ def test_options_arrive_as_typed(
 
 
 @pytest.mark.parametrize("name", dict.fromkeys(line.split()[0] for _, line, _ in LINES))
-def test_each_option_of_a_command_has_a_line_here(name: str) -> None:
+def test_every_command_option_is_tested(name: str) -> None:
     typed = {word for _, line, _ in LINES for word in line.split() if line.split()[0] == name}
     options = {param.opts[0] for param in cli.commands[name].params if isinstance(param, click.Option)}
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_S, Clock, Periodic, to_ps
 
 
-def test_events_fire_in_order_of_time_and_ties_in_order_of_scheduling() -> None:
+def test_events_fire_in_order_of_time_and_scheduling() -> None:
     clock, seen = Clock(), list[str]()
     clock.schedule(20, lambda: seen.append("late"))
     clock.schedule(10, lambda: seen.append("first"))
@@ -39,7 +39,7 @@ def test_a_cancelled_event_does_not_fire() -> None:
     assert clock.next_ps == NEVER_PS
 
 
-def test_an_event_may_schedule_another_for_the_same_time() -> None:
+def test_event_schedules_another_for_the_same_time() -> None:
     clock, seen = Clock(), list[int]()
     clock.schedule(10, lambda: clock.schedule(10, lambda: seen.append(clock.now_ps)) and None)
     clock.advance_to(10)
@@ -62,7 +62,7 @@ def test_800_hz_is_exact_after_an_hour() -> None:
     assert ticks.time_ps(800 * 3600) == 3600 * PS_PER_S
 
 
-def test_st_s_own_timer_setting_does_not_drift_either() -> None:
+def test_st_timer_period_does_not_drift() -> None:
     """ST's firmware: 84 MHz / 52 / 2000 = 807.692 Hz, a period of 1238095.238... ns."""
     clock = Clock()
     ticks = Periodic(clock, 0, Fraction(PS_PER_S * 52 * 2000, 84_000_000), lambda: None)

@@ -27,7 +27,7 @@ def notes(board: Board) -> list[tuple[str, str, str]]:
 
 
 @slow_parts
-def test_a_part_acknowledges_its_address_from_the_end_of_its_boot_on(part: str) -> None:
+def test_sensor_acknowledges_after_its_boot(part: str) -> None:
     board = Board(cold_start=True)
     register, identity = IDENTITY[part]
     board.run_until_ps(BOOT_MS[part] * PS_PER_MS - 1)
@@ -38,7 +38,7 @@ def test_a_part_acknowledges_its_address_from_the_end_of_its_boot_on(part: str) 
 
 
 @slow_parts
-def test_each_refusal_leaves_one_note_that_names_the_reason(part: str, words: Words) -> None:
+def test_refusal_during_boot_is_noted_once_with_reason(part: str, words: Words) -> None:
     board = Board(cold_start=True)
     with pytest.raises(I2CNackError):
         board.i2c2.write_read(ADDRESS[part], b"\x0f", 6)
@@ -57,7 +57,7 @@ def test_each_refusal_leaves_one_note_that_names_the_reason(part: str, words: Wo
 
 
 @pytest.mark.parametrize("first", ["start", "read_from"])
-def test_the_short_and_the_long_way_wake_up_alike(first: str) -> None:
+def test_short_and_long_wait_wake_up_alike(first: str) -> None:
     board = Board(cold_start=True)
     board.run_for(0.02)
     if first == "read_from":
@@ -68,7 +68,7 @@ def test_the_short_and_the_long_way_wake_up_alike(first: str) -> None:
 
 
 @slow_parts
-def test_what_is_written_during_the_boot_is_lost(part: str) -> None:
+def test_write_during_boot_is_lost(part: str) -> None:
     register = {"LSM6DSL": 0x73, "LIS2MDL": 0x45}[part]
     board = Board(cold_start=True)
     with pytest.raises(I2CNackError):
@@ -93,7 +93,7 @@ def test_on_spi_nothing_is_driven_and_nothing_taken(part: str) -> None:
     assert board.spi2.write_read(CHIP_SELECT[part], bytes([0x80 | target]), 1) == b"\x00"
 
 
-def test_the_barometer_answers_at_once_and_says_that_it_boots() -> None:
+def test_barometer_answers_at_once_with_boot_status() -> None:
     """LPS22HB datasheet 9.15, BOOT_STATUS; the 5 ms are an assumption."""
     board = Board(cold_start=True)
     assert board.i2c2.write_read(0x5D, b"\x0f", 1) == b"\xb1"
@@ -112,7 +112,7 @@ def test_without_cold_start_every_part_answers_at_0(part: str) -> None:
     assert notes(board) == []
 
 
-def test_firmware_sees_hal_error_and_can_wait_it_out() -> None:
+def test_firmware_gets_hal_error_until_boot_ends() -> None:
     results: list[tuple[int, bytes]] = []
 
     def main(hal: VirtualHal) -> None:
@@ -126,7 +126,7 @@ def test_firmware_sees_hal_error_and_can_wait_it_out() -> None:
     assert results[1][1] == b"\x6a"
 
 
-def test_a_cold_board_behaves_as_any_other_once_it_is_warm() -> None:
+def test_cold_board_measures_as_usual_after_boot() -> None:
     """The LSM6DSL's samples after its boot are those of a part powered long before."""
     found = []
     for cold_start in (False, True):
@@ -138,7 +138,7 @@ def test_a_cold_board_behaves_as_any_other_once_it_is_warm() -> None:
     assert found[0] == found[1] != bytes(6)
 
 
-def test_a_scenario_says_how_long_the_supply_has_been_on(tmp_path: Path) -> None:
+def test_scenario_uptime_sets_boot_and_heating(tmp_path: Path) -> None:
     text = "schema = 1\nquestion = '?'\nduration = '2s'\nuptime = '{}'\n"
     text += "[sensors]\ngrade = 'ideal'\n[board]\nheating_degc = 5\nthermal_s = 1\n"
     register, identity = IDENTITY["LSM6DSL"]

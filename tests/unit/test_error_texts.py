@@ -84,7 +84,7 @@ def test_long_problem_in_a_file_is_cut(error: Callable[..., FcuError]) -> None:
     ids=["scenario", "rubric", "roster", "recording", "firmware"],
 )
 @pytest.mark.parametrize("data", [b"", b"\xff", b"[" * 10_000, b"k" * 10_000, b"k.k=1\n[k.k]\n"])
-def test_file_with_a_hostile_name_is_refused_in_one_line(
+def test_file_with_hostile_name_is_refused_printably(
     load: Callable[[Path], object], data: bytes, tmp_path: Path
 ) -> None:
     for suffix in (".toml", ".csv", ".elf"):

@@ -47,14 +47,12 @@ def lines(printed: Array, truth: Array) -> list[LabLine]:
 
 
 @given(OFFSETS, st.floats(0.93, 1.07))
-def test_hard_iron_and_a_parts_sensitivity_are_no_mistake(
-    offset: tuple[float, ...], sensitivity: float
-) -> None:
+def test_field_hint_ignores_hard_iron_and_sensitivity(offset: tuple[float, ...], sensitivity: float) -> None:
     truth = tumbled(60)
     assert field_hint(lines(sensitivity * truth + offset, truth)) is None
 
 
-def test_the_simplest_ways_to_exchange_and_negate_axes_come_first() -> None:
+def test_field_hint_tries_simplest_axis_changes_first() -> None:
     ways = signed_axes()
     changes = [sum(n != m for n, m in enumerate(order)) + signs.count(-1) for order, signs in ways]
 
@@ -75,7 +73,7 @@ def test_exchanged_and_negated_axes_are_named(
 
 
 @given(st.one_of(st.floats(0.05, 0.7), st.floats(1.4, 20)), OFFSETS)
-def test_a_factor_is_named(factor: float, offset: tuple[float, ...]) -> None:
+def test_field_hint_names_a_factor(factor: float, offset: tuple[float, ...]) -> None:
     truth = tumbled(60)
     hint = field_hint(lines(factor * truth + offset, truth))
     assert hint is not None
@@ -94,15 +92,13 @@ def test_swapped_bytes_are_named(offset: tuple[float, ...]) -> None:
 
 
 @given(st.floats(0, 0.1), OFFSETS, st.floats(-3, 3))
-def test_a_board_that_is_hardly_turned_tells_nothing(
-    turn: float, offset: tuple[float, ...], factor: float
-) -> None:
+def test_field_hint_needs_a_turned_board(turn: float, offset: tuple[float, ...], factor: float) -> None:
     truth = tumbled(60, turn)
     assert field_hint(lines(factor * truth + offset, truth)) is None
 
 
 @given(OFFSETS, st.floats(0.1, 2.0))
-def test_a_calibration_that_still_learns_is_no_mistake(offset: tuple[float, ...], turn: float) -> None:
+def test_field_hint_ignores_calibration_that_still_learns(offset: tuple[float, ...], turn: float) -> None:
     """MagCalibration: less half of the smallest and the largest so far."""
     truth = tumbled(60, turn)
     raw = truth + offset
@@ -113,7 +109,7 @@ def test_a_calibration_that_still_learns_is_no_mistake(offset: tuple[float, ...]
 @pytest.mark.parametrize(
     ("scenario", "seed"), [("compass_turn", 1), ("figure_eight", 2), ("magnet_passes_by", 3)]
 )
-def test_the_labs_firmware_is_right(scenario: str, seed: int) -> None:
+def test_field_hint_accepts_the_lab_firmware(scenario: str, seed: int) -> None:
     board = Board("lab3", scenario=scenario, seed=seed)
     recorder = TruthRecorder(board)
     board.run_for(board.scenario.duration_s if board.scenario else 0)

@@ -66,7 +66,7 @@ def test_both_are_3_db_down_at_the_cutoff(cutoff: float) -> None:
         assert gain == pytest.approx(np.sqrt(0.5), rel=1e-5)
 
 
-def test_the_slope_is_3_db_down_at_a_quarter_of_the_rate() -> None:
+def test_slope_filter_halves_power_at_quarter_rate() -> None:
     """AN5040 3.7: slope filter, ODR/4; a high-pass, so below."""
     gains = np.abs(response((SLOPE,), np.array([0.0, 0.25, 0.5])))
     assert gains == pytest.approx([0, np.sqrt(0.5), 1], abs=1e-12)
@@ -76,7 +76,7 @@ def test_the_slope_is_3_db_down_at_a_quarter_of_the_rate() -> None:
 
 
 @cascades
-def test_a_page_equals_the_same_samples_one_by_one(sections: tuple[Section, ...]) -> None:
+def test_filter_page_equals_single_samples(sections: tuple[Section, ...]) -> None:
     filters, signal = Chain(sections, "zero"), white(3 * PAGE)
     state, output = filters.at_rest(3), []
     for first in range(0, 3 * PAGE, PAGE):
@@ -108,7 +108,7 @@ def test_after_its_settling_a_filter_has_forgotten(sections: tuple[Section, ...]
 
 
 @cascades
-def test_noise_gain_is_the_rms_of_the_impulse_response(sections: tuple[Section, ...]) -> None:
+def test_noise_gain_is_rms_of_the_impulse_response(sections: tuple[Section, ...]) -> None:
     """Parseval."""
     impulse = np.zeros(20_000)
     impulse[0] = 1
@@ -141,7 +141,7 @@ SETTLED = chain(CASCADES["analog and lpf2"], "settled")
 READS = st.lists(st.tuples(st.integers(0, 70_000), st.integers(1, 4096)), min_size=1, max_size=6)
 
 
-def test_a_settled_filter_begins_with_its_first_sample_for_ever() -> None:
+def test_settled_filter_starts_from_its_first_sample() -> None:
     world = World()
     first = world.signal[:, 100:101]
     expected = first + reference(SETTLED.sections, world.signal[:, 100:5100] - first)
@@ -157,7 +157,7 @@ def test_a_filter_from_zero_begins_with_nothing_before() -> None:
     assert begun[:, 1] == pytest.approx((world.signal[:, 1] - world.signal[:, 0]) / 2)
 
 
-def test_a_reference_is_the_first_sample() -> None:
+def test_reference_filter_subtracts_the_first_sample() -> None:
     world = World()
     unchanged = chain(((1.0, 0.0, 0.0, 0.0, 0.0),), "reference")
     expected = world.signal[:, 7:107] - world.signal[:, 7:8]
@@ -165,7 +165,7 @@ def test_a_reference_is_the_first_sample() -> None:
     assert filtered(world, unchanged, 7).block(7, 100) == pytest.approx(expected, abs=1e-12)
 
 
-def test_a_still_world_passes_a_low_pass_bit_by_bit() -> None:
+def test_still_world_passes_low_pass_bit_by_bit() -> None:
     world = World(50_000)
     world.signal[:] = np.array([[0.1], [-1000 / 3], [0.0]])
 
@@ -174,7 +174,7 @@ def test_a_still_world_passes_a_low_pass_bit_by_bit() -> None:
 
 @settings(max_examples=20)
 @given(READS)
-def test_a_sample_is_the_same_to_the_last_bit_whoever_reads_when(reads: list[tuple[int, int]]) -> None:
+def test_filtered_samples_do_not_depend_on_read_order(reads: list[tuple[int, int]]) -> None:
     """Also over segments, 16 pages long here, that begin afresh."""
     world = World()
     read_all = filtered(world, SETTLED)
@@ -185,7 +185,7 @@ def test_a_sample_is_the_same_to_the_last_bit_whoever_reads_when(reads: list[tup
         assert np.array_equal(some.block(number, count), everything[:, number : number + count])
 
 
-def test_beginning_afresh_does_not_show() -> None:
+def test_restarted_filter_equals_a_continuous_one() -> None:
     world = World()
     first = world.signal[:, :1]
     expected = first + reference(SETTLED.sections, world.signal - first)
@@ -202,7 +202,7 @@ def test_skipping_far_does_not_go_through_every_sample() -> None:
 
 @settings(max_examples=30)
 @given(st.integers(1, 9000), st.integers(1, 3000))
-def test_a_changed_world_changes_the_samples_from_then_on(number: int, count: int) -> None:
+def test_world_change_affects_later_filtered_samples_only(number: int, count: int) -> None:
     """And the world is not asked about the time before, which it may have forgotten."""
     world = World()
     changing = filtered(world, SETTLED)
@@ -221,7 +221,7 @@ def test_a_changed_world_changes_the_samples_from_then_on(number: int, count: in
     assert min(asked for asked, _ in world.asked) >= number
 
 
-def test_a_world_that_changes_before_the_first_sample_is_the_only_one() -> None:
+def test_world_change_before_first_sample_replaces_the_world() -> None:
     world = World()
     changing = filtered(world, SETTLED)
     changing.block(0, 10)
@@ -232,7 +232,7 @@ def test_a_world_that_changes_before_the_first_sample_is_the_only_one() -> None:
 
 
 @pytest.mark.parametrize("number", [1, 64, 1000, PAGE, 3 * PAGE + 77])
-def test_other_settings_of_the_source_keep_the_filters_state(number: int) -> None:
+def test_source_settings_keep_the_filter_state(number: int) -> None:
     world = World()
     changing = filtered(world, SETTLED)
     changing.block(0, 10)

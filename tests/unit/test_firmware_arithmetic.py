@@ -19,7 +19,7 @@ from fcu_emulator.firmware_model.sensor_data import (
 
 
 @pytest.mark.parametrize("sensitivity", [ACC_MG_PER_LSB, GYRO_MDPS_PER_LSB, MAG_MGAUSS_PER_LSB])
-def test_scaling_is_a_single_precision_product_truncated_for_every_raw_value(sensitivity: float) -> None:
+def test_scaling_equals_truncated_single_precision_product(sensitivity: float) -> None:
     raw = np.arange(0x10000, dtype=np.uint16).view(np.int16)
     expected = np.trunc(raw.astype(np.float32) * np.float32(sensitivity)).astype(np.int32)
     assert scale_table(sensitivity) == tuple(expected.tolist())
@@ -46,11 +46,11 @@ def test_truncation_of_odd_field_values_is_toward_zero() -> None:
         (2**23 - 1, "2047.989990"),  # (raw * 100) / 4096 = 204799
     ],
 )
-def test_pressure(raw: int, printed: str) -> None:
+def test_pressure_prints_as_on_the_slides(raw: int, printed: str) -> None:
     assert f"{pressure_hpa(raw):f}" == printed
 
 
-def test_pressure_agrees_with_single_precision_over_the_parts_range() -> None:
+def test_pressure_equals_single_precision_over_the_range() -> None:
     raw = np.arange(260 * 4096, 1260 * 4096, 997, dtype=np.int32)
     expected = (raw * np.int32(100) // np.int32(4096)).astype(np.float32) / np.float32(100)
     assert [pressure_hpa(value) for value in raw.tolist()] == expected.tolist()
@@ -92,9 +92,7 @@ def test_altitude_is_the_hypsometric_formula(press: float, temperature: float) -
     ("press", "zero_level", "expected"),
     [(0.0, 977.4, math.inf), (0.0, 0.0, math.nan), (-1.0, 977.4, math.nan), (977.4, 0.0, -45330.77)],
 )
-def test_altitude_of_senseless_pressures_is_what_c_gives(
-    press: float, zero_level: float, expected: float
-) -> None:
+def test_altitude_of_absurd_pressures_equals_c(press: float, zero_level: float, expected: float) -> None:
     assert getAltitude(press, 21.5, zero_level) == pytest.approx(expected, nan_ok=True)
 
 

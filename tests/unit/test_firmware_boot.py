@@ -55,16 +55,16 @@ def booted(firmware_class: type[LabFirmware], settings: Settings | None = None) 
 
 
 @FIRMWARE_CLASSES
-def test_the_boot_text_is_the_labs_to_the_byte(firmware_class: type[LabFirmware]) -> None:
+def test_boot_text_equals_the_lab(firmware_class: type[LabFirmware]) -> None:
     assert b"".join(booted(firmware_class).transmissions[:7]) == BOOT
 
 
-def test_the_banner_can_say_fw_as_in_sts_source() -> None:
+def test_banner_setting_prints_fw() -> None:
     assert booted(Lab3, Settings(banner="FW")).transmissions[0] == BANNER.replace(b"FH", b"FW")
 
 
 @FIRMWARE_CLASSES
-def test_the_transactions_are_sts_in_sts_order(firmware_class: type[LabFirmware]) -> None:
+def test_boot_transactions_are_in_st_order(firmware_class: type[LabFirmware]) -> None:
     expected = parsed(TRANSACTIONS)
     assert booted(firmware_class).transactions[: len(expected)] == expected
 
@@ -80,7 +80,7 @@ def test_the_registers_end_as_the_lab_lists_them() -> None:
     assert registers[LPS22HB][0x1A] == 0x01
 
 
-def test_one_second_passes_between_the_banner_and_the_sensor_lines() -> None:
+def test_banner_is_followed_by_one_second_delay() -> None:
     hal = FakeHal(power_off_at=1)
     run_until_power_off(Lab3, hal)
     assert hal.delays_ms == [1000]
@@ -93,7 +93,7 @@ def test_the_leds_are_outputs_and_dark_after_boot() -> None:
     assert hal.pin_events == [("init", LED1, 0), ("write", LED1, 1), ("init", LED2, 0), ("write", LED2, 1)]
 
 
-def test_the_timer_is_set_for_800_hz_and_started_last() -> None:
+def test_timer_runs_at_800_hz_after_boot() -> None:
     hal = booted(Lab3)
     assert hal.timer_running
     assert hal.timer is not None
@@ -101,13 +101,13 @@ def test_the_timer_is_set_for_800_hz_and_started_last() -> None:
     assert 84_000_000 / (prescaler + 1) / (period + 1) == 800
 
 
-def test_sts_own_timer_values_can_be_chosen() -> None:
+def test_st_timer_values_are_a_setting() -> None:
     assert booted(Lab3, Settings(timer_prescaler=51, timer_period=1999)).timer == (51, 1999)
 
 
 @pytest.mark.parametrize("device", [LSM6DSL, LIS2MDL, LPS22HB])
 @pytest.mark.parametrize("fault", ["silent", "another part"])
-def test_a_missing_sensor_leaves_the_banner_alone_for_ever(device: int, fault: str) -> None:
+def test_missing_sensor_stops_the_boot_after_the_banner(device: int, fault: str) -> None:
     hal = FakeHal(power_off_at=20)
     if fault == "silent":
         hal.silent.add(device)
@@ -119,7 +119,7 @@ def test_a_missing_sensor_leaves_the_banner_alone_for_ever(device: int, fault: s
     assert not hal.timer_running
 
 
-def test_the_first_pressure_is_awaited_so_that_the_floor_is_0_m() -> None:
+def test_boot_waits_for_first_pressure_as_zero_level() -> None:
     class SlowBarometer(FakeHal):
         def HAL_Delay(self, delay_ms: int) -> None:
             super().HAL_Delay(delay_ms)
@@ -136,7 +136,7 @@ def test_the_first_pressure_is_awaited_so_that_the_floor_is_0_m() -> None:
     assert firmware.temperature == 21.5
 
 
-def test_a_barometer_that_never_converts_does_not_stop_the_boot() -> None:
+def test_barometer_without_conversions_does_not_stop_boot() -> None:
     hal = FakeHal(power_off_at=102)
     hal.registers[LPS22HB][0x27] = 0x00
     run_until_power_off(Lab3, hal)
@@ -144,7 +144,7 @@ def test_a_barometer_that_never_converts_does_not_stop_the_boot() -> None:
     assert hal.text.startswith(BOOT)
 
 
-def test_a_barometer_lost_after_its_set_up_does_not_stop_the_boot() -> None:
+def test_barometer_lost_after_setup_does_not_stop_boot() -> None:
     class Dying(FakeHal):
         def HAL_UART_Transmit(self, data: bytes, timeout_ms: int) -> int:
             if data.startswith(b"LAB3"):

@@ -76,7 +76,7 @@ def test_formats_as_c(fmt: str, args: tuple[Any, ...], expected: bytes) -> None:
         ("%c", ("°",)),
     ],
 )
-def test_refuses_in_one_line_what_it_cannot_format(fmt: str, args: tuple[Any, ...], words: Words) -> None:
+def test_sprintf_refuses_unknown_format_in_one_line(fmt: str, args: tuple[Any, ...], words: Words) -> None:
     with pytest.raises(ValueError, match=r"^sprintf: ") as caught:
         sprintf(fmt, *args)
     assert "\n" not in str(caught.value)
@@ -84,7 +84,7 @@ def test_refuses_in_one_line_what_it_cannot_format(fmt: str, args: tuple[Any, ..
 
 
 @pytest.mark.parametrize(("length", "sent"), [(0, 0), (253, 253), (254, 254), (255, 254), (1000, 254)])
-def test_printf_sends_at_most_254_bytes_in_one_transmit(length: int, sent: int) -> None:
+def test_printf_sends_at_most_254_bytes_per_transmit(length: int, sent: int) -> None:
     hal = FakeHal()
     PRINTF(hal, "%s", "x" * length)  # vsnprintf into 255 bytes, 254 used
     assert hal.transmissions == [b"x" * sent]

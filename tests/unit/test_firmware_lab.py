@@ -57,7 +57,7 @@ def test_the_template_prints_the_slides_values(pressure_raw: int) -> None:
     assert b"".join(hal.transmissions[BOOT_TRANSMISSIONS:]) == TEMPLATE_BLOCK
 
 
-def test_the_pressures_just_outside_the_slides_range_print_something_else() -> None:
+def test_pressures_outside_the_slides_range_print_differently() -> None:
     for raw in (4003430, 4003472):
         hal = slide_board()
         hal.set_pressure(raw)
@@ -65,7 +65,7 @@ def test_the_pressures_just_outside_the_slides_range_print_something_else() -> N
         assert b"977.400024" not in hal.text
 
 
-def test_lab3_prints_the_template_block_after_calibration_then_the_plot_block() -> None:
+def test_lab3_prints_template_block_then_plot_block() -> None:
     hal = FakeHal(power_off_at=2)
     hal.set_slide_values()
     hal.set_axes(LSM6DSL, 0x28, 0, 0, 8197)
@@ -91,7 +91,7 @@ def test_blocks_follow_each_other_a_second_apart() -> None:
     assert hal.delays_ms == [1000] * 4
 
 
-def test_the_altitude_follows_the_pressure_from_the_floor_up() -> None:
+def test_altitude_follows_the_pressure() -> None:
     hal = running()
     hal.set_pressure(round(976.2 * 4096))  # 1.2 hPa less is some 10.6 m up at 21.5 degC
     hal.tick()
@@ -112,7 +112,7 @@ def test_the_template_toggles_both_leds_each_second() -> None:
     assert toggles == [("toggle", LED1, 0), ("toggle", LED2, 0), ("toggle", LED1, 1), ("toggle", LED2, 1)]
 
 
-def test_led1_is_on_above_80_degrees_of_pitch_and_led2_of_roll() -> None:
+def test_led1_follows_pitch_and_led2_roll() -> None:
     hal = running()
     tilt(hal, -1000, 0, 0)
     assert hal.pins == {LED1: 0, LED2: 1}
@@ -158,7 +158,7 @@ def test_mu_reaches_the_roll() -> None:
     assert rolls[0.01] > rolls[1.0] > 0
 
 
-def test_a_tick_reads_four_bursts_in_the_labs_order() -> None:
+def test_tick_reads_four_bursts_in_lab_order() -> None:
     hal = running()
     hal.transactions.clear()
     hal.tick()
@@ -173,7 +173,7 @@ def test_a_tick_reads_four_bursts_in_the_labs_order() -> None:
 @pytest.mark.parametrize(
     ("device", "kept"), [(LSM6DSL, {"ACC", "GYR"}), (LIS2MDL, {"MAG"}), (LPS22HB, {"Pre"})]
 )
-def test_what_cannot_be_read_keeps_its_value_and_the_rest_goes_on(device: int, kept: set[str]) -> None:
+def test_failed_read_keeps_only_its_values(device: int, kept: set[str]) -> None:
     hal = slide_board()
     firmware = run_until_power_off(Template, hal)
     hal.silent.add(device)
@@ -203,7 +203,7 @@ def test_what_cannot_be_read_keeps_its_value_and_the_rest_goes_on(device: int, k
         ("timer_period", -1, "0 to 65535"),
     ],
 )
-def test_a_wrong_setting_is_named_with_what_would_be_right(setting: str, value: Any, right: str) -> None:
+def test_wrong_setting_is_refused_with_valid_values(setting: str, value: Any, right: str) -> None:
     with pytest.raises(ValueError, match=f"{setting} .*{right}") as caught:
         Settings(**{setting: value})
     assert "\n" not in str(caught.value)

@@ -24,7 +24,7 @@ def wandering(seconds: int, seeds: int = 8) -> Array:
 
 
 @pytest.mark.parametrize("m", [10, 30, 100, 300])
-def test_its_allan_deviation_is_the_same_at_every_time(m: int) -> None:
+def test_flicker_allan_deviation_is_constant_over_time(m: int) -> None:
     """Of 24 axes over three hours: the mean is known to a few percent."""
     found = np.sqrt(np.mean(allan_deviation(wandering(10_000), m) ** 2))
     assert found == pytest.approx(FLOOR, rel=0.1)

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal as scipy_signal
 
+from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.world import Recording, World
 from fcu_emulator.sensors.front_end import CONVERTER_HZ, FrontEnd, averaged, kernel
 from fcu_emulator.sensors.lis2mdl import LIS2MDL
@@ -58,7 +59,7 @@ def butterworth(order: int, cutoff_hz: float, hz: float) -> float:
     [(0x20, 26, 400), (0x40, 104, 400), (0x70, 833, 400), (0x80, 1666, 1500), (0x90, 3332, 1500)],
 )
 @pytest.mark.parametrize("of_odr", [0.11, 0.37, 0.58, 1.37])
-def test_the_response_of_the_accelerometer_is_the_documented_bandwidth(
+def test_accelerometer_response_has_the_documented_bandwidth(
     ctrl1_xl: int, odr_hz: float, analog_hz: float, of_odr: float
 ) -> None:
     """Analog stage and LPF1 at ODR/2 (AN5040 3.7), also above half the output rate, where samples alias."""
@@ -72,22 +73,22 @@ def test_the_response_of_the_accelerometer_is_the_documented_bandwidth(
 
 
 @pytest.mark.parametrize("hz", [300.0, 1000.0, 6664.0, 9999.0])
-def test_vibration_far_above_the_output_rate_is_hardly_seen(hz: float) -> None:
+def test_vibration_far_above_output_rate_is_suppressed(hz: float) -> None:
     assert np.abs(acceleration_mg(shaken(hz, 1.9), 0x40, 104, 100)).max() < 10
 
 
-def test_vibration_at_the_output_rate_does_not_come_back_as_a_constant() -> None:
+def test_vibration_at_output_rate_gives_no_constant() -> None:
     """It did: 0.5 g at 104 Hz were a constant 480 mg more."""
     mg = acceleration_mg(shaken(104.0, 0.5), 0x40, 104, 100)
     assert np.abs(mg).max() < 500 * butterworth(4, 52, 104) * 1.05
 
 
-def test_low_power_passes_740_hz_whatever_the_rate() -> None:
+def test_low_power_passes_740_hz_at_any_rate() -> None:
     mg = acceleration_mg(shaken(313.0, 1.9), 0x50, 208, 300, ctrl6_c=0x10)
     assert np.sqrt(2 * np.mean(mg**2)) / 1900 == pytest.approx(butterworth(2, 740, 313), rel=0.05)
 
 
-def test_vibration_beyond_full_scale_is_clipped_before_it_is_averaged() -> None:
+def test_vibration_is_clipped_before_averaging() -> None:
     """1 g and 3 g to and fro at 2 g full scale: what is above 2 g is lost, so the mean is far below 1 g."""
     hz, fine_hz = 200.0, CONVERTER_HZ * 16
     t_s = np.arange(0, 1, 1 / fine_hz)
@@ -103,9 +104,7 @@ def test_vibration_beyond_full_scale_is_clipped_before_it_is_averaged() -> None:
     st.integers(0, 300), st.lists(st.integers(1, 70), min_size=1, max_size=8), st.sampled_from([52.0, 833.0])
 )
 @settings(max_examples=25)
-def test_a_sample_does_not_depend_on_the_block_it_is_computed_in(
-    first: int, counts: list[int], rate_hz: float
-) -> None:
+def test_sample_does_not_depend_on_its_block(first: int, counts: list[int], rate_hz: float) -> None:
     world = World()
     world.shake("up", 0.7, 61.0, 0.5)
     world.sweep("roll", 300, 0.3)
@@ -129,7 +128,7 @@ def test_a_sample_does_not_depend_on_the_block_it_is_computed_in(
 
 
 @pytest.mark.parametrize("rate_hz", [52.0, 833.0])
-def test_what_is_taken_for_slow_differs_little_from_what_is_looked_at_closely(rate_hz: float) -> None:
+def test_slow_signal_shortcut_differs_little_from_exact(rate_hz: float) -> None:
     world = World()
     use = kernel(rate_hz, 400.0, None, 2.0)
     duration_s = use.delay_s * 26
@@ -144,7 +143,7 @@ def test_what_is_taken_for_slow_differs_little_from_what_is_looked_at_closely(ra
     np.testing.assert_allclose(closely.block(int(numbers[0]), t_s)[:, 2], at_once[:, 2], atol=2e-3)
 
 
-def test_what_is_set_with_the_board_s_time_was_so_before() -> None:
+def test_signal_set_at_start_holds_before_it() -> None:
     """A scenario's first attitude is no jump: the first sample already is what all others are."""
     world = World()
     world.set_attitude(0, -30, 0)
@@ -164,7 +163,7 @@ def test_shaking_at_a_low_rate_takes_little_memory() -> None:
         return np.stack([np.cos(2 * np.pi * 3 * t_s), 0 * t_s, 0 * t_s], axis=1)
 
     use = kernel(12.5, 400.0, None, 2.0)
-    samples = use.samples(force_g, np.arange(use.lead + 400) / 12.5)
+    samples = use.samples(force_g, np.arange(use.lead + 400) / 12.5, lambda force, _: force)
     assert samples.shape == (400, 3)
     assert sum(asked) > 400 * 2132
     assert max(asked) < 400_000
@@ -187,7 +186,7 @@ class Counted(Moving):
         return self.sensed.agitated(from_s, to_s, pace_s)
 
 
-def test_a_still_world_is_asked_once_for_all_samples() -> None:
+def test_still_world_is_sampled_once_for_all() -> None:
     """A board at rest costs what it did before there was a front end."""
     world = World()
     world.set_attitude(20, 30, 40)
@@ -199,7 +198,7 @@ def test_a_still_world_is_asked_once_for_all_samples() -> None:
 
 
 @pytest.mark.parametrize(("delays", "is_slow"), [(26, True), (24, False)])
-def test_a_motion_of_25_delays_or_more_is_asked_for_once_a_sample(delays: float, is_slow: bool) -> None:
+def test_slow_motion_is_sampled_once_per_sample(delays: float, is_slow: bool) -> None:
     world, use = World(), kernel(104.0, 400.0, None, 2.0)
     duration_s = delays * use.delay_s
     world.lift(0.1, duration_s, start_s=1.0)
@@ -230,12 +229,12 @@ def test_magnetometer_and_barometer_average_over_their_conversion() -> None:
     assert (low | middle << 8 | high << 16) / 4096 == pytest.approx(1000, abs=0.1)
 
 
-def test_a_mean_over_a_ramp_is_its_middle() -> None:
+def test_mean_of_a_ramp_is_its_middle() -> None:
     ramp = Moving(lambda t_s: 3.0 * t_s)
     np.testing.assert_allclose(averaged(ramp, np.array([1.0, 2.0]), 0.02), [2.97, 5.97])
 
 
-def test_a_mean_takes_as_many_looks_as_the_motion_needs_whatever_is_asked_for_with_it() -> None:
+def test_mean_does_not_depend_on_other_samples() -> None:
     """Turned, lifted, tapped, turned slowly: against 500 looks, and against each sample asked for alone."""
     world = World()
     world.rotate_to(60, 0, 0, 0.3, start_s=1.0)
@@ -254,7 +253,7 @@ def test_a_mean_takes_as_many_looks_as_the_motion_needs_whatever_is_asked_for_wi
     np.testing.assert_allclose(together[tapped], exact[tapped], atol=2e-2)
 
 
-def test_a_recorded_vibration_is_filtered_like_any_other() -> None:
+def test_recorded_vibration_is_filtered() -> None:
     world = World()
     t_s = np.arange(0, 1, 1e-3)
     rows = np.stack([0 * t_s, 0 * t_s, 1 + np.cos(2 * np.pi * 250 * t_s)], axis=1)
@@ -265,3 +264,24 @@ def test_a_recorded_vibration_is_filtered_like_any_other() -> None:
     front_end.configure(kernel(104.0, 400.0, None, 4.0))
     felt = front_end.block(20, np.arange(20, 80) / 104)
     np.testing.assert_allclose(felt[:, 2], 1.0, atol=5e-3)
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("moving", [False, True])
+def test_overload_reads_full_scale_on_every_board(seed: int, moving: bool) -> None:
+    """Four times full scale: the converter clips last, after the sensor's own offset and scale."""
+    board = Board(seed=seed)
+    board.world.set_gravity(8 * 9.80665)
+    for bus_write in (b"\x10\x40", b"\x11\x40"):  # CTRL1_XL: 104 Hz, 2 g; CTRL2_G: 104 Hz, 250 dps
+        board.i2c2.write(0x6B, bus_write)
+    if moving:
+        board.world.sweep("yaw", 4000, 4.0)  # 1,000 dps
+        board.world.shake("north", 0.01, 50, 4.0)
+        board.run_for(0.5)
+    else:
+        board.run_for(0.5)
+    data = board.i2c2.write_read(0x6B, b"\x22", 12)
+    gyro_z, acc_z = np.frombuffer(data, "<i2")[[2, 5]]
+    assert acc_z == 0x7FFF
+    if moving:
+        assert gyro_z == 0x7FFF

@@ -42,14 +42,14 @@ def test_a_transfer_takes_its_bits_at_400_khz(written: int, read: int, bits: int
     assert board.clock.now_ps == bits * PS_PER_S // 400_000
 
 
-def test_a_read_goes_on_where_the_last_one_stopped() -> None:
+def test_i2c_read_continues_at_the_next_register() -> None:
     board = Board()
     board.i2c2.write(LPS22HB, b"\x0f")
     assert board.i2c2.read(LPS22HB, 1) == b"\xb1"
     assert board.i2c2.read(LPS22HB, 2) == b"\x00\x10"  # CTRL_REG1, CTRL_REG2 at reset
 
 
-def test_nobody_at_an_address_is_a_nack() -> None:
+def test_absent_address_is_a_nack() -> None:
     board = Board()
     with pytest.raises(I2CNackError, match="0x42") as caught:
         board.i2c2.write_read(0x42, b"\x0f", 1)
@@ -67,7 +67,7 @@ def test_an_absent_device_comes_back() -> None:
     assert board.i2c2.write_read(LSM6DSL, b"\x0f", 1) == b"\x6a"
 
 
-def test_a_nack_at_a_byte_keeps_what_came_before_it() -> None:
+def test_nack_at_a_byte_keeps_earlier_bytes() -> None:
     board = Board()
     board.i2c2.inject(I2CFault("nack", 0, 1e-3, address=LSM6DSL, byte_index=3))
     with pytest.raises(I2CNackError) as caught:
@@ -77,7 +77,7 @@ def test_a_nack_at_a_byte_keeps_what_came_before_it() -> None:
     assert board.i2c2.write_read(LSM6DSL, b"\x73", 3) == b"\x11\x00\x00"
 
 
-def test_a_stuck_line_times_out_as_st_s_hal_does() -> None:
+def test_stuck_line_times_out_as_in_hal() -> None:
     board = Board()
     board.i2c2.inject(I2CFault("stuck"))
     with pytest.raises(I2CStuckError):
@@ -94,19 +94,19 @@ def test_a_bus_error_is_typed() -> None:
 
 
 @pytest.mark.parametrize("address", [-1, 0x80, 0xD6])
-def test_an_8_bit_address_is_refused_with_the_reason(address: int) -> None:
+def test_8_bit_address_is_refused_with_reason(address: int) -> None:
     with pytest.raises(InputError, match="0x7F") as refused:
         Board().i2c2.read(address, 1)
     assert refused.value.kind == "i2c_address"
 
 
-def test_a_length_that_cannot_be_is_refused() -> None:
+def test_impossible_length_is_refused() -> None:
     with pytest.raises(InputError, match="1 to 65535") as refused:
         Board().i2c2.read(LSM6DSL, 0)
     assert refused.value.kind == "read_length"
 
 
-def test_the_trace_names_registers_and_is_silent_until_asked() -> None:
+def test_trace_names_registers_when_enabled() -> None:
     board = Board()
     board.i2c2.write(LSM6DSL, b"\x10\xa8")
     assert not board.trace.of(BusTransfer)
@@ -124,7 +124,7 @@ def test_the_trace_names_registers_and_is_silent_until_asked() -> None:
     assert [(e.register, e.old, e.new) for e in board.trace.of(RegisterWrite)] == [("CTRL2_G", 0x00, 0x6C)]
 
 
-def test_what_is_not_modelled_and_what_fails_is_always_in_the_trace() -> None:
+def test_unmodelled_and_failed_access_is_always_traced() -> None:
     board = Board()
     board.i2c2.write(LSM6DSL, b"\x04\x01")  # SENSOR_SYNC_TIME_FRAME
     board.i2c2.inject(I2CFault("absent", address=LSM6DSL))

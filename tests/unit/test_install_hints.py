@@ -22,7 +22,7 @@ from fcu_emulator.emulator.host.install_hints import _INSTALL, command_line, how
         ("win32", "", '""'),
     ],
 )
-def test_a_word_is_quoted_for_the_systems_shell(
+def test_word_is_quoted_for_the_shell(
     monkeypatch: pytest.MonkeyPatch, system: str, word: str, expected: str
 ) -> None:
     monkeypatch.setattr(sys, "platform", system)
@@ -31,7 +31,7 @@ def test_a_word_is_quoted_for_the_systems_shell(
 
 
 @pytest.mark.parametrize("program", _INSTALL)
-def test_nobody_outside_linux_is_sent_to_apt(monkeypatch: pytest.MonkeyPatch, program: str) -> None:
+def test_apt_hint_is_shown_on_linux_only(monkeypatch: pytest.MonkeyPatch, program: str) -> None:
     for system, debian in (("linux", True), ("darwin", False), ("win32", False), ("freebsd14", True)):
         monkeypatch.setattr(sys, "platform", system)
         assert ("apt" in how_to_install(program).split()) is debian
@@ -41,9 +41,7 @@ def test_nobody_outside_linux_is_sent_to_apt(monkeypatch: pytest.MonkeyPatch, pr
 @pytest.mark.parametrize(
     "command", [("scenarios",), ("registers", "LSM6DSL"), ("registers", "--fidelity"), ("run", "-h")]
 )
-def test_output_in_an_old_encoding_loses_characters_and_not_the_output(
-    encoding: str, command: tuple[str, ...]
-) -> None:
+def test_output_in_old_encoding_replaces_characters(encoding: str, command: tuple[str, ...]) -> None:
     if encoding != "ascii" and command[0] == "run":
         pytest.skip("as with ascii")
     done = subprocess.run(

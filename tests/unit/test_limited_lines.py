@@ -16,7 +16,7 @@ class Clock:
         return self.now_s
 
 
-def test_lines_of_strangers_stay_lines() -> None:
+def test_foreign_text_stays_in_its_line() -> None:
     said: list[str] = []
     LimitedLines(said.append)("a\r\nb\x1b[31m\x00 \u202e")
     assert said == ["a b\\x1b[31m\\x00 \\u202e"]
@@ -39,7 +39,7 @@ def test_flood_of_lines_is_counted() -> None:
     assert str(1000 - BURST) in said[-1]
 
 
-def test_client_that_sets_many_rates_fills_neither_terminal_nor_memory() -> None:
+def test_client_setting_many_rates_prints_bounded_lines() -> None:
     said: list[str] = []
     link = Rfc2217Link(0, lambda: 115_200.0, said.append)
     coding = link.coding()

@@ -116,7 +116,7 @@ def test_a_background_job_does_not_read_the_terminal(terminal: tuple[int, str]) 
     assert output == b"True 0\n"
 
 
-def test_a_board_sent_to_the_background_goes_on_and_hears_again_in_front(terminal: tuple[int, str]) -> None:
+def test_background_board_reads_keyboard_again_in_foreground(terminal: tuple[int, str]) -> None:
     master, path = terminal
     with run_in_terminal(SENT_TO_BACKGROUND, path, master) as process:
         output, errors = process.communicate(timeout=DEADLINE_S)
@@ -124,7 +124,7 @@ def test_a_board_sent_to_the_background_goes_on_and_hears_again_in_front(termina
     assert output == b"0\n"
 
 
-def test_a_terminal_of_another_session_is_no_keyboard(terminal: tuple[int, str]) -> None:
+def test_terminal_of_another_session_is_not_a_keyboard(terminal: tuple[int, str]) -> None:
     _, path = terminal
     fd = os.open(path, os.O_RDWR | os.O_NOCTTY)
     try:
@@ -134,7 +134,7 @@ def test_a_terminal_of_another_session_is_no_keyboard(terminal: tuple[int, str])
         os.close(fd)
 
 
-def test_a_pipe_is_no_keyboard() -> None:
+def test_pipe_is_not_a_keyboard() -> None:
     reading_fd, writing_fd = os.pipe()
     try:
         assert not has_keyboard(reading_fd)

@@ -49,7 +49,7 @@ def test_nothing_is_announced_or_lost() -> None:
 
 
 @given(limit=st.integers(0, 50), pieces=st.lists(st.binary(max_size=40)))
-def test_a_backlog_keeps_the_newest_and_counts_the_rest(limit: int, pieces: list[bytes]) -> None:
+def test_backlog_keeps_newest_and_counts_lost(limit: int, pieces: list[bytes]) -> None:
     backlog = Backlog(limit)
     lost = sum(backlog.put(piece) for piece in pieces)
     everything = b"".join(pieces)
@@ -76,7 +76,7 @@ def test_a_lowered_limit_holds_from_the_next_put() -> None:
     assert backlog.take() == b"89ab"
 
 
-def test_a_pasted_text_waits_in_its_link_and_arrives_whole() -> None:
+def test_pasted_text_arrives_complete() -> None:
     """The board takes what the wire can carry, a few thousand bytes at a time, however much is pasted."""
     link = MemoryLink()
     link.feed(bytes(range(256)) * 80)
@@ -96,7 +96,7 @@ def test_a_pasted_text_waits_in_its_link_and_arrives_whole() -> None:
     assert terminal.typing_left == 0
 
 
-def test_a_million_bytes_typed_at_once_cost_their_length() -> None:
+def test_million_typed_bytes_need_little_memory() -> None:
     board = Board()
     tracemalloc.start()
     try:

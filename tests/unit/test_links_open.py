@@ -26,7 +26,7 @@ def test_stdout_is_a_link(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     "spec", ["", "pty:", "tcp:", "rfc2217:", "file", "file:", "stdout:x", "port:1", "ptyx", "PTY"]
 )
-def test_anything_else_names_the_choices(spec: str) -> None:
+def test_unknown_link_is_refused_with_the_choices(spec: str) -> None:
     with pytest.raises(LinkError, match=re.escape(repr(spec))) as caught:
         open_link(spec)
     assert caught.value.kind == "unknown_link"
@@ -34,7 +34,7 @@ def test_anything_else_names_the_choices(spec: str) -> None:
 
 
 @pytest.mark.parametrize("spec", ["pty", "pty:/some/link"])
-def test_windows_is_told_to_use_tcp(spec: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_windows_error_recommends_tcp(spec: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "platform", "win32")
     with pytest.raises(LinkError, match="--serial tcp") as caught:
         open_link(spec)
@@ -43,7 +43,7 @@ def test_windows_is_told_to_use_tcp(spec: str, monkeypatch: pytest.MonkeyPatch) 
 
 @pytest.mark.parametrize("port", ["65536", "-1", "com3", "1.5", "123456", "\u0661"])
 @pytest.mark.parametrize("kind", ["tcp", "rfc2217"])
-def test_what_is_no_port_is_told_so(kind: str, port: str) -> None:
+def test_invalid_port_number_is_refused(kind: str, port: str) -> None:
     with pytest.raises(LinkError, match="65535") as caught:
         open_link(f"{kind}:{port}")
     assert caught.value.kind == "no_port"
@@ -55,7 +55,7 @@ def on_windows(monkeypatch: pytest.MonkeyPatch, python: str) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="its sockets have no SO_EXCLUSIVEADDRUSE")
-def test_a_port_is_tcp_where_there_are_no_pseudo_terminals(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_port_link_uses_tcp_without_pseudo_terminals(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(socket, "SO_EXCLUSIVEADDRUSE", socket.SO_REUSEADDR, raising=False)
     on_windows(monkeypatch, r"C:\Python\python.exe")
     with contextlib.closing(open_link("port")) as link:
@@ -69,7 +69,7 @@ def test_a_port_is_tcp_where_there_are_no_pseudo_terminals(monkeypatch: pytest.M
     ]
 
 
-def test_on_windows_a_python_whose_path_has_spaces_goes_by_its_plain_name(
+def test_windows_command_avoids_python_path_with_spaces(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A path in quotes is a program to cmd, and a text to PowerShell."""
@@ -78,7 +78,7 @@ def test_on_windows_a_python_whose_path_has_spaces_goes_by_its_plain_name(
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="the commands are for this system's shell")
-def test_a_port_whose_name_has_a_space_is_quoted_for_the_shell() -> None:
+def test_port_name_with_space_is_quoted() -> None:
     _, screen, *_ = programs.for_pty(Path("/tmp/my board"))
     assert screen == "screen '/tmp/my board' 115200"
 
@@ -100,7 +100,7 @@ def wall(monkeypatch: pytest.MonkeyPatch) -> WallClock:
     return clock
 
 
-def test_patience_ends_at_the_timeout_in_spite_of_progress(wall: WallClock) -> None:
+def test_patience_ends_at_timeout_despite_progress(wall: WallClock) -> None:
     waiting = Patience(timeout_s=3.0)
     for step in range(3):
         wall.now_s = 100.0 + step

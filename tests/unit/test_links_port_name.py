@@ -49,9 +49,7 @@ def test_announce_names_the_port_and_commands_to_paste(tmp_path: Path) -> None:
     ]
 
 
-def test_the_default_names_count_up_in_a_private_directory(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_default_names_count_up_in_private_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     directory = tmp_path / "fcu-emulator"
     with contextlib.closing(open_link("pty")) as first, contextlib.closing(open_link("pty")) as second:
@@ -64,7 +62,7 @@ def test_the_default_names_count_up_in_a_private_directory(
     assert list(directory.iterdir()) == []
 
 
-def test_without_a_runtime_directory_the_temporary_one_is_used(
+def test_temporary_directory_is_used_without_runtime_directory(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("XDG_RUNTIME_DIR", raising=False)
@@ -82,9 +80,7 @@ def test_a_directory_planted_by_a_link_is_refused(tmp_path: Path, monkeypatch: p
     assert caught.value.kind == "foreign_folder"
 
 
-def test_the_name_of_a_board_that_was_killed_is_taken_over(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_name_of_a_killed_board_is_taken_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     die = "import os; from fcu_emulator.emulator.links import open_link; open_link('pty'); os._exit(9)"
     assert subprocess.run([sys.executable, "-c", die], cwd=SOURCES, check=False).returncode == 9
@@ -97,7 +93,7 @@ def test_the_name_of_a_board_that_was_killed_is_taken_over(
     assert not port.is_symlink()
 
 
-def test_a_left_over_link_whose_terminal_is_somebody_elses_now_is_taken_over(port: Path) -> None:
+def test_stale_link_to_another_terminal_is_taken_over(port: Path) -> None:
     port.symlink_to("/dev/null")  # exists, as a terminal number that is in use again would
     with contextlib.closing(open_link(f"pty:{port}")):
         assert port.readlink() != Path("/dev/null")
@@ -110,7 +106,7 @@ def test_a_living_boards_name_is_refused(link: ByteLink, port: Path) -> None:
     assert port.is_char_device()
 
 
-def test_a_link_that_was_replaced_meanwhile_is_left_alone(link: ByteLink, port: Path) -> None:
+def test_replaced_link_is_kept_on_close(link: ByteLink, port: Path) -> None:
     port.unlink()
     port.write_text("mine")
     link.close()
@@ -118,7 +114,7 @@ def test_a_link_that_was_replaced_meanwhile_is_left_alone(link: ByteLink, port: 
 
 
 @pytest.mark.parametrize("kind", ["file", "directory", "link"])
-def test_what_is_no_link_to_a_terminal_is_never_replaced(kind: str, port: Path, tmp_path: Path) -> None:
+def test_existing_file_is_never_replaced_by_a_link(kind: str, port: Path, tmp_path: Path) -> None:
     if kind == "file":
         port.write_text("precious")
     elif kind == "directory":
@@ -142,7 +138,7 @@ def test_a_relative_name_survives_a_change_of_directory(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_missing_directory_is_told_in_one_line(tmp_path: Path) -> None:
+def test_missing_directory_is_refused_in_one_line(tmp_path: Path) -> None:
     with pytest.raises(LinkError, match=r"nowhere/board: No such file or directory") as caught:
         open_link(f"pty:{tmp_path}/nowhere/board")
     assert caught.value.kind == "cannot_create"

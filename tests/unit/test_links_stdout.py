@@ -84,7 +84,7 @@ def test_text_printed_before_stays_before(monkeypatch: pytest.MonkeyPatch) -> No
     assert memory.read() == "before after"
 
 
-def test_a_slow_reader_loses_nothing_when_the_end_is_flushed(pipe: Pipe) -> None:
+def test_slow_reader_gets_everything_at_flush(pipe: Pipe) -> None:
     data = random.Random(4).randbytes(500_000)
     got = bytearray()
     reader = threading.Thread(target=lambda: got.extend(pipe.read_exactly(len(data))))
@@ -98,7 +98,7 @@ def test_a_slow_reader_loses_nothing_when_the_end_is_flushed(pipe: Pipe) -> None
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows pipes always block")
-def test_a_descriptor_that_somebody_made_non_blocking_loses_nothing(pipe: Pipe) -> None:
+def test_non_blocking_descriptor_loses_nothing(pipe: Pipe) -> None:
     os.set_blocking(sys.stdout.fileno(), False)
     data = random.Random(6).randbytes(200_000)
     pipe.link.send(data)
@@ -107,9 +107,7 @@ def test_a_descriptor_that_somebody_made_non_blocking_loses_nothing(pipe: Pipe) 
     assert pipe.link.report() == []
 
 
-def test_a_blocked_reader_costs_the_oldest_beyond_16_mebibytes_and_never_blocks(
-    pipe: Pipe, words: Words
-) -> None:
+def test_blocked_reader_loses_oldest_beyond_16_mebibytes(pipe: Pipe, words: Words) -> None:
     for _ in range(18):
         pipe.link.send(bytes(MIB))
     (line,) = pipe.link.report()
@@ -119,7 +117,7 @@ def test_a_blocked_reader_costs_the_oldest_beyond_16_mebibytes_and_never_blocks(
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot count what a pipe holds")
-def test_flush_gives_up_on_a_blocked_reader_and_close_counts_the_loss(pipe: Pipe) -> None:
+def test_flush_times_out_and_close_counts_the_loss(pipe: Pipe) -> None:
     import fcntl
     import termios
 
@@ -132,7 +130,7 @@ def test_flush_gives_up_on_a_blocked_reader_and_close_counts_the_loss(pipe: Pipe
     assert line.startswith(f"serial: {MIB - in_the_pipe} bytes lost")
 
 
-def test_a_reader_that_left_is_reported_once_with_all_it_missed(pipe: Pipe, words: Words) -> None:
+def test_closed_reader_is_reported_once_with_lost_bytes(pipe: Pipe, words: Words) -> None:
     pipe.hang_up()
     pipe.link.send(b"12345")
     pipe.link.flush(DEADLINE_S)
@@ -147,7 +145,7 @@ def test_a_reader_that_left_is_reported_once_with_all_it_missed(pipe: Pipe, word
     assert pipe.link.undelivered() == 8
 
 
-def test_a_process_without_standard_output_is_told_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_process_without_standard_output_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stdout", None)
     with pytest.raises(LinkError, match="--serial port") as caught:
         StdoutLink()
@@ -192,7 +190,7 @@ def test_the_interpreter_exits_cleanly_while_its_reader_blocks() -> None:
         assert process.stderr.read() == b""
 
 
-def test_piped_standard_input_is_left_to_others() -> None:
+def test_piped_standard_input_is_not_read() -> None:
     script = """
 assert link.receive(1 << 20) == b''
 link.send(sys.stdin.buffer.read())
@@ -206,7 +204,7 @@ link.close()
     assert output == b"a recording\r\n"
 
 
-def test_a_keyboard_that_cannot_be_read_for_a_while_is_read_again(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failed_keyboard_read_is_retried(monkeypatch: pytest.MonkeyPatch) -> None:
     """The process was in the background, where a read of its terminal fails, and came back."""
     ended = threading.Event()
     answers = iter((OSError("in the background"), OSError("still"), b"typed", b""))
@@ -227,7 +225,7 @@ def test_a_keyboard_that_cannot_be_read_for_a_while_is_read_again(monkeypatch: p
     assert keyboard.read(100) == b"ed"
 
 
-def test_announce_does_not_speak_of_typing_without_a_keyboard(pipe: Pipe, words: Words) -> None:
+def test_announce_omits_typing_without_a_keyboard(pipe: Pipe, words: Words) -> None:
     (line,) = pipe.link.announce()
     words("run", line)
 

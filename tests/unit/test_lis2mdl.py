@@ -24,7 +24,7 @@ def field_of(chip: Chip, *counts: int) -> None:
     chip.set("magnetic_field_mgauss", *(1.5 * count for count in counts))
 
 
-def test_application_note_example() -> None:
+def test_lis2mdl_application_note_example() -> None:
     """AN5069 section 6: 21 00 1D FF CB FE are 33, -227 and -309 LSB."""
     chip = Chip("LIS2MDL")
     field_of(chip, 33, -227, -309)
@@ -78,7 +78,7 @@ def test_a_second_trigger_does_not_restart_the_measurement() -> None:
     assert chip.is_ready(MAGNETOMETER)
 
 
-def test_a_trigger_after_the_end_starts_the_next_measurement() -> None:
+def test_second_trigger_starts_the_next_measurement() -> None:
     """Also where nobody has looked at the first one, and without clearing its flag."""
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_A, 0x81)
@@ -91,7 +91,7 @@ def test_a_trigger_after_the_end_starts_the_next_measurement() -> None:
     assert chip.byte(CFG_REG_A) == 0x83
 
 
-def test_a_single_measurement_takes_the_world_at_its_own_time() -> None:
+def test_single_measurement_samples_at_its_own_time() -> None:
     chip = Chip("LIS2MDL")
     field_of(chip, 1, 1, 1)
     before = chip.world.signals["magnetic_field_mgauss"]
@@ -135,7 +135,7 @@ def test_hard_iron_offset_registers_are_subtracted() -> None:
     assert chip.counts(MAGNETOMETER) == (100, -32000, 32000)
 
 
-def test_self_test_moves_every_axis_by_an_allowed_amount() -> None:
+def test_self_test_shift_is_within_limits() -> None:
     """AN5069 figure 4 and datasheet T3: 15 to 500 mgauss."""
     chip = Chip("LIS2MDL")
     chip.configure(((CFG_REG_A, 0x8C), (CFG_REG_B, 0x02), (CFG_REG_C, 0x10)))
@@ -149,7 +149,7 @@ def test_self_test_moves_every_axis_by_an_allowed_amount() -> None:
     assert all(15 <= 1.5 * (b - a) <= 500 for a, b in zip(before, after, strict=True))
 
 
-def test_overrun_bits_are_those_of_the_axes_left_unread() -> None:
+def test_overrun_bits_are_set_per_unread_axis() -> None:
     """Datasheet T38; an axis' flags are cleared by its own high byte, Zyxda and Zyxor by any."""
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_A, 0x8C)
@@ -163,7 +163,7 @@ def test_overrun_bits_are_those_of_the_axes_left_unread() -> None:
     assert chip.byte(STATUS_REG) == 0b0100_0110
 
 
-def test_a_burst_over_the_field_never_reaches_the_temperature() -> None:
+def test_field_burst_wraps_before_the_temperature() -> None:
     """After 0x6D comes 0x68, not the temperature, as PX4's driver notes."""
     chip = Chip("LIS2MDL")
     field_of(chip, 1, 2, 3)
@@ -178,7 +178,7 @@ def test_a_burst_over_the_field_never_reaches_the_temperature() -> None:
 # -- reset and temperature ------------------------------------------------------------------------------
 
 
-def test_soft_reset_leaves_idle_and_needs_no_read_modify_write() -> None:
+def test_soft_reset_enters_idle() -> None:
     """Datasheet 8.5: 5 us; ST's driver writes 0x20 and polls."""
     chip = Chip("LIS2MDL")
     chip.configure(((CFG_REG_A, 0x8C), (CFG_REG_B, 0x02), (CFG_REG_C, 0x10), (OFFSET_X_REG_L, 0x40)))
@@ -193,7 +193,7 @@ def test_soft_reset_leaves_idle_and_needs_no_read_modify_write() -> None:
     assert chip.counts(MAGNETOMETER) == (0, 0, 0)
 
 
-def test_soft_reset_works_again_though_nobody_polled_the_first_one() -> None:
+def test_soft_reset_repeats_without_polling() -> None:
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_A, 0x20)
     chip.wait(PS_PER_MS)

@@ -74,7 +74,7 @@ def test_single_mode_by_writing_md_in_the_loop() -> None:
     assert found == [(133, 0, -267)] * 5, "every 10 ms: 9.4 ms and the rest of a millisecond"
 
 
-def test_single_mode_with_the_host_taking_the_mean_of_two() -> None:
+def test_single_mode_host_averages_two() -> None:
     """AN5069 section 8."""
     chip = Chip("LIS2MDL", LIS2MDLErrors(set_reset_offset_mgauss=(90.0, -45.0, 60.0)))
     chip.configure(((CFG_REG_B, OFF_CANC_AND_ONE_SHOT), (CFG_REG_A, 0x8F)))

@@ -64,7 +64,7 @@ def test_without_latch_the_register_follows_the_latest_sample() -> None:
     assert sources(chip, 5) == [0x00, 0x81, 0x81, 0x00, 0x11]
 
 
-def test_a_latched_crossing_stays_until_the_register_is_read() -> None:
+def test_latched_crossing_stays_until_the_register_is_read() -> None:
     """AN5069 10: reading clears all bits of the register."""
     chip = x_counts(0, 200, -200, 0, 0)
     threshold(chip, 100, XYZ | IEA | IEL | IEN)
@@ -73,7 +73,7 @@ def test_a_latched_crossing_stays_until_the_register_is_read() -> None:
     assert [chip.byte(INT_SOURCE_REG), chip.byte(INT_SOURCE_REG)] == [0x80 | 0x10 | 0x01, 0x00]
 
 
-def test_a_latched_interrupt_that_was_read_comes_again_with_the_next_sample() -> None:
+def test_latched_interrupt_returns_with_next_sample_after_read() -> None:
     chip = x_counts(200)
     threshold(chip, 100, XYZ | IEA | IEL | IEN)
 
@@ -83,7 +83,7 @@ def test_a_latched_interrupt_that_was_read_comes_again_with_the_next_sample() ->
     assert chip.byte(INT_SOURCE_REG) == 0x81
 
 
-def test_with_iea_0_bit_int_is_0_while_it_signals() -> None:
+def test_int_bit_is_active_low_with_iea_0() -> None:
     """Datasheet T35."""
     chip = x_counts(0, 200)
     threshold(chip, 100, XYZ | IEN)
@@ -92,7 +92,7 @@ def test_with_iea_0_bit_int_is_0_while_it_signals() -> None:
 
 
 @pytest.mark.parametrize("idle_level", [0, 1])
-def test_bit_int_of_a_generator_that_is_off_is_a_setting(idle_level: int) -> None:
+def test_int_bit_of_disabled_generator_is_configurable(idle_level: int) -> None:
     """No document gives the value with IEN = 0 and IEA = 0; with IEA = 1 it is 0."""
     still = constant(0.0, 0.0, 0.0), constant(25.0)
     part = LIS2MDL(*still, int_idle_level=1 if idle_level else 0)
@@ -109,7 +109,7 @@ def test_bit_int_of_a_generator_that_is_off_is_a_setting(idle_level: int) -> Non
         (0x08, 0x00),  # 300 - 250 in the output
     ],
 )
-def test_the_hard_iron_offset_counts_with_int_on_dataoff_only(after_offset: int, expected: int) -> None:
+def test_hard_iron_offset_applies_with_int_on_dataoff(after_offset: int, expected: int) -> None:
     """Datasheet T28."""
     chip = x_counts(300)
     chip.write(OFFSET_X_REG_L, 250, 0)
@@ -131,7 +131,7 @@ def test_the_hard_iron_offset_counts_with_int_on_dataoff_only(after_offset: int,
         (0x0000, 0, 0x00),
     ],
 )
-def test_the_threshold_is_an_unsigned_number_of_16_bits(counts: int, field: int, expected: int) -> None:
+def test_threshold_is_unsigned_16_bits(counts: int, field: int, expected: int) -> None:
     """Datasheet T38 shows TH15 to TH0."""
     chip = x_counts(field)
     threshold(chip, counts, XYZ | IEA | IEN)
@@ -140,7 +140,7 @@ def test_the_threshold_is_an_unsigned_number_of_16_bits(counts: int, field: int,
 
 
 @pytest.mark.parametrize("latch", [0, IEL])
-def test_a_range_overflow_is_kept_until_it_is_read(latch: int) -> None:
+def test_range_overflow_is_latched_until_read(latch: int) -> None:
     """MROI is latched in either mode; the crossing itself only with IEL."""
     chip = x_counts(0, 40000, 0, 0)
     threshold(chip, 100, XYZ | IEA | latch | IEN)
@@ -152,7 +152,7 @@ def test_a_range_overflow_is_kept_until_it_is_read(latch: int) -> None:
     assert chip.byte(INT_SOURCE_REG) == 0x00
 
 
-def test_full_scale_itself_is_no_overflow() -> None:
+def test_full_scale_value_is_not_an_overflow() -> None:
     chip = played((32767, -32768, 0))
     threshold(chip, 0xFFFF, XYZ | IEA | IEN)
 
@@ -190,7 +190,7 @@ def test_switching_the_generator_off_clears_the_register() -> None:
     assert chip.byte(INT_SOURCE_REG) == 0x00
 
 
-def test_a_new_threshold_acts_from_the_next_sample_on() -> None:
+def test_new_threshold_applies_from_the_next_sample() -> None:
     chip = x_counts(200)
     threshold(chip, 100, XYZ | IEA | IEN)
     chip.t_ps = at(3)
@@ -202,7 +202,7 @@ def test_a_new_threshold_acts_from_the_next_sample_on() -> None:
 
 
 @pytest.mark.parametrize("single", [False, True])
-def test_what_is_compared_has_the_noise_of_the_output(single: bool) -> None:
+def test_comparison_includes_the_output_noise(single: bool) -> None:
     """Also after runs in which nobody looked at the interrupt: X is over 0 exactly when its output is."""
     chip = Chip("LIS2MDL", LIS2MDLErrors(noise_mgauss=30.0), seed=2)
     chip.set("magnetic_field_mgauss", 0.0, 0.0, 0.0)
@@ -222,7 +222,7 @@ def test_what_is_compared_has_the_noise_of_the_output(single: bool) -> None:
     assert all(found)
 
 
-def test_a_single_measurement_is_compared_too() -> None:
+def test_single_measurement_is_compared() -> None:
     chip = x_counts(200)
     threshold(chip, 100, XYZ | IEA | IEL | IEN)
     chip.write(CFG_REG_A, 0x83)
@@ -247,7 +247,7 @@ def test_soft_reset_clears_a_latched_interrupt() -> None:
     assert edges == [(0, 0), (at(0), 1)]
 
 
-def test_the_field_of_a_moment_is_compared_though_the_world_has_changed_since() -> None:
+def test_comparison_uses_the_field_of_its_sample_time() -> None:
     chip = x_counts(200)
     threshold(chip, 100, XYZ | IEA | IEL | IEN)
     chip.t_ps = at(3)

@@ -59,7 +59,7 @@ def test_without_cancellation_every_sample_holds_hoff(config_b: int) -> None:
 
 
 @pytest.mark.parametrize("config_b", [OFF_CANC, OFF_CANC | LPF, OFF_CANC | SET_FREQ])
-def test_with_cancellation_hoff_is_gone_from_the_first_sample_on(config_b: int) -> None:
+def test_cancellation_removes_hoff_from_the_first_sample(config_b: int) -> None:
     """Hn = H + Hoff, Hn-1 = H - Hoff, the output is their mean."""
     assert set(run(started(config_b), 200)) == {NONE}
 
@@ -77,7 +77,7 @@ def test_cancellation_switched_on_while_measuring() -> None:
 
 
 @pytest.mark.parametrize(("measured", "kept"), [(10, PLUS), (11, MINUS)])
-def test_cancellation_switched_off_leaves_the_last_polarity_until_the_next_set_pulse(
+def test_disabled_cancellation_keeps_last_polarity_until_set_pulse(
     measured: int, kept: tuple[int, ...]
 ) -> None:
     """Alternation begins with a reset pulse; set pulses come every 63 samples from leaving idle on."""
@@ -91,7 +91,7 @@ def test_cancellation_switched_off_leaves_the_last_polarity_until_the_next_set_p
     assert rest == [kept] * (63 - measured) + [PLUS] * (200 - 63 + measured)
 
 
-def test_with_set_freq_only_leaving_idle_brings_a_set_pulse() -> None:
+def test_set_freq_sends_set_pulse_on_leaving_idle() -> None:
     chip = started(OFF_CANC | SET_FREQ)
     run(chip, 10)
     chip.counts(MAGNETOMETER)  # the 11th
@@ -145,7 +145,7 @@ def test_one_shot_cancellation_needs_off_canc(words: Words) -> None:
         (LPF | OFF_CANC, [0, 0, 500, 1000]),
     ],
 )
-def test_a_step_of_the_field_passes_through_the_mean_of_two(config_b: int, expected: list[int]) -> None:
+def test_field_step_passes_through_mean_of_two(config_b: int, expected: list[int]) -> None:
     chip = Chip("LIS2MDL")
     first_ps = TURN_ON_PS + (PERIOD_PS if config_b & OFF_CANC else 0)
     at_s = (first_ps + 1.5 * PERIOD_PS) / PS_PER_S
@@ -195,7 +195,7 @@ def test_noise_of_the_mean_of_two(config_b: int, config_a: int, rms: float, corr
     assert found == pytest.approx(correlation, abs=0.05)
 
 
-def test_the_filter_goes_on_from_the_measurement_before_it_was_switched_on() -> None:
+def test_enabled_filter_starts_from_the_previous_measurement() -> None:
     """Its noise included: the mean of two, scaled to Table 3's 3.0 instead of 4.5 / sqrt(2)."""
     runs = []
     for config_b in (0x00, LPF):
@@ -222,7 +222,7 @@ def test_single_measurements_are_not_averaged() -> None:
     assert noise.std(axis=0) == pytest.approx([4.5] * 3, rel=0.1)
 
 
-def test_self_test_passes_through_cancellation_at_its_full_size() -> None:
+def test_self_test_passes_cancellation_at_full_size() -> None:
     """The coil's field is a field: it does not change sign with the pulses. Datasheet T3."""
     chip = started(OFF_CANC)
     chip.write(CFG_REG_C, 0x02)

@@ -27,7 +27,7 @@ from tests.support.sensor_fakes import MAGNETOMETER
 from tests.support.words import Words
 
 
-def test_the_pin_is_high_impedance_unless_something_is_put_on_it() -> None:
+def test_pin_is_high_impedance_without_routing() -> None:
     chip = x_counts(200)
     threshold(chip, 100, XYZ | IEA | IEN)
     edges = watched(chip, 0x00)
@@ -41,7 +41,7 @@ def test_the_pin_is_high_impedance_unless_something_is_put_on_it() -> None:
 
 
 @pytest.mark.parametrize(("polarity", "active"), [(IEA, 1), (0, 0)])
-def test_int_follows_the_comparison_with_the_time_of_the_sample(polarity: int, active: int) -> None:
+def test_int_pin_edges_have_sample_times(polarity: int, active: int) -> None:
     """Edges are exact although nobody looks before the tenth sample."""
     chip = x_counts(0, 0, 200, 200, 0, -200, 0)
     threshold(chip, 100, XYZ | polarity | IEN)
@@ -55,7 +55,7 @@ def test_int_follows_the_comparison_with_the_time_of_the_sample(polarity: int, a
 
 
 @pytest.mark.parametrize(("polarity", "active"), [(IEA, 1), (0, 0)])
-def test_a_latched_int_ends_when_the_register_is_read(polarity: int, active: int) -> None:
+def test_latched_int_pin_falls_on_register_read(polarity: int, active: int) -> None:
     chip = x_counts(0, 200, 0)
     threshold(chip, 100, XYZ | polarity | IEL | IEN)
     edges = watched(chip, INT_ON_PIN)
@@ -65,7 +65,7 @@ def test_a_latched_int_ends_when_the_register_is_read(polarity: int, active: int
     assert edges == [(0, 1 - active), (at(1), active), (read_ps, 1 - active)]
 
 
-def test_a_latched_int_stays_though_every_sample_is_looked_at_when_it_comes() -> None:
+def test_latched_int_pin_stays_when_polled_every_sample() -> None:
     chip = x_counts(0, 200, 0, 0)
     threshold(chip, 100, XYZ | IEA | IEL | IEN)
     edges = watched(chip, INT_ON_PIN)
@@ -75,7 +75,7 @@ def test_a_latched_int_stays_though_every_sample_is_looked_at_when_it_comes() ->
     assert edges == [(0, 0), (at(1), 1)]
 
 
-def test_data_ready_rises_with_the_sample_and_falls_when_a_high_byte_is_read() -> None:
+def test_data_ready_falls_on_high_byte_read() -> None:
     """AN5069 6.3: it stays high while nobody reads."""
     chip = x_counts(1, 2, 3)
     chip.write(CFG_REG_A, 0x8C)
@@ -103,7 +103,7 @@ def test_data_ready_of_a_single_measurement() -> None:
     assert chip.part.next_event_ps() == NEVER_PS
 
 
-def test_data_ready_that_is_there_already_shows_when_the_pin_is_switched_on() -> None:
+def test_pending_data_ready_shows_when_routed() -> None:
     chip = x_counts(1)
     chip.write(CFG_REG_A, 0x8C)
     chip.t_ps = at(0) + 1
@@ -137,7 +137,7 @@ def test_in_4_wire_spi_the_pin_is_sdo(words: Words) -> None:
     words("sensors", texts(chip.notes))
 
 
-def test_catching_up_at_each_event_gives_every_edge_in_time() -> None:
+def test_catch_up_reports_every_edge_in_time() -> None:
     """What a board does that has something wired to the pin."""
     chip = x_counts(0, 200, 0, 200, 0)
     threshold(chip, 100, XYZ | IEA | IEN)
@@ -154,7 +154,7 @@ def test_catching_up_at_each_event_gives_every_edge_in_time() -> None:
     assert seen_at == [at(1), at(2), at(3), at(4)]
 
 
-def test_a_pin_that_hangs_in_the_air_asks_for_nothing() -> None:
+def test_unwired_pin_needs_no_events() -> None:
     chip = x_counts(200)
     threshold(chip, 100, XYZ | IEA | IEN)
     chip.write(CFG_REG_C, INT_ON_PIN)
@@ -162,7 +162,7 @@ def test_a_pin_that_hangs_in_the_air_asks_for_nothing() -> None:
     assert chip.part.next_event_ps() == NEVER_PS
 
 
-def test_a_wired_pin_of_a_generator_that_is_off_asks_for_nothing() -> None:
+def test_wired_pin_of_disabled_generator_needs_no_events() -> None:
     chip = x_counts(200)
     threshold(chip, 100, XYZ | IEA)
     watched(chip, INT_ON_PIN)

@@ -59,7 +59,7 @@ def test_reboot_ends_in_idle_after_one_measurement() -> None:
     assert chip.part.accessible(chip.t_ps)
 
 
-def test_a_read_modify_write_during_reboot_does_not_begin_it_again() -> None:
+def test_read_modify_write_does_not_restart_reboot() -> None:
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_A, 0xC3)
     chip.wait(BOOT_PS // 2)
@@ -69,7 +69,7 @@ def test_a_read_modify_write_during_reboot_does_not_begin_it_again() -> None:
     assert (chip.byte(CFG_REG_A), chip.byte(STATUS_REG)) == (0x83, 0x0F)
 
 
-def test_other_registers_written_during_reboot_do_not_disturb_it() -> None:
+def test_other_writes_do_not_disturb_reboot() -> None:
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_A, 0xC3)
     chip.wait(BOOT_PS // 2)
@@ -79,7 +79,7 @@ def test_other_registers_written_during_reboot_do_not_disturb_it() -> None:
     assert (chip.byte(CFG_REG_A), chip.byte(STATUS_REG)) == (0x83, 0x0F)
 
 
-def test_a_measurement_asked_for_during_reboot_begins_when_it_is_over() -> None:
+def test_measurement_requested_during_reboot_starts_after_it() -> None:
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_A, 0xC3)
     chip.wait(PS_PER_MS)
@@ -159,7 +159,7 @@ def test_i2c_dis_silences_i2c_until_soft_reset() -> None:
     assert not chip.part.i2c_off
 
 
-def test_spi_has_three_wires_after_reset_and_four_with_4wspi() -> None:
+def test_spi_wires_depend_on_4wspi() -> None:
     """ST's driver and AN5069 Rev 4; the datasheet says "must be 0"."""
     chip = Chip("LIS2MDL")
     assert chip.part.spi_wires() == 3

@@ -66,7 +66,7 @@ def sent() -> Sent:
 
 
 @pytest.mark.parametrize("every", [2, 7, 15])
-def test_a_state_comes_every_20_ms_while_something_changes(sent: Sent, every: int) -> None:
+def test_state_is_sent_every_20_ms_during_changes(sent: Sent, every: int) -> None:
     """On average also when looks are rarer: a late one does not put off the next."""
     sent.pass_ms(2100, every, changed=True)
 
@@ -74,7 +74,7 @@ def test_a_state_comes_every_20_ms_while_something_changes(sent: Sent, every: in
     assert max(gaps(sent.times(messages.State))) <= 20 + every
 
 
-def test_a_slow_machine_sends_a_state_at_each_look(sent: Sent) -> None:
+def test_slow_machine_sends_a_state_per_poll(sent: Sent) -> None:
     """It does not send more of them later to catch up."""
     sent.pass_ms(500, 50, changed=True)
     assert sent.times(messages.State) == list(range(50, 501, 50))
@@ -83,14 +83,14 @@ def test_a_slow_machine_sends_a_state_at_each_look(sent: Sent) -> None:
     assert sent.times(messages.State)[10:] == pytest.approx([510, 530, 550], abs=1)
 
 
-def test_a_state_comes_about_twice_a_second_while_nothing_changes(sent: Sent) -> None:
+def test_idle_state_is_sent_twice_a_second(sent: Sent) -> None:
     sent.pass_ms(2500)
 
     assert gaps(sent.times(messages.State)) == pytest.approx([510] * 4, abs=3)
 
 
 @pytest.mark.parametrize(("after_ms", "shown_ms"), [(1, 5), (4, 5), (8, 9), (18, 19)])
-def test_a_command_is_shown_5_ms_after_the_state_before_it(sent: Sent, after_ms: int, shown_ms: int) -> None:
+def test_command_is_shown_5_ms_after_a_state(sent: Sent, after_ms: int, shown_ms: int) -> None:
     sent.pass_ms(100, changed=True)
     while sent.times(messages.State)[-1] != sent.wall_ms:
         sent.pass_ms(1, changed=True)
@@ -104,7 +104,7 @@ def test_a_command_is_shown_5_ms_after_the_state_before_it(sent: Sent, after_ms:
     assert shown[0] - state_ms == pytest.approx(shown_ms, abs=1)
 
 
-def test_the_next_state_is_waited_for_only_if_it_shows_something_to_a_page(sent: Sent) -> None:
+def test_frame_wait_depends_on_changes_and_clients(sent: Sent) -> None:
     sent.pass_ms(100, changed=True)
     last_ms = sent.times(messages.State)[-1]
 
@@ -129,7 +129,7 @@ def test_bus_and_pins_come_every_100_ms(sent: Sent, kind: type[SessionEvent]) ->
     assert gaps(sent.times(kind)) == pytest.approx([100] * 10, abs=1)
 
 
-def test_registers_come_every_100_ms_if_they_have_changed_and_at_once_to_a_new_page() -> None:
+def test_registers_are_sent_every_100_ms_if_changed() -> None:
     sent = Sent(Board("solution"), Watch(registers="LSM6DSL"))
     sent.board.run_for(1.5)
     sent.pass_ms(250)
@@ -147,7 +147,7 @@ def test_registers_come_every_100_ms_if_they_have_changed_and_at_once_to_a_new_p
     assert [event.part["name"] for _, event in sent.of(messages.Declared)] == ["LSM6DSL"] * 2
 
 
-def test_verdicts_are_looked_at_every_500_ms(tmp_path: Path) -> None:
+def test_verdicts_are_sent_every_500_ms(tmp_path: Path) -> None:
     led = '[[expect]]\nkind = "led"\nled = "led1"\nstate = "off"\nfrom = "{0}ms"\nto = "{1}ms"\n'
     text = SHORT + led.format(100, 200) + led.format(400, 500)
     sent = Sent(Board("lab3", scenario=write(tmp_path, text)))
@@ -164,7 +164,7 @@ def test_verdicts_are_looked_at_every_500_ms(tmp_path: Path) -> None:
     assert [at_ms for at_ms, _ in states] == pytest.approx([1, 501, 1001], abs=1)
 
 
-def test_findings_are_looked_for_every_2_s() -> None:
+def test_findings_are_sent_every_2_s() -> None:
     sent = Sent(Board("solution"))
     assert sent.board.chip is not None
     sent.pass_ms(10)
@@ -196,7 +196,7 @@ def test_the_pace_is_that_of_the_last_second() -> None:
     assert sent.of(messages.State)[-1][1].pace == 0
 
 
-def test_the_pace_is_measured_from_the_beginning_of_a_run() -> None:
+def test_pace_is_measured_from_run_start() -> None:
     sent = Sent(Board("lab3", ideal=True))
     sent.pass_ms(3000)
     sent.broadcast.measure_pace(sent.wall_s)
@@ -222,7 +222,7 @@ class Loud:
         """The timer is not used."""
 
 
-def test_a_new_page_gets_the_last_64_kib_of_text_and_the_others_nothing_twice() -> None:
+def test_new_page_gets_the_last_64_kib_once() -> None:
     sent = Sent(Board(Loud))
     sent.clients.clear()
     sent.board.run_for(7)

@@ -59,7 +59,7 @@ def test_a_burst_turns_back_after_the_temperature() -> None:
     assert chip.read(0x2B, 4) == once[3:] + once[:2]
 
 
-def test_without_if_add_inc_a_burst_stays_at_its_address() -> None:
+def test_burst_without_if_add_inc_stays_at_address() -> None:
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, 0x50)
     chip.write(CTRL_REG2, 0x00)
@@ -82,7 +82,7 @@ def test_rpds_is_subtracted_in_sixteenths_of_a_hpa(count: int) -> None:
     assert chip.counts(PRESSURE) == (min(expected, 0x7FFFFF),)
 
 
-def test_with_bdu_pressure_and_temperature_stay_together_until_press_out_h() -> None:
+def test_bdu_holds_outputs_until_press_out_h() -> None:
     """Datasheet 9.5; 0x2A has to be read last."""
     chip = Chip("LPS22HB")
     chip.world.signals["pressure_hpa"] = ramp((300.0,), (100.0,))
@@ -98,7 +98,7 @@ def test_with_bdu_pressure_and_temperature_stay_together_until_press_out_h() -> 
     assert chip.read(PRESS_OUT_XL, 5) == (500 * 4096).to_bytes(3, "little") + (4000).to_bytes(2, "little")
 
 
-def test_the_two_flags_and_their_overruns_are_cleared_separately() -> None:
+def test_flags_and_overruns_are_cleared_separately() -> None:
     """Datasheet 9.20; which byte clears them is the LPS25H's rule."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, 0x10)

@@ -41,7 +41,7 @@ def test_one_shot_measures_once(res_conf: int, conversion_ms: int) -> None:
     assert chip.byte(STATUS) == 0x00, "no second sample"
 
 
-def test_writing_one_shot_while_busy_does_not_restart_it() -> None:
+def test_one_shot_write_while_busy_does_not_restart() -> None:
     """ST's example sets it on every poll."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG2, 0x11)
@@ -55,7 +55,7 @@ def test_writing_one_shot_while_busy_does_not_restart_it() -> None:
     assert chip.byte(STATUS) == 0x03
 
 
-def test_writing_0_does_not_end_a_one_shot_either() -> None:
+def test_write_of_0_does_not_end_one_shot() -> None:
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG2, 0x11)
     chip.write(CTRL_REG2, 0x10)
@@ -74,7 +74,7 @@ def test_one_shot_works_again_and_again() -> None:
         chip.read(PRESS_OUT_XL, 5)
 
 
-def test_one_shot_at_a_running_rate_is_refused_and_noted(words: Words) -> None:
+def test_one_shot_at_running_rate_is_noted(words: Words) -> None:
     """Datasheet 9.6: only with ODR = 000."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, 0x30)
@@ -90,7 +90,7 @@ def test_one_shot_at_a_running_rate_is_refused_and_noted(words: Words) -> None:
 # -- reset and boot -------------------------------------------------------------------------------------
 
 
-def test_swreset_resets_the_registers_of_section_9_6_and_keeps_the_others() -> None:
+def test_swreset_resets_only_documented_registers() -> None:
     listed = {
         0x0B: 0x08,
         0x0C: 0x12,
@@ -128,7 +128,7 @@ def test_swreset_ends_a_one_shot() -> None:
     assert chip.byte(STATUS) == 0x03
 
 
-def test_boot_and_swreset_at_once_as_the_boards_firmware_does() -> None:
+def test_boot_with_swreset_works() -> None:
     """ST's firmware for the STEVAL-FCU001V1 writes 0x94, and the part works afterwards."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, 0x32)
@@ -143,7 +143,7 @@ def test_boot_and_swreset_at_once_as_the_boards_firmware_does() -> None:
     assert chip.notes == []
 
 
-def test_0xf8_in_ctrl_reg2_is_harmless_as_on_the_real_board() -> None:
+def test_ctrl_reg2_0xf8_still_measures() -> None:
     """FIFO_EN in bypass mode gives plain outputs, BOOT ends by itself."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG2, 0xF8)

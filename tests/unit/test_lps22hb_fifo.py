@@ -99,7 +99,7 @@ def test_fifo_mode_fills_and_stops() -> None:
     assert chip.read(PRESS_OUT_XL, 5) == level(32), "the last level read stays in the registers"
 
 
-def test_fifo_mode_goes_on_while_it_is_read_in_time() -> None:
+def test_fifo_mode_continues_if_read_in_time() -> None:
     chip = after(collecting(FIFO), 32)
     chip.read(PRESS_OUT_XL, 5)
     after(chip, 1)
@@ -108,7 +108,7 @@ def test_fifo_mode_goes_on_while_it_is_read_in_time() -> None:
 
 
 @pytest.mark.parametrize("mode", [FIFO, STREAM, DYNAMIC_STREAM])
-def test_stop_on_fth_limits_the_depth_to_wtm_plus_1(mode: int) -> None:
+def test_stop_on_fth_limits_depth_to_watermark(mode: int) -> None:
     """Datasheet 5.2."""
     chip = after(collecting(mode | 9, stop_on_fth=True), 10)
     assert chip.byte(FIFO_STATUS) == FTH_FIFO | 10
@@ -154,7 +154,7 @@ def test_an_emptied_stream_repeats_its_last_level() -> None:
     assert chip.read(PRESS_OUT_XL, 15) == levels(1, 2, 3)
 
 
-def test_an_emptied_dynamic_stream_does_not() -> None:
+def test_emptied_dynamic_stream_does_not_repeat() -> None:
     chip = after(collecting(DYNAMIC_STREAM), 1)
     assert chip.read(PRESS_OUT_XL, 5) == level(1)
     assert after(chip, 1).byte(FIFO_STATUS) == 1
@@ -164,7 +164,7 @@ def test_an_emptied_dynamic_stream_does_not() -> None:
 # -- triggered modes ----------------------------------------------------------------------------------------
 
 
-def test_stream_to_fifo_keeps_what_led_to_the_interrupt() -> None:
+def test_stream_to_fifo_keeps_samples_before_interrupt() -> None:
     """Datasheet 5.5."""
     chip = after(collecting(STREAM_TO_FIFO, interrupt_above=50), 50)
     assert chip.byte(FIFO_STATUS) == OVR | 32
@@ -173,7 +173,7 @@ def test_stream_to_fifo_keeps_what_led_to_the_interrupt() -> None:
     assert after(chip, 5).byte(FIFO_STATUS) == 0
 
 
-def test_stream_to_fifo_streams_again_when_the_interrupt_is_read() -> None:
+def test_stream_to_fifo_resumes_when_interrupt_is_read() -> None:
     chip = after(collecting(STREAM_TO_FIFO, interrupt_above=50), 60)
     chip.write(THS_P_L, 0xFF, 0xFF)
     assert chip.byte(INT_SOURCE) == 0x05
@@ -182,7 +182,7 @@ def test_stream_to_fifo_streams_again_when_the_interrupt_is_read() -> None:
 
 
 @pytest.mark.parametrize("mode", [BYPASS_TO_STREAM, BYPASS_TO_FIFO])
-def test_bypass_until_the_interrupt(mode: int) -> None:
+def test_bypass_modes_collect_after_the_interrupt(mode: int) -> None:
     """Datasheet 5.6, 5.7: the sample that raises it is the first one collected."""
     chip = after(collecting(mode, interrupt_above=50), 50)
     assert (chip.byte(FIFO_STATUS), chip.read(PRESS_OUT_XL, 5)) == (0, level(50))
@@ -203,7 +203,7 @@ def test_reading_the_interrupt_ends_collecting(mode: int) -> None:
 # -- reading ------------------------------------------------------------------------------------------------
 
 
-def test_a_level_is_consumed_by_its_last_byte_only() -> None:
+def test_fifo_level_is_consumed_by_its_last_byte() -> None:
     """ST's example reads 3 bytes at 28h and then 2 at 2Bh, other drivers burst."""
     chip = after(collecting(FIFO), 4)
     assert chip.read(PRESS_OUT_XL, 3) + chip.read(PRESS_OUT_XL, 3) == 2 * level(1)[:3]

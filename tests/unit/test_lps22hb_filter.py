@@ -37,7 +37,7 @@ def stepping(control1: int) -> Chip:
     return chip
 
 
-def test_without_the_filter_a_step_comes_through_at_once() -> None:
+def test_step_without_filter_shows_at_once() -> None:
     assert pressures(stepping(OFF), 25) == [1000.0] * 19 + [1010.0] * 6
 
 
@@ -61,7 +61,7 @@ def test_the_temperature_is_not_filtered() -> None:
 
 
 @pytest.mark.parametrize(("control1", "divisor"), [(ODR_9, 9), (ODR_20, 20)])
-def test_at_the_cut_off_a_sine_is_weakened_by_3_db(control1: int, divisor: int) -> None:
+def test_sine_at_cutoff_is_3_db_lower(control1: int, divisor: int) -> None:
     def sine(t_s: Array) -> Array:
         wave: Array = 1000.0 + 10.0 * np.sin(2 * np.pi * RATE_HZ / divisor * t_s)
         return wave
@@ -98,14 +98,14 @@ def test_reading_lpfp_res_changes_nothing_without_the_filter() -> None:
 
 
 @pytest.mark.parametrize("other", [ODR_9, OFF])
-def test_another_filter_starts_settled_too(other: int) -> None:
+def test_changed_filter_starts_settled(other: int) -> None:
     chip = stepping(ODR_20)
     pressures(chip, 22)
     chip.write(CTRL_REG1, other)
     assert pressures(chip, 3) == [1010.0] * 3
 
 
-def test_another_rate_starts_the_filter_anew() -> None:
+def test_changed_rate_restarts_the_filter() -> None:
     chip = stepping(ODR_20)
     pressures(chip, 22)
     chip.write(CTRL_REG1, 0x3C)
@@ -131,7 +131,7 @@ def test_bdu_and_other_settings_leave_the_filter_alone() -> None:
     assert pressures(disturbed, 50) == pressures(undisturbed, 50)
 
 
-def test_a_change_of_the_world_leaves_what_was_measured() -> None:
+def test_world_change_keeps_filter_state() -> None:
     """The filter goes on from the samples before, wherever somebody looked."""
     for looks in (lambda chip: pressures(chip, 22), lambda chip: chip.wait(22 * PERIOD_PS)):
         chip = stepping(ODR_20)
@@ -162,7 +162,7 @@ def correlation(samples: Array) -> float:
     return float(np.corrcoef(samples[1:], samples[:-1])[0, 1])
 
 
-def test_the_noise_is_white_and_the_filter_smooths_it() -> None:
+def test_filter_smooths_white_noise() -> None:
     white, nine, twenty = noise(OFF), noise(ODR_9), noise(ODR_20)
 
     assert twenty.std() == pytest.approx(0.0075, rel=0.1)
@@ -182,12 +182,12 @@ def test_low_current_is_noisier_than_low_noise(control1: int) -> None:
     assert noise(control1, 0x01).std() > 1.1 * noise(control1).std()
 
 
-def test_the_noise_in_the_lab_s_own_setting_lets_a_step_of_a_staircase_be_seen() -> None:
+def test_noise_in_lab_setting_is_10_cm() -> None:
     """No document has a figure: 10 cm are chosen, at 8.4 m for each hPa."""
     assert 8.4 * noise(0x30, 0x01, PS_PER_S // 25).std() == pytest.approx(0.10, rel=0.05)
 
 
-def test_filtered_samples_are_the_same_however_rarely_one_looks() -> None:
+def test_filtered_samples_do_not_depend_on_reads() -> None:
     """Noise, a moving world and the filter; over more samples than are computed at once."""
     looks: list[Callable[[Chip], None]] = [lambda chip: None, lambda chip: chip.part.world_changed(chip.t_ps)]
     for disturb in looks:

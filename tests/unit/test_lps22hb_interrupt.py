@@ -74,7 +74,7 @@ def test_a_latched_interrupt_waits_to_be_read() -> None:
     assert next_source(chip) == 0
 
 
-def test_a_latched_interrupt_comes_again_while_its_cause_lasts() -> None:
+def test_latched_interrupt_returns_while_cause_lasts() -> None:
     chip = measuring(1000.0, 1005.0)
     threshold(chip, 2.0)
     chip.write(INTERRUPT_CFG, EITHER | LIR | AUTORIFP)
@@ -82,7 +82,7 @@ def test_a_latched_interrupt_comes_again_while_its_cause_lasts() -> None:
     assert [next_source(chip), chip.byte(INT_SOURCE), next_source(chip)] == [PH | IA, 0, PH | IA]
 
 
-def test_switching_the_comparison_off_ends_what_is_not_latched() -> None:
+def test_disabled_comparison_ends_unlatched_interrupts() -> None:
     for latch, left in ((0, 0), (LIR, PH | IA)):
         chip = measuring(1000.0)
         chip.write(INTERRUPT_CFG, DIFF_EN | PHE | latch)

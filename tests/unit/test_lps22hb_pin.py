@@ -26,7 +26,7 @@ from tests.support.lps22hb_fakes import (
 from tests.support.sensor_fakes import PS_PER_S, Chip, constant, ramp, step
 
 
-def test_data_ready_rises_with_a_sample_and_falls_with_press_out_h() -> None:
+def test_data_ready_falls_with_press_out_h() -> None:
     chip = measuring(1000.0)
     wire = Wire(chip)
     chip.write(CTRL_REG3, 0x04)
@@ -75,7 +75,7 @@ def test_fifo_signals(signal: int, expected: list[tuple[float, int]]) -> None:
     assert wire.run(0) == [(40.0, 0)] * len(expected)
 
 
-def test_the_watermark_falls_with_the_last_byte_of_a_level() -> None:
+def test_watermark_falls_with_last_byte_of_a_level() -> None:
     chip = measuring(1000.0)
     wire = Wire(chip)
     chip.write(CTRL_REG3, 0x10)
@@ -106,7 +106,7 @@ def test_interrupts_instead_of_data_signals(int_s: int, expected: list[tuple[flo
     assert wire.run(8) == expected
 
 
-def test_reading_int_source_lets_the_pin_go() -> None:
+def test_reading_int_source_releases_the_pin() -> None:
     chip = measuring(1000.0, 1005.0, 1000.0)
     wire = Wire(chip)
     threshold(chip, 2.0)
@@ -117,7 +117,7 @@ def test_reading_int_source_lets_the_pin_go() -> None:
     assert wire.run(1) == [(3.5, 0)]
 
 
-def test_an_unwired_pin_asks_for_nothing() -> None:
+def test_unwired_pin_needs_no_events() -> None:
     chip = measuring(1000.0)
     chip.write(CTRL_REG3, 0x04)
     assert chip.part.next_event_ps() > 10**6 * PS_PER_S
@@ -129,7 +129,7 @@ def test_an_unwired_pin_asks_for_nothing() -> None:
     assert wire.run(5) == [(2.5, 0)]
 
 
-def test_an_edge_has_its_time_however_late_somebody_looks() -> None:
+def test_pin_edge_has_exact_time_after_late_read() -> None:
     chip = measuring(1000.0)
     wire = Wire(chip)
     chip.write(CTRL_REG3, 0x10)
@@ -140,7 +140,7 @@ def test_an_edge_has_its_time_however_late_somebody_looks() -> None:
     assert wire.edges == [(7.0, 1)]
 
 
-def test_samples_before_a_change_of_the_world_are_in_the_fifo() -> None:
+def test_samples_before_world_change_stay_in_fifo() -> None:
     chip = Chip("LPS22HB")
     rising = chip.world.signals["pressure_hpa"] = ramp((0.0,), (10.0,))
     chip.write(CTRL_REG2, 0x50)

@@ -53,7 +53,7 @@ def test_autorifp_captures_but_leaves_the_output_alone() -> None:
     assert ref_hpa(chip) == 1000.0
 
 
-def test_rpds_is_replaced_by_autozero_and_kept_by_autorifp() -> None:
+def test_autozero_replaces_rpds_and_autorifp_keeps_it() -> None:
     """Datasheet 9.1 and 9.12: PRESS_OUT = P - RPDS, under AUTOZERO P - REF_P."""
     chip = measuring(1000.0)
     chip.write(RPDS_L, 32)
@@ -67,7 +67,7 @@ def test_rpds_is_replaced_by_autozero_and_kept_by_autorifp() -> None:
     assert next_hpa(chip) == 998.0
 
 
-def test_a_request_waits_for_a_conversion_and_can_be_taken_back() -> None:
+def test_autozero_request_waits_and_can_be_cancelled() -> None:
     chip = measuring(1000.0, 1001.0)
     chip.write(CTRL_REG1, 0x00)
     chip.write(INTERRUPT_CFG, AUTOZERO)

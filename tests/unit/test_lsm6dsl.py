@@ -56,7 +56,7 @@ def measured(channel: Channel, writes: Writes, *values: float) -> tuple[int, ...
     ],
     ids=str,
 )
-def test_application_note_vector(channel: Channel, value: float, word: int, tolerance: int) -> None:
+def test_lsm6dsl_application_note_vector(channel: Channel, value: float, word: int, tolerance: int) -> None:
     (expected,) = decode(word.to_bytes(2, "little"))
 
     for count in measured(channel, channel.scales[0][0], *channel.value(value)):
@@ -80,7 +80,7 @@ def test_big_endian_words_have_the_high_byte_first() -> None:
 
 
 @pytest.mark.parametrize(("ctrl6", "weight_g"), [(0x00, 2**-10), (0x08, 2**-6)])
-def test_user_offset_is_added_on_x_and_y_and_subtracted_on_z(ctrl6: int, weight_g: float) -> None:
+def test_user_offset_is_subtracted_on_z(ctrl6: int, weight_g: float) -> None:
     """AN5040 4.6: weight by USR_OFF_W, whatever the full scale."""
     offsets = ((X_OFS_USR, 10), (X_OFS_USR + 1, 0x100 - 20), (X_OFS_USR + 2, 30), (CTRL6_C, ctrl6))
     for writes, lsb_g in ACCELEROMETER.scales:
@@ -104,7 +104,7 @@ def test_user_offset_is_added_on_x_and_y_and_subtracted_on_z(ctrl6: int, weight_
     ],
     ids=str,
 )
-def test_self_test_moves_every_axis_by_an_allowed_amount(
+def test_self_test_shift_is_within_limits(
     channel: Channel, on: Writes, code: int, sign: int, low: float, high: float
 ) -> None:
     chip = Chip("LSM6DSL")
@@ -139,7 +139,7 @@ def test_sw_reset_bit_clears_itself_after_50_us() -> None:
     assert chip.byte(CTRL1_XL) == 0x00
 
 
-def test_sw_reset_works_again_though_nobody_polled_the_first_one() -> None:
+def test_sw_reset_repeats_without_polling() -> None:
     chip = Chip("LSM6DSL")
     chip.write(CTRL3_C, 0x05)
     chip.wait(PS_PER_MS)
@@ -163,7 +163,7 @@ def test_sw_reset_empties_the_outputs() -> None:
     assert [chip.byte(address) for address in range(0x28, 0x2E)] == [0] * 6
 
 
-def test_boot_takes_15_ms_and_leaves_the_configuration_alone() -> None:
+def test_boot_takes_15_ms_and_keeps_the_configuration() -> None:
     """AN5040 5.7."""
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL1_XL, 0x40), (CTRL3_C, 0x44)))
@@ -197,7 +197,7 @@ def test_the_banks_hide_the_main_registers_until_left() -> None:
     assert (chip.byte(FUNC_CFG_ACCESS), chip.byte(0x0E)) == (0x80, 0x55)
 
 
-def test_measuring_goes_on_while_a_bank_is_open() -> None:
+def test_measurement_continues_while_a_bank_is_open() -> None:
     chip = Chip("LSM6DSL")
     chip.configure(ACCELEROMETER.scales[0][0])
     chip.write(FUNC_CFG_ACCESS, 0x80)
@@ -233,7 +233,7 @@ def test_a_forbidden_code_is_noted(address: int, value: int, words: Words) -> No
 # -- bursts and rates -----------------------------------------------------------------------------------
 
 
-def test_without_if_inc_a_burst_stays_at_its_address() -> None:
+def test_burst_without_if_inc_stays_at_address() -> None:
     """Datasheet T59: for reads and writes."""
     chip = Chip("LSM6DSL")
     chip.configure((*ACCELEROMETER.scales[0][0], (CTRL3_C, 0x00)))
@@ -285,7 +285,7 @@ def test_low_power_code_11_is_1_6_hz() -> None:
     assert chip.is_ready(ACCELEROMETER)
 
 
-def test_the_two_sensors_have_flags_of_their_own() -> None:
+def test_accelerometer_and_gyroscope_flags_are_separate() -> None:
     """AN5040 4.3."""
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL1_XL, 0x40), (CTRL2_G, 0x40)))

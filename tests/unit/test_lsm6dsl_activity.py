@@ -62,7 +62,7 @@ def samples_seen(bench: Bench, register: int, flag: int, until_ps: int, step_ps:
 
 
 @pytest.mark.parametrize(("code", "samples"), [(0, 16), (1, 512), (2, 1024), (15, 7680)])
-def test_sleep_duration(code: int, samples: int) -> None:
+def test_sleep_starts_after_its_duration(code: int, samples: int) -> None:
     """16/ODR, or 512/ODR per LSB, from the first still sample on."""
     bench = Bench([STILL], THRESHOLD, (WAKE_UP_DUR, code), (TAP_CFG, ENABLE | INACT_XL_ONLY))
 
@@ -70,7 +70,7 @@ def test_sleep_duration(code: int, samples: int) -> None:
     assert bench.at(samples).byte(WAKE_UP_SRC) & SLEEP_STATE_IA
 
 
-def test_motion_keeps_it_awake_and_the_count_begins_anew() -> None:
+def test_motion_restarts_the_sleep_count() -> None:
     samples = [STILL] * 10 + [MOVING[0]] + [STILL] * 40
     bench = Bench(samples, THRESHOLD, (TAP_CFG, ENABLE | INACT_XL_ONLY))
 
@@ -79,7 +79,7 @@ def test_motion_keeps_it_awake_and_the_count_begins_anew() -> None:
     assert bench.at(first_still + 16).byte(WAKE_UP_SRC) & SLEEP_STATE_IA
 
 
-def test_inactive_accelerometer_runs_at_12_5_hz_while_ctrl1_xl_keeps_its_content() -> None:
+def test_inactive_accelerometer_runs_at_12_5_hz() -> None:
     bench = Bench([STILL], THRESHOLD, (TAP_CFG, ENABLE | INACT_XL_ONLY)).at(ASLEEP)
     bench.read(OUT_XL, 6)
 
@@ -90,7 +90,7 @@ def test_inactive_accelerometer_runs_at_12_5_hz_while_ctrl1_xl_keeps_its_content
 @pytest.mark.parametrize(
     ("inact", "g_samples"), [(INACT_XL_ONLY, 104), (INACT_G_SLEEPS, 0), (INACT_G_OFF, 0)]
 )
-def test_what_the_gyroscope_does_meanwhile(inact: int, g_samples: int) -> None:
+def test_inactive_gyroscope_follows_its_setting(inact: int, g_samples: int) -> None:
     bench = Bench([STILL], THRESHOLD, (CTRL2_G, 0x40), xl=0)
     bench.wait(PS_PER_S)  # its drive has started
     bench.configure(((CTRL1_XL, ON), (TAP_CFG, ENABLE | inact)))
@@ -105,7 +105,7 @@ def test_what_the_gyroscope_does_meanwhile(inact: int, g_samples: int) -> None:
     assert (bench.byte(CTRL2_G), bench.byte(CTRL4_C)) == (0x40, 0x00)
 
 
-def test_one_sample_over_the_threshold_wakes_it_at_once() -> None:
+def test_sample_over_threshold_wakes_at_once() -> None:
     bench = woken_at(0.2)
     bench.configure((THRESHOLD, (TAP_CFG, ENABLE | INACT_XL_ONLY)))
     awake_ps = sample_ps(ASLEEP) + 2 * SLOW_PS  # 40.9 ms + 160 ms: the first sample after 0.2 s
@@ -118,7 +118,7 @@ def test_one_sample_over_the_threshold_wakes_it_at_once() -> None:
     assert samples_seen(bench, OUT_XL, 0x01, bench.t_ps + PS_PER_S // 100, PS_PER_MS // 10) == 4
 
 
-def test_the_pin_pulses_at_both_edges_for_one_period() -> None:
+def test_activity_pin_pulses_for_one_period_at_edges() -> None:
     bench = woken_at(0.2)
     bench.configure((THRESHOLD, (MD1_CFG, 0x80), (TAP_CFG, ENABLE | INACT_XL_ONLY)))
     bench.t_ps = PS_PER_S // 4
@@ -133,7 +133,7 @@ def test_the_pin_pulses_at_both_edges_for_one_period() -> None:
     ]
 
 
-def test_latched_the_pin_stays_until_wake_up_src_is_read() -> None:
+def test_latched_activity_pin_stays_until_source_read() -> None:
     writes = THRESHOLD, (MD1_CFG, 0x80), (TAP_CFG, ENABLE | INACT_XL_ONLY | LIR)
     bench = Bench([STILL], *writes)
     bench.t_ps = PS_PER_S
@@ -156,7 +156,7 @@ def test_no_tap_while_inactive() -> None:
 
 
 @pytest.mark.parametrize("write", [(TAP_CFG, 0x00), (TAP_CFG, ENABLE), (CTRL1_XL, 0x00)])
-def test_switching_it_off_restores_the_rate(write: tuple[int, int]) -> None:
+def test_disabling_activity_restores_the_rate(write: tuple[int, int]) -> None:
     bench = Bench([STILL], THRESHOLD, (TAP_CFG, ENABLE | INACT_XL_ONLY))
     bench.t_ps = PS_PER_S
     assert bench.byte(WAKE_UP_SRC) & SLEEP_STATE_IA
@@ -180,7 +180,7 @@ def test_the_data_ready_pin_shows_the_slow_rate() -> None:
 
 
 @pytest.mark.parametrize("step_ps", [PS_PER_MS // 3, 7 * PS_PER_MS, 250 * PS_PER_MS, PS_PER_S])
-def test_it_falls_asleep_and_wakes_whoever_looks(step_ps: int) -> None:
+def test_activity_does_not_depend_on_reads(step_ps: int) -> None:
     bench = woken_at(0.2)
     routed = (MD1_CFG, 0xA0), (INT2_CTRL, 0x03), (DRDY_PULSE_CFG, 0x80)
     bench.configure((THRESHOLD, *routed, (CTRL2_G, 0x40), (TAP_CFG, ENABLE | INACT_G_SLEEPS)))

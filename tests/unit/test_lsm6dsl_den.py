@@ -71,7 +71,7 @@ def stamping(mode: int, *writes: tuple[int, int]) -> Bench:
 
 
 @pytest.mark.parametrize(("polarity", "active"), [(DEN_LH, 1), (0, 0)])
-def test_by_level_the_lsb_says_whether_den_was_active(polarity: int, active: int) -> None:
+def test_den_level_is_stamped_in_the_lsb(polarity: int, active: int) -> None:
     bench = stamping(LEVEL, (CTRL5_C, polarity))
     assert bench.pin.level is None, "INT2 is an input"
     seen = []
@@ -84,7 +84,7 @@ def test_by_level_the_lsb_says_whether_den_was_active(polarity: int, active: int
     assert seen == [[int(level == active)] * 3 for level in (0, 0, 1, 1, 0, 1, 0, 0)]
 
 
-def test_a_sample_at_the_very_time_of_the_change_sees_the_level_before() -> None:
+def test_sample_at_den_change_has_previous_level() -> None:
     bench = stamping(LEVEL)
     bench.t_ps = sample_ps(0, 104, 3)
     bench.drive(1)
@@ -119,7 +119,7 @@ def test_the_gyroscope_is_stamped_unless_den_xl_g() -> None:
     assert bench.read(OUT_XL, 6) == plain.read(OUT_XL, 6)
 
 
-def test_latched_only_the_first_sample_after_a_pulse_is_marked() -> None:
+def test_den_latched_marks_first_sample_after_pulse() -> None:
     bench = stamping(LATCHED)
     seen = []
     for sample in range(1, 9):
@@ -134,7 +134,7 @@ def test_latched_only_the_first_sample_after_a_pulse_is_marked() -> None:
 # -- the FIFO -----------------------------------------------------------------------------------------------
 
 
-def test_the_fifo_is_written_in_windows_with_alternating_marks() -> None:
+def test_den_fifo_windows_have_alternating_marks() -> None:
     """0 in the first window, 1 in the second."""
     bench = stamping(FIFO, (FIFO_CTRL3, 0x01), (FIFO_CTRL5, CONTINUOUS))
     for sample, level in ((2, 1), (5, 0), (9, 1), (11, 0), (14, 1), (15, 0)):
@@ -162,7 +162,7 @@ def test_words_stay_while_the_window_is_closed() -> None:
 # -- edge ---------------------------------------------------------------------------------------------------
 
 
-def test_by_edge_only_the_first_sample_after_each_edge_is_shown() -> None:
+def test_den_edge_shows_only_first_sample_after_edge() -> None:
     bench = stamping(EDGE, (CTRL4_C, DEN_XL_EN), (FIFO_CTRL3, 0x01), (FIFO_CTRL5, CONTINUOUS))
     plain = Bench((CTRL1_XL, HZ_104))
     shown = []
@@ -182,7 +182,7 @@ def test_by_edge_only_the_first_sample_after_each_edge_is_shown() -> None:
     assert bench.read(OUT_XL, 6) == shown[-1], "held until the next edge"
 
 
-def test_by_edge_the_accelerometer_goes_on_without_den_xl_en() -> None:
+def test_den_edge_without_den_xl_en_skips_accelerometer() -> None:
     bench = Bench((CTRL6_C, EDGE), (CTRL1_XL, HZ_104), (CTRL2_G, HZ_104))
     bench.t_ps = PS_PER_S
     assert bench.byte(STATUS_REG) & 0x03 == 0x01
@@ -195,7 +195,7 @@ def test_by_edge_the_accelerometer_goes_on_without_den_xl_en() -> None:
     assert bench.byte(STATUS_REG) & 0x03 == 0x01
 
 
-def test_data_ready_follows_what_is_let_through() -> None:
+def test_data_ready_follows_den() -> None:
     bench = stamping(EDGE, (CTRL4_C, DEN_XL_EN), (INT1_CTRL, 0x01))
     bench.after(3)
     bench.drive(1)
@@ -206,7 +206,7 @@ def test_data_ready_follows_what_is_let_through() -> None:
     assert bench.edges == [(sample_ps(0, 104, 4), 1)]
 
 
-def test_an_edge_before_a_change_of_rate_lets_the_first_sample_at_the_new_one_through() -> None:
+def test_den_edge_before_rate_change_passes_first_sample() -> None:
     bench = stamping(EDGE, (CTRL4_C, DEN_XL_EN))
     bench.after(3)
     bench.drive(1)
@@ -233,7 +233,7 @@ def test_leaving_the_mode_shows_every_sample_again() -> None:
 # -- DEN_DRDY -----------------------------------------------------------------------------------------------
 
 
-def test_den_drdy_rises_with_an_enabled_sample_and_falls_with_one_that_is_not() -> None:
+def test_den_drdy_follows_enabled_samples() -> None:
     bench = stamping(LEVEL, (CTRL4_C, DEN_DRDY_INT1))
     bench.after(3)
     bench.drive(1)
@@ -246,7 +246,7 @@ def test_den_drdy_rises_with_an_enabled_sample_and_falls_with_one_that_is_not() 
     assert bench.edges == [(sample_ps(0, 104, 4), 1), (sample_ps(0, 104, 6), 0)]
 
 
-def test_den_drdy_falls_when_a_high_byte_is_read() -> None:
+def test_den_drdy_falls_on_high_byte_read() -> None:
     bench = stamping(EDGE, (CTRL4_C, DEN_XL_EN | DEN_DRDY_INT1), (INT2_CTRL, 0x01))
     bench.after(3)
     bench.drive(1)
@@ -261,7 +261,7 @@ def test_den_drdy_falls_when_a_high_byte_is_read() -> None:
     assert bench.edges == [(sample_ps(0, 104, 4), 1), (read_ps, 0)]
 
 
-def test_den_drdy_of_a_latched_pulse_lasts_a_period() -> None:
+def test_den_drdy_of_latched_pulse_lasts_one_period() -> None:
     bench = stamping(LATCHED, (CTRL4_C, DEN_DRDY_INT1))
     bench.after(3)
     bench.drive(1, 0)
@@ -275,7 +275,7 @@ def test_den_drdy_of_a_latched_pulse_lasts_a_period() -> None:
 
 
 @pytest.mark.parametrize("mode", [0x20, 0xA0, 0xE0])
-def test_a_mode_that_is_none_is_noted_and_off(mode: int, words: Words) -> None:
+def test_undefined_den_mode_is_noted_and_off(mode: int, words: Words) -> None:
     bench = stamping(mode)
     bench.drive(1)
     plain = Bench((CTRL1_XL, HZ_104))
@@ -295,7 +295,7 @@ def test_edge_with_lpf2_is_noted(words: Words) -> None:
     words("sensors", texts(bench.notes))
 
 
-def test_driving_int2_while_it_is_an_output_is_noted(words: Words) -> None:
+def test_driving_int2_as_output_is_noted(words: Words) -> None:
     bench = Bench((CTRL1_XL, HZ_104))
     bench.drive(1)
 
@@ -309,7 +309,7 @@ def test_a_pin_has_two_levels() -> None:
 
 
 @pytest.mark.parametrize(("on", "value"), [(False, 0x00), (True, 0xE0)])
-def test_the_reset_value_of_the_axes_is_a_choice(on: bool, value: int) -> None:
+def test_reset_value_of_den_axes_is_configurable(on: bool, value: int) -> None:
     """Datasheet Table 19 says 0x00, Table 75 and AN5040 4.8.5 say 0xE0."""
     world = FakeWorld()
     part = LSM6DSL(
@@ -332,9 +332,7 @@ MOMENTS = st.integers(1, 300 * PS_PER_MS)
     changes=st.lists(MOMENTS, max_size=12, unique=True),
     looks=st.lists(st.tuples(MOMENTS, st.sampled_from((D6D_SRC, STATUS_REG, FIFO_STATUS1))), max_size=12),
 )
-def test_what_is_stored_and_raised_does_not_depend_on_who_looks(
-    mode: int, changes: list[int], looks: list[tuple[int, int]]
-) -> None:
+def test_den_does_not_depend_on_reads(mode: int, changes: list[int], looks: list[tuple[int, int]]) -> None:
     def bench() -> Bench:
         fifo = (FIFO_CTRL3, 0x09), (FIFO_CTRL5, CONTINUOUS | 0x50), (CTRL2_G, 0x20)
         return stamping(mode, (CTRL4_C, DEN_XL_EN | DEN_DRDY_INT1), *fifo)

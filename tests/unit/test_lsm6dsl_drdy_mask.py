@@ -133,7 +133,7 @@ def test_the_samples_themselves_are_there() -> None:
     assert chip.counts(FAST) == (0, 0, 0x4009)
 
 
-def test_a_part_of_a_word_read_does_not_show_the_flag() -> None:
+def test_low_byte_read_keeps_flag_masked() -> None:
     chip = fast(MASK)
     chip.t_ps = FAST.sample_ps(5)
     chip.byte(OUT_XL)
@@ -141,7 +141,7 @@ def test_a_part_of_a_word_read_does_not_show_the_flag() -> None:
 
 
 @pytest.mark.parametrize("pulsed", [0x00, 0x80])
-def test_the_pin_is_hidden_too(pulsed: int) -> None:
+def test_drdy_pin_is_masked(pulsed: int) -> None:
     chip = fast(MASK, (0x0B, pulsed), (INT1_CTRL, 0x01))
     edges: list[int] = []
     chip.part.pins()[0].observe(lambda at_ps, level: edges.append(at_ps))
@@ -156,7 +156,7 @@ def test_the_pin_is_hidden_too(pulsed: int) -> None:
     assert edges[0] == FAST.sample_ps(13)
 
 
-def test_data_ready_of_before_is_hidden_as_well() -> None:
+def test_earlier_data_ready_is_masked() -> None:
     chip = fast(MASK, (INT1_CTRL, 0x01))
     chip.wait(PS_PER_S)
     assert chip.is_ready(FAST)
@@ -177,7 +177,7 @@ def test_words_of_the_fifo_are_tagged() -> None:
 
 
 @given(st.lists(st.integers(1, FAST.sample_ps(20)), min_size=1, max_size=8))
-def test_it_does_not_matter_who_looked_before(moments: list[int]) -> None:
+def test_drdy_mask_does_not_depend_on_reads(moments: list[int]) -> None:
     looked, last_ps = fast(MASK), max(moments)
     for t_ps in sorted(moments):
         looked.t_ps = t_ps

@@ -157,7 +157,9 @@ def test_after_a_pause_seven_more_steps_are_needed() -> None:
         (0x88, XL_26_HZ | 0x08, 0.28, 10),
     ],
 )
-def test_threshold(threshold: int, xl: int, amplitude_g: float, counted: int) -> None:
+def test_pedometer_threshold_follows_its_register(
+    threshold: int, xl: int, amplitude_g: float, counted: int
+) -> None:
     """Datasheet 11.16: 32 mg or 62.5 mg per LSB."""
     chip = running(PEDO_EN, bounce(10, amplitude_g=amplitude_g), xl, ((PEDO_THS, threshold),))
     chip.wait(10 * PS_PER_S)
@@ -167,7 +169,7 @@ def test_threshold(threshold: int, xl: int, amplitude_g: float, counted: int) ->
 
 @pytest.mark.parametrize("code", range(1, 12))
 @pytest.mark.parametrize("percent", [0.0, -7.0, 7.0])
-def test_all_rates_from_26_hz_on_see_the_same_walk(code: int, percent: float, words: Words) -> None:
+def test_all_rates_from_26_hz_count_equal_steps(code: int, percent: float, words: Words) -> None:
     """By their nominal value: a part that is a little slow counts steps as well."""
     errors = LSM6DSLErrors(odr_percent=percent)
     chip = running(PEDO_EN, bounce(12), xl=code << 4, errors=errors)
@@ -179,7 +181,7 @@ def test_all_rates_from_26_hz_on_see_the_same_walk(code: int, percent: float, wo
         words("sensors", text)
 
 
-def test_the_counter_is_kept_when_off_and_cleared_on_request() -> None:
+def test_step_counter_survives_off_and_clears_on_request() -> None:
     """AN5040 6.1: PEDO_RST_STEP holds the counter at 0 until it is cleared."""
     chip = running(PEDO_EN, bounce(1000))
     chip.wait(10 * PS_PER_S)
@@ -210,7 +212,7 @@ def test_nothing_counts_without_func_en_and_pedo_en(functions: int) -> None:
     assert chip.byte(FUNC_SRC1) == 0
 
 
-def test_soft_reset_clears_the_counter_with_steps_not_yet_looked_at() -> None:
+def test_soft_reset_clears_uncounted_steps() -> None:
     chip = running(PEDO_EN, bounce(20))
     chip.wait(10 * PS_PER_S)
     chip.write(CTRL3_C, 0x05)
@@ -219,7 +221,7 @@ def test_soft_reset_clears_the_counter_with_steps_not_yet_looked_at() -> None:
     assert (steps(chip), chip.byte(FUNC_SRC1)) == (0, 0)
 
 
-def test_overflow() -> None:
+def test_step_counter_overflow_is_flagged() -> None:
     """The counter wraps after 65535. Nine hours of walking are left out: the counter is set by hand."""
     chip = running(PEDO_EN, bounce(8), bank_a=((PEDO_DEB, 0x68),))
     chip.part.registers.mem[STEP_COUNTER : STEP_COUNTER + 2] = (65535 - 5).to_bytes(2, "little")
@@ -238,7 +240,7 @@ def test_overflow() -> None:
 # -- source bits ----------------------------------------------------------------------------------------
 
 
-def test_step_detected_is_high_for_one_period_of_26_hz() -> None:
+def test_step_detected_lasts_one_period_of_26_hz() -> None:
     """AN5040 6.1, LIR = 0: reading does not clear it."""
     chip = running(PEDO_EN, bounce(20), bank_a=((PEDO_DEB, 0x68),))
     high = 0
@@ -320,7 +322,7 @@ def test_steps_and_tilts_share_a_pin(every_event: bool) -> None:
 
 
 @pytest.mark.parametrize(("timer_hr", "tick_ps"), [(0x10, 25 * PS_PER_US), (0x00, 6400 * PS_PER_US)])
-def test_step_timestamp_is_the_upper_part_of_the_time_of_the_step(timer_hr: int, tick_ps: int) -> None:
+def test_step_timestamp_is_upper_part_of_step_time(timer_hr: int, tick_ps: int) -> None:
     """Datasheet 9.60: TIMESTAMP2 and TIMESTAMP1 at the last step, whoever looks when."""
     chip = running(PEDO_EN | TIMER_EN, bounce(1, at_s=5.0), bank_a=((PEDO_DEB, 0x68),))
     chip.write(WAKE_UP_DUR, timer_hr)
@@ -331,7 +333,7 @@ def test_step_timestamp_is_the_upper_part_of_the_time_of_the_step(timer_hr: int,
     assert stamp in {int(t_s * PS_PER_S / tick_ps) >> 8 for t_s in np.arange(5.2, 5.6, 0.001)}
 
 
-def test_delta_time_tells_whether_there_were_steps_in_it() -> None:
+def test_delta_time_reports_steps_within_it() -> None:
     """Datasheet 11.19: 1.6384 s per LSB."""
     chip = running(
         PEDO_EN | TIMER_EN, bounce(1, at_s=4.0), bank_a=((PEDO_DEB, 0x68), (STEP_COUNT_DELTA, 0x01))
@@ -347,7 +349,7 @@ def test_delta_time_tells_whether_there_were_steps_in_it() -> None:
     assert found[-1] <= 3 * 1.6384 + 1 / 26
 
 
-def test_delta_time_needs_the_timer_at_its_low_resolution(words: Words) -> None:
+def test_delta_time_needs_low_timer_resolution(words: Words) -> None:
     chip = running(PEDO_EN, bounce(100), bank_a=((PEDO_DEB, 0x68), (STEP_COUNT_DELTA, 0x01)))
 
     assert kinds(chip.notes) == ["forbidden"]
@@ -377,7 +379,7 @@ def test_significant_motion_after_more_steps_than_the_threshold(
     assert steps(chip) == 0, "the pedometer is off"
 
 
-def test_significant_motion_counts_anew_after_each_event() -> None:
+def test_significant_motion_restarts_after_each_event() -> None:
     chip = running(SIGN_MOTION_EN | PEDO_EN, bounce(28))
     seen, before = [], 0
     while chip.t_ps < 20 * PS_PER_S:
@@ -393,7 +395,7 @@ def test_significant_motion_counts_anew_after_each_event() -> None:
 # -- tilt -----------------------------------------------------------------------------------------------
 
 
-def test_tilt_waits_two_seconds_the_first_time_and_then_comes_at_once() -> None:
+def test_first_tilt_waits_two_seconds() -> None:
     """AN5040 6.3: more than 35 degrees from where the last event found the part."""
     chip = running(TILT_EN, turned((5.0, 40.0), (10.0, 60.0), (12.0, 80.0), (15.0, 0.0)))
 
@@ -411,13 +413,13 @@ def test_tilt_angle(degrees: float, count: int) -> None:
     assert len(events(chip, 5.0)) == count
 
 
-def test_a_short_turn_is_no_first_tilt() -> None:
+def test_short_turn_is_not_a_first_tilt() -> None:
     chip = running(TILT_EN, turned((1.0, 60.0), (2.5, 0.0), (3.0, 60.0), (4.5, 0.0)))
 
     assert events(chip, 10.0) == []
 
 
-def test_tilt_begins_anew_when_switched_on_again() -> None:
+def test_tilt_restarts_when_enabled_again() -> None:
     chip = running(TILT_EN, turned((1.0, 60.0), (10.0, 0.0)))
     chip.wait(5 * PS_PER_S)
     chip.write(CTRL10_C, 0x00)
@@ -466,7 +468,7 @@ def test_wrist_tilt_settings_of_bank_b() -> None:
     assert chip.notes == []
 
 
-def test_bank_b_is_reset_when_the_accelerometer_leaves_power_down() -> None:
+def test_bank_b_resets_when_accelerometer_leaves_power_down() -> None:
     """AN5040 6.4."""
     chip = running(WRIST_TILT_EN, turned((2.0, 18.0)))
     for ctrl1, kept in ((0x30, True), (0x00, True), (0x20, False)):
@@ -498,7 +500,7 @@ def test_an_impossible_setting_is_noted_once(functions: int, bank_a: Writes, wor
     words("sensors", texts(chip.notes))
 
 
-def test_a_wrist_tilt_threshold_above_90_degrees_is_noted(words: Words) -> None:
+def test_wrist_tilt_threshold_above_90_degrees_is_noted(words: Words) -> None:
     chip = running(WRIST_TILT_EN, turned((0.0, 90.0)))
     chip.configure(((FUNC_CFG_ACCESS, 0xA0), (0x54, 0x41), (FUNC_CFG_ACCESS, 0)))
 
@@ -507,7 +509,7 @@ def test_a_wrist_tilt_threshold_above_90_degrees_is_noted(words: Words) -> None:
     assert events(chip, 3.0, FUNC_SRC2) == []
 
 
-def test_bank_a_is_to_be_written_in_power_down(words: Words) -> None:
+def test_bank_a_write_outside_power_down_is_noted(words: Words) -> None:
     """AN5040 section 6; it is noted and works."""
     chip = running(PEDO_EN, bounce(3))
     chip.configure(((FUNC_CFG_ACCESS, 0x80), (PEDO_DEB, 0x68), (FUNC_CFG_ACCESS, 0x00)))
@@ -523,7 +525,7 @@ def test_bank_a_is_to_be_written_in_power_down(words: Words) -> None:
 
 @settings(max_examples=40)
 @given(moments=st.lists(st.integers(0, 15 * PS_PER_S), max_size=15))
-def test_who_looks_when_changes_nothing(moments: list[int]) -> None:
+def test_embedded_functions_do_not_depend_on_reads(moments: list[int]) -> None:
     """All functions on, a walk that turns; registers are read at any moment or only at the end."""
 
     def signal(t_s: Array) -> Array:
@@ -542,7 +544,7 @@ def test_who_looks_when_changes_nothing(moments: list[int]) -> None:
     assert steps(once) == 25
 
 
-def test_what_is_off_has_no_events_to_come() -> None:
+def test_disabled_functions_schedule_no_events() -> None:
     chip = Chip("LSM6DSL")
     chip.write(CTRL1_XL, XL_26_HZ)
     off = chip.part.next_event_ps()

@@ -42,7 +42,7 @@ def low_passed(samples: list[Sample], cutoff: float) -> Array:
 
 @pytest.mark.parametrize("ctrl8", [LPF2_ODR_400, SLOPE, HIGH_PASS])
 @pytest.mark.parametrize("register", [WAKE_UP_SRC, TAP_SRC, D6D_SRC])
-def test_the_composite_filter_changes_the_output_and_no_event(ctrl8: int, register: int) -> None:
+def test_composite_filter_does_not_change_events(ctrl8: int, register: int) -> None:
     plain = source_bits(register, MOVING, *EVERYTHING)
 
     assert any(plain)
@@ -94,7 +94,7 @@ def test_lpf1_is_in_front_of_the_events() -> None:
 
 @pytest.mark.parametrize("looks", [0, 1, 7])
 @pytest.mark.parametrize("ctrl8", [0, INPUT_COMPOSITE, LPF2_ODR_400 | LOW_PASS_ON_6D])
-def test_a_world_that_changes_later_changes_later_samples_only(looks: int, ctrl8: int) -> None:
+def test_world_change_affects_later_event_samples_only(looks: int, ctrl8: int) -> None:
     """Whoever has looked before."""
     bench = Bench([FLAT], *EVERYTHING, (0x5E, 0xFC), (CTRL8_XL, ctrl8))
     bench.write(TAP_CFG, ENABLE | 0x0E)

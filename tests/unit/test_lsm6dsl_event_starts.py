@@ -93,7 +93,7 @@ def test_switched_on_with_a_function_enabled(function: str, expected: list[int])
 
 @pytest.mark.parametrize("change", CHANGES)
 @pytest.mark.parametrize("function", FUNCTIONS)
-def test_a_change_while_the_part_runs_is_no_event(function: str, change: str) -> None:
+def test_configuration_change_while_running_raises_no_event(function: str, change: str) -> None:
     md1, tap, others = FUNCTIONS[function]
     before, writes = CHANGES[change]
     chip = Pins(*THRESHOLDS, *others, (MD1_CFG, md1), (TAP_CFG, tap), (CTRL1_XL, before))
@@ -113,9 +113,7 @@ def test_a_change_while_the_part_runs_is_no_event(function: str, change: str) ->
         ("inactivity", [17]),
     ],
 )
-def test_a_function_that_is_enabled_later_begins_with_its_first_sample(
-    function: str, expected: list[int]
-) -> None:
+def test_function_enabled_later_starts_with_its_first_sample(function: str, expected: list[int]) -> None:
     md1, tap, others = FUNCTIONS[function]
     chip = Pins(*THRESHOLDS, *others, (MD1_CFG, md1), (CTRL1_XL, AT_416_HZ))
     assert chip.rises(100.00001 / RATE_HZ) == []

@@ -57,7 +57,7 @@ def numbers(bits: list[int], mask: int) -> list[int]:
 
 @pytest.mark.parametrize(("code", "mg"), list(enumerate((156, 219, 250, 312, 344, 406, 469, 500))))
 @pytest.mark.parametrize("full_scale", [bits for bits, _ in FULL_SCALES])
-def test_free_fall_threshold_whatever_the_full_scale(code: int, mg: int, full_scale: int) -> None:
+def test_free_fall_threshold_ignores_full_scale(code: int, mg: int, full_scale: int) -> None:
     for outside, falls in ((mg - 1, True), (mg + 1, False)):
         for axis in range(3):
             for sign in (1, -1):
@@ -67,7 +67,7 @@ def test_free_fall_threshold_whatever_the_full_scale(code: int, mg: int, full_sc
 
 
 @pytest.mark.parametrize("duration", [0, 1, 6, 31, 32, 63])
-def test_free_fall_is_reported_when_it_has_lasted_its_duration(duration: int) -> None:
+def test_free_fall_is_reported_after_its_duration(duration: int) -> None:
     """FF_DUR periods after the first sample of the fall; and no longer than it lasts."""
     samples = [FLAT] * 5 + [STILL] * 70 + [FLAT] * 2
     writes = (FREE_FALL, (duration & 0x1F) << 3 | 3), (WAKE_UP_DUR, (duration >> 5) << 7)
@@ -77,7 +77,7 @@ def test_free_fall_is_reported_when_it_has_lasted_its_duration(duration: int) ->
     assert numbers(bits, FF_IA) == list(range(5 + duration, 75))
 
 
-def test_free_fall_that_is_interrupted_begins_anew() -> None:
+def test_interrupted_free_fall_restarts() -> None:
     samples = [FLAT, *[STILL] * 4, FLAT, *[STILL] * 6]
 
     assert numbers(source_bits(WAKE_UP_SRC, samples, (FREE_FALL, 4 << 3 | 3)), FF_IA) == [10, 11]
@@ -89,7 +89,7 @@ def test_free_fall_that_is_interrupted_begins_anew() -> None:
 @pytest.mark.parametrize(("bits", "g"), FULL_SCALES)
 @pytest.mark.parametrize("code", [1, 2, 33, 60])
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_wake_up_threshold_is_a_64th_of_full_scale(bits: int, g: int, code: int, axis: int) -> None:
+def test_wake_up_threshold_is_full_scale_over_64(bits: int, g: int, code: int, axis: int) -> None:
     """The slope is half the step from one sample to the next."""
     threshold = code * g * 1000 / 64
     for factor, wakes in ((0.97, False), (1.03, True)):
@@ -100,7 +100,7 @@ def test_wake_up_threshold_is_a_64th_of_full_scale(bits: int, g: int, code: int,
         assert bench.at(3).byte(WAKE_UP_SRC) & 0x0F == (WU_IA | axes[axis] if wakes else 0)
 
 
-def test_the_first_slope_after_switching_on_is_half_of_gravity() -> None:
+def test_first_slope_is_half_of_gravity() -> None:
     """AN5040 5.3: one spurious wake-up, as on silicon; not again when the interrupts are enabled later."""
     assert numbers(source_bits(WAKE_UP_SRC, [FLAT] * 5, (WAKE_UP_THS, 15)), WU_IA) == [0]
     assert numbers(source_bits(WAKE_UP_SRC, [FLAT] * 5, (WAKE_UP_THS, 17)), WU_IA) == []
@@ -111,7 +111,7 @@ def test_the_first_slope_after_switching_on_is_half_of_gravity() -> None:
 
 
 @pytest.mark.parametrize("duration", [0, 1, 2, 3])
-def test_wake_up_needs_the_threshold_exceeded_for_wake_dur(duration: int) -> None:
+def test_wake_up_needs_wake_dur_over_threshold(duration: int) -> None:
     samples = [STILL] * 2 + [(200.0 * number, 0.0, 0.0) for number in range(1, 6)] + [(1000.0, 0.0, 0.0)] * 3
 
     bits = source_bits(WAKE_UP_SRC, samples, (WAKE_UP_THS, 2), (WAKE_UP_DUR, duration << 5))
@@ -138,7 +138,7 @@ POSITIONS = [(2, 1, 0x20), (2, -1, 0x10), (1, 1, 0x08), (1, -1, 0x04), (0, 1, 0x
 
 
 @pytest.mark.parametrize(("axis", "sign", "bit"), POSITIONS)
-def test_orientation_is_reported_at_its_second_sample_for_one_period(axis: int, sign: int, bit: int) -> None:
+def test_orientation_is_reported_at_its_second_sample(axis: int, sign: int, bit: int) -> None:
     before = (2 if axis != 2 else 0, 1)
     samples = [along(before[0], 1000.0)] * 4 + [along(axis, sign * 1000.0)] * 4
 
@@ -158,7 +158,7 @@ def test_orientation_angle(code: int, angle: int, full_scale: int) -> None:
         assert bench.at(5).byte(D6D_SRC) == (0x20 if known else 0)
 
 
-def test_a_single_sample_is_no_orientation() -> None:
+def test_single_sample_is_not_an_orientation() -> None:
     samples = [FLAT] * 3 + [along(0, 1000.0)] + [FLAT] * 3
 
     assert numbers(source_bits(D6D_SRC, samples, (TAP_THS_6D, 0x40)), D6D_IA) == [1]
@@ -217,7 +217,7 @@ def test_a_tap_is_shown_for_the_quiet_window(quiet: int, samples: int) -> None:
 
 
 @pytest.mark.parametrize(("dur", "samples"), [(0, 16), (1, 32), (2, 64)])
-def test_a_double_tap_begins_after_quiet_and_within_dur(dur: int, samples: int) -> None:
+def test_double_tap_begins_after_quiet_within_dur(dur: int, samples: int) -> None:
     writes = TAP_X, TAP_THS, (INT_DUR2, dur << 4 | 1 << 2), (WAKE_UP_THS, 0x80)
     quiet_over = 10 + 1 + 4
     for second, doubles in (
@@ -231,7 +231,7 @@ def test_a_double_tap_begins_after_quiet_and_within_dur(dur: int, samples: int) 
         assert numbers(bits, DOUBLE_TAP)[:1] == ([second + 1] if doubles else [])
 
 
-def test_without_single_double_tap_there_are_only_single_taps() -> None:
+def test_without_single_double_tap_only_single_taps() -> None:
     bits = source_bits(TAP_SRC, bumps((10, 1), (20, 1)), TAP_X, TAP_THS)
 
     assert numbers(bits, SINGLE_TAP) == [11, 12, 21, 22]
@@ -252,7 +252,7 @@ def test_tap_axis_and_sign(axis: int, enable: int, bit: int, sign: int) -> None:
 # -- pulsed and latched (AN5040 section 5) ------------------------------------------------------------------
 
 
-def test_a_latched_event_stays_until_its_source_is_read() -> None:
+def test_latched_event_stays_until_source_read() -> None:
     bench = Bench(
         [FLAT] * 5 + [STILL] * 10 + [FLAT], (FREE_FALL, 3), (MD1_CFG, 0x10), (TAP_CFG, ENABLE | LIR)
     )
@@ -262,7 +262,7 @@ def test_a_latched_event_stays_until_its_source_is_read() -> None:
     assert bench.look() == [("INT1", sample_ps(5), 1), ("INT1", sample_ps(100), 0)]
 
 
-def test_a_latched_event_that_goes_on_comes_back_with_the_next_sample() -> None:
+def test_continuing_latched_event_returns_with_next_sample() -> None:
     bench = Bench([STILL], (FREE_FALL, 3), (MD1_CFG, 0x10), (TAP_CFG, ENABLE | LIR))
 
     assert bench.at(10).byte(WAKE_UP_SRC) & FF_IA
@@ -271,7 +271,7 @@ def test_a_latched_event_that_goes_on_comes_back_with_the_next_sample() -> None:
 
 
 @pytest.mark.parametrize("route", [(MD1_CFG, 0x20), (MD1_CFG, 0x00)], ids=["another event", "nothing"])
-def test_what_is_not_routed_does_not_latch(route: tuple[int, int]) -> None:
+def test_unrouted_event_does_not_latch(route: tuple[int, int]) -> None:
     writes = (FREE_FALL, 3), route, (WAKE_UP_THS, 63), (TAP_CFG, ENABLE | LIR)
     bench = Bench([FLAT] * 5 + [STILL] * 10 + [FLAT], *writes)
 
@@ -291,7 +291,7 @@ def test_what_is_not_routed_does_not_latch(route: tuple[int, int]) -> None:
         (0x80, 0x48, DOUBLE_TAP),
     ],
 )
-def test_single_double_tap_says_which_tap_latches(pin: int, double: int, route: int, kept: int) -> None:
+def test_single_double_tap_selects_the_latched_tap(pin: int, double: int, route: int, kept: int) -> None:
     """AN5040 5.5.3."""
     writes = (TAP_CFG, ENABLE | LIR | 0x08), TAP_THS, (WAKE_UP_THS, double), (pin, route)
     bench = Bench(bumps((10, 1), (20, 1), length=200), *writes).at(150)
@@ -300,7 +300,7 @@ def test_single_double_tap_says_which_tap_latches(pin: int, double: int, route: 
     assert bench.byte(TAP_SRC) == 0
 
 
-def test_reading_one_source_leaves_the_others() -> None:
+def test_reading_one_source_keeps_the_others() -> None:
     samples = [FLAT] * 3 + [STILL] * 5 + [along(0, 1000.0)]
     writes = (FREE_FALL, 3), (TAP_THS_6D, 0x40), (MD1_CFG, 0x14), (TAP_CFG, ENABLE | LIR)
     bench = Bench(samples, *writes).at(50)
@@ -321,7 +321,7 @@ def test_without_interrupts_enable_nothing_is_detected() -> None:
 
 
 @pytest.mark.parametrize("off", [(TAP_CFG, 0x00), (CTRL1_XL, 0x00), (CTRL3_C, 0x05)])
-def test_an_event_ends_when_its_function_is_switched_off(off: tuple[int, int]) -> None:
+def test_event_ends_when_its_function_is_disabled(off: tuple[int, int]) -> None:
     bench = Bench([STILL], (FREE_FALL, 3), (MD1_CFG, 0x10), (TAP_CFG, ENABLE)).at(10)
     bench.write(*off)
 
@@ -339,7 +339,7 @@ def test_power_down_does_not_end_a_latched_event() -> None:
     assert bench.byte(WAKE_UP_SRC) == 0
 
 
-def test_a_tap_threshold_below_the_wake_up_threshold_is_noted(words: Words) -> None:
+def test_tap_threshold_below_wake_up_threshold_is_noted(words: Words) -> None:
     """AN5040 5.5: it must be above."""
     bench = Bench([FLAT], (TAP_THS_6D, 4), (WAKE_UP_THS, 7), (TAP_CFG, ENABLE | 0x0E))
     assert bench.notes == []

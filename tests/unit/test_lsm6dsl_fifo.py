@@ -47,7 +47,7 @@ from tests.support.words import Words
 # -- words ----------------------------------------------------------------------------------------------
 
 
-def test_words_are_the_samples_in_order_low_byte_first() -> None:
+def test_fifo_words_are_samples_low_byte_first() -> None:
     chip = fifo_of(CONTINUOUS)
     taken = b""
     for _ in range(5):
@@ -67,7 +67,9 @@ def test_words_are_the_samples_in_order_low_byte_first() -> None:
         (HZ_208, HZ_104, (2, 1, 4, 0), [G, XL, 0, XL, G, XL, XL]),
     ],
 )
-def test_pattern(xl: int, g: int, dec: tuple[int, ...], expected: list[int]) -> None:
+def test_fifo_pattern_follows_rates_and_decimation(
+    xl: int, g: int, dec: tuple[int, ...], expected: list[int]
+) -> None:
     bench = bench_of(CONTINUOUS, xl=xl, g=g, dec=dec)
     words_a_period = 3 * len(expected)
     while bench.fill() < 2 * words_a_period:
@@ -104,7 +106,7 @@ def test_a_slower_fifo_takes_every_fourth_sample() -> None:
     assert status(chip)[1] == EMPTY
 
 
-def test_a_faster_fifo_is_no_faster_than_the_sensors() -> None:
+def test_faster_fifo_stores_at_sensor_rate() -> None:
     """AN5040 figure 32."""
     chip = fifo_of(CONTINUOUS, odr=10)
     samples(chip, 10)
@@ -112,7 +114,7 @@ def test_a_faster_fifo_is_no_faster_than_the_sensors() -> None:
     assert status(chip)[0] == 30
 
 
-def test_a_slower_fifo_begins_with_the_next_sample_each_time_it_is_switched_on() -> None:
+def test_slower_fifo_starts_with_next_sample_when_enabled() -> None:
     chip = fifo_of(CONTINUOUS, odr=2)
     samples(chip, 3)
     assert status(chip)[0] == 3
@@ -123,7 +125,7 @@ def test_a_slower_fifo_begins_with_the_next_sample_each_time_it_is_switched_on()
     assert chip.read(FIFO_DATA_OUT, 6) == chip.read(0x28, 6)
 
 
-def test_of_two_sensors_at_the_same_rate_the_gyroscope_leads() -> None:
+def test_gyroscope_leads_at_equal_rates() -> None:
     """AN5040 section 3: the accelerometer is synchronised to it."""
     bench = bench_of(BYPASS, dec=(1, 1, 0, 0))
     bench.wait(2 * PS_PER_MS)
@@ -136,7 +138,7 @@ def test_of_two_sensors_at_the_same_rate_the_gyroscope_leads() -> None:
     assert bench.fill() == 6
 
 
-def test_only_high_bytes_of_both_sensors_share_a_set() -> None:
+def test_high_bytes_only_share_one_set() -> None:
     """AXh GXh AYh GYh AZh GZh."""
     bench = bench_of(CONTINUOUS, g=HZ_104, dec=(1, 0, 0, 0))
     bench.write(FIFO_CTRL5, 0)
@@ -171,7 +173,7 @@ def test_temperature_as_the_fourth_set() -> None:
     assert bench.words(9)[6:] == [0, sample_word(TEMPERATURE, 1 / 52, 0), 0]
 
 
-def test_the_hubs_outputs_are_the_third_and_fourth_set() -> None:
+def test_hub_outputs_are_third_and_fourth_set() -> None:
     bench = bench_of(CONTINUOUS, dec=(0, 0, 1, 1))
     bench.registers.mem[0x2E:0x3A] = bytes(range(1, 13))
     bench.wait(PERIOD_PS)
@@ -179,14 +181,14 @@ def test_the_hubs_outputs_are_the_third_and_fourth_set() -> None:
     assert bench.read(FIFO_DATA_OUT, 12) == bytes(range(1, 13))
 
 
-def test_a_sensor_that_has_not_measured_yet_gives_what_its_registers_hold() -> None:
+def test_unmeasured_sensor_stores_its_register_contents() -> None:
     bench = bench_of(CONTINUOUS, xl=1, g=HZ_104, dec=(1, 1, 0, 0))
     bench.wait(8 * PERIOD_PS)
 
     assert bench.words(6)[3:] == [0, 0, 0]
 
 
-def test_a_sample_measured_before_a_change_stays_as_it_was() -> None:
+def test_stored_sample_survives_setting_change() -> None:
     """The gyroscope leads at 104 Hz; a 12.5 Hz sample of the accelerometer is stored anew after FS_XL."""
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL3_C, 0x44), (CTRL1_XL, 0x10), (CTRL2_G, 0x40), (FIFO_CTRL3, XL_ONLY)))
@@ -216,7 +218,7 @@ def test_a_word_leaves_with_its_high_byte() -> None:
     assert status(chip)[0] == 149
 
 
-def test_a_word_half_read_stays_whole_when_it_is_overwritten() -> None:
+def test_half_read_word_survives_overwriting() -> None:
     chip = fifo_of(CONTINUOUS, ctrl4=STOP_ON_FTH, watermark=3)
     samples(chip, 1)
     word = chip.read(0x28, 2)
@@ -230,7 +232,7 @@ def test_a_word_half_read_stays_whole_when_it_is_overwritten() -> None:
     assert chip.read(FIFO_DATA_OUT, 6) == chip.read(0x28, 6)
 
 
-def test_reading_an_empty_fifo_is_noted_and_shows_the_last_word(words: Words) -> None:
+def test_empty_fifo_read_repeats_last_word_with_note(words: Words) -> None:
     chip = fifo_of(CONTINUOUS)
     samples(chip, 1)
     data = chip.read(FIFO_DATA_OUT, 6)
@@ -241,7 +243,7 @@ def test_reading_an_empty_fifo_is_noted_and_shows_the_last_word(words: Words) ->
     words("sensors", texts(chip.notes))
 
 
-def test_a_burst_over_status_and_data_reads_the_status_first() -> None:
+def test_burst_over_status_and_data_reads_status_first() -> None:
     chip = fifo_of(CONTINUOUS)
     samples(chip, 2)
     data = chip.read(FIFO_STATUS1, 4 + 12)
@@ -274,7 +276,7 @@ def test_software_reset_empties() -> None:
 
 
 @pytest.mark.parametrize(("sets", "words"), [(XL_ONLY, 2046), (BOTH, 2046)])
-def test_fifo_mode_stops_when_the_next_set_would_fill_it(sets: int, words: int) -> None:
+def test_fifo_mode_stops_before_overfull(sets: int, words: int) -> None:
     """AN5040 figures 28 and 29: 2046 words with one set."""
     chip = fifo_of(FIFO, sets)
     rows = words // (3 if sets == XL_ONLY else 6)
@@ -288,7 +290,7 @@ def test_fifo_mode_stops_when_the_next_set_would_fill_it(sets: int, words: int) 
     assert status(chip)[:2] == (words - 1, FULL), "reading does not start it again"
 
 
-def test_fifo_mode_limited_to_the_watermark_stops_before_it() -> None:
+def test_fifo_mode_with_watermark_limit_stops_before_it() -> None:
     """AN5040: with FTH = 21 and one sensor it stops at 18, and WaterM never rises."""
     chip = fifo_of(FIFO, ctrl4=STOP_ON_FTH, watermark=21)
     samples(chip, 5)
@@ -300,7 +302,7 @@ def test_fifo_mode_limited_to_the_watermark_stops_before_it() -> None:
 
 
 @pytest.mark.parametrize("looks", [0, 3])
-def test_another_mode_starts_a_fifo_again_that_had_stopped(looks: int) -> None:
+def test_mode_change_restarts_a_stopped_fifo(looks: int) -> None:
     """Noted, because it should go through bypass; who has looked before does not matter."""
     chip = fifo_of(FIFO, ctrl4=STOP_ON_FTH, watermark=60, odr=2)
     for look in range(looks):
@@ -327,7 +329,7 @@ def test_continuous_mode_limited_to_the_watermark_reaches_it() -> None:
     assert status(chip)[:2] == (20, FULL)
 
 
-def test_continuous_mode_overwrites_the_oldest_words_one_by_one() -> None:
+def test_continuous_mode_overwrites_oldest_words() -> None:
     """2048 words: the 683rd set overwrites one word. The count of 11 bits reads 0 then (AN5040 Table 64)."""
     chip = fifo_of(CONTINUOUS, watermark=2)
     samples(chip, 682)
@@ -341,7 +343,7 @@ def test_continuous_mode_overwrites_the_oldest_words_one_by_one() -> None:
 
 
 @pytest.mark.parametrize("looks", [0, 7])
-def test_words_left_alone_for_long_are_the_latest_in_the_end(looks: int) -> None:
+def test_unread_fifo_ends_with_latest_words(looks: int) -> None:
     """Whether somebody has looked meanwhile or not; 100 s at 104 Hz with a pattern of 5 sets."""
     chip = fifo_of(CONTINUOUS, 0x01 | 4 << 3)
     for look in range(looks):
@@ -372,7 +374,7 @@ def test_samples_that_are_overwritten_unread_are_not_computed(hours: int) -> Non
     assert sum(asked) < 10_000
 
 
-def test_words_are_kept_when_nothing_more_is_stored_after_an_overrun() -> None:
+def test_overrun_words_are_kept_without_new_samples() -> None:
     """No sensor is in the pattern any more (DEC_FIFO_XL = 0)."""
     chip = fifo_of(CONTINUOUS)
     samples(chip, 700)

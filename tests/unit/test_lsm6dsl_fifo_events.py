@@ -69,7 +69,7 @@ def triggered(mode: int, register: int, mask: int) -> Bench:
 
 
 @pytest.mark.parametrize(("name", "register", "mask"), ROUTED)
-def test_bypass_to_continuous_begins_with_the_sample_of_the_event(
+def test_bypass_to_continuous_starts_with_the_event_sample(
     name: SignalName, register: int, mask: int
 ) -> None:
     bench = triggered(BYPASS_TO_CONTINUOUS, register, mask)
@@ -95,9 +95,7 @@ def test_continuous_to_fifo_stops_after_the_event(name: SignalName, register: in
 
 
 @pytest.mark.parametrize(("name", "register", "mask"), ROUTED)
-def test_an_event_that_is_not_routed_as_named_switches_nothing(
-    name: SignalName, register: int, mask: int
-) -> None:
+def test_unrouted_event_does_not_switch_the_fifo(name: SignalName, register: int, mask: int) -> None:
     bench = triggered(BYPASS_TO_CONTINUOUS, register, 0xFF & ~mask)
     bench.write(0x5E, 0xFF)  # MD1_CFG: the same events on the other pin
     bench.wait(5 * PERIOD_PS)
@@ -107,7 +105,7 @@ def test_an_event_that_is_not_routed_as_named_switches_nothing(
     assert bench.fill() == 0
 
 
-def test_before_the_event_a_shallow_fifo_is_not_full_either() -> None:
+def test_shallow_fifo_is_not_full_before_the_event() -> None:
     bench = triggered(BYPASS_TO_CONTINUOUS, MD2_CFG, 0x20)
     bench.write(FIFO_CTRL1, 2)
     assert bench.read(FIFO_STATUS1, 2) == bytes((0, EMPTY))
@@ -126,7 +124,7 @@ def test_the_switch_is_held_until_bypass() -> None:
     assert bench.fill() == 0
 
 
-def test_events_heard_of_late_and_out_of_order_act_at_their_times() -> None:
+def test_late_events_act_at_their_times() -> None:
     bench = triggered(BYPASS_TO_CONTINUOUS, MD2_CFG, 0x60)
     bench.t_ps = 20 * PERIOD_PS
     bench.signals.set("WU", True, 17 * PERIOD_PS + 1)
@@ -135,7 +133,7 @@ def test_events_heard_of_late_and_out_of_order_act_at_their_times() -> None:
     assert bench.fill() == 15  # samples 16 to 20
 
 
-def test_data_sets_at_every_step() -> None:
+def test_data_sets_are_stored_at_every_step() -> None:
     bench = bench_of(CONTINUOUS, dec=(0, 1, 0, 0), ctrl2=TIMER_PEDO_FIFO_DRDY)
     for _ in range(3):
         bench.wait(PERIOD_PS * 5 // 2)
@@ -147,7 +145,7 @@ def test_data_sets_at_every_step() -> None:
     assert bench.words(9) == latest
 
 
-def test_data_sets_at_the_end_of_the_hubs_reads() -> None:
+def test_data_sets_are_stored_after_hub_reads() -> None:
     bench = bench_of(BYPASS, dec=(0, 0, 1, 0))
     bench.write(0x1A, 0x40)  # DATA_VALID_SEL_FIFO
     bench.write(FIFO_CTRL5, HZ_104 << 3 | CONTINUOUS)
@@ -164,7 +162,7 @@ def test_data_sets_at_the_end_of_the_hubs_reads() -> None:
 # -- signals and pins -----------------------------------------------------------------------------------
 
 
-def test_the_flags_signals_carry_the_time_of_the_sample_or_of_the_read() -> None:
+def test_flag_signals_have_sample_or_read_time() -> None:
     bench = bench_of(BYPASS)
     bench.write(FIFO_CTRL1, 9)
     bench.write(FIFO_CTRL5, HZ_104 << 3 | CONTINUOUS)
@@ -194,7 +192,7 @@ def test_the_watermark_on_int1_rises_with_its_sample() -> None:
     assert looks == 1
 
 
-def test_a_full_fifo_foretells_its_overrun_and_then_nothing_more() -> None:
+def test_full_fifo_predicts_one_overrun() -> None:
     chip = fifo_of(CONTINUOUS, ctrl4=STOP_ON_FTH, watermark=21)
     chip.write(INT1_CTRL, 0x38)
     samples(chip, 7)
@@ -205,7 +203,7 @@ def test_a_full_fifo_foretells_its_overrun_and_then_nothing_more() -> None:
     assert chip.part.next_event_ps() > 1000 * PS_PER_S
 
 
-def test_no_pin_no_event() -> None:
+def test_unrouted_fifo_schedules_no_event() -> None:
     chip = fifo_of(CONTINUOUS, watermark=30)
 
     assert chip.part.next_event_ps() > 1000 * PS_PER_S
@@ -249,7 +247,7 @@ def test_a_reserved_mode_is_bypass(mode: int) -> None:
     assert chip.read(FIFO_STATUS1, 4) == bytes((0, EMPTY, 0, 0))
 
 
-def test_after_a_change_outside_bypass_the_pattern_begins_behind_the_old_words() -> None:
+def test_change_outside_bypass_restarts_the_pattern() -> None:
     chip = fifo_of(CONTINUOUS)
     samples(chip, 2)
     chip.write(FIFO_CTRL3, BOTH)
@@ -262,7 +260,7 @@ def test_after_a_change_outside_bypass_the_pattern_begins_behind_the_old_words()
     assert status(chip) == (12, 0, 0)
 
 
-def test_moving_the_watermark_changes_nothing_else() -> None:
+def test_watermark_change_keeps_everything_else() -> None:
     chip = fifo_of(CONTINUOUS, odr=2)
     samples(chip, 6)
     chip.write(FIFO_CTRL1, 6)
@@ -287,6 +285,6 @@ def left_words(looks: int) -> bytes:
     return chip.read(FIFO_DATA_OUT, 2 * status(chip)[0])
 
 
-def test_who_looks_when_does_not_matter() -> None:
+def test_fifo_does_not_depend_on_reads() -> None:
     assert left_words(0) == left_words(50) == left_words(7)
     assert len(left_words(0)) == 6 * 103  # the 104th comes a ps later

@@ -58,7 +58,7 @@ def test_without_a_filter_samples_are_the_world(ctrl8: int) -> None:
     assert found == pytest.approx(1.0, abs=1e-4)
 
 
-def test_input_composite_puts_odr_4_before_the_second_filter() -> None:
+def test_input_composite_adds_odr_4_filter() -> None:
     plain, narrow = (
         abs(measured(XL_416, ((CTRL8_XL, ctrl8), (CTRL1_XL, 0x60)), 416 / 4, skip=300))
         for ctrl8 in (0xC0, 0xC8)
@@ -119,13 +119,13 @@ def test_short_filters_settle_in_14_samples(ctrl8: int, narrow: int, end: int) -
     assert abs(first - end) > 0.1 * 16393
 
 
-def test_the_second_sample_after_a_step_differs_by_setting() -> None:
+def test_second_sample_after_step_depends_on_setting() -> None:
     found = [stepped(((CTRL8_XL, ctrl8),), 2)[0].counts(XL_416)[0] for ctrl8 in (0x00, 0xC0, 0x80, 0xE0)]
     assert found == sorted(found, reverse=True)
     assert len(set(found)) == 4
 
 
-def test_a_low_pass_begins_settled_on_its_first_sample() -> None:
+def test_low_pass_starts_settled_on_first_sample() -> None:
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL8_XL, 0xE0), (CTRL1_XL, 0x60)))
     for number in (0, 1, 10, 5000):
@@ -133,7 +133,7 @@ def test_a_low_pass_begins_settled_on_its_first_sample() -> None:
         assert chip.counts(XL_416) == (0, 0, 0x4009)
 
 
-def test_the_slope_filter_begins_with_half_its_first_sample() -> None:
+def test_slope_filter_starts_with_half_first_sample() -> None:
     """AN5040 3.7: (a[n] - a[n-1]) / 2 with a[-1] = 0, hence the spurious wake-up of 5.3."""
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL8_XL, 0x04), (CTRL1_XL, 0x60)))
@@ -158,7 +158,7 @@ def test_the_high_pass_takes_gravity_away(code: int, samples: int) -> None:
     assert chip.counts(XL_416) == (0, 0, 0)
 
 
-def test_reference_mode_subtracts_the_sample_at_which_it_was_enabled() -> None:
+def test_reference_mode_subtracts_the_sample_at_enable() -> None:
     """AN5040 3.7."""
     chip = Chip("LSM6DSL")
     chip.set("acceleration_g", 0.1, 0.2, 0.3)
@@ -177,7 +177,7 @@ def test_reference_mode_subtracts_the_sample_at_which_it_was_enabled() -> None:
     assert chip.counts(XL_416) == (3279, 3279, 0)
 
 
-def test_the_self_test_shift_goes_through_the_filter_and_the_user_offset_does_not() -> None:
+def test_filter_applies_to_self_test_not_user_offset() -> None:
     chip = Chip("LSM6DSL")
     chip.set("acceleration_g", 0.0, 0.0, 0.0)
     chip.configure(((CTRL8_XL, 0xE0), (CTRL1_XL, 0x60)))
@@ -194,7 +194,7 @@ def test_the_self_test_shift_goes_through_the_filter_and_the_user_offset_does_no
     assert chip.counts(XL_416)[1] == round(0.8 / 0.000061)
 
 
-def test_another_full_scale_in_the_middle_of_a_step_keeps_what_the_filter_remembers() -> None:
+def test_full_scale_change_keeps_filter_state() -> None:
     changed, channel = stepped(((CTRL8_XL, 0xE0),), 60)
     changed.write(CTRL1_XL, 0x6C)  # 8 g, 0.244 mg
     unchanged, _ = stepped(((CTRL8_XL, 0xE0),), 150)
@@ -205,7 +205,7 @@ def test_another_full_scale_in_the_middle_of_a_step_keeps_what_the_filter_rememb
     assert changed.counts(channel)[0] * 0.244 == pytest.approx(expected, abs=0.16)
 
 
-def test_another_filter_begins_anew_with_the_next_sample() -> None:
+def test_filter_change_restarts_with_next_sample() -> None:
     chip, channel = stepped(((CTRL8_XL, 0xE0),), 20)
     chip.counts(channel)
     chip.write(CTRL8_XL, 0x80)

@@ -35,7 +35,7 @@ def gyroscope(code: int, column: int) -> Writes:
 @pytest.mark.parametrize(("code", "column", "cutoff_hz"), CUTOFFS)
 def test_gyroscope_half_power_at_the_cutoff(code: int, column: int, cutoff_hz: float) -> None:
     channel = at_rate(GYROSCOPE, code)
-    gain = abs(measured(channel, gyroscope(code, column), cutoff_hz, skip=200))
+    gain = abs(measured(channel, gyroscope(code, column), cutoff_hz, skip=200, world=True))
     assert gain == pytest.approx(HALF_POWER, rel=0.005)
 
 
@@ -56,7 +56,7 @@ PHASE_DEG = {
     [(code, ftype, lag) for code, row in PHASE_DEG.items() for ftype, lag in enumerate(row)],
 )
 def test_gyroscope_phase_at_20_hz(code: int, ftype: int, lag_deg: float) -> None:
-    found = measured(at_rate(GYROSCOPE, code), gyroscope(code, ftype + 1), 20.0, skip=300)
+    found = measured(at_rate(GYROSCOPE, code), gyroscope(code, ftype + 1), 20.0, skip=300, world=True)
     assert -math.degrees(math.atan2(found.imag, found.real)) == pytest.approx(lag_deg, abs=0.1)
 
 
@@ -70,7 +70,7 @@ def test_gyroscope_high_pass(code: int, corner_hz: float) -> None:
     assert gain / low_pass_alone == pytest.approx(HALF_POWER, rel=0.01)
 
 
-def test_the_gyroscopes_high_pass_and_lpf1_work_in_high_performance_only() -> None:
+def test_gyroscope_high_pass_and_lpf1_need_high_performance() -> None:
     writes = ((CTRL4_C, 0x02), (CTRL6_C, 0x02), (CTRL7_G, 0xF0), (CTRL2_G, 0x50))
     alone, both = (measured(at_rate(GYROSCOPE, 5), some, 0.5, 200) for some in (((CTRL2_G, 0x50),), writes))
     assert both == pytest.approx(alone, abs=1e-9)

@@ -125,7 +125,7 @@ def stop(chip: Chip) -> None:
 # -- the note's example ---------------------------------------------------------------------------------
 
 
-def test_a_lis2mdl_is_set_up_and_read_through_the_hub() -> None:
+def test_hub_sets_up_and_reads_lis2mdl() -> None:
     """AN5040 7.2.4: slave 0 writes CFG_REG_A once, END_OP tells when; then it reads OUTX_L to OUTZ_H."""
     chip = Chip("LSM6DSL")
     magnetometer = with_magnetometer(chip)
@@ -152,7 +152,7 @@ def test_a_lis2mdl_is_set_up_and_read_through_the_hub() -> None:
     assert chip.notes == []
 
 
-def test_the_hub_sees_the_field_as_it_was_at_the_transfer() -> None:
+def test_hub_outputs_hold_the_field_at_transfer() -> None:
     """Whoever looks later: the outputs are those of the last round, 10 s ago."""
     chip = Chip("LSM6DSL")
     magnetometer = with_magnetometer(chip)
@@ -201,7 +201,7 @@ def test_transfers_take_their_time_on_the_bus() -> None:
     ],
 )
 @pytest.mark.parametrize("percent", [0.0, 7.0])
-def test_trigger_is_data_ready_at_104_hz_at_most(xl: int, g: int, per_s: int, percent: float) -> None:
+def test_hub_trigger_rate_is_at_most_104_hz(xl: int, g: int, per_s: int, percent: float) -> None:
     """Of a part's own second."""
     device = Recorder()
     chip = hub(LIS2MDL_READ, xl=xl, errors=LSM6DSLErrors(odr_percent=percent), a1E=device)
@@ -212,7 +212,7 @@ def test_trigger_is_data_ready_at_104_hz_at_most(xl: int, g: int, per_s: int, pe
     assert len(device.reads) == pytest.approx(10 * per_s * (1 + percent / 100), abs=6)
 
 
-def test_end_op_is_0_during_transfers_and_outputs_change_at_their_end() -> None:
+def test_end_op_is_0_during_transfers() -> None:
     """AN5040 7.2.3. Before MASTER_ON the flag has the datasheet's default, 0."""
     device = Recorder()
     chip = hub(LIS2MDL_READ, a1E=device, master=0)
@@ -228,7 +228,7 @@ def test_end_op_is_0_during_transfers_and_outputs_change_at_their_end() -> None:
     assert seen == [(1, 0), (0, 0), (0, 0), (1, 0x68)]
 
 
-def test_end_op_latched_on_a_pin_is_cleared_by_reading() -> None:
+def test_latched_end_op_is_cleared_by_reading() -> None:
     """AN5040 7.2.3: LIR = 1 and DRDY_ON_INT1."""
     chip = hub(LIS2MDL_READ, a1E=Recorder(), master=0)
     chip.configure(((TAP_CFG, 0x01), (MASTER_CONFIG, 0x80 | MASTER_ON)))
@@ -268,7 +268,7 @@ def test_results_are_packed_one_after_the_other() -> None:
     assert chip.notes == []
 
 
-def test_more_than_18_bytes_are_noted_and_cut_off(words: Words) -> None:
+def test_more_than_18_bytes_are_cut_and_noted(words: Words) -> None:
     chip = hub(slaves((0x3D, 0x10, 7, 0), (0x3D, 0x20, 7, 0), (0x3D, 0x30, 7, 0)), a1E=Recorder())
     chip.wait(PS_PER_S)
 
@@ -277,7 +277,7 @@ def test_more_than_18_bytes_are_noted_and_cut_off(words: Words) -> None:
     words("sensors", texts(chip.notes))
 
 
-def test_bytes_that_are_cut_off_change_no_other_register() -> None:
+def test_cut_bytes_change_no_other_register() -> None:
     """Slave 2's are partly behind SENSORHUB18, slave 3's wholly."""
     chip = hub(slaves(*((0x3D, 0x10 * n, 7, 0) for n in range(1, 5))), a1E=Recorder())
     chip.write(X_OFS_USR, 0x41, 0x42, 0x43)
@@ -287,7 +287,7 @@ def test_bytes_that_are_cut_off_change_no_other_register() -> None:
     assert chip.read(X_OFS_USR, 3) == b"\x41\x42\x43"
 
 
-def test_a_slave_that_is_not_read_takes_no_room() -> None:
+def test_slave_without_read_uses_no_output_bytes() -> None:
     """r_1 = 0, and slave 0 writing."""
     chip = hub(slaves((0x3C, 0x05, 0, 0), (0x3C, 0x20, 3, 0), (0x3D, 0x30, 2, 0)), a1E=Recorder())
     chip.wait(PS_PER_S)
@@ -329,7 +329,7 @@ def test_write_once(extra: int, once: bool, writes: int) -> None:
 
 
 @pytest.mark.parametrize(("status", "reads"), [(0, 0), (1, 1)])
-def test_src_mode_reads_only_if_the_tested_register_is_not_zero(status: int, reads: int) -> None:
+def test_src_mode_reads_only_if_tested_register_nonzero(status: int, reads: int) -> None:
     """AN5040 7.2: Slave_dataw names the register."""
     device = Recorder()
     device.registers[0x27] = status
@@ -383,7 +383,7 @@ def test_switching_off_stops_the_hub(off: tuple[int, int], in_a_round: bool) -> 
     assert any(outputs(chip)) is (off[0] != CTRL3_C)
 
 
-def test_pass_through_connects_the_buses_and_excludes_the_master(words: Words) -> None:
+def test_pass_through_connects_buses_and_excludes_master(words: Words) -> None:
     """AN5040 7.3."""
     device = Recorder()
     chip = hub(LIS2MDL_READ, master=PASS_THROUGH, a1E=device)
@@ -442,7 +442,7 @@ def test_int2_going_high_during_a_round_is_lost() -> None:
     assert len(device.reads) == 1
 
 
-def test_int2_that_is_high_already_triggers_as_the_hub_is_switched_on() -> None:
+def test_high_int2_triggers_when_hub_is_enabled() -> None:
     chip, device = by_pin(high=True)
     chip.wait(PS_PER_S)
     chip.byte(FUNC_SRC1)
@@ -511,7 +511,7 @@ def test_hard_and_soft_iron_correction(
     assert not chip.byte(FUNC_SRC1) & HI_FAIL
 
 
-def test_the_end_of_the_correction_is_a_pulse_of_a_hundredth_of_a_second() -> None:
+def test_correction_end_pulse_lasts_10_ms() -> None:
     """AN5040 7.5.3, LIR = 0; at 104 Hz the next round would come first, so 12.5 Hz."""
     chip = measuring(15.0, 0.0, 0.0)
     ironing(chip, UNIT, (0, 0, 0))
@@ -572,7 +572,7 @@ def test_an_impossible_correction_is_noted(writes: Writes, master: int, words: W
 
 @settings(max_examples=25)
 @given(moments=st.lists(st.integers(0, PS_PER_S), max_size=15))
-def test_who_looks_when_changes_nothing(moments: list[int]) -> None:
+def test_hub_does_not_depend_on_reads(moments: list[int]) -> None:
     """The outputs, the flags, and what the devices on the bus got to see."""
     chips, devices = [], []
     for _ in range(2):

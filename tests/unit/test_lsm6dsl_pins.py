@@ -160,7 +160,7 @@ def test_signals_are_ored() -> None:
     assert wires.edges == [("INT1", 10, 1), ("INT1", 40, 0)]
 
 
-def test_what_is_found_late_comes_out_in_order_of_time() -> None:
+def test_late_signals_are_reported_in_time_order() -> None:
     """Functions report one after the other; what they report together in time must not show as a glitch."""
     wires = Wires((INT1_CTRL, 0x18), (INT2_CTRL, 0x08))
     wires.signals.set("FTH", True, 10)
@@ -183,14 +183,14 @@ def test_what_is_found_late_comes_out_in_order_of_time() -> None:
 
 
 @pytest.mark.parametrize("writes", [((CTRL6_C, 0x80),), ((CTRL6_C, 0x40),), ((MASTER_CONFIG, 0x11),)])
-def test_int2_is_not_driven_while_it_is_an_input(writes: tuple[tuple[int, int], ...]) -> None:
+def test_int2_is_not_driven_as_input(writes: tuple[tuple[int, int], ...]) -> None:
     """Any DEN mode; or the sensor hub's external trigger."""
     wires = Wires((INT1_CTRL, 0x08), (INT2_CTRL, 0x08), *writes)
 
     assert wires.raise_all(("FTH",), 1) == [1, None]
 
 
-def test_a_signal_that_is_up_already_shows_as_soon_as_it_is_routed() -> None:
+def test_active_signal_shows_when_routed() -> None:
     bench = Bench([STILL], (FREE_FALL, 3), (TAP_CFG, ENABLE)).at(10)
     bench.wait(5)
     bench.byte(0x1B)
@@ -231,7 +231,7 @@ def test_each_sensor_has_its_own_data_ready() -> None:
     assert bench.look()[3:] == [("INT2", PS_PER_S + 1, 0)]
 
 
-def test_pulsed_data_ready_lasts_75_us_whoever_reads() -> None:
+def test_pulsed_data_ready_lasts_75_us_despite_reads() -> None:
     bench = Bench([STILL], (DRDY_PULSE_CFG, 0x80), (INT2_CTRL, 0x01)).at(1)
     bench.read(OUT_XL, 6)
     bench.at(3)
@@ -245,7 +245,7 @@ def test_pulsed_data_ready_lasts_75_us_whoever_reads() -> None:
     assert bench.byte(0x1E) & 0x01, "the flag in STATUS_REG is latched all the same"
 
 
-def test_data_ready_gets_no_more_edges_after_power_down() -> None:
+def test_data_ready_has_no_edges_after_power_down() -> None:
     bench = Bench([STILL], (INT1_CTRL, 0x01)).at(3)
     bench.write(CTRL1_XL, 0x00)
     bench.read(OUT_XL, 6)
@@ -254,7 +254,7 @@ def test_data_ready_gets_no_more_edges_after_power_down() -> None:
     assert bench.look() == [("INT1", sample_ps(0), 1), ("INT1", sample_ps(3), 0)]
 
 
-def test_another_rate_goes_on_from_the_moment_it_is_set() -> None:
+def test_rate_change_restarts_from_its_moment() -> None:
     bench = Bench([STILL], (DRDY_PULSE_CFG, 0x80), (INT1_CTRL, 0x01)).at(2)
     bench.wait(PS_PER_MS)
     bench.write(CTRL1_XL, 0x40)
@@ -265,7 +265,7 @@ def test_another_rate_goes_on_from_the_moment_it_is_set() -> None:
     assert rises == [*(sample_ps(n) for n in range(3)), *(sample_ps(n, 104, changed_ps) for n in range(2))]
 
 
-def test_routing_nothing_asks_for_no_time() -> None:
+def test_pins_without_routing_need_no_events() -> None:
     bench = Bench([STILL], (TAP_CFG, ENABLE))
     assert bench.part.next_event_ps() > 10**6 * PS_PER_S
 
@@ -273,7 +273,7 @@ def test_routing_nothing_asks_for_no_time() -> None:
     assert bench.part.next_event_ps() == sample_ps(0)
 
 
-def test_latched_data_ready_asks_for_no_time_until_it_is_read() -> None:
+def test_latched_data_ready_schedules_nothing_until_read() -> None:
     bench = Bench([STILL], (INT1_CTRL, 0x01)).at(0)
     bench.look()
     assert bench.part.next_event_ps() > 10**6 * PS_PER_S
@@ -295,7 +295,7 @@ def test_int1_boot_is_high_for_15_ms() -> None:
     assert bench.look() == [("INT1", PS_PER_MS, 1), ("INT1", 16 * PS_PER_MS, 0)]
 
 
-def test_sw_reset_lets_go_of_the_pins() -> None:
+def test_sw_reset_releases_the_pins() -> None:
     bench = Bench([STILL], (INT1_CTRL, 0x01), (CTRL3_C, 0x24), xl=ON).at(3)
     bench.wait(1)
     bench.write(CTRL3_C, 0x25)

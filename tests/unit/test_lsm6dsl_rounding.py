@@ -88,14 +88,14 @@ def test_without_increment_nothing_goes_round() -> None:
     assert chip.read(0x2D, 4) == 4 * chip.read(0x2D)
 
 
-def test_software_reset_ends_it() -> None:
+def test_software_reset_ends_rounding() -> None:
     chip = measuring((CTRL5_C, 1 << 5), (CTRL7_G, ROUNDING_STATUS), (CTRL3_C, 0x01))
 
     assert chip.part.advance(0x2D, 1) == 0x2E
     assert chip.part.advance(0x1E, 1) == 0x1F
 
 
-def test_a_burst_round_a_pattern_releases_a_held_word_half_way() -> None:
+def test_wrapped_burst_releases_a_held_word() -> None:
     """BDU: once the low byte is read, the pair stays until its high byte is; then the next round is newer."""
     chip = measuring((CTRL3_C, 0x44), (CTRL5_C, 1 << 5))
     low = chip.read(0x28)

@@ -39,7 +39,7 @@ def test_a_tick_comes_exactly_when_it_is_due(wake_up_dur: int, tick_ps: int, tic
 
 @resolutions
 @pytest.mark.parametrize("percent", [-5, 4])
-def test_it_is_as_fast_as_the_sensors_rates(wake_up_dur: int, tick_ps: int, percent: int) -> None:
+def test_timestamp_follows_the_sensor_rate_error(wake_up_dur: int, tick_ps: int, percent: int) -> None:
     """The LSM6DSO has one figure for both; of the LSM6DSL no document says."""
     chip = Chip("LSM6DSL", LSM6DSLErrors(odr_percent=percent))
     chip.configure(((WAKE_UP_DUR, wake_up_dur), (CTRL1_XL, 0x40), (CTRL10_C, TIMER_EN)))
@@ -49,7 +49,7 @@ def test_it_is_as_fast_as_the_sensors_rates(wake_up_dur: int, tick_ps: int, perc
     assert count(chip) == 1000
 
 
-def test_the_warning_of_a_slow_part_comes_when_its_counter_is_there() -> None:
+def test_timer_warning_of_slow_part_follows_its_counter() -> None:
     chip = Chip("LSM6DSL", LSM6DSLErrors(odr_percent=-5))
     chip.configure(((MD1_CFG, INT1_TIMER), (WAKE_UP_DUR, TIMER_HR), (CTRL1_XL, 0x40), (CTRL10_C, TIMER_EN)))
     due_ps = -(-0xFF0000 * FAST_PS * 100 // 95)
@@ -59,14 +59,14 @@ def test_the_warning_of_a_slow_part_comes_when_its_counter_is_there() -> None:
 
 
 @resolutions
-def test_it_wraps_at_24_bits(wake_up_dur: int, tick_ps: int) -> None:
+def test_timestamp_wraps_at_24_bits(wake_up_dur: int, tick_ps: int) -> None:
     chip = counting(wake_up_dur)
     chip.t_ps = (2**24 + 5) * tick_ps
 
     assert count(chip) == 5
 
 
-def test_it_does_not_run_before_it_is_enabled() -> None:
+def test_timestamp_does_not_run_before_enable() -> None:
     chip = Chip("LSM6DSL")
     chip.write(CTRL1_XL, 0x40)
     chip.wait(PS_PER_S)
@@ -85,7 +85,7 @@ def test_it_does_not_run_before_it_is_enabled() -> None:
         (0xC0, 0xB0, 0x00, False),  # reserved rates measure nothing
     ],
 )
-def test_it_runs_while_a_sensor_is_on(xl: int, g: int, ctrl4: int, runs: bool) -> None:
+def test_timestamp_runs_while_a_sensor_is_on(xl: int, g: int, ctrl4: int, runs: bool) -> None:
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL4_C, ctrl4), (WAKE_UP_DUR, TIMER_HR), (CTRL10_C, TIMER_EN)))
     chip.configure(((CTRL1_XL, xl), (CTRL2_G, g)))
@@ -94,7 +94,7 @@ def test_it_runs_while_a_sensor_is_on(xl: int, g: int, ctrl4: int, runs: bool) -
     assert count(chip) == (40_000 if runs else 0)
 
 
-def test_power_down_stops_it_and_power_up_lets_it_go_on() -> None:
+def test_timestamp_stops_in_power_down_and_continues() -> None:
     chip = counting()
     chip.wait(PS_PER_S)
     chip.write(CTRL1_XL, 0x00)
@@ -115,7 +115,7 @@ def test_disabling_keeps_the_count() -> None:
     assert count(chip) == 40_000
 
 
-def test_another_resolution_goes_on_from_the_count_in_the_new_unit() -> None:
+def test_resolution_change_continues_from_the_count() -> None:
     chip = counting()
     chip.wait(PS_PER_S)
     chip.write(WAKE_UP_DUR, 0x00)
@@ -124,7 +124,7 @@ def test_another_resolution_goes_on_from_the_count_in_the_new_unit() -> None:
     assert count(chip) == 40_000 + PS_PER_S // SLOW_PS
 
 
-def test_writing_aa_restarts_it() -> None:
+def test_writing_aa_restarts_the_timestamp() -> None:
     chip = counting()
     chip.wait(PS_PER_S)
     chip.write(TIMESTAMP2_REG, RESTART)
@@ -143,7 +143,7 @@ def test_writing_anything_else_does_nothing(value: int) -> None:
     assert count(chip) == 40_000
 
 
-def test_software_reset_clears_it() -> None:
+def test_software_reset_clears_the_timestamp() -> None:
     chip = counting()
     chip.wait(PS_PER_S)
     chip.write(CTRL3_C, 0x01)
@@ -177,7 +177,7 @@ def watched(wake_up_dur: int) -> tuple[Chip, list[tuple[int, int]]]:
     ("wake_up_dur", "first_ps"),
     [(0x00, 0xFFFF00 * SLOW_PS), (TIMER_HR, 0xFF0000 * FAST_PS)],
 )
-def test_int1_rises_before_the_wrap_and_stays_until_aa_is_written(wake_up_dur: int, first_ps: int) -> None:
+def test_int1_is_high_before_wrap_until_aa(wake_up_dur: int, first_ps: int) -> None:
     chip, edges = watched(wake_up_dur)
     assert chip.part.next_event_ps() == first_ps
     chip.t_ps = first_ps + 5 * PS_PER_S  # past the wrap, 1.6384 s later
@@ -198,7 +198,7 @@ def test_int1_falls_with_a_software_reset() -> None:
     assert [level for _, level in edges] == [1, 0]
 
 
-def test_a_count_that_is_past_the_mark_in_the_new_unit_warns_at_once() -> None:
+def test_count_past_the_new_limit_warns_at_once() -> None:
     chip, edges = watched(0x00)
     chip.t_ps = 0xFF8000 * SLOW_PS
     chip.write(WAKE_UP_DUR, TIMER_HR)

@@ -151,7 +151,7 @@ def test_page_has_the_errors_of_typical_boards() -> None:
     assert shown == [f"{one:.1f}" for one in typical]
 
 
-def test_altitude_has_no_error_by_an_offset() -> None:
+def test_altitude_error_excludes_constant_offset() -> None:
     settings = SensorSettings("ideal", {"lps22hb": {"pressure_bias_hpa": 2.0}})
 
     assert sensor_error("Altitude", 3.0, settings) == 0

@@ -24,7 +24,7 @@ def test_a_turned_part_measures_in_its_own_axes(turned_deg: tuple[float, float, 
     np.testing.assert_allclose(found, exact, atol=2e-4)
 
 
-def test_gravity_of_a_level_board_is_seen_aslant(tmp_path: Path) -> None:
+def test_misaligned_part_measures_tilted_gravity(tmp_path: Path) -> None:
     """The part is turned about its own X: Y sees the sine of 1 degree of gravity."""
     figures = "[sensors.lsm6dsl]\nmisalignment_deg = [1, 0, 0]\n"
     board = Board(scenario=write(tmp_path, HEAD + figures))
@@ -37,7 +37,7 @@ def test_gravity_of_a_level_board_is_seen_aslant(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("part", PARTS.values(), ids=lambda part: part.NAME)
-def test_ideal_parts_and_those_without_axes_are_not_turned(part: type[Part]) -> None:
+def test_ideal_and_axisless_parts_are_not_turned(part: type[Part]) -> None:
     np.testing.assert_array_equal(part.ERRORS().mounted(), np.eye(3))
     has_axes = any(quantity.axes == 3 for quantity in part.SIGNALS)
     assert np.any(part.ERRORS.of_grade("typical", 1).mounted() != np.eye(3)) == has_axes

@@ -147,7 +147,7 @@ def test_absurd_vectors_are_refused(tmp_path: Path, group: str) -> None:
         ("t_s,p_hPa\n0,\u00e9\n", "not_a_number", r"\xc3\xa9"),
     ],
 )
-def test_what_was_wrong_is_shown_without_control_characters(
+def test_refused_cell_is_shown_without_control_characters(
     tmp_path: Path, text: str, kind: str, cell: str
 ) -> None:
     error = refusal(write(tmp_path, text))
@@ -161,7 +161,7 @@ def test_binary_is_refused(tmp_path: Path) -> None:
     assert refusal(write(tmp_path, b"t_s,p_hPa\n0,970\n\x00\xff\x1b[2J,1\n")).line == 3
 
 
-def test_an_endless_line_is_refused_without_reading_it_whole(tmp_path: Path) -> None:
+def test_endless_line_is_refused_early(tmp_path: Path) -> None:
     path = tmp_path / "zeros.csv"
     with path.open("wb") as stream:
         stream.truncate(60 * 2**20)
@@ -196,7 +196,7 @@ def test_too_many_rows_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert load_recording(write(tmp_path, f"t_s,p_hPa\n{rows[:-6]}")).t_s.size == 3
 
 
-def test_what_is_no_file_is_refused(tmp_path: Path) -> None:
+def test_non_file_is_refused(tmp_path: Path) -> None:
     assert refusal(tmp_path / "absent.csv").kind == "unreadable"
     assert refusal(tmp_path).kind == "not_a_file"
     with pytest.raises(InputError):

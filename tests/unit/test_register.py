@@ -55,9 +55,7 @@ def declare(
 
 
 @given(one_field(), BYTES, st.data())
-def test_put_then_get_returns_the_field_and_leaves_its_neighbours(
-    bits: Bits, value: int, data: st.DataObject
-) -> None:
+def test_put_then_get_returns_field_and_keeps_neighbours(bits: Bits, value: int, data: st.DataObject) -> None:
     number = data.draw(st.integers(0, bits.mask >> bits.lsb))
 
     after = bits.put(value, number)
@@ -67,7 +65,7 @@ def test_put_then_get_returns_the_field_and_leaves_its_neighbours(
 
 
 @given(one_field(), BYTES, st.integers(0, 0xFFFF))
-def test_a_number_too_wide_for_the_field_does_not_spill(bits: Bits, value: int, number: int) -> None:
+def test_too_wide_number_does_not_change_other_bits(bits: Bits, value: int, number: int) -> None:
     assert (bits.put(value, number) ^ value) & ~bits.mask == 0
 
 
@@ -80,7 +78,7 @@ def test_a_field_of_one_bit_needs_one_number() -> None:
     assert (Bits(6).msb, Bits(6).lsb, Bits(6).mask) == (6, 6, 0x40)
 
 
-def test_a_field_takes_its_name_from_the_class_unless_it_is_no_identifier() -> None:
+def test_field_name_comes_from_class_or_argument() -> None:
     class CFG_REG_C(Register, addr=0x62):
         BDU = Bits(4)
         FOURWSPI = Bits(2, name="4WSPI")
@@ -89,7 +87,7 @@ def test_a_field_takes_its_name_from_the_class_unless_it_is_no_identifier() -> N
 
 
 @given(disjoint_fields())
-def test_the_write_mask_is_the_union_of_the_fields(fields: list[Bits]) -> None:
+def test_write_mask_is_the_union_of_fields(fields: list[Bits]) -> None:
     declared = {bit for bits in fields for bit in range(bits.lsb, bits.msb + 1)}
 
     mask = declare(*fields).write_mask
@@ -98,7 +96,7 @@ def test_the_write_mask_is_the_union_of_the_fields(fields: list[Bits]) -> None:
 
 
 @given(disjoint_fields(), st.integers(0, ADDRESSES - 1), st.booleans())
-def test_reserved_bits_are_not_writable_and_unmodelled_ones_are(
+def test_unmodelled_bits_are_writable_and_reserved_are_not(
     fields: list[Bits], addr: int, modelled: bool
 ) -> None:
     bank = RegisterMap([declare(*fields, addr=addr, modelled=modelled)])
@@ -137,13 +135,13 @@ def test_an_address_declared_twice_is_refused(addr: int, size: int, data: st.Dat
         RegisterMap([byte, block])
 
 
-def test_a_register_of_several_bytes_needs_a_name_for_each() -> None:
+def test_register_of_several_bytes_needs_all_names() -> None:
     with pytest.raises(TypeError, match=r"EXAMPLE.*2 bytes"):
         declare(size=2, names=("OUT_TEMP_L",))
 
 
 @given(st.integers(0, 0xFFFFFF), st.booleans())
-def test_a_register_without_fields_is_one_number_little_endian(reset: int, modelled: bool) -> None:
+def test_register_without_fields_is_little_endian(reset: int, modelled: bool) -> None:
     names = ("REF_P_XL", "REF_P_L", "REF_P_H")
     block = declare(addr=0x15, size=3, reset=reset, modelled=modelled, names=names)
 
@@ -165,7 +163,7 @@ def test_an_address_without_a_register_is_reserved() -> None:
     assert bank.reset[0x10] == 0
 
 
-def test_the_map_of_a_module_holds_its_registers_by_address() -> None:
+def test_module_map_orders_registers_by_address() -> None:
     first, second = declare(addr=0x10), declare(addr=0x20)
     module = types.ModuleType("example")
     vars(module).update(SECOND=second, FIRST=first, Register=Register, Bits=Bits, NUMBER=7)

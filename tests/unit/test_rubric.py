@@ -47,7 +47,7 @@ def test_a_rubric_is_read(tmp_path: Path) -> None:
     assert [check.id for check in rubric.exercise("1").check] == ["pitch"]
 
 
-def test_every_shipped_rubric_is_good_and_follows_its_schema() -> None:
+def test_shipped_rubrics_load_and_follow_the_schema() -> None:
     for name in rubric_names():
         table = tomllib.loads(load_rubric(name).path.read_text(encoding="utf-8"))
         table = json.loads(json.dumps(table, default=str))  # dates
@@ -72,7 +72,7 @@ def test_every_shipped_rubric_is_good_and_follows_its_schema() -> None:
         ("[run.still]", "[run]", "run.duration", "unknown_key"),
     ],
 )
-def test_what_is_wrong_is_named_with_its_key(
+def test_wrong_rubric_is_refused_with_its_key(
     tmp_path: Path, old: str, new: str, key: str, kind: str, words: Words
 ) -> None:
     path = written(tmp_path, GOOD.replace(old, new))
@@ -85,7 +85,7 @@ def test_what_is_wrong_is_named_with_its_key(
     words("rubric", caught.value.problem)
 
 
-def test_rubric_that_is_no_toml_is_refused(tmp_path: Path) -> None:
+def test_rubric_of_invalid_toml_is_refused(tmp_path: Path) -> None:
     path = written(tmp_path, GOOD.replace("[run.still]", "[run.still"))
 
     with pytest.raises(RubricError) as caught:
@@ -111,7 +111,7 @@ def test_rubric_that_is_no_toml_is_refused(tmp_path: Path) -> None:
         ("[exercise.check.late]", "exercise[0].check[0].late", "[late]"),
     ],
 )
-def test_misplaced_table_is_told_its_place(tmp_path: Path, table: str, key: str, place: str) -> None:
+def test_misplaced_table_is_refused_with_its_place(tmp_path: Path, table: str, key: str, place: str) -> None:
     path = written(tmp_path, f"{GOOD}\n{table}\nx = 1\n")
 
     with pytest.raises(RubricError) as caught:
@@ -166,20 +166,20 @@ def test_requires_unknown_or_circular_is_refused(tmp_path: Path, old: str, new: 
     assert str(caught.value).startswith(f"{path}: {key}")
 
 
-def test_the_schema_knows_what_a_run_may_have() -> None:
+def test_rubric_schema_refuses_unknown_run_keys() -> None:
     validator = jsonschema.Draft202012Validator(json_schema())
     validator.validate(tomllib.loads(GOOD))
     for wrong in ("durtion", "seed"):
         assert not validator.is_valid(tomllib.loads(GOOD.replace("duration", wrong)))
 
 
-def test_an_unknown_name_says_which_there_are() -> None:
+def test_unknown_rubric_name_lists_known_ones() -> None:
     with pytest.raises(InputError, match=r"'lab2'.*lab3") as caught:
         load_rubric("lab2")
     assert caught.value.kind == "unknown_rubric"
 
 
-def test_words_change_the_digest_and_not_what_is_judged(tmp_path: Path) -> None:
+def test_judging_digest_ignores_wording(tmp_path: Path) -> None:
     first = load_rubric(written(tmp_path, GOOD))
     words = load_rubric(written(tmp_path, GOOD.replace("Which axis?", "Which sign?")))
     harder = load_rubric(written(tmp_path, GOOD.replace("tolerance = 1", "tolerance = 0.5")))
@@ -189,7 +189,7 @@ def test_words_change_the_digest_and_not_what_is_judged(tmp_path: Path) -> None:
     assert harder.judging_digest != first.judging_digest
 
 
-def test_a_scenario_beside_the_rubric_is_part_of_its_digest(tmp_path: Path) -> None:
+def test_digest_includes_the_scenario_beside_the_rubric(tmp_path: Path) -> None:
     scenario = tmp_path / "mine" / "still.toml"
     scenario.parent.mkdir()
     scenario.write_text('schema = 1\nquestion = "Still?"\nduration = "2s"\n', encoding="utf-8")

@@ -89,7 +89,7 @@ KINDS = [_pipe, _folder, _link, _device, _socket, _large, _deep, _binary, _infin
 
 @posix
 @pytest.mark.parametrize("make", KINDS)
-def test_no_board_is_found_in_what_is_not_a_file(folder: Path, make: Callable[[Path], None]) -> None:
+def test_non_file_is_not_found_as_board(folder: Path, make: Callable[[Path], None]) -> None:
     make(folder / "board-1-2.json")
     with closing(ControlServer("lab3", [], dict)) as door:
         serving = threading.Event()
@@ -110,7 +110,7 @@ def _serve(door: ControlServer, over: threading.Event) -> None:
 
 @posix
 @pytest.mark.parametrize("make", KINDS)
-def test_token_is_not_read_from_what_is_not_a_file(folder: Path, make: Callable[[Path], None]) -> None:
+def test_token_is_not_read_from_non_file(folder: Path, make: Callable[[Path], None]) -> None:
     make(folder / "web-8000.json")
     found = address.address_for(8000)
     assert found.port == 8000
@@ -123,7 +123,7 @@ def test_token_that_no_address_can_have_is_replaced(folder: Path) -> None:
 
 
 @posix
-def test_own_file_is_read_whole_or_not_at_all(folder: Path) -> None:
+def test_own_file_is_read_completely_or_refused(folder: Path) -> None:
     file = folder / "file"
     file.write_bytes(b"12345")
     assert read_own_file(file, 5) == b"12345"
@@ -141,7 +141,7 @@ def test_port_name_is_not_taken_over_a_pipe(folder: Path) -> None:
 
 
 @posix
-def test_file_is_not_written_in_place_of_a_device_or_pipe(folder: Path) -> None:
+def test_write_does_not_replace_device_or_pipe(folder: Path) -> None:
     os.mkfifo(folder / "pipe")
     for path in (folder / "pipe", folder):
         with pytest.raises(OutputError):
@@ -151,7 +151,7 @@ def test_file_is_not_written_in_place_of_a_device_or_pipe(folder: Path) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="/dev/full is a Linux device")
-def test_full_device_is_an_error_and_stays_a_device() -> None:
+def test_full_device_raises_error_and_stays_a_device() -> None:
     with pytest.raises(OutputError):
         write_atomically(Path("/dev/full"), "text")
     assert stat.S_ISCHR(Path("/dev/full").stat().st_mode)
@@ -164,7 +164,7 @@ def _served(door: ControlServer) -> RunningBoard:
     return door._board
 
 
-def test_callers_without_the_token_push_no_caller_out() -> None:
+def test_callers_without_token_displace_no_caller() -> None:
     with closing(ControlServer("lab3", [], lambda _message: {"t_s": 0.0})) as door:
         board = _served(door)
         with (
@@ -183,7 +183,7 @@ def test_callers_without_the_token_push_no_caller_out() -> None:
                 stranger.close()
 
 
-def test_caller_whose_token_has_arrived_is_not_pushed_out() -> None:
+def test_caller_with_token_is_not_displaced() -> None:
     with closing(ControlServer("lab3", [], lambda _message: {"t_s": 0.0})) as door:
         board = _served(door)
         with (
@@ -218,7 +218,7 @@ def test_caller_whose_token_has_arrived_is_not_pushed_out() -> None:
     ],
     ids=lambda said: repr(said[:20]),
 )
-def test_caller_without_the_token_is_turned_away(said: bytes) -> None:
+def test_caller_without_token_is_refused(said: bytes) -> None:
     asked: list[object] = []
 
     def answer(message: object) -> dict[str, object]:

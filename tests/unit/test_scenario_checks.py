@@ -61,7 +61,7 @@ NOT_MET = [
 
 
 @pytest.mark.parametrize(("kind", "keys"), MET)
-def test_a_met_expectation_is_no_finding(tmp_path: Path, kind: str, keys: str) -> None:
+def test_met_expectation_is_not_a_finding(tmp_path: Path, kind: str, keys: str) -> None:
     result = play(tmp_path, f"{IDEAL}[[expect]]\nkind = '{kind}'\n{keys}\n")
     assert result.passed
     assert (result.passed_count, result.failed_count, len(result.lines)) == (1, 0, 1)
@@ -96,9 +96,7 @@ def test_a_broken_expectation_is_found(tmp_path: Path, kind: str, keys: str, fau
         ("hard_iron", "within_mgauss = 30"),
     ],
 )
-def test_an_expectation_says_what_is_expected_before_it_is_judged(
-    tmp_path: Path, kind: str, keys: str, words: Words
-) -> None:
+def test_open_expectation_describes_itself(tmp_path: Path, kind: str, keys: str, words: Words) -> None:
     plan = load_scenario(write(tmp_path, f"{IDEAL}[[expect]]\nkind = '{kind}'\n{keys}\n"))
     (verdict,) = plan.verdicts(Board(scenario=plan))
     assert verdict.state == "open"
@@ -139,7 +137,7 @@ def test_a_text_is_compared_byte_by_byte(tmp_path: Path) -> None:
     assert play(tmp_path, text).failed_count == 1
 
 
-def test_the_longer_of_two_texts_differs_in_its_next_line(tmp_path: Path) -> None:
+def test_longer_text_differs_in_its_next_line(tmp_path: Path) -> None:
     text = f"{IDEAL}[[expect]]\nkind = 'text'\nfile = 'golden.txt'\n"
     golden = write(tmp_path, text).with_name("golden.txt")
     golden.write_bytes(b"")
@@ -178,7 +176,7 @@ def test_truth_survives_jumps_of_the_world(tmp_path: Path) -> None:
     assert play(tmp_path, head + jumps + field).passed
 
 
-def test_motions_after_a_jump_begin_where_it_led(tmp_path: Path) -> None:
+def test_motion_after_jump_starts_at_its_end(tmp_path: Path) -> None:
     """A jump would drop what was planned after it, and the sweep begins from the angles then in force."""
     head = HEAD + 'duration = "8s"\n[sensors]\ngrade = "ideal"\n'
     timeline = (
@@ -201,7 +199,7 @@ def test_motions_after_a_jump_begin_where_it_led(tmp_path: Path) -> None:
     assert result.passed, result.lines
 
 
-def test_a_malformed_line_is_no_wrong_value() -> None:
+def test_malformed_line_is_not_a_wrong_value() -> None:
     expectation = ExpectField.model_validate(
         {"kind": "field", "name": "Pitch", "value": 1.0, "tolerance": 0.1}
     )
@@ -220,7 +218,7 @@ def test_a_malformed_line_is_no_wrong_value() -> None:
         assert (miss.fault if miss else None) == fault, text
 
 
-def test_what_is_no_number_is_not_off_by_some(words: Words) -> None:
+def test_non_number_is_not_described_as_deviation(words: Words) -> None:
     expectation = ExpectField.model_validate(
         {"kind": "field", "name": "Pitch", "value": 1.0, "tolerance": 0.1}
     )
@@ -253,7 +251,7 @@ def test_what_is_no_number_is_not_off_by_some(words: Words) -> None:
     ],
 )
 @pytest.mark.parametrize("kind", ["field", "printed", "within"])
-def test_a_line_in_another_format_is_told_the_difference(kind: str, text: str, difference: str) -> None:
+def test_line_in_another_format_shows_the_difference(kind: str, text: str, difference: str) -> None:
     keys = {
         "field": {"value": 1.0, "tolerance": 0.1},
         "printed": {"max_gap": "1s"},
@@ -305,7 +303,7 @@ def test_a_report_compares_prints_with_the_truth(tmp_path: Path, words: Words) -
     assert len(result.reports) == 5
 
 
-def test_a_report_may_be_of_a_part_of_the_run(tmp_path: Path, words: Words) -> None:
+def test_report_covers_part_of_the_run(tmp_path: Path, words: Words) -> None:
     report = "[[report]]\nfield = 'Pitch'\nagainst = 'truth'\nfrom = '{}'\n"
     result = play(tmp_path, f"{IDEAL}{report.format('1.5s')}")
     assert result.reports[-1].endswith(" 1 print")
@@ -315,7 +313,7 @@ def test_a_report_may_be_of_a_part_of_the_run(tmp_path: Path, words: Words) -> N
     assert (refused.value.key, refused.value.kind) == ("report[0].from", "after_end")
 
 
-def test_a_report_and_an_expectation_say_which_truth_they_take(tmp_path: Path, words: Words) -> None:
+def test_report_and_expectation_name_their_truth(tmp_path: Path, words: Words) -> None:
     """A sweep of 20 degrees a second: what is printed is a little old, and one print has two errors."""
     turn = "[[timeline]]\ndo = 'sweep'\naxis = 'pitch'\nto_deg = 30\nat = '1s'\nfor = '1.5s'\n"
     field = "[[expect]]\nkind = 'field'\nname = 'Pitch'\ntruth = true\ntolerance = 0.0001\n"
@@ -330,13 +328,13 @@ def test_a_report_and_an_expectation_say_which_truth_they_take(tmp_path: Path, w
     assert abs(taken) < 0.05 < abs(largest)
 
 
-def test_a_report_of_what_is_never_printed_says_so(tmp_path: Path, words: Words) -> None:
+def test_report_without_printed_values_is_explained(tmp_path: Path, words: Words) -> None:
     result = play(tmp_path, f"{SHORT}firmware = 'template'\n[[report]]\nfield = 'Yaw'\nagainst = 'truth'\n")
     (line,) = result.reports
     words("scenario", line)
 
 
-def test_a_report_flags_angles_while_the_board_is_no_tilt_sensor(tmp_path: Path) -> None:
+def test_report_flags_angles_of_an_accelerated_board(tmp_path: Path) -> None:
     """Slides, "eCompass math": tilt only when the modulus is near g."""
     file = tmp_path / "shaken.toml"
     file.write_text(

@@ -49,7 +49,7 @@ def test_draws_are_within_their_ends_and_differ(tmp_path: Path) -> None:
     assert len(set(drawn)) > 30
 
 
-def test_the_same_seed_draws_the_same_and_a_new_entry_changes_no_other(tmp_path: Path) -> None:
+def test_draw_depends_on_seed_not_on_other_entries(tmp_path: Path) -> None:
     before = attitudes(written(tmp_path), 5)
     again = attitudes(written(tmp_path, f'{FILE}\n[[timeline]]\ndo = "hold"\nfor = "1s"\n'), 5)
 
@@ -86,7 +86,7 @@ def test_a_board_draws_by_its_own_seed(tmp_path: Path) -> None:
         ("random_sign = true", "random_sign = 1", "world.hard_iron_mgauss[0]", "draw"),
     ],
 )
-def test_a_wrong_draw_is_named_whatever_the_seed(
+def test_wrong_draw_is_refused_with_any_seed(
     tmp_path: Path, old: str, new: str, key: str, kind: str, words: Words
 ) -> None:
     path = written(tmp_path, FILE.replace(old, new, 1))
@@ -98,7 +98,7 @@ def test_a_wrong_draw_is_named_whatever_the_seed(
     words("scenario", caught.value.problem)
 
 
-def test_the_schema_knows_draws(tmp_path: Path) -> None:
+def test_schema_accepts_draws(tmp_path: Path) -> None:
     import tomllib
 
     validator = jsonschema.Draft202012Validator(json_schema())

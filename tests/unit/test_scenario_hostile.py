@@ -127,7 +127,7 @@ def test_scenario_error_is_cut_at_400_characters(tmp_path: Path) -> None:
         (HEAD + "[[expect]]\nkind = 'text'\nfile = 'no.txt'", "expect[0].file", "value_error"),
     ],
 )
-def test_a_wrong_value_is_named_by_its_key_path(
+def test_wrong_value_is_refused_with_key_path(
     tmp_path: Path, text: str, key: str, kind: str, words: Words
 ) -> None:
     error = refusal(tmp_path, text)
@@ -144,14 +144,14 @@ def test_a_wrong_value_is_named_by_its_key_path(
         ("latitude_deg = 47\nlongitude_deg = 8\ndate = 2026-03-01\nnorth = 'up'", "literal_error"),
     ],
 )
-def test_a_place_outside_the_model(tmp_path: Path, place: str, kind: str, words: Words) -> None:
+def test_place_outside_the_model_is_refused(tmp_path: Path, place: str, kind: str, words: Words) -> None:
     error = refusal(tmp_path, f"{HEAD}[world.place]\n{place}\n")
     assert error.key.startswith("world.place")
     assert error.kind == kind
     words("scenario", error.problem)
 
 
-def test_two_motions_of_one_quantity_at_once_are_both_named(tmp_path: Path) -> None:
+def test_overlapping_motions_are_both_named(tmp_path: Path) -> None:
     sweep = "[[timeline]]\ndo = 'sweep'\naxis = 'yaw'\nto_deg = 9\nfor = '1s'\nat = '1s'\n"
     error = refusal(tmp_path, HEAD + "[[timeline]]\ndo = 'rotate_to'\nfor = '2s'\n" + HOLD + sweep)
     assert (error.key, error.kind) == ("timeline[2].at", "overlap")
@@ -165,7 +165,7 @@ def test_motions_of_different_quantities_may_overlap(tmp_path: Path) -> None:
     assert scenario.duration_s == 10.0
 
 
-def test_how_many_more_problems_there_are_is_told(tmp_path: Path) -> None:
+def test_further_problems_are_counted(tmp_path: Path) -> None:
     error = refusal(tmp_path, HEAD + "seed = -1\nduration = 3\n[world]\nroll_deg = 'flat'\n")
     assert error.problem.endswith("(and 2 more)")
 
@@ -187,28 +187,28 @@ def test_how_many_more_problems_there_are_is_told(tmp_path: Path) -> None:
     ],
     ids=lambda value: value if isinstance(value, str) else None,
 )
-def test_what_is_no_scenario_at_all(tmp_path: Path, data: bytes, kind: str) -> None:
+def test_non_scenario_file_is_refused(tmp_path: Path, data: bytes, kind: str) -> None:
     assert refusal(tmp_path, data).kind == kind
 
 
-def test_a_number_beyond_every_range(tmp_path: Path) -> None:
+def test_number_beyond_every_range_is_refused(tmp_path: Path) -> None:
     assert refusal(tmp_path, f"{HEAD}[world]\nroll_deg = {'9' * 4000}").key == "world.roll_deg"
 
 
-def test_a_timeline_without_end(tmp_path: Path) -> None:
+def test_too_long_timeline_is_refused(tmp_path: Path) -> None:
     error = refusal(tmp_path, HEAD + "timeline=[" + "{do='hold'}," * (MOST_ENTRIES + 1) + "]")
     assert (error.key, error.kind) == ("timeline", "too_long")
     assert str(MOST_ENTRIES) in error.problem
 
 
-def test_a_golden_text_that_is_too_large(tmp_path: Path, words: Words) -> None:
+def test_too_large_golden_text_is_refused(tmp_path: Path, words: Words) -> None:
     (tmp_path / "golden.txt").write_bytes(b"x" * ((1 << 20) + 1))
     error = refusal(tmp_path, HEAD + "[[expect]]\nkind = 'text'\nfile = 'golden.txt'")
     assert error.key == "expect[0].file"
     words("scenario", error.problem)
 
 
-def test_a_folder_is_no_scenario(tmp_path: Path, words: Words) -> None:
+def test_folder_is_not_a_scenario(tmp_path: Path, words: Words) -> None:
     with pytest.raises(ScenarioError) as refused:
         load_scenario(tmp_path)
     assert refused.value.kind == "unusable_file"
@@ -241,7 +241,7 @@ def replay(csv: str) -> str:
         "~/../..",
     ],
 )
-def test_a_file_is_named_as_lying_in_the_scenarios_folder(tmp_path: Path, name: str, words: Words) -> None:
+def test_file_outside_the_scenario_folder_is_refused(tmp_path: Path, name: str, words: Words) -> None:
     folder = tmp_path / "folder"
     (folder / "below").mkdir(parents=True)
     (tmp_path / "outside.txt").write_text("secret")
@@ -252,7 +252,7 @@ def test_a_file_is_named_as_lying_in_the_scenarios_folder(tmp_path: Path, name: 
 
 
 @pytest.mark.parametrize("name", ["to_file.csv", "to_folder/walk.csv", "chain.csv"])
-def test_a_link_does_not_lead_out_of_the_scenarios_folder(tmp_path: Path, name: str, words: Words) -> None:
+def test_link_out_of_the_scenario_folder_is_refused(tmp_path: Path, name: str, words: Words) -> None:
     folder, outside = tmp_path / "folder", tmp_path / "outside"
     folder.mkdir()
     outside.mkdir()
@@ -266,21 +266,21 @@ def test_a_link_does_not_lead_out_of_the_scenarios_folder(tmp_path: Path, name: 
         assert "secret" not in str(error)
 
 
-def test_a_link_inside_the_folder_is_a_file_like_any(tmp_path: Path) -> None:
+def test_link_inside_the_folder_is_accepted(tmp_path: Path) -> None:
     (tmp_path / "below").mkdir()
     (tmp_path / "below" / "walk.csv").write_text(RECORDING)
     (tmp_path / "link.csv").symlink_to("below/walk.csv")
     load_scenario(write(tmp_path, HEAD + replay("link.csv") + replay("below/walk.csv")))
 
 
-def test_a_link_that_leads_to_itself(tmp_path: Path) -> None:
+def test_link_to_itself_is_refused(tmp_path: Path) -> None:
     (tmp_path / "loop.csv").symlink_to("loop.csv")
     error = refusal(tmp_path, HEAD + replay("loop.csv"))
     assert error.key == "timeline[0].csv"
     assert "loop.csv" in error.problem
 
 
-def test_a_recording_that_is_replayed_often_is_kept_once(tmp_path: Path) -> None:
+def test_recording_replayed_often_is_kept_once(tmp_path: Path) -> None:
     """As are its rows, whenever each replay begins."""
     rows = "".join(f"{number}e-4,0,{number % 90},0,1\n" for number in range(20_000))
     (tmp_path / "walk.csv").write_text("t_s,roll_deg,pitch_deg,yaw_deg,alt_m\n" + rows)
@@ -325,7 +325,7 @@ def test_all_files_of_a_scenario_have_one_bound(tmp_path: Path, words: Words) ->
         "a{" + "9" * 400 + "}",
     ],
 )
-def test_a_pattern_that_would_fill_the_memory_is_not_compiled(
+def test_pattern_exceeding_memory_is_not_compiled(
     tmp_path: Path, pattern: str, kind: str, monkeypatch: pytest.MonkeyPatch, words: Words
 ) -> None:
     compiled: list[str] = []
@@ -350,7 +350,7 @@ def test_many_patterns_have_one_bound(tmp_path: Path, words: Words) -> None:
         r"(?<!\{)x{0,99999}",
     ],
 )
-def test_patterns_as_people_write_them_are_compiled(tmp_path: Path, pattern: str) -> None:
+def test_usual_patterns_are_compiled(tmp_path: Path, pattern: str) -> None:
     load_scenario(write(tmp_path, f"{HEAD}[[expect]]\nkind = 'regex'\npattern = '{pattern}'\n"))
 
 
@@ -364,7 +364,7 @@ def test_all_searches_of_a_run_have_one_bound() -> None:
         pass
 
 
-def test_a_question_cannot_command_the_users_terminal(tmp_path: Path) -> None:
+def test_question_has_no_control_characters(tmp_path: Path) -> None:
     assert refusal(tmp_path, 'schema = 1\nquestion = "\\u001b]0;title\\u0007"').key == "question"
 
 
@@ -377,7 +377,7 @@ def test_a_pipe_does_not_keep_the_loader_waiting(tmp_path: Path) -> None:
     assert refused.value.kind == "unusable_file"
 
 
-def test_a_missing_file(tmp_path: Path, words: Words) -> None:
+def test_missing_file_is_refused(tmp_path: Path, words: Words) -> None:
     with pytest.raises(ScenarioError) as refused:
         load_scenario(str(tmp_path / "none.toml"))
     assert refused.value.kind == "unusable_file"
@@ -392,7 +392,7 @@ def test_an_unknown_name_lists_the_known_ones() -> None:
 
 @given(st.binary(max_size=200) | st.text(max_size=200).map(str.encode))
 @settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_nothing_but_scenario_errors(tmp_path: Path, data: bytes) -> None:
+def test_any_file_raises_only_scenario_errors(tmp_path: Path, data: bytes) -> None:
     refusal(tmp_path, data)
 
 
@@ -427,7 +427,7 @@ def test_a_table_of_anything_is_taken_or_refused(key: str, value: object) -> Non
         assert message.isprintable()
 
 
-def test_a_pattern_that_never_ends_is_stopped_and_says_so(tmp_path: Path) -> None:
+def test_endless_pattern_is_stopped_and_reported(tmp_path: Path) -> None:
     file = tmp_path / "slow.toml"
     file.write_text(SHORT + "[[expect]]\nkind = 'regex'\npattern = '^(.|..)+(?<!.)$'\n")
     (finding,) = run(Board(scenario=file)).findings
@@ -442,7 +442,7 @@ def test_a_window_after_the_end_is_refused(tmp_path: Path) -> None:
     assert (refused.value.key, refused.value.kind) == ("expect[0].from", "after_end")
 
 
-def test_a_timer_at_84_mhz_costs_no_more_than_its_handlers(tmp_path: Path) -> None:
+def test_timer_at_84_mhz_costs_only_its_handlers(tmp_path: Path) -> None:
     file = tmp_path / "flood.toml"
     file.write_text(SHORT + "[firmware_settings]\ntimer_prescaler = 0\ntimer_period = 0\n")
     board = Board(scenario=file)
@@ -451,9 +451,7 @@ def test_a_timer_at_84_mhz_costs_no_more_than_its_handlers(tmp_path: Path) -> No
     assert board.tim9.late < 4_000
 
 
-def test_format_that_can_be_read_in_many_ways_is_a_finding(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_ambiguous_format_is_stopped_with_a_finding(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fcu_emulator.emulator.scenario.fields._LINE_PATIENCE_S", 0.01)
     monkeypatch.setattr("fcu_emulator.emulator.scenario.fields._RUN_PATIENCE_S", 0.02)
     table = f"[[expect]]\nkind = 'printed'\nformat = '{'%s' * 40}%d'\nmax_gap = '1s'\n"
@@ -463,7 +461,7 @@ def test_format_that_can_be_read_in_many_ways_is_a_finding(
 
 
 @pytest.mark.parametrize("kind", ["field", "line_follows"])
-def test_pattern_of_a_number_that_takes_too_long_is_a_finding(
+def test_slow_number_pattern_is_stopped_with_a_finding(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
 ) -> None:
     monkeypatch.setattr("fcu_emulator.emulator.scenario.fields._LINE_PATIENCE_S", 0.01)

@@ -209,7 +209,7 @@ def test_the_json_schema_takes_every_table() -> None:
         "[[expect]]\nkind = 'field'\nname = 'Jaw'\nvalue = 1\ntolerance = 1",
     ],
 )
-def test_the_json_schema_refuses_what_the_loader_refuses(tmp_path: Path, wrong: str) -> None:
+def test_json_schema_refuses_what_loader_refuses(tmp_path: Path, wrong: str) -> None:
     with pytest.raises(jsonschema.ValidationError):
         validate(tomllib.loads(HEAD + wrong))
     with pytest.raises(InputError):
@@ -229,7 +229,7 @@ def test_a_file_with_everything_round_trips(tmp_path: Path) -> None:
     load_scenario(write(tmp_path, EVERYTHING))  # and it can be played
 
 
-def test_the_firmwares_settings_are_the_firmwares_own() -> None:
+def test_schema_settings_equal_the_firmware() -> None:
     settings = {field.name: field.default for field in dataclasses.fields(Settings)}
     assert {name: field.default for name, field in FirmwareTable.model_fields.items()} == settings
 
@@ -266,7 +266,7 @@ def test_a_shipped_file_begins_with_a_question(name: str) -> None:
     assert first.endswith("?")
 
 
-def test_defaults_stand_in_the_schema_as_in_a_file() -> None:
+def test_schema_defaults_are_in_file_notation() -> None:
     """What an editor inserts must be what the loader takes."""
     bus = json_schema()["$defs"]["BusTable"]["properties"]["speed"]
     assert bus["default"] == "400kHz"
@@ -274,7 +274,7 @@ def test_defaults_stand_in_the_schema_as_in_a_file() -> None:
     assert all(isinstance(limits[name]["default"], str) for name in ("duration", "wall"))
 
 
-def test_an_editor_is_told_what_a_sensors_figure_means() -> None:
+def test_schema_describes_sensor_figures() -> None:
     keys = json_schema()["$defs"]["LPS22HBErrors"]["properties"]
     meaning = "offset before calibration, hPa; +-1 (typ.) (datasheet Table 3)"
 

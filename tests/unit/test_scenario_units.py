@@ -33,7 +33,7 @@ def test_a_duration_is_exact_in_picoseconds(text: str, picoseconds: int) -> None
 
 
 @pytest.mark.parametrize("value", [5, 0.5, pytest.param(10**5000, id="huge")])
-def test_a_bare_number_is_called_one(value: object, words: Words) -> None:
+def test_bare_number_is_refused_with_units(value: object, words: Words) -> None:
     with pytest.raises(ValueError, match='"50ms"') as refused:
         parse_duration(value)
     words("scenario", str(refused.value))
@@ -58,24 +58,24 @@ def test_a_bare_number_is_called_one(value: object, words: Words) -> None:
         True,
     ],
 )
-def test_what_is_no_duration_is_refused_with_an_example(value: object) -> None:
+def test_invalid_duration_is_refused_with_an_example(value: object) -> None:
     with pytest.raises(ValueError, match='"50ms"'):
         parse_duration(value)
 
 
-def test_a_length_is_not_zero() -> None:
+def test_zero_duration_is_refused() -> None:
     with pytest.raises(ValueError, match='"1us"'):
         parse_length("0s")
     assert parse_length("1us") == 10**6
 
 
 @pytest.mark.parametrize(("text", "hertz"), [("400kHz", 400_000), ("10kHz", 10_000), ("1MHz", 1_000_000)])
-def test_bus_speeds(text: str, hertz: int) -> None:
+def test_bus_speeds_are_parsed(text: str, hertz: int) -> None:
     assert parse_bus_speed(text) == hertz
 
 
 @pytest.mark.parametrize("value", [400_000, "400", "9.9kHz", "1.1MHz", "400khz", "fast"])
-def test_what_is_no_bus_speed_is_refused_with_what_would_be_right(value: object) -> None:
+def test_invalid_bus_speed_is_refused_with_an_example(value: object) -> None:
     with pytest.raises(ValueError, match=re.compile("kHz")):
         parse_bus_speed(value)
 

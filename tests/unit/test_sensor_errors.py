@@ -60,7 +60,7 @@ def measured(channel: Channel, errors: Any, degc: float, *values: float) -> list
     ],
     ids=str,
 )
-def test_bias_scale_and_their_drift_are_applied_as_numbers(
+def test_bias_scale_and_drift_are_applied(
     channel: Channel, errors: Any, value: float, unit: float, degc: float
 ) -> None:
     """Value * (1 + scale) + bias, both moving linearly with the distance from 25 degC."""
@@ -100,7 +100,7 @@ def test_offsets_of_pressure_and_temperature(
         (1100.0, 5.0, 1100.55),
     ],
 )
-def test_a_barometer_is_off_by_a_bias_a_slope_and_a_drift(hpa: float, degc: float, expected: float) -> None:
+def test_barometer_has_bias_slope_and_drift(hpa: float, degc: float, expected: float) -> None:
     """LPS22HB datasheet T3: absolute, relative, and over temperature."""
     errors = LPS22HBErrors(
         pressure_bias_hpa=0.5, pressure_relative_hpa=0.1, pressure_drift_hpa_per_degc=0.0025
@@ -109,7 +109,7 @@ def test_a_barometer_is_off_by_a_bias_a_slope_and_a_drift(hpa: float, degc: floa
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_a_calibrated_barometer_is_as_accurate_as_table_3_says(seed: int) -> None:
+def test_calibrated_barometer_is_as_accurate_as_table_3(seed: int) -> None:
     """+-0.1 hPa, typical, from 0 to 65 degC after a one-point calibration, at the middle of the range."""
     errors = replace(LPS22HBErrors.of_grade("worst", seed), pressure_noise_hpa=0.0, odr_percent=0.0)
     bias = errors.pressure_bias_hpa
@@ -127,14 +127,12 @@ def test_a_calibrated_barometer_is_as_accurate_as_table_3_says(seed: int) -> Non
         ((0.0, 0.0, 1000.0), (-20.0, 5.0, 1000.0)),
     ],
 )
-def test_an_axis_of_the_magnetometer_sees_the_others(
-    field: tuple[float, ...], expected: tuple[float, ...]
-) -> None:
+def test_magnetometer_has_cross_axis_error(field: tuple[float, ...], expected: tuple[float, ...]) -> None:
     errors = LIS2MDLErrors(cross_axis_percent=(1.0, -2.0, 0.5))
     assert measured(MAGNETOMETER, errors, 25.0, *field) == pytest.approx(expected, rel=0, abs=0.76)
 
 
-def test_what_an_axis_sees_of_the_others_is_scaled_and_shifted_like_its_own() -> None:
+def test_cross_axis_error_is_scaled_and_shifted() -> None:
     errors = LIS2MDLErrors(
         bias_mgauss=(30.0, 0.0, 0.0), scale_percent=(10.0, 0.0, 0.0), cross_axis_percent=(1.0, 0.0, 0.0)
     )
@@ -186,7 +184,7 @@ def test_noise_rms_is_that_of_the_setting(channel: Channel, errors: Any, writes:
     assert found.mean(axis=0) == pytest.approx(np.zeros(channel.axes), abs=0.1 * rms + 0.1 * lsb)
 
 
-def test_the_axes_have_noise_of_their_own() -> None:
+def test_noise_of_axes_is_independent() -> None:
     chip = Chip("LSM6DSL", XL)
     chip.configure(ACCELEROMETER.scales[0][0])
     rows = []
@@ -267,7 +265,7 @@ def of_grade(part: Any, grade: Grade, seed: int) -> dict[str, np.ndarray[Any, np
 
 
 @parts
-def test_every_figure_has_a_spread_or_is_noise_or_a_setting(part: type[Any]) -> None:
+def test_every_figure_is_a_spread_noise_or_setting(part: type[Any]) -> None:
     assert {entry.name for entry in fields(part)} == {*SIGMAS[part], *NOISE_FIGURES[part], *SETTINGS[part]}
 
 
@@ -280,7 +278,7 @@ def test_an_ideal_part_is_the_default(part: type[Any]) -> None:
 
 @parts
 @pytest.mark.parametrize("seed", range(20))
-def test_a_typical_part_is_within_three_sigma_and_a_worst_one_there(part: type[Any], seed: int) -> None:
+def test_typical_is_within_and_worst_at_three_sigma(part: type[Any], seed: int) -> None:
     typical, worst = of_grade(part, "typical", seed), of_grade(part, "worst", seed)
 
     for name, sigma in SIGMAS[part].items():
@@ -328,6 +326,6 @@ def test_worst_parts_have_either_sign(part: type[Any]) -> None:
 
 
 @parts
-def test_an_unknown_grade_is_refused_with_the_known_ones(part: type[Any]) -> None:
+def test_unknown_grade_lists_known_ones(part: type[Any]) -> None:
     with pytest.raises(ValueError, match=f"perfect.*{', '.join(GRADES)}"):
         part.of_grade("perfect", 0)

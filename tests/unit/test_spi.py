@@ -66,7 +66,7 @@ def test_the_barometer_increments_only_with_if_add_inc() -> None:
     assert board.spi2.write_read("PC13", b"\x96", 1) == b"\x02"
 
 
-def test_the_magnetometer_reads_and_writes_as_its_drivers_address_it() -> None:
+def test_magnetometer_spi_accepts_driver_addresses() -> None:
     """Drivers set bit 6 too, which every address has already."""
     board = Board(wiring="fcu001v1", ideal=True)
     board.spi2.write("PB12", bytes([0x40 | 0x45]) + bytes(range(1, 7)))
@@ -82,7 +82,7 @@ def test_the_barometers_burst_goes_round_on_spi() -> None:
     assert data[:5] == data[5:] != bytes(5)
 
 
-def test_a_byte_is_eight_periods_of_2_625_mhz() -> None:
+def test_spi_byte_takes_eight_clock_periods() -> None:
     """Question 1 of the lab: 42 MHz / 16 as ST's firmware sets it."""
     board = Board(wiring="fcu001v1")
     board.spi2.write_read("PA8", b"\x8f", 3)
@@ -90,7 +90,7 @@ def test_a_byte_is_eight_periods_of_2_625_mhz() -> None:
     assert board.clock.now_ps == 4 * 8 * PS_PER_S // 2_625_000
 
 
-def test_the_trace_names_the_register_without_its_read_flag() -> None:
+def test_spi_trace_omits_the_read_flag() -> None:
     board = Board(wiring="fcu001v1")
     board.trace.record_all()
     board.spi2.write_read("PB12", b"\xcf", 1)
@@ -111,7 +111,7 @@ def test_i2c_disable_silences_i2c(address: int, disable: bytes) -> None:
         board.i2c2.bus.read_from(address, 0x0F, 1)
 
 
-def test_what_is_not_there_is_answered_with_what_is(words: Words) -> None:
+def test_unknown_chip_select_is_refused_with_known_ones(words: Words) -> None:
     with pytest.raises(InputError, match="PA8, PB12, PC13") as refused:
         Board(wiring="fcu001v1").spi2.write("PA4", b"\x00")
     assert refused.value.kind == "unknown_chip_select"
@@ -124,7 +124,7 @@ def test_what_is_not_there_is_answered_with_what_is(words: Words) -> None:
     assert refused.value.kind == "wrong_wiring"
 
 
-def test_speed_of_a_peripheral_that_firmware_never_enables_is_zero() -> None:
+def test_speed_of_unused_peripheral_is_zero() -> None:
     """The solution for I2C2 leaves SPI2 off; that for SPI2 sets 42 MHz / 16."""
     speeds = []
     for wiring in ("lab3", "fcu001v1"):

@@ -24,19 +24,19 @@ from tests.support.sensor_fakes import Chip
         ([(0x10, 0xF0)], 3),  # a reserved code measures nothing
     ],
 )
-def test_the_lsm6dsl(writes: list[tuple[int, int]], microampere: float) -> None:
+def test_lsm6dsl_current_follows_its_setting(writes: list[tuple[int, int]], microampere: float) -> None:
     chip = Chip("LSM6DSL")
     for address, value in writes:
         chip.write(address, value)
     assert chip.part.supply_current_ua() == microampere
 
 
-def test_the_boards_sensors_after_power_on() -> None:
+def test_sensors_have_documented_current_after_power_on() -> None:
     """Power-down, idle, power-down."""
     assert Board().supply_current_ua() == {"LSM6DSL": 3.0, "LIS2MDL": 1.5, "LPS22HB": 1.0}
 
 
-def test_the_boards_sensors_under_the_labs_firmware() -> None:
+def test_sensors_have_documented_current_under_lab_firmware() -> None:
     """Both LSM6DSL sensors in high performance; LIS2MDL at 100 Hz with OFF_CANC; LPS22HB at 25 Hz in low
     current, whose figure at 1 Hz is 3 uA."""
     board = Board(firmware="lab3")

@@ -39,12 +39,12 @@ def as_json(event: TraceEvent) -> str:
 
 @pytest.mark.parametrize("kind", TraceEvent.__subclasses__(), ids=lambda kind: kind.__name__)
 @given(data=st.data())
-def test_a_line_is_what_a_json_encoder_writes(kind: type[TraceEvent], data: st.DataObject) -> None:
+def test_trace_line_equals_json_encoder(kind: type[TraceEvent], data: st.DataObject) -> None:
     event = data.draw(events(kind))
     assert line(event) == as_json(event)
 
 
-def test_a_run_of_the_lab_is_written_so(tmp_path: Path) -> None:
+def test_lab_run_is_written_as_json(tmp_path: Path) -> None:
     """Files, memory and subscribers get the same events in the same order."""
     board, heard = Board(firmware="lab3"), []
     board.trace.write_to(tmp_path / "files_only.jsonl")
@@ -65,7 +65,7 @@ def test_a_run_of_the_lab_is_written_so(tmp_path: Path) -> None:
     assert len(again.trace.of(BusTransfer)) > 100
 
 
-def test_nobody_listens_at_first_and_again_at_the_end(tmp_path: Path) -> None:
+def test_trace_without_subscribers_is_not_detailed(tmp_path: Path) -> None:
     trace = Trace()
     assert not trace.detailed
     first, second = trace.subscribe(lambda _: None), trace.subscribe(lambda _: None, detail=False)
@@ -80,7 +80,7 @@ def test_nobody_listens_at_first_and_again_at_the_end(tmp_path: Path) -> None:
     assert not trace.detailed
 
 
-def test_a_subscriber_gets_what_it_asks_for() -> None:
+def test_subscriber_gets_requested_events() -> None:
     trace, everything, rare = Trace(), [], []
     trace.subscribe(everything.append)
     end = trace.subscribe(rare.append, detail=False)
@@ -98,7 +98,7 @@ def test_a_subscriber_gets_what_it_asks_for() -> None:
     assert list(trace) == [edge, failed, Fault(7, "core", "stopped")]
 
 
-def test_a_subscriber_may_end_its_subscription_when_it_is_called() -> None:
+def test_subscriber_may_unsubscribe_when_called() -> None:
     trace, heard = Trace(), []
 
     def once(event: TraceEvent) -> None:
@@ -117,7 +117,7 @@ def test_a_file_that_cannot_be_opened_is_named() -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="/dev/full is a Linux device")
-def test_a_full_disk_ends_the_run_and_the_file() -> None:
+def test_full_disk_ends_the_run_and_the_file() -> None:
     board = Board(firmware="lab3")
     board.trace.write_to("/dev/full")
     with pytest.raises(OutputError, match="No space left"):

@@ -9,7 +9,7 @@ from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.world import World
 
 
-def test_the_weather_changes_the_pressure_at_every_height_and_stays() -> None:
+def test_weather_changes_pressure_at_every_height() -> None:
     world, higher = World(), World()
     higher.set_altitude(100)
     before = np.array([one.pressure_hpa([0.0])[0] for one in (world, higher)])
@@ -22,7 +22,7 @@ def test_the_weather_changes_the_pressure_at_every_height_and_stays() -> None:
     np.testing.assert_array_equal(higher.altitude_m([100.0]), 100)
 
 
-def test_gusts_are_a_quarter_of_the_winds_pressure_and_slow() -> None:
+def test_gusts_are_slow_and_quarter_of_wind_pressure() -> None:
     """rho v^2 / 2 is 0.6 hPa at 10 m/s; most of it lies below 0.5 Hz."""
     world = World()
     still = world.pressure_hpa([0.0])
@@ -41,7 +41,7 @@ def test_gusts_are_a_quarter_of_the_winds_pressure_and_slow() -> None:
     np.testing.assert_allclose(slower.pressure_hpa(t_s) - still, gusts / 4, atol=1e-9)
 
 
-def test_a_door_pushes_for_about_a_second() -> None:
+def test_door_pushes_for_about_a_second() -> None:
     world = World()
     still = world.pressure_hpa([0.0])
     end_s = world.shut_door(0.2, start_s=5)
@@ -50,7 +50,7 @@ def test_a_door_pushes_for_about_a_second() -> None:
     assert world.pressure_hpa(np.arange(5, 7, 0.01)).max() - still == pytest.approx(0.2, abs=1e-3)
 
 
-def test_puffs_add_up_and_no_other_sensor_sees_them() -> None:
+def test_pressure_disturbances_add_up_without_other_effects() -> None:
     world, other = World(), World()
     world.blow(8, duration_s=20)
     world.shut_door(start_s=10)
@@ -74,6 +74,6 @@ def test_puffs_add_up_and_no_other_sensor_sees_them() -> None:
         (lambda w: w.shut_door(float("nan")), "push_hpa"),
     ],
 )
-def test_air_that_is_none_is_refused(ask: object, name: str) -> None:
+def test_impossible_air_is_refused(ask: object, name: str) -> None:
     with pytest.raises(InputError, match=name):
         ask(World())  # type: ignore[operator]

@@ -18,7 +18,7 @@ from tests.support.words import Words
 NORTH_MGAUSS, DOWN_MGAUSS = 215.0, 430.0  # the default field, Zurich
 
 
-def test_flat_to_the_north_the_default_field_is_north_and_down() -> None:
+def test_default_field_points_north_and_down() -> None:
     np.testing.assert_allclose(World().magnetic_field_mgauss([0.0]), [[NORTH_MGAUSS, 0, -DOWN_MGAUSS]])
 
 
@@ -35,7 +35,7 @@ def test_a_field_vector_is_given_north_east_down() -> None:
     np.testing.assert_allclose(world.magnetic_field_mgauss([0.0]), [[100, -200, -300]])
 
 
-def test_hard_iron_is_fixed_to_the_board_and_soft_iron_distorts_what_comes_from_outside() -> None:
+def test_hard_iron_is_fixed_and_soft_iron_distorts() -> None:
     world = World()
     world.set_hard_iron(x_mgauss=100, y_mgauss=-50, z_mgauss=30)
     world.set_soft_iron([[1.1, 0.2, 0], [0.2, 0.9, 0], [0, 0, 1]])
@@ -45,7 +45,7 @@ def test_hard_iron_is_fixed_to_the_board_and_soft_iron_distorts_what_comes_from_
     np.testing.assert_array_equal(world.hard_iron_mgauss([0.0, 1.0]), [[100, -50, 30]] * 2)
 
 
-def test_disturbances_add_to_the_earths_field_for_their_time() -> None:
+def test_disturbances_add_to_the_field_temporarily() -> None:
     world = World()
     assert world.disturb_field(5, 0, 0, duration_s=2, start_s=1) == 3.0
     world.disturb_field(0, 0, 7, duration_s=2, start_s=2)
@@ -66,7 +66,7 @@ def test_a_passing_magnet_is_a_dipole() -> None:
     np.testing.assert_allclose(change, expected, atol=1e-9)
 
 
-def test_a_magnet_comes_and_goes_unnoticed() -> None:
+def test_passing_magnet_starts_and_ends_smoothly() -> None:
     world = World()
     end_s = world.pass_magnet(moment_am2=-2, distance_m=0.3, speed_m_s=1)
     t = np.linspace(0, end_s, 2001)
@@ -76,7 +76,7 @@ def test_a_magnet_comes_and_goes_unnoticed() -> None:
     assert size.argmax() == 1000
 
 
-def test_a_held_magnet_has_the_field_of_one_that_passes_there() -> None:
+def test_held_magnet_equals_passing_magnet_at_its_place() -> None:
     passing, held = World(), World()
     end_s = passing.pass_magnet(moment_am2=0.5, distance_m=0.2, speed_m_s=0.5)
     assert held.follow_magnet(north_m=0, west_m=-0.2, up_m=0, moment_am2=0.5) == 0
@@ -90,7 +90,7 @@ def test_a_held_magnet_has_the_field_of_one_that_passes_there() -> None:
 
 
 @given(place=st.tuples(*[st.floats(-0.5, 0.5)] * 3).filter(lambda place: np.linalg.norm(place) > 0.05))
-def test_the_field_of_a_held_magnet_is_the_slope_of_its_potential(place: tuple[float, float, float]) -> None:
+def test_held_magnet_field_is_slope_of_its_potential(place: tuple[float, float, float]) -> None:
     """Jackson, Classical Electrodynamics, section 5.6: outside, B is -grad (m . r / r^3)."""
     world, step = World(), 1e-5 * np.eye(3)
     world.follow_magnet(*place, moment_am2=0.3)
@@ -104,7 +104,7 @@ def test_the_field_of_a_held_magnet_is_the_slope_of_its_potential(place: tuple[f
     np.testing.assert_allclose(field, np.negative(slope), rtol=1e-5, atol=1e-3)
 
 
-def test_a_magnet_that_is_led_through_the_board_has_a_finite_field() -> None:
+def test_magnet_inside_the_board_has_finite_field() -> None:
     world = World()
     world.follow_magnet(-0.1, 0, 0)
     world.follow_magnet(0.1, 0, 0, time_constant_s=0.1)
@@ -134,7 +134,7 @@ def test_the_figure_of_eight_finds_the_hard_iron(
     assert np.abs(world.angular_rate_dps(np.arange(2000) / 100)).max() < 300  # a hand, not a motor
 
 
-def test_without_a_field_the_figure_of_eight_still_moves() -> None:
+def test_figure_of_eight_without_field_still_moves() -> None:
     world = World()
     world.set_magnetic_field(0, 0, 0)
     world.figure_eight(duration_s=10)
@@ -194,7 +194,7 @@ def test_pressure_at_the_floor_is_the_standard_atmospheres() -> None:
     assert World().pressure_hpa([0.0])[0] == World(floor_altitude_m=408).pressure_hpa([0.0])[0]
 
 
-def test_air_at_room_temperature_is_lighter_than_the_standard_atmosphere() -> None:
+def test_air_at_room_temperature_has_lower_gradient() -> None:
     world = World(floor_altitude_m=0)
     floor = world.pressure_hpa([0.0])[0]
     world.set_altitude(1.0)

@@ -48,7 +48,7 @@ def position_m(world: World, t_s: Array) -> Array:
 
 @pytest.mark.parametrize("tremor_mg", [0.0, 10.0])
 @pytest.mark.parametrize("name", MOTIONS)
-def test_the_force_felt_is_the_second_derivative_of_where_the_board_is(name: str, tremor_mg: float) -> None:
+def test_force_is_second_derivative_of_position(name: str, tremor_mg: float) -> None:
     world = held(MOTIONS[name], tremor_mg)
     h = 5e-5
     before, here, after = (position_m(world, INSIDE_S + step) for step in (-h, 0.0, h))
@@ -58,7 +58,7 @@ def test_the_force_felt_is_the_second_derivative_of_where_the_board_is(name: str
 
 
 @pytest.mark.parametrize("name", MOTIONS)
-def test_the_rate_of_a_trembling_board_is_the_derivative_of_its_rotation(name: str) -> None:
+def test_trembling_rate_is_derivative_of_rotation(name: str) -> None:
     world = held(MOTIONS[name], 10.0)
     h = 1e-5
     before = Rotation.from_matrix(world.rotation(INSIDE_S - h))
@@ -67,7 +67,7 @@ def test_the_rate_of_a_trembling_board_is_the_derivative_of_its_rotation(name: s
     np.testing.assert_allclose(world.angular_rate_dps(INSIDE_S), numerical, atol=1e-3)
 
 
-def test_a_board_on_a_turntable_feels_the_centripetal_acceleration() -> None:
+def test_turntable_gives_centripetal_acceleration() -> None:
     """360 deg/s, 0.1 m from the axis: w^2 r towards the wrist, which is behind."""
     world = World()
     world.take_in_hand((0, -0.1, 0), tremor_mg=0)
@@ -77,7 +77,7 @@ def test_a_board_on_a_turntable_feels_the_centripetal_acceleration() -> None:
     np.testing.assert_allclose(world.linear_acceleration_g([0.5]), (2 * np.pi) ** 2 * 0.1 / G)
 
 
-def test_a_board_that_is_bent_up_about_the_wrist_rises() -> None:
+def test_board_bent_up_about_the_wrist_rises() -> None:
     world = World()
     world.take_in_hand((0, -0.1, 0), tremor_mg=0)
     before_hpa = world.pressure_hpa([0.0])
@@ -86,7 +86,7 @@ def test_a_board_that_is_bent_up_about_the_wrist_rises() -> None:
     assert world.pressure_hpa([1.0]) < before_hpa
 
 
-def test_height_does_not_jump_when_a_hand_takes_the_board_or_puts_it_down() -> None:
+def test_height_is_continuous_when_hand_takes_or_releases() -> None:
     clock = Clock()
     world = World(clock)
     world.set_attitude(50, 20, 0)
@@ -110,7 +110,7 @@ def test_height_does_not_jump_when_a_hand_takes_the_board_or_puts_it_down() -> N
     np.testing.assert_allclose(world.altitude_m([4.0]), 2.0, atol=1e-12)
 
 
-def test_a_board_that_is_put_down_feels_nothing_of_a_hand() -> None:
+def test_released_board_equals_one_without_a_hand() -> None:
     world, other = World(), World()
     world.take_in_hand(tremor_mg=35, start_s=0.0)
     world.put_down(start_s=1.0)
@@ -122,7 +122,7 @@ def test_a_board_that_is_put_down_feels_nothing_of_a_hand() -> None:
 
 
 @pytest.mark.parametrize(("peak_mg", "hz"), [(10.0, 8.0), (35.0, 11.0)])
-def test_a_tremor_is_as_strong_and_as_fast_as_measured(peak_mg: float, hz: float) -> None:
+def test_tremor_has_measured_strength_and_frequency(peak_mg: float, hz: float) -> None:
     """Of one line of that peak: its root of the mean square; the spectrum lies within 2.5 Hz about it."""
     world = World()
     world.take_in_hand((0, -0.086, 0), peak_mg, hz)
@@ -136,14 +136,14 @@ def test_a_tremor_is_as_strong_and_as_fast_as_measured(peak_mg: float, hz: float
     assert 0.01 < np.degrees(np.arccos(world.rotation(t_s)[:, 2, 2])).max() < 0.3
 
 
-def test_a_tremor_begins_without_a_blow() -> None:
+def test_tremor_starts_smoothly() -> None:
     world = World()
     world.take_in_hand()
     np.testing.assert_allclose(world.specific_force_g([0.0, 1e-9]), [[0, 0, 1]] * 2, atol=1e-9)
     np.testing.assert_allclose(world.angular_rate_dps([0.0, 1e-9]), np.zeros((2, 3)), atol=1e-6)
 
 
-def test_a_recorded_turn_in_a_hand_feels_the_centripetal_acceleration() -> None:
+def test_recorded_turn_in_hand_gives_centripetal_acceleration() -> None:
     world = World()
     world.take_in_hand((0, -0.1, 0), tremor_mg=0)
     world.replay(
@@ -153,7 +153,7 @@ def test_a_recorded_turn_in_a_hand_feels_the_centripetal_acceleration() -> None:
     np.testing.assert_allclose(world.specific_force_g([0.5]), [[0, -pull_g, 1]], atol=1e-12)
 
 
-def test_a_still_world_in_no_hand_has_one_row() -> None:
+def test_still_world_without_hand_has_one_row() -> None:
     world = World()
     for quantity in ("acceleration_g", "angular_rate_dps", "magnetic_field_mgauss", "pressure_hpa"):
         assert len(world.sensed(quantity, one_row=True)(np.arange(9.0))) == 1
@@ -169,12 +169,12 @@ def test_a_still_world_in_no_hand_has_one_row() -> None:
         {"wrist_m": (0, "a", 0)},
     ],
 )
-def test_a_hand_that_is_none_is_refused(change: dict[str, object]) -> None:
+def test_impossible_hand_is_refused(change: dict[str, object]) -> None:
     with pytest.raises(InputError, match=next(iter(change))):
         World().take_in_hand(**change)  # type: ignore[arg-type]
 
 
-def test_sensors_look_closely_while_a_hand_trembles_and_no_longer() -> None:
+def test_sensors_sample_finely_only_while_hand_trembles() -> None:
     clock = Clock()
     world = World(clock)
     felt = world.sensed("acceleration_g")
@@ -188,7 +188,7 @@ def test_sensors_look_closely_while_a_hand_trembles_and_no_longer() -> None:
 
 
 @pytest.mark.parametrize("yaw", range(0, 360, 45))
-def test_a_figure_of_eight_by_a_hand_finds_the_hard_iron_nearly(yaw: int) -> None:
+def test_figure_of_eight_by_hand_finds_hard_iron(yaw: int) -> None:
     """The middle of the extremes, as the lab's MagCalibration takes it, and back to where it began."""
     world = World()
     world.set_attitude(0, 0, yaw)
@@ -201,7 +201,7 @@ def test_a_figure_of_eight_by_a_hand_finds_the_hard_iron_nearly(yaw: int) -> Non
     assert np.abs(world.angular_rate_dps(np.linspace(0, 12, 2401))).max() < 500  # what a hand can do
 
 
-def test_a_figure_of_eight_by_nobody_is_refused() -> None:
+def test_figure_of_eight_by_unknown_actor_is_refused() -> None:
     with pytest.raises(InputError, match="'foot'") as refused:
         World().figure_eight(4, by="foot")  # type: ignore[arg-type]
     assert refused.value.kind == "choice"

@@ -31,7 +31,7 @@ def test_flat_and_still_reads_one_g_up() -> None:
 
 
 @pytest.mark.parametrize("name", MOTIONS)
-def test_vertical_acceleration_is_the_second_derivative_of_the_altitude(name: str) -> None:
+def test_vertical_acceleration_is_second_derivative_of_altitude(name: str) -> None:
     world = World()
     world.set_altitude(1.5)
     MOTIONS[name](world)
@@ -43,7 +43,7 @@ def test_vertical_acceleration_is_the_second_derivative_of_the_altitude(name: st
     assert np.abs(expected).max() > 1
 
 
-def test_a_lift_ends_at_rest_where_it_should() -> None:
+def test_lift_ends_at_rest_at_its_target() -> None:
     world = World()
     world.set_altitude(1.0)
     end_s = world.lift(2.5, duration_s=4, start_s=1)
@@ -52,7 +52,7 @@ def test_a_lift_ends_at_rest_where_it_should() -> None:
     np.testing.assert_allclose(world.specific_force_g([1.0, 5.0, 9.0])[:, 2], 1.0)
 
 
-def test_free_fall_reads_nothing_in_any_attitude_and_the_catch_stops_it() -> None:
+def test_free_fall_reads_zero_until_the_catch() -> None:
     world = World()
     world.set_attitude(20, -50, 110)
     world.set_altitude(2.0)
@@ -85,7 +85,7 @@ def test_a_shake_is_a_cosine_along_its_axis(axis: str, board: int) -> None:
     np.testing.assert_allclose(world.specific_force_g(t) - [0, 0, 1], expected, atol=1e-12)
 
 
-def test_a_shake_stops_after_whole_periods_at_rest_where_it_began() -> None:
+def test_shake_stops_at_rest_after_whole_periods() -> None:
     world = World()
     end_s = world.shake("up", amplitude_g=1, frequency_hz=2, duration_s=1.9)
     assert end_s == 1.5
@@ -102,7 +102,7 @@ def test_shakes_add_up() -> None:
     np.testing.assert_allclose(world.specific_force_g([0.0]), [[0.5, 0.25, 1]])
 
 
-def test_a_shaken_board_feels_it_in_its_own_axes() -> None:
+def test_shake_is_felt_in_board_axes() -> None:
     world = World()
     world.set_attitude(0, 0, 90)  # board X to the west
     world.shake("west", amplitude_g=0.5, frequency_hz=1, duration_s=1)
@@ -114,7 +114,7 @@ def recorded_altitude(t_s: list[float] | np.ndarray, metres: list[float] | np.nd
     return Recording("stairs.csv", np.array(t_s, dtype=float), groups)
 
 
-def test_a_recorded_altitude_passes_its_rows_and_is_felt() -> None:
+def test_recorded_altitude_passes_rows_with_acceleration() -> None:
     world = World()
     assert world.replay(recorded_altitude([0.0, 2.0, 4.0], [0.0, 3.0, 1.0]), start_s=1) == 5.0
     np.testing.assert_allclose(world.altitude_m([0.0, 1.0, 3.0, 5.0, 6.0]), [0, 0, 3, 1, 1])
@@ -123,7 +123,7 @@ def test_a_recorded_altitude_passes_its_rows_and_is_felt() -> None:
     assert world.pressure_hpa([3.0])[0] < world.pressure_hpa([1.0])[0]
 
 
-def test_a_recorded_acceleration_is_felt_as_the_recorded_altitude_was_moved() -> None:
+def test_recorded_lift_equals_computed_lift() -> None:
     """Rows of a lift at 50 Hz: felt as the lift itself is, of which the acceleration is known."""
     lifted, replayed = World(), World()
     lifted.lift(2.0, duration_s=4)
@@ -139,9 +139,7 @@ def test_a_recorded_acceleration_is_felt_as_the_recorded_altitude_was_moved() ->
     st.lists(st.tuples(st.floats(0.05, 3.0), st.floats(-1.0, 1.0)), min_size=1, max_size=12),
     st.floats(0.0, 50.0),
 )
-def test_what_is_felt_of_a_recorded_altitude_is_scipys_spline(
-    moves: list[tuple[float, float]], start_s: float
-) -> None:
+def test_recorded_altitude_equals_scipy_spline(moves: list[tuple[float, float]], start_s: float) -> None:
     steps_s, metres = np.array(moves).T
     rows_s = np.concatenate(([0.0], np.cumsum(steps_s)))
     rows_m = np.concatenate(([0.0], metres))
@@ -158,7 +156,7 @@ def test_what_is_felt_of_a_recorded_altitude_is_scipys_spline(
     np.testing.assert_array_equal(line.position_m(outside_s), rows_m[[0, -1]])
 
 
-def test_noise_in_a_recorded_altitude_is_refused_with_its_line() -> None:
+def test_noisy_recorded_altitude_is_refused_with_line() -> None:
     with pytest.raises(RecordingError, match=r"alt_m .*-500 to 500") as refused:
         World().replay(recorded_altitude([0.0, 0.01, 0.02, 0.03], [0.0, 0.02, -0.02, 0.0]))
     assert (refused.value.file, refused.value.line, refused.value.kind) == ("stairs.csv", 2, "climb")
@@ -174,13 +172,13 @@ def test_noise_in_a_recorded_altitude_is_refused_with_its_line() -> None:
     ],
     ids=["tilted", "to the side", "falling", "on the Moon"],
 )
-def test_how_hard_motion_accelerates_the_board(plan: Callable[[World], object], moving_g: float) -> None:
+def test_linear_acceleration_follows_the_motion(plan: Callable[[World], object], moving_g: float) -> None:
     world = World()
     plan(world)
     assert world.linear_acceleration_g(0.0)[0] == pytest.approx(moving_g)
 
 
-def test_of_a_recorded_force_only_the_modulus_tells_of_motion() -> None:
+def test_linear_acceleration_of_recorded_force_uses_modulus() -> None:
     world = World()
     world.replay(
         Recording("force.csv", np.array([0.0, 1.0]), {"acc": np.array([[0.6, 0, 0.8], [0, 0, 1.5]])})
@@ -201,7 +199,7 @@ def test_of_a_recorded_force_only_the_modulus_tells_of_motion() -> None:
         (lambda w: w.lift(1, 1, start_s=-1), "out_of_range", "not -1"),
     ],
 )
-def test_impossible_motions_are_refused_in_one_line_and_change_nothing(
+def test_impossible_motion_is_refused_without_change(
     plan: Callable[[World], float], kind: str, named: str, words: Words
 ) -> None:
     world = World()

@@ -32,7 +32,7 @@ def test_motors_shake_with_the_square_of_their_speed(throttle: float) -> None:
 
 
 @pytest.mark.parametrize(("axis", "lines"), [(0, 1), (1, 1), (2, 2)])
-def test_the_lines_lie_at_the_motors_speeds_and_their_blades(axis: int, lines: int) -> None:
+def test_motor_vibration_is_at_speed_and_blade_frequency(axis: int, lines: int) -> None:
     """400 Hz at full throttle, in the plane; two blades give twice that along Z."""
     hz, power = scipy_signal.periodogram(shaken_m_s2(0.5)[:, axis], RATE_HZ)
     near = np.abs(hz - 200 * lines) < 200 * lines * 0.02
@@ -40,12 +40,12 @@ def test_the_lines_lie_at_the_motors_speeds_and_their_blades(axis: int, lines: i
     assert len(scipy_signal.find_peaks(power, height=0.1 * power.max())[0]) == 4
 
 
-def test_one_motor_alone_turns_its_force_round() -> None:
+def test_single_motor_force_rotates() -> None:
     force = shaken_m_s2((0, 0, 0.5, 0))
     np.testing.assert_allclose(np.hypot(force[:, 0], force[:, 1]), 15 / np.sqrt(2) * 0.25, rtol=1e-9)
 
 
-def test_the_field_of_the_current_turns_with_the_board_and_grows_with_the_throttle() -> None:
+def test_current_field_follows_board_and_throttle() -> None:
     world = World()
     at_rest = world.magnetic_field_mgauss([0.0])
     hard_iron = world.hard_iron_mgauss([0.0])
@@ -60,7 +60,7 @@ def test_the_field_of_the_current_turns_with_the_board_and_grows_with_the_thrott
     np.testing.assert_array_equal(world.hard_iron_mgauss([0.0]), hard_iron)
 
 
-def test_a_board_whose_motors_stand_is_as_one_without() -> None:
+def test_stopped_motors_change_nothing() -> None:
     clock = Clock()
     world = World(clock)
     world.run_motors(1.0)
@@ -74,7 +74,7 @@ def test_a_board_whose_motors_stand_is_as_one_without() -> None:
 
 
 @pytest.mark.parametrize("throttle", [1.5, -0.1, float("nan"), (0.5, 0.5), (0, 0, 0, 2), "full"])
-def test_a_throttle_that_is_none_is_refused(throttle: object) -> None:
+def test_impossible_throttle_is_refused(throttle: object) -> None:
     with pytest.raises(InputError, match="throttle"):
         World().run_motors(throttle)  # type: ignore[arg-type]
 
@@ -103,7 +103,7 @@ def test_a_scenario_with_no_throttle_is_refused(tmp_path: Path, throttle: str) -
         load_scenario(scenario(tmp_path, f"throttle = {throttle}"))
 
 
-def test_motors_follow_the_duty_of_the_pwm_until_somebody_else_runs_them(tmp_path: Path) -> None:
+def test_motors_follow_pwm_until_throttle_is_set(tmp_path: Path) -> None:
     entries = 'throttle = "firmware"', 'throttle = 0.25\nat = "600ms"'
     board = Board(scenario=scenario(tmp_path, *entries))
     duties = {0.1: (0.0,) * 4, 0.3: (0.5, 0.5, 0.4, 0.4), 0.5: (0.0,) * 4, 0.7: (1.0,) * 4}

@@ -54,13 +54,13 @@ def test_attitude_is_yaw_then_pitch_then_roll() -> None:
         np.testing.assert_allclose(world.attitude_deg([0.0]), [euler], atol=1e-12)
 
 
-def test_attitude_beyond_the_principal_range_is_reported_within_it() -> None:
+def test_attitude_is_reported_within_principal_range() -> None:
     world = World()
     world.set_attitude(0, 100, 0)  # the same rotation as (180, 80, 180)
     np.testing.assert_allclose(np.abs(world.attitude_deg([0.0])), [[180, 80, 180]], atol=1e-12)
 
 
-def test_in_gimbal_lock_roll_is_zero_and_yaw_carries_the_turn() -> None:
+def test_gimbal_lock_reports_zero_roll() -> None:
     world = World()
     world.set_attitude(30, 90, 50)
     np.testing.assert_allclose(world.attitude_deg([0.0]), [[0, 90, 20]], atol=1e-9)
@@ -91,7 +91,7 @@ def test_rate_is_the_derivative_of_the_rotation(name: str) -> None:
     assert np.abs(numerical).max() > 10
 
 
-def test_rotate_to_takes_the_shortest_arc_about_one_axis() -> None:
+def test_rotate_to_takes_the_shortest_arc() -> None:
     world = tilted_world()
     start = Rotation.from_matrix(world.rotation([0.0])[0])
     end_s = world.rotate_to(-40, 70, 170, duration_s=4)
@@ -130,7 +130,7 @@ def test_a_sweep_starts_from_the_angle_as_commanded() -> None:
     np.testing.assert_allclose(world.angular_rate_dps([0.5]), [[0, 0, 10]], atol=1e-9)
 
 
-def test_a_motion_starts_from_the_state_in_force_at_its_start() -> None:
+def test_motion_starts_from_the_state_at_its_start() -> None:
     world = World()
     first = world.rotate_to(0, 60, 0, duration_s=2)
     world.sweep("yaw", 90, duration_s=2, start_s=first)
@@ -139,7 +139,7 @@ def test_a_motion_starts_from_the_state_in_force_at_its_start() -> None:
     np.testing.assert_allclose(world.attitude_deg([1.0, 2.0, 9.0])[:, 1], [30, 0, 0], atol=1e-9)
 
 
-def test_recorded_attitude_is_slerped_and_held_at_both_ends() -> None:
+def test_recorded_attitude_is_slerped_and_held() -> None:
     rows = recorded_attitude()
     world = World()
     world.replay(Recording("later.csv", rows.t_s + 1.0, rows.groups), start_s=2.0)
@@ -161,7 +161,7 @@ def test_a_recording_of_one_row_is_held() -> None:
     )
 
 
-def test_wrong_axis_profile_and_turns_are_refused_in_one_line() -> None:
+def test_wrong_axis_profile_and_turns_are_refused() -> None:
     world = World()
     with pytest.raises(InputError, match=r"roll, pitch, yaw, not 'x'") as refused:
         world.sweep("x", 10, duration_s=1)

@@ -30,7 +30,7 @@ class Clocked:
         return float(self.world.board_temperature_degc(t_s)[0])
 
 
-def test_a_board_that_is_switched_on_becomes_warmer_than_the_air() -> None:
+def test_switched_on_board_warms_above_the_air() -> None:
     board = Clocked()
     assert board.at(0) == 25
     assert board.at(TAU_S) == pytest.approx(25 + HEATING_DEGC * (1 - np.exp(-1)), abs=1e-9)
@@ -38,12 +38,12 @@ def test_a_board_that_is_switched_on_becomes_warmer_than_the_air() -> None:
     np.testing.assert_array_equal(board.world.temperature_degc([0, 1e5]), [25, 25])
 
 
-def test_a_board_that_has_been_on_for_long_is_warm() -> None:
+def test_board_powered_for_long_is_warm() -> None:
     board = Clocked(cold=False)
     np.testing.assert_array_equal(board.world.board_temperature_degc([0, 1, 1e4]), [29, 29, 29])
 
 
-def test_an_ideal_board_has_the_airs_temperature_at_once() -> None:
+def test_ideal_board_follows_air_temperature_at_once() -> None:
     clock = Clock()
     world = World(clock)
     world.warm_up(0.0, 0.0, 0.0)
@@ -52,7 +52,7 @@ def test_an_ideal_board_has_the_airs_temperature_at_once() -> None:
     np.testing.assert_array_equal(world.board_temperature_degc([4.999, 5.0, 5.001]), [25, -10, -10])
 
 
-def test_it_follows_the_air_as_a_body_that_stores_heat() -> None:
+def test_board_temperature_follows_the_heat_equation() -> None:
     """Against scipy's integration of tau dT/dt = air + heating - T, through four changes."""
     board, changes = Clocked(), [(0.0, 15.0), (30.0, 35.0), (30.0, 5.0), (130.0, 20.0), (131.0, 40.0)]
     for at_s, degc in changes:
@@ -69,13 +69,13 @@ def test_it_follows_the_air_as_a_body_that_stores_heat() -> None:
     np.testing.assert_allclose(board.world.board_temperature_degc(times), solved.y[0], atol=1e-2)
 
 
-def test_what_the_world_begins_with_has_been_so_for_long(tmp_path: Path) -> None:
+def test_initial_world_temperature_is_already_settled(tmp_path: Path) -> None:
     settings = "[sensors]\ngrade = 'ideal'\n[world]\ntemperature_degc = 5\n[board]\nthermal_s = 100\n"
     board = Board(scenario=write(tmp_path, f"schema = 1\nquestion = '?'\nduration = '2s'\n{settings}"))
     np.testing.assert_array_equal(board.world.board_temperature_degc([0, 1, 2]), [5, 5, 5])
 
 
-def test_a_recorded_temperature_is_taken_as_it_is(tmp_path: Path) -> None:
+def test_recorded_temperature_is_taken_unchanged(tmp_path: Path) -> None:
     (tmp_path / "warm.csv").write_text("t_s,temp_C\n0,10\n1,20\n")
     text = "schema = 1\nquestion = '?'\nduration = '2s'\n[[timeline]]\ndo = 'replay'\ncsv = 'warm.csv'\n"
     board = Board(scenario=write(tmp_path, text))
@@ -90,7 +90,7 @@ THERMOMETERS = {  # how each is switched on; OUT_TEMP and its counts in a degree
 
 
 @pytest.mark.parametrize("cold", [True, False])
-def test_the_thermometers_of_a_cold_board_show_it(cold: bool) -> None:
+def test_thermometers_show_the_board_temperature(cold: bool) -> None:
     """Over a minute: 5 degC (exp(-1 / 200) - exp(-61 / 200)) of a typical board."""
     board = Board(cold_start=cold)
     readings = []
@@ -112,7 +112,7 @@ def test_the_thermometers_of_a_cold_board_show_it(cold: bool) -> None:
         assert rise == pytest.approx(share * expected, abs=1.01 / counts)
 
 
-def test_a_part_near_the_regulator_is_warmer_by_its_part_of_the_heating() -> None:
+def test_sensor_near_regulator_is_warmer_by_its_share() -> None:
     """Of the heating, not of what the board lags behind the air, nor of a recorded temperature."""
     board = Clocked()
     places = [board.world.sensed("temperature_degc", heating=share) for share in (0.0, 0.5, -0.25)]

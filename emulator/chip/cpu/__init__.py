@@ -1,1 +1,1 @@
-"""The interface of the Cortex-M4 core in Python: running, registers, faults, peripherals by address."""
+"""The Python interface of the Cortex-M4 core."""

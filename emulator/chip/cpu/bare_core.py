@@ -1,7 +1,4 @@
-"""A processor with memory only: it executes instructions without time, exceptions and peripherals.
-
-It predicts the effect of instructions for diagnoses, and serves tests of single instructions.
-"""
+"""A processor without time, exceptions and peripherals, for diagnoses and tests."""
 
 from __future__ import annotations
 
@@ -15,9 +12,9 @@ from fcu_emulator.emulator.trace import Trace
 
 
 class Stop(Enum):
-    """The reason why a run ended. All but SLICE, HALT, BREAKPOINT and the sleeps require an exception of the core."""
+    """Why a run ended. The core raises exceptions for all but SLICE, HALT, BREAKPOINT and the sleeps."""
 
-    SLICE = auto()  # the requested number of instructions, or fewer after ``cut``
+    SLICE = auto()  # all instructions, or ``cut``
     HALT = auto()  # before the instruction, for a debugger
     BREAKPOINT = auto()  # before an instruction with a breakpoint
     WFI = auto()  # after the instruction
@@ -25,7 +22,7 @@ class Stop(Enum):
     SVC = auto()  # after the instruction
     BKPT = auto()  # on the instruction
     EXCEPTION_RETURN = auto()  # an EXC_RETURN value has been loaded into PC
-    UNDEFINED = auto()  # on the instruction, as in all following cases
+    UNDEFINED = auto()  # on the instruction, like all that follow
     INVALID_STATE = auto()
     NO_COPROCESSOR = auto()
     UNALIGNED = auto()
@@ -46,15 +43,14 @@ _EXECUTE_NEVER = 1 << 2 | 1 << 5 | 1 << 6 | 1 << 7  # by 512 MB: execute-never (
 
 
 def fetch_fault(address: int) -> Stop:
-    """Return the reason why an address without memory cannot be executed."""
+    """Return why an address without memory cannot be executed."""
     return Stop.EXECUTE_NEVER if _EXECUTE_NEVER >> (address >> 29) & 1 else Stop.FETCH
 
 
 class BareCore(FcuChip):
-    """A core to be run from ``pc``, with ``thumb`` set before.
+    """A core to be run from ``pc``; set ``thumb`` first.
 
-    Accesses to registers call ``read_python(address, size)`` and ``write_python(address, size, value)``;
-    watched loads and stores call ``on_access``.
+    Accesses to registers call ``read_python`` and ``write_python``; watched loads and stores call ``on_access``.
     """
 
     def __init__(self) -> None:
@@ -64,43 +60,33 @@ class BareCore(FcuChip):
         self.on_access: Callable[[int, int, bool], None] = lambda _address, _size, _written: None
 
     def run(self, instructions: int, past: bool = False) -> Stop:
-        """Execute at most ``instructions`` from ``pc``; return the reason of the end.
-
-        ``past``: ignore a breakpoint on the first instruction.
-        """
+        """Execute from ``pc``; ``past``: ignore a breakpoint there."""
         stop = _STOPS[self.library.fcu_execute(self.handle, instructions, past)]
         self.raise_error()
         self.executed = self.count()
         return fetch_fault(self.pc) if stop is Stop.FETCH else stop
 
     def count(self) -> int:
-        """The instructions of this run, including the current one; in an access."""
         counted: int = self.library.fcu_executed(self.handle)
         return counted
 
     def cut(self) -> None:
-        """In an access: end the run after the current instruction."""
         self.library.fcu_cut(self.handle)
 
     def enter_exception(self, number: int, vectors: int) -> bool:
-        """Save the context, and enter the handler of an exception from the vector table at ``vectors``.
-
-        Returns False if the stack or the table is not in memory.
-        """
+        """Save the context and enter a handler; False if stack or table are not in memory."""
         return bool(self.library.fcu_enter_exception(self.handle, number, vectors))
 
     @property
     def fault_address(self) -> int:
-        """The address of the access that ended a run with READ, WRITE or UNALIGNED."""
+        """Address of the failed access: READ, WRITE or UNALIGNED."""
         address: int = self.library.fcu_fault_address(self.handle)
         return address
 
     def watch_memory(self, begin: int, end: int) -> None:
-        """Call ``on_access(address, size, written)`` at loads and stores from ``begin`` to ``end``."""
         self.library.fcu_watch_memory(self.handle, True, begin, end)
 
     def stop_before(self, address: int, on: bool = True) -> None:
-        """End runs with BREAKPOINT before the instruction at ``address``, or stop doing so."""
         self.library.fcu_set_breakpoint(self.handle, address, on)
 
     def _accessed(self, address: int, size: int, written: int) -> None:

@@ -1,7 +1,6 @@
-"""The Cortex-M4 and the peripherals around it: firmware in flash, time, interrupts, the functions for debuggers.
+"""The Cortex-M4 and its peripherals in C (emulator/chip/native), connected with those in Python.
 
-The running parts are in C (emulator/chip/native). This is their interface in Python, and it connects the
-peripherals that are written in Python::
+::
 
     core = Core(clock, trace, segments)
     core.power_on(soc, peripherals)              # soc.irq and soc.memory are set
@@ -40,17 +39,14 @@ _TOUCHED: Final = (("clock", "read"), ("clock", "written"), ("unknown", "read"),
 
 @dataclass(frozen=True)
 class CoreSettings:
-    """``skip``: whether waiting loops are skipped, which affects only the speed."""
+    """``skip``: skip waiting loops, which affects only the speed."""
 
     cycles_per_instruction: Fraction = CYCLES_PER_INSTRUCTION
     skip: bool = True
 
 
 class Core(FcuChip):
-    """``segments``: the firmware's bytes by address, in flash or RAM. Raises ValueError for bytes elsewhere.
-
-    Peripherals in C exist from now on; :meth:`power_on` adds those that are written in Python.
-    """
+    """The core with firmware in flash or RAM. Raises ValueError for bytes elsewhere."""
 
     def __init__(
         self,
@@ -66,9 +62,9 @@ class Core(FcuChip):
         self._status = ChipStatus()
         self._masks = CoreRegisters(self, MASKS)
         self.on_fault: Callable[[CoreFault], None] = lambda _fault: None
-        """Called at each fault, with registers and stack still those of the instruction."""
+        """Called at each fault, before registers and stack change."""
         self.on_access: Callable[[int, int, bool], None] = lambda _address, _size, _written: None
-        """Called at watched loads and stores: address, size, whether it is a store."""
+        """Called at watched accesses: address, size, is it a store."""
         self.resets: deque[tuple[int, str]] = deque(maxlen=RESETS_KEPT)
         """(time in ps, reason) of the latest resets, without power-on."""
         self.before_reset = b"", b""
@@ -76,7 +72,7 @@ class Core(FcuChip):
         self.code_version = 0
         """Changes with the content of the flash."""
         self.stepping = False
-        """Whether only one instruction is being executed."""
+        """Only one instruction is being executed."""
         self._load(segments)
         for address, data in system_memory:
             self._bytes(address, data)
@@ -84,11 +80,7 @@ class Core(FcuChip):
     def power_on(
         self, soc: Soc, peripherals: Iterable[Peripheral], on_reset: Callable[[str], None] | None = None
     ) -> None:
-        """Start with the first instruction. ``peripherals``: those in Python; ``soc.clocks`` is one of them.
-
-        ``soc.irq`` and ``soc.memory`` are set. ``on_reset(reason)`` is called at each later reset, before the
-        peripherals are reset.
-        """
+        """Start; sets ``soc.irq`` and ``soc.memory``. ``on_reset(reason)`` is called before later resets."""
         self._on_reset = on_reset or self._on_reset
         self._python_peripherals = tuple(peripherals)
         self.python = PythonPeripherals(soc, self._python_peripherals)
@@ -117,7 +109,7 @@ class Core(FcuChip):
     # -- running ----------------------------------------------------------------------------------------
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps``; less if a debugger halts the core, or after ``work_limit``."""
+        """Run up to and including ``at_ps``, or to a debugger's halt or ``work_limit``."""
         clock, shared = self.clock, self.shared
         self.enter()
         ended = self.library.fcu_run_until(self.handle, at_ps)
@@ -127,36 +119,32 @@ class Core(FcuChip):
             clock.advance_to(at_ps)
 
     def request_reset(self, reason: str) -> None:
-        """Reset the chip after the current instruction; virtual time continues."""
         self.library.fcu_request_reset(self.handle, _REASONS.index(reason))
 
     def code_changed(self) -> None:
-        """Discard all decoded code after a change of the flash; between runs."""
         self.code_version += 1
         self.forget_code()
 
     # -- snapshots --------------------------------------------------------------------------------------
 
     def snapshot(self) -> bytes:
-        """Return all state in C, including memories; between runs. It is valid for this core only."""
+        """Return all state in C; only between runs."""
         buffer = ctypes.create_string_buffer(self.library.fcu_snapshot_size())
         self.library.fcu_save(self.handle, buffer)
         return buffer.raw
 
     def restore(self, saved: bytes) -> None:
-        """Restore everything in C to the state of :meth:`snapshot`; breakpoints do not change."""
+        """Restore a :meth:`snapshot`; breakpoints do not change."""
         self.library.fcu_restore(self.handle, saved)
 
     # -- the present state ------------------------------------------------------------------------------
 
     def status(self) -> ChipStatus:
-        """The core's state as one record; always the same object."""
         self.library.fcu_status(self.handle, self._status)
         return self._status
 
     @property
     def now_ps(self) -> int:
-        """The time when the next instruction begins; between runs."""
         return self.status().now_ps
 
     @property
@@ -165,17 +153,15 @@ class Core(FcuChip):
 
     @property
     def skipped(self) -> int:
-        """The number of these that were counted instead of executed, because they were repetitions."""
+        """Repetitions that were counted, not executed."""
         return self.status().skipped
 
     @property
     def work(self) -> int:
-        """Work done since power-on, in units of work.h: each is about that of one instruction."""
         return self.shared[5]
 
     @property
     def work_limit(self) -> int:
-        """The work since power-on at which :meth:`run_until_ps` ends early."""
         return self.shared[6]
 
     @work_limit.setter
@@ -184,115 +170,102 @@ class Core(FcuChip):
 
     @property
     def thread_ps(self) -> int:
-        """The time of the last return to Thread mode."""
         return self.status().thread_ps
 
     @property
     def lowest_stack(self) -> int:
-        """The lowest address of the main stack at an exception entry."""
         return self.status().lowest
 
     @property
     def locked_up(self) -> str:
-        """The reason why the core is locked up; "" if it is not."""
+        """Why the core is locked up, or ""."""
         status = self.status()
         return _locked_up(status.locked_up_pc) if status.locked_up else ""
 
     @property
     def asleep(self) -> bool:
-        """Whether the core waits in WFI, WFE or after SLEEPONEXIT."""
         return bool(self.status().asleep)
 
     @property
     def handled(self) -> int:
-        """The exception being handled (IPSR); 0 in Thread mode."""
+        """The exception number (IPSR); 0 in Thread mode."""
         return self.register(16) & 0x1FF
 
     @property
     def pending(self) -> int:
-        """Pending exceptions: bit = exception number."""
+        """Bit = exception number."""
         return _mask(self.status().pending)
 
     @property
     def enabled(self) -> int:
-        """Enabled exceptions: bit = exception number."""
+        """Bit = exception number."""
         return _mask(self.status().enabled)
 
     @property
     def active(self) -> int:
-        """Active exceptions, including preempted ones: bit = exception number."""
+        """Including preempted exceptions; bit = exception number."""
         return _mask(self.status().active)
 
     def priority(self, exception: int) -> int:
-        """Return an exception's priority; smaller is more urgent."""
+        """Return a priority; smaller is more urgent."""
         priority: int = self.library.fcu_priority(self.handle, exception)
         return priority
 
     def preempts(self, exception: int) -> bool:
-        """Return whether an exception is urgent enough to be taken now."""
         group: int = self.library.fcu_priority_group(self.handle, self.priority(exception))
         return group < self.status().level
 
     # -- for debuggers ----------------------------------------------------------------------------------
 
     def halt(self) -> None:
-        """Halt before the next instruction; an exception entry in progress is completed first."""
         self.enter()
         self.library.fcu_halt(self.handle)
         self.raise_error()
         self.clock.now_ps = max(self.clock.now_ps, self.shared[0])
 
     def resume(self, step: bool) -> None:
-        """Resume; ``step``: for one instruction, or for the exception entry that comes instead of it."""
+        """Resume; ``step``: for one instruction or exception entry."""
         self.stepping = step
         self.library.fcu_resume(self.handle, step)
 
     @property
     def halted(self) -> bool:
-        """Whether the core is halted: ``run_until_ps`` returns at once and no time passes."""
         return bool(self.library.fcu_is_halted(self.handle))
 
     def wake(self) -> None:
-        """End WFI, WFE or sleep on exit."""
         self.library.fcu_wake(self.handle)
 
     def reset_now(self, reason: str) -> None:
-        """Reset the halted chip."""
         self.library.fcu_reset_now(self.handle, _REASONS.index(reason))
         self.raise_error()
 
     def debug(self, on: bool) -> None:
-        """Select if BKPT halts the core instead of causing a fault."""
+        """Select if BKPT halts the core or causes a fault."""
         self.library.fcu_debug(self.handle, on)
 
     def met_breakpoint_instruction(self) -> bool:
-        """Return whether BKPT has halted the core since the last call."""
         return bool(self.library.fcu_met_breakpoint_instruction(self.handle))
 
     def set_breakpoint(self, address: int, on: bool) -> None:
-        """Halt before the instruction at ``address``, or remove this breakpoint."""
         self.library.fcu_set_breakpoint(self.handle, address, on)
 
     def watch_memory(self, begin: int, end: int) -> None:
-        """Call ``on_access`` at loads and stores from ``begin`` to ``end``, both included."""
         self.library.fcu_watch_memory(self.handle, True, begin, end)
 
     def unwatch_memory(self) -> None:
-        """End the calls of ``on_access``."""
         self.library.fcu_watch_memory(self.handle, False, 0, 0)
 
-    # -- registers of peripherals, for debuggers, diagnoses and DMA -------------------------------------------
+    # -- registers of peripherals -----------------------------------------------------------------------------
 
     def find(self, address: int) -> tuple[Peripheral, int] | None:
-        """Return the peripheral at an address, and the register's offset in it; None outside of the
-        peripherals' ranges."""
+        """Return the peripheral and the register's offset."""
         peripheral: Peripheral | None
         index = self.library.fcu_peripheral_at(self.handle, address)
         peripheral = self.peripheral_by_index(index) if index >= 0 else self.python.find(address)
         return None if peripheral is None else (peripheral, address - peripheral.base & 0xFFFF_FFFC)
 
     def peek(self, address: int) -> int | None:
-        """Return the word at an aligned address, without side effects; None without memory or register."""
+        """Return a word without side effects."""
         data = self.memory(address, 4)
         if data is not None:
             return int.from_bytes(data, "little")
@@ -302,24 +275,23 @@ class Core(FcuChip):
         return self.python.peek(address)
 
     def poke(self, address: int, data: bytes) -> bool:
-        """Write 1, 2 or 4 aligned bytes to a register with all effects; False without a register."""
+        """Write 1, 2 or 4 aligned bytes with all effects; False without a register."""
         stored = self.library.fcu_store(self.handle, address, len(data), int.from_bytes(data, "little"))
         self.raise_error()
         return bool(stored)
 
     def read(self, address: int, size: int) -> bytes | None:
-        """Read as DMA does, through the bus matrix: memory, or a register with side effects; None is a bus error."""
+        """Read as DMA does, with side effects; None is a bus error."""
         value = ctypes.c_uint32()
         loaded = self.library.fcu_load(self.handle, address, size, ctypes.byref(value))
         return value.value.to_bytes(size, "little") if loaded else None
 
     def write(self, address: int, data: bytes) -> bool:
-        """Write as DMA does; False is a bus error. The flash cannot be written this way."""
+        """Write as DMA does, but never to flash; False is a bus error."""
         value = int.from_bytes(data, "little")
         return bool(self.library.fcu_store(self.handle, address, len(data), value))
 
     def set_line(self, number: int, level: bool) -> None:
-        """Set or clear NVIC input ``number`` (0 to 84) for the peripherals in Python."""
         self.set_irq(number, level)
 
     # -- callbacks --------------------------------------------------------------------------------------
@@ -351,9 +323,7 @@ class Core(FcuChip):
         self._on_reset(why)
         for native in self.peripherals.values():
             native.reset()
-        for peripheral in reversed(
-            self._python_peripherals
-        ):  # RCC last: no peripheral has new clocks with old settings
+        for peripheral in reversed(self._python_peripherals):  # RCC last: no new clocks with old settings
             peripheral.reset()
 
     def _accessed(self, address: int, size: int, written: int) -> None:

@@ -1,4 +1,4 @@
-"""The core's registers by the names of the architecture, with several read or written at a time."""
+"""The core's registers by name, several at a time."""
 
 from __future__ import annotations
 
@@ -21,26 +21,25 @@ RegisterCalls = tuple["memoryview[int]", Callable[[], object], Callable[[], obje
 
 
 class Engine(Protocol):
-    """The functions of the engine that are used here."""
+    """An engine with register access."""
 
     def register_calls(self, names: tuple[str, ...]) -> RegisterCalls:
-        """Return the calls for these names, in their order."""
+        """Return the calls for these names."""
 
 
 class CoreRegisters:
-    """Some registers, read and written in one call; ``words`` contains their values, in the order of ``names``."""
+    """Registers accessed in one call; ``words`` contains their values."""
 
     def __init__(self, engine: Engine, names: Sequence[str]) -> None:
         self.names = tuple(names)
         self.words, self.fetch, self._write = engine.register_calls(self.names)
 
     def read(self) -> memoryview[int]:
-        """Return the present values; always the same memory."""
+        """Return the values, always in the same memory."""
         self.fetch()
         return self.words
 
     def write(self, *values: int) -> None:
-        """Write all of them, in order; without ``values`` the contents of ``words``."""
         if values:
             self.words[:] = memoryview((ctypes.c_uint32 * len(values))(*values)).cast("B").cast("I")
         self._write()

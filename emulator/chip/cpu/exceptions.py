@@ -1,6 +1,4 @@
-"""Exceptions by number, as in the vector table (ARMv7-M ARM table B1-4, RM0368 table 38), and faults: the
-exception of each, and its bits in CFSR and HFSR (ARMv7-M ARM B1.5.14, B3.2.15, B3.2.16).
-"""
+"""Exceptions (ARMv7-M ARM table B1-4, RM0368 table 38) and faults (ARMv7-M ARM B1.5.14, B3.2.15, B3.2.16)."""
 
 from __future__ import annotations
 
@@ -14,14 +12,14 @@ from fcu_emulator.emulator.chip.registers.declaration import masks
 NMI, HARD_FAULT, MEM_MANAGE, BUS_FAULT, USAGE_FAULT = 2, 3, 4, 5, 6
 SV_CALL, PEND_SV, SYS_TICK = 11, 14, 15
 FAULT_HANDLERS: Final = 1 << HARD_FAULT | 1 << MEM_MANAGE | 1 << BUS_FAULT | 1 << USAGE_FAULT
-"""A mask of exceptions: bit = exception number."""
+"""Bit = exception number."""
 FIRST_INTERRUPT: Final = 16
 INTERRUPTS: Final = 85
 """Inputs of the STM32F401's NVIC."""
 
 
 def bits(mask: int) -> Iterator[int]:
-    """Return the numbers of the set bits, from the lowest."""
+    """Return the numbers of set bits, lowest first."""
     while mask:
         lowest = mask & -mask
         yield lowest.bit_length() - 1
@@ -40,7 +38,7 @@ VECTTBL, FORCED, DEBUGEVT = masks(scb.HFSR.VECTTBL, scb.HFSR.FORCED, scb.HFSR.DE
 
 @dataclass(frozen=True, slots=True)
 class CoreFault:
-    """``status`` contains its bits in CFSR, ``hard`` those in HFSR; ``address`` goes to BFAR if it is known."""
+    """A fault with its bits in CFSR and HFSR, and the address for BFAR."""
 
     exception: int
     status: int = 0

@@ -1,8 +1,4 @@
-"""The faults of a run: the state of the core at the latest one, and the number of repetitions.
-
-The state is recorded when the instruction has just been refused: registers and stack are still its own. A
-fault while another one is being handled, or entered, is a consequence of that one.
-"""
+"""The core's faults, with the state before the exception entry."""
 
 from __future__ import annotations
 
@@ -22,7 +18,7 @@ _SP, _LR, _XPSR = 13, 14, 16
 
 
 def word_of(ram: bytes, address: int) -> int | None:
-    """Return a word of a copy of the RAM; None elsewhere."""
+    """Return a word of a copy of the RAM."""
     offset = address - RAM
     if 0 <= offset <= len(ram) - 4:
         return int.from_bytes(ram[offset : offset + 4], "little")
@@ -31,10 +27,7 @@ def word_of(ram: bytes, address: int) -> int | None:
 
 @dataclass(frozen=True)
 class FaultRecord:
-    """One fault. ``registers`` contains R0 to R12, SP, LR, PC, xPSR; ``ram`` is all of it.
-
-    ``active``: the active exceptions, including preempted ones: bit = exception number.
-    """
+    """One fault; ``registers`` contains R0 to R12, SP, LR, PC, xPSR; ``active`` has a bit for each exception."""
 
     t_ps: int
     fault: CoreFault
@@ -51,7 +44,6 @@ class FaultRecord:
 
     @property
     def lr(self) -> int:
-        """The link register: the return address of the function, unless it has called another function since."""
         return self.registers[_LR]
 
     @property
@@ -60,21 +52,19 @@ class FaultRecord:
         return self.registers[_XPSR] & 0x1FF
 
     def follows(self, other: FaultRecord) -> bool:
-        """Return whether it is a consequence of the previous fault."""
+        """Return whether this is a consequence of the previous fault."""
         if self.fault.status & STKERR:
             return self.t_ps - other.t_ps <= PS_PER_US
         return bool(self.active & FAULT_HANDLERS)
 
     def word(self, address: int) -> int | None:
-        """Return a word of RAM at that time; None elsewhere."""
         return word_of(self.ram, address)
 
 
 class FaultLog:
-    """Records the core's faults from now on.
+    """Records the core's faults.
 
-    ``origin`` is the latest one that is not a consequence. After a handler's return the same instruction
-    faults again: ``times`` in quick succession, last at ``last_ps``. ``seen`` counts all faults.
+    ``origin`` is the latest fault that is not a consequence; it has occurred ``times`` in quick succession.
     """
 
     def __init__(self, core: Core) -> None:

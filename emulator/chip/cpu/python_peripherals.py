@@ -1,10 +1,4 @@
-"""The peripherals of the chip that are written in Python, and addresses without a peripheral, for calls from C.
-
-C contains the peripherals that firmware accesses continuously. The rare ones (RCC, PWR, FLASH, ADC, RTC, CRC,
-watchdogs, DBGMCU) are here, behind one callback for reads and one for writes. The same callbacks serve
-unmodelled peripherals: the memory map is complete even though the model is not. Firmware that accesses such a
-peripheral continues as if it never answered, and the run's summary names it.
-"""
+"""The rarely accessed peripherals, in Python, and addresses without one."""
 
 from __future__ import annotations
 
@@ -17,15 +11,15 @@ from fcu_emulator.emulator.chip.peripherals.rcc import ENABLE
 from fcu_emulator.emulator.chip.registers import DECLARED
 from fcu_emulator.emulator.trace import DeviceNote
 
-# -- addresses without a modelled peripheral ---------------------------------------------------------------------
+# -- unmodelled addresses ----------------------------------------------------------------------------------------
 
 _MOST_REPORTED = 100
 NOTHING_PS, SILENT_PAGE_PS = -2, -3
-"""As in bus.h: C remembers that no register is there, and does not ask again."""
+"""As in bus.h: C remembers that no register is there."""
 
 
 class Absent(Peripheral):
-    """A peripheral of the chip that is not modelled, or (named "reserved") an address where the chip has none."""
+    """An unmodelled peripheral, or a reserved address."""
 
     def __init__(self, soc: Soc, name: str, base: int, size: int) -> None:
         super().__init__(soc, name, base, size)
@@ -39,7 +33,6 @@ class Absent(Peripheral):
         self._report(offset, f"0x{value & mask:X} written without effect")
 
     def is_silent(self) -> bool:
-        """Return whether all further accesses are unreported."""
         return len(self._reported) > _MOST_REPORTED
 
     def _report(self, offset: int, what: str) -> None:
@@ -52,13 +45,13 @@ class Absent(Peripheral):
         self.soc.trace.add(DeviceNote(self.soc.clock.now_ps, CHIP_NAME, "not modelled", text))
 
 
-# -- peripherals that exist on the chip and are not modelled (RM0368 table 1) ------------------------------------
+# -- unmodelled peripherals (RM0368 table 1) ---------------------------------------------------------------------
 
 NOT_MODELLED = ("I2S2ext", "I2S3ext", "SDIO", "SPI4", "OTG_FS")
 
 
 class UnmodelledPeripheral(Peripheral):
-    """A peripheral that has only a name."""
+    """A peripheral of which only the name is known."""
 
     def read(self, offset: int) -> int:
         del offset
@@ -71,7 +64,7 @@ class UnmodelledPeripheral(Peripheral):
 
 
 def unmodelled_peripherals(soc: Soc) -> list[UnmodelledPeripheral]:
-    """Return one object for each unmodelled peripheral."""
+    """Return one object for each."""
     return [UnmodelledPeripheral(soc, name, *memory_map.ADDRESSES[name]) for name in NOT_MODELLED]
 
 
@@ -83,7 +76,7 @@ GATES = {
     for register, names in ENABLE.items()
     for name in names.values()
 }
-"""The register that switches each peripheral's clock on, by the peripheral's name."""
+"""The bit that switches each peripheral's clock on."""
 
 _RANGES = (
     (memory_map.PERIPHERALS, memory_map.PERIPHERALS_SIZE),
@@ -93,7 +86,7 @@ _RANGES = (
 
 
 class PythonPeripherals:
-    """``peripherals``: all modelled ones. A note about an access is added once for each register."""
+    """All peripherals by address. A note about an access is added once for each register."""
 
     def __init__(self, soc: Soc, peripherals: Iterable[Peripheral]) -> None:
         self._soc = soc
@@ -108,17 +101,13 @@ class PythonPeripherals:
         self._reserved = [Absent(soc, "reserved", base, size) for base, size in _RANGES]
 
     def find(self, address: int) -> Peripheral | None:
-        """Return the peripheral there; None for an address outside of the peripherals' ranges."""
         peripheral = self._pages.get(address >> PAGE_SHIFT)
         if peripheral is not None:
             return peripheral
         return next((one for one in self._reserved if one.base <= address < one.base + one.size), None)
 
     def read(self, address: int, size: int) -> tuple[int, int]:
-        """Return the value and its validity, as :meth:`Peripheral.read_with_validity`.
-
-        The validity is ``NOTHING_PS`` or ``SILENT_PAGE_PS`` if no register is there.
-        """
+        """Return value and validity; the validity can be ``NOTHING_PS`` or ``SILENT_PAGE_PS``."""
         peripheral = self.find(address)
         assert peripheral is not None, f"0x{address:08X} is not on the bus"
         register = address - peripheral.base & 0xFFFF_FFFC
@@ -132,7 +121,6 @@ class PythonPeripherals:
         return value >> 8 * (address & 3) & _MASK[size], _validity(peripheral, until_ps)
 
     def write(self, address: int, size: int, value: int) -> int:
-        """Write ``size`` bytes there; return a validity as :meth:`read`."""
         peripheral = self.find(address)
         assert peripheral is not None, f"0x{address:08X} is not on the bus"
         register = address - peripheral.base & 0xFFFF_FFFC
@@ -147,7 +135,7 @@ class PythonPeripherals:
         return _validity(peripheral, ALREADY_PS)
 
     def peek(self, address: int) -> int | None:
-        """Return the word there without side effects, with or without clock; None outside of the peripherals' ranges."""
+        """Return a word without side effects, even without clock."""
         peripheral = self.find(address)
         if peripheral is None:
             return None
@@ -157,13 +145,11 @@ class PythonPeripherals:
     # -- notes about firmware ---------------------------------------------------------------------------
 
     def report_clock(self, peripheral: Peripheral, register: int, what: str) -> None:
-        """Report an access of firmware to a peripheral without clock."""
         name = peripheral.NAMES.get(register, f"offset 0x{register:02X}")
         text = f"{name} {what} while the peripheral has no clock; set {GATES.get(peripheral.name, 'its bit in RCC')}"
         self._report(peripheral, register, "forbidden", text)
 
     def report_unknown(self, peripheral: Peripheral, register: int, what: str) -> None:
-        """Report an access of firmware to an offset without a register."""
         text = f"offset 0x{register:02X} {what}; no register has this offset"
         self._report(peripheral, register, "not modelled", text)
 
@@ -175,7 +161,6 @@ class PythonPeripherals:
 
 
 def _validity(peripheral: Peripheral, until_ps: int) -> int:
-    """Return ``until_ps``, or the code for an address without a register that will not be reported again."""
     if isinstance(peripheral, UnmodelledPeripheral):
         return SILENT_PAGE_PS
     if isinstance(peripheral, Absent):

@@ -1,4 +1,4 @@
-"""A small decoder of Thumb instructions that follows a loop: lengths, branches, stores (ARMv7-M ARM A5)."""
+"""A decoder of Thumb instructions for following a loop (ARMv7-M ARM A5)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import Enum, auto
 
 
 class Flow(Enum):
-    """The next instruction after an instruction."""
+    """What executes after an instruction."""
 
     NEXT = auto()
     JUMP = auto()  # to ``target``
@@ -15,13 +15,13 @@ class Flow(Enum):
     CALL = auto()  # to ``target``, and back after it
     RETURN = auto()  # to the address in LR
     POP_RETURN = auto()  # to an address on the stack
-    IT = auto()  # the next ``in_block`` instructions of the IT block may be left out
+    IT = auto()  # the next ``in_block`` instructions are conditional
     UNKNOWN = auto()  # not followed
 
 
 @dataclass(frozen=True, slots=True)
 class Instruction:
-    """``stores``: it changes memory, or state outside of R0 to R12, SP, LR, PC and xPSR."""
+    """``stores``: it changes more than R0 to R12, SP, LR, PC and xPSR."""
 
     size: int
     flow: Flow = Flow.NEXT
@@ -31,7 +31,7 @@ class Instruction:
 
 
 def decode(address: int, first: int, second: int) -> Instruction:
-    """Return the instruction at ``address``, from its half-words; ``second`` matters only for those of 32 bits."""
+    """Return an instruction; only those of 32 bits need ``second``."""
     if first >> 11 in (0b11101, 0b11110, 0b11111):
         return _decode_32(address, first, second)
     return _decode_16(address, first)
@@ -60,7 +60,6 @@ def _decode_16(address: int, code: int) -> Instruction:
 
 
 def _special_data_16(code: int) -> Instruction:
-    """Decode ADD, CMP, MOV of high registers; BX, BLX."""
     if code >> 7 & 7 == 0b110:
         return Instruction(2, Flow.RETURN if code >> 3 & 0xF == 14 else Flow.UNKNOWN)
     to_pc = code & 0x87 == 0x87 and code >> 8 & 3 != 1

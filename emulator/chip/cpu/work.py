@@ -1,7 +1,4 @@
-"""The work of a run as text: the part of a firmware that has cost the emulator most.
-
-Work is counted in C (``work.h``), in units of an executed instruction.
-"""
+"""The costliest part of a run, as counted in C (``work.h``)."""
 
 from __future__ import annotations
 
@@ -43,7 +40,7 @@ _KINDS: Final[tuple[Callable[[FcuChip, int], str], ...]] = (
 
 
 def costliest(chip: FcuChip) -> str:
-    """Return the most frequent kind of work since power-on, with its number: "2,000,000 accesses to RCC"."""
+    """Return the most frequent work, such as "2,000,000 accesses to RCC"."""
     found = Costliest()
     chip.library.fcu_costliest(chip.handle, ctypes.byref(found))
     return f"{found.times:,} {_KINDS[found.kind](chip, found.index)}"

@@ -1,12 +1,7 @@
-"""The place of a program in a student's words, and its chain of callers.
+"""Places in a program, and their chain of callers.
 
-Decision: callers are found by a search of the stack (ARMv7-M ARM B1.5.6, B1.5.8). Firmware is compiled
-without frame pointers, and few student files contain the tables that describe the frames. The search
-therefore checks every word of the stack: one that points just behind a BL or BLX may be a return address. A
-word left over from an earlier call has the same form. It is recognised if the BL leads to another function
-than the one found before (or to one that jumps there, as compilers do with the last call of a function), and
-kept in case of doubt. After an EXC_RETURN value on the stack the search continues with the registers that the
-hardware saved at the interrupt.
+Decision: callers are found by a search of the stack (ARMv7-M ARM B1.5.6, B1.5.8), because student files rarely describe
+their frames. A word behind a BL or BLX is a return address unless the BL leads to another function.
 """
 
 from __future__ import annotations
@@ -29,23 +24,21 @@ _MOST_FUNCTIONS = 500
 
 
 class Places:
-    """Names of addresses of one firmware; stripped firmware has numbers only."""
+    """Names of addresses; stripped firmware has only numbers."""
 
     def __init__(self, image: FirmwareImage) -> None:
         self._symbols = image.symbols
         self.stack_top = image.stack_pointer
 
     def function(self, address: int) -> FunctionAt | None:
-        """Return the function that contains an address."""
         return self._symbols.function_at(address) if self._symbols else None
 
     def function_name(self, address: int) -> str:
-        """Return its name; empty if it has none."""
         found = self.function(address)
         return found.name if found else ""
 
     def place(self, address: int) -> str:
-        """Return ``main(), main.c:42``; without line numbers ``main() + 0x1C``; without symbols the address."""
+        """Return ``main(), main.c:42``, ``main() + 0x1C`` or the address."""
         function = self.function(address)
         line = self._symbols.line_at(address) if self._symbols else None
         if function is None:
@@ -55,12 +48,11 @@ class Places:
         return f"{function.name}(), {line}"
 
     def variable(self, address: int) -> str:
-        """Return the variable at an address, or the address."""
         symbol = self._symbols.object_at(address) if self._symbols else None
         return symbol.name if symbol else f"the variable at 0x{address:08X}"
 
     def address_of(self, *names: str) -> int | None:
-        """Return the address of the first existing symbol of these names."""
+        """Return the first known symbol's address."""
         for name in names:
             try:
                 return self._symbols.address_of(name) if self._symbols else None
@@ -69,14 +61,11 @@ class Places:
         return None
 
     def end_of_variables(self) -> int | None:
-        """Return the end of ``.bss``, where heap and stack may begin, by the linker script's usual symbols."""
+        """Return the end of ``.bss``, by the linker script's usual symbols."""
         return self.address_of("_end", "end", "_ebss", "__bss_end__")
 
     def call_of(self, names: Container[str], start: int, code: ReadCode) -> tuple[int, str] | None:
-        """Return the call in ``start`` that leads to one of ``names``, directly or through other functions.
-
-        The result is the call's address and the name. Calls by pointer are not found.
-        """
+        """Return the call in ``start`` that leads to one of ``names``, also indirectly, but not by pointer."""
         waiting, seen = deque([(start, 0)]), {start}
         while waiting and len(seen) < _MOST_FUNCTIONS:
             address, first_site = waiting.popleft()
@@ -94,25 +83,21 @@ class Places:
         return None
 
     def file(self, address: int) -> str:
-        """Return the source file of an instruction, without its folder; empty if it is unknown."""
         line = self._symbols.line_at(address) if self._symbols else None
         return line.file if line else ""
 
     def largest_variables(self, count: int) -> list[tuple[str, int]]:
-        """Return names and sizes in bytes."""
         objects = self._symbols.variables() if self._symbols else []
         largest = sorted(objects, key=lambda one: (-one.size, one.name))
         return [(one.name, one.size) for one in largest[:count]]
 
     def help(self) -> list[str]:
-        """Return hints for better names."""
         if self._symbols is None:
             return ["The file has no symbols, so addresses are shown; run the ELF that was not stripped."]
         return []
 
 
 def _calls_of(function: FunctionAt, code: ReadCode) -> Iterator[tuple[int, int]]:
-    """Return (address, target) of the calls in a function, and of jumps out of it."""
     address, end = function.start, function.start + function.size
     while address < end:
         content = code(address, 4)
@@ -135,13 +120,13 @@ _TO_THREAD = 1 << 3  # of EXC_RETURN (ARMv7-M ARM table B1-8)
 _BASIC_FRAME_BIT, _THUMB = 1 << 4, 1 << 24
 _BASIC_WORDS, _FLOATING_WORDS = 8, 26
 _FRAME_LR, _FRAME_PC, _FRAME_XPSR = 5, 6, 7
-_INTO_CALL = 3  # distance from a return address, bit 0 set, into the BL or BLX before it
-_LONGEST_SEARCH = 64  # words below a saved frame that a function without calls may use
+_INTO_CALL = 3  # from a return address, bit 0 set, back into its BL or BLX
+_LONGEST_SEARCH = 64  # words below a saved frame
 _MOST_CALLS = 12
 
 
 class Call(NamedTuple):
-    """``address`` is the current instruction, for a caller the BL. ``times``: the number of nested calls like this."""
+    """A current instruction or a caller's BL; ``times`` counts nested calls."""
 
     address: int
     interrupted: bool = False
@@ -158,7 +143,7 @@ class Backtrace:
         self._jumps: dict[int, frozenset[int]] = {}
 
     def calls(self, pc: int, lr: int, sp: int) -> list[Call]:
-        """Return the calls, from the innermost outwards."""
+        """Return the calls, innermost first."""
         found: list[Call] = [Call(pc)]
         for call in self._outward(pc, lr, sp):
             last = found[-1]
@@ -169,23 +154,18 @@ class Backtrace:
         return found
 
     def lines(self, pc: int, lr: int, sp: int) -> list[str]:
-        """Return the same as text, without the innermost."""
         return [self.line(call) for call in self.calls(pc, lr, sp)[1:]]
 
     def line(self, call: Call) -> str:
-        """Return one of the calls as text; the first call of this reads all line numbers."""
         how = "interrupted" if call.interrupted else "called from"
         times = f", {call.times} nested calls" if call.times > 1 else ""
         return f"{how} {self._places.place(call.address)}{times}"
 
     def _outward(self, pc: int, lr: int, sp: int) -> Iterator[Call]:
-        """Return every caller, and after each saved frame the interrupted function and its callers.
-
-        Code in Thread mode has not interrupted anything: saved frames farther out are old.
-        """
+        """Return all callers; in Thread mode frames farther out are old."""
         current, address = pc, max(sp & ~3, RAM_MEMORY.start)
         frame, exc_return = 0, 0
-        if lr in _EXC_RETURNS:  # a handler that has not saved it: the interrupted code is above
+        if lr in _EXC_RETURNS:  # the handler has not saved it
             frame, exc_return = self._find_frame(address), lr
         while True:
             if frame:
@@ -220,7 +200,6 @@ class Backtrace:
         return FLASH_MEMORY.holds(pc, pc + 2) and bool(xpsr & _THUMB)
 
     def _leads_to(self, word: int, current: int) -> bool:
-        """Return whether ``word`` is the return address of a call that may have led to ``current``."""
         if not word & 1 or not FLASH_MEMORY.holds(word - 5, word - 1):
             return False
         code = self._code(word - 5, 4)
@@ -236,7 +215,6 @@ class Backtrace:
         return second & _BLX_MASK == _BLX and elsewhere
 
     def _ends_in(self, function: int, target: int) -> bool:
-        """Return whether a function jumps to another one."""
         found = self._places.function(function)
         if found is None or found.start != function:
             return False

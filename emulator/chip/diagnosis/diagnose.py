@@ -1,4 +1,4 @@
-"""From the chip at the end of a run to a diagnosis: certain and severe problems come first."""
+"""Diagnoses of a chip at the end of a run, the most severe first."""
 
 from __future__ import annotations
 
@@ -52,18 +52,12 @@ _SET_UP_PS = PS_PER_S // 2
 
 
 def diagnose(arm: RunningFirmware) -> Diagnosis | None:
-    """Return the worst problem of the firmware in its present state; None if none is found.
-
-    The board's state does not change.
-    """
+    """Return the worst problem of the firmware now, without changing the board."""
     return next(findings(arm), None)
 
 
 def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
-    """Return all problems of the firmware in its present state, the worst first.
-
-    A failure hides other problems: a program that is stuck has not reached its other mistakes.
-    """
+    """Return all problems, the worst first; a failure hides others."""
     signals, chip = arm.signals, arm.chip
     places = Places(arm.image)
     transfers = RecentTransfers(signals)
@@ -100,7 +94,6 @@ def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
 
 
 def _quiet_since_ps(arm: RunningFirmware, transfers: RecentTransfers) -> int:
-    """Return the time of the last event on the buses, the terminal or the pins."""
     signals = arm.signals
     edges = [edge.t_ps for edge in signals.trace.of(GpioEdge)[-1:]]
     signals.uart.catch_up()
@@ -109,7 +102,6 @@ def _quiet_since_ps(arm: RunningFirmware, transfers: RecentTransfers) -> int:
 
 
 def _stack(arm: RunningFirmware, places: Places) -> Diagnosis | None:
-    """Report a main stack that has reached the variables, as seen at exception entries."""
     lowest, end = arm.chip.core.lowest_stack, places.end_of_variables()
     if end is None or not RAM_MEMORY.start <= lowest < end < places.stack_top:
         return None
@@ -135,7 +127,6 @@ def _without_clock(notes: PeripheralNotes) -> Diagnosis | None:
 
 
 def _unanswered(arm: RunningFirmware, transfers: RecentTransfers) -> Diagnosis | None:
-    """Report transfers to addresses without a device, in a program that continues."""
     signals = arm.signals
     failed = [
         event
@@ -156,19 +147,17 @@ def _unanswered(arm: RunningFirmware, transfers: RecentTransfers) -> Diagnosis |
 
 
 def _bus(cause: Cause, now_ps: int) -> Diagnosis | None:
-    """Report a wrongly configured bus, in a program that had the time to configure it."""
     if now_ps < _SET_UP_PS:
         return None
     return Diagnosis("bus", cause.short, tuple(cause.sentences), fatal=False)
 
 
 def _unselected(transfers: RecentTransfers) -> Diagnosis | None:
-    """Report sensors that are absent or do not answer, in a program that continues."""
     cause = transfers.nobody_on_spi() or transfers.silent_sensors()
     return cause and Diagnosis("bus", cause.short, tuple(cause.sentences), fatal=False)
 
 
-# -- timer callbacks longer than the timer's period ---------------------------------------------------------
+# -- timer callbacks ----------------------------------------------------------------------------------------
 
 _CALLBACK = "HAL_TIM_PeriodElapsedCallback"
 _FEWEST_TICKS = 20  # fewer ticks prove nothing
@@ -181,14 +170,12 @@ _WAITING = {
 
 
 def slow_callback(chip: Chip, places: Places) -> Diagnosis | None:
-    """Report the first timer that loses more than a tenth of its ticks, or loses some because of a waiting call.
+    """Report the first timer that loses over a tenth of its ticks, or some because of a waiting call.
 
-    The duration of its callback is not measured, but computed from the counts of ticks. While the handler
-    takes longer than the period, it is entered again as soon as it has returned. It therefore takes the
-    period times the number of due ticks per handled tick.
+    While the handler takes longer than the period, it is entered again at once. It therefore takes the period times the
+    due ticks per handled tick.
 
-    Decision: a slow timer callback is never called a failure, because a scenario may slow the bus down on
-    purpose to show it.
+    Decision: a slow timer callback is never called a failure, because a scenario may slow the bus down on purpose.
     """
     for timer in chip.timers.values():
         if timer.ticks < _FEWEST_TICKS or not timer.rate_hz:
@@ -203,7 +190,6 @@ def slow_callback(chip: Chip, places: Places) -> Diagnosis | None:
 
 
 def _sometimes_slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis | None:
-    """Report late or lost ticks, in a program whose callback calls a waiting function."""
     waits = _waiting_call(chip, places)
     if waits is None:
         return None
@@ -220,7 +206,6 @@ def _sometimes_slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis | Non
 
 
 def _waiting_call(chip: Chip, places: Places) -> tuple[int, str] | None:
-    """Return the call in the callback that leads to a waiting function, and the function."""
     callback = places.address_of(_CALLBACK)
     return places.call_of(_WAITING, callback, chip.core.memory) if callback is not None else None
 
@@ -251,7 +236,7 @@ def _slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
     return Diagnosis("callback", summary, tuple(details), fatal=False)
 
 
-# -- resets by a watchdog, or repeatedly by firmware (RM0368 sections 15, 16) -------------------------------
+# -- resets (RM0368 sections 15, 16) ------------------------------------------------------------------------
 
 _WATCHDOGS = {
     "IWDG": "the independent watchdog: HAL_IWDG_Refresh() was not called in time",
@@ -262,7 +247,7 @@ _SP, _LR, _PC = 13, 14, 15
 
 
 def reset_report(core: Core, places: Places, fault: FaultRecord | None) -> Diagnosis | None:
-    """Report where the latest reset interrupted the firmware; None without a relevant reset."""
+    """Report the place of the latest watchdog or repeated reset."""
     resets = core.resets
     if not resets or (resets[-1][1] not in _WATCHDOGS and len(resets) < _MANY_RESETS):
         return None

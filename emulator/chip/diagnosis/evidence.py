@@ -1,6 +1,4 @@
-"""Evidence about a program that is stuck: the latest transfers on the sensors' buses, and accesses to
-unusable peripherals of the chip, from the notes in the trace.
-"""
+"""Evidence about a stuck program: the latest transfers, and notes about unusable peripherals."""
 
 from __future__ import annotations
 
@@ -15,13 +13,13 @@ from fcu_emulator.emulator.chip.diagnosis.report import Cause, at
 from fcu_emulator.emulator.trace import BusTransfer, DeviceNote, Trace
 from fcu_emulator.sensors.spi import READ
 
-# -- an I2C address without a device, and the address probably meant ----------------------------------------
+# -- an I2C address without a device ------------------------------------------------------------------------
 
 _DEVICE_ADDRESSES = range(0x08, 0x78)  # of devices (NXP UM10204 table 4)
 
 
 def nobody(signals: BoardSignals, bus: I2CBus, address: int) -> Cause:
-    """Return the cause of transfers to ``address``, which has no device."""
+    """Return the cause of transfers to an address without a device."""
     devices = {
         known: target.name() for known in _DEVICE_ADDRESSES if (target := bus.target(known)) is not None
     }
@@ -48,7 +46,7 @@ def nobody(signals: BoardSignals, bus: I2CBus, address: int) -> Cause:
 
 
 def absent(signals: BoardSignals, used: str) -> str:
-    """Report a bus that firmware uses although the sensors are on another one."""
+    """Report that firmware uses another bus than the sensors'."""
     wiring, other = signals.wiring, signals.board.wiring_with(used)
     text = f"With wiring {wiring.name} the sensors are on {wiring.bus}, not on {used}: "
     text += f"build the firmware for {wiring.bus}"
@@ -59,11 +57,11 @@ def _answers(name: str, address: int) -> str:
     return f"The {name} answers at 0x{address:02X}, 0x{address << 1:02X} as HAL address."
 
 
-# -- the latest transfers on the sensors' buses -------------------------------------------------------------
+# -- the latest transfers -----------------------------------------------------------------------------------
 
 TRANSFERS_SHOWN = 8
 _MANY = 6
-"""Consecutive reads of 0xFF only: no sensor measures -1 on all axes that often."""
+"""Consecutive reads of 0xFF; no sensor measures -1 on all axes that often."""
 
 
 class RecentTransfers:
@@ -79,12 +77,10 @@ class RecentTransfers:
 
     @property
     def last_ps(self) -> int:
-        """Return the time of the last use of the buses; 0 for never."""
         unheard_ps = (bus.unheard[-1][0] for bus in self._spi if bus.unheard)
         return max([0, *unheard_ps, *(transfer.end_ps for transfer in self.latest)])
 
     def lines(self) -> list[str]:
-        """Return one line for each, the latest one last."""
         lines = self.texts(self.latest)
         lines += [
             f"{at(bus.unheard[-1][0])}  {bus.name} {unheard}, while no sensor was selected"
@@ -94,11 +90,9 @@ class RecentTransfers:
         return lines
 
     def texts(self, transfers: Iterable[BusTransfer]) -> list[str]:
-        """Return a line for each of some transfers."""
         return [f"{at(transfer.t_ps)}  {_text(transfer, self._signals.i2c)}" for transfer in transfers]
 
     def cause(self) -> Cause | None:
-        """Return the problem of the latest transfer."""
         for bus in self._i2c:
             if any(fault.kind == "stuck" for fault in bus.faults(self._now_ps)):
                 text = f"a line of {bus.name} is held low"
@@ -116,11 +110,7 @@ class RecentTransfers:
         return None
 
     def silent_sensors(self) -> Cause | None:
-        """Report sensors that are selected and never answer, in a program that continues.
-
-        0xFF is an undriven line. 0x00 may come from a sensor without a measurement, so it counts only if
-        WHO_AM_I is among the registers read, which is never 0x00.
-        """
+        """Report selected sensors without an answer: reads of 0xFF, or of 0x00 including WHO_AM_I, which is never 0x00."""
         reads = [transfer for transfer in self.latest if transfer.read]
         values = {value for transfer in reads for value in transfer.read}
         identified = any(transfer.register == "WHO_AM_I" for transfer in reads)
@@ -146,7 +136,6 @@ class RecentTransfers:
         ]
 
     def nobody_on_spi(self) -> Cause | None:
-        """Report bytes on an SPI bus that has no sensor, in addition to other problems."""
         for bus in self._spi:
             if not bus.chip_selects and self._unheard(bus):
                 return Cause(
@@ -167,7 +156,6 @@ class RecentTransfers:
         return Cause(last.result, [why])
 
     def _unheard(self, bus: SpiBus) -> str:
-        """Return the bytes of an SPI bus that came after every transfer and reached no sensor."""
         since_ps = max((transfer.end_ps for transfer in self.latest), default=0)
         bytes_ = [value for t_ps, value in bus.unheard if t_ps > since_ps]
         sent = " ".join(f"{value:02X}" for value in bytes_ if value is not None)
@@ -221,14 +209,14 @@ def _text(transfer: BusTransfer, i2c: Mapping[str, I2CBus]) -> str:
     return f"{who}: {', '.join(actions)}"
 
 
-# -- accesses to the chip's peripherals without effect -----------------------------------------------------------
+# -- accesses without effect -------------------------------------------------------------------------------------
 
 _NO_CLOCK = "while the peripheral has no clock"
 _NOTES_SHOWN = 6
 
 
 class PeripheralNotes:
-    """The accesses to unusable peripherals of the chip, in order."""
+    """The accesses to unusable peripherals, in order."""
 
     def __init__(self, chip: Chip, trace: Trace) -> None:
         self._clocked = {peripheral.name: peripheral.clocked for peripheral in chip.core.all_peripherals}
@@ -237,12 +225,11 @@ class PeripheralNotes:
         ]
 
     def without_clock(self) -> list[str]:
-        """Return the peripherals that were used without a clock, and still have none."""
+        """Return peripherals that still have no clock."""
         names = dict.fromkeys(note.device for note in self._notes if _NO_CLOCK in note.text)
         return [name for name in names if not self._clocked[name]]
 
     def cause(self) -> Cause | None:
-        """Return the first peripheral without clock; else None."""
         for name in self.without_clock():
             first = next(note for note in self._notes if note.device == name)
             return Cause(
@@ -257,7 +244,7 @@ class PeripheralNotes:
         return None
 
     def lines(self) -> list[str]:
-        """Return all of them, the first of each peripheral and kind."""
+        """Return the first note of each peripheral and kind."""
         lines = [f"{at(note.t_ps)}  {note.device} {note.text}" for note in self._notes]
         return lines[:_NOTES_SHOWN] + (
             [f"and {len(lines) - _NOTES_SHOWN} more"] if len(lines) > _NOTES_SHOWN else []

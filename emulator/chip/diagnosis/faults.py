@@ -1,4 +1,4 @@
-"""A fault of the core as a text: place, cause, status registers, registers, callers, consequences."""
+"""The text about a fault: place, cause, registers, callers and consequences."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from fcu_emulator.emulator.chip.registers import scb
 from fcu_emulator.emulator.chip.registers.declaration import Word
 from fcu_emulator.emulator.time.clock import PS_PER_MS
 
-# -- the fault status registers bit by bit (ARMv7-M ARM B3.2.15, B3.2.16; PM0214 4.4.10, 4.4.11) ------------
+# -- fault status registers (ARMv7-M ARM B3.2.15, B3.2.16; PM0214 4.4.10, 4.4.11) ---------------------------
 
 CFSR: Final[Mapping[str, str]] = {
     "IACCVIOL": "an instruction was fetched from memory that must not be executed",
@@ -56,22 +56,22 @@ HFSR: Final[Mapping[str, str]] = {
 
 
 def decoded(register: type[Word], value: int, meanings: Mapping[str, str]) -> Iterator[str]:
-    """Return ``CFSR 0x00008200`` and a line for each bit that is set, the lowest first."""
+    """Return ``CFSR 0x00008200``, then a line for each set bit, lowest first."""
     yield f"{register.__name__} 0x{value:08X}"
     for bits in reversed(register.fields):
         if value & bits.mask:
             yield f"  {bits.name}: {meanings[bits.name]}"
 
 
-# -- causes of a fault in the program -----------------------------------------------------------------------
+# -- causes -------------------------------------------------------------------------------------------------
 
-_NULL_OBJECT = 0x1000  # bytes; lower addresses belong to members of an object at address 0
-_NEAR = 0x1000  # maximum distance in bytes between the stack pointer and a store to the stack
+_NULL_OBJECT = 0x1000  # bytes: members of an object at address 0
+_NEAR = 0x1000  # bytes from the stack pointer to a store on the stack
 _ERASED_FLASH = 0xFFFF
 
 
 def cause_of(record: FaultRecord, places: Places, code: ReadCode) -> Cause:
-    """Return the likely cause of a fault."""
+    """Return the likely cause."""
     status = record.fault.status
     if status & exceptions.PRECISERR and record.fault.address is not None:
         return _of_access(record, record.fault.address, places, code)
@@ -144,7 +144,7 @@ def _of_null(address: int) -> Cause:
 
 
 def stack_overflows(record: FaultRecord, places: Places) -> bool:
-    """Return whether the stack pointer is outside of the memory for the stack."""
+    """Return whether the stack pointer is outside of the stack's memory."""
     end = places.end_of_variables()
     return record.sp < (RAM_MEMORY.start if end is None else end)
 
@@ -245,7 +245,7 @@ _REGISTERS = (*(f"R{number}" for number in range(13)), "SP", "LR", "PC", "xPSR")
 
 
 def fault_report(core: Core, log: FaultLog, places: Places, transfers: list[str]) -> Diagnosis | None:
-    """Return the fault in which the firmware has ended; None without one, or after a recovery."""
+    """Return the fault that ended the firmware, unless it recovered."""
     record, latest = log.origin, log.latest
     if record is None or latest is None:
         return None
@@ -289,7 +289,6 @@ def _report(
 
 
 def _from_program(calls: Sequence[Call], callers: Sequence[str], places: Places) -> str:
-    """Return the first caller in the file of main(), for a fault in another file or in a library without lines."""
     start = places.address_of("main")
     own = places.file(start) if start is not None else ""
     if not own or places.file(calls[0].address) == own:

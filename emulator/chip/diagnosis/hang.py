@@ -1,9 +1,7 @@
-"""Firmware in an endless loop: the condition of the loop, and the reason why it never becomes true.
+"""Firmware in an endless loop: its condition, and why it never becomes true.
 
-Decision: a loop in ``main()`` that reads nothing, while interrupts of peripherals are enabled, counts as
-correct. In many programs the handlers do all the work. The same loop without such interrupts may be the
-intended end of the program, and is reported without being called a failure. Tasks of an operating system (on
-the process stack) are not checked, because its idle task is an endless loop.
+Decision: a loop in ``main()`` that reads nothing, while interrupts of peripherals are enabled, counts as correct.
+Without them it may be the intended end, so it is not a failure. Code on the process stack is not checked.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ from fcu_emulator.emulator.chip.peripherals.dma import is_any_stream_on
 from fcu_emulator.emulator.chip.registers import address_of, systick
 from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
 
-# -- names of exceptions and of their handlers (ARMv7-M ARM table B1-4; RM0368 table 38) --------------------
+# -- names of exceptions (ARMv7-M ARM table B1-4; RM0368 table 38) ------------------------------------------
 
 _EXCEPTION_NAMES: Final = {
     2: "NMI",
@@ -62,17 +60,17 @@ _INTERRUPT_NAMES: Final = {
 
 
 def exception_name(number: int) -> str:
-    """Return ``SysTick``, ``TIM3``; the number if the manual has no name."""
+    """Return ``SysTick``, ``TIM3``, or the number."""
     interrupt = number - FIRST_INTERRUPT
     return _EXCEPTION_NAMES.get(number) or _INTERRUPT_NAMES.get(interrupt) or f"interrupt {interrupt}"
 
 
 def handler_name(number: int) -> str:
-    """Return the name of its handler in ST's start-up files."""
+    """Return the handler's name in ST's start-up files."""
     return f"{exception_name(number)}_{'Handler' if number < FIRST_INTERRUPT else 'IRQHandler'}"
 
 
-# -- interrupts that may still come, and reasons for a missing tick (ARMv7-M ARM B1.5.4, B3.3) --------------
+# -- interrupts, and a missing tick (ARMv7-M ARM B1.5.4, B3.3) ----------------------------------------------
 
 _SYST_CSR = address_of("SysTick", systick.SYST_CSR)
 _TICKING = systick.SYST_CSR.ENABLE.mask | systick.SYST_CSR.TICKINT.mask
@@ -87,25 +85,22 @@ class Interrupts:
 
     @property
     def handled(self) -> int:
-        """The exception whose handler is running; 0 in Thread mode."""
         return self._core.handled
 
     def preempts(self, number: int) -> bool:
-        """Return whether an exception is urgent enough to be taken now."""
         return self._core.preempts(number)
 
     def from_peripherals(self, *, now: bool = True) -> list[int]:
-        """Return the enabled interrupts of the chip's peripherals; ``now``: only those that can be taken."""
+        """Return the enabled interrupts; ``now``: only those that can be taken."""
         enabled = self._core.enabled >> FIRST_INTERRUPT << FIRST_INTERRUPT
         return [number for number in bits(enabled) if not now or self.preempts(number)]
 
     @property
     def tick_on(self) -> bool:
-        """Return whether SysTick counts and its interrupt is enabled."""
         return (self._core.peek(_SYST_CSR) or 0) & _TICKING == _TICKING
 
     def why_no_tick(self) -> str:
-        """Return the reason why SysTick's handler cannot run; empty if it can."""
+        """Return why SysTick's handler cannot run, or ""."""
         if not self.tick_on:
             return "SysTick is off: HAL_Init() was not called, or HAL_SuspendTick() was."
         if self.preempts(SYS_TICK):
@@ -125,7 +120,7 @@ class Interrupts:
 
 # -- the condition of a loop --------------------------------------------------------------------------------
 
-_PATIENCE_PS = 3 * PS_PER_S  # longest wait for hardware: the start of the 32 kHz crystal, 2 s
+_PATIENCE_PS = 3 * PS_PER_S  # the 32 kHz crystal needs 2 s
 
 
 class Waits:
@@ -138,7 +133,6 @@ class Waits:
         self._quiet_ps = quiet_ps
 
     def in_vain(self, loop: Loop) -> Cause | None:
-        """Return the reason why the loop never ends; None if it may end."""
         if any(
             self._may_change(peripheral.clocked, peripheral.next_change_ps())
             for peripheral, _, _ in loop.registers
@@ -179,7 +173,7 @@ class Waits:
         return Cause(short, ["No enabled interrupt writes it; enable and start the one that should."])
 
 
-# -- the loop in which firmware is stuck --------------------------------------------------------------------
+# -- the loop -----------------------------------------------------------------------------------------------
 
 _HANDLER_AT_WORK_PS = 200 * PS_PER_MS  # longer than any correct handler
 _WRONG_ENDS = {"Error_Handler", "_Error_Handler", "__assert_func", "assert_failed", "abort", "_exit"}
@@ -189,9 +183,7 @@ _SPSEL = 1 << 1  # CONTROL: Thread mode uses the process stack
 
 
 class Hang:
-    """The chip in its present state; ``quiet_since_ps``: the time of the last event outside of it; ``bus``:
-    the problem of the sensors' bus.
-    """
+    """The present chip, the last event outside of it, and the bus's problem."""
 
     def __init__(
         self,
@@ -217,7 +209,6 @@ class Hang:
         self._callers = self._calls[1:]
 
     def diagnosis(self) -> Diagnosis | None:
-        """Return the loop in which the firmware is stuck; None if it is not in a loop."""
         if self._core.asleep:
             return self._sleeping()
         if not self._core.active:
@@ -262,7 +253,6 @@ class Hang:
         return self._read_once(loop) or self._endless(self._outermost(loop), cause)
 
     def _interrupted_thread(self) -> Diagnosis | None:
-        """Return a diagnosis of the code that a correct handler has interrupted."""
         below = [call.address for call in self._calls if call.interrupted]
         code = self._core.memory(below[-1], 4) if below else None
         if code is None:
@@ -281,7 +271,6 @@ class Hang:
         return once and self._report(self._outermost(loop), once)
 
     def _read_once_below(self, address: int) -> Diagnosis | None:
-        """Return the same for the loop at ``address`` that was interrupted in Thread mode."""
         core = self._core
         words = range(core.register(_SP) & ~3, self._places.stack_top - _FRAME_BYTES + 1, 4)
         frames = [at for at in words if core.peek(at + _FRAME_PC) == address]
@@ -317,18 +306,15 @@ class Hang:
         return self._report(place, why, fatal=not working or name in _WRONG_ENDS)
 
     def _tick_works(self) -> bool:
-        """Return whether SysTick's handler does more than count one variable."""
         if not self._interrupts.tick_on:
             return False
         changed = Probe(self._core).handle(SYS_TICK)
         return changed is None or len({address & ~3 for address in changed}) > 1
 
     def _from_outside(self) -> Cause | None:
-        """Return why a program may have entered its ``while (1)``."""
         return self._notes.cause() or self._bus or self._transfers.cause()
 
     def _unhandled(self, number: int) -> Cause | None:
-        """Return whether an interrupt has only the start-up file's common handler."""
         if self._places.function_name(self._pc) not in ("Default_Handler", "Infinite_Loop"):
             return None
         name = exception_name(number)
@@ -346,11 +332,7 @@ class Hang:
         )
 
     def _outermost(self, loop: Loop) -> int:
-        """Return the function of the loop that calls its other functions.
-
-        Without calls it is the loop's last instruction: the present instruction says the same, but with an
-        inlined function its line would differ each time.
-        """
+        """Return the loop's function that calls the others, or its last instruction, which is the same each time."""
         calls = [call.address for call in self._calls if call.address != self._pc]
         inside = [address for address in calls if {address, address - 2} & loop.code]
         return inside[-1] if inside else max(loop.code, default=self._pc)

@@ -1,4 +1,4 @@
-"""Flash and RAM that are nearly full, and a heap that is exhausted."""
+"""Warnings of nearly full flash and RAM."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LEFT = 10 * 1024  # bytes for heap and stack: printf of floats needs both
 
 
 def flash_nearly_full(image: FirmwareImage) -> Diagnosis | None:
-    """Report that more than nine tenths of the flash are in use."""
+    """Report flash with over nine tenths in use."""
     used = sum(len(one.data) for one in image.segments if FLASH_MEMORY.holds(one.address, one.address))
     if used < _FULL * FLASH_SIZE:
         return None
@@ -29,7 +29,7 @@ def flash_nearly_full(image: FirmwareImage) -> Diagnosis | None:
 
 
 def ram_nearly_full(core: Core, places: Places) -> Diagnosis | None:
-    """Report variables that leave little space for heap and stack."""
+    """Report too little space for heap and stack."""
     end = places.end_of_variables()
     if end is None or not RAM_MEMORY.start < end < places.stack_top or places.stack_top - end >= _LEFT:
         return None

@@ -1,8 +1,6 @@
-"""The terminal's output compared with the format strings in flash: numbers that printf could not print.
+"""Numbers that printf could not print, found by its format strings in flash.
 
-A line of the terminal is matched with its format, and the format with the instruction that loads its address.
-A hint can therefore name the source line. Matching searches for the texts between the conversions, one after
-the other, without backtracking: a hostile format cannot make it slow.
+Matching never backtracks, so hostile formats cannot make it slow.
 """
 
 from __future__ import annotations
@@ -20,17 +18,17 @@ from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY
 _STRING = re.compile(rb"[\t\n\r\x20-\x7e]{3,255}\x00")
 _CONVERSION = re.compile(r"%[-+ #0]*\d*(?:\.\d+)?(?:hh|h|ll|l)?([diuxXfFeEgGcsp%])")
 LATEST_TEXT = 1 << 16
-"""The number of the terminal's latest bytes that are checked."""
+"""The number of latest bytes that are checked."""
 _MOST_FORMATS, _MOST_LINES = 500, 400
 _FLOATS, _INTEGERS = "fFeEgG", "diu"
 _SHOWN = 60
 
 _DOUBLE_STEP = 1 << 29
-"""A float that is passed to printf becomes a double (C17 6.5.2.2), whose lowest 29 bits are then 0."""
+"""printf gets a float as a double (C17 6.5.2.2), whose lowest 29 bits are then 0."""
 
 
 class Format(NamedTuple):
-    """A format string in flash: the texts around its conversions, and the conversions' letters."""
+    """A format string in flash, split at its conversions."""
 
     address: int
     text: str
@@ -39,7 +37,7 @@ class Format(NamedTuple):
 
 
 class FormattedLine(NamedTuple):
-    """A line of the terminal, its format, and the text of each conversion."""
+    """A line of the terminal with its format and values."""
 
     line: str
     made_by: Format
@@ -47,7 +45,7 @@ class FormattedLine(NamedTuple):
 
 
 class PrintedLines:
-    """The latest lines of the terminal whose formats are known."""
+    """The latest lines with known formats."""
 
     def __init__(self, image: FirmwareImage, places: Places, text: bytes) -> None:
         self._image, self._places = image, places
@@ -57,7 +55,6 @@ class PrintedLines:
         self.lines = [printed for line in distinct if (printed := self._made_by(line)) is not None]
 
     def place(self, made_by: Format) -> str:
-        """Return where the program uses a format; empty if that is unknown."""
         for literal in self._words(made_by.address):
             function = self._places.function(literal)
             if function is not None:
@@ -74,7 +71,6 @@ class PrintedLines:
         return max(found, key=lambda printed: len(printed.made_by.text), default=None)
 
     def _words(self, value: int) -> Iterator[int]:
-        """Return the aligned addresses in flash that contain a word."""
         wanted = value.to_bytes(4, "little")
         for segment in self._image.segments:
             at = segment.data.find(wanted)
@@ -84,7 +80,7 @@ class PrintedLines:
                 at = segment.data.find(wanted, at + 1)
 
     def _loads(self, start: int, literal: int) -> Iterator[int]:
-        """Return the instructions after ``start`` that load the word at ``literal`` relative to the PC (A7.7.44)."""
+        """Return the instructions that load the word (A7.7.44)."""
         address = start
         while address < literal:
             code = self._code(address)
@@ -104,7 +100,6 @@ class PrintedLines:
 
 
 def _formats(image: FirmwareImage) -> Iterator[Format]:
-    """Return the format strings with numbers in flash."""
     count = 0
     for segment in image.segments:
         if not FLASH_MEMORY.holds(segment.address, segment.end):
@@ -119,7 +114,6 @@ def _formats(image: FirmwareImage) -> Iterator[Format]:
 
 
 def _match(one: Format, line: str) -> tuple[str, ...] | None:
-    """Return the text of each conversion in ``line``; None if the format does not match."""
     first, *rest = one.between
     first = first.lstrip()
     if not line.startswith(first) or not "".join(one.between).strip():
@@ -137,7 +131,7 @@ def _match(one: Format, line: str) -> tuple[str, ...] | None:
 
 
 def misprinted(lines: PrintedLines, places: Places) -> Diagnosis | None:
-    """Report the first line in which a number is missing, or replaced by a wrong one."""
+    """Report the first line with a missing or wrong number."""
     for look in (_empty_float, _float_as_int):
         for printed in lines.lines:
             found = look(printed, places)

@@ -1,9 +1,7 @@
-"""A test for endless loops: a copy of the core executes the loop, and the board does not change.
+"""A test for endless loops, in a copy of the core.
 
-The copy has the registers, the RAM and the flash of the chip. Registers of peripherals have their present
-values and cannot be written. The copy executes single instructions until the state of core and RAM recurs.
-The loop is then endless unless a value that it has read changes: it waits for those addresses. A loop that
-writes to a peripheral, or reads a register with a side effect, does work and is not called idle.
+The loop is endless if the state of core and RAM recurs, unless a value that it reads changes. Writes to peripherals and
+reads with side effects are work.
 """
 
 from __future__ import annotations
@@ -18,9 +16,9 @@ from fcu_emulator.emulator.chip.memory_map import RAM, RAM_SIZE
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral
 from fcu_emulator.emulator.chip.registers import address_of, scb
 
-_LONGEST = 20_000  # instructions until the state must have recurred: a tenth of a second of wall time
+_LONGEST = 20_000  # instructions: a tenth of a second of wall time
 _LONGEST_HANDLER = 5_000
-_BELOW = 0x200  # bytes below SP that a called function and its frame may use
+_BELOW = 0x200  # bytes below SP for a called function
 _SP = 13
 _VTOR = address_of("SCB", scb.VTOR)
 
@@ -29,8 +27,8 @@ _VTOR = address_of("SCB", scb.VTOR)
 class Loop:
     """A loop that only repeats itself.
 
-    ``code``: addresses of its instructions; ``variables``: addresses in RAM that it reads, without its stack;
-    ``registers``: (peripheral, offset, value) of those that it reads.
+    ``code``: its instructions; ``variables``: addresses in RAM that it reads; ``registers``: (peripheral, offset,
+    value) read.
     """
 
     code: frozenset[int]
@@ -39,7 +37,7 @@ class Loop:
 
 
 class Probe:
-    """A copy of ``core`` in its present state, for one question: a live board asks for hours, and a copy is large."""
+    """A copy of ``core`` for one question, because copies are large."""
 
     def __init__(self, core: Core) -> None:
         self._core = core
@@ -56,10 +54,7 @@ class Probe:
         copy.watch_memory(RAM, RAM + RAM_SIZE - 1)
 
     def resume(self, frame: int) -> None:
-        """Continue the interrupted code: its registers as saved at ``frame`` (ARMv7-M ARM B1.5.6).
-
-        R4 to R11 are those of the handler, which may have changed them.
-        """
+        """Continue the code interrupted at ``frame`` (ARMv7-M ARM B1.5.6); R4 to R11 stay the handler's."""
         saved = [self._core.peek(frame + 4 * n) or 0 for n in range(8)]
         names = ("r0", "r1", "r2", "r3", "r12", "lr", "pc", "xpsr")
         CoreRegisters(self._copy, names).write(*saved)
@@ -67,7 +62,6 @@ class Probe:
     # -- execution in the copy --------------------------------------------------------------------------
 
     def loop(self) -> Loop | None:
-        """Return the loop that the core is in; None without a loop, or if the loop does work."""
         with closing(self._copy) as copy:
             return self._loop(copy)
 
@@ -92,7 +86,7 @@ class Probe:
         return None
 
     def handle(self, exception: int) -> frozenset[int] | None:
-        """Handle an exception in the copy: return the changed addresses in RAM; None if it does more."""
+        """Handle an exception; return the changed addresses in RAM, None if it does more."""
         with closing(self._copy) as copy:
             return self._handle(copy, exception)
 
@@ -119,7 +113,6 @@ class Probe:
         return Loop(frozenset(code), frozenset(variables), frozenset(self._registers))
 
     def _on_stack(self, address: int, sp: int) -> bool:
-        """Return whether an address belongs to the stack in use: from a little below SP up to its top."""
         top = int.from_bytes(self._copy.flash[:4], "little")
         return sp <= top and sp - _BELOW <= address < top
 
@@ -150,6 +143,5 @@ class Probe:
         return value
 
     def _register_written(self, address: int, _size: int, _value: int) -> None:
-        """Handle a store to a peripheral; one without clock ignores it."""
         found = self._core.find(address & ~3)
         self._acts |= found is None or found[0].clocked

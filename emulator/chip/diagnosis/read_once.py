@@ -1,8 +1,7 @@
-"""A variable that is read once before a loop that never reads it again: ``volatile`` is missing.
+"""A variable that is read once before a loop: ``volatile`` is missing.
 
-An optimising compiler turns ``while (!ready) {}`` with a plain ``ready`` into one load and a loop that reads
-nothing. The instructions prove it. A copy of the core executes the instructions before the loop with the
-present RAM, and leaves the loop. With another value of the one variable that they read it stays.
+A compiler may turn ``while (!ready) {}`` into one load and a loop that reads nothing. Execution in a copy proves that
+another value would keep the loop.
 """
 
 from __future__ import annotations
@@ -18,17 +17,17 @@ from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.report import Cause
 from fcu_emulator.emulator.chip.memory_map import RAM, RAM_SIZE
 
-_FARTHEST = 32  # bytes before the loop that may belong to its condition
+_FARTHEST = 32  # bytes before the loop
 _STEPS = 24
 _OTHER_VALUES = (0, 1, 0xFFFF_FFFF, 0x7FFF_FFFF, 0x8000_0000)
 
 
 def read_once(core: Core, places: Places, loop: frozenset[int]) -> Cause | None:
-    """Return why the loop at these addresses was entered, if a variable that has changed since is the reason."""
+    """Return why the loop was entered, if a variable that has changed since is the reason."""
     condition = _Condition(core, max(loop))
     starts = _instructions(core, places, min(loop))
     seen = (condition.decided_by(start) for start in starts)
-    variable = next(filter(None, seen), None)  # from the farthest one, so that the whole address is loaded
+    variable = next(filter(None, seen), None)  # the farthest one loads the whole address
     if variable is None:
         return None
     name = places.variable(variable.address)
@@ -45,7 +44,6 @@ def read_once(core: Core, places: Places, loop: frozenset[int]) -> Cause | None:
 
 
 def _instructions(core: Core, places: Places, begin: int) -> Iterator[int]:
-    """Return the addresses of instructions of the same function shortly before ``begin``, the farthest first."""
     function = places.function(begin)
     address = function.start if function is not None else begin - _FARTHEST
     while address < begin:
@@ -72,7 +70,7 @@ class _Load(NamedTuple):
 
 
 class _Condition:
-    """The instructions before a loop and in it, up to ``last``, executed by a copy of the core."""
+    """The instructions around a loop, executed by a copy of the core."""
 
     def __init__(self, core: Core, last: int) -> None:
         self._last = last
@@ -88,7 +86,6 @@ class _Condition:
         self._at = 0
 
     def decided_by(self, start: int) -> _Variable | None:
-        """Return the variable that decides, from ``start``, if the loop is left; with its present value it is."""
         if self._stays(start) is not False:
             return None
         address, size, load = self._loads[0]
@@ -99,7 +96,7 @@ class _Condition:
         return None
 
     def _stays(self, start: int, other: tuple[int, bytes] | None = None) -> bool | None:
-        """Return whether execution from ``start`` stays in the loop; None if it does more than decide that."""
+        """Return whether execution stays in the loop; None if it does more."""
         copy = self._copy
         copy.ram[:] = self._ram
         if other is not None:

@@ -1,7 +1,6 @@
-"""Peripherals that were never configured, never started, or configured wrongly for the board.
+"""Peripherals that were never or wrongly configured.
 
-The configuration is read from the registers. The program's intention is read from the functions that the
-linker kept: without a call of it no ``HAL_UART_Transmit`` is in the file.
+The functions that the linker kept show the program's intention.
 """
 
 from __future__ import annotations
@@ -25,23 +24,23 @@ _TALKS_TO_SENSORS = (
     "HAL_I2C_Master_Receive",
 )
 _CALLBACK = "HAL_TIM_PeriodElapsedCallback"
-_HAL_TIM = "stm32f4xx_hal_tim.c"  # contains the default callback, which does nothing
+_HAL_TIM = "stm32f4xx_hal_tim.c"  # contains the default callback
 _LAB = (b"ACC[x,y,z]", b"Pitch:")
 
-_SILENT_PS = PS_PER_S // 2  # a program with output has begun by then
+_SILENT_PS = PS_PER_S // 2  # by then output has begun
 _CR1, _DIER, _PSC, _ARR, _USART_CR1, _BRR = 0x00, 0x0C, 0x28, 0x2C, 0x0C, 0x08
 _PE, _CEN, _UIE, _SPE, _UE, _TE = 1, 1, 1, 1 << 6, 1 << 13, 1 << 3
-_FURTHEST_OFF = 0.03  # larger errors of a baud rate garble bytes (AN3155 and other documents allow 2 to 3 %)
-_LAB_RATES_HZ = (800.0, 84e6 / 52 / 2000)  # the lab's rate, and that of the maker's firmware
+_FURTHEST_OFF = 0.03  # larger errors of a baud rate garble bytes (AN3155 allows 2 to 3 %)
+_LAB_RATES_HZ = (800.0, 84e6 / 52 / 2000)  # the lab's rate, and ST's
 _NEAR = 0.005
-_TICK_HZ = 1000.0  # a timer at this rate is the HAL's time base
+_TICK_HZ = 1000.0  # the HAL's time base
 
 
 # -- the terminal -------------------------------------------------------------------------------------------
 
 
 def silent_terminal(chip: Chip, signals: BoardSignals, places: Places) -> Diagnosis | None:
-    """Report a program with output that does not reach the terminal."""
+    """Report output that does not reach the terminal."""
     prints = places.address_of(*_SPEAKS)
     if prints is None or signals.clock.now_ps < _SILENT_PS or signals.uart.received_count():
         return None
@@ -94,7 +93,7 @@ def wrong_baud(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
 
 
 def clock_of(name: str, chip: Chip) -> int:
-    """Return the clock of a USART: USART2 is on APB1, the other USARTs on APB2 (RM0368 section 2.3)."""
+    """Return a USART's clock: APB1 for USART2, else APB2 (RM0368 section 2.3)."""
     return chip.soc.clocks.pclk1_hz if name == "USART2" else chip.soc.clocks.pclk2_hz
 
 
@@ -102,7 +101,6 @@ def clock_of(name: str, chip: Chip) -> int:
 
 
 def _other_bus_on(chip: Chip, signals: BoardSignals) -> str:
-    """Return an I2C or SPI peripheral that is on but not connected on this board; empty if there is none."""
     wired = {*signals.board.buses(), *(part.spi for part in signals.board.absent)}
     for name, peripheral in chip.core.peripherals.items():
         bit = {"I2C": _PE, "SPI": _SPE}.get(name[:3], 0)
@@ -112,7 +110,7 @@ def _other_bus_on(chip: Chip, signals: BoardSignals) -> str:
 
 
 def bus_never_on(chip: Chip, signals: BoardSignals, places: Places) -> Cause | None:
-    """Report that a program with bus calls has never switched a bus of the board on."""
+    """Report bus calls without a bus of the board switched on."""
     peripherals = chip.core.peripherals
     talks = places.address_of(*_TALKS_TO_SENSORS) is not None
     used = any(bus.recent_transfers() for bus in signals.i2c.values()) or any(
@@ -148,7 +146,7 @@ _SR = 0x08
 
 
 def byte_left(chip: Chip, signals: BoardSignals) -> Cause | None:
-    """Report a received byte in an SPI's DR while no sensor is selected: the next read gets it."""
+    """Report a received byte left in an idle SPI's DR, which the next read gets."""
     for name, bus in signals.spi.items():
         status = chip.core.peripherals[name].peek(_SR)
         idle = all(signals.gpio.level(select[1], int(select[2:])) for select in bus.chip_selects)
@@ -174,7 +172,7 @@ def _left_in(name: str) -> Cause:
 
 
 def not_enabled(chip: Chip) -> Diagnosis | None:
-    """Report a timer, bus or stream whose interrupt is not enabled in the NVIC."""
+    """Report a timer, bus or stream whose interrupt the NVIC does not enable."""
     core = chip.core
     waiting = core.pending & ~core.enabled & ~core.active
     for number in bits(waiting >> FIRST_INTERRUPT << FIRST_INTERRUPT):
@@ -194,7 +192,7 @@ def not_enabled(chip: Chip) -> Diagnosis | None:
 
 
 def never_ticked(chip: Chip, signals: BoardSignals, places: Places) -> Diagnosis | None:
-    """Report a program with a callback for a timer, but without a timer that calls it."""
+    """Report a timer callback that no timer calls."""
     if signals.clock.now_ps < 2 * PS_PER_S or any(timer.ticks for timer in chip.timers.values()):
         return None
     callback = places.address_of(_CALLBACK)

@@ -1,6 +1,6 @@
-"""A board with firmware for the chip, a server for debuggers, and their ``monitor`` commands.
+"""A debugger's server for a board with firmware for the chip, and the ``monitor`` commands.
 
-A debugger is served between slices of virtual time::
+::
 
     server = serve(board, 3333)
     while not server.killed:
@@ -23,22 +23,20 @@ from fcu_emulator.emulator.world import World
 
 
 class DebuggedBoard(Protocol):
-    """A board with its firmware, such as :class:`fcu_emulator.emulator.assembly.board.Board`."""
+    """A board such as :class:`fcu_emulator.emulator.assembly.board.Board`."""
 
     chip: ArmFirmware | None
     clock: Clock
     world: World
 
-    def run_until_ps(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps``."""
-        ...
+    def run_until_ps(self, at_ps: int) -> None: ...
 
 
 def serve(board: DebuggedBoard, port: int, halted: bool = False) -> GdbServer:
-    """Listen for a debugger on ``port`` of 127.0.0.1, 0 for any free one (``server.port``).
+    """Listen for a debugger on ``port`` of 127.0.0.1; 0 selects a free port.
 
-    ``halted``: the firmware waits for the debugger before its first instruction. Raises InputError if the
-    board's firmware is not for the chip, LinkError if the port is not available.
+    ``halted``: wait before the first instruction. Raises InputError without firmware for the chip, LinkError if the
+    port is not available.
     """
     firmware = board.chip
     if firmware is None:
@@ -53,7 +51,7 @@ def serve(board: DebuggedBoard, port: int, halted: bool = False) -> GdbServer:
 
 
 def where(firmware: ArmFirmware) -> str:
-    """Return the next instruction as address, function and source line, as far as the firmware's file has them."""
+    """Return the next instruction's address, function and source line."""
     core = firmware.chip.core
     address = core.pc
     known = firmware.image.symbols
@@ -69,13 +67,12 @@ def where(firmware: ArmFirmware) -> str:
 
 
 def _replaced(firmware: ArmFirmware) -> bool:
-    """Return whether a debugger has loaded another program into the flash."""
     engine = firmware.chip.core
     flashed = (segment for segment in firmware.image.segments if segment.address < RAM)
     return any(bytes(engine.memory(one.address, len(one.data)) or b"") != one.data for one in flashed)
 
 
-# -- the ``monitor`` commands: the board around the halted core ---------------------------------------------
+# -- the ``monitor`` commands -------------------------------------------------------------------------------
 
 _HELP = """\
 attitude ROLL PITCH YAW  turn the board (degrees); attitude alone prints it
@@ -87,10 +84,7 @@ reset                    reset the chip and halt it; then: maintenance flush reg
 
 
 class Monitor:
-    """Executes one command at a time; an error in it is its answer, never an exception.
-
-    ``where()`` returns the core's place as text; ``reset()`` resets the chip.
-    """
+    """Executes ``monitor`` commands; the answer to a wrong command is its error."""
 
     def __init__(
         self,
@@ -117,7 +111,6 @@ class Monitor:
         }
 
     def __call__(self, command: str) -> str:
-        """Return the command's answer, for the debugger's console."""
         name, *arguments = command.split() or ["help"]
         carry_out = self._commands.get(name)
         if carry_out is None:
@@ -154,7 +147,7 @@ class Monitor:
         return "".join(f"{line}\n" for line in lines or [f"{peripheral.name} is not modelled"])
 
     def _reset_chip(self, arguments: list[str]) -> str:
-        """Reset the chip; ``reset halt`` and ``reset init`` are other servers' names: here a reset always halts."""
+        """Reset and halt, like ``reset halt`` and ``reset init``."""
         del arguments
         self._reset()
         return "the chip has been reset and is halted\n"

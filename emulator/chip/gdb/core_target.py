@@ -1,16 +1,13 @@
 """The chip as a debugger's target.
 
-Decision: resuming from a breakpoint makes a single step first, in a separate run. A breakpoint therefore
-stops each time its instruction is reached, and a waiting loop that contains one is never skipped: the state
-of one run does not count in the next.
+Decision: resuming from a breakpoint makes a single step first, in a separate run. A waiting loop with a breakpoint is
+therefore never skipped.
 
-Decision: with a debugger, BKPT halts the core (ARMv7-M ARM C1.4.1), and execution resumes after it. On the
-chip it would halt at the same BKPT forever.
+Decision: with a debugger, BKPT halts the core (ARMv7-M ARM C1.4.1), and execution resumes after it. Otherwise it would
+halt there forever.
 
-Decision: watchpoints monitor every load and store in one range that covers all of them, including registers.
-Memory and peripherals thus use the same mechanism, and accesses without watchpoints have no cost. The
-bit-band alias of the range is monitored as well. Accesses outside of the core's instructions are not
-detected: DMA, and frames saved at exceptions.
+Decision: watchpoints monitor every load and store in one range that covers all of them, including registers. DMA and
+exception frames are not detected.
 """
 
 from __future__ import annotations
@@ -41,10 +38,9 @@ _Range = tuple[Point, int, int, int]
 
 
 class Points:
-    """The requested points. They are set in the core when it resumes, and only after a change. A debugger
-    removes all its points at each stop and inserts them again before it resumes.
+    """The requested points, set in the core when it resumes.
 
-    ``accessed(point, address)`` is called during an access that ``point`` watches.
+    GDB removes and inserts all points at each stop. ``accessed(point, address)`` is called during watched accesses.
     """
 
     def __init__(self, core: Core, accessed: Callable[[Point, int], None]) -> None:
@@ -56,20 +52,16 @@ class Points:
         core.on_access = self._on_access
 
     def add(self, point: Point) -> None:
-        """Add a point, effective from the next ``set()``."""
         self._wanted.add(point)
 
     def remove(self, point: Point) -> None:
-        """Remove a breakpoint or a watchpoint."""
         self._wanted.discard(point)
 
     def clear(self) -> None:
-        """Remove all of them at once."""
         self._wanted.clear()
         self.set()
 
     def set(self) -> None:
-        """Write the points to the core, which must not be running."""
         if self._set == self._wanted:
             return
         breaks = {point.address for point in self._wanted if point.kind.is_break}
@@ -88,7 +80,6 @@ class Points:
             self._core.unwatch_memory()
 
     def breakpoint_at(self, address: int) -> Point | None:
-        """Return the breakpoint on an instruction, if there is one."""
         found = (Point(kind, address, 2) for kind in (PointKind.SOFTWARE_BREAK, PointKind.HARDWARE_BREAK))
         return next((point for point in found if point in self._wanted), None)
 
@@ -114,7 +105,7 @@ _ALIGNMENTS = (4, 2, 1)
 
 
 class CoreTarget:
-    """Implements :class:`fcu_emulator.emulator.chip.gdb.target.Target`; ``run(at_ps)`` runs the core."""
+    """Implements :class:`fcu_emulator.emulator.chip.gdb.target.Target`."""
 
     def __init__(self, core: Core, clock: Clock, run: Callable[[int], None]) -> None:
         self._core = core
@@ -131,36 +122,32 @@ class CoreTarget:
     # -- attaching and releasing ------------------------------------------------------------------------
 
     def attach(self) -> None:
-        """Halt for a newly connected debugger."""
         self._core.debug(True)
         self.halt()
 
     def release(self) -> None:
-        """Remove the debugger's points and resume, after it has left."""
         self._core.debug(False)
         self._points.clear()
         self.resume()
 
     def halt(self) -> None:
-        """Halt before the next instruction."""
         self._core.halt()
         self._single_step = False
 
     def reset(self) -> None:
-        """Reset the chip as through NRST; it halts before its first instruction."""
+        """Reset through NRST and halt."""
         self._core.reset_now("PIN")
         self._on_bkpt = self._lock_up_reported = False
 
     # -- registers --------------------------------------------------------------------------------------
 
     def read_registers(self) -> dict[str, int]:
-        """Return the values of all registers."""
         values = dict(zip(self._everything.names, self._everything.read(), strict=True))
         xpsr = values["xpsr"] & ~_THUMB | (_THUMB if self._core.thumb else 0)
         return values | {"xpsr": xpsr, "pc": self._core.pc}
 
     def write_register(self, name: str, value: int) -> None:
-        """Change one register. A new PC wakes a sleeping core, as entering the debug state does (B1.5.19)."""
+        """Change a register; a new PC wakes the core (B1.5.19)."""
         if name == "pc":
             self._core.pc = value & ~1
             self._on_bkpt = False
@@ -175,7 +162,6 @@ class CoreTarget:
     # -- memory -----------------------------------------------------------------------------------------
 
     def read_memory(self, address: int, size: int) -> bytes:
-        """Return memory without side effects, up to the first address without memory or register."""
         memory = self._core.memory(address, size)
         if memory is not None:
             return bytes(memory)
@@ -190,7 +176,6 @@ class CoreTarget:
         return bytes(data[:size])
 
     def write_memory(self, address: int, data: bytes) -> bool:
-        """Write memory, including flash, or registers with all side effects."""
         memory = self._core.memory(address, len(data))
         if memory is not None:
             if not _changeable(address):
@@ -215,23 +200,18 @@ class CoreTarget:
     # -- running ----------------------------------------------------------------------------------------
 
     def add(self, point: Point) -> None:
-        """Stop at a point from now on."""
         self._points.add(point)
 
     def remove(self, point: Point) -> None:
-        """Do not stop at a point any more."""
         self._points.remove(point)
 
     def resume(self) -> None:
-        """Resume in the next ``run_until_ps``, past a breakpoint on the very next instruction."""
         self._go(one=False)
 
     def step(self) -> None:
-        """Execute one instruction in the next ``run_until_ps``, then stop."""
         self._go(one=True)
 
     def run_until_ps(self, at_ps: int) -> HaltReason | None:
-        """Run up to ``at_ps`` of virtual time; return the reason of an earlier stop, or None."""
         while True:
             self._run(at_ps)
             if self._core.locked_up and not self._lock_up_reported:
@@ -263,7 +243,7 @@ class CoreTarget:
         self._core.resume(self._single_step or on_point)
 
     def _reason(self) -> HaltReason | None:
-        """Return why the core has halted; None if only for a step past a breakpoint."""
+        """Return why the core has halted; None after a step past a breakpoint."""
         hit, self._hit = self._hit, None
         self._on_bkpt |= self._core.met_breakpoint_instruction()
         if hit is not None:

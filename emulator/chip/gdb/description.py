@@ -1,10 +1,7 @@
-"""The description of the board for the debugger: registers and memory ("Target Descriptions", "Memory Map Format").
+"""Registers, in the order of their packet numbers, and memory ("Target Descriptions", "Memory Map Format", "ARM
+Features").
 
-The registers are those of an ARMv7-M core with single-precision floating point (GDB manual, "ARM Features":
-m-profile, vfp, m-system). Their order here is their number in packets.
-
-Decision: floating-point registers are described as d0 to d15, because GDB derives s0 to s31 from them, and
-does not support a description with s0 to s31 only.
+Decision: floating-point registers are described as d0 to d15, because GDB derives s0 to s31 from them.
 """
 
 from __future__ import annotations
@@ -25,11 +22,11 @@ from fcu_emulator.emulator.chip.memory_map import (
 _MEMORY_MAP_DTD = (
     '"+//IDN gnu.org//DTD GDB Memory Map V1.0//EN" "http://sourceware.org/gdb/gdb-memory-map.dtd"'
 )
-_SECTOR = 0x4000  # the smallest of the STM32F401's sectors (RM0368 table 5)
+_SECTOR = 0x4000  # the smallest sector (RM0368 table 5)
 
 
 class GdbRegister(NamedTuple):
-    """A register in packets; ``parts`` are the core's words, the low one first."""
+    """A register in packets; ``parts`` has the low word first."""
 
     name: str
     parts: tuple[str, ...]
@@ -89,7 +86,7 @@ def target_xml() -> bytes:
 
 
 def memory_map_xml() -> bytes:
-    """Return the memory map, with the kind of flash: GDB then uses hardware breakpoints there."""
+    """Return the memory map; GDB uses hardware breakpoints in flash."""
     lines = [
         '<?xml version="1.0"?>',
         f"<!DOCTYPE memory-map PUBLIC {_MEMORY_MAP_DTD}>",

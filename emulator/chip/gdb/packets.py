@@ -1,9 +1,6 @@
-"""Packets on the wire: ``$payload#checksum``, acknowledgements, escapes, Ctrl-C ("Overview", "Packet
-Acknowledgment", "Interrupts"), and the parts of a payload.
+"""Packets and their parts ("Overview", "Packet Acknowledgment", "Interrupts").
 
-The sender is not trusted. A packet that is longer than announced is dropped while it arrives. Every sequence
-of bytes is a valid sequence of arrivals. Numbers are checked and limited. Replies are never compressed by run
-lengths, which is optional.
+The sender is not trusted: every sequence of bytes is valid input.
 """
 
 from __future__ import annotations
@@ -15,7 +12,7 @@ from typing import Final, TypeAlias
 from fcu_emulator.emulator.chip.gdb.target import Point, PointKind
 
 LONGEST: Final = 0x4000
-"""The maximum size of a payload as sent, announced as PacketSize."""
+"""The maximum size of a payload, announced as PacketSize."""
 
 ACK, NACK = b"+", b"-"
 
@@ -30,7 +27,7 @@ class Arrival(Enum):
     """Arrivals other than packets."""
 
     INTERRUPT = auto()  # Ctrl-C at the debugger
-    RESEND = auto()  # the debugger did not understand the last packet
+    RESEND = auto()  # the debugger requests the last packet
     CORRUPT = auto()  # a packet with a wrong checksum
     OVERLONG = auto()  # a packet longer than announced, dropped
 
@@ -46,12 +43,12 @@ def frame(payload: bytes) -> bytes:
 
 
 def unescape(data: bytes) -> bytes:
-    """Return a payload without escapes; an escape at the very end is dropped."""
+    """Return a payload without escapes."""
     return _ESCAPED.sub(lambda found: bytes(byte ^ _FLIPPED for byte in found[1]), data)
 
 
 class Framer:
-    """Splits the received bytes into packets and other arrivals."""
+    """Splits the received bytes into arrivals."""
 
     def __init__(self) -> None:
         self._packet: bytearray | None = None
@@ -60,7 +57,6 @@ class Framer:
         self._in_checksum = False
 
     def feed(self, data: bytes) -> list[Received]:
-        """Return the arrivals that ``data`` completes, in order."""
         found: list[Received] = []
         for byte in data:
             arrived = self._outside(byte) if self._packet is None else self._inside(byte, self._packet)
@@ -105,7 +101,7 @@ class Framer:
         return unescape(bytes(packet))
 
 
-# -- parts of a payload: hexadecimal numbers and bytes, points, threads -------------------------------------
+# -- parts of a payload -------------------------------------------------------------------------------------
 
 MOST_BYTES: Final = 0x1000
 """Size of memory in one packet; GDB asks again for the rest."""
@@ -127,7 +123,7 @@ def number(text: bytes) -> int:
 
 
 def pair(text: bytes, separator: bytes = b",") -> tuple[int, int]:
-    """Parse ``address,length``: a range of the address space."""
+    """Parse ``address,length`` as two numbers."""
     first, found, second = text.partition(separator)
     if not found:
         raise MalformedError
@@ -146,7 +142,7 @@ def from_hex(text: bytes) -> bytes:
 
 
 def data_at(text: bytes, binary: bool = False) -> tuple[int, bytes]:
-    """Parse ``address,length:data``, whose data must have this length."""
+    """Parse ``address,length:data``; the length must be right."""
     place, found, content = text.partition(b":")
     address, length = pair(place)
     data = content if binary else from_hex(content)
@@ -156,7 +152,7 @@ def data_at(text: bytes, binary: bool = False) -> tuple[int, bytes]:
 
 
 def word(text: bytes, size: int) -> int:
-    """Parse a register's value in the target's byte order."""
+    """Parse a register's little-endian value."""
     data = from_hex(text)
     if len(data) != size:
         raise MalformedError
@@ -164,7 +160,7 @@ def word(text: bytes, size: int) -> int:
 
 
 def point(text: bytes) -> Point | None:
-    """Parse ``type,address,kind``; None for an unknown type. Conditions and commands are refused."""
+    """Parse ``type,address,kind``; None for an unknown type. Conditions are refused."""
     kind, _, place = text.partition(b",")
     if kind not in (b"0", b"1", b"2", b"3", b"4"):
         return None
@@ -178,7 +174,7 @@ def point(text: bytes) -> Point | None:
 
 
 def continues(text: bytes) -> bytes:
-    """Return the action that ``vCont`` requests of the only thread: b"c" or b"s". A chip has no signals."""
+    """Return the action of ``vCont``: b"c" or b"s"."""
     for action in text.split(b";"):
         verb, _, thread = action.partition(b":")
         if thread in (b"", b"1", b"0", b"-1", b"01") and verb[:1] in (b"c", b"C", b"s", b"S"):
@@ -186,7 +182,7 @@ def continues(text: bytes) -> bytes:
     raise MalformedError
 
 
-# -- short answers ("Packets"): done, not understood, not possible ------------------------------------------
+# -- short answers ("Packets") ------------------------------------------------------------------------------
 
 OK: Final = b"OK"
 MALFORMED, REFUSED = b"E01", b"E02"

@@ -1,16 +1,10 @@
-"""The debugger's socket: TCP on 127.0.0.1, one debugger at a time, served between slices of virtual time.
+"""The debugger's TCP socket on 127.0.0.1, served between slices of virtual time.
 
-While the target is halted, the board is stopped: no instruction is executed, no event happens, virtual time
-does not pass. A run then only waits for the debugger, in short pieces of wall time, so that the runner can
-serve the other links and stop.
+Decision: a debugger whose connection breaks counts as detached, so its breakpoints are removed and the firmware
+continues.
 
-Decision: a debugger whose connection breaks counts as detached, so its breakpoints are removed and the
-firmware continues. A board that is halted without a visible reason would be worse.
-
-Decision: a new connection becomes the debugger only with its first valid packet. Until then it changes
-nothing: the board neither halts for it nor leaves ``halted``. A connection that does not begin like the
-protocol (a browser's request, a port scanner's greeting) is closed at once, before any of its bytes is taken
-for a packet. Any web page can send to a port of this machine.
+Decision: a new connection becomes the debugger only with its first valid packet. Other connections are closed, because
+any web page can send to a local port.
 """
 
 from __future__ import annotations
@@ -27,15 +21,15 @@ from fcu_emulator.emulator.errors import FirmwareError
 from fcu_emulator.emulator.host.loopback import listen
 from fcu_emulator.emulator.time.clock import to_ps
 
-_PATIENCE_S = 0.05  # of wall time that a halted target waits before other links are served
+_PATIENCE_S = 0.05  # of wall time for a halted target
 _CHUNK = 0x10000
 _SEND_TIMEOUT_S = 5.0  # of wall time for a debugger that does not read
-_MOST_CALLERS = 8  # connections without a packet so far; above this, the oldest is closed
+_MOST_CALLERS = 8  # connections without a packet so far
 _BEFORE_A_PACKET = b"+-\x03"  # acknowledgements, and Ctrl-C
 
 
 class _Caller:
-    """A connection that has not sent a packet yet."""
+    """A connection without a packet so far."""
 
     def __init__(self, connection: socket.socket) -> None:
         self.socket = connection
@@ -43,7 +37,6 @@ class _Caller:
         self._in_packet = False
 
     def accepts(self, data: bytes) -> bool:
-        """Return whether the bytes so far, with ``data``, begin like GDB's protocol."""
         if not self._in_packet:
             rest = data.lstrip(_BEFORE_A_PACKET)
             self._in_packet = rest.startswith(b"$")
@@ -51,15 +44,13 @@ class _Caller:
         return True
 
     def fileno(self) -> int:
-        """Return the file descriptor for ``select``."""
         return self.socket.fileno()
 
 
 class GdbServer:
-    """Serves ``target`` on ``port`` (0: any free one). Raises LinkError if the port is not available.
+    """Serves ``target`` on ``port``, 0 for a free one. Raises LinkError if it is not available.
 
-    ``halted``: the target waits for a debugger before its first instruction. ``killed`` is set when the
-    debugger has ended the run.
+    ``halted``: wait before the first instruction. ``killed``: the debugger has ended the run.
     """
 
     def __init__(
@@ -82,11 +73,10 @@ class GdbServer:
         return self._waits if self._session is None else self._session.halted
 
     def run_until(self, seconds: float) -> None:
-        """Run as the board's ``run_until``, in seconds since power-on."""
         self.run_until_ps(to_ps(seconds))
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Serve the debugger, and run the target unless it is halted. Raises FirmwareError without one."""
+        """Serve the debugger, and run the target unless halted. Raises FirmwareError without one."""
         self._serve(_PATIENCE_S if self.halted else 0.0)
         if self.halted or self.killed:
             return
@@ -101,7 +91,6 @@ class GdbServer:
             self._session.stopped(stop)
 
     def close(self) -> None:
-        """End the session after the run: report the end to a waiting debugger, and close the port."""
         if self._session is not None and not self._session.halted:
             self._send_packet(EXITED)
         self._leave()
@@ -113,7 +102,6 @@ class GdbServer:
     # -- the connection ---------------------------------------------------------------------------------
 
     def _serve(self, patience_s: float) -> None:
-        """Wait at most this long, and process the received data."""
         waiting: list[socket.socket | _Caller] = [self._listener, *self._callers]
         if self._client is not None:
             waiting.append(self._client)
@@ -141,8 +129,8 @@ class GdbServer:
                 self._hang_up(self._callers[0])
 
     def _hear(self, caller: _Caller) -> None:
-        """Read from a new connection; its first packet makes it the debugger."""
-        if caller not in self._callers:  # another one has just become the debugger
+        """Read from a connection that is not the debugger yet."""
+        if caller not in self._callers:  # another one became the debugger
             return
         try:
             data = caller.socket.recv(_CHUNK)

@@ -1,12 +1,9 @@
-"""One debugger's session: every packet gets its answer ("Packets", "General Query Packets", "Stop Reply Packets").
+"""A debugger's session ("Packets", "General Query Packets", "Stop Reply Packets").
 
-The answer is E01 for a malformed packet, E02 for an impossible request, and the empty packet for an
-unsupported one. No packet raises an exception here. There is one thread, number 1: the core. The whole chip
-stops with it, including time ("all-stop mode").
+E01 answers a malformed packet, E02 an impossible request, the empty packet an unsupported one.
 
-Decision: the Z packets of software and hardware breakpoints have the same effect and do not change memory.
-Firmware therefore reads its code unchanged, and the number of breakpoints is unlimited, while the chip has
-six.
+Decision: the Z packets of software and hardware breakpoints have the same effect and do not change memory. Their number
+is unlimited.
 """
 
 from __future__ import annotations
@@ -21,11 +18,11 @@ from fcu_emulator.emulator.chip.gdb.packets import LONGEST, MALFORMED, MOST_BYTE
 from fcu_emulator.emulator.chip.gdb.target import HaltReason, Point, PointKind, Target
 from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE
 
-# -- packets that read and change registers and memory ("Packets") ------------------------------------------
+# -- registers and memory ("Packets") -----------------------------------------------------------------------
 
 
 class StatePackets:
-    """Answers those packets for a stopped target, by their first letter. They raise MalformedError."""
+    """Answers packets for a stopped target. They raise MalformedError."""
 
     def __init__(self, target: Target) -> None:
         self._target = target
@@ -78,10 +75,7 @@ class StatePackets:
         return OK if not data or self._target.write_memory(address, data) else REFUSED
 
     def flash(self, text: bytes) -> bytes:
-        """Answer the packets with which GDB's ``load`` writes the flash, without the "v"; b"" for all other packets.
-
-        It erases the sectors of the memory map.
-        """
+        """Answer the packets of GDB's ``load``; b"" for others."""
         name, _, rest = text.partition(b":")
         if name == b"FlashErase":
             address, length = packets.pair(rest)
@@ -118,17 +112,16 @@ _WATCH = {PointKind.WRITE: b"watch", PointKind.READ: b"rwatch", PointKind.ACCESS
 
 
 class DebuggerExit(Enum):
-    """The way in which a debugger leaves."""
+    """How a debugger leaves."""
 
     DETACHED = "detached"
     KILLED = "killed"
 
 
 class GdbSession:
-    """Answers packets about one target. ``monitor(command)`` executes a ``monitor`` command.
+    """Answers packets about one target.
 
-    ``send(payload)`` sends a packet. ``halted`` says whether the target waits for the debugger; ``ended`` is
-    set when the debugger has left, ``acknowledged`` until it requests the mode without acknowledgements.
+    ``halted``: the target waits. ``ended``: the debugger has left. ``acknowledged``: packets need acknowledgements.
     """
 
     def __init__(self, target: Target, monitor: Callable[[str], str], send: Callable[[bytes], None]) -> None:
@@ -164,7 +157,7 @@ class GdbSession:
     # -- the interface for the server -------------------------------------------------------------------
 
     def handle(self, packet: bytes) -> None:
-        """Answer one packet; while the target runs, only a stop is an answer."""
+        """Answer a packet; ignore it while the target runs."""
         if not self.halted:
             return
         command = self._commands.get(packet[:1])
@@ -176,13 +169,11 @@ class GdbSession:
             self._send(reply)
 
     def interrupt(self) -> None:
-        """Handle Ctrl-C at the debugger."""
         if not self.halted:
             self._target.halt()
             self._stopped(_signal(_SIGINT))
 
     def stopped(self, stop: HaltReason) -> None:
-        """Report that the target has stopped by itself."""
         if stop.failure:
             self._print(f"{stop.failure}\n")
             self._stopped(_signal(_SIGSEGV))
@@ -195,7 +186,6 @@ class GdbSession:
             self._stopped(_signal(_SIGTRAP, b"%s:%x;" % (_WATCH[stop.point.kind], stop.address)))
 
     def close(self) -> None:
-        """Remove the debugger's settings after it has left, and resume the target."""
         self.halted = False
         self._points.clear()
         self._target.release()
@@ -212,7 +202,6 @@ class GdbSession:
     # -- running ----------------------------------------------------------------------------------------
 
     def _go_on(self, how: bytes, address: bytes) -> None:
-        """Resume without a reply until the target stops."""
         if address:
             self._target.write_register("pc", packets.number(address))
         self.halted = False
@@ -260,7 +249,6 @@ class GdbSession:
 
     @staticmethod
     def _transfer(text: bytes) -> bytes:
-        """Answer ``object:read:annex:offset,length``: a piece of a document; the last one begins with "l"."""
         name, _, place = text.rpartition(b":")
         document = DOCUMENTS.get(name)
         if document is None:

@@ -1,4 +1,4 @@
-"""The debugger's interface to its target, between the protocol and the core."""
+"""The debugger's interface to its target."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Protocol
 
 
 class PointKind(Enum):
-    """The kind of a point that stops the core; the values are the numbers in Z packets."""
+    """Kinds of points, with their numbers in Z packets."""
 
     SOFTWARE_BREAK = 0
     HARDWARE_BREAK = 1
@@ -18,13 +18,12 @@ class PointKind(Enum):
 
     @property
     def is_break(self) -> bool:
-        """Whether it is a breakpoint; both kinds are the same here: neither changes memory, and neither is limited."""
         return self in {PointKind.SOFTWARE_BREAK, PointKind.HARDWARE_BREAK}
 
 
 @dataclass(frozen=True)
 class Point:
-    """A breakpoint on the instruction at ``address``, or a watchpoint on ``size`` bytes from there."""
+    """A breakpoint, or a watchpoint on ``size`` bytes."""
 
     kind: PointKind
     address: int
@@ -37,62 +36,49 @@ class HaltReason:
 
     point: Point | None = None
     address: int = 0
-    """The address of the access that a watchpoint detected."""
+    """The address of the watched access."""
     failure: str = ""
     """A description for the user; empty without an error."""
 
 
 class Target(Protocol):
-    """A stopped core. Time passes only in ``run_until_ps``, and only after ``resume`` or ``step``.
+    """A stopped core. Time passes only in ``run_until_ps`` after ``resume`` or ``step``.
 
-    Registers have the core's names, ``"r0"`` to ``"control"``, ``"s0"`` to ``"s31"`` and ``"fpscr"``; values
-    are words.
+    Registers are words named ``"r0"`` to ``"control"``, ``"s0"`` to ``"s31"`` and ``"fpscr"``.
     """
 
     def attach(self) -> None:
         """Halt for a newly connected debugger."""
         ...
 
-    def release(self) -> None:
-        """Remove the debugger's points and resume, after it has left."""
-        ...
+    def release(self) -> None: ...
 
-    def halt(self) -> None:
-        """Halt before the next instruction; an exception entry may be completed first."""
-        ...
+    def halt(self) -> None: ...
 
-    def read_registers(self) -> dict[str, int]:
-        """Return the values of all registers."""
-        ...
+    def read_registers(self) -> dict[str, int]: ...
 
     def write_register(self, name: str, value: int) -> None:
-        """Change one register; bits that the core ignores do not change."""
+        """Change one register, except bits that the core ignores."""
         ...
 
     def read_memory(self, address: int, size: int) -> bytes:
-        """Return memory without side effects, up to the first address without memory or register."""
+        """Return memory without side effects, up to the first unused address."""
         ...
 
     def write_memory(self, address: int, data: bytes) -> bool:
-        """Write memory, including flash; False, without any change, if a part cannot be written."""
+        """Write memory and flash, all of it or nothing."""
         ...
 
-    def add(self, point: Point) -> None:
-        """Stop at a point from now on."""
-        ...
+    def add(self, point: Point) -> None: ...
 
-    def remove(self, point: Point) -> None:
-        """Do not stop at a point any more; an unknown point is ignored."""
-        ...
+    def remove(self, point: Point) -> None: ...
 
     def resume(self) -> None:
-        """Resume in the next ``run_until_ps``, past a breakpoint on the very next instruction."""
+        """Resume in the next ``run_until_ps``, past a breakpoint here."""
         ...
 
-    def step(self) -> None:
-        """Execute one instruction in the next ``run_until_ps``, then stop."""
-        ...
+    def step(self) -> None: ...
 
     def run_until_ps(self, at_ps: int) -> HaltReason | None:
-        """Run up to ``at_ps`` of virtual time; return the reason of an earlier stop, or None."""
+        """Return the reason of an earlier stop."""
         ...

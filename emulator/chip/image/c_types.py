@@ -1,9 +1,4 @@
-"""C types in the compiler's layout: the values of bytes in memory, and the reader of types from debugging
-entries (DWARF 5 chapter 5).
-
-Every type has ``size`` in bytes, ``leaves``, the number of plain values in it, and ``value(raw, offset)``,
-the value of the bytes at ``offset``. Little-endian, like the chip.
-"""
+"""C types in little-endian layout, and their debugging entries (DWARF 5 chapter 5)."""
 
 from __future__ import annotations
 
@@ -19,38 +14,34 @@ from fcu_emulator.emulator.chip.image.elf import DebugInfoError
 from fcu_emulator.emulator.chip.memory_map import CAPACITY
 
 CValue = int | float | tuple["CValue", ...] | SimpleNamespace
-"""int for integers, enumerations and pointers, bool for _Bool, float, tuple for arrays, and for structures
-and unions an object with the members' names."""
+"""bool for _Bool, tuple for arrays, an object for structures and unions, int for pointers and enumerations."""
 
 _FLOATS = {2: "<e", 4: "<f", 8: "<d"}
 
 
 class CType(Protocol):
-    """The interface of a variable's type."""
+    """A type with its ``size`` in bytes."""
 
     @property
     def size(self) -> int: ...
 
     @property
     def leaves(self) -> int:
-        """The number of plain values in it, which is the cost of reading it."""
+        """The number of plain values: the cost of reading."""
         ...
 
-    def value(self, raw: bytes, offset: int) -> CValue:
-        """Return the value of ``size`` bytes at ``offset``."""
-        ...
+    def value(self, raw: bytes, offset: int) -> CValue: ...
 
 
 @dataclass(frozen=True)
 class Integer:
-    """Integers, enumerations, pointers (unsigned)."""
+    """Integers, enumerations, unsigned pointers."""
 
     size: int
     signed: bool
     leaves: int = 1
 
     def value(self, raw: bytes, offset: int) -> int:
-        """Return the Python value of the bytes."""
         return int.from_bytes(raw[offset : offset + self.size], "little", signed=self.signed)
 
 
@@ -62,7 +53,6 @@ class Boolean:
     leaves: int = 1
 
     def value(self, raw: bytes, offset: int) -> bool:
-        """Return True for all values but zero."""
         return any(raw[offset : offset + self.size])
 
 
@@ -74,14 +64,13 @@ class Float:
     leaves: int = 1
 
     def value(self, raw: bytes, offset: int) -> float:
-        """Return the Python value of the bytes."""
         number: float = struct.unpack_from(_FLOATS[self.size], raw, offset)[0]
         return number
 
 
 @dataclass(frozen=True)
 class Array:
-    """``count`` elements; an array of arrays has arrays as elements."""
+    """Elements of one type, which may be arrays."""
 
     element: CType
     count: int
@@ -92,18 +81,17 @@ class Array:
 
     @cached_property
     def leaves(self) -> int:
-        """At least one per element, because empty structures take work, too."""
+        """At least one per element, because empty structures take work."""
         return max(self.element.leaves, 1) * self.count
 
     def value(self, raw: bytes, offset: int) -> tuple[CValue, ...]:
-        """Return the Python value of the bytes."""
         step = self.element.size
         return tuple(self.element.value(raw, offset + index * step) for index in range(self.count))
 
 
 @dataclass(frozen=True)
 class BitField:
-    """``bits`` bits from bit ``low``, counted from the least significant one of the structure's byte."""
+    """Bits from bit ``low`` of the structure's byte."""
 
     low: int
     bits: int
@@ -112,11 +100,9 @@ class BitField:
 
     @property
     def size(self) -> int:
-        """The number of bytes from the first bit's byte to the last one's."""
         return (self.low + self.bits + 7) // 8
 
     def value(self, raw: bytes, offset: int) -> int:
-        """Return the Python value of the bytes."""
         number = int.from_bytes(raw[offset : offset + self.size], "little") >> self.low & (
             (1 << self.bits) - 1
         )
@@ -125,7 +111,7 @@ class BitField:
 
 @dataclass(frozen=True)
 class Member:
-    """A member at ``offset``; members of an anonymous structure or union count as its parent's."""
+    """A member; those of anonymous structures count as their parent's."""
 
     name: str
     offset: int
@@ -134,14 +120,13 @@ class Member:
 
 @dataclass(frozen=True)
 class Structure:
-    """Structures and unions: in a union all members are at offset 0."""
+    """Structures and unions."""
 
     size: int
     members: tuple[Member, ...]
     leaves: int
 
     def value(self, raw: bytes, offset: int) -> SimpleNamespace:
-        """Return an object with the members' values under their names."""
         values: dict[str, CValue] = {}
         for member in self.members:
             value = member.type.value(raw, offset + member.offset)
@@ -168,14 +153,14 @@ _TRANSPARENT = frozenset({0x16, 0x26, 0x35, 0x37, 0x47})  # typedef, const, vola
 _POINTERS = frozenset({_POINTER, _REFERENCE, _RVALUE_REFERENCE})
 
 _DEEPEST = 32  # maximum nesting of types
-_MOST_DIMENSIONS = 8  # together they keep the recursion of a value far below Python's limit
+_MOST_DIMENSIONS = 8  # limits the recursion
 
 _FLOAT, _BOOLEAN = 0x04, 0x02
 _SIGNED, _UNSIGNED = frozenset({0x05, 0x06, 0x0D}), frozenset({0x01, 0x07, 0x08, 0x10, 0x12})
 
 
 class TypeReader:
-    """Creates C types from entries, each once. Raises DebugInfoError for invalid or unsupported types."""
+    """Creates each C type once. Raises DebugInfoError if it is invalid or unsupported."""
 
     def __init__(self, info: DebugInfo) -> None:
         self._info = info
@@ -183,7 +168,6 @@ class TypeReader:
         self._making: set[int] = set()
 
     def type_of(self, entry: DebugEntry) -> CType:
-        """Return the type that the entry's DW_AT_type refers to."""
         target = self._info.referred(entry, AT_TYPE)
         if target is None:
             raise DebugInfoError("a type is missing (void has no value)")
@@ -216,7 +200,7 @@ class TypeReader:
         raise DebugInfoError(f"a type is of kind 0x{entry.tag:02X}, which has no value here")
 
     def _enumeration(self, entry: DebugEntry) -> CType:
-        """Return the compiler's underlying integer type; without one, signed if a constant is negative."""
+        """Return the underlying type; signed by default if a constant is negative."""
         if AT_TYPE in entry.values:
             return self.type_of(entry)
         constants = [child.number(_AT_CONST_VALUE) or 0 for child in self._info.children(entry)]
@@ -272,7 +256,7 @@ def _base(entry: DebugEntry) -> CType:
 
 
 def _count(subrange: DebugEntry) -> int:
-    """Return the number of elements; 0 for a flexible array member. GCC gives the highest index, or -1."""
+    """Return the number of elements; GCC gives the highest index, or -1."""
     count = subrange.number(_AT_COUNT)
     if count is None:
         highest = subrange.number(_AT_UPPER_BOUND)
@@ -283,7 +267,7 @@ def _count(subrange: DebugEntry) -> int:
 
 
 def _location(member: DebugEntry) -> int:
-    """Return the offset in bytes: a number, or in DWARF 2 an expression that adds one."""
+    """Return the offset, in DWARF 2 an expression."""
     expression = member.block(_AT_MEMBER_LOCATION)
     if expression is None:
         return member.number(_AT_MEMBER_LOCATION) or 0
@@ -293,9 +277,8 @@ def _location(member: DebugEntry) -> int:
 
 
 def _first_bit(member: DebugEntry, bits: int, unit_size: int) -> int:
-    """Return the least significant bit, counted from the structure's start (DWARF 5 section 5.7.6).
-
-    Before DWARF 4 the entry has the distance from the most significant bit of the storage unit instead.
+    """Return the lowest bit from the structure's start (DWARF 5 section 5.7.6); before DWARF 4 the entry counts from
+    the unit's highest bit.
     """
     first = member.number(_AT_DATA_BIT_OFFSET)
     if first is None:
@@ -307,27 +290,23 @@ def _first_bit(member: DebugEntry, bits: int, unit_size: int) -> int:
 
 
 def _bounded(made: CType) -> CType:
-    """Limit a type: overlapping members and nested arrays can describe any size in a few bytes."""
+    """Limit a type: nested arrays can describe any size."""
     if made.size > CAPACITY or made.leaves > CAPACITY:
         raise DebugInfoError(f"a type has {made.size} bytes, more than the chip's memories")
     return made
 
 
-# -- the type of the variable at an address (section 4.1) ---------------------------------------------------
+# -- types of variables (section 4.1) -----------------------------------------------------------------------
 
 _VARIABLE = 0x34
 _AT_LOCATION, _AT_ABSTRACT_ORIGIN, _AT_SPECIFICATION = 0x02, 0x31, 0x47
 _OP_ADDR = 0x03
 _MOST_VARIABLES = 1 << 16  # one for each byte of RAM
-_LONGEST_CHAIN = 8  # a definition refers to its declaration, an inlined static to its origin: two steps
+_LONGEST_CHAIN = 8  # two steps: to a declaration or an origin
 
 
 class Variables:
-    """Types of the variables that have a fixed address. Raises DebugInfoError if the file is damaged.
-
-    Entries are matched by address, not by name: several declarations may share a name, but an address has one
-    variable.
-    """
+    """Types of variables by address, because names may repeat. Raises DebugInfoError if the file is damaged."""
 
     def __init__(self, info: DebugInfo) -> None:
         self._info = info
@@ -342,7 +321,6 @@ class Variables:
                 raise DebugInfoError(f"it describes more than {_MOST_VARIABLES} variables")
 
     def type_at(self, address: int) -> CType:
-        """Return the type of the variable at ``address``."""
         if address not in self._known:
             self._known[address] = self._type_at(address)
         return self._known[address]

@@ -1,7 +1,6 @@
-"""Conversion of Python's values to bytes of a C type: the reverse of :mod:`fcu_emulator.emulator.chip.image.c_types`.
+"""Conversion of Python values to bytes of a C type.
 
-A value that cannot be stored causes an InputError that names the member, for example ``acc.AXIS_X``. Integers
-are never cut and never wrap: a value that does not fit is a mistake in a test, not arithmetic of C.
+InputErrors name the member, such as ``acc.AXIS_X``. Integers are never cut.
 """
 
 from __future__ import annotations
@@ -28,10 +27,10 @@ _FLOATS = {2: "<e", 4: "<f", 8: "<d"}
 
 
 def store(kind: CType, value: Any, raw: bytearray, offset: int, name: str) -> None:
-    """Store ``value`` as a ``kind`` in ``raw`` at ``offset``. Raises InputError.
+    """Store ``value`` in ``raw``. Raises InputError.
 
-    Arrays take a sequence with the same number of elements. Structures take a sequence of all members in
-    their order, or an object or a mapping with their members' names; missing members keep their values.
+    Arrays take a sequence of their length. Structures take a sequence of all members, or an object or mapping with some
+    of them.
     """
     if isinstance(kind, Float):
         raw[offset : offset + kind.size] = _float(kind, value, name)
@@ -51,7 +50,7 @@ def store(kind: CType, value: Any, raw: bytearray, offset: int, name: str) -> No
 
 
 def load_into(kind: CType, value: Any, raw: bytes, offset: int) -> None:
-    """Update a list, dictionary, object or byte array from the bytes at ``offset``."""
+    """Update a list, dictionary, object or byte array from ``raw``."""
     now: Any = kind.value(raw, offset)
     if isinstance(value, bytearray):
         value[:] = raw[offset : offset + len(value)]
@@ -65,7 +64,7 @@ def load_into(kind: CType, value: Any, raw: bytes, offset: int) -> None:
 
 
 def alignment(kind: CType) -> int:
-    """Return the alignment in bytes, by the procedure call standard (IHI 0042, 5.3)."""
+    """Return the alignment in bytes (IHI 0042, 5.3)."""
     if isinstance(kind, Array):
         return alignment(kind.element)
     if isinstance(kind, Structure):
@@ -76,9 +75,8 @@ def alignment(kind: CType) -> int:
 
 
 def floats_of(kind: CType) -> tuple[int, int]:
-    """Return (size, count) of the numbers in a homogeneous floating-point aggregate, or of one number; else (0, 0).
-
-    IHI 0042, 4.3.5: at most four of the same type, without other members.
+    """Return (size, count) of a homogeneous floating-point aggregate, at most four numbers (IHI 0042, 4.3.5), else (0,
+    0).
     """
     if isinstance(kind, Float):
         return (kind.size, 1) if kind.size in {4, 8} else (0, 0)
@@ -105,7 +103,6 @@ def _float(kind: Float, value: Any, name: str) -> bytes:
 
 
 def _integer(value: Any, bits: int, signed: bool, name: str) -> int:
-    """Return the value as an unsigned number of so many bits."""
     if not isinstance(value, Integral):
         raise InputError(f"{name} must be an integer, not {value!r}", kind="not_an_integer")
     number = int(value)
@@ -158,7 +155,7 @@ def _store_structure(kind: Structure, value: Any, raw: bytearray, offset: int, n
 
 
 def _names(kind: CType) -> list[str]:
-    """Return the names of a structure's members, including those of anonymous ones."""
+    """Return member names, including those of anonymous structures."""
     if not isinstance(kind, Structure):
         return []
     return [

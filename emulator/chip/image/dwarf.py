@@ -1,13 +1,7 @@
-"""The tree of debugging entries in ``.debug_info`` (DWARF 5 sections 2, 7.5; versions 2 to 5), and the
-numbers and strings that it shares with the line numbers.
+"""Debugging entries in ``.debug_info`` (DWARF 2 to 5; DWARF 5 sections 2, 7.5).
 
-Decision: debugging entries are read in the order of the file, never by their sibling references. Following a
-reference would skip the entries between, but a forged reference can point backwards and form an endless
-circle.
-
-Not read: forms that refer to tables of strings and addresses by index, which GCC writes only for split debug
-information (``-gsplit-dwarf``). They are skipped with their correct length, and their values are meaningless
-here.
+Decision: debugging entries are read in the order of the file, never by their sibling references. Forged references can
+form a circle. Split debug information (``-gsplit-dwarf``) is skipped.
 """
 
 from __future__ import annotations
@@ -19,18 +13,17 @@ from functools import cached_property
 
 from fcu_emulator.emulator.chip.image.elf import DebugInfoError, Sections, printable
 
-# -- numbers and strings, within the file and within a budget -----------------------------------------------
+# -- numbers and strings, within a budget -------------------------------------------------------------------
 
-_LONGEST_LEB128 = 10  # bytes of a 64-bit number; more would only be padding
+_LONGEST_LEB128 = 10  # bytes of a 64-bit number
 _LONGEST_STRING = 4096
-_DWARF64 = 0xFFFF_FFF0  # lengths from this value announce the 64-bit format
+_DWARF64 = 0xFFFF_FFF0  # from here lengths announce the 64-bit format
 
 
 class Budget:
-    """The work limit for reading debug information; ``spent`` counts table entries and instructions.
+    """The work limit for reading: a forged file can cause endless work with a short table.
 
-    A forged file can turn a short table into endless work (sharing, zero-sized entries); the budget prevents
-    this. It also limits memory: an object that is kept costs ``OBJECT``.
+    An object that is kept costs ``OBJECT``, so memory is limited, too.
     """
 
     LIMIT = 10_000_000  # some seconds; the lab's solution takes 160,000
@@ -40,14 +33,13 @@ class Budget:
         self.spent = 0
 
     def spend(self, amount: int) -> None:
-        """Raise DebugInfoError when the limit is passed."""
         self.spent += amount
         if self.spent > self.LIMIT:
             raise DebugInfoError(f"the debug information takes more than {self.LIMIT} steps to read")
 
 
 class Cursor:
-    """A position in ``data``; little-endian reads advance it. Each raises DebugInfoError at ``end``."""
+    """A position in little-endian ``data``. Reads raise DebugInfoError at ``end``."""
 
     __slots__ = ("data", "end", "offset")
 
@@ -57,7 +49,6 @@ class Cursor:
         self.end = len(data) if end is None else min(end, len(data))
 
     def skip(self, size: int) -> int:
-        """Advance by ``size`` bytes; return the previous offset."""
         start = self.offset
         if start + size > self.end:
             raise DebugInfoError("debug information is cut short")
@@ -65,32 +56,28 @@ class Cursor:
         return start
 
     def take(self, size: int) -> bytes:
-        """Return the next ``size`` bytes."""
         start = self.skip(size)
         return self.data[start : start + size]
 
     def byte(self) -> int:
-        """Return the next byte."""
         return self.data[self.skip(1)]
 
     def unsigned(self, size: int) -> int:
-        """Return an unsigned number of ``size`` bytes."""
         start = self.skip(size)
         return int.from_bytes(self.data[start : start + size], "little")
 
     def uleb128(self) -> int:
-        """Return an unsigned number of variable length (DWARF 5 section 7.6)."""
+        """Return an unsigned LEB128 number (DWARF 5 section 7.6)."""
         if self.offset < self.end and self.data[self.offset] < 0x80:  # one byte: nearly all numbers
             return self.byte()
         return self._leb128()[0]
 
     def sleb128(self) -> int:
-        """Return a signed number of variable length (DWARF 5 section 7.6)."""
+        """Return a signed LEB128 number (section 7.6)."""
         value, bits = self._leb128()
         return value - (1 << bits) if value >> (bits - 1) else value
 
     def string(self) -> bytes:
-        """Return the bytes up to the next zero."""
         end = self.data.find(b"\0", self.offset, min(self.end, self.offset + _LONGEST_STRING))
         if end < 0:
             raise DebugInfoError("a string in the debug information is not terminated")
@@ -99,7 +86,7 @@ class Cursor:
         return text
 
     def unit(self) -> Cursor:
-        """Return a cursor over the unit that begins here, after its length; this one moves past the unit."""
+        """Return a cursor over the unit, and move past it."""
         size = self.unsigned(4)
         if size >= _DWARF64:
             raise DebugInfoError(
@@ -119,7 +106,7 @@ class Cursor:
         raise DebugInfoError("a number in the debug information is not terminated")
 
 
-# -- how attribute values are encoded (section 7.5.6, for 32-bit DWARF and 4-byte addresses) ----------------
+# -- attribute values (section 7.5.6, 32-bit DWARF) ---------------------------------------------------------
 
 STRING, STRP, LINE_STRP = 0x08, 0x0E, 0x1F
 REF_ADDR, REF_SIGNATURE = 0x10, 0x20
@@ -164,11 +151,11 @@ FIXED_SIZES = {
 }
 
 Value = int | bytes
-"""Numbers, offsets and references unchanged; bytes for blocks, expressions and inline strings."""
+"""Bytes for blocks, expressions and inline strings; otherwise a number."""
 
 
 def read_value(cursor: Cursor, form: int) -> Value:
-    """Return the value at the cursor; 0 if the abbreviation contains it. Raises DebugInfoError."""
+    """Return a value; 0 if the abbreviation contains it. Raises DebugInfoError."""
     size = FIXED_SIZES.get(form)
     if size is not None:
         return cursor.unsigned(size)
@@ -194,18 +181,18 @@ _UNIT_TYPE, _UNIT_SPLIT_TYPE = 2, 6
 
 @dataclass(frozen=True)
 class Abbreviation:
-    """The common parts of entries with one code: tag, and (attribute, form, implicit value) of each value."""
+    """Tag and (attribute, form, implicit value) triples of all entries with one code."""
 
     tag: int
     has_children: bool
     attributes: tuple[tuple[int, int, int], ...]
     fixed_size: int | None
-    """The size of the values in bytes, if it is the same for every entry."""
+    """Size of the values in bytes, if always the same."""
 
 
 @dataclass(frozen=True)
 class Unit:
-    """One compilation unit: entries from ``first`` up to ``end``; references count from ``start``."""
+    """A compilation unit; references count from ``start``."""
 
     start: int
     first: int
@@ -215,7 +202,7 @@ class Unit:
 
 @dataclass(frozen=True)
 class DebugEntry:
-    """A debugging entry: ``values`` maps an attribute to its form and value, ``after`` is their end."""
+    """A debugging entry; ``values`` maps an attribute to its form and value."""
 
     unit: Unit
     offset: int
@@ -225,18 +212,16 @@ class DebugEntry:
     values: dict[int, tuple[int, Value]]
 
     def number(self, attribute: int) -> int | None:
-        """Return the value of an attribute that is a number; None if it is absent or of another kind."""
         value = self.values.get(attribute, (0, None))[1]
         return value if isinstance(value, int) else None
 
     def block(self, attribute: int) -> bytes | None:
-        """Return the value of an attribute that is a block or an expression; None if it is absent or of another kind."""
         value = self.values.get(attribute, (0, None))[1]
         return value if isinstance(value, bytes) else None
 
 
 class DebugInfo:
-    """The entries of a file. All methods raise DebugInfoError if the file is damaged."""
+    """The entries of a file. Methods raise DebugInfoError if it is damaged."""
 
     def __init__(self, sections: Sections, budget: Budget) -> None:
         self._info = sections.get(".debug_info")
@@ -255,7 +240,6 @@ class DebugInfo:
         return units
 
     def find(self, tag: int) -> Iterator[DebugEntry]:
-        """Return every entry of this tag, at any depth, in the file's order."""
         for unit in self._units:
             offset = unit.first
             while offset < unit.end:
@@ -272,7 +256,6 @@ class DebugInfo:
                         yield entry
 
     def children(self, parent: DebugEntry) -> Iterator[DebugEntry]:
-        """Return the entries one level below."""
         offset, depth = parent.after, 1 if parent.has_children else 0
         while depth and offset < parent.unit.end:
             cursor = Cursor(self._info, offset, parent.unit.end)
@@ -288,7 +271,6 @@ class DebugInfo:
             depth += entry.has_children
 
     def referred(self, entry: DebugEntry, attribute: int) -> DebugEntry | None:
-        """Return the entry that an attribute refers to; None without the attribute."""
         form, value = entry.values.get(attribute, (0, 0))
         if form in REF_UNIT and isinstance(value, int):
             return self._at(entry.unit, entry.unit.start + value)
@@ -301,7 +283,6 @@ class DebugInfo:
         return None
 
     def name(self, entry: DebugEntry) -> str:
-        """Return the entry's name; empty for an anonymous one."""
         form, value = entry.values.get(AT_NAME, (0, b""))
         if isinstance(value, int):
             if form not in self._strings:
@@ -343,7 +324,7 @@ class DebugInfo:
         return Unit(start, cursor.offset, cursor.end, self._table(abbreviations))
 
     def _table(self, offset: int) -> dict[int, Abbreviation]:
-        """Return the abbreviations from ``offset`` (section 7.5.3); units may share them."""
+        """Return the abbreviations (section 7.5.3)."""
         if offset not in self._tables:
             table = self._tables[offset] = {}
             cursor = Cursor(self._abbreviations, offset)
@@ -367,7 +348,6 @@ class DebugInfo:
         return Abbreviation(tag, has_children, tuple(attributes), size)
 
     def _abbreviation(self, unit: Unit, cursor: Cursor) -> Abbreviation | None:
-        """Return the abbreviation of the entry at the cursor; None at the end of a list of children."""
         self._budget.spend(1)
         code = cursor.uleb128()
         if code == 0:

@@ -1,9 +1,6 @@
-"""ELF executables (Tool Interface Standard, ELF specification 1.2; ELF for the Arm Architecture, IHI 0044).
+"""ELF executables (ELF specification 1.2; ELF for the Arm Architecture, IHI 0044).
 
-The flash contents come from the program headers, at their physical addresses. A programmer puts the initial
-values of ``.data`` there, and the start-up code copies them. Sections are used for symbols only. A damaged
-section makes symbols unavailable but never stops the run, so such problems raise ``DebugInfoError``, an
-internal error that ``Symbols`` turns into a note.
+Program headers give the flash contents. Damaged sections raise DebugInfoError, which ``Symbols`` turns into a note.
 """
 
 from __future__ import annotations
@@ -58,7 +55,7 @@ class Elf(NamedTuple):
     """None without a symbol table; ``note`` has the reason."""
     note: str = ""
     hard_float: bool = False
-    """Whether functions take floating-point numbers in S0 to S15."""
+    """Functions take floating-point numbers in S0 to S15."""
 
 
 class _ElfHeader(NamedTuple):
@@ -90,7 +87,7 @@ class _ProgramHeader(NamedTuple):
 
 
 def open_elf(file: str, data: bytes) -> Elf:
-    """Return contents and sections of an executable for this chip. Raises FirmwareFileError."""
+    """Return an executable for this chip. Raises FirmwareFileError."""
     header = _header(file, data)
     programs = _program_headers(file, data, header)
     loads = [
@@ -185,11 +182,11 @@ def _check_inside(file: str, data: bytes, what: str, start: int, size: int) -> N
         )
 
 
-# -- sections by name, decompressed, with limits on everything ----------------------------------------------
+# -- sections -----------------------------------------------------------------------------------------------
 
 
 class DebugInfoError(Exception):
-    """Symbols or debug information are damaged, or of an unsupported kind."""
+    """Debug information is damaged or unsupported."""
 
 
 class _SectionHeader(NamedTuple):
@@ -206,10 +203,7 @@ class _SectionHeader(NamedTuple):
 
 
 class Sections:
-    """Sections of the ELF file ``data``, whose header table has ``count`` entries from ``offset``.
-
-    The first section of a name counts. ``problem`` says why there are none at all, or is None.
-    """
+    """Sections of an ELF file; the first of a name counts."""
 
     def __init__(self, data: bytes, offset: int, count: int, names: int) -> None:
         self.problem: str | None = None
@@ -229,17 +223,17 @@ class Sections:
         return name.encode() in self._by_name
 
     def get(self, name: str) -> bytes:
-        """Return the decompressed contents of a section; empty if it is missing. Raises DebugInfoError."""
+        """Return decompressed contents, or b"". Raises DebugInfoError."""
         header = self._by_name.get(name.encode())
         if header is not None:
             raw = self._contents(header, name)
             return self._unpack(raw, name) if header.flags & _COMPRESSED else raw
-        old_style = ".z" + name.removeprefix(".")  # GNU's compression format from before the flag existed
+        old_style = ".z" + name.removeprefix(".")  # GNU's older compression format
         header = self._by_name.get(old_style.encode())
         return b"" if header is None else self._unpack_old(self._contents(header, old_style), old_style)
 
     def linked(self, name: str) -> bytes:
-        """Return the contents of the section that section ``name`` links to: the strings of a symbol table."""
+        """Return the linked section: a symbol table's strings."""
         header = self._by_name[name.encode()]
         if header.link >= len(self._headers):
             raise DebugInfoError(f"{name} links to section {header.link}, which does not exist")
@@ -262,7 +256,7 @@ class Sections:
         return self._data[header.offset : header.offset + header.size]
 
     def _unpack(self, raw: bytes, name: str) -> bytes:
-        """Decompress a section with a compression header (ELF generic ABI, "Section Compression")."""
+        """Decompress a section (ELF generic ABI, "Section Compression")."""
         if len(raw) < _COMPRESSION_HEADER.size:
             raise DebugInfoError(f"{name} is cut short")
         method, size, _ = _COMPRESSION_HEADER.unpack_from(raw)
@@ -291,12 +285,12 @@ class Sections:
 
 
 def string_at(strings: bytes, offset: int, longest: int) -> bytes:
-    """Return the zero-terminated string at ``offset``, cut after ``longest`` bytes; empty outside the table."""
+    """Return the zero-terminated string, cut after ``longest`` bytes."""
     end = strings.find(b"\0", offset, offset + longest)
     return strings[offset : end if end >= 0 else offset + longest]
 
 
 def printable(raw: bytes) -> str:
-    """Return a name as text for one line: a forged file must not control the terminal."""
+    """Return a name that cannot control the terminal."""
     text = raw.decode("utf-8", "replace")
     return text if text.isprintable() else "".join(sign if sign.isprintable() else "?" for sign in text)

@@ -1,7 +1,4 @@
-"""Parameters and result of a function, from its debugging entry (DWARF 5 section 3.3).
-
-Like variables, functions are matched by address, not by name, because several declarations may share a name.
-"""
+"""Signatures of functions by address, because names may repeat (DWARF 5 section 3.3)."""
 
 from __future__ import annotations
 
@@ -23,7 +20,7 @@ _MOST_PARAMETERS = 64
 
 
 class Parameter(NamedTuple):
-    """A parameter; ``points_to`` returns the target type of a pointer, None if that has no size."""
+    """A parameter; ``points_to`` returns a pointer's target type, None if it has no size."""
 
     name: str
     type: CType
@@ -31,7 +28,7 @@ class Parameter(NamedTuple):
 
 
 class Signature(NamedTuple):
-    """``result`` is None for void; ``is_variadic``: there may be more arguments than parameters."""
+    """``result`` is None for void; ``is_variadic``: more arguments are allowed."""
 
     parameters: tuple[Parameter, ...]
     result: CType | None
@@ -39,7 +36,7 @@ class Signature(NamedTuple):
 
 
 class Functions:
-    """Signatures of functions that have an address. Raises DebugInfoError if the file is damaged."""
+    """Signatures by address. Raises DebugInfoError if the file is damaged."""
 
     def __init__(self, info: DebugInfo) -> None:
         self._info = info
@@ -48,7 +45,6 @@ class Functions:
 
     @cached_property
     def _entries(self) -> tuple[dict[int, DebugEntry], set[str]]:
-        """Return the entries by address, and the names of functions that the compiler has inlined."""
         entries: dict[int, DebugEntry] = {}
         inlined: set[str] = set()
         for entry in self._info.find(_SUBPROGRAM):
@@ -62,11 +58,9 @@ class Functions:
         return entries, inlined
 
     def is_inlined(self, name: str) -> bool:
-        """Return whether a function of this name was inlined."""
         return name in self._entries[1]
 
     def signature_at(self, address: int) -> Signature:
-        """Return the parameters and the result of the function that begins at ``address``."""
         if address not in self._known:
             entry = self._entries[0].get(address)
             if entry is None:
@@ -96,7 +90,7 @@ class Functions:
         return Parameter(self._info.name(described), self._types.type_of(described), points_to)
 
     def _described(self, entry: DebugEntry) -> DebugEntry:
-        """Return the entry with the name and the type: for an out-of-line copy, the original's."""
+        """Return the entry with name and type."""
         for _ in range(_LONGEST_CHAIN):
             origin = next((at for at in (_AT_ABSTRACT_ORIGIN, _AT_SPECIFICATION) if at in entry.values), None)
             referred = self._info.referred(entry, origin) if origin else None
@@ -106,7 +100,6 @@ class Functions:
         raise DebugInfoError("its entry refers to itself")
 
     def _pointer(self, entry: DebugEntry) -> DebugEntry | None:
-        """Return the pointer type of an entry, without typedefs and qualifiers; None if it is not a pointer."""
         for _ in range(_LONGEST_CHAIN):
             target = self._info.referred(entry, AT_TYPE)
             if target is None or target.tag == _POINTER:
@@ -119,5 +112,5 @@ class Functions:
     def _pointed(self, pointer: DebugEntry) -> CType | None:
         try:
             return self._types.type_of(pointer) if AT_TYPE in pointer.values else None
-        except DebugInfoError:  # a function, or a structure that is only declared
+        except DebugInfoError:  # a function, or a declared structure
             return None

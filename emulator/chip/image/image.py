@@ -1,11 +1,8 @@
-"""A firmware as it would be flashed: from a path to contents of memory, and the checks of the vector table.
+"""A firmware as it would be flashed.
 
-The vector table at the start of flash determines where execution begins, as in the chip. After reset the core
-takes its stack pointer from the first word and its program counter from the second (PM0214 2.3.4, ARMv7-M ARM
-B1.5.5). The entry address in an ELF or HEX file is for debuggers and is not used.
+The vector table gives stack pointer and program counter (PM0214 2.3.4, ARMv7-M ARM B1.5.5).
 
-Decision: the kind of a file is determined from its contents, because the suffix is only a name. A ``.bin``
-that is an ELF is a frequent mistake, and it is harmless if the magic number decides.
+Decision: the kind of a file is determined from its contents, because the suffix is only a name.
 """
 
 from __future__ import annotations
@@ -28,22 +25,22 @@ Kind = Literal["elf", "hex", "bin"]
 
 @dataclass(frozen=True)
 class FirmwareImage:
-    """The contents of a firmware file. ``path`` is the path that the user gave."""
+    """The contents of a firmware file."""
 
     path: Path
     kind: Kind
     segments: tuple[Segment, ...] = field(repr=False)
-    """Contents of flash (and RAM, if the file has any) by rising physical address, without overlaps."""
+    """By rising physical address, without overlaps."""
     stack_pointer: int
     """Word 0 of the vector table."""
     reset_vector: int
-    """Word 1: address of the reset handler, bit 0 set (Thumb)."""
+    """Word 1: the reset handler, bit 0 set (Thumb)."""
     symbols: Symbols | None
-    """None if the file has none: HEX, BIN, or a stripped ELF."""
+    """None for HEX, BIN, or a stripped ELF."""
     hard_float: bool = False
-    """Whether functions take floating-point numbers in S0 to S15 (EF_ARM_ABI_FLOAT_HARD, IHI 0044)."""
+    """Functions take floating-point numbers in S0 to S15 (EF_ARM_ABI_FLOAT_HARD, IHI 0044)."""
     notes: tuple[str, ...] = ()
-    """Notes for the user that are not errors, one line each."""
+    """Notes for the user, one line each."""
 
 
 def checked(
@@ -54,7 +51,7 @@ def checked(
     notes: tuple[str, ...] = (),
     hard_float: bool = False,
 ) -> FirmwareImage:
-    """Return the image, if it can start. Raises FirmwareFileError if its vector table is invalid."""
+    """Return the image. Raises FirmwareFileError if its vector table is invalid."""
     file = str(path)
     table = next((one for one in segments if one.address <= FLASH_MEMORY.start < one.end), None)
     if table is None or len(table.data) < 8:
@@ -79,7 +76,7 @@ def checked(
 
 
 def _check_reset(file: str, vector: int, segments: tuple[Segment, ...]) -> None:
-    """Check that the vector is odd: a Cortex-M executes only Thumb, and an even one faults (ARMv7-M ARM B1.5.3)."""
+    """Check that the vector is odd (ARMv7-M ARM B1.5.3)."""
     start = vector & ~1
     if not FLASH_MEMORY.holds(start, start + 2):
         raise FirmwareFileError(
@@ -104,20 +101,16 @@ def _check_reset(file: str, vector: int, segments: tuple[Segment, ...]) -> None:
 
 # -- from a path to an image --------------------------------------------------------------------------------
 
-LONGEST_FILE = 64 << 20  # bytes; ST's stock firmware with all its debug information has 4 MB
+LONGEST_FILE = 64 << 20  # bytes; ST's stock firmware with debug information has 4 MB
 
 
 def load_firmware(path: str | Path) -> FirmwareImage:
-    """Return the firmware in an ELF, Intel HEX or raw binary file.
-
-    Raises only FirmwareFileError, for a file that is not firmware for this board: one line with the file, the
-    problem and the correction.
-    """
+    """Return the firmware in an ELF, Intel HEX or raw binary file. Raises FirmwareFileError."""
     return parse_firmware(_contents(Path(path)), path)
 
 
 def parse_firmware(data: bytes, path: str | Path) -> FirmwareImage:
-    """Load firmware from its contents; ``path`` only appears in messages and in the result."""
+    """Return firmware from its contents; ``path`` is for messages."""
     path = Path(path)
     file = str(path)
     if not data:
@@ -136,7 +129,6 @@ def parse_firmware(data: bytes, path: str | Path) -> FirmwareImage:
 
 
 def _contents(path: Path) -> bytes:
-    """Return the whole file, after a check of its kind and size."""
     try:
         status = path.stat()
         if stat.S_ISDIR(status.st_mode):
@@ -156,12 +148,12 @@ def _contents(path: Path) -> bytes:
         raise FirmwareFileError(
             str(path), "does not exist; give the ELF, HEX or BIN file to run", kind="no_such_file"
         ) from None
-    except (OSError, ValueError) as problem:  # ValueError: a path with a zero byte in it
+    except (OSError, ValueError) as problem:  # ValueError: a zero byte in the path
         reason = getattr(problem, "strerror", None) or problem
         raise FirmwareFileError(str(path), f"cannot read the file: {reason}", kind="unreadable") from None
 
 
-# -- raw binary: only the bytes of flash from its first address ---------------------------------------------
+# -- raw binary files ---------------------------------------------------------------------------------------
 
 _FOREIGN = {
     b"MZ": "a Windows program",
@@ -173,11 +165,11 @@ _FOREIGN = {
 }
 _S_RECORDS = (b"S0", b"S1", b"S2", b"S3")
 _TEXT_BYTES = frozenset(range(0x20, 0x7F)) | frozenset(b"\t\n\r\f")
-_TEXT_SAMPLE = 256  # bytes; a vector table contains zero and 0x08 bytes, so it is never all text
+_TEXT_SAMPLE = 256  # bytes; a vector table with its zero bytes is never all text
 
 
 def read_binary(file: str, data: bytes) -> tuple[Segment, ...]:
-    """Return the file as contents of flash. Raises FirmwareFileError if it is of another kind or too long."""
+    """Return the file as flash. Raises FirmwareFileError for another kind, or if it is too long."""
     problem = _foreign(data)
     if problem:
         raise FirmwareFileError(file, problem, kind="other_file")

@@ -1,9 +1,6 @@
 """Intel HEX ("Hexadecimal Object File Format Specification", Intel, revision A, 1988).
 
-A record is ``:LLAAAATT<data>CC``: length, address, type, data, and a checksum that makes the sum of all bytes
-zero. Types: 00 data, 01 end, 02 segment base (times 16), 03 CS:IP, 04 linear base (times 65536), 05 EIP. The
-form of the start addresses of 03 and 05 is checked, but they are not used: the vector table determines the
-start.
+A record is ``:LLAAAATT<data>CC``, and the sum of its bytes is zero. Start addresses are not used.
 """
 
 from __future__ import annotations
@@ -14,7 +11,7 @@ from fcu_emulator.emulator.chip.image.segments import Segment, check_place, join
 from fcu_emulator.emulator.chip.memory_map import CAPACITY
 from fcu_emulator.emulator.errors import FirmwareFileError
 
-_LONGEST_FILE = 16 * CAPACITY  # characters: a record for each single byte of both memories needs 15 each
+_LONGEST_FILE = 16 * CAPACITY  # characters: a record with one byte needs 15
 _DATA, _END, _SEGMENT_BASE, _SEGMENT_START, _LINEAR_BASE, _LINEAR_START = range(6)
 _LENGTHS = {_END: 0, _SEGMENT_BASE: 2, _SEGMENT_START: 4, _LINEAR_BASE: 2, _LINEAR_START: 4}
 
@@ -28,13 +25,13 @@ class HexRecord(NamedTuple):
 
 
 def looks_like_hex(data: bytes) -> bool:
-    """Return whether the file begins like Intel HEX: a colon and a record's first digits."""
+    """Return whether the data begins like a record."""
     head = data[:64].lstrip()[:9]
     return len(head) == 9 and head[:1] == b":" and all(byte in b"0123456789abcdefABCDEF" for byte in head[1:])
 
 
 def read_hex(file: str, data: bytes) -> tuple[Segment, ...]:
-    """Return the contents by rising address; any line ending. Raises FirmwareFileError, which names the line."""
+    """Return the contents by rising address. Raises FirmwareFileError, which names the line."""
     if len(data) > _LONGEST_FILE:
         raise FirmwareFileError(
             file,
@@ -101,7 +98,7 @@ def _record(file: str, where: str, text: bytes) -> HexRecord:
 
 
 def _placed(file: str, record: HexRecord, base: int, wraps: bool) -> list[Segment]:
-    """Return the record's data in memory; after a segment base the 16-bit address wraps inside the 64 KB."""
+    """Return the data in memory; segments wrap inside 64 KB."""
     first = record.data[: 0x10000 - record.address] if wraps else record.data
     rest = record.data[len(first) :]
     pieces = [Segment(base + record.address, first), Segment(base, rest)]

@@ -1,4 +1,4 @@
-"""Pieces of memory contents with their addresses, in order."""
+"""Pieces of memory contents with their addresses."""
 
 from __future__ import annotations
 
@@ -10,21 +10,19 @@ from fcu_emulator.emulator.errors import FirmwareFileError
 
 
 class Segment(NamedTuple):
-    """Bytes to be written at a physical address."""
+    """Bytes at a physical address."""
 
     address: int
     data: bytes
 
     @property
     def end(self) -> int:
-        """The address after the last byte."""
         return self.address + len(self.data)
 
 
 def join(file: str, pieces: Iterable[Segment]) -> tuple[Segment, ...]:
-    """Return the pieces by rising address, neighbours joined.
-
-    Raises FirmwareFileError if one is outside flash and RAM, or if two overlap.
+    """Return the pieces by rising address, neighbours joined. Raises FirmwareFileError outside flash and RAM, or if two
+    overlap.
     """
     runs: list[tuple[int, list[bytes]]] = []
     end = -1
@@ -44,7 +42,7 @@ def join(file: str, pieces: Iterable[Segment]) -> tuple[Segment, ...]:
 
 
 def check_place(file: str, start: int, end: int) -> None:
-    """Raise FirmwareFileError unless [start, end) is inside flash or inside RAM."""
+    """Raise FirmwareFileError unless flash or RAM contains [start, end)."""
     if not fits(start, end):
         raise FirmwareFileError(
             file, f"has contents for 0x{start:08X}..0x{end - 1:08X}; {CHIP}", kind="other_chip"

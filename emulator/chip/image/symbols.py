@@ -1,10 +1,6 @@
-"""The names and lines of a program: the common interface of symbol table and debug information.
+"""Names and lines of a program; damaged parts leave a note and never stop a run.
 
-Everything is read on first use and kept. Damaged or missing parts give "unknown" and leave a note; they never
-stop a run. The readers of debug information are imported at their first use, so that a run starts sooner.
-
-Decision: the symbol table is indexed on its first use, in one pass. A run without requests for symbols has no
-cost. ST's stock firmware with its 3000 symbols costs a few milliseconds, once.
+Decision: the symbol table is indexed on its first use, in one pass. Other runs have no cost.
 """
 
 from __future__ import annotations
@@ -27,7 +23,7 @@ if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.image.lines import LineTable, SourceLine
 
 
-# -- the symbol table: functions and variables by address and name ------------------------------------------
+# -- the symbol table ---------------------------------------------------------------------------------------
 
 _SYMBOL = struct.Struct("<3I2BH")
 _MOST_SYMBOLS = 1 << 18  # more than fit into this chip's flash
@@ -38,9 +34,9 @@ _UNDEFINED = 0
 
 
 class FunctionAt(NamedTuple):
-    """The function that contains an address, ``offset`` bytes after its ``start`` (an even address).
+    """The function that contains an address, ``offset`` bytes after its even ``start``.
 
-    ``name`` is the one in the source: ``main`` for ``main.constprop.0``, a clone that GCC has created.
+    ``name`` is the one in the source: ``main`` for GCC's ``main.constprop.0``.
     """
 
     name: str
@@ -50,7 +46,7 @@ class FunctionAt(NamedTuple):
 
 
 class Symbol(NamedTuple):
-    """A function or variable; ``file`` is the source of a local (static) one, otherwise empty."""
+    """A function or variable; ``file`` is the source of a static one."""
 
     name: str
     address: int
@@ -62,13 +58,13 @@ class Symbol(NamedTuple):
 
 class _Function(NamedTuple):
     start: int
-    rank: int  # of several names of one address the lowest rank counts
+    rank: int  # the lowest rank counts
     name: str
     size: int
 
 
 class SymbolTable:
-    """The functions and variables of ``.symtab``. Raises DebugInfoError if it cannot be read."""
+    """The functions and variables of ``.symtab``. Raises DebugInfoError."""
 
     def __init__(self, sections: Sections) -> None:
         self._by_name: dict[str, list[Symbol]] = defaultdict(list)
@@ -83,7 +79,7 @@ class SymbolTable:
         self._starts = list(best)
 
     def function_at(self, address: int) -> FunctionAt | None:
-        """Return the function that contains ``address``; bit 0, the Thumb bit of a code address, is ignored."""
+        """Return the function at ``address``; bit 0 (Thumb) is ignored."""
         address &= ~1
         index = bisect_right(self._starts, address) - 1
         if index < 0:
@@ -95,19 +91,14 @@ class SymbolTable:
         return FunctionAt(name, function.start, size, offset) if offset < size else None
 
     def named(self, name: str) -> list[Symbol]:
-        """Return the symbols of this C name: only the global one if there is one, otherwise every static one.
-
-        Compilers number statics of functions: ``count.0`` is found as ``count``, too.
-        """
+        """Return the global symbol of a C name, else all static ones, including ``count.0`` for ``count``."""
         symbols = self._by_name.get(name, [])
         return [symbol for symbol in symbols if not symbol.is_local][:1] or symbols
 
     def names(self) -> list[str]:
-        """Return the C names of all variables and functions."""
         return list(self._by_name)
 
     def object_at(self, address: int) -> Symbol | None:
-        """Return the variable that contains ``address``."""
         for symbols in self._by_name.values():
             for symbol in symbols:
                 if not symbol.is_function and symbol.address <= address < symbol.address + symbol.size:
@@ -115,7 +106,6 @@ class SymbolTable:
         return None
 
     def variables(self) -> list[Symbol]:
-        """Return all variables in RAM."""
         every = (symbol for symbols in self._by_name.values() for symbol in symbols)
         return [
             one
@@ -146,7 +136,7 @@ class SymbolTable:
         return functions
 
     def _gap(self, index: int) -> int:
-        """Return the size up to the next function: hand-written assembly often gives no size."""
+        """Return the size up to the next function, for assembly."""
         start = self._functions[index].start
         if index + 1 < len(self._functions):
             return self._starts[index + 1] - start
@@ -157,16 +147,12 @@ class SymbolTable:
 
 
 def _source_name(name: str) -> str:
-    """Return the name in the source: GCC adds characters that C forbids to clones, parts and statics of functions."""
+    """Return the name without GCC's suffixes."""
     return name.partition(".")[0] or name
 
 
 def _function(name: str, value: int, size: int, kind: int, binding: int) -> _Function | None:
-    """Return a symbol that names code, and the rank of its name.
-
-    ST's start-up files make every handler a weak alias of ``Default_Handler``, which itself is a plain label
-    with a size. The user should see that label, not the first handler of the alphabet.
-    """
+    """Return code with its name's rank: ``Default_Handler`` comes before its weak aliases."""
     if kind == _FUNC:
         rank = {_GLOBAL: 0, _LOCAL: 1}.get(binding, 3)
     elif kind == _NOTYPE and size and FLASH_MEMORY.holds(value, value + size):
@@ -179,7 +165,7 @@ def _function(name: str, value: int, size: int, kind: int, binding: int) -> _Fun
 # -- names, lines and variables -----------------------------------------------------------------------------
 
 ReadMemory = Callable[[int, int], bytes]
-"""``read_memory(address, size)`` returns that many bytes of flash or RAM."""
+"""``read_memory(address, size)`` returns bytes of flash or RAM."""
 
 
 class Symbols:
@@ -192,15 +178,12 @@ class Symbols:
 
     @property
     def work(self) -> int:
-        """Steps taken so far to read debug information; tests compare it with the file's size."""
         return self._budget.spent
 
     def function_at(self, address: int) -> FunctionAt | None:
-        """Return the function that contains ``address``; bit 0 (Thumb) is ignored."""
         return self._table.function_at(address) if self._table else None
 
     def line_at(self, address: int) -> SourceLine | None:
-        """Return the source line of the instruction at ``address``; bit 0 (Thumb) is ignored."""
         return self._lines.line_at(address)
 
     def __contains__(self, name: str) -> bool:
@@ -211,29 +194,24 @@ class Symbols:
         return True
 
     def address_of(self, name: str) -> int:
-        """Return the address of a function (even) or variable by its C name. Raises KeyError."""
         return self._symbol(name).address
 
     def object_at(self, address: int) -> Symbol | None:
-        """Return the variable that contains ``address``."""
         return self._table.object_at(address) if self._table else None
 
     def variables(self) -> list[Symbol]:
-        """Return all variables in RAM."""
         return self._table.variables() if self._table else []
 
     def read_variable(self, name: str, read_memory: ReadMemory) -> CValue:
-        """Return the value of a global or static variable by its C name, with its compiled type.
+        """Return a variable's value, for structures an object: ``read_variable("acc", read).AXIS_X``.
 
-        int for integers, enumerations and pointers, bool, float, a tuple for an array, and for a structure or
-        union an object with the members' names: ``read_variable("acc", read).AXIS_X``. Raises KeyError if the
-        variable does not exist, if several statics have the name, or if its type is unknown.
+        Raises KeyError if the name or type is unknown or ambiguous.
         """
         address, kind = self.variable_type(name)
         return kind.value(read_memory(address, kind.size) if kind.size else b"", 0)
 
     def variable_type(self, name: str) -> tuple[int, CType]:
-        """Return address and type of a global or static variable. Raises KeyError like ``read_variable``."""
+        """Raises KeyError like :meth:`read_variable`."""
         symbol = self._symbol(name)
         if symbol.is_function:
             raise KeyError(f"{name!r} must be a variable, not a function")
@@ -246,7 +224,6 @@ class Symbols:
         return symbol.address, kind
 
     def function(self, name: str) -> tuple[int, Signature]:
-        """Return address and signature of a function by its C name. Raises KeyError, with the reason."""
         try:
             return self._function(name)
         except DebugInfoError as problem:

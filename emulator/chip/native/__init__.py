@@ -1,8 +1,6 @@
-"""The STM32F401 in C: ``cpu``, ``peripherals`` and, generated from Python, ``generated``; ``fcu.h`` is the interface.
+"""The STM32F401 in C; ``fcu.h`` is the interface.
 
-:mod:`fcu_emulator.emulator.chip.native.loader` loads the library that is built from it.
-
-Only the standard library is imported here: building/library.py runs this file before anything is installed.
+Standard library only: building/library.py runs this file before installation.
 """
 
 from __future__ import annotations
@@ -19,17 +17,17 @@ _MARK: Final = re.compile(rb"fcu library \[([^\]]*)\] built with \[([^\]]*)\] \[
 
 
 def library_name(platform: str = sys.platform) -> str:
-    """Return the library's file name on that system; it is in :data:`FOLDER`."""
+    """Return the library's file name on a system."""
     return {"win32": "fcu.dll", "darwin": "libfcu.dylib"}.get(platform, "libfcu.so")
 
 
 def sources(folder: Path = FOLDER) -> list[Path]:
-    """Return all C files and headers except the generated ones; none in an installed wheel."""
+    """Return the C files and headers, except generated ones; a wheel has none."""
     return sorted(path for path in folder.rglob("*.[ch]") if path.parent.name != "generated")
 
 
 def declarations(folder: Path = FOLDER) -> list[Path]:
-    """Return the Python files that the generated headers depend on."""
+    """Return the Python files that determine the generated headers."""
     chip = folder.parent
     root = chip.parents[1]
     return [
@@ -40,10 +38,7 @@ def declarations(folder: Path = FOLDER) -> list[Path]:
 
 
 def digest(folder: Path = FOLDER) -> str:
-    """Return the digest of the C files; "" without them.
-
-    The library contains the digest of its sources, because an outdated library would be misread.
-    """
+    """Return the C files' digest, or "" without them; it shows whether a library is outdated."""
     files = sources(folder)
     if not files:
         return ""
@@ -51,10 +46,7 @@ def digest(folder: Path = FOLDER) -> str:
 
 
 def built_from(file: Path) -> tuple[str, str, str]:
-    """Return the digest of a library's sources, its compiler, and the compiler's version.
-
-    All are "" if the file is missing or is not a library of this project.
-    """
+    """Return the digest of a library's sources, its compiler and the compiler's version; "" for another file."""
     found = _MARK.search(file.read_bytes()) if file.is_file() else None
     digest, compiler, version = (part.decode() for part in found.groups()) if found else ("", "", "")
     return digest, compiler, version

@@ -1,7 +1,7 @@
-"""The C library beside this file, loaded by ctypes; a missing or outdated library is an error.
+"""The loader of the C library.
 
-Decision: the library is loaded as ``PyDLL``, which keeps the interpreter lock while C runs. Runs are short
-and call back into Python often, and each callback would have to release and take the lock.
+Decision: the library is loaded as ``PyDLL``, which keeps the interpreter lock while C runs, because callbacks are
+frequent.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _NAME = "fcu-emulator"
 
 
 def problem(folder: Path = FOLDER) -> str:
-    """Return the problem of the library in that folder, and the command that helps; "" without a problem."""
+    """Return the library's problem and the command that helps, or ""."""
     file = folder / library_name()
     if not file.is_file():
         return f"{file}: the C library is missing; {_remedy(folder)}"
@@ -38,7 +38,7 @@ def _remedy(folder: Path) -> str:
 
 
 def _installed_from() -> str:
-    """Return pip's argument: the address of a folder or wheel; or the name of the package."""
+    """Return the folder, wheel or package for pip."""
     import json
     from importlib.metadata import PackageNotFoundError, distribution  # 15 ms, for a rare message
 
@@ -51,7 +51,7 @@ def _installed_from() -> str:
 
 @cache
 def load() -> ctypes.PyDLL:
-    """Return the library. Raises InputError if it is missing, outdated or not for this Python; no fallback exists."""
+    """Return the library. Raises InputError if it is missing, outdated or not for this Python."""
     if wrong := problem():
         raise InputError(wrong)
     file = FOLDER / library_name()

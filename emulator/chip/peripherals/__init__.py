@@ -1,1 +1,1 @@
-"""The STM32F401's peripherals; each file implements one chapter of the reference manual RM0368."""
+"""The STM32F401's peripherals, by chapter of RM0368."""

@@ -1,12 +1,7 @@
-"""ADC1: regular conversions, single, scanning and continuous, with their time (RM0368 section 11), and its
-inputs on this board.
+"""ADC1: regular conversions with their time (RM0368 section 11), and the board's voltages.
 
-A conversion takes its sampling time and 12 (at 12 bit) cycles of ADCCLK = PCLK2 / ADCPRE. Its result is the
-input's voltage at its end. Continuous conversion without DMA or interrupt pauses in the model once EOC is
-set. DR then contains the result at the time of the read, which is the only visible one. An unconnected input
-reads 0 V; on the board it floats.
-
-Not modelled, and noted: injected channels, external triggers, the analog watchdog, discontinuous mode.
+Continuous conversion without DMA or interrupt pauses at EOC; DR has the result at the time of the read. An unconnected
+input reads 0 V. Notes report injected channels, triggers, analog watchdog and discontinuous mode as not modelled.
 """
 
 from __future__ import annotations
@@ -19,7 +14,7 @@ from fcu_emulator.emulator.chip.registers import DECLARED, adc
 from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
 from fcu_emulator.emulator.time.clock import PS_PER_S, Event
 
-# -- battery, internal temperature sensor, reference (RM0368 11.9, 11.10) -----------------------------------
+# -- voltages (RM0368 11.9, 11.10) --------------------------------------------------------------------------
 
 Volts: TypeAlias = Callable[[], float]
 
@@ -29,11 +24,11 @@ FULL_SCALE = 4095
 _BATTERY_CHANNEL, _VREFINT_CHANNEL, _TEMPERATURE_CHANNEL = 9, 17, 18
 _VREFINT_V = 1.21  # STM32F401xB/C datasheet: 1.18 to 1.24 V
 _V25_V, _SLOPE_V_PER_DEGC = 0.76, 0.0025
-_DIVIDER = 20 / 30  # 10k over 20k (steval_fcu001_v1.h of STSW-FCU001, ST's firmware for the board)
+_DIVIDER = 20 / 30  # 10k over 20k (steval_fcu001_v1.h of STSW-FCU001)
 
 
 class AdcInputs:
-    """Voltages by channel. ``battery_v`` is the battery's voltage, by default of one lithium cell."""
+    """Voltages by channel, including the battery's."""
 
     def __init__(self, battery_v: float = 3.7, die_degc: float = 30.0) -> None:
         self.battery_v = battery_v
@@ -41,14 +36,12 @@ class AdcInputs:
         self._pins: dict[int, Volts] = {_BATTERY_CHANNEL: lambda: self.battery_v * _DIVIDER}
 
     def connect(self, channel: int, volts: Volts) -> None:
-        """Connect input 0 to 15 to a voltage outside the chip."""
+        """Connect input 0 to 15 to a voltage."""
         self._pins[channel] = volts
 
     def sample(self, channel: int, *, sensors: bool, vbat: bool) -> int:
-        """Return the present 12-bit result of a channel.
-
-        ``sensors``: CCR.TSVREFE switches temperature sensor and reference on; ``vbat``: CCR.VBATE connects
-        channel 18 to a quarter of the backup supply instead.
+        """Return a 12-bit result. ``sensors`` is CCR.TSVREFE; ``vbat`` is CCR.VBATE, a quarter of the backup supply on
+        channel 18.
         """
         code = round(self._volts(channel, sensors, vbat) / VDDA_V * FULL_SCALE)
         return min(max(code, 0), FULL_SCALE)
@@ -81,7 +74,7 @@ _RESOLUTION_BITS = (12, 10, 8, 6)
 
 
 class Adc(Peripheral, declared=DECLARED["ADC1"]):
-    """ADC1 and the common registers. ``inputs`` are the voltages."""
+    """ADC1 and the common registers."""
 
     def __init__(self, soc: Soc, name: str, base: int, irq: InterruptInput, inputs: AdcInputs) -> None:
         super().__init__(soc, name, base)
@@ -93,7 +86,6 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         self._wants_dma = True
 
     def reset(self) -> None:
-        """Switch off; a conversion in progress is dropped."""
         super().reset()
         self._stop()
         self._wants_dma = True
@@ -102,7 +94,6 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
     # -- registers --------------------------------------------------------------------------------------
 
     def read(self, offset: int) -> int:
-        """Return a register; reading DR clears EOC (11.12.14)."""
         if offset != DR:
             return super().read(offset)
         if self._paused:
@@ -117,7 +108,6 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         return offset != DR
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """Write a register; SR is cleared by writing 0, CR2 starts conversions."""
         super().write(offset, value, mask)
         value &= mask
         if offset == SR:
@@ -148,7 +138,7 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
 
     def _begin(self) -> None:
         if self.registers[SR] & _OVR:
-            return  # no more conversions until software clears it (11.8.1)
+            return  # waits for software (11.8.1)
         channel = self._channel()
         register, shift = (SMPR2, 3 * channel) if channel < 10 else (SMPR1, 3 * (channel - 10))
         sampling = _SAMPLING_CYCLES[self.registers[register] >> shift & 7]
@@ -185,7 +175,7 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         last = self._rank + 1 == self._length()
         watched = cr2 & (_DMA | _EOCS)
         if watched and self.registers[SR] & _EOC:
-            self.registers[SR] |= _OVR  # the previous result was not read: this one is lost (11.8.1)
+            self.registers[SR] |= _OVR  # this result is lost (11.8.1)
             self._signal()
             return
         self._convert()
@@ -209,7 +199,7 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         self._begin()
 
     def _transfer(self, last: bool) -> None:
-        """Let DMA read DR, which clears EOC; after the last of a series requests end unless DDS is set."""
+        """Let DMA read DR; without DDS its requests end."""
         served = self.soc.dma.request(self.name)
         if last and served and not self.registers[CR2] & _DDS and not self.soc.dma.remaining(self.name):
             self._wants_dma = False

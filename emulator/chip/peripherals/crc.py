@@ -1,4 +1,4 @@
-"""CRC unit: the Ethernet polynomial over whole words (RM0368 section 4)."""
+"""CRC unit: the Ethernet polynomial over words (RM0368 section 4)."""
 
 from __future__ import annotations
 
@@ -13,10 +13,9 @@ _TOP = 1 << 31
 
 
 class Crc(Peripheral, declared=DECLARED["CRC"]):
-    """CRC-32 without reflection or final inversion, one word (most significant bit first) per write."""
+    """CRC-32 without reflection or final inversion."""
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """Write a register: DR adds a word to the sum; CR.RESET starts again; IDR is a byte of storage."""
         if offset == DR:
             self.registers[DR] = _next(self.registers[DR] ^ value & mask)
         elif offset == CR:

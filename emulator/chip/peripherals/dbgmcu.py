@@ -1,9 +1,7 @@
-"""DBGMCU and the identity in system memory (RM0368 sections 23.6 and 24).
+"""DBGMCU and the identity in system memory (RM0368 sections 23.6 and 24), with typical calibration (STM32F401xB/C
+datasheet).
 
-The freeze bits have no effect, because virtual time stops for all timers while a debugger halts the core.
-
-Calibration values are those of a typical part by the STM32F401xB/C datasheet (V25 = 0.76 V, 2.5 mV/degC,
-reference 1.21 V, measured at 3.3 V); a real chip's differ by a few per cent.
+Freeze bits have no effect, because a halt stops virtual time.
 """
 
 from __future__ import annotations
@@ -19,18 +17,18 @@ SYSTEM_MEMORY = 0x1FFF_7A00
 FLASH_KIB = 256
 
 _UID, _FLASH_SIZE, _VREFINT_CAL = 0x10, 0x22, 0x2A
-_FIRST_COORDINATES = 0x0025_0031  # of board 0; as on a wafer, firmware must not depend on them
+_FIRST_COORDINATES = 0x0025_0031  # of board 0
 _FULL_SCALE, _VDDA = 4095, 3.3
 
 
 class Dbgmcu(Peripheral, declared=DECLARED["DBGMCU"]):
-    """Identity code and freeze bits; only the code has an effect."""
+    """Identity code, and freeze bits without effect."""
 
 
 def system_memory(board: int = 0) -> bytes:
-    """Return the 48 bytes from ``SYSTEM_MEMORY``: unique id of board ``board``, flash size, ADC calibration."""
+    """Return unique id, flash size and ADC calibration from ``SYSTEM_MEMORY``."""
     memory = bytearray(b"\xff" * 0x30)
-    # the id of a real chip: wafer coordinates, never 0; wafer number; lot number in ASCII (24.1)
+    # wafer coordinates, wafer number, lot number in ASCII (24.1)
     coordinates = _FIRST_COORDINATES + board & 0xFFFF_FFFF
     struct.pack_into("<II4s", memory, _UID, coordinates, 0x3031_0A05, b"FCU1")
     struct.pack_into("<H", memory, _FLASH_SIZE, FLASH_KIB)

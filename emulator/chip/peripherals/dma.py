@@ -1,4 +1,4 @@
-"""DMA1 and DMA2 of a chip in C (native/peripherals/dma.c), and its request lines for peripherals written in Python."""
+"""DMA1 and DMA2 (native/peripherals/dma.c) for the peripherals in Python."""
 
 from __future__ import annotations
 
@@ -20,13 +20,12 @@ def _number(line: str) -> int:
 
 
 class DmaLines:
-    """The request lines of a chip; implements :class:`fcu_emulator.emulator.chip.peripherals.peripheral.DmaRequests`."""
+    """The request lines: :class:`fcu_emulator.emulator.chip.peripherals.peripheral.DmaRequests`."""
 
     def __init__(self, chip: FcuChip) -> None:
         self._chip = chip
 
     def request(self, line: str) -> bool:
-        """Make one transfer for ``line`` at once; False: no stream serves it now."""
         chip = self._chip
         chip.enter()
         served = bool(chip.library.fcu_dma_request(chip.handle, _number(line)))
@@ -34,13 +33,12 @@ class DmaLines:
         return served
 
     def remaining(self, line: str) -> int:
-        """Return the transfers left of the stream that serves ``line``; 0 if none does."""
         count: int = self._chip.library.fcu_dma_remaining(self._chip.handle, _number(line))
         return count
 
 
 def is_any_stream_on(chip: FcuChip) -> bool:
-    """Return whether a DMA transfer is in progress or waits for its requests."""
+    """Return whether a DMA stream is enabled."""
     controllers = (chip.peripherals["DMA1"], chip.peripherals["DMA2"])
     return any(
         dma.clocked and dma.peek(_stream_base(stream)) & _EN

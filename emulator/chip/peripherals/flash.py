@@ -1,11 +1,7 @@
-"""FLASH interface: wait states, caches, the unlock sequences (RM0368 section 3.8).
+"""FLASH interface: wait states, caches, unlocking (RM0368 section 3.8).
 
-The virtual board's flash contains the student's file and firmware cannot program it. An attempt to erase or
-program is noted by name and ends with the write protection error WRPERR. A HAL call therefore reports the
-failure.
-
-Wait states cost no time in this model, but too few of them for the clock would crash a real board, which is
-noted (RM0368 table 5, 2.7 to 3.6 V).
+Erasing and programming end with WRPERR and a note. Wait states cost no time, but too few are noted (table 5, 2.7 to 3.6
+V).
 """
 
 from __future__ import annotations
@@ -25,11 +21,11 @@ _ERRIE, _LOCK = masks(flash.CR.ERRIE, flash.CR.LOCK)
 _OPERR, _WRPERR = masks(flash.SR.OPERR, flash.SR.WRPERR)
 _HZ_PER_WAIT_STATE = 30_000_000
 _CHECK_AFTER_PS = PS_PER_MS
-"""A setting is checked only after this time, because latency and clock may be set in any order."""
+"""Checked after this time, because latency and clock may be set in any order."""
 
 
 class Flash(Peripheral, declared=DECLARED["FLASH"]):
-    """Flash interface registers; the memory itself is the core's."""
+    """The registers; the core contains the memory."""
 
     def __init__(self, soc: Soc, name: str, base: int, irq: InterruptInput) -> None:
         super().__init__(soc, name, base)
@@ -45,7 +41,6 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
         self._signal()
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """Write a register; the latency can be read back at once, as ST's HAL checks."""
         if offset == KEYR:
             self._unlock(value & mask)
         elif offset == SR:
@@ -60,7 +55,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
             self._check_later()
 
     def _unlock(self, key: int) -> None:
-        """Unlock CR after two keys in a row; a wrong key locks it until reset (3.6.1)."""
+        """Unlock CR after two keys; a wrong one locks it until reset (3.6.1)."""
         if self._key_refused:
             return
         if key != _UNLOCK[self._key_step]:
@@ -105,6 +100,5 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
             self.note("forbidden", f"{setting}; the flash needs {needed} wait states")
 
     def _missing_wait_states(self) -> int:
-        """Return the required number if there are too few; otherwise 0."""
         needed = max(-(-self.soc.clocks.nominal_hclk_hz // _HZ_PER_WAIT_STATE) - 1, 0)
         return needed if needed > self.registers[ACR] & 0xF else 0

@@ -1,4 +1,4 @@
-"""The pins of a chip in C, connected to the board's pins in :class:`fcu_emulator.emulator.buses.gpio.Gpio`."""
+"""The chip's pins in C, connected to the board's."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fcu_emulator.emulator.chip.library import PIN_CHANGED, FcuChip, PinTable
 from fcu_emulator.emulator.trace import GpioEdge
 
 PORTS: Final = "ABCDEH"
-"""In the order of their indices (chip.c, ``port_index``)."""
+"""In the order of ``port_index`` in chip.c."""
 _NAMES: Final = tuple(tuple(f"P{port}{pin}" for pin in range(16)) for port in PORTS)
 _EDGE: Final = np.dtype(
     {
@@ -28,7 +28,7 @@ PinFunction: TypeAlias = tuple[str, int, int]
 
 
 class ConnectedPins:
-    """The chip's side of the pins of ``gpio``, from its creation on."""
+    """The chip's side of the pins of ``gpio``."""
 
     def __init__(self, chip: FcuChip, gpio: Gpio) -> None:
         self._chip = chip
@@ -42,7 +42,6 @@ class ConnectedPins:
         chip.trace.draw_from(self._add_edges)
 
     def _add_edges(self) -> None:
-        """Add the edges that C has recorded while the trace was not observed."""
         if self._chip.closed:
             return
         waiting = self._library.fcu_edges_waiting(self._handle)
@@ -58,7 +57,6 @@ class ConnectedPins:
         trace.add_kept(kept, lost.value)
 
     def side(self, port: str, pin: int) -> tuple[int | None, int | None, int | None]:
-        """Return the level of the output stage, of the pull resistor, and the alternate function; None for none."""
         where = self._handle, PORTS.index(port), pin
         library = self._library
         return (
@@ -68,17 +66,14 @@ class ConnectedPins:
         )
 
     def drive(self, port: str, pin: int, level: int | None) -> None:
-        """Drive the pin to a level for all devices outside together, or release it."""
         number = -1 if level is None else level
         self._library.fcu_drive_pin(self._handle, PORTS.index(port), pin, number)
         self._chip.raise_error()
 
     def watch(self, port: str, pin: int) -> None:
-        """Call :meth:`Gpio.tell` after every change of this pin's input level."""
         self._library.fcu_watch_pin(self._handle, PORTS.index(port), pin)
 
     def frequent(self, port: str, pin: int) -> None:
-        """Record edges of this pin only while the trace is detailed."""
         self._library.fcu_frequent_pin(self._handle, PORTS.index(port), pin)
 
 

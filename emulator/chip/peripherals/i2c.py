@@ -1,8 +1,4 @@
-"""The bus of an I2C peripheral in C (emulator/chip/native/peripherals/i2c.c): a byte on the wire, at its time.
-
-Messages that C handles alone, from the read cache, are fetched here only when needed: for a message that
-continues in another way, for a recording, for a diagnosis.
-"""
+"""The bus of an I2C peripheral in C; messages that C handled are fetched when needed."""
 
 from __future__ import annotations
 
@@ -20,7 +16,7 @@ _i32, _i64 = ctypes.c_int32, ctypes.c_int64
 _BYTES, _RECENT = 64, 8  # I2C_BYTES, I2C_RECENT
 _ADDRESSES = 128
 _ANSWERS: Final[tuple[Answer, ...]] = ("ack", "nack", "bus_error", "arbitration")  # enum Answer
-_IN_VAIN = 4  # maximum number of unsuccessful prefetches from a target in one message
+_IN_VAIN = 4  # unsuccessful prefetches from a target in one message
 
 
 class I2cTable(ctypes.Structure):
@@ -56,11 +52,9 @@ class _Message(ctypes.Structure):
     )
 
     def sent(self) -> bytes:
-        """Return the written bytes of a message that C handles alone: the sub-address."""
         return bytes((self.subaddress,)) if self.written else b""
 
     def received(self) -> bytes:
-        """Return the bytes that the master has read."""
         return bytes(self.bytes[: self.count])
 
 
@@ -80,7 +74,7 @@ I2C_NAMES = ("I2C1", "I2C2", "I2C3")
 
 
 class ConnectedI2c:
-    """``name`` is "I2C1" to "I2C3"; ``pins`` are SCL and SDA: until they are switched, no device answers."""
+    """Connects a bus; devices answer only while ``pins`` (SCL and SDA) are switched to it."""
 
     def __init__(self, chip: FcuChip, name: str, bus: I2CBus, pins: tuple[PinFunction, ...] = ()) -> None:
         self._bus, self._targets = bus, chip.targets
@@ -102,7 +96,7 @@ class ConnectedI2c:
         self._look()
 
     def _look(self) -> None:
-        """Update C after a fault has been injected, or a device attached."""
+        """Update C after a change of faults or devices."""
         kept = {
             address: self._targets.add(target)
             for address, target in self._bus.targets.items()
@@ -126,7 +120,6 @@ class ConnectedI2c:
         self._bus.record(message.start_ps, message.address, message.sent(), message.received(), "ok")
 
     def _catch_up(self) -> None:
-        """Report to wire and target the part of the current message that C has handled alone."""
         message = self._shared.message
         if message.open:
             received = message.received()

@@ -1,8 +1,4 @@
-"""PWR: voltage scaling, access to the backup domain, low-power mode selection (RM0368 section 5).
-
-The supply is constant: the voltage detector reports "above threshold", scaling is ready at once. Stop and
-standby are selected here (PDDS, LPDS) and entered by the core; they are noted as not modelled.
-"""
+"""PWR (RM0368 section 5). The supply is constant; stop and standby are not modelled."""
 
 from __future__ import annotations
 
@@ -21,11 +17,10 @@ class Pwr(Peripheral, declared=DECLARED["PWR"]):
 
     @property
     def backup_writable(self) -> bool:
-        """Whether RTC, backup registers and RCC_BDCR can be written (PWR_CR.DBP, section 5.1.2)."""
+        """PWR_CR.DBP allows writes of the backup domain (5.1.2)."""
         return bool(self.registers[CR] & _DBP)
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """Write a register; CWUF and CSBF clear flags of CSR and read as 0."""
         super().write(offset, value, mask)
         value &= mask
         if offset == CR:

@@ -1,12 +1,7 @@
-"""RCC: oscillators, PLL, clock selection, gates and resets of the other peripherals, reset flags (RM0368 section 6).
+"""RCC: clocks, gates, resets and reset flags (RM0368 section 6).
 
-An oscillator is ready its typical start-up time after it was switched on (STM32F401xB/C datasheet, tables of
-the oscillators' characteristics). Firmware that does not wait for a ready flag therefore fails here as on the
-board. The PLL is latched when it starts; SYSCLK follows RCC_CFGR.SW as soon as the selected source is ready.
-
-Not modelled, but stored: clock outputs MCO1 and MCO2, the clock security system (the crystal never fails),
-spread spectrum, clocks in sleep mode (xxxLPENR). It is unknown whether the board has a 32 kHz crystal; the
-model has one.
+Oscillators need their typical start-up time (STM32F401xB/C datasheet). Without effect: MCO1, MCO2, clock security,
+spread spectrum, xxxLPENR. The board may not have the model's 32 kHz crystal.
 """
 
 from __future__ import annotations
@@ -23,14 +18,14 @@ from fcu_emulator.emulator.chip.registers import DECLARED, rcc
 from fcu_emulator.emulator.chip.registers.declaration import Word, masks, offsets
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Event
 
-# -- the clock tree's arithmetic: from registers to frequencies (section 6.2, figure 12) --------------------
+# -- frequencies (section 6.2, figure 12) -------------------------------------------------------------------
 
 HSI_HZ = 16_000_000
-HSE_HZ = 16_000_000  # the board's crystal (HSE_VALUE of STSW-FCU001, ST's firmware for it)
+HSE_HZ = 16_000_000  # the board's crystal (HSE_VALUE of STSW-FCU001)
 LSI_HZ = 32_000  # STM32F401xB/C datasheet, LSI oscillator: 17 to 47 kHz
 LSE_HZ = 32_768
 
-_SETTINGS = 64  # maximum number of settings of a register that are cached with their results
+_SETTINGS = 64  # maximum number of cached settings of a register
 
 HSI, HSE, PLL = range(3)  # RCC_CFGR.SW and SWS
 
@@ -40,24 +35,23 @@ _APB_SHIFT = (0, 0, 0, 0, 1, 2, 3, 4)
 
 @dataclass(frozen=True)
 class Oscillators:
-    """The real frequencies of the two oscillators that can drive SYSCLK, in Hz."""
+    """The real frequencies of the oscillators for SYSCLK, in Hz."""
 
     hsi_hz: int = HSI_HZ
     hse_hz: int = HSE_HZ
 
     @classmethod
     def of(cls, errors: BoardErrors) -> Oscillators:
-        """Return the oscillators of a board with clock errors."""
         return cls(round(HSI_HZ * (1 + errors.hsi_percent / 100)), round(HSE_HZ * (1 + errors.hse_ppm / 1e6)))
 
 
 NOMINAL = Oscillators()
-"""The frequencies for the manual's limits: an oscillator within its tolerance never violates them."""
+"""For the manual's limits, which an oscillator within its tolerance never violates."""
 
 
 @dataclass(frozen=True)
 class PllOutput:
-    """The outputs of the PLL: ``p_hz`` can be SYSCLK, ``q_hz`` is for USB and SDIO."""
+    """PLL outputs: ``p_hz`` for SYSCLK, ``q_hz`` for USB and SDIO."""
 
     input_hz: int
     vco_hz: int
@@ -65,7 +59,7 @@ class PllOutput:
     q_hz: int
 
     def problem(self) -> str:
-        """Return why the manual forbids this setting, or "" (RM0368 6.3.2)."""
+        """Return the violated rule, or "" (6.3.2)."""
         if not 950_000 <= self.input_hz <= 2_100_000:  # the datasheet's limits; the manual says 1 to 2 MHz
             return f"PLL input is {self.input_hz / 1e6:g} MHz; M must make it 1 to 2 MHz"
         if not 192_000_000 <= self.vco_hz <= 432_000_000:
@@ -77,7 +71,7 @@ class PllOutput:
 
 @lru_cache(maxsize=_SETTINGS)
 def pll(pllcfgr: int, oscillators: Oscillators = NOMINAL) -> PllOutput:
-    """Return the PLL's frequencies; M = 0 and 1 are not allowed and count as 1."""
+    """Return the PLL's frequencies; M = 0, not allowed, counts as 1."""
     fields = rcc.PLLCFGR
     source_hz = oscillators.hse_hz if fields.PLLSRC.get(pllcfgr) else oscillators.hsi_hz
     m, n = max(fields.PLLM.get(pllcfgr), 1), fields.PLLN.get(pllcfgr)
@@ -98,7 +92,7 @@ class Frequencies:
     timer2_hz: int
 
     def problem(self) -> str:
-        """Return which limit of the chip is exceeded, or "" (RM0368 6.2: 84, 42 and 84 MHz)."""
+        """Return the exceeded limit, or "" (6.2: 84, 42 and 84 MHz)."""
         if self.pclk1_hz > 42_000_000:
             return f"APB1 runs at {self.pclk1_hz / 1e6:g} MHz; PPRE1 must make it 42 MHz or less"
         return ""
@@ -106,7 +100,7 @@ class Frequencies:
 
 @lru_cache(maxsize=_SETTINGS)
 def frequencies(sysclk_hz: int, cfgr: int, *, timpre: bool = False) -> Frequencies:
-    """Return the clocks that RCC_CFGR's prescalers derive from SYSCLK; ``timpre`` is RCC_DCKCFGR.TIMPRE (6.3.23)."""
+    """Return the clocks after RCC_CFGR's prescalers; ``timpre`` is RCC_DCKCFGR.TIMPRE (6.3.23)."""
     hclk_hz = sysclk_hz >> _AHB_SHIFT[rcc.CFGR.HPRE.get(cfgr)]
     shift1, shift2 = _APB_SHIFT[rcc.CFGR.PPRE1.get(cfgr)], _APB_SHIFT[rcc.CFGR.PPRE2.get(cfgr)]
     return Frequencies(
@@ -120,19 +114,17 @@ def frequencies(sysclk_hz: int, cfgr: int, *, timpre: bool = False) -> Frequenci
 
 
 def _timer_hz(hclk_hz: int, shift: int, timpre: bool) -> int:
-    """Return twice the bus clock unless that is undivided; with TIMPRE four times, but never above HCLK."""
     multiple = 2 if timpre else 1
     return hclk_hz >> max(shift - multiple, 0)
 
 
-# -- the gate and reset bits of the peripherals (sections 6.3.5 to 6.3.12) ---------------------------------------
+# -- gate and reset bits (sections 6.3.5 to 6.3.12) --------------------------------------------------------------
 
 _PERIPHERALS_BY_FIELD = {"OTGFS": "OTG_FS", "ADC": "ADC1"}
-"""Fields that do not begin with their peripheral's name; the ADCs have one reset for all."""
+"""Fields without their peripheral's name in front; the ADCs share one reset."""
 
 
 def _gates(suffix: str, *registers: type[Word]) -> dict[int, dict[int, str]]:
-    """Return the peripheral's name by bit number, for each offset."""
     names = {
         register.addr: {bits.lsb: bits.name.removesuffix(suffix) for bits in register.fields}
         for register in registers
@@ -160,12 +152,12 @@ _RESET_FLAG = {
 _FLAGS = sum(bits.mask for bits in rcc.CSR.fields if bits.name.endswith("RSTF"))
 _RMVF, _BDRST, _RTCEN = masks(rcc.CSR.RMVF, rcc.BDCR.BDRST, rcc.BDCR.RTCEN)
 _CHECK_AFTER_PS = PS_PER_MS
-"""Limits are checked only after this time, because ST's HAL 1.6 divides APB1 after switching to the PLL."""
+"""Checked after this time, because ST's HAL 1.6 divides APB1 after switching to the PLL."""
 
 
 @dataclass(frozen=True)
 class _Source:
-    """An oscillator or PLL: its bits, and its start-up time."""
+    """An oscillator or PLL: its bits and start-up time."""
 
     register: int
     on: int
@@ -177,7 +169,6 @@ class _Source:
 
 
 def _source(register: type[Word], name: str, start_ps: int) -> _Source:
-    """Create a source by the manual's names: HSION, HSIRDY, HSIRDYF and HSIRDYIE."""
     own = {bits.name: bits.mask for bits in register.fields}
     cir = {bits.name: bits.mask for bits in rcc.CIR.fields}
     ready = f"{name}RDY"
@@ -197,28 +188,21 @@ _SYSCLK_SOURCES = ("HSI", "HSE", "PLL")  # in the order of SW
 
 
 _OSCILLATORS = frozenset((CR, PLLCFGR, BDCR, CSR))
-"""Registers that start and stop oscillators; some of the remaining ones divide their clocks."""
+"""Registers that start and stop oscillators."""
 
 
 class GatedChip(Protocol):
-    """The functions of the chip in C that are used here: :class:`fcu_emulator.emulator.chip.library.FcuChip`.
-    Peripherals: bit = index."""
+    """Functions of :class:`fcu_emulator.emulator.chip.library.FcuChip`; bit = peripheral index."""
 
-    def gate(self, peripherals: int, clocked: int) -> None:
-        """Switch the clocks of peripherals in C."""
-        ...
+    def gate(self, peripherals: int, clocked: int) -> None: ...
 
-    def gate_python(self, peripheral: Peripheral, clocked: bool) -> None:
-        """Report the clock of a peripheral in Python to C."""
-        ...
+    def gate_python(self, peripheral: Peripheral, clocked: bool) -> None: ...
 
-    def reset_peripherals(self, peripherals: int) -> None:
-        """Reset peripherals in C."""
-        ...
+    def reset_peripherals(self, peripherals: int) -> None: ...
 
 
 class _Controlled:
-    """The peripherals that the bits of one register gate or reset: those in C by their index, and those in Python."""
+    """The peripherals that a register's bits gate or reset."""
 
     def __init__(self, names: Mapping[int, str], peripherals: Mapping[str, Peripheral]) -> None:
         known = [(bit, peripherals[name]) for bit, name in names.items() if name in peripherals]
@@ -229,7 +213,7 @@ class _Controlled:
         self._latest: dict[int, tuple[int, tuple[tuple[int, Peripheral], ...]]] = {}
 
     def of(self, bits: int) -> tuple[int, tuple[tuple[int, Peripheral], ...]]:
-        """Return the peripherals of these bits: those in C (bit = index), and those in Python with their bits."""
+        """Return those in C (bit = index), and those in Python with their bits."""
         found = self._latest.get(bits)
         if found is None:
             if len(self._latest) >= _SETTINGS:
@@ -241,7 +225,7 @@ class _Controlled:
 
 
 class Rcc(Peripheral, declared=DECLARED["RCC"]):
-    """Implements :class:`ClockTree`; :meth:`control` adds the peripherals whose clocks it supplies."""
+    """The clocks, gates and resets of the peripherals."""
 
     def __init__(
         self,
@@ -270,10 +254,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
     # -- for the other peripherals ---------------------------------------------------------------------------
 
     def control(self, peripherals: Iterable[Peripheral], chip: GatedChip | None = None) -> None:
-        """Set the peripherals whose clock gates and resets are here, found by name; all start without clock.
-
-        ``chip`` contains those in C: their gates and resets are one call.
-        """
+        """Set the peripherals, all without clock."""
         by_name = {peripheral.name: peripheral for peripheral in peripherals}
         self._chip = chip
         self._gated = {offset: _Controlled(names, by_name) for offset, names in ENABLE.items()}
@@ -281,15 +262,14 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._apply_all_gates()
 
     def on_change(self, changed: Callable[[], None]) -> None:
-        """Call ``changed()`` after a change of any frequency, including the RTC's."""
+        """Call ``changed()`` after any change, even the RTC's."""
         self._listeners.append(changed)
 
     def on_backup_reset(self, reset: Callable[[], None]) -> None:
-        """Call ``reset()`` when firmware resets the backup domain (BDCR.BDRST)."""
         self._backup_listeners.append(reset)
 
     def rtc_hz(self) -> int:
-        """Return the RTC's input clock; 0 while it is off or its source is not ready (6.2.8)."""
+        """Return the RTC's clock; 0 while it is off or not ready (6.2.8)."""
         bdcr = self.registers[BDCR]
         if not bdcr & _RTCEN:
             return 0
@@ -302,11 +282,10 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         return LSE_HZ if name == "LSE" else LSI_HZ
 
     def reset_because(self, reason: str) -> None:
-        """Set the cause in CSR: "PIN", "SYSRESETREQ", "IWDG" or "WWDG"; each one also pulls NRST (6.1.1)."""
         self.registers[CSR] |= _RESET_FLAG["PIN"] | _RESET_FLAG[reason]
 
     def reset(self) -> None:
-        """Reset the system, except the backup domain and the reset flags (6.3.20, 6.3.21)."""
+        """Reset all but backup domain and reset flags (6.3.20, 6.3.21)."""
         kept = {BDCR: self.registers[BDCR], CSR: self.registers[CSR] & _FLAGS}
         for name in [name for name in self._starting if _SOURCES[name].register != BDCR]:
             self._starting.pop(name).cancel()
@@ -318,7 +297,6 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
     # -- registers --------------------------------------------------------------------------------------
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """Write a register and update the clocks."""
         if offset == BDCR and not self._pwr.backup_writable:
             self.note("refused", "BDCR written while PWR_CR.DBP is 0")
             return
@@ -354,7 +332,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._update()
 
     def _keep_used_sources(self) -> None:
-        """Keep the source of SYSCLK on: the hardware keeps its bit set (6.3.1)."""
+        """Keep SYSCLK's source on (6.3.1)."""
         used = {_SYSCLK_SOURCES[rcc.CFGR.SWS.get(self.registers[CFGR])]}
         if "PLL" in used:
             used.add(self._pll_source())
@@ -399,7 +377,6 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         return "HSE" if rcc.PLLCFGR.PLLSRC.get(self.registers[PLLCFGR]) else "HSI"
 
     def _update(self) -> None:
-        """Start and stop sources according to their bits, then update SYSCLK."""
         for name, source in _SOURCES.items():
             on = self.registers[source.register] & source.on
             if not on:
@@ -420,7 +397,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
             self._pll_hz, self._pll_nominal_hz = pll(pllcfgr, self._oscillators).p_hz, nominal.p_hz
             if nominal.problem():
                 self.note("forbidden", nominal.problem())
-            if not self._pll_hz:  # N is 0, a "wrong configuration" (6.3.2): the PLL stays off
+            if not self._pll_hz:  # N is 0 (6.3.2)
                 return
         at_ps = self.soc.clock.now_ps + source.start_ps
         self._starting[name] = self.soc.clock.schedule(at_ps, partial(self._started, name))

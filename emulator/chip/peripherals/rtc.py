@@ -1,10 +1,7 @@
 """RTC: calendar, backup registers, write protection (RM0368 section 17).
 
-The calendar is a function of time and costs nothing. Switching to initialisation mode and synchronisation
-(INITF, RSF) take no time here; on the chip two RTC clocks each. Values that are not a date (month 13, 99
-seconds) carry over into the next larger unit here; on the chip they are undefined.
-
-Not modelled, and noted: alarms, wake-up timer, tamper, time stamp, calibration, the 12 hour format.
+INITF and RSF take no time, on the chip two RTC clocks. Invalid dates carry over. Notes report alarms, wake-up timer,
+tamper, time stamp, calibration and 12 hour format as not modelled.
 """
 
 from __future__ import annotations
@@ -18,10 +15,10 @@ from fcu_emulator.emulator.chip.registers import DECLARED, rtc
 from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
 from fcu_emulator.emulator.time.clock import PS_PER_S
 
-# -- the calendar: BCD registers to a point in time and back (17.6.1, 17.6.2) -------------------------------
+# -- the calendar in BCD (17.6.1, 17.6.2) -------------------------------------------------------------------
 
 _CENTURY = datetime(2000, 1, 1, tzinfo=UTC)
-_DAYS_IN_CENTURY = 36525  # every fourth year of this one is a leap year, as in the RTC
+_DAYS_IN_CENTURY = 36525  # every fourth year is a leap year
 
 
 def bcd(value: int) -> int:
@@ -35,7 +32,7 @@ def from_bcd(value: int) -> int:
 
 
 def seconds_of(time_register: int, date_register: int) -> int:
-    """Return the seconds since the century began, from TR and DR in 24 hour format."""
+    """Return the seconds since the century began, in 24 hour format."""
     months = max(from_bcd(date_register >> 8 & 0x1F), 1) - 1
     year = 2000 + from_bcd(date_register >> 16 & 0xFF) + months // 12
     day = datetime(year, months % 12 + 1, 1, tzinfo=UTC)
@@ -56,7 +53,7 @@ def time_register(seconds: int) -> int:
 
 
 def date_register(seconds: int, weekday: int) -> int:
-    """Return DR; ``weekday`` is 1 (Monday) to 7."""
+    """Return DR; ``weekday`` 1 is Monday."""
     day = _CENTURY + timedelta(days=seconds // 86400 % _DAYS_IN_CENTURY)
     return bcd(day.year % 100) << 16 | weekday << 13 | bcd(day.month) << 8 | bcd(day.day)
 
@@ -72,7 +69,7 @@ _BACKUP = range(rtc.BKPxR.addr, rtc.BKPxR.addr + rtc.BKPxR.count * rtc.BKPxR.ste
 
 
 class Rtc(Peripheral, declared=DECLARED["RTC"]):
-    """Real-time clock; a system reset does not change it, a reset of the backup domain does."""
+    """Real-time clock, which only a backup domain reset changes."""
 
     def __init__(self, soc: Soc, name: str, base: int, pwr: Pwr, rcc: Rcc) -> None:
         super().__init__(soc, name, base)
@@ -88,10 +85,10 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         self._keys = 0  # of the unlock sequence
         self._cycles = 0  # of the RTC clock since the century began, at ``_since_ps``
         self._since_ps = self.soc.clock.now_ps
-        self._first_weekday = 1  # weekday of the century's first day, computed from the date that was set
+        self._first_weekday = 1  # weekday of the century's first day
 
     def reset(self) -> None:
-        """Lock the backup domain, which a system reset otherwise leaves unchanged (17.3.5)."""
+        """Lock the backup domain (17.3.5)."""
         self._keys = 0
 
     # -- registers --------------------------------------------------------------------------------------
@@ -114,7 +111,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         return offset not in {TR, DR, SSR}
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """Write a register, if DBP and the keys allow; the calendar in initialisation mode only (17.3.5)."""
+        """Write if DBP and keys allow; the calendar in initialisation mode only (17.3.5)."""
         value &= mask
         if offset == WPR:
             expected = _KEYS[self._keys] if self._keys < len(_KEYS) else None
@@ -148,7 +145,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
     # -- calendar ---------------------------------------------------------------------------------------
 
     def _initialise(self, wanted: bool) -> None:
-        """Set INIT, which stops the calendar for writes of TR, DR and PRER, or clear it and start at the new time."""
+        """Stop the calendar, or start at the new time."""
         running = not self.registers[ISR] & _INITF
         if wanted and running:
             shown = {offset: self.peek(offset) for offset in (TR, DR)}
@@ -163,13 +160,13 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             initialised = _INITS if self.registers[DR] >> 16 & 0xFF else 0  # the year is not 0 (17.6.4)
             self.registers[ISR] = self.registers[ISR] & ~(_INIT | _INITF | _INITS) | _RSF | initialised
         elif running:
-            self.registers[ISR] |= _RSF  # software clears it, and it is soon set again
+            self.registers[ISR] |= _RSF  # set again soon after software clears it
 
     def _asynchronous(self) -> int:
         return rtc.PRER.PREDIV_A.get(self.registers[PRER]) + 1
 
     def _cycles_per_s(self) -> int:
-        """Return the RTC clocks in one second of the calendar (17.3.1)."""
+        """Return the RTC clocks in a second (17.3.1)."""
         return self._asynchronous() * (rtc.PRER.PREDIV_S.get(self.registers[PRER]) + 1)
 
     def _now_cycles(self) -> int:

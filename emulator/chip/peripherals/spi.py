@@ -1,14 +1,10 @@
-"""The devices at the chip's SPI peripherals: buses with sensors, each at a chip select; and absent modules.
+"""The devices at the chip's SPI peripherals.
 
-The chip knows its chip selects and answers a message that reads from the read cache
-(:mod:`fcu_emulator.emulator.chip.read_cache`). It passes a message to Python, with the bytes so far, if the
-bytes are not cached, if registers are written, or for sequences that no driver uses. From there on it calls
-Python at the end of each byte.
+The chip answers reads from its cache (:mod:`fcu_emulator.emulator.chip.read_cache`), and passes other messages to
+Python.
 
-The board's Bluetooth module is absent: SPI1 (PA5 to PA7), chip select PB0, reset PB2, interrupt PA4. MISO has
-no driver, so ST's stock firmware reads a header that is not 0x02. It ends each request by time-out (0.2 s)
-and reaches its main loop. The interrupt line is low, as of a module without data: high would keep HCI_Isr in
-its loop forever.
+The board's Bluetooth module is absent: SPI1 (PA5 to PA7), chip select PB0, reset PB2, interrupt PA4. ST's stock
+firmware times out (0.2 s). The interrupt line is low, because high would keep HCI_Isr in its loop.
 """
 
 from __future__ import annotations
@@ -54,11 +50,9 @@ class _KeptMessage(ctypes.Structure):
     received: ctypes.Array[ctypes.c_uint8]
 
     def bytes_written(self) -> bytearray:
-        """Return the first byte, if it has been sent."""
         return bytearray([self.command]) if self.command >= 0 else bytearray()
 
     def bytes_read(self) -> bytearray:
-        """Return the bytes that the device has sent."""
         return bytearray(self.received[: self.count])
 
 
@@ -84,7 +78,7 @@ class _Calls(ctypes.Structure):
 
 
 class _SpiDevice:
-    """A sensor at its chip select, for the chip's read cache; and the message that Python has taken over."""
+    """A sensor at its chip select, and its message in Python."""
 
     def __init__(self, wire: SpiWire, chip_select: str, target: SpiTarget) -> None:
         self.chip_select = chip_select
@@ -98,21 +92,18 @@ class _SpiDevice:
         self._wire = wire
 
     def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
-        """Return the bytes from ``address`` for the present settings of the chip's SPI."""
         return self.target.prefetch(address, count, self._wire.mode, self._wire.wires, now_ps)
 
     def consumed(self, address: int, count: int) -> None:
-        """Report that so many of these bytes have been read."""
         self.target.consumed(address, count)
 
     def advance_past(self, address: int, count: int) -> None:
-        """Report the same for a quiet read."""
         self.target.advance_past(address, count)
         self.position = self.target.part.advance(address, count)
 
 
 class SpiWire:
-    """A bus at the pins of one of the chip's SPI peripherals, "SPI1" to "SPI3"; ``gpio`` has the chip selects."""
+    """A bus at SPI1 to SPI3; ``gpio`` has the chip selects."""
 
     def __init__(self, chip: FcuChip, name: str, bus: SpiBus, gpio: Gpio) -> None:
         self._number = number = _number(name)
@@ -137,7 +128,7 @@ class SpiWire:
         bus.is_enabled = False
 
     def take_kept(self) -> None:
-        """Pass the messages that the chip has answered alone, and bytes that no sensor received, to the bus."""
+        """Pass the chip's messages and unreceived bytes to the bus."""
         library, handle, bus = self._chip.library, self._chip.handle, self._bus
         message, unheard = _KeptMessage(), _Unheard()
         while library.fcu_take_spi_message(handle, self._number, ctypes.byref(message)):
@@ -202,7 +193,7 @@ class SpiWire:
 
 
 def connect_absent_part(chip: FcuChip, part: AbsentPart, gpio: Gpio) -> None:
-    """Connect an absent module: the first attempt to send to it is noted in the trace."""
+    """Connect an absent module; the first attempt to send to it is noted."""
 
     def tried() -> None:
         chip.trace.add(DeviceNote(chip.clock.now_ps, part.name, "not modelled", part.note))
@@ -216,5 +207,4 @@ def connect_absent_part(chip: FcuChip, part: AbsentPart, gpio: Gpio) -> None:
 
 
 def _number(name: str) -> int:
-    """Return the peripheral's number in C."""
     return int(name[-1]) - 1

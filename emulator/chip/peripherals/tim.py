@@ -1,4 +1,4 @@
-"""TIM1 to TIM5 and TIM9 to TIM11 in Python; the timers themselves are in native/peripherals/tim.c."""
+"""TIM1 to TIM5 and TIM9 to TIM11 (native/peripherals/tim.c)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fcu_emulator.emulator.trace import TickLate, TickLost
 
 @dataclass(frozen=True)
 class Pwm:
-    """The signal at a channel's output pin: share of time it is high, cycles a second."""
+    """A PWM output; ``duty`` is the share of time that it is high."""
 
     frequency_hz: float
     duty: float
@@ -35,7 +35,7 @@ class TimerCalls(ctypes.Structure):
 
 
 class Timer(NativePeripheral):
-    """One timer. It counts update interrupts as :class:`fcu_emulator.emulator.python_cpu.timer.IntervalTimer` does."""
+    """One timer that counts update interrupts."""
 
     def __init__(self, chip: FcuChip, index: int, name: str, base: int) -> None:
         super().__init__(chip, index, name, base)
@@ -55,13 +55,12 @@ class Timer(NativePeripheral):
 
     @property
     def lost(self) -> int:
-        """Ticks at which the flag of the previous one was still set."""
+        """Ticks at which the previous flag was still set."""
         count: int = self._counts.lost
         return count
 
     @property
     def longest_wait_s(self) -> float:
-        """The longest time between a late tick and its handler."""
         wait_ps: int = self._counts.longest_wait_ps
         return wait_ps / PS_PER_S
 
@@ -72,10 +71,7 @@ class Timer(NativePeripheral):
         return rate
 
     def pwm(self, channel: int) -> Pwm | None:
-        """Return the output of channel 1 to 4; None while it outputs no PWM or the timer is stopped (RM0368 12.3.9).
-
-        TIM1 also needs BDTR.MOE. Raises IndexError for a channel that the timer does not have.
-        """
+        """Return a PWM, or None (RM0368 12.3.9); TIM1 needs BDTR.MOE. Raises IndexError for a missing channel."""
         frequency, duty = ctypes.c_double(), ctypes.c_double()
         result = self._chip.library.fcu_timer_pwm(
             self._chip.handle, self.index, channel, ctypes.addressof(frequency), ctypes.addressof(duty)
@@ -85,13 +81,12 @@ class Timer(NativePeripheral):
         return Pwm(frequency.value, duty.value) if result else None
 
     def next_change_ps(self) -> int:
-        """Return the next time when a flag of SR may be set."""
         at_ps: int = self._chip.library.fcu_timer_next_change(self._chip.handle, self.index)
         return at_ps
 
 
 def connect_timers(chip: FcuChip) -> dict[str, Timer]:
-    """Return the chip's timers by name; their late and lost ticks are added to its trace."""
+    """Return the timers by name; the trace gets late and lost ticks."""
     clock, trace = chip.clock, chip.trace
 
     def late(peripheral: int, wait_ps: int) -> None:

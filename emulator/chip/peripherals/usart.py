@@ -1,4 +1,4 @@
-"""The USARTs of a chip in C (native/peripherals/usart.c), connected to the board's serial lines."""
+"""The USARTs (native/peripherals/usart.c) and the board's serial lines."""
 
 from __future__ import annotations
 
@@ -33,7 +33,6 @@ class Usart(NativePeripheral):
     """One USART."""
 
     def next_change_ps(self) -> int:
-        """Return the next time of TXE or TC; the receiver's flags come with events."""
         at_ps: int = self._chip.library.fcu_usart_next_change(self._chip.handle, self.index)
         return at_ps
 
@@ -42,7 +41,7 @@ PERIPHERAL_CLASSES["USART"] = Usart
 
 
 class ConnectedUsarts:
-    """Connects ``lines`` by the name of their USART; the output of the remaining USARTs is dropped."""
+    """Connects ``lines`` by USART name; other output is dropped."""
 
     def __init__(self, chip: FcuChip, lines: Mapping[str, Uart]) -> None:
         self._lines = {chip.peripherals[name].index: line for name, line in lines.items()}
@@ -68,9 +67,8 @@ class ConnectedUsarts:
 
 
 def wire_terminal(chip: FcuChip, name: str, pin: PinFunction, baud: int = BAUD) -> None:
-    """Connect a terminal at ``baud`` to a USART's transmitter at ``pin``.
-
-    Bytes sent while the pin is not switched to the USART are lost; another rate is noted in the trace.
+    """Connect a terminal at ``baud`` to a USART's ``pin``. A wrong rate is noted; bytes are lost while the pin is not
+    switched.
     """
     port, number, function = pin
     index = chip.peripherals[name].index
@@ -78,7 +76,7 @@ def wire_terminal(chip: FcuChip, name: str, pin: PinFunction, baud: int = BAUD) 
 
 
 class _Transceiver:
-    """The line's side of a USART; implements :class:`fcu_emulator.emulator.buses.uart.Transceiver`."""
+    """The line's side of a USART: :class:`fcu_emulator.emulator.buses.uart.Transceiver`."""
 
     def __init__(self, chip: FcuChip, peripheral: NativePeripheral) -> None:
         self._chip = chip

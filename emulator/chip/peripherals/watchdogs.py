@@ -1,12 +1,7 @@
-"""The watchdogs: IWDG, the independent one, which counts LSI (RM0368 section 15), and WWDG, the window
-watchdog, a seven-bit counter on PCLK1 / 4096 (section 16).
+"""The watchdogs: IWDG on LSI (RM0368 section 15), and WWDG on PCLK1 / 4096 (section 16).
 
-LSI is exactly 32 kHz here, on the board 17 to 47 kHz: firmware that reloads just in time needs a margin
-there. New prescaler and reload values of IWDG take effect at the next reload; the manual's few LSI cycles for
-that (PVU, RVU) are not modelled.
-
-WWDG's counter runs from the time of its write. On the chip its prescaler runs freely, so the first count may
-come up to one period earlier. Before WDGA is set the counter is stopped here.
+LSI is 32 kHz here but 17 to 47 kHz on the board. IWDG settings take effect at the next reload (PVU and RVU are not
+modelled). On the chip WWDG's first count may be shorter.
 """
 
 from __future__ import annotations
@@ -25,7 +20,7 @@ _UNLOCK, _RELOAD, _START = 0x5555, 0xAAAA, 0xCCCC
 
 
 class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
-    """Resets the chip unless it is reloaded in time; only that reset stops it."""
+    """Resets the chip unless reloaded; only a reset stops it."""
 
     def __init__(self, soc: Soc, name: str, base: int) -> None:
         super().__init__(soc, name, base)
@@ -43,7 +38,7 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
             self._event = None
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """Write a register: KR takes keys; PR and RLR are writable only after the key 0x5555 (15.3.2)."""
+        """Write a register; PR and RLR need the key 0x5555 (15.3.2)."""
         if offset == IWDG_KR:
             self._take_key(value & mask & 0xFFFF)
         elif not self._unlocked:
@@ -58,7 +53,7 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
             self._reload()
 
     def _reload(self) -> None:
-        """Reload; the event is moved only when it fires, because frequent reloads would fill the clock's queue."""
+        """Reload; the event moves when it fires, because reloads would fill the clock's queue."""
         cycles = (4 << min(self.registers[IWDG_PR], 6)) * (self.registers[IWDG_RLR] + 1)
         self._deadline_ps = self.soc.clock.now_ps + cycles * PS_PER_S // LSI_HZ
         if self._event is None:
@@ -90,7 +85,7 @@ _T6 = 1 << 6  # of CR.T: if it is clear, the chip is reset
 
 
 class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
-    """Resets the chip when the counter passes 0x40, or is written while it is above the window."""
+    """Resets the chip when the counter falls below 0x40, or is written above the window."""
 
     def __init__(self, soc: Soc, name: str, base: int, irq: InterruptInput) -> None:
         super().__init__(soc, name, base)
@@ -107,7 +102,6 @@ class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
         self._irq.set(self.name, False)
 
     def read(self, offset: int) -> int:
-        """Return a register; CR contains the present counter."""
         return self.peek(offset)
 
     def peek(self, offset: int) -> int:
@@ -118,7 +112,6 @@ class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
         return offset != WWDG_CR
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """Reload the counter (CR), set window, prescaler and early wake-up (CFR), clear the flag (SR)."""
         if offset == WWDG_CR:
             self._reload(value, mask)
         elif offset == WWDG_CFR:
@@ -169,7 +162,7 @@ class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
             self._plan()
 
     def _plan(self) -> None:
-        """Schedule the next event: the early wake-up at 0x40, or the reset one count later."""
+        """Schedule the early wake-up at 0x40, or the reset after it."""
         if self._event is not None:
             self._event.cancel()
             self._event = None

@@ -1,8 +1,6 @@
-"""The registers of the chip's peripherals, declared once; each module contains one chapter of a manual.
+"""The registers of the chip's peripherals, by chapter of the manual.
 
-They define the names in traces, diagnoses and debuggers, the output of ``fcu registers TIM9``, and the reset
-values and masks of the peripherals in Python. The C headers (``c_headers``) and the chip's rows of the
-fidelity table are generated from them.
+The C headers, rows of the fidelity table and ``fcu registers TIM9`` come from them.
 """
 
 from __future__ import annotations
@@ -46,7 +44,7 @@ IN_C: Final[tuple[ModuleType, ...]] = (
     *(syscfg, gpio, dma, exti, tim, i2c, usart, spi),
     *(systick, nvic, scb, dwt),
 )
-"""C headers are generated for these peripherals."""
+"""C headers are generated for these."""
 
 DECLARED: Final[dict[str, DeclaredPeripheral]] = {
     name: peripheral(module, name) for module in KINDS for name in module.INSTANCES
@@ -54,17 +52,17 @@ DECLARED: Final[dict[str, DeclaredPeripheral]] = {
 """Every declared peripheral by the manual's name."""
 
 SYSTEM_CONTROL_SPACE: Final = ("SysTick", "NVIC", "SCB")
-"""Peripherals that share one place in the memory map; their offsets are relative to it."""
+"""These share one place in the memory map."""
 
 
 def address_of(peripheral_name: str, register: type[Word]) -> int:
-    """Return the address of a peripheral's register; of several, the first."""
+    """Return a register's address; of several, the first's."""
     place = "SCS" if peripheral_name in SYSTEM_CONTROL_SPACE else peripheral_name
     return memory_map.ADDRESSES[place][0] + register.addr
 
 
 def names_of(peripheral_name: str) -> dict[int, str]:
-    """Return the registers' names by offset of a peripheral; empty if it is not declared."""
+    """Return the registers' names by offset."""
     parts = SYSTEM_CONTROL_SPACE if peripheral_name == "SCS" else (peripheral_name,)
     return {
         offset: name for part in parts if part in DECLARED for offset, name in DECLARED[part].names.items()

@@ -1,4 +1,4 @@
-"""``python -m fcu_emulator.emulator.chip.registers FOLDER`` writes the generated C headers to a folder."""
+"""Write the C headers: ``python -m fcu_emulator.emulator.chip.registers FOLDER``"""
 
 from __future__ import annotations
 

@@ -1,12 +1,7 @@
-"""C headers generated from the declarations in Python: registers, memory map, DMA request lines.
+"""C headers of registers, memory map and DMA requests.
 
-``building/library.py`` writes them to ``emulator/chip/native/generated`` before it compiles; they are not
-committed.
-
-Register names are those of the manual's chapter, without the peripheral's name: ``CR1`` is an offset,
-``CR1_UE`` the bits of a field, ``CR2_STOP_SHIFT`` the lowest bit of a wider field, ``CR1_RESET`` and
-``CR1_STORED`` the value after reset and the bits that store written values. A C file therefore includes only
-the header of its chapter. ``C_PREFIX`` of a module precedes all of them if C already uses a name.
+``CR1`` is an offset, ``CR1_UE`` a field, ``CR2_STOP_SHIFT`` its lowest bit, ``CR1_RESET`` the value after reset,
+``CR1_STORED`` the bits that store values. ``C_PREFIX`` precedes names that C already uses.
 """
 
 from __future__ import annotations
@@ -23,7 +18,7 @@ _PER_LINE = 8
 
 
 def write_headers(folder: Path) -> None:
-    """Write all headers to ``folder``, which is created; an unchanged header keeps its time."""
+    """Write all headers to ``folder``; an unchanged header keeps its time."""
     folder.mkdir(exist_ok=True)
     texts = headers()
     for path in folder.glob("*.h"):
@@ -36,7 +31,7 @@ def write_headers(folder: Path) -> None:
 
 
 def headers() -> dict[str, str]:
-    """Return the text of each header by its file name."""
+    """Return the headers by file name."""
     return {
         "memory_map.h": _memory_map(),
         "dma_requests.h": _requests(),
@@ -48,7 +43,7 @@ def headers() -> dict[str, str]:
 
 _MEMORY = ("FLASH", "RAM", "SYSTEM_MEMORY", "PERIPHERALS", "OTG", "PRIVATE")
 _C_NAMES = {"FLASH": "FLASH_R", "ROM table": "ROM_TABLE"}
-"""The flash interface has the name of ST's headers, because FLASH is the memory."""
+"""As in ST's headers, because FLASH is the memory."""
 
 
 def _memory_map() -> str:
@@ -138,7 +133,7 @@ def _number(first: int) -> str:
 
 
 def _tables(module: ModuleType, kind: str) -> Iterator[str]:
-    """Return the offsets of all registers; if peripherals of a kind differ, also the bits of each, by offset / 4."""
+    """Return the offsets, and bits by offset / 4 if peripherals differ."""
     peripherals = [peripheral(module, name) for name in module.INSTANCES]
     offsets = sorted({register.offset for one in peripherals for register in one.registers})
     texts = [f"0x{offset:02X}" for offset in offsets]

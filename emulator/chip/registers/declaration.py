@@ -1,6 +1,4 @@
-"""The declaration of a peripheral of the chip: its registers, words of 32 bits, and the differences between
-peripherals of a kind.
-"""
+"""The declaration of a peripheral's 32-bit registers, and of differences within a kind."""
 
 from __future__ import annotations
 
@@ -22,10 +20,7 @@ class Word(Register, size=4):
 
 @dataclass(frozen=True)
 class Variant:
-    """A register of one peripheral that differs from those of its kind.
-
-    ``bits``: those that exist, none if the register does not.
-    """
+    """A register that differs from those of its kind; ``bits`` are the existing ones."""
 
     bits: int = WORD
     reset: int | None = None
@@ -33,7 +28,7 @@ class Variant:
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a peripheral's register; ``msb`` down to ``lsb``."""
+    """A field from ``msb`` down to ``lsb``."""
 
     name: str
     msb: int
@@ -43,7 +38,7 @@ class Field:
 
 @dataclass(frozen=True)
 class PeripheralRegister:
-    """A register of one peripheral; one of several (``S3CR``) has its full name."""
+    """A register of one peripheral, with a full name such as ``S3CR``."""
 
     name: str
     offset: int
@@ -62,11 +57,10 @@ class PeripheralRegister:
 
     @property
     def stored(self) -> int:
-        """The bits that store written values."""
         return self.declared.stored_mask & self.exists
 
     def fields(self) -> Iterator[Field]:
-        """Return the fields as in the manual, the upper ones first."""
+        """Return the fields, upper ones first."""
         for bits in self.declared.fields:
             if bits.mask & self.exists:
                 yield from (
@@ -77,7 +71,7 @@ class PeripheralRegister:
 
 @dataclass(frozen=True)
 class DeclaredPeripheral:
-    """A peripheral by the manual's name; ``source`` is the chapter. Its address is the memory map's."""
+    """A peripheral by the manual's name; ``source`` is the chapter."""
 
     name: str
     title: str
@@ -93,7 +87,6 @@ class DeclaredPeripheral:
         declared: Iterable[type[Word]],
         variants: Mapping[str, Variant] = MappingProxyType({}),
     ) -> DeclaredPeripheral:
-        """Return the peripheral with these registers, except for those that differ in it."""
         registers = []
         for kind in declared:
             for number in range(kind.count):
@@ -108,21 +101,20 @@ class DeclaredPeripheral:
 
     @cached_property
     def names(self) -> dict[int, str]:
-        """Return the manual's name of each register, by offset."""
         return {register.offset: register.name for register in self.registers}
 
     @cached_property
     def resets(self) -> dict[int, int]:
-        """Return the value after reset, by offset."""
+        """Values after reset, by offset."""
         return {register.offset: register.reset for register in self.registers}
 
     @cached_property
     def stored(self) -> dict[int, int]:
-        """Return the bits that store written values, by offset."""
+        """Bits that store written values, by offset."""
         return {register.offset: register.stored for register in self.registers}
 
     def without_behaviour(self) -> list[str]:
-        """Return known but unmodelled parts: whole registers, and fields as ``REGISTER.FIELD``."""
+        """Return unmodelled registers, and fields as ``REGISTER.FIELD``."""
         names: dict[str, None] = {}
         for register in self.registers:
             kind = register.declared
@@ -135,17 +127,17 @@ class DeclaredPeripheral:
 
 
 def offsets(*registers: type[Word]) -> tuple[int, ...]:
-    """Return their offsets, to be named by the caller."""
+    """Return the offsets of registers."""
     return tuple(register.addr for register in registers)
 
 
 def masks(*fields: Bits) -> tuple[int, ...]:
-    """Return their bits, to be named by the caller."""
+    """Return the bits of fields."""
     return tuple(bits.mask for bits in fields)
 
 
 def words(module: ModuleType) -> list[type[Word]]:
-    """Return the registers that a module declares, in its order."""
+    """Return the registers that a module declares."""
     return [
         value
         for value in vars(module).values()
@@ -154,7 +146,7 @@ def words(module: ModuleType) -> list[type[Word]]:
 
 
 def peripheral(module: ModuleType, name: str) -> DeclaredPeripheral:
-    """Return one of the peripherals of the kind that ``module`` declares."""
+    """Return a peripheral of the kind that ``module`` declares."""
     variants = getattr(module, "VARIANTS", {}).get(name, {})
     title = (module.__doc__ or "").partition("\n")[0]
     return DeclaredPeripheral.of(name, title, module.SOURCE, words(module), variants)

@@ -80,7 +80,7 @@ sys_tick:
 State = tuple[object, ...]
 
 
-def stirred(
+def interrupted_core(
     pulses: list[tuple[float, int]],
     flag_us: float,
     *,

@@ -21,7 +21,7 @@ from fcu_emulator.emulator.chip.cpu.core_registers import (
     CoreRegisters,
 )
 from fcu_emulator.emulator.chip.memory_map import FLASH, RAM, RAM_SIZE
-from tests.support.arm.unicorn_reference import THUMB, Witness
+from tests.support.arm.unicorn_reference import THUMB, UnicornCore
 
 CODE = FLASH + 0x1_0000
 """Branches find flash in both directions, TBH in all of its reach."""
@@ -31,7 +31,7 @@ RAM_CONTENT = Random("RAM").randbytes(RAM_SIZE)
 GENERAL = (*range(13), 14)
 """R0 to R12 and LR, which any 32-bit instruction may name."""
 
-Executing = BareCore | Witness
+Executing = BareCore | UnicornCore
 Fields = Mapping[str, int]
 Values = Mapping[str, int]
 State = Callable[[Random, Fields], Values]
@@ -153,7 +153,7 @@ class EnginePair:
     """The core, ``native``, and its witness, ``unicorn``, with the same code."""
 
     def __init__(self) -> None:
-        self.native, self.unicorn = BareCore(), Witness()
+        self.native, self.unicorn = BareCore(), UnicornCore()
         self._pairs: tuple[tuple[Executing, Access], ...] = (
             (self.native, Access(self.native)),
             (self.unicorn, Access(self.unicorn)),

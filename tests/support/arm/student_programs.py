@@ -115,10 +115,10 @@ def make(project: Path, optimisation: str, bus: str, settings: dict[str, str]) -
     return project / "lab3.elf"
 
 
-def said(
+def explanations(
     program: Program, file: Path, seconds: float | None = None, scenario: str | None = None
 ) -> list[str]:
-    """What is said about a program after its run: each finding without lists of callers and transfers."""
+    """Return the explanations of a run: each finding without lists of callers and transfers."""
     board = Board(file, wiring=program.wiring, scenario=scenario or program.scenario)
     recorder = TruthRecorder(board)
     board.run_for(program.seconds if seconds is None else seconds)
@@ -152,7 +152,7 @@ def _rewrite_page(names: Sequence[str]) -> None:
     every = programs("mistakes.toml")
     for program in [every[name] for name in names or every]:
         words = {
-            one: "\n".join(said(program, build(program, one, into)))
+            one: "\n".join(explanations(program, build(program, one, into)))
             for one in OPTIMISATIONS
             if one != program.silent
         }

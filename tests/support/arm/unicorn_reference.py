@@ -65,7 +65,7 @@ _WRITES = uc.UC_ERR_WRITE_UNMAPPED, uc.UC_ERR_WRITE_PROT
 _FETCHES = uc.UC_ERR_FETCH_UNMAPPED, uc.UC_ERR_FETCH_PROT
 
 
-class Witness:
+class UnicornCore:
     """A Cortex-M4F before its first instruction; set ``pc`` and ``thumb``, then ``run``."""
 
     def __init__(self) -> None:
