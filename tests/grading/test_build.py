@@ -148,7 +148,7 @@ def test_quoted_source_is_not_taken_for_an_error(builder: Builder) -> None:
             "does not link",
             ("main.c:2", "one"),
         ),
-        ({"main.c": b"int x;\n"}, "has no main()", ()),
+        ({"main.c": b"int x;\n"}, "must have a main()", ()),
     ],
 )
 def test_linker_message_is_one_sentence_with_files(
