@@ -63,7 +63,7 @@ class Say(Protocol):
     """A function that prints a line for the user, such as :func:`say`."""
 
     def __call__(self, line: str, look: Look | None = None) -> None:
-        """Print a line."""
+        """Print a line for the user."""
         ...
 
 

@@ -127,7 +127,7 @@ def test_pipe_gets_plain_text(run: list[str]) -> None:
     assert "\x1b" not in text
 
 
-def test_progress_line_is_erased_before_other_text_and_at_the_end() -> None:
+def test_progress_line_is_erased_for_other_text() -> None:
     text = on_terminal([sys.executable, "-c", WAITS])
 
     assert "\rworking, 1 s\x1b[K" in text
@@ -144,7 +144,7 @@ def test_progress_is_not_shown_on_dumb_terminal() -> None:
     assert on_terminal([sys.executable, "-c", WAITS], TERM="dumb") == "fcu: a line\r\n"
 
 
-def test_wrapped_text_has_at_most_98_columns_and_keeps_its_indent() -> None:
+def test_wrapped_text_fits_and_keeps_indent() -> None:
     lines = wrapped(f"  {'word ' * 60}/{'p' * 120} \x1b end")
 
     assert all(len(line) <= WIDTH for line in lines if "ppp" not in line)
