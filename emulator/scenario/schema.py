@@ -286,7 +286,7 @@ def scenario_file(board: BoardDescription) -> type[ScenarioFile]:
 
     def known(name: str) -> str:
         if name not in board.firmware:
-            raise ValueError(f"must be one of {', '.join(board.firmware)}, not {shown(name)}")
+            raise ValueError(f"unknown firmware {shown(name)}; known: {', '.join(board.firmware) or 'none'}")
         return name
 
     names = Field(json_schema_extra={"enum": list(board.firmware)})

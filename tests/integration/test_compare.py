@@ -360,7 +360,7 @@ def test_diff_lists_what_is_not_compared(words: Words) -> None:
     text = fcu(*command, code=1).stdout.decode()
     equal = fcu("diff", "lab3", "lab3", "--scenario", "desk", *command[-4:]).stdout.decode()
 
-    (numbers,) = [line for line in text.splitlines() if line.startswith("numbers, ")]
+    (numbers,) = [line for line in text.splitlines() if line.startswith("numbers (not compared)")]
     assert "MAG" in numbers
     words("diff", numbers)
     words("diff", equal.splitlines()[-1])
@@ -380,7 +380,7 @@ def test_diff_prints_first_difference_and_exits_1() -> None:
         (["lab3", "lab4"], "lab4"),
         (["lab3", "lab3", "--time-tolerance", "5"], "--time-tolerance"),
         (["solution", "lab3", "--replay"], "A must be lab3 or template, not 'solution'"),
-        (["lab3", "lab3", "--tolerance", "ACC"], "give FIELD=NUMBER"),
+        (["lab3", "lab3", "--tolerance", "ACC"], "must be FIELD=NUMBER"),
         (["lab3", "lab3", "--tolerance", "Foo=1"], "unknown field 'Foo'"),
         (["lab3", "lab3", "--duration", "soon"], "--duration"),
     ],

@@ -274,7 +274,7 @@ def test_record_has_printed_values_with_truth(record: Path) -> None:
 def test_a_record_becomes_a_picture(record: Path) -> None:
     done = fcu("fcu plot run.json", record.parent)
     picture = (record.parent / "run.png").read_bytes()
-    assert done.stderr == "fcu: run.png\n"
+    assert done.stderr == "fcu: saved in run.png\n"
     assert picture.startswith(b"\x89PNG")
     assert min(struct.unpack(">II", picture[16:24])) > 1000
 
