@@ -208,7 +208,7 @@ class TcpLink:
         )
         if self._refused:
             lines.append(
-                f"serial: {self.address} refused {self._refused} connections: {MOST_READERS} were open"
+                f"serial: {self.address} refused connections: {self._refused}; {MOST_READERS} were open"
             )
         return lines
 
