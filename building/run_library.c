@@ -67,7 +67,7 @@ static void note(int64_t now_ps, int32_t block, int32_t kind, const char *text) 
   fprintf(stderr, "block %d: %s\n", (int)block, text);
 }
 
-static void touched(int64_t now_ps, int32_t block, uint32_t offset, int32_t what) {
+static void ignored_access(int64_t now_ps, int32_t block, uint32_t offset, int32_t what) {
   (void)now_ps;
   fprintf(stderr, "block %d, offset %x: %d\n", (int)block, (unsigned)offset, (int)what);
 }
@@ -111,11 +111,12 @@ int main(int count, char **arguments) {
   FIND(library, fcu_peripheral_base);
   FIND(library, fcu_gate);
   FIND(library, fcu_connect_usarts);
-  FIND(library, fcu_usart_hand_over);
+  FIND(library, fcu_usart_flush);
   FIND(library, fcu_status);
   FIND(library, fcu_destroy);
 
-  Host host = {.advance = advance, .read = read_none, .write = write_none, .note = note, .touched = touched,
+  Host host = {.advance = advance, .read = read_none, .write = write_none, .note = note,
+               .ignored_access = ignored_access,
                .fault = fault, .locked_up = locked_up, .reset = reset, .accessed = accessed};
   Clocks clocks = {HZ, HZ, HZ, HZ, HZ, HZ};
   UsartCalls calls = {.sent = sent};
@@ -132,7 +133,7 @@ int main(int count, char **arguments) {
   for (int64_t ms = 1; !over && ms <= LONGEST_MS; ms++) {
     fcu_run_until_(chip, ms * MS_PS);
   }
-  fcu_usart_hand_over_(chip, usart);
+  fcu_usart_flush_(chip, usart);
   Status status;
   fcu_status_(chip, &status);
   printf("retired %lld\n", (long long)status.retired);

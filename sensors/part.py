@@ -132,7 +132,7 @@ class Part:
         self.write: Write = _checked(self._writer(registers))
         self.advance = registers.advance
         self.prefetch: Prefetch = registers.prefetch
-        self.consumed = registers.consumed
+        self.commit = registers.commit
         self.burst_reader: Callable[[int, int], BurstReader] = registers.burst_reader
         if self._accessed is not None:
             self.read = _read_then(self.read, self._accessed)
@@ -309,8 +309,8 @@ class _IncrementBit:
             return data, until_ps, quiet
         return data[:1], until_ps, quiet & 0b10
 
-    def consumed(self, address: int, count: int) -> None:
-        self._part.consumed(address & ~self._bit, count)
+    def commit(self, address: int, count: int) -> None:
+        self._part.commit(address & ~self._bit, count)
 
     def burst_reader(self, address: int, count: int) -> BurstReader:
         if address & self._bit:
@@ -371,9 +371,9 @@ class SubaddressTarget:
             return NOTHING_PREFETCHED
         return self.part.prefetch(subaddress & self.address_mask, count, now_ps)
 
-    def consumed(self, subaddress: int, count: int) -> None:
+    def commit(self, subaddress: int, count: int) -> None:
         address = subaddress & self.address_mask
-        self.part.consumed(address, count)
+        self.part.commit(address, count)
         if self.part.advance(address, 1) == address:  # each in a separate read
             address, count = address + count - 1, 1
         self.advance_past(address, count)

@@ -1,7 +1,7 @@
 """Registers in memory, and the rules for reading and writing bursts.
 
 A burst is planned once per address and length; one read method per byte would cost six times as much at 800 Hz x 4
-bursts. Masters cache bytes: ``prefetch`` returns the results of one-byte reads, ``consumed`` applies their effects.
+bursts. Masters cache bytes: ``prefetch`` returns the results of one-byte reads, ``commit`` applies their effects.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Prefetcher(Protocol):
         """Return how long these bytes can be read again; 0 if unknown."""
         ...
 
-    def consumed(self, first: int, count: int) -> None: ...
+    def commit(self, first: int, count: int) -> None: ...
 
     def burst_reader(self, first: int, end: int) -> BurstReader | None: ...
 
@@ -110,7 +110,7 @@ class _Plain:
     def burst_reader(self, first: int, end: int) -> None:
         """Return None: no fast path exists."""
 
-    def consumed(self, first: int, count: int) -> None:
+    def commit(self, first: int, count: int) -> None:
         """Ignore the read: it has no side effect."""
 
 
@@ -246,13 +246,13 @@ class RegisterFile:
                 return data + more, min(until_ps, more_until_ps), quiet
         return data, until_ps, quiet
 
-    def consumed(self, address: int, count: int) -> None:
+    def commit(self, address: int, count: int) -> None:
         while count:
             region = self._regions.get(address) or self._region(address)
             assert region is not None, "bytes that were never prefetched"
             source, end = region
             here = min(count, end - address)
-            source.consumed(address, here)
+            source.commit(address, here)
             address, count = end, count - here
 
     def burst_reader(self, address: int, count: int) -> BurstReader:

@@ -423,7 +423,7 @@ class OutputWords:
         self._mem[self._status] &= self._keep_all
         return stream.data, stream.next_ps
 
-    def consumed(self, first: int, count: int) -> None:
+    def commit(self, first: int, count: int) -> None:
         offset = first - self._first
         if self._half_read or (offset | count) & 1:
             for address in range(first, first + count):

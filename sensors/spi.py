@@ -73,9 +73,9 @@ class SpiTarget:
             return NOTHING_PREFETCHED
         return self.part.prefetch(address & ~READ, count, now_ps)
 
-    def consumed(self, address: int, count: int) -> None:
+    def commit(self, address: int, count: int) -> None:
         address &= ~READ
-        self.part.consumed(address, count)
+        self.part.commit(address, count)
         if self.part.advance(address, 1) == address:  # each in a separate message
             address, count = address + count - 1, 1
         self.advance_past(address, count)

@@ -37,9 +37,9 @@ class SpiBus:
         self.end_ps = 0
         self.recent: deque[Message] = deque(maxlen=_RECENT)
         """Latest messages of a master that moves single bytes."""
-        self.unheard: deque[tuple[int, int | None]] = deque(maxlen=_RECENT)
+        self.unaddressed: deque[tuple[int, int | None]] = deque(maxlen=_RECENT)
         """(time in ps, byte sent or None for one read) while no device was selected."""
-        self.take_kept: Callable[[], None] = lambda: None
+        self.take_messages: Callable[[], None] = lambda: None
         """Called before both are read: a master that keeps messages itself adds them."""
         self._clock = clock
         self._trace = trace
@@ -74,7 +74,7 @@ class SpiBus:
 
     def recent_transfers(self) -> list[BusTransfer]:
         """Return the messages of ``recent`` as trace events."""
-        self.take_kept()
+        self.take_messages()
         return [
             BusTransfer(*self._fields(start_ps, end_ps, chip_select, bytes(written), bytes(received)))
             for start_ps, end_ps, chip_select, written, received in self.recent

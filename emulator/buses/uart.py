@@ -57,7 +57,7 @@ class _ByteRun:
 class Transceiver(Protocol):
     """The USART of a chip; it calls ``open_run`` and ``carry``."""
 
-    def hand_over(self) -> None:
+    def flush(self) -> None:
         """Carry bytes that are not on the line yet."""
         ...
 
@@ -181,7 +181,7 @@ class Uart:
     def catch_up(self) -> None:
         """Put bytes sent by the chip on the line."""
         if self._transceiver is not None:
-            self._transceiver.hand_over()
+            self._transceiver.flush()
 
     def open_run(self, start_ps: int, frame_ps: Fraction, *, connected: bool) -> None:
         self._run = _ByteRun(start_ps, frame_ps, connected)

@@ -208,7 +208,7 @@ class Scratch:
         if self._flash_version != core.code_version:
             self._flash_version = core.code_version
             copy.flash[:] = core.flash
-            copy.forget_code()
+            copy.invalidate_code()
         self._everything.write(*self._of_core.read())
 
     def variable(self, name: str) -> CValue:
@@ -242,7 +242,7 @@ class Scratch:
         self._set.write(*frame.core, frame.sp, _RETURN | 1, xpsr & _EXCEPTION | _THUMB_BIT, *frame.floats)
         copy.pc, copy.thumb = address, True
         if address >= RAM:
-            copy.forget_code()
+            copy.invalidate_code()
         stop = copy.run(max_instructions)
         if stop is not Stop.FETCH or copy.pc != _RETURN:
             raise self._problem(name, stop, max_instructions)

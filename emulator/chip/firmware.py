@@ -151,7 +151,7 @@ class Limits:
             )
 
     def work_until(self, at_ps: int) -> int:
-        return min(self.work_per_s * (at_ps + PS_PER_S) // PS_PER_S, _MOST_WORK)
+        return min(self.work_per_s * (at_ps + PS_PER_S) // PS_PER_S, _MAX_WORK)
 
     def check_printed(self, count: int) -> None:
         if count > self.terminal_bytes:
@@ -182,8 +182,8 @@ def parse_limits(settings: Iterable[str]) -> Limits:
     return Limits(**chosen)
 
 
-_LOOK_EVERY_PS = 10 * PS_PER_MS
-_MOST_WORK = (1 << 63) - 1
+_CHECK_INTERVAL_PS = 10 * PS_PER_MS
+_MAX_WORK = (1 << 63) - 1
 
 
 class LimitedRun:
@@ -202,7 +202,7 @@ class LimitedRun:
         """Run up to and including ``at_ps``, or to a debugger's halt. Raises LimitError."""
         clock = self._clock
         while True:
-            stop_ps = min(at_ps, clock.now_ps + _LOOK_EVERY_PS)
+            stop_ps = min(at_ps, clock.now_ps + _CHECK_INTERVAL_PS)
             self._core.work_limit = limits.work_until(stop_ps)
             began_s = self._wall_clock_s()
             self._core.run_until_ps(stop_ps)

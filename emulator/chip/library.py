@@ -55,7 +55,7 @@ _HOST_CALLS: Final[tuple[tuple[str, Any], ...]] = (
     ("read", ctypes.CFUNCTYPE(_u32, _i64, _u32, _u32)),
     ("write", ctypes.CFUNCTYPE(None, _i64, _u32, _u32, _u32)),
     ("note", ctypes.CFUNCTYPE(None, _i64, _i32, _i32, ctypes.c_char_p)),
-    ("touched", ctypes.CFUNCTYPE(None, _i64, _i32, _u32, _i32)),
+    ("ignored_access", ctypes.CFUNCTYPE(None, _i64, _i32, _u32, _i32)),
     ("fault", ctypes.CFUNCTYPE(None, _i64, _i32, _u32, _u32, _u32)),
     ("locked_up", ctypes.CFUNCTYPE(None, _i64, _u32)),
     ("reset", ctypes.CFUNCTYPE(None, _i64, _i32)),
@@ -91,8 +91,8 @@ class ChipStatus(ctypes.Structure):
     skipped: int
     accesses: int
     thread_ps: int
-    level: int
-    lowest: int
+    execution_priority: int
+    lowest_msp: int
     locked_up: int
     locked_up_pc: int
     asleep: int
@@ -100,8 +100,8 @@ class ChipStatus(ctypes.Structure):
     _fields_ = (
         *((name, _i64) for name in ("now_ps", "retired", "skipped", "accesses", "thread_ps")),
         *((name, ctypes.c_uint64 * 2) for name in ("pending", "enabled", "active")),
-        ("level", _i64),
-        *((name, _u32) for name in ("lowest", "locked_up", "locked_up_pc", "asleep")),
+        ("execution_priority", _i64),
+        *((name, _u32) for name in ("lowest_msp", "locked_up", "locked_up_pc", "asleep")),
     )
 
 
@@ -123,7 +123,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_flash": (_pointer, _pointer),
     "fcu_ram": (_pointer, _pointer),
     "fcu_system_memory": (_pointer, _pointer),
-    "fcu_forget_code": (None, _pointer),
+    "fcu_invalidate_code": (None, _pointer),
     "fcu_read_registers": (None, _pointer, _numbers, _words, _i32),
     "fcu_write_registers": (None, _pointer, _numbers, _words, _i32),
     "fcu_thumb": (_i32, _pointer),
@@ -132,7 +132,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_start": (None, _pointer),
     "fcu_run_until": (_i32, _pointer, _i64),
     "fcu_execute": (_i32, _pointer, _i64, _i32),
-    "fcu_cut": (None, _pointer),
+    "fcu_end_run": (None, _pointer),
     "fcu_enter_exception": (_i32, _pointer, _i32, _u32),
     "fcu_is_pure": (_i32, _pointer, _i32, _u32),
     "fcu_executed": (_i64, _pointer),
@@ -144,7 +144,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_is_halted": (_i32, _pointer),
     "fcu_wake": (None, _pointer),
     "fcu_debug": (None, _pointer, _i32),
-    "fcu_met_breakpoint_instruction": (_i32, _pointer),
+    "fcu_halted_on_bkpt": (_i32, _pointer),
     "fcu_set_breakpoint": (None, _pointer, _u32, _i32),
     "fcu_watch_memory": (None, _pointer, _i32, _u32, _u32),
     "fcu_status": (None, _pointer, ctypes.POINTER(ChipStatus)),
@@ -181,7 +181,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_timer_pwm": (_i32, _pointer, _i32, _i32, _pointer, _pointer),
     "fcu_connect_usarts": (None, _pointer, _pointer),
     "fcu_usart_wire": (None, _pointer, _i32, _i32, _i32, _i32, _i32),
-    "fcu_usart_hand_over": (None, _pointer, _i32),
+    "fcu_usart_flush": (None, _pointer, _i32),
     "fcu_usart_frame": (_i32, _pointer, _i32, _pointer, _pointer),
     "fcu_usart_next_change": (_i64, _pointer, _i32),
     "fcu_usart_receive": (_i32, _pointer, _i32, _i32),
@@ -189,7 +189,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_dma_request": (_i32, _pointer, _i32),
     "fcu_dma_remaining": (_u32, _pointer, _i32),
     "fcu_connect_pins": (None, _pointer, ctypes.POINTER(PinTable)),
-    "fcu_edges_waiting": (_i64, _pointer),
+    "fcu_pending_edges": (_i64, _pointer),
     "fcu_take_edges": (_i64, _pointer, _pointer, _i64, ctypes.POINTER(_i64)),
     "fcu_watch_pin": (None, _pointer, _i32, _i32),
     "fcu_frequent_pin": (None, _pointer, _i32, _i32),
@@ -199,10 +199,10 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_pin_alternate": (_i32, _pointer, _i32, _i32),
     "fcu_set_exti_line": (None, _pointer, _i32, _i32),
     "fcu_connect_spi": (None, _pointer, _i32, _pointer),
-    "fcu_add_spi_part": (None, _pointer, _i32, _i32, _i32, _i32),
-    "fcu_absent_spi": (None, _pointer, _i32, _i32, _i32, _pointer),
+    "fcu_add_spi_sensor": (None, _pointer, _i32, _i32, _i32, _i32),
+    "fcu_add_absent_spi_device": (None, _pointer, _i32, _i32, _i32, _pointer),
     "fcu_take_spi_message": (_i32, _pointer, _i32, _pointer),
-    "fcu_take_spi_unheard": (_i32, _pointer, _i32, _pointer),
+    "fcu_take_spi_unaddressed": (_i32, _pointer, _i32, _pointer),
     "fcu_connect_targets": (_pointer, _pointer, ctypes.POINTER(TargetTable)),
     "fcu_add_target": (_i32, _pointer, _pointer),
     "fcu_connect_i2c": (None, _pointer, _i32, _pointer, _i64, _i64),
@@ -243,13 +243,13 @@ class FcuChip:
         self.clock, self.trace = clock, trace
         self.closed = False
         self._error: BaseException | None = None
-        self._kept: list[object] = []
+        self._references: list[object] = []
         self._noted: set[tuple[int, int, bytes]] = set()
-        self._unreported = memoryview(bytes(8)).cast("q")
+        self._uncommitted = memoryview(bytes(8)).cast("q")
         table = HostTable()
         called: tuple[Callable[..., Any], ...]
         called = (
-            *(self._advance, self._read, self._write, self._note, self._touched),
+            *(self._advance, self._read, self._write, self._note, self._ignored_access),
             *(self._fault, self._locked_up, self._reset, self._accessed),
         )
         for n, (name, kind) in enumerate(_HOST_CALLS):
@@ -265,7 +265,7 @@ class FcuChip:
         """First members of struct Chip: now_ps, host_next_ps, until_ps, must_stop, detailed, work, work_limit,
         observed.
         """
-        self._kept.append(shared)
+        self._references.append(shared)
         self.flash = self._memory(self.library.fcu_flash, FLASH_SIZE)
         self.ram = self._memory(self.library.fcu_ram, RAM_SIZE)
         self.system_memory = self._memory(self.library.fcu_system_memory, SYSTEM_MEMORY_SIZE)
@@ -276,7 +276,7 @@ class FcuChip:
         self._core_registers = CoreRegisters(self, CORE)
         self._pc = CoreRegisters(self, ("pc",))
         self.targets = Targets(self)
-        self._unreported = self.targets.unreported
+        self._uncommitted = self.targets.uncommitted
         bases = [self.library.fcu_peripheral_base(self.handle, n) for n in range(self.peripheral_count)]
         names = {base: name for name, (base, _) in ADDRESSES.items()}
         self.peripherals = {
@@ -286,10 +286,10 @@ class FcuChip:
         self.read_python: Callable[[int, int], int] = lambda _address, _size: 0
         self.write_python: Callable[[int, int, int], None] = lambda _address, _size, _value: None
         """Accesses to registers in Python: ``(address, size)``, ``(address, size, value)``."""
-        self.on_touched: Callable[[NativePeripheral, int, int], None] = lambda _peripheral, _offset, _what: (
-            None
+        self.on_ignored_access: Callable[[NativePeripheral, int, int], None] = (
+            lambda _peripheral, _offset, _what: None
         )
-        """Called when a peripheral ignores an access (enum Touched of chip.h)."""
+        """Called when a peripheral ignores an access (enum IgnoredAccess of chip.h)."""
 
     @property
     def peripheral_count(self) -> int:
@@ -318,8 +318,8 @@ class FcuChip:
                 return content[offset : offset + size]
         return None
 
-    def forget_code(self) -> None:
-        self.library.fcu_forget_code(self.handle)
+    def invalidate_code(self) -> None:
+        self.library.fcu_invalidate_code(self.handle)
 
     def register_calls(self, names: tuple[str, ...]) -> RegisterCalls:
         count = len(names)
@@ -411,8 +411,8 @@ class FcuChip:
 
     def raise_error(self) -> None:
         """Report reads, then raise a callback's exception."""
-        if self._unreported[0]:
-            self.targets.settle()
+        if self._uncommitted[0]:
+            self.targets.commit()
         if self._error is not None:
             error, self._error = self._error, None
             self.shared[3] = 0
@@ -432,8 +432,8 @@ class FcuChip:
             try:
                 clock.now_ps = now_ps
                 self.shared[5] += WORK_OF_A_CALL
-                if self._unreported[0]:
-                    self.targets.settle()
+                if self._uncommitted[0]:
+                    self.targets.commit()
                 return function(*arguments)
             except BaseException as error:
                 self.keep_error(error)
@@ -442,7 +442,7 @@ class FcuChip:
                 enter()
 
         made = kind(called)
-        self._kept.append(made)
+        self._references.append(made)
         return made
 
     # -- callbacks --------------------------------------------------------------------------------------
@@ -463,10 +463,10 @@ class FcuChip:
             name = self._by_index[peripheral].name
             self.trace.add(DeviceNote(self.clock.now_ps, name, NOTE_KINDS[kind], text.decode()))
 
-    def _touched(self, peripheral: int, offset: int, what: int) -> None:
-        self.on_touched(self._by_index[peripheral], offset, what)
+    def _ignored_access(self, peripheral: int, offset: int, what: int) -> None:
+        self.on_ignored_access(self._by_index[peripheral], offset, what)
 
-    def _fault(self, exception: int, status: int, hard: int, address: int) -> None:
+    def _fault(self, exception: int, cfsr: int, hfsr: int, address: int) -> None:
         """Do nothing; :class:`Core` overrides these methods."""
 
     def _locked_up(self, pc: int) -> None:

@@ -14,12 +14,12 @@ from typing import Any, Final, Protocol
 from fcu_emulator.emulator.time.clock import Clock
 
 _i32, _i64 = ctypes.c_int32, ctypes.c_int64
-_TARGETS, _BYTES = 8, 32  # TARGETS, KEPT_BYTES
-_UNREPORTED, _READS, _POSITIONS, _ANSWERED = 0, 1, 1 + _TARGETS, 1 + 2 * _TARGETS
+_TARGETS, _BYTES = 8, 32  # TARGETS, LINE_BYTES
+_UNCOMMITTED, _READS, _POSITIONS, _ANSWERED = 0, 1, 1 + _TARGETS, 1 + 2 * _TARGETS
 _PREFETCHED = 8 * (1 + 3 * _TARGETS)
 _PUT: Final = struct.Struct(f"=qQq{_BYTES}s")  # struct Prefetched
 _LENGTHS: Final = (1 << _BYTES + 1) - 1
-_KNOWN: Final = -1  # POSITION_KNOWN
+_SYNCED: Final = -1  # POSITION_SYNCED
 _WORK: Final = 5_000
 """Work of a request for bytes, in units of work.h."""
 
@@ -29,11 +29,11 @@ class TargetTable(ctypes.Structure):
 
     _fields_ = (
         ("prefetch", ctypes.CFUNCTYPE(_i32, _i64, _i32, _i32, _i32, _i32)),
-        ("settle", ctypes.CFUNCTYPE(None, _i64)),
+        ("commit", ctypes.CFUNCTYPE(None, _i64)),
     )
 
 
-class KeepingTarget(Protocol):
+class CacheableTarget(Protocol):
     """A sensor that gives bytes in advance, like :meth:`RegisterFile.prefetch`."""
 
     @property
@@ -45,7 +45,7 @@ class KeepingTarget(Protocol):
         """Return bytes, the end of their validity (ps), and how many are readable without side effects."""
         ...
 
-    def consumed(self, address: int, count: int, /) -> None: ...
+    def commit(self, address: int, count: int, /) -> None: ...
 
     def advance_past(self, address: int, count: int, /) -> None: ...
 
@@ -67,21 +67,21 @@ class CachingChip(Protocol):
 
 
 class Targets:
-    """All targets of a chip. ``unreported[0]`` is not 0 while :meth:`settle` is needed."""
+    """All targets of a chip. ``uncommitted[0]`` is not 0 while :meth:`commit` is needed."""
 
     def __init__(self, chip: CachingChip) -> None:
         self._chip = chip
-        self._targets: list[KeepingTarget] = []
-        (_, prefetch), (_, settle) = TargetTable._fields_
+        self._targets: list[CacheableTarget] = []
+        (_, prefetch), (_, commit) = TargetTable._fields_
         self._prefetch = prefetch(self._prefetch_at)
-        table = TargetTable(self._prefetch, chip.callback(settle, lambda: None))
+        table = TargetTable(self._prefetch, chip.callback(commit, lambda: None))
         address = chip.library.fcu_connect_targets(chip.handle, table)
         shared = (ctypes.c_uint8 * (_PREFETCHED + _PUT.size)).from_address(address)
         self._prefetched = memoryview(shared).cast("B")[_PREFETCHED:]
         self._words = memoryview(shared).cast("B")[:_PREFETCHED].cast("q")
-        self.unreported = self._words[:1]
+        self.uncommitted = self._words[:1]
 
-    def add(self, target: KeepingTarget) -> int:
+    def add(self, target: CacheableTarget) -> int:
         """Return the index, or -1 if there are too many."""
         if target in self._targets:
             return self._targets.index(target)
@@ -91,27 +91,27 @@ class Targets:
             self._targets.append(target)
         return index
 
-    def settle(self) -> None:
+    def commit(self) -> None:
         """Report delayed reads to the sensors."""
         words = self._words
-        unreported, words[_UNREPORTED] = words[_UNREPORTED], 0
-        for index in range(unreported.bit_length()):
-            if unreported >> index & 1:
+        uncommitted, words[_UNCOMMITTED] = words[_UNCOMMITTED], 0
+        for index in range(uncommitted.bit_length()):
+            if uncommitted >> index & 1:
                 target, read = self._targets[index], words[_READS + index]
                 before = target.version[0]
-                target.consumed(read >> 8, read & 0xFF)
+                target.commit(read >> 8, read & 0xFF)
                 if words[_ANSWERED + index] == before:
                     words[_ANSWERED + index] = target.version[0]  # reading does not switch a sensor off
 
-    def tell_position(self, index: int) -> None:
+    def sync_position(self, index: int) -> None:
         position = self._words[_POSITIONS + index]
-        if position != _KNOWN:
-            self._words[_POSITIONS + index] = _KNOWN
+        if position != _SYNCED:
+            self._words[_POSITIONS + index] = _SYNCED
             self._targets[index].advance_past(position >> 8, position & 0xFF)
 
     def prefetch(self, index: int, address: int, count: int, now_ps: int) -> int:
-        data, until_ps, quiet = self._targets[index].prefetch(address, count, now_ps)
-        _PUT.pack_into(self._prefetched, 0, until_ps, quiet & _LENGTHS, address, data)
+        data, until_ps, side_effect_free = self._targets[index].prefetch(address, count, now_ps)
+        _PUT.pack_into(self._prefetched, 0, until_ps, side_effect_free & _LENGTHS, address, data)
         return min(len(data), _BYTES)
 
     def prefetch_from_here(self, index: int) -> int:
@@ -124,8 +124,8 @@ class Targets:
         try:
             clock.now_ps = now_ps
             chip.shared[5] += _WORK
-            if self.unreported[0]:
-                self.settle()
+            if self.uncommitted[0]:
+                self.commit()
             if skip:
                 target = self._targets[index]
                 target.advance_past(address, skip)

@@ -12,8 +12,8 @@ A rubric has runs (scenarios, by name, by file, or inline) and exercises with ch
 run; a run is simulated once for all of its checks. The seed selects the board's offsets and noise, so each
 submission may have another board (:meth:`Rubric.seed_for`).
 
-Decision: checks reuse the scenario's expectations, key for key, instead of a separate language, so a teacher
-can copy an expectation that was tried with ``fcu run --scenario`` into a rubric unchanged.
+Decision: checks reuse the scenario's expectations, key for key, instead of a separate language. A teacher can
+copy an expectation that was tried with ``fcu run --scenario`` into a rubric unchanged.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 A verdict holds all data; :meth:`Verdict.for_student` returns the part that the student may see. It has no
 wall time and no paths: the same firmware, rubric, seed and version give the same bytes on every machine.
 
-Decision: the outcome "unjudged" is separate, and its points are excluded from the sum (``unjudged_points``),
-so a program never gets a zero for a check that was not evaluated.
+Decision: the outcome "unjudged" is separate, and its points are excluded from the sum (``unjudged_points``).
+So a program never gets a zero for a check that was not evaluated.
 """
 
 from __future__ import annotations

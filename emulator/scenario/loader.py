@@ -13,9 +13,9 @@ Some motions must stay unknown until the board is created. Every number and dura
 Drawn values are checked like written values, and the world refuses impossible ones. So a scenario with draws
 is also tried with the lowest and highest value of all draws when it is read.
 
-Decision: each drawn number is computed from the seed, the scenario's name and the number's key path by
-SHA-512 (:class:`random.Random` with a text as seed), so it is the same on every machine and version of
-Python, and later entries do not change it. Rejected alternative: an entry for a motion of random poses. Such
+Decision: each drawn number is computed from the seed, the scenario's name and the number's key path. SHA-512
+(:class:`random.Random` with a text as seed) makes it the same on every machine and version of Python, and
+later entries do not change it. Rejected alternative: an entry for a motion of random poses. Such
 an entry cannot say which of its numbers matter.
 """
 

@@ -11,8 +11,8 @@ becomes motions of the timeline: the board rests for ``rest`` at 44, 46, -44 and
 margins beyond, and once with the pitch at 46 degrees instead. The order is drawn from the seed. A program
 with another threshold, for one side only or for the other axis is wrong at one of these rests.
 
-Decision: a threshold becomes entries of the timeline when a file is read, as a rule becomes an expectation,
-so a saved run shows them, and no other module needs to know thresholds. Rejected alternative: random poses,
+Decision: a threshold becomes entries of the timeline when a file is read, as a rule becomes an expectation.
+So a saved run shows them, and no other module needs to know thresholds. Rejected alternative: random poses,
 in the hope that one is near the threshold. They passed a threshold of 40 degrees for 45.
 """
 

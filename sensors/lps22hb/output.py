@@ -187,7 +187,7 @@ class OutputPrefetch:
         self._mem[STATUS.addr] &= P_READ
         return bytes(self._mem[_FIRST : _PRESS_OUT_H + 1]), stream.next_ps
 
-    def consumed(self, first: int, count: int) -> None:
+    def commit(self, first: int, count: int) -> None:
         self._output.account(first, first + count)
 
     def _alone(self) -> bool:

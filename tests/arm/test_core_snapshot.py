@@ -52,7 +52,7 @@ def test_restored_code_in_ram_is_decoded_again() -> None:
     core.run_us(100)
     saved = core.core.snapshot()
     core.core.ram[0:4] = bytes.fromhex("02 31 70 47")  # ADDS R1, #2; BX LR
-    core.core.forget_code()
+    core.core.invalidate_code()
     core.run_us(200)
     assert core.register(1) > 0
     before = core.register(0)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
-from fcu_emulator.emulator.chip.peripherals.peripheral import ALREADY_PS
+from fcu_emulator.emulator.chip.peripherals.peripheral import NOT_CACHEABLE_PS
 from fcu_emulator.emulator.errors import I2CNackError
 from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
 from fcu_emulator.emulator.trace import BusTransfer
@@ -447,7 +447,7 @@ def test_addr_is_cleared_by_sr1_then_sr2_only() -> None:
     bench.wait(100 * PS_PER_US)
     bench.read(bench.i2c2, SR2)
     assert bench.read(bench.i2c2, SR1) & ADDR
-    assert bench.i2c2.read_with_validity(SR2)[1] == ALREADY_PS
+    assert bench.i2c2.read_with_validity(SR2)[1] == NOT_CACHEABLE_PS
     assert not bench.read(bench.i2c2, SR1) & ADDR
     bench.modify(bench.i2c2, CR1, set_bits=STOP)
 

@@ -183,7 +183,7 @@ def test_branches_reach_16_megabytes(pair: EnginePair, links: int) -> None:
 def branched(engine: BareCore, words: list[int]) -> int:
     """Where one instruction leads to; Z is set."""
     engine.flash[CODE - FLASH : CODE - FLASH + 4] = struct.pack("<2H", *words)
-    engine.forget_code()
+    engine.invalidate_code()
     Access(engine).write({"xpsr": THUMB | 1 << 30})
     engine.pc = CODE
     assert engine.run(1) is Stop.SLICE

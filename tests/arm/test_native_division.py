@@ -56,7 +56,7 @@ class Program:
         engine.ram[:] = random.randbytes(RAM_SIZE)
         engine.ram[RAM_CODE - RAM : RAM_CODE - RAM + CODE_SIZE] = random_code(random, CODE_SIZE)
         engine.flash[0x200 : 0x200 + CODE_SIZE] = random_code(random, CODE_SIZE)
-        engine.forget_code()
+        engine.invalidate_code()
         self.base = RAM_CODE if seed % 3 == 0 else FLASH + 0x200 if seed % 3 == 1 else 0x200
         engine.pc, engine.thumb = self.base, True
         values = {name: random.getrandbits(32) for name in EVERYTHING if name[0] in "rs" and name != "sp"}
@@ -80,7 +80,7 @@ class Program:
         at = self.outcome.executed + engine.count()
         self.outcome.seen.append((kind, at, offset, value, *self._visible.read()))
         if self._cuts and at % 7 == 0:
-            engine.cut()
+            engine.end_run()
 
     def _read(self, address: int, size: int) -> int:
         self._look("read", address, size)

@@ -113,7 +113,7 @@ def test_every_mirrored_structure_is_found() -> None:
         "Status",
         "I2cMessage",
         "SpiMessage",
-        "SpiUnheard",
+        "SpiUnaddressed",
         "TickCounts",
     }
 
@@ -134,7 +134,7 @@ def test_numbers_are_the_same_on_both_sides() -> None:
         f"offsetof(ReadCache, answered) == 8 * {read_cache._ANSWERED}",
         f"offsetof(ReadCache, prefetched) == {read_cache._PREFETCHED}",
         f"sizeof(Prefetched) == {read_cache._PUT.size}",
-        f"POSITION_KNOWN == {read_cache._KNOWN}",
+        f"POSITION_SYNCED == {read_cache._SYNCED}",
         f"I2C_BYTES == {i2c._BYTES} && I2C_RECENT == {i2c._RECENT} && SPI_RECEIVED == {spi._RECEIVED}",
         f"PORTS == {len(gpio.PORTS)} && INTERRUPTS == {exceptions.INTERRUPTS}",
         f"FIRST_INTERRUPT == {exceptions.FIRST_INTERRUPT}",
@@ -144,10 +144,10 @@ def test_numbers_are_the_same_on_both_sides() -> None:
 
 @needs_gcc
 def test_enumerations_have_the_same_order_on_both_sides() -> None:
-    touched = (f"{access}_{kind}" for kind, access in core._TOUCHED)
+    ignored = (f"{access}_{kind}" for kind, access in core._IGNORED_ACCESSES)
     laws = (
         *enumerated("NOTE_", library.NOTE_KINDS),
-        *(law.replace("WRITTEN", "WRITE").replace("CLOCK", "UNCLOCKED") for law in enumerated("", touched)),
+        *(law.replace("WRITTEN", "WRITE").replace("CLOCK", "UNCLOCKED") for law in enumerated("", ignored)),
         *enumerated("STOP_", (one.name for one in bare_core._STOPS)),
         *enumerated("RESET_", core._REASONS[:2]),
         f"ENDED_HALTED == {core._HALTED}",

@@ -201,7 +201,7 @@ def test_unheard_bytes_are_kept_for_diagnosis() -> None:
     for value in range(10):
         spi._send(value)
     spi.bench.spi_bus.recent_transfers()
-    assert [value for _, value in spi.bench.spi_bus.unheard] == list(range(2, 10))
+    assert [value for _, value in spi.bench.spi_bus.unaddressed] == list(range(2, 10))
 
 
 def test_kept_bytes_follow_the_wire_mode() -> None:

@@ -175,5 +175,5 @@ def test_prefetched_bytes_equal_single_reads(start: int, goes_on: bool, count: i
     assert data == one_by_one
     assert quiet >> 1 & 1
 
-    target.consumed(subaddress, len(data))
+    target.commit(subaddress, len(data))
     assert target.position == other.position

@@ -1,4 +1,4 @@
-"""The fidelity table of docs/fidelity.md is the code's own account of itself, and is up to date."""
+"""The fidelity table of docs/fidelity-tables.md is the code's own account of itself, and is up to date."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def fcu(*arguments: str) -> str:
 
 
 def test_the_pages_table_is_up_to_date() -> None:
-    """When it is not: python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity.md"""
-    text = (ROOT / "docs" / "fidelity.md").read_text(encoding="utf-8")
+    """When it is not: python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity-tables.md"""
+    text = (ROOT / "docs" / "fidelity-tables.md").read_text(encoding="utf-8")
     assert rewrite(text) == text
 
 
@@ -64,7 +64,7 @@ def test_a_page_without_markers_is_refused(text: str) -> None:
 
 
 def test_page_has_tables_of_sensors_chip_and_board() -> None:
-    text = (ROOT / "docs" / "fidelity.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "fidelity-tables.md").read_text(encoding="utf-8")
     markers = (BEGIN, END, BEGIN_CHIP, END_CHIP, BEGIN_BOARD, END_BOARD)
 
     assert all(text.count(marker) == 1 for marker in markers)

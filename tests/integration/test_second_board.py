@@ -1,4 +1,4 @@
-"""A board that is not the lab's, made as docs/new-sensor-and-board.md says: all follows from its one file."""
+"""A board that is not the lab's, made as docs/recipes.md says: all follows from its one file."""
 
 from __future__ import annotations
 

@@ -199,7 +199,7 @@ def test_new_sample_is_not_quiet_before_its_time() -> None:
     part = measuring()
     data, until_ps, quiet = part.prefetch(0x28, 1, _AT_PS)
     assert (len(data), quiet) == (6, 0)
-    part.consumed(0x28, 6)
+    part.commit(0x28, 6)
     assert part.prefetch(0x28, 1, _AT_PS) == (data, until_ps, _ALL)
     assert part.read(0x1E, 1, until_ps - 1) == b"\0"
     assert part.read(0x1E, 1, until_ps) == b"\1"

@@ -71,7 +71,7 @@ class ByteKeeper:
         """Before anything else happens: the part hears of what was not quiet."""
         count = self._run_end - self._run_first
         if count and not self._quiet_run(count):
-            self.part.consumed(self._run_first, count)
+            self.part.commit(self._run_first, count)
             self._version = -1  # ask again
         self._run_first = self._run_end
 

@@ -19,7 +19,7 @@ from fcu_emulator.sensors import LIS2MDL, LPS22HB, LSM6DSL, Part
 from tests.support.recipe import HTX221
 
 PARTS: dict[str, type[Part]] = {**sensors.PARTS, HTX221.NAME: HTX221}
-"""Those of the product, and the one of docs/new-sensor-and-board.md, for which all of this holds, too."""
+"""Those of the product, and the one of docs/recipes.md, for which all of this holds, too."""
 PS_PER_US, PS_PER_MS, PS_PER_S = 10**6, 10**9, 10**12
 
 Array: TypeAlias = NDArray[np.float64]

@@ -14,7 +14,7 @@ from fcu_emulator.emulator.trace import Trace
 class Stop(Enum):
     """Why a run ended. The core raises exceptions for all but SLICE, HALT, BREAKPOINT and the sleeps."""
 
-    SLICE = auto()  # all instructions, or ``cut``
+    SLICE = auto()  # all instructions, or ``end_run``
     HALT = auto()  # before the instruction, for a debugger
     BREAKPOINT = auto()  # before an instruction with a breakpoint
     WFI = auto()  # after the instruction
@@ -70,8 +70,8 @@ class BareCore(FcuChip):
         counted: int = self.library.fcu_executed(self.handle)
         return counted
 
-    def cut(self) -> None:
-        self.library.fcu_cut(self.handle)
+    def end_run(self) -> None:
+        self.library.fcu_end_run(self.handle)
 
     def enter_exception(self, number: int, vectors: int) -> bool:
         """Save the context and enter a handler; False if stack or table are not in memory."""

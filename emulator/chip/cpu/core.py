@@ -33,8 +33,13 @@ _REASONS: Final = ("", "SYSRESETREQ", "PIN", "IWDG", "WWDG", "power-on")
 """enum ResetReason of run_loop.h, and those that come from Python."""
 _HALTED, _BY_WORK = 1, 3
 """enum Ended of run_loop.h."""
-_TOUCHED: Final = (("clock", "read"), ("clock", "written"), ("unknown", "read"), ("unknown", "written"))
-"""enum Touched of chip.h."""
+_IGNORED_ACCESSES: Final = (
+    ("clock", "read"),
+    ("clock", "written"),
+    ("unknown", "read"),
+    ("unknown", "written"),
+)
+"""enum IgnoredAccess of chip.h."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +128,7 @@ class Core(FcuChip):
 
     def code_changed(self) -> None:
         self.code_version += 1
-        self.forget_code()
+        self.invalidate_code()
 
     # -- snapshots --------------------------------------------------------------------------------------
 
@@ -174,7 +179,7 @@ class Core(FcuChip):
 
     @property
     def lowest_stack(self) -> int:
-        return self.status().lowest
+        return self.status().lowest_msp
 
     @property
     def locked_up(self) -> str:
@@ -213,7 +218,7 @@ class Core(FcuChip):
 
     def preempts(self, exception: int) -> bool:
         group: int = self.library.fcu_priority_group(self.handle, self.priority(exception))
-        return group < self.status().level
+        return group < self.status().execution_priority
 
     # -- for debuggers ----------------------------------------------------------------------------------
 
@@ -243,8 +248,8 @@ class Core(FcuChip):
         """Select if BKPT halts the core or causes a fault."""
         self.library.fcu_debug(self.handle, on)
 
-    def met_breakpoint_instruction(self) -> bool:
-        return bool(self.library.fcu_met_breakpoint_instruction(self.handle))
+    def halted_on_bkpt(self) -> bool:
+        return bool(self.library.fcu_halted_on_bkpt(self.handle))
 
     def set_breakpoint(self, address: int, on: bool) -> None:
         self.library.fcu_set_breakpoint(self.handle, address, on)
@@ -303,13 +308,13 @@ class Core(FcuChip):
     def _write(self, address: int, size: int, value: int) -> None:
         self.shared[2] = self.python.write(address, size, value)
 
-    def _touched(self, peripheral: int, offset: int, what: int) -> None:
-        kind, done = _TOUCHED[what]
+    def _ignored_access(self, peripheral: int, offset: int, what: int) -> None:
+        kind, done = _IGNORED_ACCESSES[what]
         report = self.python.report_clock if kind == "clock" else self.python.report_unknown
         report(self.peripheral_by_index(peripheral), offset, done)
 
-    def _fault(self, exception: int, status: int, hard: int, address: int) -> None:
-        self.on_fault(CoreFault(exception, status, hard, address if status & 1 << 15 else None))
+    def _fault(self, exception: int, cfsr: int, hfsr: int, address: int) -> None:
+        self.on_fault(CoreFault(exception, cfsr, hfsr, address if cfsr & 1 << 15 else None))
 
     def _locked_up(self, pc: int) -> None:
         text = f"lock-up: {_locked_up(pc)}"

@@ -41,6 +41,6 @@ class CoreFault:
     """A fault with its bits in CFSR and HFSR, and the address for BFAR."""
 
     exception: int
-    status: int = 0
-    hard: int = 0
+    cfsr: int = 0
+    hfsr: int = 0
     address: int | None = None

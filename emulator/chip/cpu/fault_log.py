@@ -53,7 +53,7 @@ class FaultRecord:
 
     def follows(self, other: FaultRecord) -> bool:
         """Return whether this is a consequence of the previous fault."""
-        if self.fault.status & STKERR:
+        if self.fault.cfsr & STKERR:
             return self.t_ps - other.t_ps <= PS_PER_US
         return bool(self.active & FAULT_HANDLERS)
 

@@ -6,15 +6,15 @@ from collections.abc import Iterable
 
 from fcu_emulator.emulator.chip import memory_map
 from fcu_emulator.emulator.chip.memory_map import CHIP_NAME, PAGE_SHIFT
-from fcu_emulator.emulator.chip.peripherals.peripheral import ALREADY_PS, WORD, Peripheral, Soc
+from fcu_emulator.emulator.chip.peripherals.peripheral import NOT_CACHEABLE_PS, WORD, Peripheral, Soc
 from fcu_emulator.emulator.chip.peripherals.rcc import ENABLE
 from fcu_emulator.emulator.chip.registers import DECLARED
 from fcu_emulator.emulator.trace import DeviceNote
 
 # -- unmodelled addresses ----------------------------------------------------------------------------------------
 
-_MOST_REPORTED = 100
-NOTHING_PS, SILENT_PAGE_PS = -2, -3
+_MAX_REPORTED = 100
+NO_REGISTER_PS, EMPTY_PAGE_PS = -2, -3
 """As in bus.h: C remembers that no register is there."""
 
 
@@ -33,15 +33,15 @@ class Absent(Peripheral):
         self._report(offset, f"0x{value & mask:X} written without effect")
 
     def is_silent(self) -> bool:
-        return len(self._reported) > _MOST_REPORTED
+        return len(self._reported) > _MAX_REPORTED
 
     def _report(self, offset: int, what: str) -> None:
-        if offset in self._reported or len(self._reported) > _MOST_REPORTED:
+        if offset in self._reported or len(self._reported) > _MAX_REPORTED:
             return
         self._reported.add(offset)
         text = f"{self.name}, 0x{self.base + offset:08X}: {what}"
-        if len(self._reported) > _MOST_REPORTED:
-            text = f"{self.name}: more than {_MOST_REPORTED} of its addresses are used; the others are not reported"
+        if len(self._reported) > _MAX_REPORTED:
+            text = f"{self.name}: more than {_MAX_REPORTED} of its addresses are used; the others are not reported"
         self.soc.trace.add(DeviceNote(self.soc.clock.now_ps, CHIP_NAME, "not modelled", text))
 
 
@@ -107,16 +107,16 @@ class PythonPeripherals:
         return next((one for one in self._reserved if one.base <= address < one.base + one.size), None)
 
     def read(self, address: int, size: int) -> tuple[int, int]:
-        """Return value and validity; the validity can be ``NOTHING_PS`` or ``SILENT_PAGE_PS``."""
+        """Return value and validity; the validity can be ``NO_REGISTER_PS`` or ``EMPTY_PAGE_PS``."""
         peripheral = self.find(address)
         assert peripheral is not None, f"0x{address:08X} is not on the bus"
         register = address - peripheral.base & 0xFFFF_FFFC
         if not peripheral.clocked:
             self.report_clock(peripheral, register, "read")
-            return 0, NOTHING_PS
+            return 0, NO_REGISTER_PS
         if not _has(peripheral, register):
             self.report_unknown(peripheral, register, "read")
-            return 0, NOTHING_PS
+            return 0, NO_REGISTER_PS
         value, until_ps = peripheral.read_with_validity(register)
         return value >> 8 * (address & 3) & _MASK[size], _validity(peripheral, until_ps)
 
@@ -127,12 +127,12 @@ class PythonPeripherals:
         shift = 8 * (address & 3)
         if not peripheral.clocked:
             self.report_clock(peripheral, register, "written")
-            return NOTHING_PS
+            return NO_REGISTER_PS
         if not _has(peripheral, register):
             self.report_unknown(peripheral, register, "written")
-            return NOTHING_PS
+            return NO_REGISTER_PS
         peripheral.write(register, value << shift, _MASK[size] << shift)
-        return _validity(peripheral, ALREADY_PS)
+        return _validity(peripheral, NOT_CACHEABLE_PS)
 
     def peek(self, address: int) -> int | None:
         """Return a word without side effects, even without clock."""
@@ -162,9 +162,9 @@ class PythonPeripherals:
 
 def _validity(peripheral: Peripheral, until_ps: int) -> int:
     if isinstance(peripheral, UnmodelledPeripheral):
-        return SILENT_PAGE_PS
+        return EMPTY_PAGE_PS
     if isinstance(peripheral, Absent):
-        return SILENT_PAGE_PS if peripheral.is_silent() else NOTHING_PS
+        return EMPTY_PAGE_PS if peripheral.is_silent() else NO_REGISTER_PS
     return until_ps
 
 

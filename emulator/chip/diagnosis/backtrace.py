@@ -18,7 +18,7 @@ from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
 ReadWord = Callable[[int], int | None]
 ReadCode = Callable[[int, int], "memoryview[int] | None"]
 
-_MOST_FUNCTIONS = 500
+_MAX_FUNCTIONS = 500
 
 # -- addresses as function and source line ------------------------------------------------------------------
 
@@ -67,7 +67,7 @@ class Places:
     def call_of(self, names: Container[str], start: int, code: ReadCode) -> tuple[int, str] | None:
         """Return the call in ``start`` that leads to one of ``names``, also indirectly, but not by pointer."""
         waiting, seen = deque([(start, 0)]), {start}
-        while waiting and len(seen) < _MOST_FUNCTIONS:
+        while waiting and len(seen) < _MAX_FUNCTIONS:
             address, first_site = waiting.popleft()
             function = self.function(address)
             if function is None:
@@ -122,7 +122,7 @@ _BASIC_WORDS, _FLOATING_WORDS = 8, 26
 _FRAME_LR, _FRAME_PC, _FRAME_XPSR = 5, 6, 7
 _INTO_CALL = 3  # from a return address, bit 0 set, back into its BL or BLX
 _LONGEST_SEARCH = 64  # words below a saved frame
-_MOST_CALLS = 12
+_MAX_CALLS = 12
 
 
 class Call(NamedTuple):
@@ -149,7 +149,7 @@ class Backtrace:
             last = found[-1]
             if call.address == last.address and not call.interrupted:
                 found[-1] = last._replace(times=last.times + 1)
-            elif len(found) < _MOST_CALLS:
+            elif len(found) < _MAX_CALLS:
                 found.append(call)
         return found
 

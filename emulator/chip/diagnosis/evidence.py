@@ -77,15 +77,15 @@ class RecentTransfers:
 
     @property
     def last_ps(self) -> int:
-        unheard_ps = (bus.unheard[-1][0] for bus in self._spi if bus.unheard)
-        return max([0, *unheard_ps, *(transfer.end_ps for transfer in self.latest)])
+        unaddressed_ps = (bus.unaddressed[-1][0] for bus in self._spi if bus.unaddressed)
+        return max([0, *unaddressed_ps, *(transfer.end_ps for transfer in self.latest)])
 
     def lines(self) -> list[str]:
         lines = self.texts(self.latest)
         lines += [
-            f"{at(bus.unheard[-1][0])}  {bus.name} {unheard}, while no sensor was selected"
+            f"{at(bus.unaddressed[-1][0])}  {bus.name} {unaddressed}, while no sensor was selected"
             for bus in self._spi
-            if (unheard := self._unheard(bus))
+            if (unaddressed := self._unaddressed(bus))
         ]
         return lines
 
@@ -98,8 +98,8 @@ class RecentTransfers:
                 text = f"a line of {bus.name} is held low"
                 return Cause(text, ["The bus stays busy, so no transfer can start."])
         for spi in self._spi:
-            if unheard := self._unheard(spi):
-                return self._nobody_selected(spi, unheard)
+            if unaddressed := self._unaddressed(spi):
+                return self._no_sensor_selected(spi, unaddressed)
         if not self.latest:
             return None
         last = self.latest[-1]
@@ -120,7 +120,7 @@ class RecentTransfers:
         bus, what = reads[-1].bus, "WHO_AM_I of every sensor" if identified else "every register"
         sentences = self._dead_line(bus)
         used = [one.name for one in self._i2c if one.recent_transfers()]
-        used += [one.name for one in self._spi if one.recent_transfers() or one.unheard]
+        used += [one.name for one in self._spi if one.recent_transfers() or one.unaddressed]
         for wiring in self._signals.board.wirings:
             if wiring.bus not in used:
                 nothing = f"On {wiring.bus} there were no transfers"
@@ -137,7 +137,7 @@ class RecentTransfers:
 
     def nobody_on_spi(self) -> Cause | None:
         for bus in self._spi:
-            if not bus.chip_selects and self._unheard(bus):
+            if not bus.chip_selects and self._unaddressed(bus):
                 return Cause(
                     f"{bus.name} is used, but no sensor is on {bus.name} with this wiring",
                     [
@@ -155,23 +155,23 @@ class RecentTransfers:
         why = "The scenario breaks this bus at that time." if ruled else "The device is present."
         return Cause(last.result, [why])
 
-    def _unheard(self, bus: SpiBus) -> str:
+    def _unaddressed(self, bus: SpiBus) -> str:
         since_ps = max((transfer.end_ps for transfer in self.latest), default=0)
-        bytes_ = [value for t_ps, value in bus.unheard if t_ps > since_ps]
+        bytes_ = [value for t_ps, value in bus.unaddressed if t_ps > since_ps]
         sent = " ".join(f"{value:02X}" for value in bytes_ if value is not None)
         read = sum(value is None for value in bytes_)
         what = [f"sent {sent}"] if sent else []
         return " and ".join(what + ([f"read {read} byte{'s' * (read > 1)}, 0xFF"] if read else []))
 
-    def _nobody_selected(self, bus: SpiBus, unheard: str) -> Cause:
+    def _no_sensor_selected(self, bus: SpiBus, unaddressed: str) -> Cause:
         if not bus.chip_selects:
             return Cause(
-                f"{bus.name} {unheard}, but no sensor is on {bus.name} with this wiring",
+                f"{bus.name} {unaddressed}, but no sensor is on {bus.name} with this wiring",
                 [absent(self._signals, bus.name)],
             )
         selects = ", ".join(bus.chip_selects)
         return Cause(
-            f"{bus.name} {unheard}, while no sensor was selected",
+            f"{bus.name} {unaddressed}, while no sensor was selected",
             [f"Drive one of the chip selects ({selects}) low around the transfer."],
         )
 

@@ -72,7 +72,7 @@ _ERASED_FLASH = 0xFFFF
 
 def cause_of(record: FaultRecord, places: Places, code: ReadCode) -> Cause:
     """Return the likely cause."""
-    status = record.fault.status
+    status = record.fault.cfsr
     if status & exceptions.PRECISERR and record.fault.address is not None:
         return _of_access(record, record.fault.address, places, code)
     if status & (exceptions.STKERR | exceptions.UNSTKERR):
@@ -200,7 +200,7 @@ def _of_undefined(record: FaultRecord, code: ReadCode) -> Cause:
 
 
 def _of_hard_fault(record: FaultRecord) -> Cause:
-    if record.fault.hard & exceptions.DEBUGEVT:
+    if record.fault.hfsr & exceptions.DEBUGEVT:
         return Cause(
             "BKPT without a debugger",
             ["Semihosting (--specs=rdimon.specs), an assertion, or a breakpoint left in the program."],
@@ -271,7 +271,7 @@ def _report(
     calls = trace.calls(record.pc, record.lr, record.sp)
     callers = [trace.line(call) for call in calls[1:]]
     where = places.place(record.pc) + _from_program(calls, callers, places)
-    if record.fault.status & exceptions.INVSTATE or not FLASH_MEMORY.holds(record.pc, record.pc):
+    if record.fault.cfsr & exceptions.INVSTATE or not FLASH_MEMORY.holds(record.pc, record.pc):
         where = f"0x{record.pc:08X}, {callers[0] if callers else 'called from an unknown place'}"
     details = [
         *cause.sentences,

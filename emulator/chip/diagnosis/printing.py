@@ -19,7 +19,7 @@ _STRING = re.compile(rb"[\t\n\r\x20-\x7e]{3,255}\x00")
 _CONVERSION = re.compile(r"%[-+ #0]*\d*(?:\.\d+)?(?:hh|h|ll|l)?([diuxXfFeEgGcsp%])")
 LATEST_TEXT = 1 << 16
 """The number of latest bytes that are checked."""
-_MOST_FORMATS, _MOST_LINES = 500, 400
+_MAX_FORMATS, _MAX_LINES = 500, 400
 _FLOATS, _INTEGERS = "fFeEgG", "diu"
 _SHOWN = 60
 
@@ -51,7 +51,7 @@ class PrintedLines:
         self._image, self._places = image, places
         self._formats = list(_formats(image))
         lines = text[-LATEST_TEXT:].decode("latin-1").replace("\r", "\n").split("\n")
-        distinct = list(dict.fromkeys(line.strip() for line in lines if line.strip()))[-_MOST_LINES:]
+        distinct = list(dict.fromkeys(line.strip() for line in lines if line.strip()))[-_MAX_LINES:]
         self.lines = [printed for line in distinct if (printed := self._made_by(line)) is not None]
 
     def place(self, made_by: Format) -> str:
@@ -107,7 +107,7 @@ def _formats(image: FirmwareImage) -> Iterator[Format]:
         for match in _STRING.finditer(segment.data):
             text = match[0][:-1].decode("ascii")
             letters = "".join(found[1] for found in _CONVERSION.finditer(text))
-            if count < _MOST_FORMATS and not set(letters).isdisjoint(_FLOATS + _INTEGERS):
+            if count < _MAX_FORMATS and not set(letters).isdisjoint(_FLOATS + _INTEGERS):
                 count += 1
                 between = tuple(part.strip("\r\n") for part in _CONVERSION.sub("\0", text).split("\0"))
                 yield Format(segment.address + match.start(), text, between, letters)

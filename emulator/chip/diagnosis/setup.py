@@ -114,7 +114,7 @@ def bus_never_on(chip: Chip, signals: BoardSignals, places: Places) -> Cause | N
     peripherals = chip.core.peripherals
     talks = places.address_of(*_TALKS_TO_SENSORS) is not None
     used = any(bus.recent_transfers() for bus in signals.i2c.values()) or any(
-        bus.recent_transfers() or bus.unheard for bus in signals.spi.values()
+        bus.recent_transfers() or bus.unaddressed for bus in signals.spi.values()
     )
     on = any(peripherals[name].peek(_CR1) & _PE for name in signals.i2c) or any(
         peripherals[name].peek(_CR1) & _SPE for name in signals.spi

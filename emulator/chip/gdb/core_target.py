@@ -181,7 +181,7 @@ class CoreTarget:
             if not _changeable(address):
                 return False
             memory[:] = data
-            self._core.forget_code()
+            self._core.invalidate_code()
             self._new_code |= not RAM <= address < RAM + RAM_SIZE
             return True
         return self._write_registers(address, data)
@@ -245,7 +245,7 @@ class CoreTarget:
     def _reason(self) -> HaltReason | None:
         """Return why the core has halted; None after a step past a breakpoint."""
         hit, self._hit = self._hit, None
-        self._on_bkpt |= self._core.met_breakpoint_instruction()
+        self._on_bkpt |= self._core.halted_on_bkpt()
         if hit is not None:
             return hit
         point = self._points.breakpoint_at(self._core.pc)

@@ -24,7 +24,7 @@ from fcu_emulator.emulator.time.clock import to_ps
 _PATIENCE_S = 0.05  # of wall time for a halted target
 _CHUNK = 0x10000
 _SEND_TIMEOUT_S = 5.0  # of wall time for a debugger that does not read
-_MOST_CALLERS = 8  # connections without a packet so far
+_MAX_CALLERS = 8  # connections without a packet so far
 _BEFORE_A_PACKET = b"+-\x03"  # acknowledgements, and Ctrl-C
 
 
@@ -125,7 +125,7 @@ class GdbServer:
             client.settimeout(_SEND_TIMEOUT_S)
             client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self._callers.append(_Caller(client))
-            if len(self._callers) > _MOST_CALLERS:
+            if len(self._callers) > _MAX_CALLERS:
                 self._hang_up(self._callers[0])
 
     def _hear(self, caller: _Caller) -> None:

@@ -106,7 +106,7 @@ def _to_hex(register: GdbRegister, values: dict[str, int]) -> bytes:
 EXITED: Final = b"W00"
 _UNSUPPORTED = b""
 _SIGINT, _SIGTRAP, _SIGSEGV = 2, 5, 11
-_MOST_POINTS = 1000
+_MAX_POINTS = 1000
 _CONSOLE_CHUNK = 1000  # bytes of text in one packet
 _WATCH = {PointKind.WRITE: b"watch", PointKind.READ: b"rwatch", PointKind.ACCESS: b"awatch"}
 
@@ -139,10 +139,10 @@ class GdbSession:
         self._commands: dict[bytes, Callable[[bytes], bytes | None]] = {
             **self._state.commands,
             b"?": lambda _: self._stop_reply,
-            b"c": lambda text: self._go_on(b"c", text),
-            b"C": lambda text: self._go_on(b"c", text.partition(b";")[2]),
-            b"s": lambda text: self._go_on(b"s", text),
-            b"S": lambda text: self._go_on(b"s", text.partition(b";")[2]),
+            b"c": lambda text: self._resume(b"c", text),
+            b"C": lambda text: self._resume(b"c", text.partition(b";")[2]),
+            b"s": lambda text: self._resume(b"s", text),
+            b"S": lambda text: self._resume(b"s", text.partition(b";")[2]),
             b"Z": self._insert,
             b"z": self._remove,
             b"H": lambda _: OK,
@@ -201,7 +201,7 @@ class GdbSession:
 
     # -- running ----------------------------------------------------------------------------------------
 
-    def _go_on(self, how: bytes, address: bytes) -> None:
+    def _resume(self, how: bytes, address: bytes) -> None:
         if address:
             self._target.write_register("pc", packets.number(address))
         self.halted = False
@@ -215,7 +215,7 @@ class GdbSession:
         if point is None:
             return _UNSUPPORTED
         if point not in self._points:
-            if len(self._points) >= _MOST_POINTS:
+            if len(self._points) >= _MAX_POINTS:
                 return REFUSED
             self._points.add(point)
             self._target.add(point)
@@ -269,7 +269,7 @@ class GdbSession:
         if name == b"Cont?":
             return b"vCont;c;C;s;S"
         if name == b"Cont":
-            self._go_on(packets.continues(rest), b"")
+            self._resume(packets.continues(rest), b"")
             return None
         if name == b"Kill":
             self._leave(DebuggerExit.KILLED)

@@ -153,7 +153,7 @@ _TRANSPARENT = frozenset({0x16, 0x26, 0x35, 0x37, 0x47})  # typedef, const, vola
 _POINTERS = frozenset({_POINTER, _REFERENCE, _RVALUE_REFERENCE})
 
 _DEEPEST = 32  # maximum nesting of types
-_MOST_DIMENSIONS = 8  # limits the recursion
+_MAX_DIMENSIONS = 8  # limits the recursion
 
 _FLOAT, _BOOLEAN = 0x04, 0x02
 _SIGNED, _UNSIGNED = frozenset({0x05, 0x06, 0x0D}), frozenset({0x01, 0x07, 0x08, 0x10, 0x12})
@@ -209,7 +209,7 @@ class TypeReader:
     def _array(self, entry: DebugEntry) -> CType:
         made = self.type_of(entry)
         ranges = [child for child in self._info.children(entry) if child.tag == _SUBRANGE]
-        if len(ranges) > _MOST_DIMENSIONS:
+        if len(ranges) > _MAX_DIMENSIONS:
             raise DebugInfoError(f"an array has {len(ranges)} dimensions")
         for subrange in reversed(ranges):
             made = _bounded(Array(made, _count(subrange)))
@@ -301,7 +301,7 @@ def _bounded(made: CType) -> CType:
 _VARIABLE = 0x34
 _AT_LOCATION, _AT_ABSTRACT_ORIGIN, _AT_SPECIFICATION = 0x02, 0x31, 0x47
 _OP_ADDR = 0x03
-_MOST_VARIABLES = 1 << 16  # one for each byte of RAM
+_MAX_VARIABLES = 1 << 16  # one for each byte of RAM
 _LONGEST_CHAIN = 8  # two steps: to a declaration or an origin
 
 
@@ -317,8 +317,8 @@ class Variables:
             location = entry.block(_AT_LOCATION)
             if location is not None and len(location) == 5 and location[0] == _OP_ADDR:
                 self._entries.setdefault(int.from_bytes(location[1:], "little"), entry)
-            if len(self._entries) > _MOST_VARIABLES:
-                raise DebugInfoError(f"it describes more than {_MOST_VARIABLES} variables")
+            if len(self._entries) > _MAX_VARIABLES:
+                raise DebugInfoError(f"it describes more than {_MAX_VARIABLES} variables")
 
     def type_at(self, address: int) -> CType:
         if address not in self._known:

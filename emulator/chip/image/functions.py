@@ -15,8 +15,8 @@ _POINTER, _TRANSPARENT = 0x0F, frozenset({0x16, 0x26, 0x35, 0x37, 0x47})  # type
 _AT_LOW_PC, _AT_ABSTRACT_ORIGIN, _AT_SPECIFICATION, _AT_INLINE = 0x11, 0x31, 0x47, 0x20
 _INLINED = (1, 3)  # DW_INL_inlined, DW_INL_declared_inlined
 _LONGEST_CHAIN = 8
-_MOST_FUNCTIONS = 1 << 16
-_MOST_PARAMETERS = 64
+_MAX_FUNCTIONS = 1 << 16
+_MAX_PARAMETERS = 64
 
 
 class Parameter(NamedTuple):
@@ -53,8 +53,8 @@ class Functions:
                 entries.setdefault(address & ~1, entry)
             elif entry.number(_AT_INLINE) in _INLINED:
                 inlined.add(self._info.name(entry))
-            if len(entries) + len(inlined) > _MOST_FUNCTIONS:
-                raise DebugInfoError(f"it describes more than {_MOST_FUNCTIONS} functions")
+            if len(entries) + len(inlined) > _MAX_FUNCTIONS:
+                raise DebugInfoError(f"it describes more than {_MAX_FUNCTIONS} functions")
         return entries, inlined
 
     def is_inlined(self, name: str) -> bool:
@@ -77,8 +77,8 @@ class Functions:
             if child.tag == _PARAMETER:
                 parameters.append(self._parameter(child))
             is_variadic |= child.tag == _UNSPECIFIED_PARAMETERS
-            if len(parameters) > _MOST_PARAMETERS:
-                raise DebugInfoError(f"it has more than {_MOST_PARAMETERS} parameters")
+            if len(parameters) > _MAX_PARAMETERS:
+                raise DebugInfoError(f"it has more than {_MAX_PARAMETERS} parameters")
         described = self._described(entry)
         result = self._types.type_of(described) if AT_TYPE in described.values else None
         return Signature(tuple(parameters), result, is_variadic)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 # -- the symbol table ---------------------------------------------------------------------------------------
 
 _SYMBOL = struct.Struct("<3I2BH")
-_MOST_SYMBOLS = 1 << 18  # more than fit into this chip's flash
+_MAX_SYMBOLS = 1 << 18  # more than fit into this chip's flash
 _LONGEST_NAME = 256
 _NOTYPE, _OBJECT, _FUNC, _FILE = 0, 1, 2, 4
 _LOCAL, _GLOBAL, _WEAK = 0, 1, 2
@@ -69,8 +69,8 @@ class SymbolTable:
     def __init__(self, sections: Sections) -> None:
         self._by_name: dict[str, list[Symbol]] = defaultdict(list)
         table, strings = sections.get(".symtab"), sections.linked(".symtab")
-        if len(table) // _SYMBOL.size > _MOST_SYMBOLS:
-            raise DebugInfoError(f"the symbol table has more than {_MOST_SYMBOLS} entries")
+        if len(table) // _SYMBOL.size > _MAX_SYMBOLS:
+            raise DebugInfoError(f"the symbol table has more than {_MAX_SYMBOLS} entries")
         functions = self._read(table[: len(table) - len(table) % _SYMBOL.size], strings)
         best: dict[int, _Function] = {}
         for function in sorted(functions):

@@ -1,15 +1,11 @@
-/* The bus matrix: accesses to registers, at their exact time, and accesses to memory that access.h cannot handle.
- * bus.h and core.h declare them.
- */
+/* The bus matrix: accesses to registers at their exact time, and to memory on the slow path. */
 #include "bus.h"
 
 #include <string.h>
 
 #include "fcu.h"
 
-#define STEADY_AFTER 1000 /* reads of a steady peripheral without a write, after which it is read like memory */
-
-/* -- the address map ---------------------------------------------------------------------------------- */
+#define MEMORY_LIKE_AFTER 1000 /* reads without a write, before read_memory_like() is used */
 
 static bool in_ram(uint32_t address, unsigned size) { return address - RAM_BASE <= RAM_SIZE - size; }
 
@@ -23,12 +19,12 @@ const uint8_t *core_bytes_at(const Core *core, uint32_t address, uint32_t size) 
   return NULL;
 }
 
-static bool is_registers(uint32_t address) {
+static bool is_register_address(uint32_t address) {
   return address - PERIPHERALS_BASE < PERIPHERALS_SIZE || address - PRIVATE_BASE < PRIVATE_SIZE ||
       address - OTG_BASE < OTG_SIZE;
 }
 
-/* Find the bit for an address of the peripherals' bit-band alias: a word for every bit (PM0214 2.2.5). */
+/* Bit-band alias: a word for each bit (PM0214 2.2.5). */
 static bool is_peripheral_bit(uint32_t address, uint32_t *word, unsigned *bit) {
   uint32_t offset = address - PERIPHERAL_BITS_BASE, byte = offset >> 5;
   *word = PERIPHERALS_BASE + (byte & ~3u);
@@ -43,10 +39,10 @@ static bool is_ram_bit(uint32_t address, uint32_t *byte, unsigned *bit) {
   return offset < 32 * RAM_SIZE;
 }
 
-/* size is a power of 2; a remainder would need a division. */
+/* A remainder would need a division: size is a power of 2. */
 static bool is_unaligned(uint32_t address, unsigned size) { return address & (size - 1); }
 
-/* Copy 1, 2 or 4 bytes; a call of memcpy() would take longer than the rest of the access. */
+/* A call of memcpy() would take longer than the access. */
 static void copy(void *to, const void *from, unsigned size) {
   switch (size) {
   case 1: memcpy(to, from, 1); break;
@@ -55,17 +51,16 @@ static void copy(void *to, const void *from, unsigned size) {
   }
 }
 
-/* -- single accesses at the current time: DMA, debuggers, and the core's to registers ----------------- */
+/* -- single accesses at the current time -------------------------------------------------------------- */
 
-void core_note_stores(Core *core, uint32_t address, uint32_t size) {
+void core_ram_written(Core *core, uint32_t address, uint32_t size) {
   if (core->slow_stores & STORES_CHANGE_CODE) {
     for (uint32_t at = 0; at < size; at += 4) {
-      core_forget_code(core, address + at, size - at < 4 ? size - at : 4);
+      core_invalidate_code(core, address + at, size - at < 4 ? size - at : 4);
     }
   }
 }
 
-/* Charge the work since `before` to the access. */
 static inline void charge(Chip *chip, uint32_t address, int64_t before) {
   Cost *cost = &chip->costs.accesses[page_of(address)];
   chip->work += WORK_ACCESS;
@@ -73,21 +68,21 @@ static inline void charge(Chip *chip, uint32_t address, int64_t before) {
   cost->work += chip->work - before;
 }
 
-static uint32_t load_there(Chip *chip, Peripheral *peripheral, uint32_t address, unsigned size, int64_t *until_ps) {
+static uint32_t load_register(Chip *chip, Peripheral *peripheral, uint32_t address, unsigned size, int64_t *until_ps) {
   if (peripheral) {
     return peripheral_read(peripheral, address - peripheral->base, size, until_ps);
   }
   return python_load(chip, address, size, until_ps);
 }
 
-static uint32_t load(Chip *chip, Peripheral *peripheral, uint32_t address, unsigned size, int64_t *until_ps) {
+static uint32_t charged_load(Chip *chip, Peripheral *peripheral, uint32_t address, unsigned size, int64_t *until_ps) {
   int64_t before = chip->work;
-  uint32_t value = load_there(chip, peripheral, address, size, until_ps);
+  uint32_t value = load_register(chip, peripheral, address, size, until_ps);
   charge(chip, address, before);
   return value;
 }
 
-static inline void store(Chip *chip, Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value) {
+static inline void charged_store(Chip *chip, Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value) {
   int64_t before = chip->work;
   if (peripheral) {
     peripheral_write(peripheral, address - peripheral->base, size, value);
@@ -97,10 +92,10 @@ static inline void store(Chip *chip, Peripheral *peripheral, uint32_t address, u
   charge(chip, address, before);
 }
 
-static void flip_ram_bit(Chip *chip, uint32_t byte, unsigned bit, uint32_t value) {
-  uint8_t *place = chip->ram + byte;
-  *place = (uint8_t)((*place & ~(1u << bit)) | (value & 1) << bit);
-  core_note_stores(&chip->core, RAM_BASE + byte, 1);
+static void write_ram_bit(Chip *chip, uint32_t byte, unsigned bit, uint32_t value) {
+  uint8_t *target = chip->ram + byte;
+  *target = (uint8_t)((*target & ~(1u << bit)) | (value & 1) << bit);
+  core_ram_written(&chip->core, RAM_BASE + byte, 1);
 }
 
 bool bus_load(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
@@ -111,28 +106,28 @@ bool bus_load(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
     memcpy(value, bytes, size);
     return true;
   }
-  if (!is_registers(address)) {
+  if (!is_register_address(address)) {
     return false;
   }
-  *value = load(chip, chip_peripheral_at(chip, address), address, size, &until_ps);
+  *value = charged_load(chip, chip_peripheral_at(chip, address), address, size, &until_ps);
   return true;
 }
 
 bool bus_store(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
   if (in_ram(address, size)) {
     memcpy(chip->ram + (address - RAM_BASE), &value, size);
-    core_note_stores(&chip->core, address, size);
+    core_ram_written(&chip->core, address, size);
     return true;
   }
-  if (!is_registers(address)) {
+  if (!is_register_address(address)) {
     return false;
   }
-  store(chip, chip_peripheral_at(chip, address), address, size, value);
+  charged_store(chip, chip_peripheral_at(chip, address), address, size, value);
   return true;
 }
 
 int32_t fcu_load(Chip *chip, uint32_t address, uint32_t size, uint32_t *value) {
-  python_registers_outdate(chip);
+  python_registers_invalidate(chip);
   chip_settle(chip);
   return bus_load(chip, address, size, value);
 }
@@ -142,69 +137,70 @@ int32_t fcu_store(Chip *chip, uint32_t address, uint32_t size, uint32_t value) {
   return bus_store(chip, address, size, value);
 }
 
-/* -- registers and bit-band aliases: the core's accesses ---------------------------------------------- */
+/* -- the core's accesses to registers and bit-band aliases -------------------------------------------- */
 
-/* Set the time to that of the current access, after all events that are due. */
-static inline void arrive(Chip *chip) {
+/* Advance to the time of the current access. */
+static inline void begin_access(Chip *chip) {
   chip->now_ps = cycle_clock_ps(&chip->cycle_clock, (int64_t)chip->core.counter - 1);
   if (chip->due_ps <= chip->now_ps || chip->host_next_ps <= chip->now_ps) {
     chip_settle(chip);
   }
 }
 
-static inline void depart(Chip *chip) {
-  bool sooner = chip->next_ps < chip->run_loop.end_ps || chip->host_next_ps < chip->run_loop.end_ps;
-  if (sooner || chip->nvic.changed || chip->must_stop || chip->run_loop.reset_reason || chip->run_loop.halting ||
-      chip->work > chip->work_limit) {
-    run_loop_end_in_time(chip);
+static inline void end_access(Chip *chip) {
+  bool earlier = chip->next_ps < chip->run_loop.slice_end_ps || chip->host_next_ps < chip->run_loop.slice_end_ps;
+  if (earlier || chip->nvic.changed || chip->must_stop || chip->run_loop.reset_reason ||
+      chip->run_loop.halt_requested || chip->work > chip->work_limit) {
+    run_loop_update_limit(chip);
   }
 }
 
-static bool read_bit(Chip *chip, uint32_t address, uint32_t *value) {
-  uint32_t place;
+static bool read_bit_band(Chip *chip, uint32_t address, uint32_t *value) {
+  uint32_t target;
   unsigned bit;
   int64_t until_ps;
-  if (is_ram_bit(address, &place, &bit)) {
-    *value = chip->ram[place] >> bit & 1;
+  if (is_ram_bit(address, &target, &bit)) {
+    *value = chip->ram[target] >> bit & 1;
     return true;
   }
-  if (!is_peripheral_bit(address, &place, &bit)) {
+  if (!is_peripheral_bit(address, &target, &bit)) {
     return false;
   }
-  poll_skip_disturb(chip);
-  arrive(chip);
-  *value = load(chip, chip_peripheral_at(chip, place), place, 4, &until_ps) >> bit & 1;
-  depart(chip);
+  poll_skip_side_effect(chip);
+  begin_access(chip);
+  *value = charged_load(chip, chip_peripheral_at(chip, target), target, 4, &until_ps) >> bit & 1;
+  end_access(chip);
   return true;
 }
 
-static bool write_bit(Chip *chip, uint32_t address, uint32_t value) {
-  uint32_t place;
+static bool write_bit_band(Chip *chip, uint32_t address, uint32_t value) {
+  uint32_t target;
   unsigned bit;
   int64_t until_ps;
-  if (is_ram_bit(address, &place, &bit)) {
-    poll_skip_disturb(chip);
-    flip_ram_bit(chip, place, bit, value);
+  if (is_ram_bit(address, &target, &bit)) {
+    poll_skip_side_effect(chip);
+    write_ram_bit(chip, target, bit, value);
     return true;
   }
-  if (!is_peripheral_bit(address, &place, &bit)) {
+  if (!is_peripheral_bit(address, &target, &bit)) {
     return false;
   }
-  poll_skip_disturb(chip);
-  arrive(chip);
-  Peripheral *peripheral = chip_peripheral_at(chip, place);
-  uint32_t old = load(chip, peripheral, place, 4, &until_ps);
-  store(chip, peripheral, place, 4, (old & ~(1u << bit)) | (value & 1) << bit);
-  depart(chip);
+  poll_skip_side_effect(chip);
+  begin_access(chip);
+  Peripheral *peripheral = chip_peripheral_at(chip, target);
+  uint32_t old = charged_load(chip, peripheral, target, 4, &until_ps);
+  charged_store(chip, peripheral, target, 4, (old & ~(1u << bit)) | (value & 1) << bit);
+  end_access(chip);
   return true;
 }
 
-/* Keep the value of a register for read_again(). Not for steady peripherals and not for the core's registers, which
- * change with its state and report some reads. */
-static void keep_polled(Chip *chip, const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value,
+/* Cache a register for repeat_read(). Excluded: memory-like peripherals, and the core's registers, which change with
+ * its state. */
+static void cache_polled(Chip *chip, const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value,
                         int64_t until_ps) {
   Polled *polled = poll_skip_slot(&chip->poll_skip, address);
-  bool is_simple = !(peripheral && peripheral->steady) && address - PERIPHERALS_BASE < PERIPHERALS_SIZE && !chip->bare;
+  bool is_simple =
+      !(peripheral && peripheral->memory_like) && address - PERIPHERALS_BASE < PERIPHERALS_SIZE && !chip->bare;
   if (is_simple && until_ps >= 0 && polled->address == address) {
     polled->size = size;
     polled->value = value;
@@ -213,13 +209,12 @@ static void keep_polled(Chip *chip, const Peripheral *peripheral, uint32_t addre
   }
 }
 
-/* Repeat a read of a register that cannot have changed, in a loop that is not being compared: the same effect as
- * read_register(). False: call read_register(). */
-static inline bool read_again(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
+/* Repeat a read of a register that cannot have changed. False: call read_register(). */
+static inline bool repeat_read(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
   PollSkip *poll_skip = &chip->poll_skip;
   Polled *polled = poll_skip_slot(poll_skip, address);
   if (polled->address != address || polled->version != poll_skip->version || polled->size != size ||
-      polled->interest >= POLL_SKIP_INTERESTING || poll_skip->comparing) {
+      polled->poll_count >= POLL_SKIP_COMPARE_AFTER || poll_skip->state_count) {
     return false;
   }
   int64_t now_ps = cycle_clock_ps(&chip->cycle_clock, (int64_t)chip->core.counter - 1);
@@ -230,68 +225,68 @@ static inline bool read_again(Chip *chip, uint32_t address, unsigned size, uint3
   *value = polled->value;
   charge(chip, address, chip->work);
   poll_skip->accesses++;
-  polled->interest++;
+  polled->poll_count++;
   if (UNLIKELY(chip->work > chip->work_limit)) {
-    run_loop_end_in_time(chip);
+    run_loop_update_limit(chip);
   }
   return true;
 }
 
 static bool read_register(Chip *chip, Peripheral *peripheral, uint32_t address, unsigned size, uint32_t *value) {
   int64_t until_ps;
-  arrive(chip);
-  *value = load(chip, peripheral, address, size, &until_ps);
-  depart(chip);
+  begin_access(chip);
+  *value = charged_load(chip, peripheral, address, size, &until_ps);
+  end_access(chip);
   if (until_ps < 0) {
-    poll_skip_disturb(chip);
-  } else if (poll_skip_polled(chip, address, until_ps)) {
-    arrive(chip);
-    *value = load(chip, peripheral, address, size, &until_ps);
-    depart(chip);
+    poll_skip_side_effect(chip);
+  } else if (poll_skip_register_read(chip, address, until_ps)) {
+    begin_access(chip);
+    *value = charged_load(chip, peripheral, address, size, &until_ps);
+    end_access(chip);
   }
-  keep_polled(chip, peripheral, address, size, *value, until_ps);
+  cache_polled(chip, peripheral, address, size, *value, until_ps);
   return true;
 }
 
-/* Read an aligned address outside of the core's memories; false if no register is there. */
-static bool read_outside(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
-  return is_registers(address) ? read_register(chip, chip_peripheral_at(chip, address), address, size, value)
-                               : read_bit(chip, address, value);
+/* Read an aligned register address; false: no register is there. */
+static bool read_device(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
+  return is_register_address(address) ? read_register(chip, chip_peripheral_at(chip, address), address, size, value)
+                               : read_bit_band(chip, address, value);
 }
 
-/* True for a write that repeats the last value: loops that show a state do this continuously. */
-static bool changes_nothing(const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value) {
-  uint32_t shift = 8 * (address & 3), mask = mask_of(size) << shift;
-  return peripheral && peripheral->clocked && peripheral_knows(peripheral, address) &&
-      peripheral->type->changes_nothing &&
-         peripheral->type->changes_nothing(peripheral, (address - peripheral->base) & ~3u, value << shift & mask, mask);
+/* Loops that show a state write the same value continuously. */
+static bool is_redundant_write(const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value) {
+  uint32_t shift = 8 * (address & 3), mask = size_mask(size) << shift;
+  return peripheral && peripheral->clocked && peripheral_has_register(peripheral, address) &&
+         peripheral->type->is_redundant_write &&
+         peripheral->type->is_redundant_write(peripheral, (address - peripheral->base) & ~3u, value << shift & mask,
+                                              mask);
 }
 
 static void write_register(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
   Peripheral *peripheral = chip_peripheral_at(chip, address);
-  if (!chip->poll_skip.comparing || !changes_nothing(peripheral, address, size, value)) {
-    poll_skip_disturb(chip);
+  if (!chip->poll_skip.state_count || !is_redundant_write(peripheral, address, size, value)) {
+    poll_skip_side_effect(chip);
   }
   if (peripheral) {
-    peripheral->looks = 0;
+    peripheral->reads_since_write = 0;
   }
-  arrive(chip);
-  store(chip, peripheral, address, size, value);
-  depart(chip);
+  begin_access(chip);
+  charged_store(chip, peripheral, address, size, value);
+  end_access(chip);
 }
 
-/* Write to an aligned address outside of the core's memories; false if no register is there. */
-static bool write_outside(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
-  if (!is_registers(address)) {
-    return write_bit(chip, address, value);
+static bool write_device(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
+  if (!is_register_address(address)) {
+    return write_bit_band(chip, address, value);
   }
   write_register(chip, address, size, value);
   return true;
 }
 
-/* -- any address: the core's accesses ----------------------------------------------------------------- */
+/* -- the core's accesses to any address --------------------------------------------------------------- */
 
-static bool fault(Core *core, uint32_t address, enum Stop why) {
+static bool access_fault(Core *core, uint32_t address, enum Stop why) {
   core->fault_address = address;
   core->stop = why;
   core->limit = core->counter;
@@ -299,29 +294,29 @@ static bool fault(Core *core, uint32_t address, enum Stop why) {
 }
 
 bool core_is_aligned(Core *core, uint32_t address) {
-  return !(address & 3) || fault(core, address, STOP_UNALIGNED);
+  return !(address & 3) || access_fault(core, address, STOP_UNALIGNED);
 }
 
-static void report(Chip *chip, uint32_t address, unsigned size, bool written) {
+static void report_access(Chip *chip, uint32_t address, unsigned size, bool written) {
   chip->now_ps = cycle_clock_ps(&chip->cycle_clock, (int64_t)chip->core.counter - 1);
   chip->host.accessed(chip->now_ps, address, size, written);
 }
 
-/* Handle watched data and the trap of unaligned accesses; false: the access was refused. */
-static bool look_at_access(Core *core, uint32_t address, unsigned size, bool written) {
+/* Check watched memory and UNALIGN_TRP; false: the access is refused. */
+static bool check_access(Core *core, uint32_t address, unsigned size, bool written) {
   if (core->unalign_trp && is_unaligned(address, size)) {
-    return fault(core, address, STOP_UNALIGNED);
+    return access_fault(core, address, STOP_UNALIGNED);
   }
-  if (core->watches && address - core->data_begin <= core->data_end - core->data_begin) {
-    report(core->chip, address, size, written);
+  if (core->watching && address - core->watch_begin <= core->watch_end - core->watch_begin) {
+    report_access(core->chip, address, size, written);
   }
   return true;
 }
 
 static bool read_unaligned(Core *core, uint32_t address, unsigned size, uint32_t *value) {
   uint32_t low, high, first = address & -size;
-  if (!read_outside(core->chip, first, size, &low) || !read_outside(core->chip, first + size, size, &high)) {
-    return fault(core, address, STOP_READ);
+  if (!read_device(core->chip, first, size, &low) || !read_device(core->chip, first + size, size, &high)) {
+    return access_fault(core, address, STOP_READ);
   }
   unsigned shift = 8 * (address - first);
   *value = (uint32_t)(((uint64_t)high << 8 * size | low) >> shift);
@@ -331,21 +326,20 @@ static bool read_unaligned(Core *core, uint32_t address, unsigned size, uint32_t
   return true;
 }
 
-/* Read a register of a peripheral that firmware polls continuously; false: it must be read normally. */
-static bool read_steady(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
+/* Read a register that is polled continuously; false: use the normal path. */
+static bool read_memory_like(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
   Peripheral *peripheral = chip_peripheral_at(chip, address);
-  if (!peripheral || !peripheral->steady || ++peripheral->looks <= STEADY_AFTER || !peripheral->clocked ||
-      !peripheral_knows(peripheral, address) || is_unaligned(address, size)) {
+  if (!peripheral || !peripheral->memory_like || ++peripheral->reads_since_write <= MEMORY_LIKE_AFTER ||
+      !peripheral->clocked || !peripheral_has_register(peripheral, address) || is_unaligned(address, size)) {
     return false;
   }
   *value = peripheral->type->peek(peripheral, (address - peripheral->base) & ~3u) >> 8 * (address & 3);
-  *value &= mask_of(size);
+  *value &= size_mask(size);
   return true;
 }
 
-/* Read any address. */
 static __attribute__((noinline)) bool read_any(Core *core, uint32_t address, unsigned size, uint32_t *value) {
-  if (UNLIKELY((core->watches || core->unalign_trp) && !look_at_access(core, address, size, false))) {
+  if (UNLIKELY((core->watching || core->unalign_trp) && !check_access(core, address, size, false))) {
     return false;
   }
   const uint8_t *bytes = address < PERIPHERALS_BASE ? core_bytes_at(core, address, size) : NULL;
@@ -357,21 +351,21 @@ static __attribute__((noinline)) bool read_any(Core *core, uint32_t address, uns
   if (is_unaligned(address, size)) {
     return read_unaligned(core, address, size, value);
   }
-  return read_outside(core->chip, address, size, value) || fault(core, address, STOP_READ);
+  return read_device(core->chip, address, size, value) || access_fault(core, address, STOP_READ);
 }
 
-/* All but steady reads. Separate from them and from read_any(), so that each saves only the registers it needs. */
+/* All but memory-like reads. A separate function saves fewer registers. */
 static __attribute__((noinline)) bool read_polled(Core *core, uint32_t address, unsigned size, uint32_t *value) {
-  return (!core->watches && read_again(core->chip, address, size, value)) ||
+  return (!core->watching && repeat_read(core->chip, address, size, value)) ||
          read_any(core, address, size, value);
 }
 
 bool core_read(Core *core, uint32_t address, unsigned size, uint32_t *value) {
-  return (!core->watches && read_steady(core->chip, address, size, value)) ||
+  return (!core->watching && read_memory_like(core->chip, address, size, value)) ||
          read_polled(core, address, size, value);
 }
 
-/* Log the words that a store of size bytes is about to change. */
+/* Log the words that a store is about to change. */
 static void log_words(Core *core, uint32_t address, unsigned size, uint32_t value) {
   uint32_t first = address & ~3u, last = (address + size - 1) & ~3u;
   uint64_t old = 0, now;
@@ -380,76 +374,76 @@ static void log_words(Core *core, uint32_t address, unsigned size, uint32_t valu
   copy((uint8_t *)&now + (address - first), &value, size);
   for (uint32_t word = first; word <= last; word += 4, old >>= 32, now >>= 32) {
     if ((uint32_t)old != (uint32_t)now) {
-      poll_skip_log(core->chip, word, (uint32_t)old);
+      poll_skip_log_store(core->chip, word, (uint32_t)old);
     }
   }
 }
 
 static void write_ram(Core *core, uint32_t address, unsigned size, uint32_t value) {
-  if (core->slow_stores & STORES_ARE_LOGGED) {
+  if (core->slow_stores & STORES_LOGGED) {
     log_words(core, address, size, value);
   }
   copy(core->ram + (address - RAM_BASE), &value, size);
-  core_note_stores(core, address, size);
+  core_ram_written(core, address, size);
 }
 
-static bool write_piece(Core *core, uint32_t address, unsigned size, uint32_t value) {
+static bool write_aligned(Core *core, uint32_t address, unsigned size, uint32_t value) {
   if (in_ram(address, size)) {
     write_ram(core, address, size, value);
     return true;
   }
-  return write_outside(core->chip, address, size, value);
+  return write_device(core->chip, address, size, value);
 }
 
 bool core_write(Core *core, uint32_t address, unsigned size, uint32_t value) {
-  if (UNLIKELY((core->watches || core->unalign_trp) && !look_at_access(core, address, size, true))) {
+  if (UNLIKELY((core->watching || core->unalign_trp) && !check_access(core, address, size, true))) {
     return false;
   }
-  value &= mask_of(size);
+  value &= size_mask(size);
   if (!is_unaligned(address, size) || in_ram(address, size)) {
-    return write_piece(core, address, size, value) || fault(core, address, STOP_WRITE);
+    return write_aligned(core, address, size, value) || access_fault(core, address, STOP_WRITE);
   }
   for (unsigned n = 0; n < size; n++) {
-    if (!write_piece(core, address + n, 1, value >> 8 * n & 0xFF)) {
-      return fault(core, address, STOP_WRITE);
+    if (!write_aligned(core, address + n, 1, value >> 8 * n & 0xFF)) {
+      return access_fault(core, address, STOP_WRITE);
     }
   }
   return true;
 }
 
-/* -- conditions that make loads and stores slow ------------------------------------------------------- */
+/* -- reasons for the slow path ------------------------------------------------------------------------ */
 
-static void look_at_accesses(Core *core) {
-  bool looks = core->watches || core->unalign_trp;
-  core->slow_stores = (core->slow_stores & ~STORES_ARE_LOOKED_AT) | (looks ? STORES_ARE_LOOKED_AT : 0);
-  core_choose_plain(core);
+static void update_access_checks(Core *core) {
+  bool checked = core->watching || core->unalign_trp;
+  core->slow_stores = (core->slow_stores & ~STORES_CHECKED) | (checked ? STORES_CHECKED : 0);
+  core_update_fast_limits(core);
 }
 
 void fcu_watch_memory(Chip *chip, int32_t on, uint32_t begin, uint32_t end) {
   Core *core = &chip->core;
-  bool otherwise = core->watches != (on != 0);
-  core->watches = on != 0;
-  core->data_begin = begin;
-  core->data_end = end;
-  if (otherwise) {
-    fcu_forget_code(chip); /* loads of literals are decoded differently */
+  bool changed = core->watching != (on != 0);
+  core->watching = on != 0;
+  core->watch_begin = begin;
+  core->watch_end = end;
+  if (changed) {
+    fcu_invalidate_code(chip); /* loads of literals are decoded differently */
   }
-  look_at_accesses(core);
+  update_access_checks(core);
 }
 
 void core_trap_unaligned(Core *core, bool on) {
   core->unalign_trp = on;
-  look_at_accesses(core);
+  update_access_checks(core);
 }
 
 void core_log_stores(Core *core, bool on) {
-  core->slow_stores = (core->slow_stores & ~STORES_ARE_LOGGED) | (on ? STORES_ARE_LOGGED : 0);
-  core_choose_plain(core);
+  core->slow_stores = (core->slow_stores & ~STORES_LOGGED) | (on ? STORES_LOGGED : 0);
+  core_update_fast_limits(core);
 }
 
-void core_choose_plain(Core *core) {
-  bool looks = core->watches || core->unalign_trp;
-  core->plain_loads = looks ? 0 : RAM_SIZE - 3;
-  core->plain_stores = core->slow_stores ? 0 : RAM_SIZE - 3;
-  core->plain_constants = looks ? 0 : FLASH_SIZE - 3;
+void core_update_fast_limits(Core *core) {
+  bool checked = core->watching || core->unalign_trp;
+  core->ram_load_limit = checked ? 0 : RAM_SIZE - 3;
+  core->ram_store_limit = core->slow_stores ? 0 : RAM_SIZE - 3;
+  core->flash_load_limit = checked ? 0 : FLASH_SIZE - 3;
 }

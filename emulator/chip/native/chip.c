@@ -1,5 +1,4 @@
-/* The chip as a whole: creation, snapshots, and the services for its peripherals: accesses, events, clocks, lines,
- * pins. */
+/* The chip as a whole: creation, snapshots, and services for peripherals. */
 #include "fcu.h"
 
 #include <stdarg.h>
@@ -7,9 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define PYTHON 63 /* the bit of Python's peripherals among those that may set an NVIC input */
-
-/* -- creation -------------------------------------------------------------------------------------------- */
+#define PYTHON_SOURCE 63
 
 Chip *fcu_create(const Host *host) {
   Chip *chip = calloc(1, sizeof(Chip));
@@ -39,7 +36,7 @@ Chip *fcu_create(const Host *host) {
   idle_skip_create(chip);
   chip->poll_skip.enabled = 1;
   exceptions_reset(chip);
-  poll_skip_forget(chip);
+  poll_skip_reset(chip);
   return chip;
 }
 
@@ -72,15 +69,15 @@ void fcu_status(const Chip *chip, Status *status) {
       .pending = {nvic->pending[0], nvic->pending[1]},
       .enabled = {nvic->enabled[0], nvic->enabled[1]},
       .active = {nvic->active[0], nvic->active[1]},
-      .level = nvic_level(nvic, core->primask, core->basepri, core->faultmask),
-      .lowest = chip->exceptions.lowest,
+      .execution_priority = nvic_execution_priority(nvic, core->primask, core->basepri, core->faultmask),
+      .lowest_msp = chip->exceptions.lowest_msp,
       .locked_up = chip->exceptions.locked_up,
       .locked_up_pc = chip->exceptions.locked_up_pc,
       .asleep = chip->run_loop.asleep,
   };
 }
 
-static int64_t dearer(const Cost *cost, int64_t most, enum CostKind kind, int index, Costliest *found) {
+static int64_t max_cost(const Cost *cost, int64_t most, enum CostKind kind, int index, Costliest *found) {
   if (cost->work <= most) {
     return most;
   }
@@ -90,49 +87,45 @@ static int64_t dearer(const Cost *cost, int64_t most, enum CostKind kind, int in
 
 void fcu_costliest(const Chip *chip, Costliest *found) {
   const Costs *costs = &chip->costs;
-  int64_t most = dearer(&costs->instructions, -1, COST_INSTRUCTIONS, 0, found);
-  most = dearer(&costs->python_events, most, COST_PYTHON_EVENTS, 0, found);
-  most = dearer(&costs->resets, most, COST_RESETS, 0, found);
+  int64_t most = max_cost(&costs->instructions, -1, COST_INSTRUCTIONS, 0, found);
+  most = max_cost(&costs->python_events, most, COST_PYTHON_EVENTS, 0, found);
+  most = max_cost(&costs->resets, most, COST_RESETS, 0, found);
   for (int n = 0; n < PAGES; n++) {
-    most = dearer(&costs->accesses[n], most, COST_ACCESSES, n, found);
+    most = max_cost(&costs->accesses[n], most, COST_ACCESSES, n, found);
   }
   for (int n = 0; n < chip->peripheral_count; n++) {
-    most = dearer(&costs->events[n], most, COST_EVENTS, n, found);
+    most = max_cost(&costs->events[n], most, COST_EVENTS, n, found);
   }
   for (int n = 0; n < EXCEPTIONS; n++) {
-    most = dearer(&costs->exceptions[n], most, COST_EXCEPTIONS, n, found);
+    most = max_cost(&costs->exceptions[n], most, COST_EXCEPTIONS, n, found);
   }
 }
-
-/* -- snapshots ------------------------------------------------------------------------------------------- */
 
 int64_t fcu_snapshot_size(void) { return sizeof(Chip); }
 
 void fcu_save(const Chip *chip, void *snapshot) { memcpy(snapshot, chip, sizeof *chip); }
 
-/* A snapshot does not contain decoded code: changed code is decoded again. A debugger's settings do not change. */
+/* Decoded code and a debugger's settings are not part of a snapshot. */
 void fcu_restore(Chip *chip, const void *snapshot) {
   const Chip *saved = snapshot;
   Core *core = &chip->core;
-  uint32_t watches = core->watches, begin = core->data_begin, end = core->data_end;
+  uint32_t watches = core->watching, begin = core->watch_begin, end = core->watch_end;
   uint32_t code_in_ram = (core->slow_stores | saved->core.slow_stores) & STORES_CHANGE_CODE;
-  uint8_t debugged = chip->run_loop.debugged;
+  uint8_t debugged = chip->run_loop.debug_enabled;
   int64_t edges = chip->gpio.edge_count;
   bool other_code = core->fpu_on != saved->core.fpu_on || code_in_ram ||
                     memcmp(chip->flash, saved->flash, sizeof chip->flash) != 0;
   memcpy(chip, saved, sizeof *chip);
-  core->unlinked = NULL;
+  core->unresolved_link = NULL;
   core->slow_stores |= code_in_ram;
-  chip->run_loop.debugged = debugged;
-  chip->gpio.edge_count = chip->gpio.edges_taken = edges; /* later edges are discarded */
-  python_registers_outdate(chip);
+  chip->run_loop.debug_enabled = debugged;
+  chip->gpio.edge_count = chip->gpio.edges_taken = edges; /* drop later edges */
+  python_registers_invalidate(chip);
   if (other_code) {
-    fcu_forget_code(chip);
+    fcu_invalidate_code(chip);
   }
   fcu_watch_memory(chip, (int32_t)watches, begin, end);
 }
-
-/* -- peripherals ---------------------------------------------------------------------------------------------- */
 
 void peripheral_create(Chip *chip, Peripheral *peripheral, const PeripheralType *type, uint32_t base, uint32_t size,
                   const int16_t *offsets) {
@@ -140,46 +133,53 @@ void peripheral_create(Chip *chip, Peripheral *peripheral, const PeripheralType 
   peripheral->index = chip->peripheral_count;
   chip->peripherals[chip->peripheral_count++] = peripheral;
   for (; *offsets >= 0; offsets++) {
-    peripheral->known[*offsets >> 7] |= 1u << (*offsets >> 2 & 31);
+    peripheral->implemented[*offsets >> 7] |= 1u << (*offsets >> 2 & 31);
   }
   for (uint32_t at = 0; at < size && base - PERIPHERALS_BASE < PERIPHERALS_SIZE; at += 0x400) {
     chip->pages[(base - PERIPHERALS_BASE + at) >> 10] = peripheral;
   }
 }
 
-void peripheral_knows_all(Peripheral *peripheral) { memset(peripheral->known, 0xFF, sizeof peripheral->known); }
+void peripheral_set_all_registers(Peripheral *peripheral) {
+  memset(peripheral->implemented, 0xFF, sizeof peripheral->implemented);
+}
 
-/* Report an access once: further accesses of the same kind cause no call. */
-static void touched(Peripheral *peripheral, uint32_t offset, enum Touched what) {
+/* Report ignored accesses once per register and reason. */
+static void report_ignored(Peripheral *peripheral, uint32_t offset, enum IgnoredAccess what) {
   uint32_t address = peripheral->base + offset;
-  enum Forgotten kind = what <= WRITE_UNCLOCKED ? WITHOUT_CLOCK : WITHOUT_REGISTER;
-  if (!python_registers_forgotten(peripheral->chip, address, kind)) {
-    python_registers_forget(peripheral->chip, address, kind);
-    peripheral->chip->host.touched(peripheral->chip->now_ps, peripheral->index, offset, what);
+  enum IgnoreReason kind = what <= WRITE_UNCLOCKED ? NO_CLOCK : NO_REGISTER;
+  if (!python_registers_is_ignored(peripheral->chip, address, kind)) {
+    python_registers_ignore(peripheral->chip, address, kind);
+    peripheral->chip->host.ignored_access(peripheral->chip->now_ps, peripheral->index, offset, what);
   }
+}
+
+uint32_t peripheral_read_as_peek(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
+  (void)until_ps;
+  return peripheral->type->peek(peripheral, offset);
 }
 
 uint32_t peripheral_read(Peripheral *peripheral, uint32_t offset, unsigned size, int64_t *until_ps) {
   uint32_t word = offset & ~3u;
   *until_ps = NEVER_PS;
   if (!peripheral->clocked) {
-    touched(peripheral, word, READ_UNCLOCKED);
+    report_ignored(peripheral, word, READ_UNCLOCKED);
     return 0;
   }
-  if (!peripheral_knows(peripheral, peripheral->base + word)) {
-    touched(peripheral, word, READ_UNKNOWN);
-    *until_ps = ALREADY_PS;
+  if (!peripheral_has_register(peripheral, peripheral->base + word)) {
+    report_ignored(peripheral, word, READ_UNKNOWN);
+    *until_ps = NOT_CACHEABLE_PS;
     return 0;
   }
-  return peripheral->type->read(peripheral, word, until_ps) >> 8 * (offset & 3) & mask_of(size);
+  return peripheral->type->read(peripheral, word, until_ps) >> 8 * (offset & 3) & size_mask(size);
 }
 
 void peripheral_write(Peripheral *peripheral, uint32_t offset, unsigned size, uint32_t value) {
-  uint32_t word = offset & ~3u, shift = 8 * (offset & 3), mask = mask_of(size) << shift;
+  uint32_t word = offset & ~3u, shift = 8 * (offset & 3), mask = size_mask(size) << shift;
   if (!peripheral->clocked) {
-    touched(peripheral, word, WRITE_UNCLOCKED);
-  } else if (!peripheral_knows(peripheral, peripheral->base + word)) {
-    touched(peripheral, word, WRITE_UNKNOWN);
+    report_ignored(peripheral, word, WRITE_UNCLOCKED);
+  } else if (!peripheral_has_register(peripheral, peripheral->base + word)) {
+    report_ignored(peripheral, word, WRITE_UNKNOWN);
   } else {
     peripheral->type->write(peripheral, word, value << shift & mask, mask);
   }
@@ -199,8 +199,6 @@ void peripheral_note(Peripheral *peripheral, int id, enum NoteKind kind, const c
   va_end(arguments);
   peripheral->chip->host.note(peripheral->chip->now_ps, peripheral->index, kind, text);
 }
-
-/* -- peripherals for Python, by index ------------------------------------------------------------------------- */
 
 int32_t fcu_peripheral_count(const Chip *chip) { return chip->peripheral_count; }
 
@@ -231,7 +229,7 @@ int32_t fcu_is_clocked(const Chip *chip, int32_t index) { return chip->periphera
 
 void fcu_gate_python(Chip *chip, uint32_t address, int32_t clocked) {
   chip->python_registers.unclocked[page_of(address)] = !clocked;
-  python_registers_outdate(chip);
+  python_registers_invalidate(chip);
 }
 
 void fcu_reset_peripherals(Chip *chip, uint64_t peripherals) {
@@ -271,8 +269,7 @@ int event_create(Peripheral *peripheral, Fire fire) {
   return chip->event_count++;
 }
 
-/* Recompute next_ps and due_ps. */
-static void look_at_events(Chip *chip) {
+static void update_next_event(Chip *chip) {
   int64_t next_ps = NEVER_PS, due_ps = NEVER_PS;
   for (int event = 0; event < chip->event_count; event++) {
     int64_t at_ps = chip->event_ps[event];
@@ -283,32 +280,32 @@ static void look_at_events(Chip *chip) {
   chip->due_ps = due_ps;
 }
 
-static void plan(Chip *chip, int event, int64_t at_ps, bool deferred) {
+static void schedule(Chip *chip, int event, int64_t at_ps, bool deferred) {
   int64_t before_ps = chip->event_ps[event];
   at_ps = at_ps > chip->now_ps ? at_ps : chip->now_ps;
   chip->event_ps[event] = at_ps;
   chip->event_order[event] = chip->order++;
   chip->deferred = (chip->deferred & ~(UINT64_C(1) << event)) | (uint64_t)deferred << event;
   if (before_ps <= chip->next_ps || before_ps <= chip->due_ps) {
-    look_at_events(chip); /* it may have been the earliest one */
-    run_loop_end_in_time(chip);
+    update_next_event(chip);
+    run_loop_update_limit(chip);
     return;
   }
   chip->due_ps = at_ps < chip->due_ps ? at_ps : chip->due_ps;
   if (!deferred && at_ps < chip->next_ps) {
     chip->next_ps = at_ps;
-    run_loop_end_in_time(chip);
+    run_loop_update_limit(chip);
   }
 }
 
-void event_schedule(Chip *chip, int event, int64_t at_ps) { plan(chip, event, at_ps, false); }
+void event_schedule(Chip *chip, int event, int64_t at_ps) { schedule(chip, event, at_ps, false); }
 
-void event_defer(Chip *chip, int event, int64_t at_ps) { plan(chip, event, at_ps, true); }
+void event_defer(Chip *chip, int event, int64_t at_ps) { schedule(chip, event, at_ps, true); }
 
 void event_cancel(Chip *chip, int event) {
   if (chip->event_ps[event] < NEVER_PS) {
     chip->event_ps[event] = NEVER_PS;
-    look_at_events(chip);
+    update_next_event(chip);
   }
 }
 
@@ -323,22 +320,21 @@ static void fire_earliest(Chip *chip) {
     }
   }
   int64_t before = chip->work;
-  poll_skip_outdate(&chip->poll_skip);
+  poll_skip_invalidate(&chip->poll_skip);
   Cost *cost = &chip->costs.events[chip->event_peripheral[earliest]->index];
   chip->now_ps = chip->due_ps;
   chip->event_ps[earliest] = NEVER_PS;
-  look_at_events(chip);
+  update_next_event(chip);
   chip->event_fire[earliest](chip->event_peripheral[earliest]);
   chip->work += WORK_EVENT;
   cost->times++;
   cost->work += chip->work - before;
 }
 
-/* Run the events of Python's clock that are due. */
 static void advance_python(Chip *chip) {
   int64_t before = chip->work;
   chip->now_ps = chip->host_next_ps;
-  python_registers_outdate(chip);
+  python_registers_invalidate(chip);
   chip->host.advance(chip->now_ps);
   chip->costs.python_events.times++;
   chip->costs.python_events.work += chip->work - before;
@@ -368,20 +364,18 @@ void chip_settle(Chip *chip) {
 }
 
 void fcu_advance(Chip *chip, int64_t to_ps) {
-  python_registers_outdate(chip);
+  python_registers_invalidate(chip);
   chip_advance(chip, to_ps);
 }
 
 void fcu_settle(Chip *chip) {
-  python_registers_outdate(chip);
+  python_registers_invalidate(chip);
   chip_settle(chip);
 }
 
 int64_t fcu_next_event(const Chip *chip) { return chip->next_ps; }
 
-/* -- clocks and lines ------------------------------------------------------------------------------------ */
-
-int64_t common_divisor(int64_t a, int64_t b) {
+int64_t gcd(int64_t a, int64_t b) {
   while (b) {
     int64_t rest = a % b;
     a = b;
@@ -392,7 +386,7 @@ int64_t common_divisor(int64_t a, int64_t b) {
 
 void fcu_set_clocks(Chip *chip, const Clocks *clocks) {
   chip->clocks = *clocks;
-  run_loop_set_rate(chip);
+  run_loop_hclk_changed(chip);
   for (int n = 0; n < chip->peripheral_count; n++) {
     if (chip->peripherals[n]->type->clocks_changed) {
       chip->peripherals[n]->type->clocks_changed(chip->peripherals[n]);
@@ -408,7 +402,7 @@ static void set_irq(Chip *chip, int source, int number, bool level) {
     return;
   }
   nvic_set_line(&chip->nvic, FIRST_INTERRUPT + number, after != 0);
-  run_loop_end_in_time(chip);
+  run_loop_update_limit(chip);
   if (chip->irq_changed) {
     chip->irq_changed(chip->now_ps, number, after != 0);
   }
@@ -418,15 +412,13 @@ void peripheral_change_irq(Peripheral *peripheral, int number, bool level) {
   set_irq(peripheral->chip, peripheral->index, number, level);
 }
 
-void fcu_set_irq(Chip *chip, int32_t number, int32_t level) { set_irq(chip, PYTHON, number, level != 0); }
+void fcu_set_irq(Chip *chip, int32_t number, int32_t level) { set_irq(chip, PYTHON_SOURCE, number, level != 0); }
 
 int32_t fcu_irq_level(const Chip *chip, int32_t number) { return chip->irq_sources[number] != 0; }
 
 void fcu_watch_irqs(Chip *chip, void (*changed)(int64_t now_ps, int32_t number, int32_t level)) {
   chip->irq_changed = changed;
 }
-
-/* -- pins ------------------------------------------------------------------------------------------------ */
 
 int port_index(char port) { return port == 'H' ? 5 : port - 'A'; }
 

@@ -1,7 +1,7 @@
-/* The chip: all of its peripherals in one struct, and the connections between them.
+/* The chip: all peripherals in one struct, and the connections between them.
  *
- * Python contains the rare peripherals (RCC, PWR, FLASH, ADC, RTC, CRC, watchdogs, DBGMCU), the world outside of the
- * chip, and a separate clock with its events. C calls Python through struct Host.
+ * Python has the rare peripherals (RCC, PWR, FLASH, ADC, RTC, CRC, watchdogs, DBGMCU), the outside world, and a
+ * clock with its events. C calls it through struct Host.
  */
 #ifndef FCU_CHIP_H
 #define FCU_CHIP_H
@@ -21,45 +21,43 @@
 #define MAX_PERIPHERALS COST_PERIPHERALS
 #define INTERRUPTS 85 /* RM0368 table 38 */
 
-/* An access of firmware to a register that ignores it. */
-enum Touched { READ_UNCLOCKED, WRITE_UNCLOCKED, READ_UNKNOWN, WRITE_UNKNOWN };
+enum IgnoredAccess { READ_UNCLOCKED, WRITE_UNCLOCKED, READ_UNKNOWN, WRITE_UNKNOWN };
 
-/* Callbacks into Python, which must not raise into C. Python sets chip->host_next_ps before it returns. */
+/* Callbacks into Python. They set chip->host_next_ps and never raise. */
 typedef struct {
   void (*advance)(int64_t now_ps); /* an event of Python's clock is due */
   uint32_t (*read)(int64_t now_ps, uint32_t address, uint32_t size);
   void (*write)(int64_t now_ps, uint32_t address, uint32_t size, uint32_t value);
   void (*note)(int64_t now_ps, int32_t peripheral, int32_t kind, const char *text);
-  void (*touched)(int64_t now_ps, int32_t peripheral, uint32_t offset, int32_t what);
-  /* A fault; registers and stack are still those of the faulting instruction. */
-  void (*fault)(int64_t now_ps, int32_t exception, uint32_t status, uint32_t hard, uint32_t address);
+  void (*ignored_access)(int64_t now_ps, int32_t peripheral, uint32_t offset, int32_t what);
+  /* Core registers are still those of the faulting instruction. */
+  void (*fault)(int64_t now_ps, int32_t exception, uint32_t cfsr, uint32_t hfsr, uint32_t address);
   void (*locked_up)(int64_t now_ps, uint32_t pc);
-  /* A reset of the chip: restore the state after reset of all peripherals, including those in C, RCC last. */
+  /* Reset all peripherals, RCC last. */
   void (*reset)(int64_t now_ps, int32_t reason);
-  void (*accessed)(int64_t now_ps, uint32_t address, uint32_t size, int32_t written); /* a watched access */
+  void (*accessed)(int64_t now_ps, uint32_t address, uint32_t size, int32_t written);
 } Host;
 
-/* Frequencies in Hz as firmware has configured RCC; set by Python (RM0368 section 6.2). */
+/* Frequencies in Hz that RCC sets (RM0368 section 6.2). */
 typedef struct {
   int64_t sysclk_hz, hclk_hz, pclk1_hz, pclk2_hz, timer1_hz, timer2_hz;
 } Clocks;
 
 struct Chip {
-  /* Members that Python reads, in this order (library.py). */
-  int64_t now_ps;       /* of the current access or event */
-  int64_t host_next_ps; /* the earliest event of Python's clock */
+  /* Read by Python, in this order (library.py). */
+  int64_t now_ps;       /* time of the current access or event */
+  int64_t host_next_ps; /* earliest event of Python's clock */
   int64_t until_ps;     /* end of the validity of the last value read in or by Python */
-  int64_t must_stop;    /* a callback has failed, or requests the end of the run after this instruction */
-  int64_t detailed;     /* the trace records each bus transfer and each edge of a chip select */
-  int64_t work;         /* work done since power-on, in units of work.h */
-  int64_t work_limit;   /* the run ends at this amount of work */
-  int64_t observed;     /* events of the trace are needed at once, not only when the trace is read */
+  int64_t must_stop;    /* end the run after this instruction: error or request in a callback */
+  int64_t detailed;     /* the trace records bus transfers and chip-select edges */
+  int64_t work;         /* since power-on, in units of work.h */
+  int64_t work_limit;
+  int64_t observed; /* the trace needs its events at once */
 
-  int32_t bare;         /* every register is Python's: fcu_execute() */
+  int32_t bare; /* all registers are Python's: fcu_execute() */
   Host host;
   Clocks clocks;
 
-  /* The processor. */
   CycleClock cycle_clock;
   RunLoop run_loop;
   Nvic nvic;
@@ -69,21 +67,21 @@ struct Chip {
 
   Peripheral *peripherals[MAX_PERIPHERALS];
   int32_t peripheral_count;
-  Peripheral *pages[PERIPHERALS_SIZE >> 10]; /* the peripheral at each kilobyte; NULL: in Python */
+  Peripheral *pages[PERIPHERALS_SIZE >> 10];
   PythonRegisters python_registers;
   Costs costs;
 
-  /* Events. next_ps: the earliest scheduled one; due_ps: the earliest of all. */
+  /* next_ps: earliest scheduled event; due_ps: earliest of all. */
   int64_t next_ps, due_ps;
   int64_t event_ps[EVENTS];
-  uint64_t event_order[EVENTS], order, deferred; /* deferred: bit = event */
+  uint64_t event_order[EVENTS], order, deferred;
   Fire event_fire[EVENTS];
   Peripheral *event_peripheral[EVENTS];
   int32_t event_count;
 
-  uint64_t irq_sources[INTERRUPTS]; /* peripherals that set the input: bit = index; bit 63 is Python's */
+  uint64_t irq_sources[INTERRUPTS]; /* bit = index of a peripheral; bit 63: Python */
   void (*irq_changed)(int64_t now_ps, int32_t number, int32_t level); /* NULL: not watched */
-  int8_t alternate[PORTS][16];      /* the alternate function each pin is switched to; -1: none */
+  int8_t alternate[PORTS][16]; /* function of each pin; -1: none */
 
 #define MEMBER(type, member, create) type member;
   EACH_PERIPHERAL(MEMBER)
@@ -94,14 +92,11 @@ struct Chip {
   uint8_t ram[RAM_SIZE], flash[FLASH_SIZE], system_memory[SYSTEM_MEMORY_SIZE];
 };
 
-/* Carry out all events up to to_ps in order of time, including Python's; afterwards the time is to_ps. At the same
- * picosecond the chip's events come before Python's, in the order in which they were scheduled. */
+/* Carry out all events up to to_ps. At the same time the chip's events precede Python's, in the order of scheduling.
+ */
 void chip_advance(Chip *chip, int64_t to_ps);
-/* Carry out all events that are due now. */
 void chip_settle(Chip *chip);
-/* Return the index of a port's letter. */
 int port_index(char port);
-/* Return the peripheral at an address; NULL if it is in Python or does not exist. */
 static inline Peripheral *chip_peripheral_at(const Chip *chip, uint32_t address) {
   uint32_t offset = address - PERIPHERALS_BASE;
   if (UNLIKELY(chip->bare)) {
@@ -117,8 +112,7 @@ static inline Peripheral *chip_peripheral_at(const Chip *chip, uint32_t address)
   }
 }
 
-/* Set or clear NVIC input `number` (RM0368 table 38) for the peripheral; shared inputs are ORed. Most calls do not
- * change the level; peripheral_change_irq() handles a change. */
+/* Set NVIC input `number` (RM0368 table 38) for a peripheral; shared inputs are ORed. */
 void peripheral_change_irq(Peripheral *peripheral, int number, bool level);
 static inline void peripheral_set_irq(Peripheral *peripheral, int number, bool level) {
   if ((peripheral->chip->irq_sources[number] >> peripheral->index & 1) != level) {
@@ -126,7 +120,7 @@ static inline void peripheral_set_irq(Peripheral *peripheral, int number, bool l
   }
 }
 
-/* Access a register at chip->now_ps, from any caller; the peripheral must exist. *until_ps as in PeripheralType. */
+/* Access a register at chip->now_ps; *until_ps as in PeripheralType. */
 uint32_t peripheral_read(Peripheral *peripheral, uint32_t offset, unsigned size, int64_t *until_ps);
 void peripheral_write(Peripheral *peripheral, uint32_t offset, unsigned size, uint32_t value);
 

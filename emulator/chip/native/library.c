@@ -1,4 +1,4 @@
-/* The library's identification: its sources and the compiler that built it (both set by building/library.py). */
+/* Identification of the library: digest of its sources, and compiler (building/library.py sets both). */
 #ifndef SOURCES
 #define SOURCES ""
 #endif
@@ -6,8 +6,7 @@
 #define COMPILER ""
 #endif
 
-/* Python finds this string in the file without loading it (emulator/chip/native/__init__.py). It is exported,
- * because a linker might remove it otherwise. */
+/* emulator/chip/native/__init__.py finds this string in the file. Exported, or a linker might remove it. */
 __attribute__((visibility("default"))) const char *library_built_from(void) {
   return "fcu library [" SOURCES "] built with [" COMPILER "] [" __VERSION__ "]";
 }

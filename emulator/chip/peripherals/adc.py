@@ -181,12 +181,12 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         self._convert()
         if last or watched:
             self.registers[SR] |= _EOC
-        self._go_on(last)
+        self._next_conversion(last)
         if cr2 & _DMA and self._wants_dma:
             self._transfer(last)
         self._signal()
 
-    def _go_on(self, last: bool) -> None:
+    def _next_conversion(self, last: bool) -> None:
         cr2 = self.registers[CR2]
         if last and not cr2 & _CONT:
             self._rank = 0

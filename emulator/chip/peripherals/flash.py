@@ -89,9 +89,9 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
 
     def _check_later(self) -> None:
         if self._check is None and self._missing_wait_states():
-            self._check = self.soc.clock.schedule(self.soc.clock.now_ps + _CHECK_AFTER_PS, self._judge)
+            self._check = self.soc.clock.schedule(self.soc.clock.now_ps + _CHECK_AFTER_PS, self._check_limits)
 
-    def _judge(self) -> None:
+    def _check_limits(self) -> None:
         self._check = None
         needed = self._missing_wait_states()
         if needed:

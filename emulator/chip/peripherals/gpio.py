@@ -44,7 +44,7 @@ class ConnectedPins:
     def _add_edges(self) -> None:
         if self._chip.closed:
             return
-        waiting = self._library.fcu_edges_waiting(self._handle)
+        waiting = self._library.fcu_pending_edges(self._handle)
         if not waiting:
             return
         trace, lost = self._chip.trace, ctypes.c_int64()

@@ -16,7 +16,7 @@ _i32, _i64 = ctypes.c_int32, ctypes.c_int64
 _BYTES, _RECENT = 64, 8  # I2C_BYTES, I2C_RECENT
 _ADDRESSES = 128
 _ANSWERS: Final[tuple[Answer, ...]] = ("ack", "nack", "bus_error", "arbitration")  # enum Answer
-_IN_VAIN = 4  # unsuccessful prefetches from a target in one message
+_MAX_FAILED_PREFETCHES = 4  # unsuccessful prefetches from a target in one message
 
 
 class I2cTable(ctypes.Structure):
@@ -62,11 +62,11 @@ class _Wire(ctypes.Structure):
     """struct I2cWire."""
 
     _fields_ = (
-        ("injected", _i64),
+        ("has_faults", _i64),
         ("ended", _i64),
         ("message", _Message),
         ("recent", _Message * _RECENT),
-        ("target_at", ctypes.c_int8 * _ADDRESSES),
+        ("target_index", ctypes.c_int8 * _ADDRESSES),
     )
 
 
@@ -79,7 +79,7 @@ class ConnectedI2c:
     def __init__(self, chip: FcuChip, name: str, bus: I2CBus, pins: tuple[PinFunction, ...] = ()) -> None:
         self._bus, self._targets = bus, chip.targets
         self._wire = I2CWire(bus)
-        self._in_vain = 0
+        self._failed_prefetches = 0
         number = int(name[-1]) - 1
         library, handle = chip.library, chip.handle
         called: tuple[Callable[..., Any], ...]
@@ -91,19 +91,19 @@ class ConnectedI2c:
             library.fcu_i2c_pin(handle, number, n, "ABCDEH".index(port), pin, function)
         self._shared = _Wire.from_address(library.fcu_i2c_wire(handle, number))
         library.fcu_connect_i2c(handle, number, ctypes.byref(table), bus.speed_hz, bus.shortest_ps)
-        bus.when_changed.append(self._look)
+        bus.when_changed.append(self._update)
         bus.elsewhere.append(self._recent)
-        self._look()
+        self._update()
 
-    def _look(self) -> None:
+    def _update(self) -> None:
         """Update C after a change of faults or devices."""
         kept = {
             address: self._targets.add(target)
             for address, target in self._bus.targets.items()
             if isinstance(target, SubaddressTarget)
         }
-        self._shared.injected = self._bus.has_faults
-        self._shared.target_at[:] = [kept.get(address, -1) for address in range(_ADDRESSES)]
+        self._shared.has_faults = self._bus.has_faults
+        self._shared.target_index[:] = [kept.get(address, -1) for address in range(_ADDRESSES)]
 
     # -- messages that C handled alone --------------------------------------------------------------------
 
@@ -131,13 +131,13 @@ class ConnectedI2c:
                 self._wire.were_read(received)
             message.count = 0
         if message.target >= 0:
-            self._targets.tell_position(message.target)
+            self._targets.sync_position(message.target)
 
     # -- bytes on the wire ----------------------------------------------------------------------------------
 
     def _start(self, byte: int, start_ps: int) -> int:
         self._catch_up()
-        self._in_vain = 0
+        self._failed_prefetches = 0
         return _ANSWERS.index(self._wire.start(byte >> 1, read=bool(byte & 1), start_ps=start_ps))
 
     def _write(self, value: int) -> bool:
@@ -148,10 +148,10 @@ class ConnectedI2c:
         self._catch_up()
         value = self._wire.read_byte()
         target = self._shared.message.target
-        if target < 0 or self._bus.has_faults or self._in_vain == _IN_VAIN:
+        if target < 0 or self._bus.has_faults or self._failed_prefetches == _MAX_FAILED_PREFETCHES:
             return value
         count = self._targets.prefetch_from_here(target)
-        self._in_vain = 0 if count else self._in_vain + 1
+        self._failed_prefetches = 0 if count else self._failed_prefetches + 1
         return value | count << 8
 
     def _stop(self, end_ps: int) -> None:

@@ -105,7 +105,7 @@ class InterruptInput:
 # -- one peripheral ----------------------------------------------------------------------------------------------
 
 WORD = 0xFFFF_FFFF
-ALREADY_PS = -1
+NOT_CACHEABLE_PS = -1
 
 RegisterWritten = Callable[[int, int], None]
 """Called with (old value, new value) after each write."""
@@ -163,21 +163,16 @@ class Peripheral:
         if offset in self.registers:
             self.registers[offset] = self.registers[offset] & ~mask | value & mask
 
-    def changes_nothing(self, offset: int, value: int, mask: int) -> bool:
-        """Return whether a loop that repeats this ``write`` can be skipped."""
-        del offset, value, mask
-        return False
-
     def pure_read(self, offset: int) -> bool:
         """Return whether a read has no side effect and is constant until ``next_change_ps()``."""
         del offset
         return True
 
     def read_with_validity(self, offset: int) -> tuple[int, int]:
-        """Return ``read`` and its validity without accesses and events, ``ALREADY_PS`` after a side effect."""
+        """Return ``read`` and its validity without accesses and events, ``NOT_CACHEABLE_PS`` after a side effect."""
         pure = self.pure_read(offset)
         value = self.read(offset)
-        return value, self.next_change_ps() if pure else ALREADY_PS
+        return value, self.next_change_ps() if pure else NOT_CACHEABLE_PS
 
     def next_change_ps(self) -> int:
         """Return the next change without access and event."""

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import Protocol
 
 from fcu_emulator.emulator.boards.description import BoardErrors
+from fcu_emulator.emulator.chip.library import FcuChip
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
 from fcu_emulator.emulator.chip.peripherals.pwr import Pwr
 from fcu_emulator.emulator.chip.registers import DECLARED, rcc
@@ -191,16 +191,6 @@ _OSCILLATORS = frozenset((CR, PLLCFGR, BDCR, CSR))
 """Registers that start and stop oscillators."""
 
 
-class GatedChip(Protocol):
-    """Functions of :class:`fcu_emulator.emulator.chip.library.FcuChip`; bit = peripheral index."""
-
-    def gate(self, peripherals: int, clocked: int) -> None: ...
-
-    def gate_python(self, peripheral: Peripheral, clocked: bool) -> None: ...
-
-    def reset_peripherals(self, peripherals: int) -> None: ...
-
-
 class _Controlled:
     """The peripherals that a register's bits gate or reset."""
 
@@ -242,7 +232,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._irq = irq
         self._gated: dict[int, _Controlled] = {}
         self._reset: dict[int, _Controlled] = {}
-        self._chip: GatedChip | None = None
+        self._chip: FcuChip | None = None
         self._listeners: list[Callable[[], None]] = []
         self._backup_listeners: list[Callable[[], None]] = []
         self._starting: dict[str, Event] = {}
@@ -253,7 +243,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
 
     # -- for the other peripherals ---------------------------------------------------------------------------
 
-    def control(self, peripherals: Iterable[Peripheral], chip: GatedChip | None = None) -> None:
+    def control(self, peripherals: Iterable[Peripheral], chip: FcuChip | None = None) -> None:
         """Set the peripherals, all without clock."""
         by_name = {peripheral.name: peripheral for peripheral in peripherals}
         self._chip = chip
@@ -440,9 +430,9 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         for changed in self._listeners:
             changed()
         if self._check is None and nominal.problem():
-            self._check = self.soc.clock.schedule(self.soc.clock.now_ps + _CHECK_AFTER_PS, self._judge)
+            self._check = self.soc.clock.schedule(self.soc.clock.now_ps + _CHECK_AFTER_PS, self._check_limits)
 
-    def _judge(self) -> None:
+    def _check_limits(self) -> None:
         self._check = None
         problem = self._nominal.problem()
         if problem:

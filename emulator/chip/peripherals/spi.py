@@ -31,20 +31,20 @@ _RECEIVED = 256  # SPI_RECEIVED of spi.h
 _i32, _i64 = ctypes.c_int32, ctypes.c_int64
 
 
-class _KeptMessage(ctypes.Structure):
+class _CachedMessage(ctypes.Structure):
     """struct SpiMessage of spi.h."""
 
     _fields_ = (
         ("start_ps", _i64),
         ("end_ps", _i64),
-        ("part", _i32),
+        ("sensor", _i32),
         ("command", _i32),
         ("count", _i32),
         ("received", ctypes.c_uint8 * _RECEIVED),
     )
     start_ps: int
     end_ps: int
-    part: int
+    sensor: int
     command: int
     count: int
     received: ctypes.Array[ctypes.c_uint8]
@@ -56,8 +56,8 @@ class _KeptMessage(ctypes.Structure):
         return bytearray(self.received[: self.count])
 
 
-class _Unheard(ctypes.Structure):
-    """struct SpiUnheard of spi.h."""
+class _Unaddressed(ctypes.Structure):
+    """struct SpiUnaddressed of spi.h."""
 
     _fields_ = (("at_ps", _i64), ("byte", _i32))
     at_ps: int
@@ -69,7 +69,7 @@ class _Calls(ctypes.Structure):
 
     _fields_ = (
         ("configure", ctypes.CFUNCTYPE(None, _i64, _i32, _i32, _i32)),
-        ("open", ctypes.CFUNCTYPE(_i32, _i64, ctypes.POINTER(_KeptMessage))),
+        ("open", ctypes.CFUNCTYPE(_i32, _i64, ctypes.POINTER(_CachedMessage))),
         ("send", ctypes.CFUNCTYPE(None, _i64, _i32, _i32)),
         ("receive", ctypes.CFUNCTYPE(_i32, _i64, _i32, _i32)),
         ("close", ctypes.CFUNCTYPE(None, _i64, _i32)),
@@ -94,8 +94,8 @@ class _SpiDevice:
     def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
         return self.target.prefetch(address, count, self._wire.mode, self._wire.wires, now_ps)
 
-    def consumed(self, address: int, count: int) -> None:
-        self.target.consumed(address, count)
+    def commit(self, address: int, count: int) -> None:
+        self.target.commit(address, count)
 
     def advance_past(self, address: int, count: int) -> None:
         self.target.advance_past(address, count)
@@ -113,30 +113,30 @@ class SpiWire:
         self.wires: Wires = 3
         """The host's clock settings, and the wires that it reads."""
         self._speed_hz = 0
-        self._parts = [_SpiDevice(self, name, bus.target(name)) for name in bus.chip_selects]
+        self._sensors = [_SpiDevice(self, name, bus.target(name)) for name in bus.chip_selects]
         called: tuple[Callable[..., Any], ...]
         called = self._configure, self._open, self._send, self._receive, self._close, self._ended
         table = _Calls(*(chip.callback(kind, called[n]) for n, (_, kind) in enumerate(_Calls._fields_)))
         chip.library.fcu_connect_spi(chip.handle, number, ctypes.byref(table))
-        self._targets = [chip.targets.add(part) for part in self._parts]
-        for part, target in zip(self._parts, self._targets, strict=True):
-            port, pin = part.chip_select[1], int(part.chip_select[2:])
+        self._targets = [chip.targets.add(sensor) for sensor in self._sensors]
+        for sensor, target in zip(self._sensors, self._targets, strict=True):
+            port, pin = sensor.chip_select[1], int(sensor.chip_select[2:])
             gpio.frequent(port, pin)
             gpio.drive(port, pin, 1, by="pull-up of the part")
-            chip.library.fcu_add_spi_part(chip.handle, number, PORTS.index(port), pin, target)
-        bus.take_kept = self.take_kept
+            chip.library.fcu_add_spi_sensor(chip.handle, number, PORTS.index(port), pin, target)
+        bus.take_messages = self.take_messages
         bus.is_enabled = False
 
-    def take_kept(self) -> None:
+    def take_messages(self) -> None:
         """Pass the chip's messages and unreceived bytes to the bus."""
         library, handle, bus = self._chip.library, self._chip.handle, self._bus
-        message, unheard = _KeptMessage(), _Unheard()
+        message, unaddressed = _CachedMessage(), _Unaddressed()
         while library.fcu_take_spi_message(handle, self._number, ctypes.byref(message)):
-            chip_select = self._parts[message.part].chip_select
+            chip_select = self._sensors[message.sensor].chip_select
             written, received = message.bytes_written(), message.bytes_read()
             bus.recent.append((message.start_ps, message.end_ps, chip_select, written, received))
-        while library.fcu_take_spi_unheard(handle, self._number, ctypes.byref(unheard)):
-            bus.unheard.append((unheard.at_ps, None if unheard.byte < 0 else unheard.byte))
+        while library.fcu_take_spi_unaddressed(handle, self._number, ctypes.byref(unaddressed)):
+            bus.unaddressed.append((unaddressed.at_ps, None if unaddressed.byte < 0 else unaddressed.byte))
 
     # -- called by the chip -----------------------------------------------------------------------------
 
@@ -153,38 +153,44 @@ class SpiWire:
             self._trace.add(DeviceNote(self._clock.now_ps, self._bus.name, "forbidden", text))
 
     def _open(self, message: Any) -> bool:
-        kept: _KeptMessage = message.contents
-        part, target = self._parts[kept.part], self._targets[kept.part]
-        part.start_ps, part.written, part.received = kept.start_ps, kept.bytes_written(), kept.bytes_read()
-        if target >= 0 and not part.received:
-            self._chip.targets.tell_position(target)  # of an earlier message
-        part.target.select()
-        part.target.write(bytes(part.written), self.mode)
-        if target >= 0 and part.received:
-            self._chip.targets.tell_position(target)
-        return part.target.answers()
+        kept: _CachedMessage = message.contents
+        sensor, target = self._sensors[kept.sensor], self._targets[kept.sensor]
+        sensor.start_ps, sensor.written, sensor.received = (
+            kept.start_ps,
+            kept.bytes_written(),
+            kept.bytes_read(),
+        )
+        if target >= 0 and not sensor.received:
+            self._chip.targets.sync_position(target)  # of an earlier message
+        sensor.target.select()
+        sensor.target.write(bytes(sensor.written), self.mode)
+        if target >= 0 and sensor.received:
+            self._chip.targets.sync_position(target)
+        return sensor.target.answers()
 
     def _send(self, number: int, byte: int) -> None:
-        part = self._parts[number]
-        part.written.append(byte)
-        part.target.write(bytes((byte,)), self.mode)
+        sensor = self._sensors[number]
+        sensor.written.append(byte)
+        sensor.target.write(bytes((byte,)), self.mode)
 
     def _receive(self, number: int, wires: int) -> int:
-        part = self._parts[number]
-        (byte,) = part.target.read(1, self.mode, 3 if wires == 3 else 4)
-        part.received.append(byte)
+        sensor = self._sensors[number]
+        (byte,) = sensor.target.read(1, self.mode, 3 if wires == 3 else 4)
+        sensor.received.append(byte)
         return byte
 
     def _close(self, number: int) -> None:
-        part = self._parts[number]
-        self.take_kept()  # those before it
-        if part.written or part.received:
+        sensor = self._sensors[number]
+        self.take_messages()  # those before it
+        if sensor.written or sensor.received:
             now_ps = self._clock.now_ps
-            self._bus.recent.append((part.start_ps, now_ps, part.chip_select, part.written, part.received))
+            self._bus.recent.append(
+                (sensor.start_ps, now_ps, sensor.chip_select, sensor.written, sensor.received)
+            )
             self._record()
 
     def _ended(self) -> None:
-        self.take_kept()
+        self.take_messages()
         self._record()
 
     def _record(self) -> None:
@@ -203,7 +209,7 @@ def connect_absent_part(chip: FcuChip, part: AbsentPart, gpio: Gpio) -> None:
     for (held_port, held_pin), level in part.held.items():
         gpio.drive(held_port, held_pin, level, by=part.name)
     called = chip.callback(ctypes.CFUNCTYPE(None, _i64), tried)
-    chip.library.fcu_absent_spi(chip.handle, _number(part.spi), PORTS.index(port), pin, called)
+    chip.library.fcu_add_absent_spi_device(chip.handle, _number(part.spi), PORTS.index(port), pin, called)
 
 
 def _number(name: str) -> int:

@@ -83,10 +83,10 @@ class _Transceiver:
         self._peripheral = peripheral
         self._place = chip.handle, peripheral.index
 
-    def hand_over(self) -> None:
+    def flush(self) -> None:
         clock = self._chip.clock
         now_ps = clock.now_ps
-        self._chip.library.fcu_usart_hand_over(*self._place)
+        self._chip.library.fcu_usart_flush(*self._place)
         clock.now_ps = now_ps
 
     def frame_ps(self) -> Fraction | None:

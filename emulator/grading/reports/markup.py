@@ -8,8 +8,8 @@ What is not :class:`Html` is text: control characters become visible, the rest i
 :func:`element` makes Html. A page has no script and fetches nothing, and its policy forbids both, so that
 even a mistake here would not run.
 
-Decision: these few lines instead of a template library, which would be one more thing to install where
-grading runs, and which escapes by a setting rather than by type.
+Decision: a few functions write the markup, not a template library, which escapes by a setting rather than by
+type. It would be one more thing to install where grading runs.
 """
 
 from __future__ import annotations

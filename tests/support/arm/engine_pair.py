@@ -165,7 +165,7 @@ class EnginePair:
             memory = engine.memory(address, 2 * len(words))
             assert memory is not None
             memory[:] = struct.pack(f"<{len(words)}H", *words)
-            engine.forget_code()
+            engine.invalidate_code()
 
     def differences(self, address: int, values: Values, instructions: int) -> list[str]:
         """Run from there with these registers: what is different then."""

@@ -103,7 +103,7 @@ class UnicornCore:
                 return content[offset : offset + size]
         return None
 
-    def forget_code(self) -> None:
+    def invalidate_code(self) -> None:
         """Flash or RAM were changed from outside: translate again what is executed there."""
         self._uc.ctl_flush_tb()
 

@@ -1,72 +1,71 @@
-/* Plain loads and stores: RAM and constants in flash, without checks and reports.
+/* The fast path of loads and stores: RAM, and constants in flash, without checks.
  *
- * An operation tries these first. If they fail, the operation's second half runs: it calls look_outside()
- * (dispatch.h) and uses core_read() and core_write(), which handle all cases.
+ * If it fails, the operation's slow path calls sync_state() (dispatch.h), then core_read() or core_write(), which
+ * handle all cases.
  */
 #ifndef FCU_ACCESS_H
 #define FCU_ACCESS_H
 
 #include "cpu/dispatch.h"
 
-/* False: nothing has happened. The second half handles the last three bytes of a memory, for all sizes. */
-#define DEFINE_PLAIN(bits, type)                                                                         \
-  INLINE bool load##bits(const Core *core, uint32_t address, uint32_t *value) {                          \
-    type data;                                                                                           \
-    if (LIKELY(address - RAM_BASE < core->plain_loads)) {                                                \
-      __builtin_memcpy(&data, core->ram + (address - RAM_BASE), sizeof data);                            \
-    } else if (address - FLASH_BASE < core->plain_constants) {                                           \
-      __builtin_memcpy(&data, core->constants + (address - FLASH_BASE), sizeof data);                    \
-    } else {                                                                                             \
-      return false;                                                                                      \
-    }                                                                                                    \
-    *value = data;                                                                                       \
-    return true;                                                                                         \
-  }                                                                                                      \
-  INLINE bool store##bits(Core *core, uint32_t address, uint32_t value) {                                \
-    uint32_t offset = address - RAM_BASE;                                                                \
-    type data = (type)value;                                                                             \
-    if (UNLIKELY(offset >= core->plain_stores)) {                                                        \
-      return false;                                                                                      \
-    }                                                                                                    \
-    __builtin_memcpy(core->ram + offset, &data, sizeof data);                                            \
-    return true;                                                                                         \
-  }                                                                                                      \
-  static inline bool load##bits##_outside(Core *core, uint32_t address, uint32_t *value) {               \
-    return core_read(core, address, sizeof(type), value);                                                \
-  }                                                                                                      \
-  static inline bool store##bits##_outside(Core *core, uint32_t address, uint32_t value) {               \
-    return core_write(core, address, sizeof(type), value);                                               \
+/* False: nothing has happened. The last three bytes of a memory take the slow path, for all sizes. */
+#define DEFINE_FAST_ACCESS(bits, type)                                                   \
+  INLINE bool load##bits(const Core *core, uint32_t address, uint32_t *value) {          \
+    type data;                                                                           \
+    if (LIKELY(address - RAM_BASE < core->ram_load_limit)) {                             \
+      __builtin_memcpy(&data, core->ram + (address - RAM_BASE), sizeof data);            \
+    } else if (address - FLASH_BASE < core->flash_load_limit) {                          \
+      __builtin_memcpy(&data, core->flash + (address - FLASH_BASE), sizeof data);    \
+    } else {                                                                             \
+      return false;                                                                      \
+    }                                                                                    \
+    *value = data;                                                                       \
+    return true;                                                                         \
+  }                                                                                      \
+  INLINE bool store##bits(Core *core, uint32_t address, uint32_t value) {                \
+    uint32_t offset = address - RAM_BASE;                                                \
+    type data = (type)value;                                                             \
+    if (UNLIKELY(offset >= core->ram_store_limit)) {                                     \
+      return false;                                                                      \
+    }                                                                                    \
+    __builtin_memcpy(core->ram + offset, &data, sizeof data);                            \
+    return true;                                                                         \
+  }                                                                                      \
+  static inline bool load##bits##_slow(Core *core, uint32_t address, uint32_t *value) {  \
+    return core_read(core, address, sizeof(type), value);                                \
+  }                                                                                      \
+  static inline bool store##bits##_slow(Core *core, uint32_t address, uint32_t value) {  \
+    return core_write(core, address, sizeof(type), value);                               \
   }
-DEFINE_PLAIN(8, uint8_t)
-DEFINE_PLAIN(16, uint16_t)
-DEFINE_PLAIN(32, uint32_t)
+DEFINE_FAST_ACCESS(8, uint8_t)
+DEFINE_FAST_ACCESS(16, uint16_t)
+DEFINE_FAST_ACCESS(32, uint32_t)
 
-/* Several words at once: only for aligned addresses. */
+/* Transfers of several words must be aligned. */
 INLINE bool is_aligned(const Core *core, uint32_t address) {
   (void)core;
   return LIKELY(!(address & 3));
 }
-static inline bool is_aligned_outside(Core *core, uint32_t address) { return core_is_aligned(core, address); }
+static inline bool is_aligned_slow(Core *core, uint32_t address) { return core_is_aligned(core, address); }
 
-/* Define both halves of an operation that accesses memory: access(core, insn, address) and access_outside() with the
- * same arguments. `to` is the address; `afterwards` runs only after a successful access: a fault leaves the base
- * register unchanged. */
-#define DEFINE_ACCESS(name, access, to, afterwards)                                                      \
-  RARE_OPERATION(name##_outside) {                                                                       \
-    uint32_t address = to;                                                                               \
-    look_outside(core, insn, budget);                                                                    \
-    if (access##_outside(core, insn, address)) {                                                         \
-      afterwards;                                                                                        \
-      go_on(core, insn);                                                                                 \
-    }                                                                                                    \
-  }                                                                                                      \
-  OPERATION(name) {                                                                                      \
-    uint32_t address = to;                                                                               \
-    if (UNLIKELY(!access(core, insn, address))) {                                                        \
-      TAIL name##_outside(core, insn, budget);                                                           \
-    }                                                                                                    \
-    afterwards;                                                                                          \
-    NEXT;                                                                                                \
+/* Both paths of an operation that calls access(core, insn, address) or access_slow(). `afterwards` runs only after
+ * success: a fault leaves the base register unchanged. */
+#define DEFINE_ACCESS(name, access, to, afterwards)  \
+  SLOW_OPERATION(name##_slow) {                      \
+    uint32_t address = to;                           \
+    sync_state(core, insn, budget);                  \
+    if (access##_slow(core, insn, address)) {        \
+      afterwards;                                    \
+      resume_chain(core, insn);                      \
+    }                                                \
+  }                                                  \
+  OPERATION(name) {                                  \
+    uint32_t address = to;                           \
+    if (UNLIKELY(!access(core, insn, address))) {    \
+      TAIL name##_slow(core, insn, budget);          \
+    }                                                \
+    afterwards;                                      \
+    NEXT;                                            \
   }
 
 #endif

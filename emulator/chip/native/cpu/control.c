@@ -1,17 +1,15 @@
-/* Branches, IT, SVC, BKPT (ARMv7-M ARM A5.2.5, A5.2.6, A5.3.4). imm: the target of a branch. */
+/* Branches, IT, SVC, BKPT (ARMv7-M ARM A5.2.5, A5.2.6, A5.3.4). imm: target of a branch. */
 #include "cpu/control.h"
 
 #include "cpu/system.h"
 
-/* -- branches ------------------------------------------------------------------------------------------- */
-
-/* After each branch there are a link to the following address and a link to its target (decode_cache.h). */
+/* Two links follow a branch (decode_cache.h). */
 #define FOLLOWING insn[1].next
 #define TARGET insn[2].next
 
-OPERATION(b) { TAIL enter(core, TARGET, budget); }
+OPERATION(b) { TAIL enter_block(core, TARGET, budget); }
 
-/* Every second condition (A7.3.1); the conditions between them are their opposites. */
+/* Even conditions (A7.3.1); the odd ones are their opposites. */
 INLINE bool is_eq(const Core *core) { return core->z == 0; }
 INLINE bool is_cs(const Core *core) { return core->c; }
 INLINE bool is_mi(const Core *core) { return core->n >> 31; }
@@ -20,18 +18,18 @@ INLINE bool is_hi(const Core *core) { return core->c && core->z != 0; }
 INLINE bool is_ge(const Core *core) { return !((core->n ^ core->v) >> 31); }
 INLINE bool is_gt(const Core *core) { return core->z != 0 && is_ge(core); }
 
-#define EACH_CONDITION(DEFINE)                                                                           \
-  DEFINE(eq, is_eq(core)) DEFINE(ne, !is_eq(core)) DEFINE(cs, is_cs(core)) DEFINE(cc, !is_cs(core))      \
-  DEFINE(mi, is_mi(core)) DEFINE(pl, !is_mi(core)) DEFINE(vs, is_vs(core)) DEFINE(vc, !is_vs(core))      \
-  DEFINE(hi, is_hi(core)) DEFINE(ls, !is_hi(core)) DEFINE(ge, is_ge(core)) DEFINE(lt, !is_ge(core))      \
+#define EACH_CONDITION(DEFINE)                                                                       \
+  DEFINE(eq, is_eq(core)) DEFINE(ne, !is_eq(core)) DEFINE(cs, is_cs(core)) DEFINE(cc, !is_cs(core))  \
+  DEFINE(mi, is_mi(core)) DEFINE(pl, !is_mi(core)) DEFINE(vs, is_vs(core)) DEFINE(vc, !is_vs(core))  \
+  DEFINE(hi, is_hi(core)) DEFINE(ls, !is_hi(core)) DEFINE(ge, is_ge(core)) DEFINE(lt, !is_ge(core))  \
   DEFINE(gt, is_gt(core)) DEFINE(le, !is_gt(core))
 
-#define DEFINE_BRANCH(name, condition)                                                                   \
-  OPERATION(b##name) {                                                                                   \
-    if (condition) {                                                                                     \
-      TAIL enter(core, TARGET, budget);                                                                  \
-    }                                                                                                    \
-    TAIL enter(core, FOLLOWING, budget);                                                                 \
+#define DEFINE_BRANCH(name, condition)          \
+  OPERATION(b##name) {                          \
+    if (condition) {                            \
+      TAIL enter_block(core, TARGET, budget);   \
+    }                                           \
+    TAIL enter_block(core, FOLLOWING, budget);  \
   }
 EACH_CONDITION(DEFINE_BRANCH)
 
@@ -40,45 +38,45 @@ static const Operation branches[14] = {EACH_CONDITION(BRANCH)};
 
 OPERATION(bl) {
   core->r[14] = insn[1].address | 1;
-  TAIL enter(core, TARGET, budget);
+  TAIL enter_block(core, TARGET, budget);
 }
 
 OPERATION(bx) {
-  const Insn *next = exchange(core, core->r[insn->m]);
-  TAIL enter(core, next, budget);
+  const Insn *next = bx_write_pc(core, core->r[insn->m]);
+  TAIL enter_block(core, next, budget);
 }
 
-/* PC has bit 0 clear: the chip has no ARM state. */
+/* The chip has no ARM state: bit 0 of PC is clear. */
 OPERATION(bx_pc) {
-  const Insn *next = exchange(core, insn->imm);
-  TAIL enter(core, next, budget);
+  const Insn *next = bx_write_pc(core, insn->imm);
+  TAIL enter_block(core, next, budget);
 }
 
-/* BLXWritePC (A2.3.1) does not handle exception returns. */
+/* BLXWritePC (A2.3.1): no exception returns. */
 OPERATION(blx) {
-  const Insn *next = interworking(core, core->r[insn->m]);
+  const Insn *next = blx_write_pc(core, core->r[insn->m]);
   core->r[14] = insn[1].address | 1;
-  TAIL enter(core, next, budget);
+  TAIL enter_block(core, next, budget);
 }
 
 OPERATION(cbz) {
   if (core->r[insn->n] == 0) {
-    TAIL enter(core, TARGET, budget);
+    TAIL enter_block(core, TARGET, budget);
   }
-  TAIL enter(core, FOLLOWING, budget);
+  TAIL enter_block(core, FOLLOWING, budget);
 }
 
 OPERATION(cbnz) {
   if (core->r[insn->n] != 0) {
-    TAIL enter(core, TARGET, budget);
+    TAIL enter_block(core, TARGET, budget);
   }
-  TAIL enter(core, FOLLOWING, budget);
+  TAIL enter_block(core, FOLLOWING, budget);
 }
 
 static bool decode_branch(Operation run, uint32_t target, Insn *insn) {
   insn->run = run;
   insn->imm = target;
-  insn->kind |= ENDS | LINKS;
+  insn->flags |= ENDS_BLOCK | DIRECT_BRANCH;
   return true;
 }
 
@@ -86,32 +84,31 @@ static bool decode_exchange(uint32_t address, uint16_t first, Insn *insn) {
   bool links = bits(first, 7, 7);
   insn->m = bits(first, 6, 3);
   insn->imm = address + 4;
-  insn->kind |= ENDS;
+  insn->flags |= ENDS_BLOCK;
   insn->run = links ? blx : insn->m == 15 ? bx_pc : bx;
   return bits(first, 2, 0) == 0;
 }
 
-/* -- IT: decode_cache.c makes the instructions of an IT block conditional. One whose condition fails takes a
- * cycle, like most instructions (Cortex-M4 TRM, ARM DDI 0439, 3.3.1), and is counted in the same way ------- */
+/* -- IT: decode_cache.c inserts the conditions. A failed one takes a cycle (Cortex-M4 TRM 3.3.1) and is counted  */
 
-#define DEFINE_UNLESS(name, condition)                                                                   \
-  OPERATION(unless_##name) {                                                                             \
-    if (condition) {                                                                                     \
-      NEXT;                                                                                              \
-    }                                                                                                    \
-    insn += insn->by;                                                                                    \
-    TAIL insn->run(core, insn, budget);                                                                  \
+#define DEFINE_SKIP_UNLESS(name, condition)  \
+  OPERATION(skip_unless_##name) {            \
+    if (condition) {                         \
+      NEXT;                                  \
+    }                                        \
+    insn += insn->shift;                     \
+    TAIL insn->run(core, insn, budget);      \
   }
-EACH_CONDITION(DEFINE_UNLESS)
+EACH_CONDITION(DEFINE_SKIP_UNLESS)
 
-#define UNLESS(name, condition) unless_##name,
+#define SKIP_UNLESS(name, condition) skip_unless_##name,
 
-Operation unless(unsigned condition) {
-  static const Operation operations[14] = {EACH_CONDITION(UNLESS)};
-  return condition < 14 ? operations[condition] : no_operation;
+Operation skip_unless(unsigned condition) {
+  static const Operation operations[14] = {EACH_CONDITION(SKIP_UNLESS)};
+  return condition < 14 ? operations[condition] : nop;
 }
 
-#define DEFINE_MASK(name) COMPUTATION(mask_##name, core->mask = -(uint32_t)is_##name(core))
+#define DEFINE_MASK(name) COMPUTATION(mask_##name, core->it_mask = -(uint32_t)is_##name(core))
 DEFINE_MASK(eq)
 DEFINE_MASK(cs)
 DEFINE_MASK(mi)
@@ -119,28 +116,26 @@ DEFINE_MASK(vs)
 DEFINE_MASK(hi)
 DEFINE_MASK(ge)
 DEFINE_MASK(gt)
-COMPUTATION(mask_al, core->mask = -1u)
+COMPUTATION(mask_al, core->it_mask = -1u)
 
-Operation set_mask(unsigned condition) {
+Operation mask_operation(unsigned condition) {
   static const Operation operations[] = {mask_eq, mask_cs, mask_mi, mask_vs, mask_hi, mask_ge, mask_gt, mask_al};
   return operations[condition >> 1];
 }
 
-/* A7.7.38. In another IT block it is UNPREDICTABLE. */
+/* A7.7.38; UNPREDICTABLE in another IT block. */
 static bool decode_it(uint32_t itstate, Insn *insn) {
-  insn->run = no_operation;
+  insn->run = nop;
   insn->imm = itstate;
-  insn->kind |= IS_IT;
+  insn->flags |= IS_IT;
   return !insn->it;
 }
 
-/* -- other instructions --------------------------------------------------------------------------------- */
-
 OPERATION(svc) { stop_after(core, insn, budget, STOP_SVC); }
 
-OPERATION(bkpt) { stop_on(core, insn, budget, STOP_BKPT); }
+OPERATION(bkpt) { stop_at(core, insn, budget, STOP_BKPT); }
 
-/* 1011: instructions that are neither data processing nor PUSH and POP. */
+/* Section A5.2.5. */
 static bool decode_miscellaneous(uint32_t address, uint16_t first, Insn *insn) {
   if ((first & 0xF500) == 0xB100) {
     insn->n = bits(first, 2, 0);
@@ -153,7 +148,7 @@ static bool decode_miscellaneous(uint32_t address, uint16_t first, Insn *insn) {
   switch (first >> 8) {
   case 0xBE:
     insn->run = bkpt;
-    insn->kind |= ENDS | ALWAYS;
+    insn->flags |= ENDS_BLOCK | UNCONDITIONAL;
     return true;
   case 0xBF:
     if (bits(first, 3, 0) == 0) {
@@ -174,26 +169,26 @@ bool decode_control16(uint32_t address, uint16_t first, Insn *insn) {
       return decode_branch(branches[condition], address + 4 + 2 * (uint32_t)sign_extend(first, 8), insn);
     }
     insn->run = svc;
-    insn->kind |= ENDS;
-    return condition == 15; /* 14: UDF */
+    insn->flags |= ENDS_BLOCK;
+    return condition == 15;
   case 0xE: return decode_branch(b, address + 4 + 2 * (uint32_t)sign_extend(first, 11), insn);
   default: return false;
   }
 }
 
-/* 11110..., 1...: A5.3.4. */
+/* Section A5.3.4. */
 bool decode_control32(uint32_t address, uint16_t first, uint16_t second, Insn *insn) {
   uint32_t s = bits(first, 10, 10), j1 = bits(second, 13, 13), j2 = bits(second, 11, 11);
   uint32_t low = bits(second, 10, 0), pc = address + 4;
   unsigned condition = bits(first, 9, 6);
-  if (bits(second, 12, 12)) { /* B and BL: 25 bits (A7.7.12, encoding T4) */
+  if (bits(second, 12, 12)) { /* encoding T4 (A7.7.12) */
     uint32_t offset = s << 23 | (j1 ^ s ^ 1) << 22 | (j2 ^ s ^ 1) << 21 | bits(first, 9, 0) << 11 | low;
     return decode_branch(bits(second, 14, 14) ? bl : b, pc + 2 * (uint32_t)sign_extend(offset, 24), insn);
   }
   if (bits(second, 14, 14)) {
-    return false; /* BLX to ARM state, UDF */
+    return false;
   }
-  if (condition < 14) { /* 21 bits (encoding T3) */
+  if (condition < 14) { /* encoding T3 */
     uint32_t offset = s << 19 | j2 << 18 | j1 << 17 | bits(first, 5, 0) << 11 | low;
     return decode_branch(branches[condition], pc + 2 * (uint32_t)sign_extend(offset, 20), insn);
   }

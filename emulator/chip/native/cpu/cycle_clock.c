@@ -5,15 +5,15 @@
 
 typedef __int128 Wide;
 
-/* Reduce to lowest terms, so that products of usual counts fit into 64 bits. extra must be 0. */
+/* In lowest terms, so that products fit into 64 bits. extra must be 0. */
 static void set_rate(CycleClock *cycle_clock, int64_t hclk_hz) {
   int64_t num = cycle_clock->cycles_num * PS_PER_S, cycle = cycle_clock->cycles_den * PS_PER_S;
   int64_t den = cycle_clock->cycles_den * (hclk_hz > 0 ? hclk_hz : 1);
-  int64_t common = common_divisor(common_divisor(num, cycle), den);
+  int64_t common = gcd(gcd(num, cycle), den);
   cycle_clock->num = num / common;
   cycle_clock->den = den / common;
-  cycle_clock->by_den = divisor_of(cycle_clock->den);
-  cycle_clock->cycle = cycle / common;
+  cycle_clock->by_den = make_divisor(cycle_clock->den);
+  cycle_clock->extra_per_cycle = cycle / common;
   cycle_clock->limit = (INT64_MAX - cycle_clock->den) / cycle_clock->num;
 }
 
@@ -27,7 +27,7 @@ int64_t cycle_clock_wide_ps(const CycleClock *cycle_clock, int64_t count) {
   return cycle_clock->origin_ps + (int64_t)(quotient - (numerator % cycle_clock->den < 0));
 }
 
-int64_t cycle_clock_position(const CycleClock *cycle_clock, int64_t at_ps) {
+int64_t cycle_clock_count_at(const CycleClock *cycle_clock, int64_t at_ps) {
   if (at_ps >= NEVER_PS) {
     return NEVER_PS;
   }
@@ -41,8 +41,8 @@ int64_t cycle_clock_position(const CycleClock *cycle_clock, int64_t at_ps) {
   return (int64_t)(quotient + (wanted % cycle_clock->num > 0));
 }
 
-void cycle_clock_spend(CycleClock *cycle_clock, int cycles) {
-  Wide extra = cycle_clock->extra + (Wide)cycles * cycle_clock->cycle;
+void cycle_clock_add_cycles(CycleClock *cycle_clock, int cycles) {
+  Wide extra = cycle_clock->extra + (Wide)cycles * cycle_clock->extra_per_cycle;
   cycle_clock->origin_ps += (int64_t)(extra / cycle_clock->den);
   cycle_clock->extra = (int64_t)(extra % cycle_clock->den);
 }
@@ -52,13 +52,13 @@ void cycle_clock_move_origin(CycleClock *cycle_clock) {
     Wide passed = (Wide)cycle_clock->count * cycle_clock->num + cycle_clock->extra;
     cycle_clock->origin_ps += (int64_t)(passed / cycle_clock->den);
     cycle_clock->extra = (int64_t)(passed % cycle_clock->den);
-    cycle_clock->before += cycle_clock->count;
+    cycle_clock->retired_before += cycle_clock->count;
     cycle_clock->count = 0;
   }
 }
 
 static void restart(CycleClock *cycle_clock, int64_t at_ps, int64_t running) {
-  cycle_clock->before += cycle_clock->count + running;
+  cycle_clock->retired_before += cycle_clock->count + running;
   cycle_clock->origin_ps = at_ps;
   cycle_clock->extra = 0;
   cycle_clock->count = -running;

@@ -3,28 +3,28 @@
 
 bool decode16(uint32_t address, uint16_t first, Insn *insn) {
   unsigned group = first >> 12;
-  if (first >> 10 == 0x11) { /* 010001: high registers, and BX, BLX */
+  if (first >> 10 == 0x11) { /* high registers, BX, BLX */
     bool exchanges = bits(first, 9, 8) == 3;
     return exchanges ? decode_control16(address, first, insn) : decode_data16(address, first, insn);
   }
-  if (group < 4 || first >> 10 == 0x10) { /* shifts, immediates, 010000: registers */
+  if (group < 4 || first >> 10 == 0x10) { /* shifts, immediates, registers */
     return decode_data16(address, first, insn);
   }
   if (group < 0xA || group == 0xC || first >> 11 == 9 || (first & 0xF600) == 0xB400) {
-    return decode_memory16(address, first, insn); /* literals, loads and stores, LDM, STM, PUSH, POP */
+    return decode_memory16(address, first, insn);
   }
   if (group == 0xA || first >> 8 == 0xB0 || first >> 8 == 0xB2 || first >> 8 == 0xBA) {
-    return decode_data16(address, first, insn); /* ADR, ADD and SUB of SP, extension, REV */
+    return decode_data16(address, first, insn); /* ADR, SP, extension, REV */
   }
   return decode_control16(address, first, insn);
 }
 
 bool decode32(uint32_t address, uint16_t first, uint16_t second, Insn *insn) {
   if ((first & 0xEC00) == 0xEC00) {
-    return decode_vfp(address, first, second, insn); /* coprocessors */
+    return decode_vfp(address, first, second, insn);
   }
   if ((first & 0xFE00) == 0xEA00) {
-    return decode_data32(address, first, second, insn); /* shifted registers */
+    return decode_data32(address, first, second, insn);
   }
   if ((first & 0xFE00) == 0xE800) {
     return decode_memory32(address, first, second, insn); /* multiple, dual, exclusive, table branch */

@@ -1,9 +1,7 @@
-/* Division by a number that rarely changes, by a multiplication. The processor's division takes as long as ten other
- * instructions, and times are computed at every access.
+/* Division by a number that rarely changes, without the slow instruction: times are computed at every access.
  *
- * The reciprocal is (2^64 - 1) / by, rounded down. Its product with a dividend below 2^63 is too small by less than
- * one quotient, so one correction makes it exact (Warren, Hacker's Delight, chapter 10, has better bounds; here one
- * comparison is enough).
+ * The product of a dividend below 2^63 and the reciprocal, (2^64 - 1) / by rounded down, is too small by less than
+ * one quotient. One correction makes it exact (Warren, Hacker's Delight, chapter 10).
  */
 #ifndef FCU_DIVISION_H
 #define FCU_DIVISION_H
@@ -14,11 +12,11 @@ typedef struct {
   uint64_t by, reciprocal;
 } Divisor;
 
-/* by must be above 0. */
-static inline Divisor divisor_of(int64_t by) { return (Divisor){(uint64_t)by, UINT64_MAX / (uint64_t)by}; }
+/* by must be positive. */
+static inline Divisor make_divisor(int64_t by) { return (Divisor){(uint64_t)by, UINT64_MAX / (uint64_t)by}; }
 
-/* Return dividend / by, exactly; the dividend must not be negative. */
-static inline int64_t divided(int64_t dividend, const Divisor *divisor) {
+/* dividend must not be negative; the result is exact. */
+static inline int64_t fast_divide(int64_t dividend, const Divisor *divisor) {
   uint64_t quotient = (uint64_t)((unsigned __int128)(uint64_t)dividend * divisor->reciprocal >> 64);
   return (int64_t)(quotient + ((uint64_t)dividend - quotient * divisor->by >= divisor->by));
 }

@@ -1,18 +1,20 @@
-/* Data processing of registers: shifts, extension, parallel and saturating arithmetic, bits and bytes (ARMv7-M ARM
- * A5.3.12 to A5.3.15).
+/* Shifts by registers, extension, parallel and saturating arithmetic, bits and bytes (ARMv7-M ARM A5.3.12 to
+ * A5.3.15).
  *
- * Fields: d, n, m as in the encoding; by: the rotation before an extension.
+ * shift: the rotation before an extension.
  */
 #include "cpu/dsp.h"
+
+#include "cpu/operations.h"
 
 #define N core->r[insn->n]
 #define M core->r[insn->m]
 #define D core->r[insn->d]
 
-/* -- shifts by a register (A7.4.2): by the lowest byte of m; a shift by 0 keeps the carry --------------- */
+/* -- shifts by the lowest byte of m; 0 keeps C (A7.4.2) ----------------------------------------------- */
 
 INLINE uint32_t shifted(Core *core, enum Shift type, uint32_t value, unsigned by, bool set_carry) {
-  uint64_t wide; /* the last bit shifted out: bit 32 (LSL) or bit 31 */
+  uint64_t wide; /* bit 32 (LSL) or 31: last bit shifted out */
   unsigned distance = type == ROR ? by & 31 : by < 63 ? by : 63;
   switch (type) {
   case LSL: wide = distance < 63 ? (uint64_t)value << distance : 0; break;
@@ -37,9 +39,9 @@ DEFINE_SHIFT(lsr, LSR)
 DEFINE_SHIFT(asr, ASR)
 DEFINE_SHIFT(ror, ROR)
 
-/* -- extension, with n added unless n is 15 ------------------------------------------------------------- */
+/* -- extension; n = 15: without addition -------------------------------------------------------------- */
 
-static uint32_t rotated(const Core *core, const Insn *insn) { return rotate_right(M, insn->by); }
+static uint32_t rotated(const Core *core, const Insn *insn) { return rotate_right(M, insn->shift); }
 
 #define SXTB(word) ((uint32_t)(int8_t)(word))
 #define SXTH(word) ((uint32_t)(int16_t)(word))
@@ -72,9 +74,9 @@ DEFINE_EXTENSION_OF_TWO(uxtb16, uxtab16, UXTB)
 
 enum Result { MODULO, SATURATED, HALVED };
 typedef struct {
-  unsigned width;                     /* of a lane: 8 or 16 */
-  bool low_subtracts, high_subtracts; /* the half-words may differ */
-  bool exchanged;                     /* the half-words of m; ASX, SAX */
+  unsigned width;
+  bool low_subtracts, high_subtracts;
+  bool exchanged; /* the half-words of m (ASX, SAX) */
 } Lanes;
 
 INLINE int32_t lane(uint32_t word, unsigned at, unsigned width, bool is_signed) {
@@ -124,7 +126,7 @@ DEFINE_PARALLEL(u, false, MODULO)
 DEFINE_PARALLEL(uq, false, SATURATED)
 DEFINE_PARALLEL(uh, false, HALVED)
 
-/* By bits 6:4 of the second half-word and of the first (A5.3.13, A5.3.14). */
+/* By bits 6:4 of second and first (A5.3.13, A5.3.14). */
 #define ROW(letters)                                   \
   {letters##add8, letters##add16, letters##asx, NULL,  \
    letters##sub8, letters##sub16, letters##sax, NULL}
@@ -166,24 +168,28 @@ OPERATION(sel) {
   NEXT;
 }
 
-/* By bits 5:4 of the first half-word and of the second. */
+/* By bits 5:4 of first and second. */
 static const Operation MISCELLANEOUS[4][4] = {
     {qadd, qdadd, qsub, qdsub}, {rev, rev16, rbit, revsh}, {sel}, {clz}};
 
-/* -- decoding ------------------------------------------------------------------------------------------- */
+Operation shift_by_register(enum Shift type, bool set_flags) {
+  static const Operation operations[][2] = {{lsl, lsls}, {lsr, lsrs}, {asr, asrs}, {ror, rors}};
+  return operations[type][set_flags];
+}
+
+Operation reversal(unsigned number) { return MISCELLANEOUS[1][number]; }
 
 static Operation shift_or_extension(uint16_t first, uint16_t second, Insn *insn) {
-  static const Operation SHIFTS[] = {lsl, lsls, lsr, lsrs, asr, asrs, ror, rors};
   static const Operation EXTENSIONS[] = {sxth, uxth, sxtb16, uxtb16, sxtb, uxtb};
   static const Operation ADDED[] = {sxtah, uxtah, sxtab16, uxtab16, sxtab, uxtab};
   unsigned op1 = bits(first, 6, 4);
   if (!(second & 0xF0)) {
-    return SHIFTS[op1];
+    return shift_by_register((enum Shift)(op1 >> 1), op1 & 1);
   }
   if ((second & 0xC0) != 0x80 || op1 > 5) {
     return NULL;
   }
-  insn->by = (uint8_t)(8 * bits(second, 5, 4));
+  insn->shift = (uint8_t)(8 * bits(second, 5, 4));
   if (insn->n == 15) {
     insn->n = 0;
     return EXTENSIONS[op1];

@@ -1,21 +1,16 @@
 /* Exception entry and return (ARMv7-M ARM B1.5).
  *
- * An entry has two steps. First the frame is saved. After its cycles the most urgent pending exception is taken,
- * which may be one that has arrived meanwhile (late arrival, B1.5.11). A return checks for a pending exception first
- * and enters it directly, with the frame still on the stack (tail-chaining, B1.5.12).
+ * An entry saves the frame, then takes the most urgent pending exception, which may have arrived late (B1.5.11). A
+ * return enters a pending exception directly (tail-chaining, B1.5.12). A fault that may not preempt, or has no
+ * handler enabled, becomes a HardFault (B1.5.14). A HardFault inside HardFault or NMI locks the core up (B1.5.15).
  *
- * Faults and SVC are pending from the instruction that caused them. A fault that may not preempt the current code,
- * or has no handler enabled, becomes a HardFault (B1.5.14). A HardFault inside a HardFault or NMI locks the core up
- * (B1.5.15): it executes nothing until a reset of the chip.
+ * Frames have eight words, or 26 with floating point (CONTROL.FPCA), aligned to eight bytes if CCR.STKALIGN is set,
+ * and always with floating point. Bit 9 of the saved xPSR marks padding (B1.5.6 to B1.5.8). Decision: exception
+ * entry saves S0 to S15 and FPSCR at once. A handler that restores the registers it changes cannot detect the
+ * difference to lazy stacking (FPCCR.LSPEN).
  *
- * Frames: eight words are saved, or 26 when floating point is in use (CONTROL.FPCA). The frame is aligned to eight
- * bytes if CCR.STKALIGN is set, and always with floating point. Bit 9 of the saved xPSR tells the return that a word
- * of padding was added (B1.5.6 to B1.5.8). Decision: exception entry saves S0 to S15 and FPSCR at once. With
- * FPCCR.LSPEN the hardware only reserves their space until the handler uses floating point. A handler that restores
- * the registers that it changes cannot detect the difference.
- *
- * NOT MODELLED: an entry does not clear the exclusive monitor (A3.4), so that STREX may succeed after an interrupt
- * that did not change the value; stores are never buffered, so all bus faults are precise.
+ * NOT MODELLED: an entry does not clear the exclusive monitor (A3.4); stores are never buffered, so all bus faults
+ * are precise.
  */
 #include "cpu/exceptions.h"
 
@@ -24,15 +19,13 @@
 #include "fcu.h"
 #include "generated/registers_scb.h"
 
-enum { ENTRY_CYCLES = 12, RETURN_CYCLES = 10, CHAIN_CYCLES = 6 }; /* Cortex-M4 technical reference manual, 3.9 */
-enum { NPRIV = 1, SPSEL = 2, FPCA = 4, FLOATING_CONTEXT = 12 };   /* CONTROL */
+enum { ENTRY_CYCLES = 12, RETURN_CYCLES = 10, CHAIN_CYCLES = 6 }; /* Cortex-M4 TRM 3.9 */
 enum { THREAD = 8, PROCESS_STACK = 4, BASIC_FRAME = 16 };         /* EXC_RETURN (table B1-8) */
-enum { TO_HANDLER = 1, TO_THREAD = 9, TO_PROCESS = 13 };          /* its last four bits */
+enum { TO_HANDLER = 1, TO_THREAD = 9, TO_PROCESS = 13 };          /* last four bits */
 enum { FRAME = 0x20, FLOATING_FRAME = 0x68, FLOATING_AREA = 0x20 };
 
 #define EXC_RETURN 0xFFFFFFE1u
 #define PADDED (1u << 9)
-#define THUMB (1u << 24)
 #define IPSR 0x1FFu
 #define STORED_XPSR 0xFF0FFDFFu /* all but the padding bit */
 
@@ -42,34 +35,33 @@ static const Fault STACKING = {BUS_FAULT, CFSR_STKERR, 0, 0}, UNSTACKING = {BUS_
 static bool pend_fault(Chip *chip, Fault fault);
 
 void exceptions_reset(Chip *chip) {
-  chip->exceptions = (Exceptions){.lowest = HIGHEST_ADDRESS};
+  chip->exceptions = (Exceptions){.lowest_msp = HIGHEST_ADDRESS};
   chip->exceptions.thread_ps = cycle_clock_ps(&chip->cycle_clock, 0);
 }
 
-/* -- priorities ------------------------------------------------------------------------------------------ */
-
-static int level(const Chip *chip) {
+static int execution_priority(const Chip *chip) {
   const Core *core = &chip->core;
-  return nvic_level(&chip->nvic, core->primask, core->basepri, core->faultmask);
+  return nvic_execution_priority(&chip->nvic, core->primask, core->basepri, core->faultmask);
 }
 
-static int group_of(const Chip *chip, int number) { return nvic_group(&chip->nvic, chip->nvic.priority[number]); }
+static int group_priority(const Chip *chip, int number) {
+  return nvic_group_priority(&chip->nvic, chip->nvic.priority[number]);
+}
 
 bool exceptions_may_preempt(const Chip *chip) {
-  int number = nvic_most_urgent(&chip->nvic);
-  return number && group_of(chip, number) < level(chip);
+  int number = nvic_highest_pending(&chip->nvic);
+  return number && group_priority(chip, number) < execution_priority(chip);
 }
 
-bool exceptions_wake(const Chip *chip) {
-  int number = nvic_most_urgent(&chip->nvic);
+bool exceptions_end_wfi(const Chip *chip) {
+  int number = nvic_highest_pending(&chip->nvic);
   const Core *core = &chip->core;
-  return number && group_of(chip, number) < nvic_level(&chip->nvic, false, core->basepri, core->faultmask);
+  return number && group_priority(chip, number) <
+                       nvic_execution_priority(&chip->nvic, false, core->basepri, core->faultmask);
 }
 
-/* -- frames ---------------------------------------------------------------------------------------------- */
-
-/* Save the context; false if the stack could not be written. exc_return becomes its EXC_RETURN value. */
-static bool push(Chip *chip) {
+/* False: the stack cannot be written. */
+static bool push_stack(Chip *chip) {
   Core *core = &chip->core;
   Exceptions *exceptions = &chip->exceptions;
   bool floating = core->control & FPCA, align = chip->scb.ccr & CCR_STKALIGN || floating;
@@ -81,8 +73,8 @@ static bool push(Chip *chip) {
   if (!in_handler(core)) {
     exceptions->exc_return |= THREAD | (core->control & SPSEL ? PROCESS_STACK : 0);
   }
-  if (frame < exceptions->lowest && !(exceptions->exc_return & PROCESS_STACK)) {
-    exceptions->lowest = frame;
+  if (frame < exceptions->lowest_msp && !(exceptions->exc_return & PROCESS_STACK)) {
+    exceptions->lowest_msp = frame;
   }
   core->r[13] = frame;
   if (frame - RAM_BASE > RAM_SIZE - size) {
@@ -95,11 +87,11 @@ static bool push(Chip *chip) {
     memcpy(core->ram + (frame - RAM_BASE) + FLOATING_AREA + 64, last, sizeof last);
     chip->scb.fpcar = frame + FLOATING_AREA;
   }
-  core_note_stores(core, frame, size);
+  core_ram_written(core, frame, size);
   return true;
 }
 
-/* Enter Handler mode, with the main stack and no floating-point context (ExceptionTaken). */
+/* ExceptionTaken: main stack, no floating-point context. */
 static void enter_handler(Chip *chip, int number, uint32_t vector) {
   Core *core = &chip->core;
   core->thumb = vector & 1;
@@ -109,8 +101,7 @@ static void enter_handler(Chip *chip, int number, uint32_t vector) {
   core->r[15] = vector & ~1u;
 }
 
-/* Restore a context: the return address and xPSR; false if the stack could not be read. */
-static bool pop(Chip *chip, uint32_t exc_return, uint32_t *address, uint32_t *xpsr) {
+static bool pop_stack(Chip *chip, uint32_t exc_return, uint32_t *address, uint32_t *xpsr) {
   Core *core = &chip->core;
   bool process = (exc_return & 0xF) == TO_PROCESS, floating = !(exc_return & BASIC_FRAME);
   uint32_t frame = read_stack_pointer(core, process), size = floating ? FLOATING_FRAME : FRAME, words[8];
@@ -135,16 +126,14 @@ static bool pop(Chip *chip, uint32_t exc_return, uint32_t *address, uint32_t *xp
   return true;
 }
 
-/* -- entry ----------------------------------------------------------------------------------------------- */
-
-static void enter_after(Chip *chip, int cycles) {
-  cycle_clock_spend(&chip->cycle_clock, cycles);
+static void schedule_entry(Chip *chip, int cycles) {
+  cycle_clock_add_cycles(&chip->cycle_clock, cycles);
   chip->exceptions.entering = 1;
 }
 
-static void save(Chip *chip) {
-  bool saved = push(chip);
-  enter_after(chip, ENTRY_CYCLES);
+static void begin_entry(Chip *chip) {
+  bool saved = push_stack(chip);
+  schedule_entry(chip, ENTRY_CYCLES);
   if (!saved) {
     pend_fault(chip, STACKING);
   }
@@ -154,20 +143,20 @@ bool exceptions_take_pending(Chip *chip) {
   if (!exceptions_may_preempt(chip)) {
     return false;
   }
-  save(chip);
+  begin_entry(chip);
   return true;
 }
 
 void exceptions_finish_entry(Chip *chip) {
-  int number = nvic_most_urgent(&chip->nvic);
+  int number = nvic_highest_pending(&chip->nvic);
   uint32_t vector = 0;
   const uint8_t *bytes = core_bytes_at(&chip->core, chip->scb.vtor + 4 * (uint32_t)number, 4);
   chip->exceptions.entering = 0;
   chip->work += WORK_EXCEPTION;
-  chip->costs.exceptions[number].times += number > USAGE_FAULT; /* faults are counted below */
+  chip->costs.exceptions[number].times += number > USAGE_FAULT; /* pend_fault() counts faults */
   chip->costs.exceptions[number].work += WORK_EXCEPTION;
   nvic_activate(&chip->nvic, number);
-  chip->nvic.event = 1;
+  chip->nvic.event_register = 1;
   if (!bytes) {
     enter_handler(chip, number, 1);
     exceptions_fault(chip, NO_VECTOR);
@@ -182,7 +171,7 @@ int32_t fcu_enter_exception(Chip *chip, int32_t number, uint32_t vectors) {
   const uint8_t *bytes = core_bytes_at(&chip->core, vectors + 4 * (uint32_t)number, 4);
   chip->scb.ccr |= CCR_STKALIGN;
   chip->scb.vtor = vectors;
-  if (!bytes || !push(chip)) {
+  if (!bytes || !push_stack(chip)) {
     return false;
   }
   memcpy(&vector, bytes, 4);
@@ -190,30 +179,28 @@ int32_t fcu_enter_exception(Chip *chip, int32_t number, uint32_t vectors) {
   return true;
 }
 
-/* -- faults and SVC -------------------------------------------------------------------------------------- */
-
 void exceptions_supervisor_call(Chip *chip) {
-  if (group_of(chip, SV_CALL) < level(chip)) {
+  if (group_priority(chip, SV_CALL) < execution_priority(chip)) {
     nvic_pend(&chip->nvic, SV_CALL);
-    save(chip);
+    begin_entry(chip);
   } else {
     exceptions_fault(chip, (Fault){HARD_FAULT, 0, HFSR_FORCED, 0});
   }
 }
 
-/* Make the fault, or the HardFault that it becomes, pending; false if the core locks up instead. */
+/* False: the core locks up. */
 static bool escalate(Chip *chip, Fault fault) {
   Scb *scb = &chip->scb;
-  int now = level(chip), number = fault.exception;
-  scb->cfsr |= fault.status;
-  scb->hfsr |= fault.hard;
-  if (fault.status & CFSR_BFARVALID) {
+  int now = execution_priority(chip), number = fault.exception;
+  scb->cfsr |= fault.cfsr;
+  scb->hfsr |= fault.hfsr;
+  if (fault.cfsr & CFSR_BFARVALID) {
     scb->bfar = fault.address;
   }
-  if (fault.hard & HFSR_DEBUGEVT) {
+  if (fault.hfsr & HFSR_DEBUGEVT) {
     scb->dfsr |= DFSR_BKPT;
   }
-  if (number != HARD_FAULT && !(scb_fault_enabled(scb, number) && group_of(chip, number) < now)) {
+  if (number != HARD_FAULT && !(scb_fault_enabled(scb, number) && group_priority(chip, number) < now)) {
     number = HARD_FAULT;
     scb->hfsr |= HFSR_FORCED;
   }
@@ -230,7 +217,7 @@ static bool escalate(Chip *chip, Fault fault) {
 static bool pend_fault(Chip *chip, Fault fault) {
   bool pending = escalate(chip, fault);
   int64_t before = chip->work;
-  chip->host.fault(cycle_clock_ps(&chip->cycle_clock, 0), fault.exception, fault.status, fault.hard, fault.address);
+  chip->host.fault(cycle_clock_ps(&chip->cycle_clock, 0), fault.exception, fault.cfsr, fault.hfsr, fault.address);
   chip->costs.exceptions[fault.exception].times++;
   chip->costs.exceptions[fault.exception].work += chip->work - before;
   return pending;
@@ -238,14 +225,14 @@ static bool pend_fault(Chip *chip, Fault fault) {
 
 void exceptions_fault(Chip *chip, Fault fault) {
   if (pend_fault(chip, fault)) {
-    save(chip);
+    begin_entry(chip);
   }
 }
 
-/* By 512 MB: the regions that ARMv7-M ARM table B3-1 marks execute-never. */
+/* By 512 MB (ARMv7-M ARM table B3-1). */
 static bool is_execute_never(uint32_t address) { return 0xE4u >> (address >> 29) & 1; }
 
-Fault exceptions_fault_of(const Chip *chip, enum Stop stop) {
+Fault exceptions_fault_for(const Chip *chip, enum Stop stop) {
   switch (stop) {
   case STOP_UNDEFINED: return (Fault){USAGE_FAULT, CFSR_UNDEFINSTR, 0, 0};
   case STOP_INVALID_STATE: return (Fault){USAGE_FAULT, CFSR_INVSTATE, 0, 0};
@@ -262,11 +249,9 @@ Fault exceptions_fault_of(const Chip *chip, enum Stop stop) {
   }
 }
 
-/* -- return ---------------------------------------------------------------------------------------------- */
-
-/* The checks of ExceptionReturn (B1.5.8). */
+/* ExceptionReturn (B1.5.8). */
 static bool is_valid(const Chip *chip, uint32_t exc_return, int number) {
-  bool outermost = nvic_depth(&chip->nvic) == 1;
+  bool outermost = nvic_active_count(&chip->nvic) == 1;
   uint32_t kind = exc_return & 0xF;
   if (exc_return >> 5 != 0xFFFFFFFFu >> 5 || number >= EXCEPTIONS || !nvic_is_active(&chip->nvic, number)) {
     return false;
@@ -277,25 +262,25 @@ static bool is_valid(const Chip *chip, uint32_t exc_return, int number) {
   return (kind == TO_THREAD || kind == TO_PROCESS) && (outermost || chip->scb.ccr & CCR_NONBASETHRDENA);
 }
 
-static void chain(Chip *chip, uint32_t exc_return) {
+static void tail_chain(Chip *chip, uint32_t exc_return) {
   chip->exceptions.exc_return = exc_return;
-  enter_after(chip, CHAIN_CYCLES);
+  schedule_entry(chip, CHAIN_CYCLES);
 }
 
-static void chain_fault(Chip *chip, Fault fault, uint32_t exc_return) {
+static void tail_chain_fault(Chip *chip, Fault fault, uint32_t exc_return) {
   if (pend_fault(chip, fault)) {
-    chain(chip, exc_return);
+    tail_chain(chip, exc_return);
   }
 }
 
-static bool restore(Chip *chip, uint32_t exc_return) {
+static bool return_to_context(Chip *chip, uint32_t exc_return) {
   uint32_t address, xpsr;
   bool to_thread = (exc_return & 0xF) != TO_HANDLER;
-  if (!pop(chip, exc_return, &address, &xpsr)) {
-    chain_fault(chip, UNSTACKING, exc_return);
+  if (!pop_stack(chip, exc_return, &address, &xpsr)) {
+    tail_chain_fault(chip, UNSTACKING, exc_return);
     return false;
   }
-  cycle_clock_spend(&chip->cycle_clock, RETURN_CYCLES);
+  cycle_clock_add_cycles(&chip->cycle_clock, RETURN_CYCLES);
   chip->core.r[15] = address & ~1u;
   chip->core.thumb = (xpsr & THUMB) != 0;
   if (to_thread == ((xpsr & IPSR) != 0)) {
@@ -308,30 +293,30 @@ static bool restore(Chip *chip, uint32_t exc_return) {
   return to_thread && chip->scb.scr & SCR_SLEEPONEXIT;
 }
 
-bool exceptions_leave(Chip *chip) {
+bool exceptions_return(Chip *chip) {
   Core *core = &chip->core;
   uint32_t exc_return = core->r[15] | 1;
   int number = (int)core->ipsr;
   if (!number) {
-    exceptions_fault(chip, (Fault){MEM_MANAGE, CFSR_IACCVIOL, 0, 0}); /* Thread mode has no special case */
+    exceptions_fault(chip, (Fault){MEM_MANAGE, CFSR_IACCVIOL, 0, 0}); /* no special case in Thread mode */
     return false;
   }
   bool valid = is_valid(chip, exc_return, number);
   if (number < EXCEPTIONS) {
     nvic_deactivate(&chip->nvic, number);
   }
-  chip->nvic.event = 1;
+  chip->nvic.event_register = 1;
   if (number != NMI) {
     core->faultmask = 0;
   }
   if (!valid) {
     core->r[14] = 0xF0000000u | (exc_return & 0x0FFFFFFF);
-    chain_fault(chip, INVALID_RETURN, exc_return);
+    tail_chain_fault(chip, INVALID_RETURN, exc_return);
     return false;
   }
   if (exceptions_may_preempt(chip)) {
-    chain(chip, exc_return);
+    tail_chain(chip, exc_return);
     return false;
   }
-  return restore(chip, exc_return);
+  return return_to_context(chip, exc_return);
 }

@@ -1,43 +1,39 @@
-/* Exception entry and return (ARMv7-M ARM B1.5), and the faults of the core (B1.5.14, B3.2.15). */
+/* Exception entry and return (ARMv7-M ARM B1.5), and faults (B1.5.14, B3.2.15). */
 #ifndef FCU_EXCEPTIONS_H
 #define FCU_EXCEPTIONS_H
 
 #include "peripherals/peripheral.h"
 #include "cpu/core.h"
 
-/* status contains its bits in CFSR, hard those in HFSR; the address goes to BFAR if status says that it is valid. */
+/* Bits of CFSR and HFSR, and BFAR if cfsr says that it is valid. */
 typedef struct {
   int32_t exception;
-  uint32_t status, hard, address;
+  uint32_t cfsr, hfsr, address;
 } Fault;
 
 #define HIGHEST_ADDRESS 0xFFFFFFFFu
 
 typedef struct {
-  int64_t thread_ps;     /* the time of the last return to Thread mode */
-  uint32_t exc_return;   /* of the exception being entered */
-  uint32_t lowest;       /* the lowest address of the main stack at an exception entry */
-  uint32_t locked_up;    /* the core executes nothing until a reset of the chip */
+  int64_t thread_ps;
+  uint32_t exc_return;
+  uint32_t lowest_msp; /* of the main stack, at exception entries */
+  uint32_t locked_up;
   uint32_t locked_up_pc;
-  uint8_t entering;      /* the frame is saved, the handler not yet chosen */
+  uint8_t entering; /* the frame is saved, the handler not chosen */
 } Exceptions;
 
 void exceptions_reset(Chip *chip);
-/* Begin to enter the most urgent pending exception, if it may preempt the current code. Between instructions. */
+/* Between instructions: begin an entry if a pending exception preempts. */
 bool exceptions_take_pending(Chip *chip);
-/* Return true if a pending exception may be entered now. */
 bool exceptions_may_preempt(const Chip *chip);
-/* Return true if a pending exception ends WFI: as if PRIMASK were 0 (B1.5.19). */
-bool exceptions_wake(const Chip *chip);
-/* Start the handler of the most urgent exception. */
+/* A pending exception ends WFI, as if PRIMASK were 0 (B1.5.19). */
+bool exceptions_end_wfi(const Chip *chip);
 void exceptions_finish_entry(Chip *chip);
-/* SVC was executed; PC is after it. */
 void exceptions_supervisor_call(Chip *chip);
-/* An instruction could not be executed; PC is on it. */
 void exceptions_fault(Chip *chip, Fault fault);
-/* Return the fault for which the core stopped; exception is 0 if the reason was not a fault. */
-Fault exceptions_fault_of(const Chip *chip, enum Stop stop);
-/* PC has been loaded with an EXC_RETURN value. True if the core sleeps now (SLEEPONEXIT). */
-bool exceptions_leave(Chip *chip);
+/* exception is 0 if it was not a fault. */
+Fault exceptions_fault_for(const Chip *chip, enum Stop stop);
+/* EXC_RETURN is in PC. True: sleep on exit. */
+bool exceptions_return(Chip *chip);
 
 #endif

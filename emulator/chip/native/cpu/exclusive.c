@@ -1,47 +1,47 @@
-/* LDREX, STREX and those of bytes and half-words, TBB and TBH (ARMv7-M ARM A5.3.6).
+/* LDREX, STREX, TBB and TBH in all sizes (ARMv7-M ARM A5.3.6).
  *
- * Decision: STREX also fails if the word has changed since LDREX read it. The architecture allows this (A3.4.1), and
- * the reference engine does it. STREX thereby detects stores of an exception handler in between.
+ * Decision: STREX also fails if the word has changed since LDREX read it. The architecture allows it (A3.4.1), the
+ * reference engine does it, and it detects stores of an exception handler in between.
  */
 #include "cpu/transfers.h"
 
-/* imm is the offset. An address that is not a multiple of the size always faults (A3.2.1). */
-#define DEFINE_EXCLUSIVE(suffix, size)                                                                   \
-  OPERATION(ldrex##suffix) {                                                                             \
-    uint32_t value, address = core->r[insn->n] + insn->imm;                                              \
-    look_outside(core, insn, budget);                                                                    \
-    if (address % size) {                                                                                \
-      core->fault_address = address;                                                                     \
-      stop_on(core, insn, budget, STOP_UNALIGNED);                                                       \
-    } else if (core_read(core, address, size, &value)) {                                                 \
-      core->exclusive = 1;                                                                               \
-      core->exclusive_address = address;                                                                 \
-      core->exclusive_value = core->r[insn->d] = value;                                                  \
-      go_on(core, insn);                                                                                 \
-    }                                                                                                    \
-  }                                                                                                      \
-  OPERATION(strex##suffix) {                                                                             \
-    uint32_t value, address = core->r[insn->n] + insn->imm;                                              \
-    bool stores = core->exclusive && core->exclusive_address == address;                                 \
-    look_outside(core, insn, budget);                                                                    \
-    if (stores) {                                                                                        \
-      if (!core_read(core, address, size, &value)) {                                                     \
-        return;                                                                                          \
-      }                                                                                                  \
-      stores = value == core->exclusive_value;                                                           \
-      if (stores && !core_write(core, address, size, core->r[insn->a])) {                                \
-        return;                                                                                          \
-      }                                                                                                  \
-    }                                                                                                    \
-    core->exclusive = 0;                                                                                 \
-    core->r[insn->d] = !stores;                                                                          \
-    go_on(core, insn);                                                                                   \
+/* imm: offset. Unaligned addresses always fault (A3.2.1). */
+#define DEFINE_EXCLUSIVE(suffix, size)                                     \
+  OPERATION(ldrex##suffix) {                                               \
+    uint32_t value, address = core->r[insn->n] + insn->imm;                \
+    sync_state(core, insn, budget);                                        \
+    if (address % size) {                                                  \
+      core->fault_address = address;                                       \
+      stop_at(core, insn, budget, STOP_UNALIGNED);                         \
+    } else if (core_read(core, address, size, &value)) {                   \
+      core->exclusive = 1;                                                 \
+      core->exclusive_address = address;                                   \
+      core->exclusive_value = core->r[insn->d] = value;                    \
+      resume_chain(core, insn);                                            \
+    }                                                                      \
+  }                                                                        \
+  OPERATION(strex##suffix) {                                               \
+    uint32_t value, address = core->r[insn->n] + insn->imm;                \
+    bool stores = core->exclusive && core->exclusive_address == address;   \
+    sync_state(core, insn, budget);                                        \
+    if (stores) {                                                          \
+      if (!core_read(core, address, size, &value)) {                       \
+        return;                                                            \
+      }                                                                    \
+      stores = value == core->exclusive_value;                             \
+      if (stores && !core_write(core, address, size, core->r[insn->a])) {  \
+        return;                                                            \
+      }                                                                    \
+    }                                                                      \
+    core->exclusive = 0;                                                   \
+    core->r[insn->d] = !stores;                                            \
+    resume_chain(core, insn);                                              \
   }
 DEFINE_EXCLUSIVE(, 4)
 DEFINE_EXCLUSIVE(h, 2)
 DEFINE_EXCLUSIVE(b, 1)
 
-/* d, which must not be PC or SP, receives the value read or the failure; a is stored. */
+/* d: value read or failure; a: value to store. */
 static bool decode_exclusive(Operation run, unsigned n, unsigned d, unsigned a, Insn *insn) {
   insn->run = run;
   insn->n = (uint8_t)n;
@@ -56,23 +56,23 @@ bool decode_exclusive_word(bool load, unsigned n, uint16_t second, Insn *insn) {
   return load ? d == 15 && decode_exclusive(ldrex, n, t, 0, insn) : decode_exclusive(strex, n, d, t, insn);
 }
 
-/* -- TBB, TBH: the table is at n or at imm; m is the index ----------------------------------------------- */
+/* -- TBB, TBH: table at n or imm, index m ------------------------------------------------------------- */
 
-#define DEFINE_TABLE_BRANCH(name, bits, base)                                                            \
-  RARE_OPERATION(name##_outside) {                                                                       \
-    uint32_t half_words, address = base + core->r[insn->m] * (bits / 8);                                 \
-    look_outside(core, insn, budget);                                                                    \
-    if (load##bits##_outside(core, address, &half_words)) {                                              \
-      go_on_at(core, at_address(core, insn[1].address + 2 * half_words));                                \
-    }                                                                                                    \
-  }                                                                                                      \
-  OPERATION(name) {                                                                                      \
-    uint32_t half_words, address = base + core->r[insn->m] * (bits / 8);                                 \
-    if (UNLIKELY(!load##bits(core, address, &half_words))) {                                             \
-      TAIL name##_outside(core, insn, budget);                                                           \
-    }                                                                                                    \
-    const Insn *next = at_address(core, insn[1].address + 2 * half_words);                               \
-    TAIL enter(core, next, budget);                                                                      \
+#define DEFINE_TABLE_BRANCH(name, bits, base)                                   \
+  SLOW_OPERATION(name##_slow) {                                                 \
+    uint32_t half_words, address = base + core->r[insn->m] * (bits / 8);        \
+    sync_state(core, insn, budget);                                             \
+    if (load##bits##_slow(core, address, &half_words)) {                        \
+      resume_chain_at(core, block_at(core, insn[1].address + 2 * half_words));  \
+    }                                                                           \
+  }                                                                             \
+  OPERATION(name) {                                                             \
+    uint32_t half_words, address = base + core->r[insn->m] * (bits / 8);        \
+    if (UNLIKELY(!load##bits(core, address, &half_words))) {                    \
+      TAIL name##_slow(core, insn, budget);                                     \
+    }                                                                           \
+    const Insn *next = block_at(core, insn[1].address + 2 * half_words);        \
+    TAIL enter_block(core, next, budget);                                       \
   }
 DEFINE_TABLE_BRANCH(tbb, 8, core->r[insn->n])
 DEFINE_TABLE_BRANCH(tbh, 16, core->r[insn->n])
@@ -86,7 +86,7 @@ static bool decode_table_branch(uint32_t address, bool wide, unsigned n, unsigne
   insn->n = at_pc ? 0 : (uint8_t)n;
   insn->m = (uint8_t)m;
   insn->imm = address + 4;
-  insn->kind |= ENDS;
+  insn->flags |= ENDS_BLOCK;
   return true;
 }
 

@@ -1,118 +1,116 @@
-/* Skipping of loops that wait for a variable: HAL_Delay on its tick, while (!flag), while (1).
+/* Skipping of loops that wait for a variable: HAL_Delay(), while (!flag), while (1).
  *
- * Such a loop accesses no register, so no access can trigger a check. Instead, after a while a run of instructions
- * without any access is ended and checked: is the core in a loop whose iteration is known? If so, one iteration is
- * executed. If it leaves all registers and RAM unchanged, it will be repeated until the next event. Whole iterations
- * are then counted instead of executed. New loops are found by single steps, from the end of such a run until the
- * core's state recurs.
+ * They access no register; so a run without accesses is ended for a check after a while. In a known loop one
+ * iteration is executed. If registers and RAM are unchanged, whole iterations up to the next event are counted
+ * instead of executed. New loops are found by single steps.
  *
- * Decision: idle loops are detected at the end of a run. A check at every backward branch was rejected, because it
- * slows down every loop of the program.
+ * Decision: idle loops are detected at the end of a run. A check at every backward branch would slow down all loops.
  */
 #include <string.h>
 
 #include "bus.h"
 #include "chip.h"
 
-#define LOOK 20000        /* instructions after which a run is ended for a check */
-#define FARTHEST 100000000
-#define LONG 2000         /* instructions without an access after which a loop is suspected */
-#define LONGEST_LOOP 256  /* instructions of one iteration */
-#define PAUSE 1000000     /* instructions between an unsuccessful search and the next; doubled each time */
-#define MOST_DOUBLINGS 5
-#define MOST_VAIN 100
-#define NOWHERE 1u        /* not an address of an instruction */
+#define CHECK_INTERVAL 20000 /* maximum instructions of a run */
+#define MAX_CHECK_INTERVAL 100000000
+#define SUSPECT_AFTER 2000 /* instructions without an access */
+#define LONGEST_LOOP 256
+#define PAUSE 1000000 /* instructions after an unsuccessful search; doubled each time */
+#define MAX_DOUBLINGS 5
+#define MAX_MISSES 100
+#define NO_ADDRESS 1u
 
-static unsigned place_of(uint32_t address) { return (address >> 1) % IDLE_SKIP_SLOTS; }
+static unsigned slot_of(uint32_t address) { return (address >> 1) % IDLE_SKIP_SLOTS; }
 
 void idle_skip_create(Chip *chip) {
   memset(&chip->idle_skip, 0, sizeof chip->idle_skip);
-  chip->idle_skip.next_look = LOOK;
-  chip->idle_skip.suspect = NOWHERE;
+  chip->idle_skip.check_interval = CHECK_INTERVAL;
+  chip->idle_skip.suspect = NO_ADDRESS;
 }
 
-static void know_loop(IdleSkip *idle_skip, const uint32_t *addresses, int count, int64_t period) {
+static void record_loop(IdleSkip *idle_skip, const uint32_t *addresses, int count, int64_t period) {
   for (int n = 0; n < count; n++) {
-    unsigned place = place_of(addresses[n]);
-    idle_skip->places[place].address = addresses[n];
-    idle_skip->places[place].period = (uint16_t)period;
-    idle_skip->places[place].vain = 0;
+    unsigned slot = slot_of(addresses[n]);
+    idle_skip->loops[slot].address = addresses[n];
+    idle_skip->loops[slot].period = (uint16_t)period;
+    idle_skip->loops[slot].misses = 0;
   }
 }
 
-/* Return true if the core has its earlier state again, and nothing was accessed since. */
-static bool recurs(const Chip *chip, const uint8_t *state, int64_t accesses) {
-  return chip->poll_skip.accesses == accesses && !chip->must_stop && poll_skip_nothing_changed(chip) &&
+/* Return true if registers and RAM are as before, and nothing was accessed. */
+static bool state_recurs(const Chip *chip, const uint8_t *state, int64_t accesses) {
+  return chip->poll_skip.accesses == accesses && !chip->must_stop && poll_skip_ram_unchanged(chip) &&
          !memcmp(state, chip->core.r, CORE_STATE_SIZE);
 }
 
-/* Execute an iteration of a known loop, and skip its repetitions. */
-static void iterate(Chip *chip, unsigned place) {
+/* Execute an iteration; skip its repetitions if it changes nothing. */
+static void execute_iteration(Chip *chip, unsigned slot) {
   IdleSkip *idle_skip = &chip->idle_skip;
   uint8_t state[CORE_STATE_SIZE];
-  int64_t accesses = chip->poll_skip.accesses, period = idle_skip->places[place].period;
+  int64_t accesses = chip->poll_skip.accesses, period = idle_skip->loops[slot].period;
   memcpy(state, chip->core.r, sizeof state);
-  poll_skip_watch(chip);
+  poll_skip_begin_log(chip);
   bool whole = run_loop_run(chip, period) == STOP_SLICE && chip->run_loop.executed == period;
-  if (whole && recurs(chip, state, accesses)) {
-    int64_t skipped = (chip->run_loop.end - chip->cycle_clock.count) / period * period;
+  if (whole && state_recurs(chip, state, accesses)) {
+    int64_t skipped = (chip->run_loop.slice_end - chip->cycle_clock.count) / period * period;
     chip->cycle_clock.count += skipped;
     chip->poll_skip.skipped += skipped;
-    idle_skip->places[place].vain = 0;
-  } else if (++idle_skip->places[place].vain > MOST_VAIN) {
-    idle_skip->places[place].period = 0;
+    idle_skip->loops[slot].misses = 0;
+  } else if (++idle_skip->loops[slot].misses > MAX_MISSES) {
+    idle_skip->loops[slot].period = 0;
   }
 }
 
-/* Step until the state recurs: then the loop is known. */
-static void search(Chip *chip) {
+static void search_loop(Chip *chip) {
   IdleSkip *idle_skip = &chip->idle_skip;
   uint8_t state[CORE_STATE_SIZE];
   uint32_t path[LONGEST_LOOP + 1], address = chip->core.r[15];
   int64_t accesses = chip->poll_skip.accesses, begun = cycle_clock_retired(&chip->cycle_clock);
   int length = 0;
-  idle_skip->suspect = NOWHERE;
+  idle_skip->suspect = NO_ADDRESS;
   memcpy(state, chip->core.r, sizeof state);
-  poll_skip_watch(chip);
+  poll_skip_begin_log(chip);
   path[length++] = address;
   for (int n = 0; n < LONGEST_LOOP && run_loop_step(chip) && chip->poll_skip.accesses == accesses; n++) {
-    if (chip->core.r[15] == address && recurs(chip, state, accesses)) {
-      know_loop(idle_skip, path, length, cycle_clock_retired(&chip->cycle_clock) - begun);
+    if (chip->core.r[15] == address && state_recurs(chip, state, accesses)) {
+      record_loop(idle_skip, path, length, cycle_clock_retired(&chip->cycle_clock) - begun);
       idle_skip->failures = 0;
       return;
     }
-    if (chip->core.r[15] == address) { /* an interrupt may have changed the first state */
+    if (chip->core.r[15] == address) { /* an interrupt may have changed the state */
       memcpy(state, chip->core.r, sizeof state);
-      poll_skip_watch(chip);
+      poll_skip_begin_log(chip);
       begun = cycle_clock_retired(&chip->cycle_clock);
       length = 0;
     }
     path[length++] = chip->core.r[15];
   }
   idle_skip->not_before = cycle_clock_retired(&chip->cycle_clock) + ((int64_t)PAUSE << idle_skip->failures);
-  idle_skip->failures += idle_skip->failures < MOST_DOUBLINGS;
+  idle_skip->failures += idle_skip->failures < MAX_DOUBLINGS;
 }
 
-void idle_skip_look(Chip *chip) {
+void idle_skip_check(Chip *chip) {
   IdleSkip *idle_skip = &chip->idle_skip;
-  bool suspicious = chip->poll_skip.accesses == idle_skip->accesses && chip->run_loop.executed >= LONG;
+  bool suspicious = chip->poll_skip.accesses == idle_skip->accesses && chip->run_loop.executed >= SUSPECT_AFTER;
   idle_skip->accesses = chip->poll_skip.accesses;
-  idle_skip->next_look = !suspicious ? LOOK : idle_skip->next_look < FARTHEST ? 2 * idle_skip->next_look : FARTHEST;
-  idle_skip->suspect = suspicious ? chip->core.r[15] : NOWHERE;
+  bool may_double = idle_skip->check_interval < MAX_CHECK_INTERVAL;
+  int64_t longer = may_double ? 2 * idle_skip->check_interval : MAX_CHECK_INTERVAL;
+  idle_skip->check_interval = suspicious ? longer : CHECK_INTERVAL;
+  idle_skip->suspect = suspicious ? chip->core.r[15] : NO_ADDRESS;
 }
 
 bool idle_skip_execute(Chip *chip, int64_t instructions) {
   IdleSkip *idle_skip = &chip->idle_skip;
   uint32_t address = chip->core.r[15];
-  unsigned place = place_of(address);
-  int64_t period = idle_skip->places[place].address == address ? idle_skip->places[place].period : 0;
+  unsigned slot = slot_of(address);
+  int64_t period = idle_skip->loops[slot].address == address ? idle_skip->loops[slot].period : 0;
   bool may_search = cycle_clock_retired(&chip->cycle_clock) >= idle_skip->not_before;
   if (period && instructions >= 2 * period) {
-    iterate(chip, place);
+    execute_iteration(chip, slot);
     return true;
   }
   if (address == idle_skip->suspect && instructions > LONGEST_LOOP && may_search) {
-    search(chip);
+    search_loop(chip);
     return true;
   }
   return false;

@@ -10,7 +10,7 @@ bool decode_memory16(uint32_t address, uint16_t first, Insn *insn) {
   unsigned low = bits(first, 2, 0), middle = bits(first, 5, 3), high = bits(first, 10, 8);
   bool load = bits(first, 11, 11);
   switch (first >> 12) {
-  case 4: /* LDR (literal) */
+  case 4:
     insn->imm = ((address + 4) & ~3u) + 4 * bits(first, 7, 0);
     return decode_single(LDR, LITERAL_FORM, high, 0, insn);
   case 5:
@@ -25,14 +25,14 @@ bool decode_memory16(uint32_t address, uint16_t first, Insn *insn) {
   case 8:
     insn->imm = 2 * bits(first, 10, 6);
     return decode_single(load ? LDRH : STRH, OFFSET, low, middle, insn);
-  case 9: /* relative to SP */
+  case 9:
     insn->imm = 4 * bits(first, 7, 0);
     return decode_single(load ? LDR : STR, OFFSET, high, 13, insn);
-  case 0xB: { /* POP with PC, PUSH with LR */
+  case 0xB: {
     uint32_t list = bits(first, 7, 0) | bits(first, 8, 8) << (load ? 15 : 14);
     return decode_multiple(load, !load, true, 13, list, insn);
   }
-  default: { /* LDM writes back unless the base is also loaded (A7.7.40) */
+  default: { /* no write-back of a loaded base (A7.7.40) */
     uint32_t list = bits(first, 7, 0);
     return decode_multiple(load, false, !load || !(list >> high & 1), high, list, insn);
   }

@@ -2,7 +2,6 @@
 #include "cpu/system.h"
 #include "cpu/transfers.h"
 
-/* Set n, m, by and imm; false if the form does not exist. */
 static bool decode_form(uint32_t address, uint16_t first, uint16_t second, Insn *insn, enum Form *form) {
   bool pre = bits(second, 10, 10), add = bits(second, 9, 9), write_back = bits(second, 8, 8);
   insn->n = bits(first, 3, 0);
@@ -17,8 +16,8 @@ static bool decode_form(uint32_t address, uint16_t first, uint16_t second, Insn 
   } else if (bits(second, 11, 6) == 0) {
     *form = REGISTER;
     insn->m = bits(second, 3, 0);
-    insn->by = bits(second, 5, 4);
-  } else { /* LDRT and similar instructions differ from an offset only in protected regions */
+    insn->shift = bits(second, 5, 4);
+  } else { /* LDRT and its like, without protected regions */
     *form = !write_back ? OFFSET : pre ? PRE_INDEXED : POST_INDEXED;
     insn->imm = add ? bits(second, 7, 0) : -bits(second, 7, 0);
     return bits(second, 11, 11) && (pre || write_back);
@@ -35,16 +34,16 @@ static bool decode_single(uint32_t address, uint16_t first, uint16_t second, Ins
     return false;
   }
   unsigned d = second >> 12;
-  if (load && !word && d == 15) { /* PLD, PLI and unallocated hints */
+  if (load && !word && d == 15) { /* PLD, PLI, hints */
     insn->n = 0;
-    insn->run = no_operation;
+    insn->run = nop;
     return form < PRE_INDEXED;
   }
   bool known = decode_transfer(transfers[size][load + sign_extended], form, d, insn);
-  return known && !(load && !word && d == 13); /* a byte in SP is UNPREDICTABLE */
+  return known && !(load && !word && d == 13);
 }
 
-/* With P and W both 0, LDRD's encoding is that of the exclusives; U tells them apart (A5.3.6). */
+/* P = W = 0: exclusives (A5.3.6). */
 static bool decode_dual_or_exclusive(uint32_t address, uint16_t first, uint16_t second, Insn *insn) {
   bool pre = bits(first, 8, 8), add = bits(first, 7, 7), write_back = bits(first, 5, 5);
   bool load = bits(first, 4, 4);
@@ -67,7 +66,7 @@ static bool decode_multiple32(uint16_t first, uint16_t second, Insn *insn) {
   bool write_back = bits(first, 5, 5), load = bits(first, 4, 4);
   bool is_one = (second & (second - 1)) == 0, loads_sp = load && second >> 13 & 1;
   if (direction == 0 || direction == 3 || is_one || loads_sp || (write_back && second >> n & 1)) {
-    return false; /* RFE and SRS of other profiles; the rest is UNPREDICTABLE */
+    return false; /* RFE, SRS, UNPREDICTABLE */
   }
   return decode_multiple(load, direction == 2, write_back, n, second, insn);
 }

@@ -1,7 +1,7 @@
 /* Multiplication and division (ARMv7-M ARM A5.3.16, A5.3.17).
  *
- * Fields: d, n, m, a as in the encoding; for 64-bit results d is RdHi and a is RdLo. by selects the half-words: bit
- * 1 the high one of n, bit 0 the high one of m. For the dual instructions bit 0 selects if m is swapped.
+ * 64-bit results: d is RdHi, a is RdLo. shift: bits 1 and 0 select the high halves of n and m; in dual instructions
+ * bit 0 swaps m.
  */
 #include "cpu/dsp.h"
 
@@ -11,10 +11,10 @@
 #define D core->r[insn->d]
 
 static int32_t half(uint32_t word, bool high) { return (int16_t)(high ? word >> 16 : word); }
-static int32_t half_of_n(const Core *core, const Insn *insn) { return half(N, insn->by & 2); }
-static int32_t half_of_m(const Core *core, const Insn *insn) { return half(M, insn->by & 1); }
+static int32_t half_of_n(const Core *core, const Insn *insn) { return half(N, insn->shift & 2); }
+static int32_t half_of_m(const Core *core, const Insn *insn) { return half(M, insn->shift & 1); }
 
-/* The low word of a sum; Q is set if the sum does not fit. */
+/* Q is set if the sum overflows. */
 static void set_sum(Core *core, const Insn *insn, int64_t sum) {
   D = (uint32_t)sum;
   core->q |= sum != (int32_t)sum;
@@ -25,8 +25,6 @@ static void set_long(Core *core, const Insn *insn, uint64_t result) {
   A = (uint32_t)result;
   D = (uint32_t)(result >> 32);
 }
-
-/* -- 32 bits -------------------------------------------------------------------------------------------- */
 
 COMPUTATION(mul, D = N * M)
 COMPUTATION(mla, D = A + N * M)
@@ -44,9 +42,8 @@ static int64_t word_by_half(const Core *core, const Insn *insn) {
 COMPUTATION(smulw, D = (uint32_t)word_by_half(core, insn))
 COMPUTATION(smlaw, set_sum(core, insn, (int32_t)A + word_by_half(core, insn)))
 
-/* The products of the low and of the high half-words, added or subtracted. */
 static int64_t dual(const Core *core, const Insn *insn, bool subtract) {
-  uint32_t m = insn->by & 1 ? rotate_right(M, 16) : M;
+  uint32_t m = insn->shift & 1 ? rotate_right(M, 16) : M;
   int64_t low = half(N, false) * half(m, false), high = half(N, true) * half(m, true);
   return subtract ? low - high : low + high;
 }
@@ -55,16 +52,16 @@ COMPUTATION(smlad, set_sum(core, insn, (int32_t)A + dual(core, insn, false)))
 COMPUTATION(smusd, set_sum(core, insn, dual(core, insn, true)))
 COMPUTATION(smlsd, set_sum(core, insn, (int32_t)A + dual(core, insn, true)))
 
-/* The high word of a product, or of an accumulator with it; rounded to nearest if by is 1. */
+/* Rounded if shift is 1. */
 static uint64_t product(const Core *core, const Insn *insn) {
   return (uint64_t)((int64_t)(int32_t)N * (int32_t)M);
 }
-static uint64_t rounding(const Insn *insn) { return (uint64_t)(insn->by & 1) << 31; }
+static uint64_t rounding(const Insn *insn) { return (uint64_t)(insn->shift & 1) << 31; }
 COMPUTATION(smmul, D = (uint32_t)((product(core, insn) + rounding(insn)) >> 32))
 COMPUTATION(smmla, D = (uint32_t)((((uint64_t)A << 32) + product(core, insn) + rounding(insn)) >> 32))
 COMPUTATION(smmls, D = (uint32_t)((((uint64_t)A << 32) - product(core, insn) + rounding(insn)) >> 32))
 
-static uint32_t differences(const Core *core, const Insn *insn) {
+static uint32_t sum_of_differences(const Core *core, const Insn *insn) {
   uint32_t sum = 0;
   for (unsigned at = 0; at < 32; at += 8) {
     uint32_t n = N >> at & 0xFF, m = M >> at & 0xFF;
@@ -72,10 +69,8 @@ static uint32_t differences(const Core *core, const Insn *insn) {
   }
   return sum;
 }
-COMPUTATION(usad8, D = differences(core, insn))
-COMPUTATION(usada8, D = A + differences(core, insn))
-
-/* -- 64 bits -------------------------------------------------------------------------------------------- */
+COMPUTATION(usad8, D = sum_of_differences(core, insn))
+COMPUTATION(usada8, D = A + sum_of_differences(core, insn))
 
 COMPUTATION(smull, set_long(core, insn, product(core, insn)))
 COMPUTATION(umull, set_long(core, insn, (uint64_t)N * M))
@@ -90,22 +85,20 @@ OPERATION(smlal_halves) {
 COMPUTATION(smlald, set_long(core, insn, long_accumulator(core, insn) + (uint64_t)dual(core, insn, false)))
 COMPUTATION(smlsld, set_long(core, insn, long_accumulator(core, insn) + (uint64_t)dual(core, insn, true)))
 
-/* Division by 0 gives 0, or a fault if CCR.DIV_0_TRP is set. */
-#define DEFINE_DIVISION(name, quotient)                                                                  \
-  OPERATION(name) {                                                                                      \
-    if (UNLIKELY(M == 0 && core->div_0_trp)) {                                                           \
-      stop_on(core, insn, budget, STOP_DIVIDE_BY_ZERO);                                                  \
-      return;                                                                                            \
-    }                                                                                                    \
-    D = M ? quotient : 0;                                                                                \
-    NEXT;                                                                                                \
+/* Division by 0 gives 0, or a fault with CCR.DIV_0_TRP. */
+#define DEFINE_DIVISION(name, quotient)                  \
+  OPERATION(name) {                                      \
+    if (UNLIKELY(M == 0 && core->div_0_trp)) {           \
+      stop_at(core, insn, budget, STOP_DIVIDE_BY_ZERO);  \
+      return;                                            \
+    }                                                    \
+    D = M ? quotient : 0;                                \
+    NEXT;                                                \
   }
 DEFINE_DIVISION(udiv, N / M)
 DEFINE_DIVISION(sdiv, (uint32_t)((int64_t)(int32_t)N / (int32_t)M))
 
-/* -- decoding ------------------------------------------------------------------------------------------- */
-
-/* A5.3.16. a = 15 means no accumulator. */
+/* Section A5.3.16. a = 15 means no accumulator. */
 static Operation multiply(unsigned op1, unsigned op2, unsigned a) {
   bool alone = a == 15;
   switch (op1) {
@@ -115,12 +108,12 @@ static Operation multiply(unsigned op1, unsigned op2, unsigned a) {
   case 3: return op2 > 1 ? NULL : alone ? smulw : smlaw;
   case 4: return op2 > 1 ? NULL : alone ? smusd : smlsd;
   case 5: return op2 > 1 ? NULL : alone ? smmul : smmla;
-  case 6: return op2 > 1 ? NULL : alone ? smmul : smmls; /* the former UNPREDICTABLE */
+  case 6: return op2 > 1 ? NULL : alone ? smmul : smmls;
   default: return op2 ? NULL : alone ? usad8 : usada8;
   }
 }
 
-/* A5.3.17. */
+/* Section A5.3.17. */
 static Operation multiply_long_or_divide(unsigned op1, unsigned op2) {
   switch (op1 << 4 | op2) {
   case 0x00: return smull;
@@ -139,10 +132,10 @@ static Operation multiply_long_or_divide(unsigned op1, unsigned op2) {
 
 bool decode_multiply(uint16_t first, uint16_t second, Insn *insn) {
   unsigned op1 = bits(first, 6, 4), op2 = bits(second, 7, 4);
-  insn->by = op2 & 3;
+  insn->shift = op2 & 3;
   if (first & 0x80) {
     insn->run = multiply_long_or_divide(op1, op2);
-    if (op2 == 0xF) { /* divisions have no a */
+    if (op2 == 0xF) {
       insn->a = 0;
     }
     return insn->run && can_be_written(insn->a);

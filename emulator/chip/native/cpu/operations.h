@@ -1,32 +1,32 @@
-/* The data processing operations shared by 16-bit and 32-bit encodings. */
+/* Data processing in 16-bit and 32-bit encodings. */
 #ifndef FCU_OPERATIONS_H
 #define FCU_OPERATIONS_H
 
 #include "cpu/dispatch.h"
 
-/* The second operand: the register m shifted by insn->by, 1 to 32 (the first five are enum Shift; RRX has no
- * distance), the register m unshifted, or insn->imm. After a logical operation with CONSTANT, C is unchanged; with
- * ROTATED_CONSTANT it is bit 31 of the constant (ThumbExpandImm_C, A5.3.2). */
-enum Operand { BY_LSL = LSL, BY_LSR, BY_ASR, BY_ROR, BY_RRX, PLAIN, CONSTANT, ROTATED_CONSTANT, OPERANDS };
+/* The register m shifted by 1 to 32 (enum Shift first), m, or imm. C after a logical operation: unchanged with
+ * CONSTANT, bit 31 with ROTATED_CONSTANT (ThumbExpandImm_C, A5.3.2). */
+enum Operand { BY_LSL = LSL, BY_LSR, BY_ASR, BY_ROR, BY_RRX, UNSHIFTED, CONSTANT, ROTATED_CONSTANT, OPERANDS };
 
-/* d = n <operation> operand; MOV and MVN have no n, the last four no d. */
+/* MOV and MVN have no n; TST to CMP no d, and always set flags. */
 enum Alu { NO_ALU, AND, BIC, ORR, ORN, EOR, ADD, ADC, SBC, SUB, RSB, MOV, MVN, TST, TEQ, CMN, CMP, ALUS };
 
-/* Select the operation of insn; the caller sets d, n, m, imm and by. The last four always set flags. */
-void choose_alu(Insn *insn, enum Alu alu, enum Operand operand, bool set_flags);
-/* The same for 16-bit instructions, which set flags only outside of IT blocks; insn->it says if it is in one. */
-void choose_alu16(Insn *insn, enum Alu alu, enum Operand operand);
+/* The caller has set d, n, m, imm and shift. */
+void select_alu(Insn *insn, enum Alu alu, enum Operand operand, bool set_flags);
+/* 16-bit instructions set flags only outside of IT blocks. */
+void select_alu16(Insn *insn, enum Alu alu, enum Operand operand);
 
-/* The low bits of SP and PC are always 0 (B1.4.1; BranchWritePC, A2.3.1); d must already be decoded. */
+/* The low bits of SP and PC are always 0 (B1.4.1, A2.3.1). */
 static inline void writes_d(Insn *insn) {
-  insn->kind |= insn->d == 13 ? WRITES_SP : insn->d == 15 ? WRITES_SP | ENDS : 0;
+  insn->flags |= insn->d == 13 ? WRITES_SP : insn->d == 15 ? WRITES_SP | ENDS_BLOCK : 0;
 }
 
-/* bitfield.c; d, n and m must already be decoded. */
-void choose_movt(Insn *insn);
-/* 0xEACx: PKHBT, PKHTB. */
+void decode_movt(Insn *insn);
 bool decode_pack(uint16_t first, uint16_t second, Insn *insn);
-/* 0xF3xx: saturation and bit fields. */
 bool decode_bit_field(uint16_t first, uint16_t second, Insn *insn);
+
+/* In dsp.c: the shift of n by the lowest byte of m; REV, REV16, RBIT, REVSH of m. */
+Operation shift_by_register(enum Shift type, bool set_flags);
+Operation reversal(unsigned number);
 
 #endif

@@ -1,48 +1,42 @@
-/* Skipping of poll loops: a loop that polls registers and changes nothing repeats itself until one of them changes.
+/* Skipping of poll loops.
  *
- * A passage is a read of a register, with the core's state at that read. The following instructions repeat under two
- * conditions: core registers and RAM have the same contents as at an earlier passage of the same run, and nothing in
- * between had an effect. The repetition lasts until one of the registers read in the loop may change, or until the
- * end of the run. Up to the earliest of these times whole iterations are counted instead of executed. The result is
- * exact; only the speed depends on it. Instead of a copy of RAM for each passage, a log lists the words that have
- * changed since the first one.
- *
- * Comparing states costs time. If reads of a register were compared without success for a while, comparing pauses
- * for this register. Registers are kept in a table by a hash of their address. Two registers with the same hash
- * replace each other, which affects only the speed.
+ * At a read of a polled register the core's state is recorded. If registers and RAM equal an earlier state of this
+ * run, and nothing in between had an effect, the loop repeats until a register read in it may change. Whole
+ * iterations up to then are counted instead of executed, exactly. A log of changed words replaces copies of RAM.
+ * After a number of misses comparing pauses for this register.
  */
 #include <string.h>
 
 #include "bus.h"
 #include "chip.h"
 
-void poll_skip_forget(Chip *chip) {
+void poll_skip_reset(Chip *chip) {
   PollSkip *poll_skip = &chip->poll_skip;
-  poll_skip->comparing = 0;
+  poll_skip->state_count = 0;
   poll_skip->valid_ps = NEVER_PS;
   poll_skip->logged = 0;
   core_log_stores(&chip->core, false);
 }
 
-void poll_skip_disturb(Chip *chip) {
+void poll_skip_side_effect(Chip *chip) {
   chip->poll_skip.accesses++;
-  poll_skip_outdate(&chip->poll_skip);
-  if (chip->poll_skip.comparing) {
-    poll_skip_forget(chip);
+  poll_skip_invalidate(&chip->poll_skip);
+  if (chip->poll_skip.state_count) {
+    poll_skip_reset(chip);
   }
 }
 
-void poll_skip_log(Chip *chip, uint32_t address, uint32_t old) {
+void poll_skip_log_store(Chip *chip, uint32_t address, uint32_t old) {
   PollSkip *poll_skip = &chip->poll_skip;
   if (poll_skip->logged < POLL_SKIP_LOGGED) {
     poll_skip->log[poll_skip->logged].address = address;
     poll_skip->log[poll_skip->logged].old = old;
   }
-  poll_skip->logged++; /* beyond the log: all earlier states are unknown */
+  poll_skip->logged++; /* beyond the log: no state is comparable */
 }
 
-/* Return true if RAM has the contents that it had at log position `since`: the first change of each word decides. */
-static bool same_ram(const Chip *chip, uint32_t since) {
+/* The first logged change of a word decides. */
+static bool ram_unchanged_since(const Chip *chip, uint32_t since) {
   const PollSkip *poll_skip = &chip->poll_skip;
   if (poll_skip->logged > POLL_SKIP_LOGGED) {
     return false;
@@ -60,43 +54,42 @@ static bool same_ram(const Chip *chip, uint32_t since) {
   return true;
 }
 
-void poll_skip_watch(Chip *chip) {
-  poll_skip_forget(chip);
+void poll_skip_begin_log(Chip *chip) {
+  poll_skip_reset(chip);
   core_log_stores(&chip->core, true);
 }
 
-bool poll_skip_nothing_changed(const Chip *chip) { return same_ram(chip, 0); }
+bool poll_skip_ram_unchanged(const Chip *chip) { return ram_unchanged_since(chip, 0); }
 
-static int32_t *interest_in(PollSkip *poll_skip, uint32_t address) {
+static int32_t *poll_count_of(PollSkip *poll_skip, uint32_t address) {
   Polled *polled = poll_skip_slot(poll_skip, address);
   if (polled->address != address) {
     *polled = (Polled){.address = address, .version = -1};
   }
-  return &polled->interest;
+  return &polled->poll_count;
 }
 
-static Passage *find_passage(Chip *chip) {
+static PollState *find_state(Chip *chip) {
   PollSkip *poll_skip = &chip->poll_skip;
-  for (int64_t n = poll_skip->comparing - 1; n >= 0; n--) {
-    if (!memcmp(poll_skip->passages[n].state, chip->core.r, CORE_STATE_SIZE)) {
-      return &poll_skip->passages[n];
+  for (int64_t n = poll_skip->state_count - 1; n >= 0; n--) {
+    if (!memcmp(poll_skip->states[n].core, chip->core.r, CORE_STATE_SIZE)) {
+      return &poll_skip->states[n];
     }
   }
   return NULL;
 }
 
-/* Skip to the last passage before any change. If the loop contains only this read, skip to the first passage after
- * the register's change. Return the skipped instructions; *changed is set if the register has changed. */
+/* Skip to the last read before the register's change; past the change if the loop contains no other read. */
 static int64_t skip(Chip *chip, int64_t position, int64_t period, bool alone, bool *changed) {
   CycleClock *cycle_clock = &chip->cycle_clock;
-  int64_t limit = (int64_t)chip->core.limit, valid_ps = chip->poll_skip.valid_ps, end = chip->run_loop.end;
+  int64_t limit = (int64_t)chip->core.limit, valid_ps = chip->poll_skip.valid_ps, end = chip->run_loop.slice_end;
   *changed = false;
   if (cycle_clock->count + limit <= position) {
-    return 0; /* the run is to end after this instruction */
+    return 0;
   }
   int64_t iterations = (end - position) / period;
   if (valid_ps < NEVER_PS) {
-    int64_t needed = (cycle_clock_position(cycle_clock, valid_ps) - position) / period + 1;
+    int64_t needed = (cycle_clock_count_at(cycle_clock, valid_ps) - position) / period + 1;
     *changed = alone && needed <= iterations;
     iterations = *changed ? needed : needed - 1 < iterations ? needed - 1 : iterations;
   }
@@ -108,47 +101,47 @@ static int64_t skip(Chip *chip, int64_t position, int64_t period, bool alone, bo
   chip->poll_skip.skipped += skipped;
   cycle_clock->count += skipped;
   if (cycle_clock->count + limit > end) {
-    core_limit(&chip->core, (uint64_t)(end - cycle_clock->count));
+    core_set_limit(&chip->core, (uint64_t)(end - cycle_clock->count));
   }
   return skipped;
 }
 
-bool poll_skip_polled(Chip *chip, uint32_t address, int64_t until_ps) {
+bool poll_skip_register_read(Chip *chip, uint32_t address, int64_t until_ps) {
   PollSkip *poll_skip = &chip->poll_skip;
   int64_t accesses = ++poll_skip->accesses, position = chip->cycle_clock.count + (int64_t)chip->core.counter;
-  int32_t *interest = interest_in(poll_skip, address);
-  if (*interest < POLL_SKIP_INTERESTING || !poll_skip->enabled) {
-    ++*interest;
-    if (poll_skip->comparing) {
-      poll_skip_forget(chip);
+  int32_t *poll_count = poll_count_of(poll_skip, address);
+  if (*poll_count < POLL_SKIP_COMPARE_AFTER || !poll_skip->enabled) {
+    ++*poll_count;
+    if (poll_skip->state_count) {
+      poll_skip_reset(chip);
     }
     return false;
   }
   if (chip->now_ps >= poll_skip->valid_ps || poll_skip->logged > POLL_SKIP_LOGGED) {
-    poll_skip_forget(chip);
+    poll_skip_reset(chip);
   }
   poll_skip->valid_ps = poll_skip->valid_ps < until_ps ? poll_skip->valid_ps : until_ps;
-  Passage *passage = find_passage(chip);
-  bool repeats = passage && passage->position != position && same_ram(chip, passage->logged);
-  int64_t period = passage ? position - passage->position : 0;
-  bool alone = passage && accesses - passage->accesses == 1;
-  if (!passage) {
-    passage = &poll_skip->passages[poll_skip->comparing++];
-    memcpy(passage->state, chip->core.r, CORE_STATE_SIZE);
+  PollState *state = find_state(chip);
+  bool repeats = state && state->position != position && ram_unchanged_since(chip, state->logged);
+  int64_t period = state ? position - state->position : 0;
+  bool alone = state && accesses - state->accesses == 1;
+  if (!state) {
+    state = &poll_skip->states[poll_skip->state_count++];
+    memcpy(state->core, chip->core.r, CORE_STATE_SIZE);
     core_log_stores(&chip->core, true);
   }
-  passage->position = position;
-  passage->accesses = accesses;
-  passage->logged = poll_skip->logged;
+  state->position = position;
+  state->accesses = accesses;
+  state->logged = poll_skip->logged;
   bool changed = false;
   if (repeats) {
-    *interest = POLL_SKIP_INTERESTING;
-    passage->position += skip(chip, position, period, alone, &changed);
+    *poll_count = POLL_SKIP_COMPARE_AFTER;
+    state->position += skip(chip, position, period, alone, &changed);
     return changed;
   }
-  *interest = *interest <= POLL_SKIP_INTERESTING + POLL_SKIP_VAIN ? *interest + 1 : -POLL_SKIP_PAUSE;
-  if (poll_skip->comparing == POLL_SKIP_PASSAGES) {
-    poll_skip_forget(chip);
+  *poll_count = *poll_count <= POLL_SKIP_COMPARE_AFTER + POLL_SKIP_MAX_MISSES ? *poll_count + 1 : -POLL_SKIP_PAUSE;
+  if (poll_skip->state_count == POLL_SKIP_STATES) {
+    poll_skip_reset(chip);
   }
   return false;
 }

@@ -6,38 +6,33 @@
 #include "cpu/decode_cache.h"
 #include "fcu.h"
 
-#define LONGEST 2000000 /* instructions of a run: some 10 ms of the host's time, and the numbers stay small */
-#define CHAIN 1000 /* instructions that are executed without a return to the loop; more than a block has */
-#define RESET_PULSE_PS INT64_C(20000000) /* minimum duration of a reset from inside the chip (RM0368 6.1.1) */
-#define THUMB (1u << 24)
+#define MAX_RUN 2000000                  /* instructions: about 10 ms of the host */
+#define MAX_CHAIN 1000                   /* instructions without a return to the loop; more than a block */
+#define RESET_PULSE_PS INT64_C(20000000) /* minimum (RM0368 6.1.1) */
 
 void run_loop_create(Chip *chip) {
   cycle_clock_create(&chip->cycle_clock, 13, 10, chip->clocks.hclk_hz);
   chip->run_loop = (RunLoop){0};
 }
 
-/* -- branch targets that the loop handles ---------------------------------------------------------------- */
-
-OPERATION(to_loop) {
-  leave_chain(core, core->r[15], budget);
+OPERATION(return_to_loop) {
+  exit_chain(core, core->r[15], budget);
 }
 
 OPERATION(return_from_exception) {
-  leave_chain(core, core->r[15], budget);
+  exit_chain(core, core->r[15], budget);
   core->stop = STOP_EXCEPTION_RETURN;
   core->limit = core->counter;
 }
 
-const Insn elsewhere = {.run = to_loop}, exception_return = {.run = return_from_exception};
-
-/* -- the next instruction -------------------------------------------------------------------------------- */
+const Insn exit_to_loop = {.run = return_to_loop}, exception_return = {.run = return_from_exception};
 
 static void end_run(Core *core, enum Stop why) {
   core->stop = why;
   core->limit = core->counter;
 }
 
-/* Return the memory at PC; NULL if no code can be executed there: the run has then ended. */
+/* NULL: no code is there, and the run has ended. */
 static const Memory *code_at_pc(Core *core) {
   if (!core->thumb) {
     end_run(core, STOP_INVALID_STATE);
@@ -53,22 +48,19 @@ static const Memory *code_at_pc(Core *core) {
   return NULL;
 }
 
-/* -- single instructions, if more care is needed --------------------------------------------------------- */
-
 static bool was_not_executed(enum Stop stop) {
   return stop > STOP_EXCEPTION_RETURN || stop == STOP_BREAKPOINT || stop == STOP_BKPT;
 }
 
-/* ConditionPassed() (A7.3.1); condition is 0..14, 15 counts as always. The mask of a condition contains the values
- * of NZCV (as bit numbers) for which it holds. */
-static bool holds(const Core *core, unsigned condition) {
+/* ConditionPassed() (A7.3.1). Masks: bit NZCV is set if the condition holds. */
+static bool condition_passed(const Core *core, unsigned condition) {
   static const uint16_t masks[16] = {0xF0F0, 0x0F0F, 0xCCCC, 0x3333, 0xFF00, 0x00FF, 0xAAAA, 0x5555,
                                      0x0C0C, 0xF3F3, 0xAA55, 0x55AA, 0x0A05, 0xF5FA, 0xFFFF, 0xFFFF};
   unsigned nzcv = core->n >> 31 << 3 | (unsigned)(core->z == 0) << 2 | core->c << 1 | core->v >> 31;
   return masks[condition] >> nzcv & 1;
 }
 
-/* Execute the instruction at PC, with all checks; false if the run must end before it. */
+/* Return false if the run ends before the instruction. */
 static bool step(Core *core) {
   const Memory *memory = code_at_pc(core);
   if (!memory) {
@@ -76,62 +68,59 @@ static bool step(Core *core) {
   }
   uint32_t state = core->itstate, address = core->r[15];
   const Insn *first = decode_cache_single(core, memory, address), *insn = first;
-  while (insn->left == 0) {
+  while (insn->remaining == 0) {
     insn++;
   }
   uint32_t next = address_after(memory, address);
   if (core->counter >= core->limit) {
     return false;
   }
-  if (state && !holds(core, state >> 4) && !(insn->kind & ALWAYS)) {
+  if (state && !condition_passed(core, state >> 4) && !(insn->flags & UNCONDITIONAL)) {
     core->counter++;
     core->r[15] = next;
     core->itstate = it_advance(state);
     return true;
   }
-  if (is_breakpoint(memory, address) && address != core->passing) {
+  if (has_breakpoint(memory, address) && address != core->step_over) {
     end_run(core, STOP_BREAKPOINT);
     return false;
   }
   core->counter++;
-  core->mask = insn->kind & MASKED && insn->a ? 0 : -1u;
-  if (insn->kind & IS_IT) {
+  core->it_mask = insn->flags & PREDICATED && insn->a ? 0 : -1u;
+  if (insn->flags & IS_IT) {
     core->r[15] = next;
     core->itstate = insn->imm;
     return true;
   }
-  core->end = core->bound = core->counter;
+  core->chain_end = core->chain_limit = core->counter;
   first->run(core, first, 0);
   core->itstate = was_not_executed(core->stop) ? state : it_advance(state);
   return true;
 }
 
-/* Execute the rest of an IT block, as far as the limit allows. */
 static void finish_it_block(Core *core) {
   while (core->itstate && core->stop == STOP_SLICE && step(core)) {
   }
 }
 
-/* -- chains of blocks ------------------------------------------------------------------------------------ */
-
-/* Execute a chain of blocks. False: the next step is an IT block that does not fit into the limit. */
-static bool chain(Core *core, const Memory *memory) {
-  const Insn *block = decode_cache_at(core, memory, core->r[15]);
+/* Return false if an IT block exceeds the limit. */
+static bool run_chain(Core *core, const Memory *memory) {
+  const Insn *block = decode_cache_block(core, memory, core->r[15]);
   uint64_t allowed = core->limit - core->counter;
-  int32_t budget = allowed < CHAIN ? (int32_t)allowed : CHAIN;
-  if (block->left > budget) {
-    block = decode_cache_part(core, block, (unsigned)budget);
+  int32_t budget = allowed < MAX_CHAIN ? (int32_t)allowed : MAX_CHAIN;
+  if (block->remaining > budget) {
+    block = decode_cache_prefix(core, block, (unsigned)budget);
     if (!block) {
       return false;
     }
   }
   core->code = *memory;
-  core->end = core->bound = core->counter + (uint64_t)budget;
-  block->run(core, block, budget - block->left);
+  core->chain_end = core->chain_limit = core->counter + (uint64_t)budget;
+  block->run(core, block, budget - block->remaining);
   return true;
 }
 
-/* Execute from r[15] until counter reaches limit; core->stop has the reason of the end. */
+/* Execute from r[15] until limit or stop. */
 static void execute(Core *core) {
   finish_it_block(core);
   while (core->stop == STOP_SLICE && core->counter < core->limit) {
@@ -139,40 +128,40 @@ static void execute(Core *core) {
     if (!memory) {
       return;
     }
-    if (is_breakpoint(memory, core->r[15]) || !chain(core, memory)) {
+    if (has_breakpoint(memory, core->r[15]) || !run_chain(core, memory)) {
       step(core);
     }
     finish_it_block(core);
   }
 }
 
-/* -- runs of instructions, between events ---------------------------------------------------------------- */
+/* -- runs between events ------------------------------------------------------------------------------ */
 
-static int64_t earlier(int64_t one, int64_t other) { return one < other ? one : other; }
+static int64_t min64(int64_t one, int64_t other) { return one < other ? one : other; }
 
-static int64_t next_event_ps(const Chip *chip) { return earlier(chip->next_ps, chip->host_next_ps); }
+static int64_t next_event_ps(const Chip *chip) { return min64(chip->next_ps, chip->host_next_ps); }
 
-void run_loop_end_in_time(Chip *chip) {
+void run_loop_update_limit(Chip *chip) {
   RunLoop *run_loop = &chip->run_loop;
   Core *core = &chip->core;
   if (!run_loop->running) {
     return;
   }
-  int64_t end_ps = earlier(next_event_ps(chip), run_loop->at_ps), counter = (int64_t)core->counter;
-  if (end_ps < run_loop->end_ps) {
-    int64_t left = cycle_clock_position(&chip->cycle_clock, end_ps) - chip->cycle_clock.count;
+  int64_t end_ps = min64(next_event_ps(chip), run_loop->until_ps), counter = (int64_t)core->counter;
+  if (end_ps < run_loop->slice_end_ps) {
+    int64_t left = cycle_clock_count_at(&chip->cycle_clock, end_ps) - chip->cycle_clock.count;
     left = left > counter ? left : counter;
-    run_loop->end_ps = end_ps;
-    run_loop->end = earlier(run_loop->end, chip->cycle_clock.count + left);
-    core_limit(core, (uint64_t)earlier(left, (int64_t)core->limit));
+    run_loop->slice_end_ps = end_ps;
+    run_loop->slice_end = min64(run_loop->slice_end, chip->cycle_clock.count + left);
+    core_set_limit(core, (uint64_t)min64(left, (int64_t)core->limit));
   }
-  if (chip->nvic.changed || chip->must_stop || run_loop->reset_reason || run_loop->halting ||
+  if (chip->nvic.changed || chip->must_stop || run_loop->reset_reason || run_loop->halt_requested ||
       chip->work > chip->work_limit) {
-    core_limit(core, core->counter);
+    core_set_limit(core, core->counter);
   }
 }
 
-void run_loop_set_rate(Chip *chip) {
+void run_loop_hclk_changed(Chip *chip) {
   RunLoop *run_loop = &chip->run_loop;
   int64_t hclk_hz = chip->clocks.hclk_hz;
   if (!run_loop->running) {
@@ -181,46 +170,45 @@ void run_loop_set_rate(Chip *chip) {
     return;
   }
   cycle_clock_set_rate(&chip->cycle_clock, hclk_hz, chip->now_ps, (int64_t)chip->core.counter - 1);
-  run_loop->end_ps = NEVER_PS;
-  run_loop->end = chip->cycle_clock.count + (int64_t)chip->core.limit;
-  run_loop_end_in_time(chip);
+  run_loop->slice_end_ps = NEVER_PS;
+  run_loop->slice_end = chip->cycle_clock.count + (int64_t)chip->core.limit;
+  run_loop_update_limit(chip);
 }
 
-bool core_exception_waits(const Core *core) { return nvic_any_ready(&core->chip->nvic); }
+bool core_exception_pending(const Core *core) { return nvic_any_ready(&core->chip->nvic); }
 
 void core_masks_changed(Core *core) {
   core->chip->nvic.changed = 1;
-  run_loop_end_in_time(core->chip);
+  run_loop_update_limit(core->chip);
 }
 
-void core_send_event(Core *core) { core->chip->nvic.event = 1; }
+void core_send_event(Core *core) { core->chip->nvic.event_register = 1; }
 
-/* Handle the end of the run. */
-static void stopped(Chip *chip, enum Stop stop) {
+static void handle_stop(Chip *chip, enum Stop stop) {
   RunLoop *run_loop = &chip->run_loop;
   switch (stop) {
   case STOP_SLICE: break;
   case STOP_EXCEPTION_RETURN:
-    if (exceptions_leave(chip)) {
+    if (exceptions_return(chip)) {
       run_loop->asleep = SLEEPS_WFI;
     }
     break;
   case STOP_SVC: exceptions_supervisor_call(chip); break;
   case STOP_WFI: run_loop->asleep = SLEEPS_WFI; break;
   case STOP_WFE: run_loop->asleep = SLEEPS_WFE; break;
-  case STOP_BREAKPOINT: run_loop->halting = 1; break;
+  case STOP_BREAKPOINT: run_loop->halt_requested = 1; break;
   case STOP_BKPT:
-    if (run_loop->debugged) {
-      run_loop->on_bkpt = run_loop->halting = 1;
+    if (run_loop->debug_enabled) {
+      run_loop->halted_on_bkpt = run_loop->halt_requested = 1;
       break;
     } /* fall through */
-  default: exceptions_fault(chip, exceptions_fault_of(chip, stop));
+  default: exceptions_fault(chip, exceptions_fault_for(chip, stop));
   }
 }
 
 enum Stop run_loop_run(Chip *chip, int64_t instructions) {
   Core *core = &chip->core;
-  poll_skip_outdate(&chip->poll_skip);
+  poll_skip_invalidate(&chip->poll_skip);
   core->counter = 0;
   core->limit = (uint64_t)instructions;
   core->stop = STOP_SLICE;
@@ -233,7 +221,7 @@ enum Stop run_loop_run(Chip *chip, int64_t instructions) {
   chip->costs.instructions.times += (int64_t)core->counter;
   chip->costs.instructions.work += (int64_t)core->counter + WORK_RUN;
   core->counter = core->limit = 0;
-  stopped(chip, core->stop);
+  handle_stop(chip, core->stop);
   return core->stop;
 }
 
@@ -241,32 +229,31 @@ bool run_loop_step(Chip *chip) {
   bool ordinary = run_loop_run(chip, 1) == STOP_SLICE;
   bool due = next_event_ps(chip) <= cycle_clock_ps(&chip->cycle_clock, 0);
   return ordinary && !due && !exceptions_may_preempt(chip) && !chip->run_loop.reset_reason &&
-         !chip->run_loop.halting && !chip->must_stop;
+         !chip->run_loop.halt_requested && !chip->must_stop;
 }
 
-/* Execute or skip at most `instructions`. */
 static void execute_or_skip(Chip *chip, int64_t instructions) {
-  poll_skip_forget(chip);
+  poll_skip_reset(chip);
   if (!chip->poll_skip.enabled) {
     run_loop_run(chip, instructions);
   } else if (!idle_skip_execute(chip, instructions) &&
-             run_loop_run(chip, earlier(instructions, chip->idle_skip.next_look)) == STOP_SLICE) {
-    idle_skip_look(chip);
+             run_loop_run(chip, min64(instructions, chip->idle_skip.check_interval)) == STOP_SLICE) {
+    idle_skip_check(chip);
   }
 }
 
 static void execute_run(Chip *chip) {
   RunLoop *run_loop = &chip->run_loop;
   cycle_clock_move_origin(&chip->cycle_clock);
-  run_loop->end_ps = earlier(next_event_ps(chip), run_loop->at_ps);
-  int64_t left = cycle_clock_position(&chip->cycle_clock, run_loop->end_ps) - chip->cycle_clock.count;
-  left = earlier(left, LONGEST);
-  run_loop->end = chip->cycle_clock.count + left;
+  run_loop->slice_end_ps = min64(next_event_ps(chip), run_loop->until_ps);
+  int64_t left = cycle_clock_count_at(&chip->cycle_clock, run_loop->slice_end_ps) - chip->cycle_clock.count;
+  left = min64(left, MAX_RUN);
+  run_loop->slice_end = chip->cycle_clock.count + left;
   if (run_loop->stepping) {
-    chip->core.passing = chip->core.r[15];
+    chip->core.step_over = chip->core.r[15];
     run_loop_run(chip, 1);
-    chip->core.passing = 1;
-    run_loop->halting = 1;
+    chip->core.step_over = 1;
+    run_loop->halt_requested = 1;
   } else {
     execute_or_skip(chip, left);
   }
@@ -274,14 +261,14 @@ static void execute_run(Chip *chip) {
 
 /* -- sleep and reset ------------------------------------------------------------------------------------- */
 
-static bool sleeps_on(Chip *chip) {
+static bool stays_asleep(Chip *chip) {
   RunLoop *run_loop = &chip->run_loop;
   bool awake = true;
   if (run_loop->asleep == SLEEPS_WFI) {
-    awake = exceptions_wake(chip);
+    awake = exceptions_end_wfi(chip);
   } else if (run_loop->asleep == SLEEPS_WFE) {
-    awake = chip->nvic.event || exceptions_may_preempt(chip);
-    chip->nvic.event = 0;
+    awake = chip->nvic.event_register || exceptions_may_preempt(chip);
+    chip->nvic.event_register = 0;
   }
   if (awake) {
     run_loop->asleep = AWAKE;
@@ -321,8 +308,8 @@ static void reset(Chip *chip) {
   run_loop->asleep = AWAKE;
   run_loop->reported_lock_up = 0;
   int64_t before = chip->work;
-  python_registers_outdate(chip);
-  chip->host.reset(chip->now_ps, reason); /* resets all peripherals, RCC last: none has new clocks with old settings */
+  python_registers_invalidate(chip);
+  chip->host.reset(chip->now_ps, reason); /* RCC last: no peripheral gets new clocks with old settings */
   fcu_start(chip);
   cycle_clock_sleep_until(&chip->cycle_clock, chip->now_ps + RESET_PULSE_PS);
   chip->work += WORK_RESET;
@@ -334,7 +321,7 @@ void fcu_request_reset(Chip *chip, int32_t reason) {
   if (!chip->run_loop.reset_reason) {
     chip->run_loop.reset_reason = reason;
   }
-  run_loop_end_in_time(chip);
+  run_loop_update_limit(chip);
 }
 
 void fcu_reset_now(Chip *chip, int32_t reason) {
@@ -342,50 +329,46 @@ void fcu_reset_now(Chip *chip, int32_t reason) {
   reset(chip);
 }
 
-/* -- for debuggers --------------------------------------------------------------------------------------- */
-
-static bool is_halted(const Chip *chip) { return chip->run_loop.halting && !chip->exceptions.entering; }
+static bool is_halted(const Chip *chip) { return chip->run_loop.halt_requested && !chip->exceptions.entering; }
 
 int32_t fcu_is_halted(const Chip *chip) { return is_halted(chip); }
 
 void fcu_halt(Chip *chip) {
   bool was_halted = is_halted(chip);
-  chip->run_loop.halting = 1;
+  chip->run_loop.halt_requested = 1;
   if (chip->run_loop.running) {
-    run_loop_end_in_time(chip);
+    run_loop_update_limit(chip);
   } else if (!was_halted) {
     fcu_run_until(chip, cycle_clock_ps(&chip->cycle_clock, 0) + 1);
   }
 }
 
 void fcu_resume(Chip *chip, int32_t step) {
-  chip->run_loop.halting = 0;
+  chip->run_loop.halt_requested = 0;
   chip->run_loop.stepping = step != 0;
 }
 
 void fcu_wake(Chip *chip) { chip->run_loop.asleep = AWAKE; }
 
-void fcu_debug(Chip *chip, int32_t on) { chip->run_loop.debugged = on != 0; }
+void fcu_debug(Chip *chip, int32_t on) { chip->run_loop.debug_enabled = on != 0; }
 
-int32_t fcu_met_breakpoint_instruction(Chip *chip) {
-  int32_t met = chip->run_loop.on_bkpt;
-  chip->run_loop.on_bkpt = 0;
+int32_t fcu_halted_on_bkpt(Chip *chip) {
+  int32_t met = chip->run_loop.halted_on_bkpt;
+  chip->run_loop.halted_on_bkpt = 0;
   return met;
 }
 
-/* -- the loop -------------------------------------------------------------------------------------------- */
-
-/* Do the next work between instructions; false if there is none. */
+/* Return false if nothing is to be done. */
 static bool between_instructions(Chip *chip) {
   RunLoop *run_loop = &chip->run_loop;
   if (run_loop->reset_reason) {
     reset(chip);
   } else if (chip->exceptions.entering) {
     exceptions_finish_entry(chip);
-    run_loop->halting |= run_loop->stepping;
-  } else if (chip->exceptions.locked_up || sleeps_on(chip)) {
+    run_loop->halt_requested |= run_loop->stepping;
+  } else if (chip->exceptions.locked_up || stays_asleep(chip)) {
     report_lock_up(chip);
-    cycle_clock_sleep_until(&chip->cycle_clock, earlier(next_event_ps(chip), run_loop->at_ps));
+    cycle_clock_sleep_until(&chip->cycle_clock, min64(next_event_ps(chip), run_loop->until_ps));
   } else {
     chip->nvic.changed = 0;
     return nvic_any_ready(&chip->nvic) && exceptions_take_pending(chip);
@@ -395,10 +378,10 @@ static bool between_instructions(Chip *chip) {
 
 int32_t fcu_run_until(Chip *chip, int64_t at_ps) {
   RunLoop *run_loop = &chip->run_loop;
-  run_loop->at_ps = at_ps;
-  python_registers_outdate(chip);
+  run_loop->until_ps = at_ps;
+  python_registers_invalidate(chip);
   for (;;) {
-    int64_t core_ps = cycle_clock_ps(&chip->cycle_clock, 0), due_ps = earlier(core_ps, at_ps);
+    int64_t core_ps = cycle_clock_ps(&chip->cycle_clock, 0), due_ps = min64(core_ps, at_ps);
     if (next_event_ps(chip) <= due_ps) {
       chip_advance(chip, due_ps);
     }
@@ -426,9 +409,7 @@ int32_t fcu_run_until(Chip *chip, int64_t at_ps) {
   }
 }
 
-/* -- instructions without peripherals -------------------------------------------------------------------- */
-
-int32_t fcu_execute(Chip *chip, int64_t instructions, int32_t past) {
+int32_t fcu_execute(Chip *chip, int64_t instructions, int32_t step_over) {
   Core *core = &chip->core;
   chip->bare = 1;
   chip->poll_skip.enabled = 0;
@@ -436,13 +417,13 @@ int32_t fcu_execute(Chip *chip, int64_t instructions, int32_t past) {
   core->counter = 0;
   core->limit = (uint64_t)instructions;
   core->stop = STOP_SLICE;
-  core->passing = past ? core->r[15] : 1;
+  core->step_over = step_over ? core->r[15] : 1;
   execute(core);
-  core->passing = 1;
+  core->step_over = 1;
   return core->stop;
 }
 
-void fcu_cut(Chip *chip) { core_limit(&chip->core, chip->core.counter); }
+void fcu_end_run(Chip *chip) { core_set_limit(&chip->core, chip->core.counter); }
 
 int64_t fcu_executed(const Chip *chip) { return (int64_t)chip->core.counter; }
 

@@ -1,12 +1,9 @@
-/* Program status, CONTROL, the two stack pointers, and registers by number for debuggers. */
+/* xPSR, CONTROL, stack pointers, and registers by number for debuggers. */
 #include <string.h>
 
 #include "fcu.h"
 
-#define NPRIV 1u
-#define SPSEL 2u
-
-/* The stack pointer in use: 0 is MSP, 1 is PSP (B1.4.7). */
+/* The SP in use: 0 is MSP, 1 is PSP (B1.4.7). */
 static unsigned bank(const Core *core) { return !in_handler(core) && core->control & SPSEL ? 1 : 0; }
 
 uint32_t read_xpsr(const Core *core) {
@@ -51,7 +48,7 @@ void write_stack_pointer(Core *core, bool process, uint32_t value) {
   *(bank(core) == process ? &core->r[13] : &core->sp[process]) = value & ~3u;
 }
 
-/* Register numbers of library.py: R0 to R15, then these. */
+/* As in library.py, after R0 to R15. */
 enum Register { XPSR = 16, MSP, PSP, PRIMASK, BASEPRI, FAULTMASK, CONTROL, FPSCR, S0 };
 
 static uint32_t read_register(const Core *core, int number) {

@@ -1,7 +1,9 @@
 /* Special registers, hints and barriers (ARMv7-M ARM B5.2, A5.3.4). */
 #include "cpu/system.h"
 
-/* SYSm (table B5-1); 0 to 7 are views of xPSR. */
+#include "peripherals/nvic.h"
+
+/* SYSm (table B5-1); 0 to 7: xPSR. */
 enum SpecialRegister {
   MSP = 8,
   PSP = 9,
@@ -12,28 +14,14 @@ enum SpecialRegister {
   CONTROL = 20,
 };
 
-#define NPRIV 1u
-#define SPSEL 2u
-#define FPCA 4u
-#define NMI 2
-#define HARD_FAULT 3
-
 static bool privileged(const Core *core) { return in_handler(core) || !(core->control & NPRIV); }
 
-/* r[13], or the storage of the stack pointer that is not in use (B1.4.7). */
-static uint32_t *stack_pointer(Core *core, bool process) {
-  bool process_in_use = !in_handler(core) && core->control & SPSEL;
-  return process == process_in_use ? &core->r[13] : &core->sp[process];
-}
-
-/* No effect if the execution priority is already that of HardFault (B5.2.1, B5.2.3). */
+/* No effect in HardFault and NMI (B5.2.1, B5.2.3). */
 static void set_faultmask(Core *core, uint32_t value) {
   core->faultmask = value && core->ipsr != NMI && core->ipsr != HARD_FAULT;
 }
 
-/* -- MRS ------------------------------------------------------------------------------------------------ */
-
-/* SYSm<0>: with IPSR, SYSm<2>: without APSR. EPSR reads as zero. */
+/* SYSm bit 0: IPSR, bit 2: not APSR. EPSR reads as 0. */
 static uint32_t program_status(const Core *core, unsigned which) {
   uint32_t apsr = read_xpsr(core) & 0xF80F0000;
   return (which & 4 ? 0 : apsr) | ((which & 1) && privileged(core) ? core->ipsr : 0);
@@ -50,8 +38,8 @@ static uint32_t special_register(Core *core, unsigned number) {
     return 0;
   }
   switch (number) {
-  case MSP: return *stack_pointer(core, false);
-  case PSP: return *stack_pointer(core, true);
+  case MSP: return read_stack_pointer(core, false);
+  case PSP: return read_stack_pointer(core, true);
   case PRIMASK: return core->primask;
   case BASEPRI:
   case BASEPRI_MAX: return core->basepri;
@@ -60,10 +48,7 @@ static uint32_t special_register(Core *core, unsigned number) {
   }
 }
 
-/* imm: SYSm. */
 COMPUTATION(mrs, core->r[insn->d] = special_register(core, insn->imm))
-
-/* -- MSR, CPS ------------------------------------------------------------------------------------------- */
 
 static void set_control(Core *core, uint32_t value) {
   uint32_t settable = NPRIV | FPCA | (in_handler(core) ? 0 : SPSEL);
@@ -76,8 +61,8 @@ static void write_special_register(Core *core, unsigned number, uint32_t value) 
     return;
   }
   switch (number) {
-  case MSP: *stack_pointer(core, false) = value & ~3u; break;
-  case PSP: *stack_pointer(core, true) = value & ~3u; break;
+  case MSP: write_stack_pointer(core, false, value); break;
+  case PSP: write_stack_pointer(core, true, value); break;
   case PRIMASK: core->primask = value & 1; break;
   case BASEPRI: core->basepri = priority; break;
   case BASEPRI_MAX:
@@ -90,49 +75,46 @@ static void write_special_register(Core *core, unsigned number, uint32_t value) 
   }
 }
 
-/* The end of an operation that has written a mask: a waiting exception may now be allowed. */
-INLINE void go_on_unmasked(Core *core, const Insn *insn, int32_t budget) {
-  if (LIKELY(!core_exception_waits(core))) {
+/* After a write to a mask: an exception may now preempt. */
+INLINE void continue_unmasked(Core *core, const Insn *insn, int32_t budget) {
+  if (LIKELY(!core_exception_pending(core))) {
     NEXT;
   }
-  look_outside(core, insn, budget);
+  sync_state(core, insn, budget);
   core_masks_changed(core);
-  go_on(core, insn);
+  resume_chain(core, insn);
 }
 
-/* imm: SYSm. */
 OPERATION(msr) {
   write_special_register(core, insn->imm, core->r[insn->n]);
-  go_on_unmasked(core, insn, budget);
+  continue_unmasked(core, insn, budget);
 }
 
-/* by: the mask, bit 1 for N, Z, C, V and Q, bit 0 for GE. */
-COMPUTATION(msr_apsr, write_apsr(core, core->r[insn->n], insn->by & 2, insn->by & 1))
+/* shift: bit 1 for NZCVQ, bit 0 for GE. */
+COMPUTATION(msr_apsr, write_apsr(core, core->r[insn->n], insn->shift & 2, insn->shift & 1))
 
-/* by: bit 1 for PRIMASK, bit 0 for FAULTMASK; imm: their new value. */
+/* shift: bit 1 for PRIMASK, bit 0 for FAULTMASK; imm: value. */
 OPERATION(cps) {
   if (privileged(core)) {
-    if (insn->by & 2) {
+    if (insn->shift & 2) {
       core->primask = insn->imm;
     }
-    if (insn->by & 1) {
+    if (insn->shift & 1) {
       set_faultmask(core, insn->imm);
     }
   }
-  go_on_unmasked(core, insn, budget);
+  continue_unmasked(core, insn, budget);
 }
 
 bool decode_cps(uint16_t first, Insn *insn) {
   insn->run = cps;
   insn->imm = bits(first, 4, 4);
-  insn->by = bits(first, 1, 0);
+  insn->shift = bits(first, 1, 0);
   return bits(first, 3, 2) == 0;
 }
 
-/* -- hints, barriers ------------------------------------------------------------------------------------ */
-
-/* Also for barriers: each access is complete before the next instruction. */
-void no_operation(Core *core, const Insn *insn, int32_t budget) { NEXT; }
+/* For barriers, too: accesses complete at once. */
+void nop(Core *core, const Insn *insn, int32_t budget) { NEXT; }
 
 OPERATION(wfe) { stop_after(core, insn, budget, STOP_WFE); }
 OPERATION(wfi) { stop_after(core, insn, budget, STOP_WFI); }
@@ -141,22 +123,22 @@ COMPUTATION(sev, core_send_event(core))
 COMPUTATION(clrex, core->exclusive = 0)
 
 bool decode_hint(unsigned number, Insn *insn) {
-  insn->run = number == 2 ? wfe : number == 3 ? wfi : number == 4 ? sev : no_operation;
-  insn->kind |= number == 2 || number == 3 ? ENDS : 0;
+  insn->run = number == 2 ? wfe : number == 3 ? wfi : number == 4 ? sev : nop;
+  insn->flags |= number == 2 || number == 3 ? ENDS_BLOCK : 0;
   return true;
 }
 
 static bool decode_barrier(unsigned number, Insn *insn) {
-  insn->run = number == 2 ? clrex : no_operation;
-  return number == 2 || (number >= 4 && number <= 6); /* DSB, DMB, ISB */
+  insn->run = number == 2 ? clrex : nop;
+  return number == 2 || (number >= 4 && number <= 6);
 }
 
 bool decode_system32(uint16_t first, uint16_t second, Insn *insn) {
   insn->imm = bits(second, 7, 0);
   switch (bits(first, 10, 4)) {
-  case 0x38: /* the mask selects parts of APSR only; the other parts of xPSR cannot be written */
+  case 0x38: /* xPSR without APSR cannot be written */
     insn->n = bits(first, 3, 0);
-    insn->by = bits(second, 11, 10);
+    insn->shift = bits(second, 11, 10);
     insn->run = insn->imm < 4 ? msr_apsr : msr;
     return true;
   case 0x3A: return bits(second, 10, 8) == 0 && decode_hint(insn->imm, insn);
@@ -164,7 +146,7 @@ bool decode_system32(uint16_t first, uint16_t second, Insn *insn) {
   case 0x3E:
     insn->d = bits(second, 11, 8);
     insn->run = mrs;
-    return insn->d != 13 && insn->d != 15; /* UNPREDICTABLE */
+    return insn->d != 13 && insn->d != 15;
   default: return false;
   }
 }

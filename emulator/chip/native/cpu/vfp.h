@@ -1,9 +1,8 @@
-/* Declarations shared by the vfp files. FPv4-SP: single precision only (ARMv7-M ARM A2.5).
+/* FPv4-SP: single precision (ARMv7-M ARM A2.5).
  *
- * Floating-point values are the bits of core->s[]. The host's arithmetic is used if its result is certainly right
- * (vfp_data.c). All else, including NaNs, flags and rounding modes, uses integers (vfp_exact.c). The result depends
- * on the host's floating-point environment only in one point: it must round to nearest. The compiler must not fuse
- * operations: -ffp-contract=off.
+ * Values are bits in core->s[]. The host's arithmetic is used if its result is certainly exact (vfp_data.c),
+ * integers otherwise (vfp_exact.c). The host must round to nearest, and the compiler must not fuse operations
+ * (-ffp-contract=off).
  */
 #ifndef FCU_VFP_H
 #define FCU_VFP_H
@@ -25,7 +24,7 @@
 #define FPSCR_AHP (1u << 26)
 #define FPSCR_NZCV (15u << 28)
 
-enum Rounding { TO_NEAREST, UPWARD, DOWNWARD, TOWARD_ZERO }; /* as FPSCR.RMODE */
+enum Rounding { TO_NEAREST, UPWARD, DOWNWARD, TOWARD_ZERO };
 
 static inline enum Rounding rounding_mode(const Core *core) { return core->fpscr >> 22 & 3; }
 
@@ -50,11 +49,7 @@ static inline uint32_t from_float(float value) {
   return result;
 }
 
-/* -- vfp.c ---------------------------------------------------------------------------------------------- */
-
-#define FLOATING_CONTEXT 0xCu /* CONTROL.FPCA, and bit 3, which the reference engine sets with it */
-
-/* ExecuteFPCheck: the first floating-point instruction of a context begins with FPDSCR, which is 0. */
+/* ExecuteFPCheck: a new context begins with FPDSCR, here 0. */
 static inline void use_floating_point(Core *core) {
   if (UNLIKELY((core->control & FLOATING_CONTEXT) != FLOATING_CONTEXT)) {
     core->control |= FLOATING_CONTEXT;
@@ -62,7 +57,7 @@ static inline void use_floating_point(Core *core) {
   }
 }
 
-/* -- vfp_exact.c: the operations of A2.5.4 as in the pseudocode, for all operands and modes ------------- */
+/* -- vfp_exact.c: pseudocode of A2.5.4, all operands and modes ---------------------------------------- */
 
 uint32_t exact_add(Core *core, uint32_t left, uint32_t right);
 uint32_t exact_multiply(Core *core, uint32_t left, uint32_t right);
@@ -71,8 +66,7 @@ uint32_t exact_square_root(Core *core, uint32_t value);
 /* addend + left * right, rounded once. */
 uint32_t exact_multiply_add(Core *core, uint32_t addend, uint32_t left, uint32_t right);
 
-/* (-1)^sign * significand * 2^exponent. In a significand of more than 32 bits the lowest bit is sticky: it is set if
- * any lower bit was set. */
+/* (-1)^sign * significand * 2^exponent; above 32 bits the lowest bit is sticky. */
 typedef struct {
   bool sign;
   int exponent;
@@ -80,25 +74,22 @@ typedef struct {
 } Number;
 
 typedef struct {
-  int fraction_bits, highest_exponent; /* the highest biased exponent of numbers */
+  int fraction_bits, highest_exponent; /* biased */
 } Format;
 extern const Format SINGLE, HALF, ALTERNATIVE_HALF;
 
-/* Unpack a finite value; FPSCR.FZ flushes denormal values. */
+/* For finite values; FPSCR.FZ flushes denormals. */
 Number unpacked(Core *core, uint32_t value);
-/* FPRound, with the exception flags. */
+/* FPRound, with flags. */
 uint32_t rounded(Core *core, Number number, Format format, enum Rounding mode);
 /* FPProcessNaN. */
 uint32_t quieted(Core *core, uint32_t nan);
-
-/* -- decoding: vfp_data.c, vfp_convert.c, vfp_move.c ---------------------------------------------------- */
 
 bool decode_vfp_data(uint16_t first, uint16_t second, Insn *insn);
 bool decode_vfp_conversion(uint16_t first, uint16_t second, Insn *insn);
 bool decode_vfp_memory(uint32_t address, uint16_t first, uint16_t second, Insn *insn);
 bool decode_vfp_move(uint16_t first, uint16_t second, Insn *insn);
 
-/* The number of an S register, four bits and one (A6.4.1). */
 static inline uint8_t single(unsigned four, unsigned one) { return (uint8_t)((four & 15) << 1 | (one & 1)); }
 
 #endif

@@ -1,14 +1,9 @@
-/* Conversions between floating point and integers, fixed point, half precision (VCVT in ARMv7-M ARM A7.7).
- *
- * Fields: d, m are S registers; by: the number of fraction bits of fixed point.
- */
+/* VCVT: integers, fixed point, half precision (ARMv7-M ARM A7.7). d, m: S registers; shift: fraction bits. */
 #include "cpu/vfp.h"
 
 #define M core->s[insn->m]
 #define D core->s[insn->d]
 #define RESULT(name, result) COMPUTATION(name, use_floating_point(core), D = result)
-
-/* -- to integers ---------------------------------------------------------------------------------------- */
 
 static uint32_t saturated(Core *core, bool negative, bool is_signed, unsigned width) {
   core->fpscr |= FPSCR_IOC;
@@ -16,7 +11,7 @@ static uint32_t saturated(Core *core, bool negative, bool is_signed, unsigned wi
   return negative ? (is_signed ? ~highest : 0) : highest;
 }
 
-/* FPToFixed; a 16-bit result is extended to 32 bits according to its sign. */
+/* FPToFixed. */
 static uint32_t to_fixed(Core *core, uint32_t value, unsigned by, bool is_signed, unsigned width,
                          enum Rounding mode) {
   Number number = unpacked(core, value);
@@ -25,10 +20,10 @@ static uint32_t to_fixed(Core *core, uint32_t value, unsigned by, bool is_signed
     return 0;
   }
   int exponent = number.exponent + (int)by;
-  if (number.significand && exponent > 16) { /* also if infinite; a shifted significand of 24 bits exceeds 32 bits */
+  if (number.significand && exponent > 16) { /* or infinite; exceeds 32 bits */
     return saturated(core, number.sign, is_signed, width);
   }
-  uint64_t wide = number.significand << 24; /* with 24 binary places, of which the lowest is sticky */
+  uint64_t wide = number.significand << 24; /* 24 binary places, the lowest sticky */
   int down = -exponent;
   if (down <= 0) {
     wide = number.significand << exponent << 24;
@@ -50,11 +45,11 @@ static uint32_t to_fixed(Core *core, uint32_t value, unsigned by, bool is_signed
   return (uint32_t)result;
 }
 
-/* True if a number is not denormal and, rounded toward zero, fits into a signed word. */
-static inline bool is_easy(uint32_t value) { return LIKELY((value >> 23 & 0xFF) - 1 < 126 + 31); }
+/* Denormals are excluded, too. */
+static inline bool fits_int32(uint32_t value) { return LIKELY((value >> 23 & 0xFF) - 1 < 126 + 31); }
 
 static uint32_t to_signed(Core *core, uint32_t value) {
-  if (!is_easy(value)) {
+  if (!fits_int32(value)) {
     return to_fixed(core, value, 0, true, 32, TOWARD_ZERO);
   }
   int32_t result = (int32_t)to_float(value);
@@ -62,7 +57,7 @@ static uint32_t to_signed(Core *core, uint32_t value) {
   return (uint32_t)result;
 }
 static uint32_t to_unsigned(Core *core, uint32_t value) {
-  bool easy = is_easy(value) && !(value & SIGN);
+  bool easy = fits_int32(value) && !(value & SIGN);
   return easy ? to_signed(core, value) : to_fixed(core, value, 0, false, 32, TOWARD_ZERO);
 }
 
@@ -70,12 +65,10 @@ RESULT(vcvt_s32_f32, to_signed(core, M))
 RESULT(vcvt_u32_f32, to_unsigned(core, M))
 RESULT(vcvtr_s32_f32, to_fixed(core, M, 0, true, 32, rounding_mode(core)))
 RESULT(vcvtr_u32_f32, to_fixed(core, M, 0, false, 32, rounding_mode(core)))
-RESULT(fixed_s32_f32, to_fixed(core, D, insn->by, true, 32, TOWARD_ZERO))
-RESULT(fixed_u32_f32, to_fixed(core, D, insn->by, false, 32, TOWARD_ZERO))
-RESULT(fixed_s16_f32, to_fixed(core, D, insn->by, true, 16, TOWARD_ZERO))
-RESULT(fixed_u16_f32, to_fixed(core, D, insn->by, false, 16, TOWARD_ZERO))
-
-/* -- from integers -------------------------------------------------------------------------------------- */
+RESULT(fixed_s32_f32, to_fixed(core, D, insn->shift, true, 32, TOWARD_ZERO))
+RESULT(fixed_u32_f32, to_fixed(core, D, insn->shift, false, 32, TOWARD_ZERO))
+RESULT(fixed_s16_f32, to_fixed(core, D, insn->shift, true, 16, TOWARD_ZERO))
+RESULT(fixed_u16_f32, to_fixed(core, D, insn->shift, false, 16, TOWARD_ZERO))
 
 /* FixedToFP. */
 static uint32_t from_fixed(Core *core, int64_t value, unsigned by, enum Rounding mode) {
@@ -94,13 +87,11 @@ static uint32_t from_integer(Core *core, int64_t value) {
 
 RESULT(vcvt_f32_s32, from_integer(core, (int32_t)M))
 RESULT(vcvt_f32_u32, from_integer(core, M))
-/* These always round to nearest, regardless of FPSCR (VCVT between floating point and fixed point, A7.7). */
-RESULT(fixed_f32_s32, from_fixed(core, (int32_t)D, insn->by, TO_NEAREST))
-RESULT(fixed_f32_u32, from_fixed(core, D, insn->by, TO_NEAREST))
-RESULT(fixed_f32_s16, from_fixed(core, (int16_t)D, insn->by, TO_NEAREST))
-RESULT(fixed_f32_u16, from_fixed(core, (uint16_t)D, insn->by, TO_NEAREST))
-
-/* -- half precision ------------------------------------------------------------------------------------- */
+/* These round to nearest, regardless of FPSCR (A7.7). */
+RESULT(fixed_f32_s32, from_fixed(core, (int32_t)D, insn->shift, TO_NEAREST))
+RESULT(fixed_f32_u32, from_fixed(core, D, insn->shift, TO_NEAREST))
+RESULT(fixed_f32_s16, from_fixed(core, (int16_t)D, insn->shift, TO_NEAREST))
+RESULT(fixed_f32_u16, from_fixed(core, (uint16_t)D, insn->shift, TO_NEAREST))
 
 static uint32_t from_half(Core *core, uint32_t half) {
   uint32_t sign = (half & 0x8000) << 16, fraction = half & 0x3FF;
@@ -117,7 +108,7 @@ static uint32_t to_half(Core *core, uint32_t value) {
   bool alternative = core->fpscr & FPSCR_AHP;
   uint32_t sign = value >> 16 & 0x8000;
   Number number = unpacked(core, value);
-  if (alternative && (is_nan(value) || is_infinite(value))) { /* the alternative format has neither */
+  if (alternative && (is_nan(value) || is_infinite(value))) { /* not in this format */
     core->fpscr |= FPSCR_IOC;
     return is_nan(value) ? sign : sign | 0x7FFF;
   }
@@ -141,20 +132,18 @@ RESULT(vcvtt_f32_f16, from_half(core, M >> 16))
 RESULT(vcvtb_f16_f32, with_half(D, to_half(core, M), false))
 RESULT(vcvtt_f16_f32, with_half(D, to_half(core, M), true))
 
-/* -- decoding ------------------------------------------------------------------------------------------- */
-
 static bool decode_fixed(uint16_t first, uint16_t second, Insn *insn) {
-  static const Operation FIXED[] = { /* index bits: to fixed point, unsigned, 32 bits */
+  static const Operation FIXED[] = { /* bits: to fixed, unsigned, 32 bits */
       fixed_f32_s16, fixed_f32_s32, fixed_f32_u16, fixed_f32_u32,
       fixed_s16_f32, fixed_s32_f32, fixed_u16_f32, fixed_u32_f32};
   bool is_word = second & 0x80;
   int by = (is_word ? 32 : 16) - (int)((second & 15) << 1 | (second >> 5 & 1));
-  insn->by = (uint8_t)by;
+  insn->shift = (uint8_t)by;
   insn->run = FIXED[(first & 4) | (first & 1) << 1 | is_word];
   return by >= 0;
 }
 
-/* The rest of table A6-5. */
+/* Table A6-5. */
 bool decode_vfp_conversion(uint16_t first, uint16_t second, Insn *insn) {
   unsigned opc2 = first & 15;
   bool high = second & 0x80;

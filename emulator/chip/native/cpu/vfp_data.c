@@ -1,4 +1,4 @@
-/* Floating-point arithmetic and comparison (ARMv7-M ARM A6.4). Fields: d, n, m are S registers. */
+/* Floating-point arithmetic and comparison (ARMv7-M ARM A6.4). d, n, m: S registers. */
 #include <math.h>
 
 #include "cpu/vfp.h"
@@ -8,13 +8,10 @@
 #define D core->s[insn->d]
 #define RESULT(name, result) COMPUTATION(name, use_floating_point(core), D = result)
 
-/* -- the host's arithmetic where it will do --------------------------------------------------------------- *
- *
- * It rounds to nearest, so FPSCR has to say that. IXC, the only flag that ordinary operands may set, has to
- * be set already, which it soon is. With results from 2^-100 up nothing is tiny, has overflown or is a NaN,
- * and it makes no difference whether the host flushes denormal operands to zero. */
+/* Host arithmetic is exact if FPSCR rounds to nearest and IXC, the only flag of ordinary operands, is set. Results
+ * from 2^-100 up are not tiny, overflown or NaN, and flushed operands do not matter. */
 
-static inline bool host_will_do(const Core *core) {
+static inline bool host_is_exact(const Core *core) {
   return LIKELY((core->fpscr & (FPSCR_RMODE | FPSCR_FZ | FPSCR_IXC)) == FPSCR_IXC);
 }
 
@@ -23,38 +20,35 @@ static inline bool is_ordinary(uint32_t result) {
   return LIKELY((result & ~SIGN) - lowest < INFINITE - lowest);
 }
 
-#define DEFINE_ARITHMETIC(name, operator, exact)                                          \
-  static inline uint32_t name(Core *core, uint32_t left, uint32_t right) {                \
-    uint32_t result = from_float(to_float(left) operator to_float(right));                \
-    return host_will_do(core) && is_ordinary(result) ? result : exact(core, left, right); \
+#define DEFINE_ARITHMETIC(name, operator, exact)                                            \
+  static inline uint32_t name(Core *core, uint32_t left, uint32_t right) {                  \
+    uint32_t result = from_float(to_float(left) operator to_float(right));                  \
+    return host_is_exact(core) && is_ordinary(result) ? result : exact(core, left, right);  \
   }
 DEFINE_ARITHMETIC(add, +, exact_add)
 DEFINE_ARITHMETIC(multiply, *, exact_multiply)
 DEFINE_ARITHMETIC(divide, /, exact_divide)
 
-/* A NaN is propagated with its sign unchanged. */
+/* A NaN keeps its sign. */
 static inline uint32_t subtract(Core *core, uint32_t left, uint32_t right) {
   return add(core, left, is_nan(right) ? right : negated(right));
 }
 
 static inline uint32_t square_root(Core *core, uint32_t value) {
   uint32_t result = from_float(sqrtf(to_float(value)));
-  return host_will_do(core) && is_ordinary(result) ? result : exact_square_root(core, value);
+  return host_is_exact(core) && is_ordinary(result) ? result : exact_square_root(core, value);
 }
 
-/* The product is exact as a double. The sum is rounded to 53 bits and then to 24; the double rounding matters only
- * if the first result lies half-way between two floats. */
+/* The product is exact as a double. Rounding the sum twice is wrong only half-way between two floats. */
 static inline uint32_t multiply_add(Core *core, uint32_t addend, uint32_t left, uint32_t right) {
   double product = (double)to_float(left) * to_float(right), sum = product + to_float(addend);
   uint64_t sum_bits;
   memcpy(&sum_bits, &sum, sizeof sum_bits);
   uint32_t result = from_float((float)sum);
   bool half_way = (sum_bits & 0x1FFFFFFF) == 0x10000000;
-  bool is_sum = host_will_do(core) && !half_way && product != 0 && is_ordinary(result);
+  bool is_sum = host_is_exact(core) && !half_way && product != 0 && is_ordinary(result);
   return is_sum ? result : exact_multiply_add(core, addend, left, right);
 }
-
-/* -- operations ----------------------------------------------------------------------------------------- */
 
 RESULT(vadd, add(core, N, M))
 RESULT(vsub, subtract(core, N, M))
@@ -63,7 +57,6 @@ RESULT(vnmul, negated(multiply(core, N, M)))
 RESULT(vdiv, divide(core, N, M))
 RESULT(vsqrt, square_root(core, M))
 
-/* Rounded twice, because the product is rounded, too. */
 RESULT(vmla, add(core, D, multiply(core, N, M)))
 RESULT(vmls, add(core, D, negated(multiply(core, N, M))))
 RESULT(vnmla, add(core, negated(D), negated(multiply(core, N, M))))
@@ -79,9 +72,7 @@ RESULT(vmov, M)
 RESULT(vabs, M & ~SIGN)
 RESULT(vneg, negated(M))
 
-/* -- comparison ----------------------------------------------------------------------------------------- */
-
-/* Integers in the order of the values; both zeros are 0. */
+/* Integers in the order of the values. */
 static int32_t ordinal(uint32_t value) {
   int32_t magnitude = (int32_t)(value & ~SIGN);
   return value & SIGN ? -magnitude : magnitude;
@@ -91,7 +82,7 @@ static uint32_t flushed(Core *core, uint32_t value) {
   return core->fpscr & FPSCR_FZ && unpacked(core, value).significand == 0 ? value & SIGN : value;
 }
 
-/* FPCompare: N, Z, C and V of FPSCR. */
+/* FPCompare. */
 static void compare(Core *core, uint32_t left, uint32_t right, bool quiet_nan_is_invalid) {
   use_floating_point(core);
   left = flushed(core, left);
@@ -113,18 +104,16 @@ COMPUTATION(vcmpe, compare(core, D, M, true))
 COMPUTATION(vcmp_zero, compare(core, D, 0, false))
 COMPUTATION(vcmpe_zero, compare(core, D, 0, true))
 
-/* -- decoding ------------------------------------------------------------------------------------------- */
-
 /* VFPExpandImm (A6.4.1). */
-static uint32_t expanded(uint32_t imm8) {
+static uint32_t expand_immediate(uint32_t imm8) {
   uint32_t exponent = imm8 & 0x40 ? 0x7C : 0x80;
   return (imm8 & 0x80) << 24 | (exponent | (imm8 >> 4 & 3)) << 23 | (imm8 & 15) << 19;
 }
 
-/* Table A6-5: opc2 is the low half of first, opc3 bits 7:6 of second. */
-static Operation other(uint16_t first, uint16_t second, Insn *insn) {
+/* Table A6-5. */
+static Operation decode_other(uint16_t first, uint16_t second, Insn *insn) {
   if (!(second & 0x40)) {
-    insn->imm = expanded((first & 15u) << 4 | (second & 15));
+    insn->imm = expand_immediate((first & 15u) << 4 | (second & 15));
     return second & 0xA0 ? NULL : vmov_immediate;
   }
   bool high = second & 0x80;
@@ -138,7 +127,7 @@ static Operation other(uint16_t first, uint16_t second, Insn *insn) {
 }
 
 bool decode_vfp_data(uint16_t first, uint16_t second, Insn *insn) {
-  static const Operation ARITHMETIC[][2] = { /* by opc1 without D, and bit 6 of second (table A6-4) */
+  static const Operation ARITHMETIC[][2] = { /* by opc1 without D, bit 6 of second (table A6-4) */
       [0x0] = {vmla, vmls}, [0x1] = {vnmls, vnmla}, [0x2] = {vmul, vnmul}, [0x3] = {vadd, vsub},
       [0x8] = {vdiv, NULL}, [0x9] = {vfnms, vfnma}, [0xA] = {vfma, vfms}, [0xB] = {NULL, NULL}};
   insn->d = single(second >> 12, first >> 6);
@@ -146,7 +135,7 @@ bool decode_vfp_data(uint16_t first, uint16_t second, Insn *insn) {
   insn->m = single(second, second >> 5);
   unsigned opc1 = first >> 4 & 0xB;
   if (opc1 == 0xB) {
-    insn->run = other(first, second, insn);
+    insn->run = decode_other(first, second, insn);
     return insn->run || decode_vfp_conversion(first, second, insn);
   }
   insn->run = ARITHMETIC[opc1][second >> 6 & 1];

@@ -1,4 +1,4 @@
-/* Floating-point arithmetic on integers (ARMv7-M ARM A2.5.4 and the pseudocode of chapter D6). */
+/* Floating-point arithmetic with integers (ARMv7-M ARM A2.5.4, chapter D6). */
 #include "cpu/vfp.h"
 
 const Format SINGLE = {23, 254}, HALF = {10, 30}, ALTERNATIVE_HALF = {10, 31};
@@ -13,8 +13,6 @@ static uint32_t invalid(Core *core) {
 static uint32_t zero(bool sign) { return sign ? SIGN : 0; }
 static uint32_t infinity(bool sign) { return zero(sign) | INFINITE; }
 
-/* -- NaNs ----------------------------------------------------------------------------------------------- */
-
 uint32_t quieted(Core *core, uint32_t nan) {
   if (is_signalling(nan)) {
     raise_flag(core, FPSCR_IOC);
@@ -22,7 +20,7 @@ uint32_t quieted(Core *core, uint32_t nan) {
   return core->fpscr & FPSCR_DN ? DEFAULT_NAN : nan | QUIET;
 }
 
-/* FPProcessNaNs, FPProcessNaNs3: the first signalling one, else the first one. */
+/* FPProcessNaNs, FPProcessNaNs3: the first signalling, else the first. */
 static bool process_nans(Core *core, const uint32_t *operands, unsigned count, uint32_t *result) {
   uint32_t chosen = 0;
   for (unsigned n = count; n-- > 0;) {
@@ -36,8 +34,6 @@ static bool process_nans(Core *core, const uint32_t *operands, unsigned count, u
   *result = quieted(core, chosen);
   return true;
 }
-
-/* -- unpacking and rounding ----------------------------------------------------------------------------- */
 
 Number unpacked(Core *core, uint32_t value) {
   uint32_t fraction = value & 0x7FFFFF;
@@ -53,7 +49,7 @@ Number unpacked(Core *core, uint32_t value) {
   };
 }
 
-/* Shift to the right; the lowest bit is sticky. */
+/* The lowest bit is sticky. */
 static uint64_t shifted_right(uint64_t significand, int by) {
   if (by <= 0) {
     return significand;
@@ -61,7 +57,7 @@ static uint64_t shifted_right(uint64_t significand, int by) {
   return by > 63 ? significand != 0 : significand >> by | ((significand << (64 - by)) != 0);
 }
 
-/* Shift to the left until bit 63 is set. */
+/* Shift left until bit 63 is set. */
 static Number normalised(Number number) {
   int by = __builtin_clzll(number.significand);
   number.significand <<= by;
@@ -71,7 +67,7 @@ static Number normalised(Number number) {
 
 static uint32_t overflow(Core *core, bool sign, Format format, enum Rounding mode) {
   uint32_t beyond = (uint32_t)(format.highest_exponent + 1) << format.fraction_bits;
-  if (format.highest_exponent == ALTERNATIVE_HALF.highest_exponent) { /* the format has no infinity */
+  if (format.highest_exponent == ALTERNATIVE_HALF.highest_exponent) { /* no infinity */
     raise_flag(core, FPSCR_IOC);
     return beyond - 1;
   }
@@ -89,7 +85,7 @@ static bool rounds_away(uint64_t lost, uint64_t half, bool is_odd, bool sign, en
   }
 }
 
-/* The sign is at bit 31, also for half precision. */
+/* The sign is bit 31, also of half precision. */
 uint32_t rounded(Core *core, Number number, Format format, enum Rounding mode) {
   uint32_t sign = zero(number.sign);
   if (!number.significand) {
@@ -110,7 +106,7 @@ uint32_t rounded(Core *core, Number number, Format format, enum Rounding mode) {
   int spare = 63 - format.fraction_bits;
   uint64_t kept = number.significand >> spare, lost = number.significand & ((1ull << spare) - 1);
   kept += rounds_away(lost, 1ull << (spare - 1), kept & 1, number.sign, mode);
-  /* The leading bit adds 1 to the exponent, and so does a carry of rounding. */
+  /* The leading bit, and a carry of rounding, add 1 to the exponent. */
   uint64_t result = ((uint64_t)(biased - 1) << format.fraction_bits) + kept;
   if (result >> format.fraction_bits > (uint64_t)format.highest_exponent) {
     return sign | overflow(core, number.sign, format, mode);
@@ -125,9 +121,6 @@ static uint32_t rounded_single(Core *core, Number number) {
   return rounded(core, number, SINGLE, rounding_mode(core));
 }
 
-/* -- arithmetic ----------------------------------------------------------------------------------------- */
-
-/* The exact sum of two finite numbers, rounded. */
 static uint32_t sum(Core *core, Number left, Number right) {
   if (!left.significand && !right.significand) {
     return zero(left.sign == right.sign ? left.sign : rounding_mode(core) == DOWNWARD);
@@ -167,7 +160,6 @@ uint32_t exact_add(Core *core, uint32_t left, uint32_t right) {
 
 static bool is_zero(uint32_t value, Number number) { return !is_infinite(value) && number.significand == 0; }
 
-/* The exact product of two finite numbers; 48 bits at most. */
 static Number product(Number left, Number right) {
   return (Number){
       .sign = left.sign != right.sign,

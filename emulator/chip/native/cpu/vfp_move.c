@@ -1,42 +1,39 @@
-/* Transfers of floating-point registers to and from memory and the core (ARMv7-M ARM A6.5 to A6.7).
+/* Transfers of floating-point registers (ARMv7-M ARM A6.5 to A6.7).
  *
- * Fields: n is the base register; d is the first S register, and a double register is two of them; a is the number
- * of registers; imm is an offset. In moves, n and m are core registers.
+ * n: base; d: first S register (a D register is two); a: number of S registers. In moves n and m are core registers.
  */
+#include "cpu/transfers.h"
 #include "cpu/vfp.h"
 
-/* -- VLDR, VSTR ----------------------------------------------------------------------------------------- */
-
-#define DEFINE_ACCESSES(suffix)                                                                          \
-  INLINE bool vldr_single##suffix(Core *core, const Insn *insn, uint32_t address) {                      \
-    use_floating_point(core);                                                                            \
-    return is_aligned##suffix(core, address) && load32##suffix(core, address, &core->s[insn->d]);        \
-  }                                                                                                      \
-  INLINE bool vldr_double##suffix(Core *core, const Insn *insn, uint32_t address) {                      \
-    uint32_t low, high;                                                                                  \
-    use_floating_point(core);                                                                            \
-    if (UNLIKELY(!is_aligned##suffix(core, address) || !load32##suffix(core, address, &low) ||           \
-                 !load32##suffix(core, address + 4, &high))) {                                           \
-      return false;                                                                                      \
-    }                                                                                                    \
-    core->s[insn->d] = low;                                                                              \
-    core->s[insn->d + 1] = high;                                                                         \
-    return true;                                                                                         \
-  }                                                                                                      \
-  INLINE bool vstr_single##suffix(Core *core, const Insn *insn, uint32_t address) {                      \
-    use_floating_point(core);                                                                            \
-    return is_aligned##suffix(core, address) && store32##suffix(core, address, core->s[insn->d]);        \
-  }                                                                                                      \
-  INLINE bool vstr_double##suffix(Core *core, const Insn *insn, uint32_t address) {                      \
-    use_floating_point(core);                                                                            \
-    return is_aligned##suffix(core, address) && store32##suffix(core, address, core->s[insn->d]) &&      \
-           store32##suffix(core, address + 4, core->s[insn->d + 1]);                                     \
+#define DEFINE_ACCESSES(suffix)                                                                      \
+  INLINE bool vldr_single##suffix(Core *core, const Insn *insn, uint32_t address) {                  \
+    use_floating_point(core);                                                                        \
+    return is_aligned##suffix(core, address) && load32##suffix(core, address, &core->s[insn->d]);    \
+  }                                                                                                  \
+  INLINE bool vldr_double##suffix(Core *core, const Insn *insn, uint32_t address) {                  \
+    uint32_t low, high;                                                                              \
+    use_floating_point(core);                                                                        \
+    if (UNLIKELY(!is_aligned##suffix(core, address) || !load32##suffix(core, address, &low) ||       \
+                 !load32##suffix(core, address + 4, &high))) {                                       \
+      return false;                                                                                  \
+    }                                                                                                \
+    core->s[insn->d] = low;                                                                          \
+    core->s[insn->d + 1] = high;                                                                     \
+    return true;                                                                                     \
+  }                                                                                                  \
+  INLINE bool vstr_single##suffix(Core *core, const Insn *insn, uint32_t address) {                  \
+    use_floating_point(core);                                                                        \
+    return is_aligned##suffix(core, address) && store32##suffix(core, address, core->s[insn->d]);    \
+  }                                                                                                  \
+  INLINE bool vstr_double##suffix(Core *core, const Insn *insn, uint32_t address) {                  \
+    use_floating_point(core);                                                                        \
+    return is_aligned##suffix(core, address) && store32##suffix(core, address, core->s[insn->d]) &&  \
+           store32##suffix(core, address + 4, core->s[insn->d + 1]);                                 \
   }
 DEFINE_ACCESSES()
-DEFINE_ACCESSES(_outside)
+DEFINE_ACCESSES(_slow)
 
 #define DEFINE_OFFSET(access) DEFINE_ACCESS(access##_offset, access, core->r[insn->n] + insn->imm, )
-#define DEFINE_LITERAL(access) DEFINE_ACCESS(access##_literal, access, insn->imm, )
 DEFINE_OFFSET(vldr_single)
 DEFINE_OFFSET(vldr_double)
 DEFINE_OFFSET(vstr_single)
@@ -47,7 +44,7 @@ DEFINE_LITERAL(vldr_double)
 static bool decode_one(uint32_t address, uint16_t first, Insn *insn) {
   bool load = first & 0x10, two = insn->a == 2;
   insn->imm = first & 0x80 ? insn->imm : -insn->imm;
-  if (insn->n == 15) { /* a store would be UNPREDICTABLE */
+  if (insn->n == 15) { /* a store is UNPREDICTABLE */
     insn->imm += (address + 4) & ~3u;
     insn->n = 0;
     insn->run = two ? vldr_double_literal : vldr_single_literal;
@@ -61,53 +58,47 @@ static bool decode_one(uint32_t address, uint16_t first, Insn *insn) {
   return true;
 }
 
-/* -- VLDM, VSTM, VPOP, VPUSH ---------------------------------------------------------------------------- */
-
-/* imm is the change of the base with write-back; it can be one word more than the transfer (FLDMX). */
-#define DEFINE_MULTIPLE_ACCESSES(suffix)                                                                 \
-  INLINE bool vldm##suffix(Core *core, const Insn *insn, uint32_t address) {                             \
-    uint32_t words[32];                                                                                  \
-    use_floating_point(core);                                                                            \
-    if (UNLIKELY(!is_aligned##suffix(core, address))) {                                                  \
-      return false;                                                                                      \
-    }                                                                                                    \
-    for (unsigned n = 0; n < insn->a; n++) {                                                             \
-      if (UNLIKELY(!load32##suffix(core, address + 4 * n, &words[n]))) {                                 \
-        return false;                                                                                    \
-      }                                                                                                  \
-    }                                                                                                    \
-    memcpy(core->s + insn->d, words, 4u * insn->a);                                                      \
-    return true;                                                                                         \
-  }                                                                                                      \
-  INLINE bool vstm##suffix(Core *core, const Insn *insn, uint32_t address) {                             \
-    use_floating_point(core);                                                                            \
-    if (UNLIKELY(!is_aligned##suffix(core, address))) {                                                  \
-      return false;                                                                                      \
-    }                                                                                                    \
-    for (unsigned n = 0; n < insn->a; n++) {                                                             \
-      if (UNLIKELY(!store32##suffix(core, address + 4 * n, core->s[insn->d + n]))) {                     \
-        return false;                                                                                    \
-      }                                                                                                  \
-    }                                                                                                    \
-    return true;                                                                                         \
+/* imm is the write-back; that of FLDMX has one more word. */
+#define DEFINE_MULTIPLE_ACCESSES(suffix)                                              \
+  INLINE bool vldm##suffix(Core *core, const Insn *insn, uint32_t address) {          \
+    uint32_t words[32];                                                               \
+    use_floating_point(core);                                                         \
+    if (UNLIKELY(!is_aligned##suffix(core, address))) {                               \
+      return false;                                                                   \
+    }                                                                                 \
+    for (unsigned n = 0; n < insn->a; n++) {                                          \
+      if (UNLIKELY(!load32##suffix(core, address + 4 * n, &words[n]))) {              \
+        return false;                                                                 \
+      }                                                                               \
+    }                                                                                 \
+    memcpy(core->s + insn->d, words, 4u * insn->a);                                   \
+    return true;                                                                      \
+  }                                                                                   \
+  INLINE bool vstm##suffix(Core *core, const Insn *insn, uint32_t address) {          \
+    use_floating_point(core);                                                         \
+    if (UNLIKELY(!is_aligned##suffix(core, address))) {                               \
+      return false;                                                                   \
+    }                                                                                 \
+    for (unsigned n = 0; n < insn->a; n++) {                                          \
+      if (UNLIKELY(!store32##suffix(core, address + 4 * n, core->s[insn->d + n]))) {  \
+        return false;                                                                 \
+      }                                                                               \
+    }                                                                                 \
+    return true;                                                                      \
   }
 DEFINE_MULTIPLE_ACCESSES()
-DEFINE_MULTIPLE_ACCESSES(_outside)
+DEFINE_MULTIPLE_ACCESSES(_slow)
 
-INLINE void write_base(Core *core, const Insn *insn, uint32_t base) {
-  core->r[insn->n] = insn->n == 13 ? base & ~3u : base;
-}
-
-#define DEFINE_MULTIPLE(letters)                                                                         \
-  DEFINE_ACCESS(letters##ia, letters, core->r[insn->n], )                                                \
-  DEFINE_ACCESS(letters##ia_back, letters, core->r[insn->n], write_base(core, insn, address + insn->imm)) \
+#define DEFINE_MULTIPLE(letters)                                                                           \
+  DEFINE_ACCESS(letters##ia, letters, core->r[insn->n], )                                                  \
+  DEFINE_ACCESS(letters##ia_back, letters, core->r[insn->n], write_base(core, insn, address + insn->imm))  \
   DEFINE_ACCESS(letters##db_back, letters, core->r[insn->n] - insn->imm, write_base(core, insn, address))
 DEFINE_MULTIPLE(vldm)
 DEFINE_MULTIPLE(vstm)
 
-static bool decode_multiple(uint16_t first, Insn *insn) {
+static bool decode_vfp_multiple(uint16_t first, Insn *insn) {
   bool load = first & 0x10, back = first & 0x20, before = first & 0x100;
-  insn->a = (uint8_t)(insn->imm / 4); /* before rounding to an even number, for D registers */
+  insn->a = (uint8_t)(insn->imm / 4); /* before rounding down for D registers */
   if (before) {
     insn->run = load ? vldmdb_back : vstmdb_back;
   } else {
@@ -119,12 +110,12 @@ static bool decode_multiple(uint16_t first, Insn *insn) {
 static bool decode_registers(uint16_t second, unsigned d_bit, Insn *insn) {
   bool is_double = second & 0x100;
   insn->d = is_double ? (uint8_t)(2 * (second >> 12)) : single(second >> 12, d_bit);
-  return !(is_double && d_bit); /* there are 16 D registers */
+  return !(is_double && d_bit);
 }
 
 static bool decode_two_cores(uint16_t first, uint16_t second, Insn *insn);
 
-/* A6.5, and the 64-bit transfers of A6.7, whose encoding is similar. */
+/* Section A6.5, and 64-bit transfers of A6.7. */
 bool decode_vfp_memory(uint32_t address, uint16_t first, uint16_t second, Insn *insn) {
   bool before = first & 0x100, up = first & 0x80, back = first & 0x20, is_double = second & 0x100;
   insn->n = first & 15;
@@ -139,7 +130,7 @@ bool decode_vfp_memory(uint32_t address, uint16_t first, uint16_t second, Insn *
     insn->a = is_double ? 2 : 1;
     return decode_one(address, first, insn);
   }
-  if ((before && up) || !decode_multiple(first, insn)) {
+  if ((before && up) || !decode_vfp_multiple(first, insn)) {
     return false;
   }
   insn->a &= is_double ? ~1 : ~0;
@@ -171,7 +162,7 @@ OPERATION(vmov_to_two_cores) {
   NEXT;
 }
 
-#define WRITABLE 0xF7C0009Fu /* of FPSCR */
+#define WRITABLE 0xF7C0009Fu
 
 OPERATION(vmsr) {
   use_floating_point(core);
@@ -192,9 +183,9 @@ OPERATION(vmrs_apsr) {
   NEXT;
 }
 
-/* SP and PC are UNPREDICTABLE in all of these. As results they are undefined here, except PC for VMRS. */
+/* SP and PC are UNPREDICTABLE; as results undefined, except VMRS to PC. */
 static bool can_be_moved(bool to_core, unsigned number) { return !to_core || (number != 13 && number != 15); }
-static void may_read_pc(Insn *insn) { insn->kind |= insn->n == 15 || insn->m == 15 ? READS_PC : 0; }
+static void may_read_pc(Insn *insn) { insn->flags |= insn->n == 15 || insn->m == 15 ? READS_PC : 0; }
 
 static bool decode_two_cores(uint16_t first, uint16_t second, Insn *insn) {
   bool to_core = first & 0x10, is_double = second & 0x100;
@@ -210,13 +201,13 @@ static bool decode_two_cores(uint16_t first, uint16_t second, Insn *insn) {
 bool decode_vfp_move(uint16_t first, uint16_t second, Insn *insn) {
   bool to_core = first & 0x10, of_double = second & 0x100;
   insn->n = second >> 12;
-  if ((first & 0xFEF) == 0xEE1 && !of_double) { /* FPSCR, the only system register available to firmware */
+  if ((first & 0xFEF) == 0xEE1 && !of_double) {
     insn->run = !to_core ? vmsr : insn->n == 15 ? vmrs_apsr : vmrs;
     return (second & 0xEF) == 0 && (to_core ? insn->n != 13 : insn->n != 15);
   }
   insn->run = to_core ? vmov_to_core : vmov_to_single;
   may_read_pc(insn);
-  if (of_double) { /* half of a D register, as bit 5 of first says */
+  if (of_double) { /* half of a D register */
     insn->d = (uint8_t)(2 * (first & 15) + (first >> 5 & 1));
     return (first & 0xC0) == 0 && (second & 0xEF) == 0 && can_be_moved(to_core, insn->n);
   }

@@ -1,21 +1,14 @@
-/* DMA1 and DMA2: eight streams each (RM0368 section 9; interrupt numbers of table 38), and the mapping of request
- * lines to streams and channels (section 9.3.3, tables 28 and 29).
+/* DMA1 and DMA2 (RM0368 section 9; interrupts: table 38), and the request lines (9.3.3, tables 28, 29).
  *
- * A transfer happens at once when its request is made. A peripheral requests it in an access or an event, so no flag
- * changes by itself. In FIFO mode the chip keeps data in the FIFO until its threshold is reached. Here data passes
- * directly; a program can detect this only if it reads memory before the end. Packing (PSIZE and MSIZE different,
- * section 9.3.10) follows from little-endian byte order: items are consecutive in memory, in the size that they have
- * at the peripheral.
+ * A transfer happens at once when it is requested; the FIFO delays nothing. Packing (9.3.10) follows from
+ * little-endian order. A memory-to-memory transfer is done at its end, after 4 cycles per item (an estimate); NDTR
+ * is constant until then.
  *
- * A memory-to-memory transfer is done at its end, after 4 cycles of HCLK per item (an estimate, the manual gives no
- * figure); NDTR shows the whole length until then.
+ * The tables agree with RM0090 (STM32F405), except I2C3_RX on stream 1 and I2C3_TX on stream 5, which are not
+ * certain.
  *
- * The tables were compared with those of RM0090 (STM32F405), of which they are a subset except for I2C3_RX on stream
- * 1 and I2C3_TX on stream 5: these two are not certain.
- *
- * NOT MODELLED, with a note if firmware uses it: the peripheral as flow controller (PFCTRL, for SDIO only). NOT
- * MODELLED, silent: priorities, bursts, PINCOS and FIFO errors; requests of I2S, SPI4, SDIO, and of timers except
- * for updates.
+ * NOT MODELLED, with a note: the peripheral as flow controller (PFCTRL, for SDIO). NOT MODELLED, silent: priorities,
+ * bursts, PINCOS, FIFO errors; requests of I2S, SPI4, SDIO, and of timers except updates.
  */
 #include "fcu.h"
 
@@ -23,14 +16,14 @@
 
 #define FIRST_STREAM SxCR(0)
 #define STREAM_SIZE (SxCR(1) - SxCR(0))
-enum { CR, NDTR, PAR, M0AR, M1AR, FCR }; /* of a stream, by word */
+enum { CR, NDTR, PAR, M0AR, M1AR, FCR }; /* of a stream */
 _Static_assert(SxFCR(0) == FIRST_STREAM + 4 * FCR, "the words of a stream");
 
 enum { PERIPHERAL_TO_MEMORY, MEMORY_TO_PERIPHERAL, MEMORY_TO_MEMORY };
 #define CHANGEABLE_WHILE_ON (SxCR_EN | SxCR_DMEIE | SxCR_TEIE | SxCR_HTIE | SxCR_TCIE)
-/* A stream's flags, at the bit positions of stream 0. */
+/* At the positions of stream 0. */
 #define FLAGS (LISR_FEIF0 | LISR_DMEIF0 | LISR_TEIF0 | LISR_HTIF0 | LISR_TCIF0)
-static const uint8_t FLAG_SHIFT[4] = {0, 6, 16, 22}; /* of streams 0 to 3 in LISR, 4 to 7 in HISR */
+static const uint8_t FLAG_SHIFT[4] = {0, 6, 16, 22}; /* streams 0 to 3, 4 to 7 */
 
 #define CYCLES_PER_ITEM 4
 
@@ -43,92 +36,87 @@ static const uint8_t INTERRUPTS_OF[DMA_CONTROLLERS][DMA_STREAMS] = {
 /* -- request lines --------------------------------------------------------------------------------------- */
 
 #define R(name) REQUEST_##name
-#define OTHER REQUESTS /* a line without a modelled peripheral */
+#define UNMODELLED REQUESTS /* its peripheral is not modelled */
 #define NONE REQUEST_NONE
 
-/* One row per channel, one column per stream. */
+/* By channel and stream. */
 static const uint8_t LINES[DMA_CONTROLLERS][8][DMA_STREAMS] = {
   {
     {R(SPI3_RX), NONE, R(SPI3_RX), R(SPI2_RX), R(SPI2_TX), R(SPI3_TX), NONE, R(SPI3_TX)},
     {R(I2C1_RX), R(I2C3_RX), NONE, NONE, NONE, R(I2C1_RX), R(I2C1_TX), R(I2C1_TX)},
-    {OTHER, NONE, OTHER, OTHER, OTHER, OTHER, R(TIM4_UP), OTHER},
-    {OTHER, R(TIM2_UP), R(I2C3_RX), OTHER, R(I2C3_TX), OTHER, OTHER, R(TIM2_UP)},
+    {UNMODELLED, NONE, UNMODELLED, UNMODELLED, UNMODELLED, UNMODELLED, R(TIM4_UP), UNMODELLED},
+    {UNMODELLED, R(TIM2_UP), R(I2C3_RX), UNMODELLED, R(I2C3_TX), UNMODELLED, UNMODELLED, R(TIM2_UP)},
     {NONE, NONE, NONE, NONE, NONE, R(USART2_RX), R(USART2_TX), NONE},
-    {NONE, NONE, R(TIM3_UP), NONE, OTHER, OTHER, NONE, OTHER},
-    {R(TIM5_UP), OTHER, OTHER, OTHER, OTHER, R(I2C3_TX), R(TIM5_UP), NONE},
+    {NONE, NONE, R(TIM3_UP), NONE, UNMODELLED, UNMODELLED, NONE, UNMODELLED},
+    {R(TIM5_UP), UNMODELLED, UNMODELLED, UNMODELLED, UNMODELLED, R(I2C3_TX), R(TIM5_UP), NONE},
     {NONE, NONE, R(I2C2_RX), R(I2C2_RX), NONE, NONE, NONE, R(I2C2_TX)},
   },
   {
-    {R(ADC1), NONE, NONE, NONE, R(ADC1), NONE, OTHER, NONE},
+    {R(ADC1), NONE, NONE, NONE, R(ADC1), NONE, UNMODELLED, NONE},
     {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE},
     {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE},
     {R(SPI1_RX), NONE, R(SPI1_RX), R(SPI1_TX), NONE, R(SPI1_TX), NONE, NONE},
-    {OTHER, OTHER, R(USART1_RX), OTHER, NONE, R(USART1_RX), OTHER, R(USART1_TX)},
-    {NONE, R(USART6_RX), R(USART6_RX), OTHER, OTHER, NONE, R(USART6_TX), R(USART6_TX)},
-    {OTHER, OTHER, OTHER, OTHER, OTHER, R(TIM1_UP), OTHER, NONE},
+    {UNMODELLED, UNMODELLED, R(USART1_RX), UNMODELLED, NONE, R(USART1_RX), UNMODELLED, R(USART1_TX)},
+    {NONE, R(USART6_RX), R(USART6_RX), UNMODELLED, UNMODELLED, NONE, R(USART6_TX), R(USART6_TX)},
+    {UNMODELLED, UNMODELLED, UNMODELLED, UNMODELLED, UNMODELLED, R(TIM1_UP), UNMODELLED, NONE},
     {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE},
   },
 };
 
 static int controller_of(const DmaController *dma) { return dma == &dma->peripheral.chip->dma.controllers[1]; }
 
-/* 1 to 16. */
-static uint8_t number_of(const DmaController *dma, int stream) {
-  return (uint8_t)(DMA_STREAMS * controller_of(dma) + stream + 1);
+static uint8_t number_of(const DmaController *dma, int n) {
+  return (uint8_t)(DMA_STREAMS * controller_of(dma) + n + 1);
 }
 
-/* The stream has been enabled: it serves the requests of its line now. */
-static void serve(DmaController *dma, int stream, enum Request line) {
+static void attach(DmaController *dma, int n, enum Request line) {
   Dma *both = &dma->peripheral.chip->dma;
-  dma->streams[stream].line = line;
-  if (line == NONE || line == OTHER) {
+  dma->streams[n].line = line;
+  if (line == NONE || line == UNMODELLED) {
     return;
   }
-  both->server[line] = number_of(dma, stream);
-  if (both->asker[line]) {
-    both->asker[line]->type->dma_ready(both->asker[line]);
+  both->server[line] = number_of(dma, n);
+  if (both->requester[line]) {
+    both->requester[line]->type->dma_ready(both->requester[line]);
   }
 }
 
-static void leave(DmaController *dma, int stream) {
+static void detach(DmaController *dma, int n) {
   Dma *both = &dma->peripheral.chip->dma;
-  enum Request line = dma->streams[stream].line;
-  if (line != NONE && line != OTHER && both->server[line] == number_of(dma, stream)) {
+  enum Request line = dma->streams[n].line;
+  if (line != NONE && line != UNMODELLED && both->server[line] == number_of(dma, n)) {
     both->server[line] = 0;
   }
 }
 
-void dma_connect(Peripheral *peripheral, enum Request line) { peripheral->chip->dma.asker[line] = peripheral; }
+void dma_connect(Peripheral *peripheral, enum Request line) { peripheral->chip->dma.requester[line] = peripheral; }
 
-/* -- the bus --------------------------------------------------------------------------------------------- */
-
-/* Both controllers access memory and the peripherals, except the core's private ones (RM0368 section 2.1). */
-static bool is_reached(uint32_t address) { return address < PERIPHERALS_BASE + PERIPHERALS_SIZE; }
+/* All but the core's private peripherals (RM0368 2.1). */
+static bool is_accessible(uint32_t address) { return address < PERIPHERALS_BASE + PERIPHERALS_SIZE; }
 
 static bool load_item(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
-  return is_reached(address) && bus_load(chip, address, size, value);
+  return is_accessible(address) && bus_load(chip, address, size, value);
 }
 
 static bool store_item(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
-  return is_reached(address) && bus_store(chip, address, size, value);
+  return is_accessible(address) && bus_store(chip, address, size, value);
 }
 
 /* -- transfers ------------------------------------------------------------------------------------------- */
 
-static void update_interrupt(DmaController *dma, int stream) {
-  const DmaStream *one = &dma->streams[stream];
-  uint32_t enabled = (one->control & SxCR_TCIE ? LISR_TCIF0 : 0) | (one->control & SxCR_HTIE ? LISR_HTIF0 : 0) |
-                     (one->control & SxCR_TEIE ? LISR_TEIF0 : 0);
-  peripheral_set_irq(&dma->peripheral, INTERRUPTS_OF[controller_of(dma)][stream], (one->flags & enabled) != 0);
+static void update_interrupt(DmaController *dma, int n) {
+  const DmaStream *stream = &dma->streams[n];
+  uint32_t enabled = (stream->control & SxCR_TCIE ? LISR_TCIF0 : 0) | (stream->control & SxCR_HTIE ? LISR_HTIF0 : 0) |
+                     (stream->control & SxCR_TEIE ? LISR_TEIF0 : 0);
+  peripheral_set_irq(&dma->peripheral, INTERRUPTS_OF[controller_of(dma)][n], (stream->flags & enabled) != 0);
 }
 
-static void raise_flags(DmaController *dma, int stream, uint32_t flags) {
-  dma->streams[stream].flags |= flags;
-  update_interrupt(dma, stream);
+static void raise_flags(DmaController *dma, int n, uint32_t flags) {
+  dma->streams[n].flags |= flags;
+  update_interrupt(dma, n);
 }
 
-/* Schedule the end of the next memory-to-memory transfer. */
-static void plan(DmaController *dma) {
+static void schedule_copy(DmaController *dma) {
   int64_t at_ps = NEVER_PS;
   for (int n = 0; n < DMA_STREAMS; n++) {
     at_ps = dma->streams[n].copy_ps < at_ps ? dma->streams[n].copy_ps : at_ps;
@@ -140,97 +128,94 @@ static void plan(DmaController *dma) {
   }
 }
 
-static void stop(DmaController *dma, int stream) {
-  DmaStream *one = &dma->streams[stream];
-  one->control &= ~SxCR_EN;
-  leave(dma, stream);
-  if (one->copy_ps < NEVER_PS) {
-    one->copy_ps = NEVER_PS;
-    plan(dma);
+static void stop(DmaController *dma, int n) {
+  DmaStream *stream = &dma->streams[n];
+  stream->control &= ~SxCR_EN;
+  detach(dma, n);
+  if (stream->copy_ps < NEVER_PS) {
+    stream->copy_ps = NEVER_PS;
+    schedule_copy(dma);
   }
 }
 
-static void begin(DmaStream *one) {
-  static const uint8_t SIZES[] = {1, 2, 4, 4}; /* PSIZE: byte, half-word, word, reserved */
-  one->length = one->items;
-  one->moved = 0;
-  one->size = SIZES[FIELD(one->control, SxCR_PSIZE)];
-  one->peripheral_step = one->control & SxCR_PINC ? one->size : 0;
-  one->memory_step = one->control & SxCR_MINC ? one->size : 0;
+static void begin(DmaStream *stream) {
+  static const uint8_t SIZES[] = {1, 2, 4, 4}; /* PSIZE */
+  stream->length = stream->items;
+  stream->moved = 0;
+  stream->size = SIZES[FIELD(stream->control, SxCR_PSIZE)];
+  stream->peripheral_step = stream->control & SxCR_PINC ? stream->size : 0;
+  stream->memory_step = stream->control & SxCR_MINC ? stream->size : 0;
 }
 
-static void start(DmaController *dma, int stream, enum Request line) {
-  DmaStream *one = &dma->streams[stream];
+static void start(DmaController *dma, int n, enum Request line) {
+  DmaStream *stream = &dma->streams[n];
   Chip *chip = dma->peripheral.chip;
-  if (one->items == 0) { /* section 9.3.14: nothing to transfer, the stream does not start */
-    one->control &= ~SxCR_EN;
+  if (stream->items == 0) { /* does not start (9.3.14) */
+    stream->control &= ~SxCR_EN;
     return;
   }
-  begin(one);
-  if (FIELD(one->control, SxCR_DIR) != MEMORY_TO_MEMORY) {
-    serve(dma, stream, line);
+  begin(stream);
+  if (FIELD(stream->control, SxCR_DIR) != MEMORY_TO_MEMORY) {
+    attach(dma, n, line);
   } else if (chip->clocks.hclk_hz) {
-    one->copy_ps = chip->now_ps + (int64_t)one->items * CYCLES_PER_ITEM * PS_PER_S / chip->clocks.hclk_hz;
-    plan(dma);
+    stream->copy_ps = chip->now_ps + (int64_t)stream->items * CYCLES_PER_ITEM * PS_PER_S / chip->clocks.hclk_hz;
+    schedule_copy(dma);
   }
 }
 
-/* Move one item; false is a bus error. */
-static bool move(Chip *chip, DmaStream *one) {
-  uint32_t outside = one->peripheral + one->moved * one->peripheral_step, value;
-  uint32_t inside = one->memory[one->control & SxCR_CT ? 1 : 0] + one->moved * one->memory_step;
-  bool out = FIELD(one->control, SxCR_DIR) == MEMORY_TO_PERIPHERAL;
-  one->moved++;
-  return load_item(chip, out ? inside : outside, one->size, &value) &&
-         store_item(chip, out ? outside : inside, one->size, value);
+/* Return false on a bus error. */
+static bool move_item(Chip *chip, DmaStream *stream) {
+  uint32_t peripheral_address = stream->peripheral + stream->moved * stream->peripheral_step, value;
+  uint32_t memory_address = stream->memory[stream->control & SxCR_CT ? 1 : 0] + stream->moved * stream->memory_step;
+  bool to_peripheral = FIELD(stream->control, SxCR_DIR) == MEMORY_TO_PERIPHERAL;
+  stream->moved++;
+  return load_item(chip, to_peripheral ? memory_address : peripheral_address, stream->size, &value) &&
+         store_item(chip, to_peripheral ? peripheral_address : memory_address, stream->size, value);
 }
 
-/* All items are done. */
-static void complete(DmaController *dma, int stream) {
-  DmaStream *one = &dma->streams[stream];
-  if (one->control & (SxCR_CIRC | SxCR_DBM)) {
-    one->items = one->length;
-    one->moved = 0;
-    one->control ^= one->control & SxCR_DBM ? SxCR_CT : 0;
+static void complete(DmaController *dma, int n) {
+  DmaStream *stream = &dma->streams[n];
+  if (stream->control & (SxCR_CIRC | SxCR_DBM)) {
+    stream->items = stream->length;
+    stream->moved = 0;
+    stream->control ^= stream->control & SxCR_DBM ? SxCR_CT : 0;
   } else {
-    stop(dma, stream);
+    stop(dma, n);
   }
-  raise_flags(dma, stream, LISR_TCIF0);
+  raise_flags(dma, n, LISR_TCIF0);
 }
 
-/* Move one item between peripheral and memory. */
-static void transfer(DmaController *dma, int stream) {
-  DmaStream *one = &dma->streams[stream];
-  if (!move(dma->peripheral.chip, one)) {
-    stop(dma, stream);
-    raise_flags(dma, stream, LISR_TEIF0);
+static void transfer(DmaController *dma, int n) {
+  DmaStream *stream = &dma->streams[n];
+  if (!move_item(dma->peripheral.chip, stream)) {
+    stop(dma, n);
+    raise_flags(dma, n, LISR_TEIF0);
     return;
   }
-  one->items--;
-  if (one->items == 0) {
-    complete(dma, stream);
-  } else if (one->items == one->length / 2) {
-    raise_flags(dma, stream, LISR_HTIF0);
+  stream->items--;
+  if (stream->items == 0) {
+    complete(dma, n);
+  } else if (stream->items == stream->length / 2) {
+    raise_flags(dma, n, LISR_HTIF0);
   }
 }
 
-/* Move all items of a memory-to-memory transfer. */
-static void copy(DmaController *dma, int stream) {
-  DmaStream *one = &dma->streams[stream];
+static void copy_memory(DmaController *dma, int n) {
+  DmaStream *stream = &dma->streams[n];
   bool good = true;
-  while (good && one->items) {
-    good = move(dma->peripheral.chip, one);
-    one->items -= good;
+  while (good && stream->items) {
+    good = move_item(dma->peripheral.chip, stream);
+    stream->items -= good;
   }
-  stop(dma, stream);
-  raise_flags(dma, stream, good ? LISR_HTIF0 | LISR_TCIF0 : LISR_TEIF0);
+  stop(dma, n);
+  raise_flags(dma, n, good ? LISR_HTIF0 | LISR_TCIF0 : LISR_TEIF0);
 }
 
 static void on_event(Peripheral *peripheral) {
   DmaController *dma = (DmaController *)peripheral;
   for (int n = 0; n < DMA_STREAMS; n++) {
     if (dma->streams[n].copy_ps <= peripheral->chip->now_ps) {
-      copy(dma, n);
+      copy_memory(dma, n);
     }
   }
 }
@@ -254,21 +239,15 @@ static uint32_t dma_peek(const Peripheral *peripheral, uint32_t offset) {
   const DmaController *dma = (const DmaController *)peripheral;
   uint32_t value = 0;
   if (offset >= FIRST_STREAM) {
-    const DmaStream *one = &dma->streams[(offset - FIRST_STREAM) / STREAM_SIZE];
-    const uint32_t words[] = {one->control,   one->items,     one->peripheral,
-                              one->memory[0], one->memory[1], one->fifo_control};
+    const DmaStream *stream = &dma->streams[(offset - FIRST_STREAM) / STREAM_SIZE];
+    const uint32_t words[] = {stream->control,   stream->items,     stream->peripheral,
+                              stream->memory[0], stream->memory[1], stream->fifo_control};
     return words[(offset - FIRST_STREAM) % STREAM_SIZE / 4];
   }
   for (int n = 0; offset <= HISR && n < 4; n++) {
-    value |= dma->streams[offset + (uint32_t)n].flags << FLAG_SHIFT[n]; /* HISR is 4: streams 4 to 7 */
+    value |= dma->streams[offset + (uint32_t)n].flags << FLAG_SHIFT[n]; /* HISR is at offset 4 */
   }
   return value;
-}
-
-/* Reads have no side effect, and only events and accesses change flags. */
-static uint32_t dma_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
-  (void)until_ps;
-  return dma_peek(peripheral, offset);
 }
 
 static void clear_flags(DmaController *dma, int first, uint32_t bits) {
@@ -278,71 +257,69 @@ static void clear_flags(DmaController *dma, int first, uint32_t bits) {
   }
 }
 
-/* Report wrong settings when firmware enables a stream. */
-static void check(DmaController *dma, int stream, uint32_t value, enum Request line) {
+static void check(DmaController *dma, int n, uint32_t value, enum Request line) {
   bool to_memory = FIELD(value, SxCR_DIR) == MEMORY_TO_MEMORY;
   if (to_memory && controller_of(dma) == 0) {
     peripheral_note(&dma->peripheral, -1, NOTE_FORBIDDEN, "memory to memory is for DMA2 only (RM0368 9.3.2)");
   }
   if (!to_memory && line == NONE) {
     peripheral_note(&dma->peripheral, -1, NOTE_FORBIDDEN,
-               "stream %d channel %u is enabled, but no request line is there", stream, FIELD(value, SxCR_CHSEL));
+               "stream %d channel %u is enabled, but no request line is there", n, FIELD(value, SxCR_CHSEL));
   }
 }
 
-static void control_written(DmaController *dma, int stream, uint32_t value) {
-  DmaStream *one = &dma->streams[stream];
-  enum Request line = LINES[controller_of(dma)][FIELD(value, SxCR_CHSEL)][stream];
-  bool was_on = one->control & SxCR_EN;
-  uint32_t kept = was_on ? one->control & ~CHANGEABLE_WHILE_ON : value & ~CHANGEABLE_WHILE_ON;
+static void control_written(DmaController *dma, int n, uint32_t value) {
+  DmaStream *stream = &dma->streams[n];
+  enum Request line = LINES[controller_of(dma)][FIELD(value, SxCR_CHSEL)][n];
+  bool was_on = stream->control & SxCR_EN;
+  uint32_t kept = was_on ? stream->control & ~CHANGEABLE_WHILE_ON : value & ~CHANGEABLE_WHILE_ON;
   if (value & SxCR_PFCTRL) {
-    peripheral_note(&dma->peripheral, -1, NOTE_NOT_MODELLED, "S%dCR.PFCTRL", stream);
+    peripheral_note(&dma->peripheral, -1, NOTE_NOT_MODELLED, "S%dCR.PFCTRL", n);
   }
-  if (was_on && (value ^ one->control) & ~CHANGEABLE_WHILE_ON) {
+  if (was_on && (value ^ stream->control) & ~CHANGEABLE_WHILE_ON) {
     peripheral_note(&dma->peripheral, -1, NOTE_FORBIDDEN, "S%dCR reconfigured while the stream is enabled: no effect",
-               stream);
+               n);
   }
-  one->control = kept | (value & CHANGEABLE_WHILE_ON);
+  stream->control = kept | (value & CHANGEABLE_WHILE_ON);
   if (value & SxCR_EN && !was_on) {
-    check(dma, stream, value, line);
-    start(dma, stream, line);
-  } else if (was_on && !(value & SxCR_EN)) { /* section 9.3.15: the transfer ends, and TCIF says so */
-    stop(dma, stream);
-    raise_flags(dma, stream, LISR_TCIF0);
+    check(dma, n, value, line);
+    start(dma, n, line);
+  } else if (was_on && !(value & SxCR_EN)) { /* the transfer ends with TCIF (9.3.15) */
+    stop(dma, n);
+    raise_flags(dma, n, LISR_TCIF0);
   }
-  update_interrupt(dma, stream);
+  update_interrupt(dma, n);
 }
 
-static void write_stream(DmaController *dma, int stream, uint32_t word, uint32_t value) {
-  DmaStream *one = &dma->streams[stream];
+static void write_stream(DmaController *dma, int n, uint32_t word, uint32_t value) {
+  DmaStream *stream = &dma->streams[n];
   if (word == CR) {
-    control_written(dma, stream, value & SxCR_STORED);
-  } else if (one->control & SxCR_EN && (word == NDTR || word == PAR)) {
+    control_written(dma, n, value & SxCR_STORED);
+  } else if (stream->control & SxCR_EN && (word == NDTR || word == PAR)) {
     peripheral_note(&dma->peripheral, -1, NOTE_FORBIDDEN, "S%d%s written while the stream is enabled: no effect",
-        stream,
+        n,
                word == NDTR ? "NDTR" : "PAR");
   } else if (word == NDTR) {
-    one->items = value & 0xFFFF;
+    stream->items = value & 0xFFFF;
   } else if (word == PAR) {
-    one->peripheral = value;
+    stream->peripheral = value;
   } else if (word == M0AR || word == M1AR) {
-    one->memory[word - M0AR] = value;
+    stream->memory[word - M0AR] = value;
   } else {
-    one->fifo_control = (one->fifo_control & SxFCR_FS) | (value & SxFCR_STORED);
+    stream->fifo_control = (stream->fifo_control & SxFCR_FS) | (value & SxFCR_STORED);
   }
 }
 
 static void dma_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   DmaController *dma = (DmaController *)peripheral;
   if (offset >= FIRST_STREAM) {
-    uint32_t merged = (dma_peek(peripheral, offset) & ~mask) | (value & mask), place = offset - FIRST_STREAM;
-    write_stream(dma, (int)(place / STREAM_SIZE), place % STREAM_SIZE / 4, merged);
+    uint32_t merged = (dma_peek(peripheral, offset) & ~mask) | (value & mask), position = offset - FIRST_STREAM;
+    write_stream(dma, (int)(position / STREAM_SIZE), position % STREAM_SIZE / 4, merged);
   } else if (offset >= LIFCR) {
     clear_flags(dma, offset == HIFCR ? 4 : 0, value & mask);
   }
 }
 
-/* Switch all streams off and clear all flags. */
 static void dma_reset(Peripheral *peripheral) {
   DmaController *dma = (DmaController *)peripheral;
   for (int n = 0; n < DMA_STREAMS; n++) {
@@ -352,7 +329,9 @@ static void dma_reset(Peripheral *peripheral) {
   }
 }
 
-static const PeripheralType DMA = {.read = dma_read, .peek = dma_peek, .write = dma_write, .reset = dma_reset};
+static const PeripheralType DMA = {
+  .read = peripheral_read_as_peek, .peek = dma_peek, .write = dma_write, .reset = dma_reset
+};
 
 void dma_create(Chip *chip) {
   for (int n = 0; n < DMA_CONTROLLERS; n++) {
@@ -362,8 +341,6 @@ void dma_create(Chip *chip) {
     dma_reset(&dma->peripheral);
   }
 }
-
-/* -- for Python ------------------------------------------------------------------------------------------ */
 
 int32_t fcu_dma_request(Chip *chip, int32_t line) { return dma_request(chip, (enum Request)line); }
 

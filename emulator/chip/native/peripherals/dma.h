@@ -1,4 +1,4 @@
-/* The DMA controllers and the request lines to them; dma.c explains them. */
+/* DMA controllers and request lines. */
 #ifndef FCU_DMA_H
 #define FCU_DMA_H
 
@@ -9,11 +9,11 @@
 
 typedef struct {
   uint32_t control, items, peripheral, memory[2], fifo_control; /* CR, NDTR, PAR, M0AR, M1AR, FCR */
-  uint32_t flags; /* its bits of LISR or HISR */
-  /* The initial values of a transfer; a circular one reloads them. */
+  uint32_t flags; /* bits of LISR or HISR */
+  /* Initial values, which a circular transfer reloads. */
   uint32_t length, moved, size, peripheral_step, memory_step;
-  int64_t copy_ps;     /* the end of a transfer from memory to memory; NEVER_PS: none is in progress */
-  enum Request line;   /* the line that it serves */
+  int64_t copy_ps;   /* end of a memory-to-memory transfer */
+  enum Request line; /* the line that it serves */
 } DmaStream;
 
 typedef struct {
@@ -24,8 +24,8 @@ typedef struct {
 
 typedef struct {
   DmaController controllers[DMA_CONTROLLERS];
-  Peripheral *asker[REQUESTS];
-  uint8_t server[REQUESTS]; /* the stream that serves a line: 1 to 8 of DMA1, 9 to 16 of DMA2; 0: none */
+  Peripheral *requester[REQUESTS];
+  uint8_t server[REQUESTS]; /* serving stream: 1 to 8 of DMA1, 9 to 16 of DMA2; 0: none */
 } Dma;
 
 void dma_create(Chip *chip);

@@ -1,7 +1,7 @@
-/* DWT (ARMv7-M ARM C1.8). CYCCNT counts while DEMCR.TRCENA and DWT_CTRL.CYCCNTENA are set. It also counts during
- * sleep here, because HCLK keeps running; the manual leaves this to the implementation.
+/* DWT (ARMv7-M ARM C1.8). CYCCNT counts while TRCENA and CYCCNTENA are set, also during sleep, because HCLK keeps
+ * running.
  *
- * NOT MODELLED: comparators and profiling counters are stored only.
+ * NOT MODELLED: comparators and profiling counters are stored.
  */
 #include "peripherals/dwt.h"
 
@@ -15,12 +15,11 @@ static uint32_t counted(const Dwt *dwt) {
   if (!dwt->trace_enabled || !(dwt->registers[0] & DWT_CTRL_CYCCNTENA)) {
     return 0;
   }
-  /* Times are rounded down by less than 1 ps; the 1 ps here compensates for it. */
+  /* 1 ps compensates for rounding down. */
   return (uint32_t)((Wide)(dwt->peripheral.chip->now_ps - dwt->since_ps + 1) * dwt->hz / PS_PER_S);
 }
 
-/* Make the current count the start value. */
-static void settle(Dwt *dwt) {
+static void rebase(Dwt *dwt) {
   dwt->registers[DWT_CYCCNT / 4] += counted(dwt);
   dwt->since_ps = dwt->peripheral.chip->now_ps;
   dwt->hz = dwt->peripheral.chip->clocks.hclk_hz;
@@ -36,23 +35,21 @@ static uint32_t peek(const Peripheral *peripheral, uint32_t offset) {
 
 static uint32_t read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
   if (offset == DWT_CYCCNT) {
-    *until_ps = ALREADY_PS;
+    *until_ps = NOT_CACHEABLE_PS;
   }
   return peek(peripheral, offset);
 }
 
 static void write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   Dwt *dwt = (Dwt *)peripheral;
-  settle(dwt);
+  rebase(dwt);
   if (offset / 4 < DWT_STORED) {
-    uint32_t *word = &dwt->registers[offset / 4];
-    mask &= offset == DWT_CTRL ? DWT_CTRL_STORED : WORD;
-    *word = (*word & ~mask) | (value & mask);
+    write_bits(&dwt->registers[offset / 4], value, mask, offset == DWT_CTRL ? DWT_CTRL_STORED : WORD);
   }
 }
 
 void dwt_enable(Dwt *dwt, bool on) {
-  settle(dwt);
+  rebase(dwt);
   dwt->trace_enabled = on;
 }
 
@@ -62,7 +59,7 @@ void dwt_reset(Dwt *dwt) {
     dwt->registers[n] = 0;
   }
   dwt->trace_enabled = 0;
-  settle(dwt);
+  rebase(dwt);
 }
 
 static bool is_pure(const Peripheral *peripheral, uint32_t offset) {
@@ -72,7 +69,7 @@ static bool is_pure(const Peripheral *peripheral, uint32_t offset) {
 
 static void reset(Peripheral *peripheral) { dwt_reset((Dwt *)peripheral); }
 
-static void clocks_changed(Peripheral *peripheral) { settle((Dwt *)peripheral); }
+static void clocks_changed(Peripheral *peripheral) { rebase((Dwt *)peripheral); }
 
 void dwt_create(Chip *chip) {
   static const PeripheralType type = {.read = read, .peek = peek, .write = write, .reset = reset, .is_pure = is_pure,

@@ -15,7 +15,6 @@ typedef struct {
 
 void dwt_create(Chip *chip);
 void dwt_reset(Dwt *dwt);
-/* DEMCR.TRCENA is the unit's main switch. */
 void dwt_enable(Dwt *dwt, bool on);
 
 #endif

@@ -1,17 +1,12 @@
-/* EXTI: 23 edge detectors on pins and internal signals (RM0368 section 10.2; interrupt numbers of table 38); and
- * SYSCFG, which selects the pins (section 7).
+/* EXTI (RM0368 section 10.2; interrupts: table 38), and SYSCFG, which selects its pins (section 7).
  *
- * Lines 0 to 15 are pins; 16 the voltage detector, 17 the RTC's alarm, 18 USB wake-up, 21 the RTC's tamper and time
- * stamp, 22 its wake-up timer; 19 and 20 do not exist on this chip.
- *
- * An edge sets the pending bit regardless of IMR, as in figure 29. The text about SWIER requires IMR, so SWIER
- * follows the text.
+ * Lines 0 to 15: pins; 16 PVD, 17 RTC alarm, 18 USB wake-up, 21 RTC tamper and time stamp, 22 RTC wake-up. An edge
+ * sets the pending bit regardless of IMR (figure 29); SWIER requires IMR, as the text says.
  *
  * NOT MODELLED
- * - Event mode (EMR, a wake-up for WFE without an interrupt): stored, and a note.
- * - Memory remapping (SYSCFG_MEMRMP): stored, and a note; address 0 is always the flash, as the board's boot pins
- *   select.
- * - SYSCFG_PMC: stored, without effect.
+ * - Event mode (EMR): stored, and a note.
+ * - SYSCFG_MEMRMP: stored, and a note; address 0 is the flash.
+ * - SYSCFG_PMC: stored.
  */
 #include "peripherals/exti.h"
 
@@ -24,7 +19,7 @@
 
 #define LINES IMR_STORED
 
-/* Interrupt numbers and the lines that activate them (table 38). */
+/* RM0368 table 38. */
 static const struct {
   int number;
   uint32_t lines;
@@ -33,16 +28,13 @@ static const struct {
   {1, 1u << 16}, {41, 1u << 17}, {42, 1u << 18}, {2, 1u << 21}, {3, 1u << 22},
 };
 
-/* -- EXTI ----------------------------------------------------------------------------------------------- */
-
-static void signal(Exti *exti) {
+static void update_irqs(Exti *exti) {
   uint32_t active = exti->pr & exti->imr;
   for (size_t n = 0; n < sizeof GROUPS / sizeof *GROUPS; n++) {
     peripheral_set_irq(&exti->peripheral, GROUPS[n].number, active & GROUPS[n].lines);
   }
 }
 
-/* Set a line's input: a pin, or an internal signal for lines 16 and higher. */
 static void set_line(Exti *exti, int line, bool level) {
   uint32_t bit = 1u << line;
   if (!(exti->levels & bit) == !level) {
@@ -51,7 +43,7 @@ static void set_line(Exti *exti, int line, bool level) {
   exti->levels ^= bit;
   if ((level ? exti->rtsr : exti->ftsr) & bit) {
     exti->pr |= bit;
-    signal(exti);
+    update_irqs(exti);
   }
 }
 
@@ -74,29 +66,20 @@ static uint32_t exti_peek(const Peripheral *peripheral, uint32_t offset) {
   }
 }
 
-static uint32_t exti_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
-  (void)until_ps; /* only events and writes change registers */
-  return exti_peek(peripheral, offset);
-}
-
-static void merge(uint32_t *word, uint32_t value, uint32_t mask) {
-  *word = (*word & ~mask) | (value & mask & LINES);
-}
-
-/* PR is cleared by writing 1, and SWIER with it (10.3.5, 10.3.6). */
+/* Writing 1 to PR clears PR and SWIER (10.3.5, 10.3.6). */
 static void exti_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   Exti *exti = (Exti *)peripheral;
   uint32_t rising;
   switch (offset) {
-    case IMR: merge(&exti->imr, value, mask); break;
+    case IMR: write_bits(&exti->imr, value, mask, LINES); break;
     case EMR:
-      merge(&exti->emr, value, mask);
+      write_bits(&exti->emr, value, mask, LINES);
       if (exti->emr) {
         peripheral_note(peripheral, 0, NOTE_NOT_MODELLED, "EMR: events that wake WFE without an interrupt");
       }
       break;
-    case RTSR: merge(&exti->rtsr, value, mask); break;
-    case FTSR: merge(&exti->ftsr, value, mask); break;
+    case RTSR: write_bits(&exti->rtsr, value, mask, LINES); break;
+    case FTSR: write_bits(&exti->ftsr, value, mask, LINES); break;
     case SWIER:
       rising = value & ~exti->swier & LINES;
       exti->swier |= rising;
@@ -108,47 +91,39 @@ static void exti_write(Peripheral *peripheral, uint32_t offset, uint32_t value, 
       break;
     default: break;
   }
-  signal(exti);
+  update_irqs(exti);
 }
 
-/* Disable all lines and clear the pending bits. */
 static void exti_reset(Peripheral *peripheral) {
   Exti *exti = (Exti *)peripheral;
   exti->imr = exti->emr = exti->rtsr = exti->ftsr = exti->swier = exti->pr = 0;
-  signal(exti);
+  update_irqs(exti);
 }
 
 static const PeripheralType EXTI_TYPE = {
-  .read = exti_read, .peek = exti_peek, .write = exti_write, .reset = exti_reset
+  .read = peripheral_read_as_peek, .peek = exti_peek, .write = exti_write, .reset = exti_reset
 };
 
-/* -- SYSCFG --------------------------------------------------------------------------------------------- */
-
-/* Return the index of the port of EXTI line 0 to 15 (7.2.3 to 7.2.6); -1 for a code without a port. */
+/* EXTICR (7.2.3 to 7.2.6); -1: the code has no port. */
 static int selected_port(const Syscfg *syscfg, int line) {
   static const int8_t PORT_OF[16] = {0, 1, 2, 3, 4, -1, -1, 5, -1, -1, -1, -1, -1, -1, -1, -1};
   return PORT_OF[syscfg->registers[(EXTICR1 >> 2) + line / 4] >> line % 4 * 4 & 15];
 }
 
-/* A newly selected pin causes an edge if its level differs. */
+/* A newly selected pin may cause an edge. */
 static void select_pins(Chip *chip) {
-  chip->work += WORK_PIN * (PIN_LINES / 4); /* at most four lines have changed */
+  chip->work += WORK_PIN * (PIN_LINES / 4); /* at most four lines change */
   for (int line = 0; line < PIN_LINES; line++) {
     chip->exti.port[line] = selected_port(&chip->syscfg, line);
   }
   for (int line = 0; line < PIN_LINES; line++) {
     int port = chip->exti.port[line];
-    set_line(&chip->exti, line, port >= 0 && chip->gpio.ports[port].reads >> line & 1);
+    set_line(&chip->exti, line, port >= 0 && chip->gpio.ports[port].input >> line & 1);
   }
 }
 
 static uint32_t syscfg_peek(const Peripheral *peripheral, uint32_t offset) {
   return ((const Syscfg *)peripheral)->registers[offset >> 2];
-}
-
-static uint32_t syscfg_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
-  (void)until_ps;
-  return syscfg_peek(peripheral, offset);
 }
 
 static uint32_t writable(uint32_t offset) {
@@ -162,25 +137,23 @@ static uint32_t writable(uint32_t offset) {
 
 static void syscfg_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   uint32_t *word = &((Syscfg *)peripheral)->registers[offset >> 2];
-  mask &= writable(offset);
-  *word = (*word & ~mask) | (value & mask);
+  write_bits(word, value, mask, writable(offset));
   if (offset == MEMRMP && *word) {
     peripheral_note(peripheral, 0, NOTE_NOT_MODELLED, "MEMRMP: address 0 stays the flash");
   } else if (offset == CMPCR) {
-    *word = *word & CMPCR_CMP_PD ? CMPCR_CMP_PD | CMPCR_READY : 0; /* the compensation cell is ready at once (7.2.7) */
+    *word = *word & CMPCR_CMP_PD ? CMPCR_CMP_PD | CMPCR_READY : 0; /* ready at once (7.2.7) */
   } else if (EXTICR1 <= offset && offset <= EXTICR4) {
     select_pins(peripheral->chip);
   }
 }
 
-/* Connect all lines to port A. */
 static void syscfg_reset(Peripheral *peripheral) {
   memset(((Syscfg *)peripheral)->registers, 0, sizeof((Syscfg *)peripheral)->registers);
   select_pins(peripheral->chip);
 }
 
 static const PeripheralType SYSCFG_TYPE = {
-  .read = syscfg_read, .peek = syscfg_peek, .write = syscfg_write, .reset = syscfg_reset
+  .read = peripheral_read_as_peek, .peek = syscfg_peek, .write = syscfg_write, .reset = syscfg_reset
 };
 
 void syscfg_create(Chip *chip) {

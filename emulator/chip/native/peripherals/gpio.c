@@ -1,22 +1,17 @@
-/* GPIO ports A to E and H (RM0368 section 8): modes, latches, inputs, the lock; and the level of each pin.
+/* GPIO ports A to E and H (RM0368 section 8), and the level of each pin.
  *
- * A pin has three kinds of drivers: the chip's output stage, devices outside (a sensor's interrupt pin, a button),
- * and the chip's weak pull resistor. The lowest strong driver wins, as on an open-drain wire. Without a driver the
- * pull resistor decides. A floating pin reads as 0 here, on the board as noise. emulator/buses/gpio.py combines the
- * drivers outside; this file computes the resulting level.
+ * The lowest strong driver wins: output stage, or devices outside (combined by emulator/buses/gpio.py). Without one
+ * the pull resistor decides; a floating pin reads as 0.
  *
- * Reset values: PA13 to PA15, PB3 and PB4 are the debug port's (AF0), so MODER is 0xA800 0000 for port A. RM0368
- * prints 0x0C00 0000 there in some revisions, which would make PA13 analog and contradicts its section 8.3.1. An
- * analog pin's input stage is off: IDR reads 0 (8.3.12).
+ * Reset: PA13 to PA15, PB3 and PB4 belong to the debug port (AF0), so MODER of port A is 0xA800 0000; some revisions
+ * of RM0368 print 0x0C00 0000, which contradicts 8.3.1. Analog pins read as 0 (8.3.12).
  *
- * The trace shows the chip's outputs: an edge when the output stage changes, also to open drain high (1). A pin that
- * is switched from output to another mode shows 1, because the chip does not pull it low any more.
+ * In the trace an output at open drain 1, and a pin that stops being an output, show 1.
  *
  * NOT MODELLED
- * - Levels of a pin in alternate-function mode: the pin is released. USART, SPI, I2C and the timers are modelled as
- *   whole bytes, transfers and duty cycles.
- * - Output speed (OSPEEDR): stored, without effect.
- * - EXTI is not cut off from an analog pin.
+ * - Levels in alternate-function mode: the pin is released.
+ * - OSPEEDR: stored.
+ * - EXTI is not cut off from analog pins.
  */
 #include "peripherals/gpio.h"
 
@@ -27,40 +22,36 @@
 #include "fcu.h"
 #include "generated/registers_gpio.h"
 
-enum { INPUT, OUTPUT, ALTERNATE, ANALOG };   /* MODER, 8.4.1 */
-enum { NO_PULL, PULL_UP, PULL_DOWN };        /* PUPDR, 8.4.4 */
+enum { INPUT, OUTPUT, ALTERNATE, ANALOG };
+enum { NO_PULL, PULL_UP, PULL_DOWN };
 
 #define ALL_PINS 0xFFFFu
 
 static const uint32_t BASES[PORTS] = {GPIOA_BASE, GPIOB_BASE, GPIOC_BASE, GPIOD_BASE, GPIOE_BASE, GPIOH_BASE};
 
-static uint32_t *at(GpioPort *port, uint32_t offset) { return &port->registers[offset >> 2]; }
+static uint32_t *reg(GpioPort *port, uint32_t offset) { return &port->registers[offset >> 2]; }
 
 static int index_of(const GpioPort *port) { return (int)(port - port->peripheral.chip->gpio.ports); }
 
-static void put(uint16_t *set, uint32_t bit, bool in) { *set = (uint16_t)(in ? *set | bit : *set & ~bit); }
+static void set_bit(uint16_t *set, uint32_t bit, bool in) { *set = (uint16_t)(in ? *set | bit : *set & ~bit); }
 
-/* -- levels --------------------------------------------------------------------------------------------- */
-
-/* Return the input levels of all pins of the port. */
 static uint32_t levels(const GpioPort *port) {
-  uint32_t strong = port->drives | port->outside;
-  uint32_t low = (port->drives & ~port->drives_high) | (port->outside & ~port->outside_high);
+  uint32_t strong = port->driven | port->external;
+  uint32_t low = (port->driven & ~port->driven_high) | (port->external & ~port->external_high);
   return (strong & ~low) | (port->pulled_up & ~strong);
 }
 
-/* Call the listeners of the pin if its level has changed. */
-static void settle(GpioPort *port, int pin) {
+static void update_input(GpioPort *port, int pin) {
   Chip *chip = port->peripheral.chip;
   uint32_t bit = 1u << pin, now = levels(port);
-  if (!((now ^ port->reads) & bit)) {
+  if (!((now ^ port->input) & bit)) {
     return;
   }
   int level = now >> pin & 1;
-  put(&port->reads, bit, level);
+  set_bit(&port->input, bit, level);
   exti_pin_changed(&chip->exti, index_of(port), pin, level);
   timers_pin_changed(chip, index_of(port), pin, level);
-  if (port->heard & bit) {
+  if (port->has_listener & bit) {
     for (int n = 0; n < chip->gpio.listener_count; n++) {
       if (chip->gpio.listeners[n].port == index_of(port) && chip->gpio.listeners[n].pin == pin) {
         chip->gpio.listeners[n].changed(chip->gpio.listeners[n].peripheral, pin, level);
@@ -72,64 +63,61 @@ static void settle(GpioPort *port, int pin) {
   }
 }
 
-/* Add an edge to the trace if the level differs from the last one. */
-static void show(GpioPort *port, int pin, int level) {
+static void trace_level(GpioPort *port, int pin, int level) {
   Chip *chip = port->peripheral.chip;
   uint32_t bit = 1u << pin;
-  if (port->shown & bit && (port->shown_high >> pin & 1) == level) {
+  if (port->traced & bit && (port->traced_high >> pin & 1) == level) {
     return;
   }
-  put(&port->shown, bit, true);
-  put(&port->shown_high, bit, level);
+  set_bit(&port->traced, bit, true);
+  set_bit(&port->traced_high, bit, level);
   if (port->frequent & bit && !chip->detailed) {
     return;
   }
   if (!chip->observed) {
     Gpio *gpio = &chip->gpio;
-    gpio->edges[gpio->edge_count++ % EDGES_KEPT] = (Edge){
+    gpio->edges[gpio->edge_count++ % EDGE_RING_SIZE] = (Edge){
         .at_ps = chip->now_ps, .port = (uint8_t)index_of(port), .pin = (uint8_t)pin, .level = (uint8_t)level};
-    chip->work += gpio->edge_count - gpio->edges_taken <= EDGES_KEPT ? WORK_EDGE_KEPT : WORK_EDGE;
+    chip->work += gpio->edge_count - gpio->edges_taken <= EDGE_RING_SIZE ? WORK_EDGE_TRACED : WORK_EDGE;
   } else if (chip->gpio.calls.edge) {
     chip->gpio.calls.edge(chip->now_ps, index_of(port), pin, level);
   }
 }
 
-int64_t fcu_edges_waiting(const Chip *chip) { return chip->gpio.edge_count - chip->gpio.edges_taken; }
+int64_t fcu_pending_edges(const Chip *chip) { return chip->gpio.edge_count - chip->gpio.edges_taken; }
 
 int64_t fcu_take_edges(Chip *chip, Edge *edges, int64_t size, int64_t *lost) {
   Gpio *gpio = &chip->gpio;
-  int64_t first = gpio->edge_count - (size < EDGES_KEPT ? size : EDGES_KEPT);
+  int64_t first = gpio->edge_count - (size < EDGE_RING_SIZE ? size : EDGE_RING_SIZE);
   first = first > gpio->edges_taken ? first : gpio->edges_taken;
   *lost = first - gpio->edges_taken;
   int64_t count = gpio->edge_count - first;
   for (int64_t n = 0; n < count; n++) {
-    edges[n] = gpio->edges[(first + n) % EDGES_KEPT];
+    edges[n] = gpio->edges[(first + n) % EDGE_RING_SIZE];
   }
   gpio->edges_taken = gpio->edge_count;
   return count;
 }
 
-/* -- outputs -------------------------------------------------------------------------------------------- */
-
-/* Set the output stage from ODR and OTYPER; an open drain at 1 releases the pin. */
+/* An open drain at 1 releases the pin. */
 static void output(GpioPort *port, int pin) {
   uint32_t bit = 1u << pin;
-  bool level = *at(port, ODR) & bit;
-  put(&port->drives, bit, !level || !(*at(port, OTYPER) & bit));
-  put(&port->drives_high, bit, level);
-  show(port, pin, level);
-  settle(port, pin);
+  bool level = *reg(port, ODR) & bit;
+  set_bit(&port->driven, bit, !level || !(*reg(port, OTYPER) & bit));
+  set_bit(&port->driven_high, bit, level);
+  trace_level(port, pin, level);
+  update_input(port, pin);
 }
 
-static void let_go(GpioPort *port, int pin) {
-  put(&port->drives, 1u << pin, false);
-  if ((port->shown & ~port->shown_high) >> pin & 1) {
-    show(port, pin, 1);
+static void release(GpioPort *port, int pin) {
+  set_bit(&port->driven, 1u << pin, false);
+  if ((port->traced & ~port->traced_high) >> pin & 1) {
+    trace_level(port, pin, 1);
   }
-  settle(port, pin);
+  update_input(port, pin);
 }
 
-/* Return ODR after a write to ODR or BSRR; set wins when both bits of a pin are written (8.4.7). */
+/* In BSRR set wins (8.4.7). */
 static uint32_t latched(const GpioPort *port, uint32_t offset, uint32_t value, uint32_t mask) {
   uint32_t odr = port->registers[ODR >> 2];
   if (offset == BSRR) {
@@ -139,8 +127,8 @@ static uint32_t latched(const GpioPort *port, uint32_t offset, uint32_t value, u
 }
 
 static void latch(GpioPort *port, uint32_t odr) {
-  uint32_t changed = *at(port, ODR) ^ odr, moder = *at(port, MODER);
-  *at(port, ODR) = odr;
+  uint32_t changed = *reg(port, ODR) ^ odr, moder = *reg(port, MODER);
+  *reg(port, ODR) = odr;
   for (int pin = 0; changed; pin++, changed >>= 1) {
     if (changed & 1 && (moder >> 2 * pin & 3) == OUTPUT) {
       output(port, pin);
@@ -148,26 +136,24 @@ static void latch(GpioPort *port, uint32_t odr) {
   }
 }
 
-/* -- configuration -------------------------------------------------------------------------------------- */
-
-static void set_up(GpioPort *port, int pin) {
+static void configure_pin(GpioPort *port, int pin) {
   port->peripheral.chip->work += WORK_PIN;
-  uint32_t bit = 1u << pin, mode = *at(port, MODER) >> 2 * pin & 3;
-  uint32_t pull = mode == ANALOG ? NO_PULL : *at(port, PUPDR) >> 2 * pin & 3;
-  put(&port->pulled_up, bit, pull == PULL_UP);
-  put(&port->pulled_down, bit, pull == PULL_DOWN);
-  settle(port, pin);
-  uint32_t function = *at(port, pin >= 8 ? AFRH : AFRL) >> 4 * (pin & 7) & 15;
+  uint32_t bit = 1u << pin, mode = *reg(port, MODER) >> 2 * pin & 3;
+  uint32_t pull = mode == ANALOG ? NO_PULL : *reg(port, PUPDR) >> 2 * pin & 3;
+  set_bit(&port->pulled_up, bit, pull == PULL_UP);
+  set_bit(&port->pulled_down, bit, pull == PULL_DOWN);
+  update_input(port, pin);
+  uint32_t function = *reg(port, pin >= 8 ? AFRH : AFRL) >> 4 * (pin & 7) & 15;
   port->peripheral.chip->alternate[index_of(port)][pin] = (int8_t)(mode == ALTERNATE ? (int)function : -1);
   if (mode == OUTPUT) {
     output(port, pin);
   } else {
-    let_go(port, pin);
+    release(port, pin);
   }
-  put(&port->analog, bit, mode == ANALOG);
+  set_bit(&port->analog, bit, mode == ANALOG);
 }
 
-/* Return the bits per pin in the register; 0: not a configuration register. */
+/* Return 0 for other registers. */
 static unsigned bits_per_pin(uint32_t offset) {
   switch (offset) {
     case MODER: case OSPEEDR: case PUPDR: return 2;
@@ -180,7 +166,7 @@ static unsigned bits_per_pin(uint32_t offset) {
 static void configure(GpioPort *port, uint32_t offset, uint32_t value, uint32_t mask) {
   unsigned width = bits_per_pin(offset), first = offset == AFRH ? 8 : 0;
   unsigned count = width == 4 ? 8 : 16;
-  uint32_t field = (1u << width) - 1, old = *at(port, offset);
+  uint32_t field = (1u << width) - 1, old = *reg(port, offset);
   mask &= width == 1 ? ALL_PINS : WORD;
   for (unsigned n = 0; n < count; n++) {
     if (port->locked >> (first + n) & 1) {
@@ -188,15 +174,15 @@ static void configure(GpioPort *port, uint32_t offset, uint32_t value, uint32_t 
     }
   }
   uint32_t new = (old & ~mask) | (value & mask);
-  *at(port, offset) = new;
+  *reg(port, offset) = new;
   for (unsigned n = 0; n < count; n++) {
     if ((old ^ new) >> width * n & field) {
-      set_up(port, (int)(first + n));
+      configure_pin(port, (int)(first + n));
     }
   }
 }
 
-/* The sequence 1, 0, 1 of LCKK with the same pins, as whole words, locks them until reset (8.4.8). */
+/* LCKK 1, 0, 1 with the same pins, in words, locks until reset (8.4.8). */
 static void write_lock(GpioPort *port, uint32_t value, uint32_t mask) {
   if (port->locked || mask != WORD) {
     return;
@@ -211,24 +197,17 @@ static void write_lock(GpioPort *port, uint32_t value, uint32_t mask) {
     port->lock_pins = pins;
     port->lock_step++;
   }
-  *at(port, LCKR) = port->lock_pins;
+  *reg(port, LCKR) = port->lock_pins;
   if (port->lock_step == 3) {
     port->locked = pins;
-    *at(port, LCKR) = pins | LCKR_LCKK;
+    *reg(port, LCKR) = pins | LCKR_LCKK;
     port->lock_step = 0;
   }
 }
 
-/* -- access --------------------------------------------------------------------------------------------- */
-
 static uint32_t gpio_peek(const Peripheral *peripheral, uint32_t offset) {
   const GpioPort *port = (const GpioPort *)peripheral;
-  return offset == IDR ? port->reads & (uint32_t)~port->analog : port->registers[offset >> 2];
-}
-
-static uint32_t gpio_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
-  (void)until_ps; /* only events and writes change registers */
-  return gpio_peek(peripheral, offset);
+  return offset == IDR ? port->input & (uint32_t)~port->analog : port->registers[offset >> 2];
 }
 
 static void gpio_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
@@ -242,48 +221,45 @@ static void gpio_write(Peripheral *peripheral, uint32_t offset, uint32_t value, 
   }
 }
 
-/* True for a write that repeats the state: loops that show a state write the same to BSRR continuously. */
-static bool gpio_changes_nothing(const Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
+/* Loops that show a state repeat the same write. */
+static bool gpio_is_redundant_write(const Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   const GpioPort *port = (const GpioPort *)peripheral;
   return (offset == BSRR || offset == ODR) && latched(port, offset, value, mask) == port->registers[ODR >> 2];
 }
 
-/* Make all pins inputs, except those of the debug port. */
 static void gpio_reset(Peripheral *peripheral) {
   GpioPort *port = (GpioPort *)peripheral;
   for (uint32_t offset = MODER; offset <= AFRH; offset += 4) {
-    *at(port, offset) = GPIO_RESETS[index_of(port)][offset >> 2];
+    *reg(port, offset) = GPIO_RESETS[index_of(port)][offset >> 2];
   }
   port->locked = port->lock_step = port->lock_pins = 0;
   for (int pin = 0; pin < 16; pin++) {
-    set_up(port, pin);
+    configure_pin(port, pin);
   }
 }
 
 static const PeripheralType TYPE = {
-  .read = gpio_read,
+  .read = peripheral_read_as_peek,
   .peek = gpio_peek,
   .write = gpio_write,
   .reset = gpio_reset,
-  .changes_nothing = gpio_changes_nothing,
+  .is_redundant_write = gpio_is_redundant_write,
 };
 
 bool gpio_allocate(Chip *chip) {
-  chip->gpio.edges = calloc(EDGES_KEPT, sizeof(Edge));
+  chip->gpio.edges = calloc(EDGE_RING_SIZE, sizeof(Edge));
   return chip->gpio.edges != NULL;
 }
 
 void gpio_create(Chip *chip) {
   for (int n = 0; n < PORTS; n++) {
     peripheral_create(chip, &chip->gpio.ports[n].peripheral, &TYPE, BASES[n], GPIOA_SIZE, GPIO_OFFSETS);
-    chip->gpio.ports[n].peripheral.steady = 1;
+    chip->gpio.ports[n].peripheral.memory_like = 1;
     gpio_reset(&chip->gpio.ports[n].peripheral);
   }
 }
 
 void gpio_destroy(Chip *chip) { free(chip->gpio.edges); }
-
-/* -- pins for other peripherals ------------------------------------------------------------------------------ */
 
 void pin_listen(Peripheral *peripheral, char port, int pin, PinChanged changed) {
   Gpio *gpio = &peripheral->chip->gpio;
@@ -292,41 +268,39 @@ void pin_listen(Peripheral *peripheral, char port, int pin, PinChanged changed) 
   gpio->listeners[n].changed = changed;
   gpio->listeners[n].port = index;
   gpio->listeners[n].pin = pin;
-  put(&gpio->ports[index].heard, 1u << pin, true);
+  set_bit(&gpio->ports[index].has_listener, 1u << pin, true);
 }
 
 int pin_level(const Chip *chip, int port, int pin) {
-  const GpioPort *of = &chip->gpio.ports[port];
-  uint32_t held = of->drives | of->outside | of->pulled_up | of->pulled_down;
-  return held >> pin & 1 ? of->reads >> pin & 1 : -1;
+  const GpioPort *gpio = &chip->gpio.ports[port];
+  uint32_t held = gpio->driven | gpio->external | gpio->pulled_up | gpio->pulled_down;
+  return held >> pin & 1 ? gpio->input >> pin & 1 : -1;
 }
-
-/* -- pins for Python ------------------------------------------------------------------------------------ */
 
 void fcu_connect_pins(Chip *chip, const PinCalls *calls) { chip->gpio.calls = *calls; }
 
 void fcu_watch_pin(Chip *chip, int32_t port, int32_t pin) {
-  put(&chip->gpio.ports[port].watched, 1u << pin, true);
+  set_bit(&chip->gpio.ports[port].watched, 1u << pin, true);
 }
 
 void fcu_frequent_pin(Chip *chip, int32_t port, int32_t pin) {
-  put(&chip->gpio.ports[port].frequent, 1u << pin, true);
+  set_bit(&chip->gpio.ports[port].frequent, 1u << pin, true);
 }
 
 void fcu_drive_pin(Chip *chip, int32_t port, int32_t pin, int32_t level) {
-  put(&chip->gpio.ports[port].outside, 1u << pin, level >= 0);
-  put(&chip->gpio.ports[port].outside_high, 1u << pin, level > 0);
-  settle(&chip->gpio.ports[port], pin);
+  set_bit(&chip->gpio.ports[port].external, 1u << pin, level >= 0);
+  set_bit(&chip->gpio.ports[port].external_high, 1u << pin, level > 0);
+  update_input(&chip->gpio.ports[port], pin);
 }
 
 int32_t fcu_pin_output(const Chip *chip, int32_t port, int32_t pin) {
-  const GpioPort *of = &chip->gpio.ports[port];
-  return of->drives >> pin & 1 ? of->drives_high >> pin & 1 : -1;
+  const GpioPort *gpio = &chip->gpio.ports[port];
+  return gpio->driven >> pin & 1 ? gpio->driven_high >> pin & 1 : -1;
 }
 
 int32_t fcu_pin_pull(const Chip *chip, int32_t port, int32_t pin) {
-  const GpioPort *of = &chip->gpio.ports[port];
-  return (of->pulled_up | of->pulled_down) >> pin & 1 ? of->pulled_up >> pin & 1 : -1;
+  const GpioPort *gpio = &chip->gpio.ports[port];
+  return (gpio->pulled_up | gpio->pulled_down) >> pin & 1 ? gpio->pulled_up >> pin & 1 : -1;
 }
 
 int32_t fcu_pin_alternate(const Chip *chip, int32_t port, int32_t pin) { return chip->alternate[port][pin]; }

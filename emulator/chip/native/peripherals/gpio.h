@@ -1,38 +1,35 @@
-/* GPIO ports and the pins of the chip; gpio.c explains them. */
+/* GPIO ports and the pins of the chip. */
 #ifndef FCU_GPIO_H
 #define FCU_GPIO_H
 
 #include "peripherals/peripheral.h"
 
-#define PORTS 6 /* A to E, and H (RM0368 section 2.3) */
+#define PORTS 6 /* A to E, H (RM0368 2.3) */
 #define PIN_LISTENERS 64
 
-/* A port with its pins. Sets of pins: bit = pin. */
+/* In sets of pins: bit = pin. */
 typedef struct {
   Peripheral peripheral;
-  uint32_t registers[10]; /* by offset / 4; IDR and BSRR are not stored */
+  uint32_t registers[10]; /* by offset / 4, without IDR and BSRR */
   uint32_t locked, lock_step, lock_pins;
-  uint16_t drives, drives_high;   /* the chip's output stage: pins it drives at all, and at 1 */
-  uint16_t outside, outside_high; /* likewise for all drivers outside of the chip together */
+  uint16_t driven, driven_high;     /* driven by the output stage */
+  uint16_t external, external_high; /* driven from outside of the chip */
   uint16_t pulled_up, pulled_down;
   uint16_t analog;
-  uint16_t reads;             /* the resulting level; a floating pin reads as 0 */
-  uint16_t shown, shown_high; /* pins that were once an output, and their levels in the trace */
-  uint16_t frequent;          /* pins whose edges are of interest in a detailed trace only */
-  uint16_t heard;             /* pins that peripherals of the chip monitor */
-  uint16_t watched;           /* pins that Python monitors */
+  uint16_t input;               /* resulting level; 0 while floating */
+  uint16_t traced, traced_high; /* once an output, and its level in the trace */
+  uint16_t frequent;            /* traced in detail only */
+  uint16_t has_listener;
+  uint16_t watched;
 } GpioPort;
 
-/* Callbacks into Python. */
 typedef struct {
-  void (*edge)(int64_t now_ps, int32_t port, int32_t pin, int32_t level);    /* the chip's output changed; while
-                                                                                 the trace is observed */
-  void (*changed)(int64_t now_ps, int32_t port, int32_t pin, int32_t level); /* the input level of a watched pin */
+  void (*edge)(int64_t now_ps, int32_t port, int32_t pin, int32_t level); /* an output, while observed */
+  void (*changed)(int64_t now_ps, int32_t port, int32_t pin, int32_t level);
 } PinCalls;
 
-#define EDGES_KEPT 262144 /* edges in the ring; a power of 2, and more than a trace keeps (emulator/trace.py) */
+#define EDGE_RING_SIZE 262144 /* a power of 2; more than a trace keeps (emulator/trace.py) */
 
-/* An edge for the trace that Python has not taken yet. */
 typedef struct {
   int64_t at_ps;
   uint8_t port, pin, level, _[5];
@@ -40,9 +37,9 @@ typedef struct {
 
 typedef struct {
   GpioPort ports[PORTS];
-  Edge *edges;         /* a ring; not part of a snapshot: Python takes the edges before */
-  int64_t edge_count;  /* edges so far */
-  int64_t edges_taken; /* of these; the ring holds EDGES_KEPT, older ones are lost */
+  Edge *edges; /* not in snapshots */
+  int64_t edge_count;
+  int64_t edges_taken;
   PinCalls calls;
   struct {
     Peripheral *peripheral;
@@ -52,7 +49,7 @@ typedef struct {
   int32_t listener_count;
 } Gpio;
 
-bool gpio_allocate(Chip *chip); /* false: the host has no memory */
+bool gpio_allocate(Chip *chip); /* false: no host memory */
 void gpio_create(Chip *chip);
 void gpio_destroy(Chip *chip);
 

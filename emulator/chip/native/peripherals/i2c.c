@@ -1,66 +1,52 @@
-/* I2C1 to I2C3 as bus master (RM0368 section 18): registers, the sequence on the wire, interrupts, DMA.
+/* I2C1 to I2C3 as bus master (RM0368 section 18).
  *
- * A sequence of operations: start, address, data bytes, stop (18.3.3, figures 163, 164). Between two operations the
- * peripheral checks the requests of software (STOP, START, DR); it continues, or holds SCL low. Each operation ends
- * at a known time. The end is a deferred event, so that polling of flags does not end a run. While an interrupt or
- * DMA waits for it, it is a scheduled event.
+ * A message is a sequence of operations: start, address, bytes, stop (18.3.3, figures 163, 164). After each the
+ * peripheral continues as STOP, START and DR request, or holds SCL low. The end of an operation is a deferred event,
+ * or a scheduled one while an interrupt or DMA waits for it.
  *
- * The receiver has two stages, DR and shift register: if both are full (BTF), SCL is held until DR is read. ACK
- * takes effect at the end of a byte. With POS it takes effect one byte ahead: the first byte's answer is the value
- * of ACK when the address had been sent. HAL reads two bytes this way. After a byte that was not acknowledged SCL is
- * held until STOP or START, so a late STOP costs no byte. On the chip that is certain only while DR is still full.
+ * The receiver has two stages, DR and shift register; when both are full (BTF), SCL is held until DR is read. ACK
+ * applies at the end of a byte; with POS the first byte's answer is the ACK of the time when the address was sent.
+ * HAL reads two bytes this way. After a byte without acknowledge SCL is held, so that a late STOP costs no byte. On
+ * the chip this is certain only while DR is full.
  *
- * A START clears TXE and BTF. STOP and START wait for the end of the byte in the shift register. A byte still in DR
- * is then lost, which is reported: the manual requires that STOP is written while TXE or BTF is set.
+ * A START clears TXE and BTF. STOP and START wait for the shift register; a byte in DR is lost, with a note, because
+ * the manual requires STOP while TXE or BTF is set.
  *
- * The bus itself is in Python (emulator/buses/i2c_wire.py), which is called at the end of each byte. A message
- * "write a sub-address, repeated start, read" of cached bytes (read_cache.h) needs no call. Python receives such a
- * message when it asks for it, when it records messages, or when the message continues in another way.
- *
- * NOT MODELLED, and reported when used:
- *   CR1: SMBUS, ENARP, ENPEC, PEC   SMBus and packet error checking
- *   OAR1, OAR2                      slave mode: the board has no other master
- * NOT MODELLED:
- *   FLTR                            the filters: stored
- *   SR2.DUALF, SMBHOST, SMBDEFAULT, GENCALL, PEC; clock stretching by devices: the sensors never do it
+ * NOT MODELLED, with a note: SMBUS, ENARP, ENPEC, PEC; OAR1, OAR2 (slave mode: the board has no other master). NOT
+ * MODELLED: FLTR, stored; DUALF, SMBHOST, SMBDEFAULT, GENCALL, PEC of SR2; clock stretching, which the sensors never
+ * do.
  */
 #include "fcu.h"
 
 #include "generated/registers_i2c.h"
 
-/* Flags that software clears by writing 0. */
-#define SR1_ERRORS \
+/* Software clears these by writing 0. */
+#define SR1_ERRORS  \
   (SR1_BERR | SR1_ARLO | SR1_AF | SR1_OVR | SR1_PECERR | SR1_TIMEOUT | SR1_SMBALERT)
 
-enum { FAST_MODE_HZ = 400000 }; /* the sensors' limit */
+enum { FAST_MODE_HZ = 400000 }; /* limit of the sensors */
 enum { NO_FUNCTION = 255 };
 
-/* The answers to an address, in the order of peripherals/i2c.py. */
-enum Answer { ANSWER_ACK, ANSWER_NACK, ANSWER_BUS_ERROR, ANSWER_ARBITRATION };
-
-/* The action at the end of the current operation. */
-enum Then {
-  THEN_GO_ON,
-  THEN_STARTED,
-  THEN_STOPPED,
-  THEN_RELEASED,
-  THEN_ADDRESS_SENT,
-  THEN_SENT,
-  THEN_RECEIVED,
+enum Completion {
+  DONE_START,
+  DONE_STOP,
+  DONE_WAIT,
+  DONE_ADDRESS,
+  DONE_SEND,
+  DONE_RECEIVE,
 };
 
-/* The operation on the wire, or the event that the peripheral waits for while it holds SCL low. */
+/* The current operation, or the event for which SCL is held. */
 enum Phase {
   PHASE_IDLE,
-  PHASE_BUSY,      /* an operation is in progress */
-  PHASE_ADDRESS,   /* after a start: for the address in DR */
-  PHASE_ADDRESSED, /* for ADDR to be cleared */
-  PHASE_SEND,      /* for a byte in DR, STOP or START */
-  PHASE_FULL,      /* for DR to be read */
-  PHASE_ENDED,     /* after a missing acknowledge, for STOP or START */
+  PHASE_BUSY,
+  PHASE_ADDRESS,   /* the address in DR */
+  PHASE_ADDRESSED, /* ADDR to be cleared */
+  PHASE_SEND,      /* DR, STOP or START */
+  PHASE_FULL,      /* DR to be read */
+  PHASE_ENDED,     /* no acknowledge: STOP or START */
 };
 
-/* Notes that are reported once. */
 enum Noted {
   NOTED_DATA_LOST,
   NOTED_STOP_EARLY,
@@ -80,147 +66,7 @@ static int64_t now_ps(const I2c *i2c) { return i2c->peripheral.chip->now_ps; }
 
 static int number_of(const I2c *i2c) { return (int)(i2c - i2c->peripheral.chip->i2c); }
 
-/* -- the message on the wire ------------------------------------------------------------------------------ */
-
-static Target *target_of(I2c *i2c) {
-  int64_t target = i2c->wire.message.target;
-  return target < 0 ? NULL : &i2c->peripheral.chip->read_cache.target[target];
-}
-
-static bool keeps(I2c *i2c) { return !i2c->wire.injected && i2c->wire.message.target >= 0; }
-
-/* Begin to read bytes at the sub-address from the read cache, if it has them. */
-static bool begin_reading(I2c *i2c, int64_t position) {
-  Chip *chip = i2c->peripheral.chip;
-  i2c->kept = keeps(i2c) && target_begin(chip, target_of(i2c), (uint8_t)(position >> 8), (uint8_t)position);
-  return i2c->kept;
-}
-
-static void end_reading(I2c *i2c) {
-  if (i2c->kept) {
-    i2c->kept = 0;
-    target_end(i2c->peripheral.chip, target_of(i2c));
-  }
-}
-
-/* The message has ended at end_ps. */
-static void finish(I2c *i2c, int64_t end_ps) {
-  I2cWire *wire = &i2c->wire;
-  if (!wire->message.open) {
-    return;
-  }
-  end_reading(i2c);
-  if (wire->message.live) {
-    i2c->calls.stop(now_ps(i2c), end_ps);
-    wire->message.open = 0;
-    return;
-  }
-  wire->message.open = 0;
-  wire->message.end_ps = end_ps;
-  wire->recent[wire->ended++ % I2C_RECENT] = wire->message;
-  if (i2c->peripheral.chip->detailed) {
-    i2c->calls.ended(now_ps(i2c));
-  }
-}
-
-static void let_go(I2c *i2c) {
-  if (i2c->wire.message.open) {
-    end_reading(i2c);
-    i2c->calls.abort(now_ps(i2c));
-    i2c->wire.message.open = 0;
-  }
-}
-
-/* A start and an address byte, except for a repeated start of the current message. */
-static enum Answer address_anew(I2c *i2c) {
-  I2cMessage *message = &i2c->wire.message;
-  Chip *chip = i2c->peripheral.chip;
-  bool reading = i2c->shift & 1;
-  int32_t target = i2c->wire.target_at[i2c->shift >> 1];
-  bool answers = !i2c->wire.injected && target >= 0 && target_answers(chip, &chip->read_cache.target[target]);
-  finish(i2c, i2c->start_ps);
-  message->target = target;
-  message->start_ps = i2c->start_ps;
-  message->address = i2c->shift >> 1;
-  message->reading = message->written = message->count = 0;
-  int64_t position = answers ? chip->read_cache.positions[target] : POSITION_KNOWN;
-  if (answers && (!reading || (position != POSITION_KNOWN && begin_reading(i2c, position)))) {
-    message->live = 0;
-    message->open = 1;
-    message->reading = reading;
-    return ANSWER_ACK;
-  }
-  message->live = 1;
-  int32_t answer = i2c->calls.start(now_ps(i2c), i2c->shift, i2c->start_ps);
-  message->open = 1;
-  message->reading = reading;
-  if (answer == ANSWER_ACK && target >= 0) {
-    target_has_answered(chip, &chip->read_cache.target[target]);
-  }
-  return (enum Answer)answer;
-}
-
-static enum Answer address(I2c *i2c) {
-  I2cMessage *message = &i2c->wire.message;
-  bool is_same = message->open && message->address == i2c->shift >> 1;
-  end_reading(i2c);
-  if (!is_same || !(i2c->shift & 1) || message->reading) {
-    return address_anew(i2c);
-  }
-  if (!message->live && message->written && begin_reading(i2c, message->subaddress << 8)) {
-    message->reading = 1;
-    return ANSWER_ACK;
-  }
-  int32_t answer = i2c->calls.start(now_ps(i2c), i2c->shift, i2c->start_ps);
-  message->reading = 1;
-  if (answer == ANSWER_ACK && message->written == 1) {
-    begin_reading(i2c, message->subaddress << 8);
-  }
-  return (enum Answer)answer;
-}
-
-/* The byte in the shift register has been sent; true if it was acknowledged. */
-static bool write_byte(I2c *i2c) {
-  I2cMessage *message = &i2c->wire.message;
-  bool is_first = message->written == 0;
-  message->written += message->written < 2;
-  if (is_first) {
-    message->subaddress = i2c->shift;
-    if (!message->live) {
-      i2c->peripheral.chip->read_cache.positions[message->target] = (int64_t)i2c->shift << 8;
-      return true;
-    }
-  }
-  return i2c->calls.write(now_ps(i2c), i2c->shift);
-}
-
-static uint8_t read_byte(I2c *i2c) {
-  I2cMessage *message = &i2c->wire.message;
-  if (i2c->kept && message->count == I2C_BYTES) {
-    end_reading(i2c);
-  }
-  uint8_t byte;
-  if (i2c->kept) {
-    i2c->kept = target_read(i2c->peripheral.chip, target_of(i2c), &byte);
-  }
-  if (i2c->kept) {
-    message->bytes[message->count++] = byte;
-    return byte;
-  }
-  int32_t answer = i2c->calls.read(now_ps(i2c));
-  if (answer >> 8) {
-    target_prefetched(i2c->peripheral.chip, target_of(i2c), (uint32_t)answer >> 8);
-    i2c->kept = 1;
-  }
-  return (uint8_t)answer;
-}
-
-/* Return the time when a line held low is released; 0 if none is. */
-static int64_t released_ps(const I2c *i2c) {
-  return i2c->wire.injected ? i2c->calls.released_ps(now_ps(i2c)) : 0;
-}
-
-/* Return true if the pins are switched to the bus; without that no device answers. */
+/* Without its pins no device answers. */
 static bool is_connected(I2c *i2c) {
   char missing[64];
   bool connected = pins_connected(i2c->peripheral.chip, i2c->pins, missing, sizeof missing);
@@ -230,8 +76,6 @@ static bool is_connected(I2c *i2c) {
   }
   return connected && i2c->calls.start;
 }
-
-/* -- interrupts and DMA ----------------------------------------------------------------------------------- */
 
 static void set_lines(I2c *i2c) {
   static const uint8_t inputs[I2C_COUNT][2] = {{31, 32}, {33, 34}, {72, 73}}; /* RM0368 table 38 */
@@ -244,7 +88,7 @@ static void set_lines(I2c *i2c) {
 static void serve_dma(I2c *i2c) {
   Chip *chip = i2c->peripheral.chip;
   enum Request rx = (enum Request)(REQUEST_I2C1_RX + 2 * number_of(i2c)), tx = (enum Request)(rx + 1);
-  for (int stage = 0; stage < 2; stage++) { /* DR and the shift register */
+  for (int stage = 0; stage < 2; stage++) {
     if (i2c->sr1 & SR1_RXNE && dma_request(chip, rx)) {
       i2c->nack_next = i2c->cr2 & CR2_LAST && dma_remaining(chip, rx) == 1;
     }
@@ -254,71 +98,68 @@ static void serve_dma(I2c *i2c) {
   }
 }
 
-/* Make the active DMA requests and set the interrupt lines. */
 static void update(I2c *i2c) {
-  if (i2c->serving || !i2c->watched) {
+  if (i2c->in_dma || !i2c->wants_events) {
     return;
   }
   if (i2c->cr2 & CR2_DMAEN) {
-    i2c->serving = 1;
+    i2c->in_dma = 1;
     serve_dma(i2c);
-    i2c->serving = 0;
+    i2c->in_dma = 0;
   }
   set_lines(i2c);
 }
 
 static void i2c_dma_ready(Peripheral *peripheral) { update(i2c_of(peripheral)); }
 
-/* -- operations ------------------------------------------------------------------------------------------- */
-
 static int64_t due_ps(const I2c *i2c) { return event_at(i2c->peripheral.chip, i2c->event); }
 
-static void plan(I2c *i2c, int64_t at_ps, enum Then then) {
-  i2c->then = (uint8_t)then;
-  (i2c->watched ? event_schedule : event_defer)(i2c->peripheral.chip, i2c->event, at_ps);
+static void schedule_end(I2c *i2c, int64_t at_ps, enum Completion completion) {
+  i2c->completion = (uint8_t)completion;
+  (i2c->wants_events ? event_schedule : event_defer)(i2c->peripheral.chip, i2c->event, at_ps);
 }
 
-static void begin(I2c *i2c, int64_t duration_ps, enum Then then) {
+static void begin_operation(I2c *i2c, int64_t duration_ps, enum Completion completion) {
   i2c->phase = PHASE_BUSY;
   if (duration_ps < NEVER_PS) {
-    plan(i2c, now_ps(i2c) + duration_ps, then);
+    schedule_end(i2c, now_ps(i2c) + duration_ps, completion);
   }
 }
 
 static void start(I2c *i2c) {
   i2c->start_ps = now_ps(i2c);
   i2c->sr2 |= SR2_BUSY;
-  begin(i2c, i2c->bit_ps, THEN_STARTED);
+  begin_operation(i2c, i2c->bit_ps, DONE_START);
 }
 
 static void start_when_free(I2c *i2c) {
-  int64_t free_ps = released_ps(i2c);
+  int64_t free_ps = i2c_wire_released_ps(i2c);
   if (free_ps) {
     i2c->phase = PHASE_BUSY;
-    plan(i2c, free_ps, THEN_RELEASED);
+    schedule_end(i2c, free_ps, DONE_WAIT);
   } else {
     start(i2c);
   }
 }
 
-/* Execute STOP or START between two bytes; false if neither is requested. */
+/* Execute STOP or START between two bytes; false: no request. */
 static bool stop_or_start(I2c *i2c) {
   if (!(i2c->cr1 & (CR1_START | CR1_STOP))) {
     return false;
   }
-  if (i2c->waiting && !(i2c->sr1 & SR1_AF)) {
+  if (i2c->dr_full && !(i2c->sr1 & SR1_AF)) {
     peripheral_note(&i2c->peripheral, NOTED_STOP_EARLY, NOTE_FORBIDDEN,
                "STOP or START while a byte waits in DR (TXE = 0): that byte is not sent");
   }
   if (i2c->cr1 & CR1_STOP) {
-    begin(i2c, i2c->bit_ps, THEN_STOPPED);
+    begin_operation(i2c, i2c->bit_ps, DONE_STOP);
   } else {
     start(i2c);
   }
   return true;
 }
 
-static void go_on(I2c *i2c) {
+static void continue_bus(I2c *i2c) {
   if (i2c->phase == PHASE_IDLE) {
     i2c->cr1 &= ~(uint32_t)CR1_STOP;
     if (i2c->cr1 & CR1_START) {
@@ -329,12 +170,12 @@ static void go_on(I2c *i2c) {
   }
 }
 
-/* A start or stop condition ends a transmission completely; received bytes stay. */
+/* Received bytes are kept. */
 static void end_of_sending(I2c *i2c) {
   if (i2c->sr2 & SR2_TRA) {
     i2c->sr1 &= ~(uint32_t)(SR1_TXE | SR1_BTF);
   }
-  i2c->waiting = 0;
+  i2c->dr_full = 0;
 }
 
 static void started(I2c *i2c) {
@@ -343,27 +184,27 @@ static void started(I2c *i2c) {
   i2c->sr1 |= SR1_SB;
   i2c->sr2 = SR2_MSL | SR2_BUSY;
   i2c->phase = PHASE_ADDRESS;
-  go_on(i2c); /* 18.6.1: STOP "after the current Start condition is sent" */
+  continue_bus(i2c); /* STOP "after the current Start condition is sent" (18.6.1) */
 }
 
 static void stopped(I2c *i2c) {
-  finish(i2c, now_ps(i2c));
+  i2c_wire_end(i2c, now_ps(i2c));
   i2c->cr1 &= ~(uint32_t)CR1_STOP;
   end_of_sending(i2c);
   i2c->sr1 &= ~(uint32_t)SR1_SB;
   i2c->sr2 = 0;
   i2c->phase = PHASE_IDLE;
-  go_on(i2c);
+  continue_bus(i2c);
 }
 
-static void failed(I2c *i2c, uint32_t flag) {
+static void end_with_error(I2c *i2c, uint32_t flag) {
   i2c->sr1 |= flag;
   i2c->phase = PHASE_ENDED;
   stop_or_start(i2c);
 }
 
 static void address_sent(I2c *i2c) {
-  switch (is_connected(i2c) ? address(i2c) : ANSWER_NACK) {
+  switch (is_connected(i2c) ? i2c_wire_address(i2c) : ANSWER_NACK) {
   case ANSWER_ACK:
     i2c->sr1 |= SR1_ADDR;
     i2c->sr2 |= i2c->shift & 1 ? 0 : SR2_TRA;
@@ -371,32 +212,32 @@ static void address_sent(I2c *i2c) {
     i2c->phase = PHASE_ADDRESSED;
     break;
   case ANSWER_ARBITRATION:
-    let_go(i2c);
+    i2c_wire_abort(i2c);
     i2c->sr1 |= SR1_ARLO;
     i2c->sr2 = 0;
     i2c->phase = PHASE_IDLE;
     break;
   case ANSWER_BUS_ERROR:
-    failed(i2c, SR1_BERR);
+    end_with_error(i2c, SR1_BERR);
     break;
   default:
-    failed(i2c, SR1_AF);
+    end_with_error(i2c, SR1_AF);
   }
 }
 
 static void send(I2c *i2c) {
   i2c->shift = (uint8_t)i2c->dr;
-  i2c->waiting = 0;
+  i2c->dr_full = 0;
   i2c->sr1 |= SR1_TXE;
-  begin(i2c, i2c->byte_ps, THEN_SENT);
+  begin_operation(i2c, i2c->byte_ps, DONE_SEND);
 }
 
 static void sent(I2c *i2c) {
-  if (!write_byte(i2c)) {
-    failed(i2c, SR1_AF);
+  if (!i2c_wire_write(i2c)) {
+    end_with_error(i2c, SR1_AF);
   } else if (stop_or_start(i2c)) {
     return;
-  } else if (i2c->waiting) {
+  } else if (i2c->dr_full) {
     send(i2c);
   } else {
     i2c->sr1 |= SR1_BTF;
@@ -404,8 +245,8 @@ static void sent(I2c *i2c) {
   }
 }
 
-/* Return true if the byte just received is acknowledged (ACK, POS, and LAST with DMA). */
-static bool answer(I2c *i2c) {
+/* ACK, POS, and LAST with DMA. */
+static bool acknowledges(I2c *i2c) {
   bool now = i2c->cr1 & CR1_ACK;
   bool acknowledged = i2c->cr1 & CR1_POS ? i2c->acknowledge : now;
   i2c->acknowledge = now;
@@ -417,8 +258,8 @@ static bool answer(I2c *i2c) {
 }
 
 static void received(I2c *i2c) {
-  uint8_t value = read_byte(i2c);
-  bool acknowledged = answer(i2c);
+  uint8_t value = i2c_wire_read(i2c);
+  bool acknowledged = acknowledges(i2c);
   if (i2c->sr1 & SR1_RXNE) {
     i2c->shift = value;
     i2c->shift_full = 1;
@@ -435,56 +276,54 @@ static void received(I2c *i2c) {
   } else if (i2c->shift_full) {
     i2c->phase = PHASE_FULL;
   } else {
-    begin(i2c, i2c->byte_ps, THEN_RECEIVED);
+    begin_operation(i2c, i2c->byte_ps, DONE_RECEIVE);
   }
 }
 
 static void released(I2c *i2c) {
   i2c->phase = PHASE_IDLE;
-  go_on(i2c);
+  continue_bus(i2c);
 }
 
-/* Handle the end of the current operation. */
 static void i2c_fire(Peripheral *peripheral) {
   static void (*const ends[])(I2c *) = {
-      [THEN_GO_ON] = go_on,       [THEN_STARTED] = started,           [THEN_STOPPED] = stopped,
-      [THEN_RELEASED] = released, [THEN_ADDRESS_SENT] = address_sent, [THEN_SENT] = sent,
-      [THEN_RECEIVED] = received,
+      [DONE_START] = started,        [DONE_STOP] = stopped, [DONE_WAIT] = released,
+      [DONE_ADDRESS] = address_sent, [DONE_SEND] = sent,    [DONE_RECEIVE] = received,
   };
   I2c *i2c = i2c_of(peripheral);
-  ends[i2c->then](i2c);
-  if (i2c->watched) {
+  ends[i2c->completion](i2c);
+  if (i2c->wants_events) {
     update(i2c);
   }
 }
 
-/* Clear operation and flags, and release the bus at any point of a message. */
+/* Possible at any point of a message. */
 static void clear(I2c *i2c) {
   event_cancel(i2c->peripheral.chip, i2c->event);
-  let_go(i2c);
-  i2c->cr1 = i2c->sr1 = i2c->sr2 = i2c->dr = i2c->seen = 0;
+  i2c_wire_abort(i2c);
+  i2c->cr1 = i2c->sr1 = i2c->sr2 = i2c->dr = i2c->last_sr1 = 0;
   i2c->phase = PHASE_IDLE;
-  i2c->shift = i2c->waiting = i2c->shift_full = i2c->acknowledge = i2c->nack_next = 0;
+  i2c->shift = i2c->dr_full = i2c->shift_full = i2c->acknowledge = i2c->nack_next = 0;
 }
 
-/* -- settings (18.6.2, 18.6.8, 18.6.9) -------------------------------------------------------------------- */
+/* -- settings (18.6.2, 18.6.8, 18.6.9) ---------------------------------------------------------------- */
 
-/* The period of SCL is counts / PCLK1 s; 0: CCR is 0. */
-static int64_t counts_of(uint32_t ccr) {
-  int64_t per_period = ccr & CCR_FS ? (ccr & CCR_DUTY ? 25 : 3) : 2; /* 9+16, 1+2, 1+1 */
+/* The period in clocks of PCLK1; 0 if CCR is 0. */
+static int64_t clocks_per_bit(uint32_t ccr) {
+  int64_t per_period = ccr & CCR_FS ? (ccr & CCR_DUTY ? 25 : 3) : 2; /* 9 + 16, 1 + 2, 1 + 1 */
   return per_period * (ccr & CCR_CCR);
 }
 
-static int64_t rounded(__int128 dividend, __int128 divisor) { /* to the nearest, a half to the even number */
+static int64_t rounded(__int128 dividend, __int128 divisor) { /* half to even */
   __int128 quotient = dividend / divisor, twice = dividend % divisor * 2;
   return (int64_t)(quotient + (twice > divisor || (twice == divisor && quotient & 1)));
 }
 
 static void set_rate(I2c *i2c) {
-  i2c->checked = 0;
-  int64_t dividend = counts_of(i2c->ccr) * PS_PER_S, divisor = i2c->peripheral.chip->clocks.pclk1_hz;
+  i2c->settings_checked = 0;
+  int64_t dividend = clocks_per_bit(i2c->ccr) * PS_PER_S, divisor = i2c->peripheral.chip->clocks.pclk1_hz;
   if (dividend == 0 || divisor <= 0) {
-    i2c->bit_ps = i2c->byte_ps = NEVER_PS; /* operations never end */
+    i2c->bit_ps = i2c->byte_ps = NEVER_PS;
     return;
   }
   if (dividend < (__int128)i2c->shortest_ps * divisor) {
@@ -502,14 +341,14 @@ static void set_rate(I2c *i2c) {
   }
 }
 
-/* Report settings that the manual forbids; the peripheral still generates a clock. */
+/* Note forbidden settings; the clock runs nevertheless. */
 static void check_settings(I2c *i2c) {
   Peripheral *peripheral = &i2c->peripheral;
-  int64_t pclk_hz = peripheral->chip->clocks.pclk1_hz, counts = counts_of(i2c->ccr);
+  int64_t pclk_hz = peripheral->chip->clocks.pclk1_hz, counts = clocks_per_bit(i2c->ccr);
   uint32_t freq = i2c->cr2 & CR2_FREQ, fast = i2c->ccr & CCR_FS, count = i2c->ccr & CCR_CCR;
   uint32_t slowest = fast ? 4 : 2, longest = freq * (fast ? 300 : 1000) / 1000 + 1; /* rise times in ns */
   const char *mode = fast ? "fast" : "standard";
-  i2c->checked = 1;
+  i2c->settings_checked = 1;
   if (freq * INT64_C(1000000) != pclk_hz) {
     peripheral_note(peripheral, -1, NOTE_FORBIDDEN,
                "CR2.FREQ is %u, PCLK1 is %g MHz: set-up and hold times are wrong", freq, (double)pclk_hz / 1e6);
@@ -531,7 +370,7 @@ static void check_settings(I2c *i2c) {
   }
 }
 
-static void not_modelled(I2c *i2c, uint32_t bits, enum Noted id, const char *text) {
+static void note_not_modelled(I2c *i2c, uint32_t bits, enum Noted id, const char *text) {
   if (bits) {
     peripheral_note(&i2c->peripheral, (int)id, NOTE_NOT_MODELLED, "%s", text);
   }
@@ -542,24 +381,21 @@ static void i2c_reset(Peripheral *peripheral) {
   clear(i2c);
   i2c->cr2 = i2c->oar1 = i2c->oar2 = i2c->ccr = i2c->fltr = 0;
   i2c->trise = 2;
-  i2c->watched = 0;
+  i2c->wants_events = 0;
   set_rate(i2c);
   set_lines(i2c);
 }
 
 static void i2c_clocks_changed(Peripheral *peripheral) { set_rate(i2c_of(peripheral)); }
 
-/* -- access (18.6) ---------------------------------------------------------------------------------------- */
-
-/* ADDR is cleared: the data phase begins. */
 static void clear_addr(I2c *i2c) {
   i2c->sr1 &= ~(uint32_t)SR1_ADDR;
   if (!(i2c->sr2 & SR2_TRA)) {
-    begin(i2c, i2c->byte_ps, THEN_RECEIVED);
+    begin_operation(i2c, i2c->byte_ps, DONE_RECEIVE);
     return;
   }
   i2c->phase = PHASE_SEND;
-  if (i2c->waiting) {
+  if (i2c->dr_full) {
     send(i2c);
   } else {
     i2c->sr1 |= SR1_TXE;
@@ -567,7 +403,7 @@ static void clear_addr(I2c *i2c) {
   }
 }
 
-/* DR is read: the shift register moves up, and SCL is released if it was held. */
+/* The shift register moves up; SCL is released. */
 static uint32_t read_data(I2c *i2c) {
   uint32_t value = i2c->dr;
   if (i2c->shift_full) {
@@ -575,7 +411,7 @@ static uint32_t read_data(I2c *i2c) {
     i2c->shift_full = 0;
     i2c->sr1 &= ~(uint32_t)SR1_BTF;
     if (i2c->phase == PHASE_FULL) {
-      begin(i2c, i2c->byte_ps, THEN_RECEIVED);
+      begin_operation(i2c, i2c->byte_ps, DONE_RECEIVE);
     }
   } else {
     i2c->sr1 &= ~(uint32_t)SR1_RXNE;
@@ -593,7 +429,7 @@ static uint32_t i2c_peek(const Peripheral *peripheral, uint32_t offset) {
   case OAR2: return i2c->oar2;
   case DR: return i2c->dr;
   case SR1: return i2c->sr1;
-  case SR2: return released_ps(i2c) ? i2c->sr2 | SR2_BUSY : i2c->sr2;
+  case SR2: return i2c_wire_released_ps(i2c) ? i2c->sr2 | SR2_BUSY : i2c->sr2;
   case CCR: return i2c->ccr;
   case TRISE: return i2c->trise;
   case FLTR: return i2c->fltr;
@@ -601,15 +437,15 @@ static uint32_t i2c_peek(const Peripheral *peripheral, uint32_t offset) {
   }
 }
 
-/* SR1, then SR2 clears ADDR (18.6.6). */
+/* SR1, SR2 clears ADDR (18.6.6). */
 static uint32_t read_sr2(I2c *i2c, int64_t *until_ps) {
-  int64_t free_ps = released_ps(i2c);
+  int64_t free_ps = i2c_wire_released_ps(i2c);
   uint32_t status = free_ps ? i2c->sr2 | SR2_BUSY : i2c->sr2;
   *until_ps = free_ps && free_ps < *until_ps ? free_ps : *until_ps;
   if (i2c->sr1 & SR1_ADDR) {
-    *until_ps = ALREADY_PS;
-    if (i2c->seen & SR1_ADDR) {
-      i2c->seen = 0;
+    *until_ps = NOT_CACHEABLE_PS;
+    if (i2c->last_sr1 & SR1_ADDR) {
+      i2c->last_sr1 = 0;
       clear_addr(i2c);
       update(i2c);
     }
@@ -622,26 +458,25 @@ static uint32_t i2c_read(Peripheral *peripheral, uint32_t offset, int64_t *until
   *until_ps = due_ps(i2c);
   switch (offset) {
   case SR1:
-    i2c->seen = i2c->sr1;
+    i2c->last_sr1 = i2c->sr1;
     return i2c->sr1;
   case SR2:
     return read_sr2(i2c, until_ps);
   case DR:
-    *until_ps = ALREADY_PS;
+    *until_ps = NOT_CACHEABLE_PS;
     return read_data(i2c);
   default:
     return i2c_peek(peripheral, offset);
   }
 }
 
-/* DR is written: an address after SB, or a byte to be sent. */
 static void write_data(I2c *i2c, uint8_t value) {
   if (i2c->phase == PHASE_ADDRESS) {
     i2c->sr1 &= ~(uint32_t)SR1_SB;
     i2c->shift = value;
-    begin(i2c, i2c->byte_ps, THEN_ADDRESS_SENT);
+    begin_operation(i2c, i2c->byte_ps, DONE_ADDRESS);
   } else if (i2c->sr2 & SR2_TRA) {
-    if (i2c->waiting) {
+    if (i2c->dr_full) {
       peripheral_note(&i2c->peripheral, NOTED_DATA_LOST, NOTE_FORBIDDEN,
                  "DR written while TXE was 0: the byte that waited there is lost");
     }
@@ -650,7 +485,7 @@ static void write_data(I2c *i2c, uint8_t value) {
     if (i2c->phase == PHASE_SEND) {
       send(i2c);
     } else {
-      i2c->waiting = 1;
+      i2c->dr_full = 1;
       i2c->sr1 &= ~(uint32_t)SR1_TXE;
     }
   }
@@ -658,10 +493,10 @@ static void write_data(I2c *i2c, uint8_t value) {
 
 static void write_cr1(I2c *i2c, uint32_t cr1) {
   uint32_t before = i2c->cr1;
-  not_modelled(i2c, cr1 & CR1_SMBUS, NOTED_SMBUS, "SMBUS");
-  not_modelled(i2c, cr1 & CR1_ENARP, NOTED_ENARP, "ENARP");
-  not_modelled(i2c, cr1 & CR1_ENPEC, NOTED_ENPEC, "ENPEC (packet error check)");
-  not_modelled(i2c, cr1 & CR1_PEC, NOTED_PEC, "PEC");
+  note_not_modelled(i2c, cr1 & CR1_SMBUS, NOTED_SMBUS, "SMBUS");
+  note_not_modelled(i2c, cr1 & CR1_ENARP, NOTED_ENARP, "ENARP");
+  note_not_modelled(i2c, cr1 & CR1_ENPEC, NOTED_ENPEC, "ENPEC (packet error check)");
+  note_not_modelled(i2c, cr1 & CR1_PEC, NOTED_PEC, "PEC");
   if (cr1 & CR1_SWRST) {
     i2c_reset(&i2c->peripheral);
     i2c->cr1 = CR1_SWRST;
@@ -675,28 +510,23 @@ static void write_cr1(I2c *i2c, uint32_t cr1) {
       i2c->cr1 = CR1_PE;
       set_rate(i2c);
     }
-    if (cr1 & CR1_START && !i2c->checked) {
+    if (cr1 & CR1_START && !i2c->settings_checked) {
       check_settings(i2c);
     }
-    i2c->cr1 = cr1; /* START and STOP take effect when no byte is in progress */
-    go_on(i2c);
+    i2c->cr1 = cr1; /* START and STOP wait for a byte in progress */
+    continue_bus(i2c);
   }
 }
 
 static void write_cr2(I2c *i2c) {
-  i2c->watched = (i2c->cr2 & (CR2_ITERREN | CR2_ITEVTEN | CR2_DMAEN)) != 0;
+  i2c->wants_events = (i2c->cr2 & (CR2_ITERREN | CR2_ITEVTEN | CR2_DMAEN)) != 0;
   if (due_ps(i2c) < NEVER_PS) {
-    plan(i2c, due_ps(i2c), (enum Then)i2c->then); /* the current operation now ends with the other action */
+    schedule_end(i2c, due_ps(i2c), (enum Completion)i2c->completion);
   }
   set_lines(i2c);
 }
 
-static uint32_t merged(uint32_t before, uint32_t value, uint32_t mask, uint32_t writable) {
-  mask &= writable;
-  return (before & ~mask) | (value & mask);
-}
-
-static void while_enabled(I2c *i2c, enum Noted id, const char *name) {
+static void note_if_enabled(I2c *i2c, enum Noted id, const char *name) {
   if (i2c->cr1 & CR1_PE) {
     peripheral_note(&i2c->peripheral, (int)id, NOTE_FORBIDDEN, "%s written while PE in CR1 is 1", name);
   }
@@ -705,37 +535,38 @@ static void while_enabled(I2c *i2c, enum Noted id, const char *name) {
 static void configure(I2c *i2c, uint32_t offset, uint32_t value, uint32_t mask) {
   switch (offset) {
   case CR2:
-    i2c->cr2 = merged(i2c->cr2, value, mask, CR2_STORED);
+    write_bits(&i2c->cr2, value, mask, CR2_STORED);
     write_cr2(i2c);
     break;
   case OAR1:
-    i2c->oar1 = merged(i2c->oar1, value, mask, OAR1_STORED);
-    not_modelled(i2c, i2c->oar1 & OAR1_ADD, NOTED_OAR1,
-                 "slave mode: an own address is set, but nobody on this board will address it");
+    write_bits(&i2c->oar1, value, mask, OAR1_STORED);
+    note_not_modelled(i2c, i2c->oar1 & OAR1_ADD, NOTED_OAR1,
+                 "slave mode: an own address is set, but the board has no other master");
     break;
   case OAR2:
-    i2c->oar2 = merged(i2c->oar2, value, mask, OAR2_STORED);
-    not_modelled(i2c, i2c->oar2 & 1, NOTED_OAR2,
-                 "slave mode: a second own address is set, but nobody on this board will address it");
+    write_bits(&i2c->oar2, value, mask, OAR2_STORED);
+    note_not_modelled(i2c, i2c->oar2 & 1, NOTED_OAR2,
+                 "slave mode: a second own address is set, but the board has no other master");
     break;
   case CCR:
-    i2c->ccr = merged(i2c->ccr, value, mask, CCR_STORED);
-    while_enabled(i2c, NOTED_CCR, "CCR");
+    write_bits(&i2c->ccr, value, mask, CCR_STORED);
+    note_if_enabled(i2c, NOTED_CCR, "CCR");
     set_rate(i2c);
     break;
   case TRISE:
-    i2c->trise = merged(i2c->trise, value, mask, TRISE_STORED);
-    while_enabled(i2c, NOTED_TRISE, "TRISE");
+    write_bits(&i2c->trise, value, mask, TRISE_STORED);
+    note_if_enabled(i2c, NOTED_TRISE, "TRISE");
     break;
   case FLTR:
-    i2c->fltr = merged(i2c->fltr, value, mask, FLTR_STORED);
+    write_bits(&i2c->fltr, value, mask, FLTR_STORED);
     break;
   }
-  i2c->checked = 0;
+  i2c->settings_checked = 0;
 }
 
 static void i2c_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   I2c *i2c = i2c_of(peripheral);
+  uint32_t cr1 = i2c->cr1;
   switch (offset) {
   case DR:
     write_data(i2c, (uint8_t)value);
@@ -744,15 +575,14 @@ static void i2c_write(Peripheral *peripheral, uint32_t offset, uint32_t value, u
     i2c->sr1 &= value | ~(mask & SR1_ERRORS);
     break;
   case CR1:
-    write_cr1(i2c, merged(i2c->cr1, value, mask, CR1_STORED));
+    write_bits(&cr1, value, mask, CR1_STORED);
+    write_cr1(i2c, cr1);
     break;
   default:
     configure(i2c, offset, value, mask);
   }
   update(i2c);
 }
-
-/* -- creation --------------------------------------------------------------------------------------------- */
 
 static const PeripheralType i2c_type = {
     .read = i2c_read,
@@ -768,7 +598,7 @@ static void create(Chip *chip, I2c *i2c, uint32_t base) {
   i2c->event = event_create(&i2c->peripheral, i2c_fire);
   i2c->pins[0].function = NO_FUNCTION;
   for (int address = 0; address < 128; address++) {
-    i2c->wire.target_at[address] = -1;
+    i2c->wire.target_index[address] = -1;
   }
   enum Request rx = (enum Request)(REQUEST_I2C1_RX + 2 * number_of(i2c));
   dma_connect(&i2c->peripheral, rx);
@@ -796,5 +626,3 @@ void fcu_i2c_pin(Chip *chip, int32_t number, int32_t which, int32_t port, int32_
   pins[which] = (PinFunction){"ABCDEH"[port], (uint8_t)pin, (uint8_t)function};
   pins[which + 1].function = NO_FUNCTION;
 }
-
-I2cWire *fcu_i2c_wire(Chip *chip, int32_t number) { return &chip->i2c[number].wire; }

@@ -1,4 +1,4 @@
-/* I2C1 to I2C3 (RM0368 section 18); i2c.c explains it. */
+/* I2C1 to I2C3 (RM0368 section 18). */
 #ifndef FCU_I2C_H
 #define FCU_I2C_H
 
@@ -7,57 +7,56 @@
 #define I2C_COUNT 3
 #define I2C_PINS 2
 #define I2C_BYTES 64
-#define I2C_RECENT 8 /* as many as emulator/buses/i2c.py keeps */
+#define I2C_RECENT 8 /* as in emulator/buses/i2c.py */
 
-/* A message: the bytes between a start and a stop on the wire; Python reads this struct. */
+/* From start to stop; Python reads this struct. */
 typedef struct {
   int64_t open;
-  int64_t live; /* Python's side of the bus takes part: it has the message except for the bytes below */
+  int64_t live; /* Python has it, except for the bytes below */
   int64_t start_ps, end_ps;
-  int64_t address, reading, target; /* target: its index, or -1 */
-  int64_t written, subaddress;      /* the number of bytes written, and the first of them */
-  int64_t count;                    /* received and not reported to Python yet */
+  int64_t address, reading, target;
+  int64_t written, subaddress; /* number of bytes, and the first one */
+  int64_t count;               /* of bytes that Python does not have */
   uint8_t bytes[I2C_BYTES];
 } I2cMessage;
 
-/* Callbacks into Python: a byte on the wire, each at its end. While message.open is set, each callback first
- * processes the bytes that C has handled alone. */
+/* Callbacks into Python at the end of a byte. While message.open, each first processes the bytes that C has handled.
+ */
 typedef struct {
-  int32_t (*start)(int64_t now_ps, int32_t address, int64_t start_ps); /* the address byte; enum Answer */
-  int32_t (*write)(int64_t now_ps, int32_t value);                    /* returns 1 if it was acknowledged */
-  /* Returns the byte, plus 256 times the number of bytes in chip->read_cache.prefetched. */
+  int32_t (*start)(int64_t now_ps, int32_t address, int64_t start_ps); /* returns enum Answer */
+  int32_t (*write)(int64_t now_ps, int32_t value);                     /* returns 1 if acknowledged */
+  /* The byte + 256 * bytes in chip->read_cache.prefetched. */
   int32_t (*read)(int64_t now_ps);
-  void (*stop)(int64_t now_ps, int64_t end_ps); /* the message ended at end_ps */
-  void (*abort)(int64_t now_ps);                /* the master releases the bus without a stop */
-  void (*ended)(int64_t now_ps); /* a message that C handled alone is in recent[]; while chip->detailed */
-  int64_t (*released_ps)(int64_t now_ps);       /* the time when a line held low is released; 0 if none is */
+  void (*stop)(int64_t now_ps, int64_t end_ps);
+  void (*abort)(int64_t now_ps);
+  void (*ended)(int64_t now_ps);          /* recent[] has a message; if chip->detailed */
+  int64_t (*released_ps)(int64_t now_ps); /* 0: no line is held low */
   void (*set_speed)(int64_t now_ps, int64_t hz);
 } I2cCalls;
 
-/* The state of a bus that Python reads and writes. */
 typedef struct {
-  int64_t injected; /* faults: nothing is cached */
-  int64_t ended;    /* messages so far that C handled alone */
-  I2cMessage message; /* in progress */
+  int64_t has_faults; /* nothing is cached */
+  int64_t ended;
+  I2cMessage message;
   I2cMessage recent[I2C_RECENT];
-  int8_t target_at[128]; /* by address; -1: no device, or one without a cache */
+  int8_t target_index[128]; /* by address; -1: not cached */
 } I2cWire;
 
 typedef struct {
   Peripheral peripheral;
   uint32_t cr1, cr2, oar1, oar2, sr1, sr2, dr, ccr, trise, fltr;
   int32_t event;
-  uint8_t phase, then;
-  uint8_t watched;     /* an interrupt or DMA waits for flags */
-  uint8_t serving;     /* DMA requests are being made */
-  uint8_t checked;     /* the settings have been checked since their last change */
+  uint8_t phase, completion;
+  uint8_t wants_events; /* an interrupt or DMA waits for flags */
+  uint8_t in_dma;       /* in a DMA request */
+  uint8_t settings_checked;
   uint8_t nack_next;   /* DMA has announced the last byte */
-  uint8_t waiting;     /* to be sent: DR contains a byte that the shift register has not taken yet */
-  uint8_t shift_full;  /* received: DR was full when the byte arrived */
-  uint8_t acknowledge; /* with POS: the answer to the next byte */
+  uint8_t dr_full;     /* a byte waits for the shift register */
+  uint8_t shift_full;  /* DR was full when the byte arrived */
+  uint8_t acknowledge; /* POS: answer to the next byte */
   uint8_t shift;
-  uint8_t kept;        /* received bytes come from the read cache */
-  uint32_t seen;       /* SR1 as last read */
+  uint8_t from_cache;
+  uint32_t last_sr1;
   int64_t bit_ps, byte_ps, start_ps;
   int64_t speed_hz, shortest_ps;
   PinFunction pins[I2C_PINS + 1];
@@ -66,5 +65,21 @@ typedef struct {
 } I2c;
 
 void i2c_create(Chip *chip);
+
+/* -- i2c_wire.c ------------------------------------------------------------------------------------------ */
+
+/* In the order of peripherals/i2c.py. */
+enum Answer { ANSWER_ACK, ANSWER_NACK, ANSWER_BUS_ERROR, ANSWER_ARBITRATION };
+
+/* Send the address byte in the shift register. */
+enum Answer i2c_wire_address(I2c *i2c);
+/* Send the byte in the shift register; return true if it was acknowledged. */
+bool i2c_wire_write(I2c *i2c);
+uint8_t i2c_wire_read(I2c *i2c);
+/* The message has ended with a stop condition at end_ps, or without one. */
+void i2c_wire_end(I2c *i2c, int64_t end_ps);
+void i2c_wire_abort(I2c *i2c);
+/* Return when a line held low is released; 0: none is. */
+int64_t i2c_wire_released_ps(const I2c *i2c);
 
 #endif

@@ -1,7 +1,6 @@
-/* The peripherals in C, in the order of their creation: X(type, member of struct Chip, function that creates it).
+/* Peripherals in C: X(type, member of struct Chip, create function).
  *
- * The order determines the indices, and the order of two events at the same time. Add a new peripheral at the end,
- * with an include here.
+ * The order determines indices, and the order of simultaneous events. Add new ones at the end, with an include.
  */
 #ifndef FCU_LIST_H
 #define FCU_LIST_H

@@ -1,4 +1,4 @@
-/* Exceptions' states and priorities; nvic.h explains them. */
+/* States and priorities of exceptions. */
 #include "peripherals/nvic.h"
 
 #include <string.h>
@@ -7,8 +7,8 @@
 #include "generated/registers_nvic.h"
 
 #define SYSTEM ((uint64_t)0xFFFF)
-#define WORDS 3               /* of registers with a bit for each interrupt */
-#define IMPLEMENTED 0xF0F0F0F0u /* four bits of priority, 16 levels */
+#define WORDS 3                 /* interrupt bits */
+#define IMPLEMENTED 0xF0F0F0F0u /* four bits of priority */
 
 void nvic_reset(Nvic *nvic) {
   memset(nvic, 0, sizeof *nvic);
@@ -16,17 +16,15 @@ void nvic_reset(Nvic *nvic) {
   for (int number = 0; number < 4; number++) {
     nvic->priority[number] = (int16_t)(number - 4);
   }
-  nvic->subpriority_bits = 1; /* AIRCR.PRIGROUP 0: seven bits of group; at least one bit of subpriority */
+  nvic->subpriority_bits = 1; /* PRIGROUP 0: at least one bit */
 }
 
-/* -- priorities ------------------------------------------------------------------------------------------ */
-
-int nvic_group(const Nvic *nvic, int priority) {
+int nvic_group_priority(const Nvic *nvic, int priority) {
   return priority < 0 ? priority : priority >> nvic->subpriority_bits << nvic->subpriority_bits;
 }
 
-int nvic_most_urgent(const Nvic *nvic) {
-  int best = 0, best_priority = LOWEST;
+int nvic_highest_pending(const Nvic *nvic) {
+  int best = 0, best_priority = THREAD_PRIORITY;
   for (int word = 0; word < 2; word++) {
     for (uint64_t ready = nvic->pending[word] & nvic->enabled[word]; ready; ready &= ready - 1) {
       int number = 64 * word + __builtin_ctzll(ready);
@@ -39,18 +37,18 @@ int nvic_most_urgent(const Nvic *nvic) {
   return best;
 }
 
-int nvic_level(const Nvic *nvic, bool primask, uint32_t basepri, bool faultmask) {
-  int level = LOWEST;
+int nvic_execution_priority(const Nvic *nvic, bool primask, uint32_t basepri, bool faultmask) {
+  int level = THREAD_PRIORITY;
   for (int word = 0; word < 2; word++) {
     for (uint64_t active = nvic->active[word]; active; active &= active - 1) {
       int number = 64 * word + __builtin_ctzll(active);
-      int group = number < EXCEPTIONS ? nvic_group(nvic, nvic->priority[number]) : LOWEST;
+      int group = number < EXCEPTIONS ? nvic_group_priority(nvic, nvic->priority[number]) : THREAD_PRIORITY;
       level = group < level ? group : level;
     }
   }
   basepri &= 0xF0;
-  if (basepri && nvic_group(nvic, (int)basepri) < level) {
-    level = nvic_group(nvic, (int)basepri);
+  if (basepri && nvic_group_priority(nvic, (int)basepri) < level) {
+    level = nvic_group_priority(nvic, (int)basepri);
   }
   if (primask && level > 0) {
     level = 0;
@@ -60,22 +58,20 @@ int nvic_level(const Nvic *nvic, bool primask, uint32_t basepri, bool faultmask)
 
 int32_t fcu_priority(const Chip *chip, int32_t exception) { return chip->nvic.priority[exception]; }
 
-int32_t fcu_priority_group(const Chip *chip, int32_t priority) { return nvic_group(&chip->nvic, priority); }
+int32_t fcu_priority_group(const Chip *chip, int32_t priority) { return nvic_group_priority(&chip->nvic, priority); }
 
-/* -- states ---------------------------------------------------------------------------------------------- */
-
-static void look(Nvic *nvic) {
+static void update_changed(Nvic *nvic) {
   if (nvic_any_ready(nvic)) {
     nvic->changed = 1;
   }
 }
 
 static void pend(Nvic *nvic, int word, uint64_t bits) {
-  if (nvic->event_on_pending && bits & ~nvic->pending[word]) {
-    nvic->event = 1;
+  if (nvic->sevonpend && bits & ~nvic->pending[word]) {
+    nvic->event_register = 1;
   }
   nvic->pending[word] |= bits;
-  look(nvic);
+  update_changed(nvic);
 }
 
 void nvic_pend(Nvic *nvic, int number) { pend(nvic, number >> 6, (uint64_t)1 << (number & 63)); }
@@ -103,9 +99,7 @@ void nvic_deactivate(Nvic *nvic, int number) {
   pend(nvic, number >> 6, nvic->lines[number >> 6] & bit);
 }
 
-/* -- registers ------------------------------------------------------------------------------------------- */
-
-/* The 32 interrupts of one register word are in both words of a set. */
+/* A register word spans both words of a set. */
 static uint32_t interrupts(const uint64_t *set, unsigned word) {
   unsigned first = FIRST_INTERRUPT + 32 * word;
   uint64_t low = set[first >> 6] >> (first & 63);
@@ -113,15 +107,14 @@ static uint32_t interrupts(const uint64_t *set, unsigned word) {
   return (uint32_t)(low | high);
 }
 
-/* Convert the interrupts of a register word to a set. */
 static void as_set(uint32_t value, unsigned word, uint64_t set[2]) {
   unsigned first = FIRST_INTERRUPT + 32 * word;
-  uint64_t bits = word == WORDS - 1 ? value & 0x1FFFFF : value; /* 85 = 2 x 32 + 21 */
+  uint64_t bits = word == WORDS - 1 ? value & 0x1FFFFF : value; /* 85 = 64 + 21 */
   set[0] = first < 64 ? bits << first : 0;
   set[1] = first < 64 ? (first > 32 ? bits >> (64 - first) : 0) : bits << (first - 64);
 }
 
-bool nvic_has(uint32_t offset) {
+bool nvic_has_register(uint32_t offset) {
   bool is_bits = offset >= NVIC_ISERx(0) && offset < NVIC_IABRx(0) + 4 * WORDS && (offset & 0x7F) < 4 * WORDS;
   return offset == ICTR || is_bits || (offset >= NVIC_IPRx(0) && offset < NVIC_IPRx(0) + 88) || offset == STIR;
 }
@@ -181,5 +174,5 @@ void nvic_write(Nvic *nvic, uint32_t offset, uint32_t value, uint32_t mask) {
   } else if (offset != ICTR) {
     set_bits(nvic, offset & ~0x7Fu, (offset & 0x7F) / 4, value);
   }
-  look(nvic);
+  update_changed(nvic);
 }

@@ -1,9 +1,8 @@
-/* The NVIC: enabled, pending and active exceptions, with their priorities (ARMv7-M ARM B1.5 and B3.4).
+/* NVIC: enabled, pending and active exceptions, and priorities (ARMv7-M ARM B1.5, B3.4).
  *
- * System exceptions and interrupts share one numbering, as in the vector table: 2 is NMI, 15 SysTick, interrupt n is
- * exception 16 + n. An interrupt line is level sensitive (PM0214 4.3.9): a rising line makes the interrupt pending.
- * If the line is still active when the handler returns, or when software clears the pending bit, the interrupt is
- * pending again. A short pulse stays pending.
+ * Exceptions are numbered as in the vector table: interrupt n is 16 + n. Lines are level sensitive (PM0214 4.3.9): a
+ * rising line makes its interrupt pending, and so does a line that is active when the handler returns or software
+ * clears the pending bit.
  */
 #ifndef FCU_NVIC_H
 #define FCU_NVIC_H
@@ -11,9 +10,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define EXCEPTIONS 101 /* 16 of the system, 85 interrupts (RM0368 table 38) */
+#define EXCEPTIONS 101 /* 16 + 85 interrupts (RM0368 table 38) */
 #define FIRST_INTERRUPT 16
-#define LOWEST 256     /* the priority of code outside of handlers; smaller is more urgent */
+#define THREAD_PRIORITY 256 /* outside of handlers; smaller is more urgent */
 
 enum Exception {
   RESET = 1,
@@ -31,29 +30,28 @@ enum Exception {
 typedef struct {
   uint64_t pending[2], enabled[2], active[2], lines[2]; /* bit = exception number */
   int32_t subpriority_bits;
-  uint8_t changed;          /* an exception may have become ready for entry */
-  uint8_t event;            /* the event register, which WFE waits for (B1.5.18) */
-  uint8_t event_on_pending; /* SCR.SEVONPEND: each exception that becomes pending is an event (B3.2.7) */
+  uint8_t changed;        /* an exception may have become ready */
+  uint8_t event_register; /* for WFE (B1.5.18) */
+  uint8_t sevonpend;      /* SCR.SEVONPEND (B3.2.7) */
   int16_t priority[EXCEPTIONS];
 } Nvic;
 
-/* Disable all exceptions and clear their states; an active line counts as rising again. */
+/* An active line counts as rising. */
 void nvic_reset(Nvic *nvic);
-/* Return the pending and enabled exception to be taken first; 0 if there is none. */
-int nvic_most_urgent(const Nvic *nvic);
-/* Return the part of a priority that decides on preemption (B1.5.4). */
-int nvic_group(const Nvic *nvic, int priority);
-/* Return the priority of the current code (B1.5.4, ExecutionPriority). */
-int nvic_level(const Nvic *nvic, bool primask, uint32_t basepri, bool faultmask);
-/* All of these take the exception's number. */
+/* Return 0 if none is ready. */
+int nvic_highest_pending(const Nvic *nvic);
+/* This part decides on preemption (B1.5.4). */
+int nvic_group_priority(const Nvic *nvic, int priority);
+/* ExecutionPriority() (B1.5.4). */
+int nvic_execution_priority(const Nvic *nvic, bool primask, uint32_t basepri, bool faultmask);
 void nvic_pend(Nvic *nvic, int number);
 void nvic_unpend(Nvic *nvic, int number);
 void nvic_set_line(Nvic *nvic, int number, bool level);
 void nvic_activate(Nvic *nvic, int number);
 void nvic_deactivate(Nvic *nvic, int number);
 
-/* Registers, by offset in the system control space (B3.4.3): ICTR, ISER to IPR, STIR. */
-bool nvic_has(uint32_t offset);
+/* Offsets in the system control space: ICTR, ISER to IPR, STIR (B3.4.3). */
+bool nvic_has_register(uint32_t offset);
 uint32_t nvic_read(const Nvic *nvic, uint32_t offset);
 void nvic_write(Nvic *nvic, uint32_t offset, uint32_t value, uint32_t mask);
 
@@ -66,8 +64,7 @@ static inline bool nvic_is_pending(const Nvic *nvic, int number) {
 static inline bool nvic_any_ready(const Nvic *nvic) {
   return (nvic->pending[0] & nvic->enabled[0]) | (nvic->pending[1] & nvic->enabled[1]);
 }
-/* Return the number of active exceptions. */
-static inline int nvic_depth(const Nvic *nvic) {
+static inline int nvic_active_count(const Nvic *nvic) {
   return __builtin_popcountll(nvic->active[0]) + __builtin_popcountll(nvic->active[1]);
 }
 

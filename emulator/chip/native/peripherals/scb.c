@@ -1,10 +1,7 @@
-/* The system control block: interrupt state, vector table, reset, fault status, FPU context (ARMv7-M ARM B3.2).
- * Accesses to SysTick and NVIC, which share its four kilobytes of system control space, are forwarded to them.
+/* System control block (ARMv7-M ARM B3.2). SysTick and NVIC, in the same 4 KB, are separate files.
  *
- * NOT MODELLED: FPCCR.LSPACT never becomes 1, because floating-point registers are stacked at exception entry, not
- * at the handler's first floating-point instruction. A program can detect the difference only if it reads an unused
- * frame. FPDSCR is stored; a new context begins with FPSCR 0, which is FPDSCR's reset value. MPU: its regions do not
- * protect anything.
+ * NOT MODELLED: FPCCR.LSPACT is 0, because floating-point registers are stacked at entry; only a program that reads
+ * an unused frame can see it. FPDSCR: stored; FPSCR of a new context is its reset value 0. MPU: protects nothing.
  */
 #include "peripherals/scb.h"
 
@@ -12,7 +9,7 @@
 #include "generated/registers_scb.h"
 #include "generated/registers_systick.h"
 
-#define ID_PFR0 0xD40u /* the first of 13 identification registers */
+#define ID_PFR0 0xD40u
 #define ID_END 0xD74u
 #define MPU_TYPE 0xD90u
 #define MPU_END 0xDBCu
@@ -21,33 +18,31 @@
 #define AIRCR_KEY 0x05FAu
 #define CPACR_FULL (CPACR_CP10 | CPACR_CP11)
 #define SHCSR_ENABLES (SHCSR_MEMFAULTENA | SHCSR_BUSFAULTENA | SHCSR_USGFAULTENA)
-#define PRIORITY_BITS 0xF0F0F0F0u /* of four exceptions: a priority has the upper four bits of its byte */
+#define PRIORITY_BITS 0xF0F0F0F0u /* upper half of each byte */
 
-/* ID_PFR0 to ID_ISAR4 (Cortex-M4 technical reference manual, table 4-1). */
+/* To ID_ISAR4 (Cortex-M4 TRM table 4-1). */
 static const uint32_t identification[13] = {0x30,       0x200,      0x100000,   0,          0x30, 0, 0x01000000, 0,
                                             0x01101110, 0x02112000, 0x21232231, 0x01111131, 0x01310132};
 
 typedef struct {
   uint32_t bit;
   int exception;
-} BitOfException;
+} ExceptionBit;
 
-/* SHCSR (B3.2.13). */
-static const BitOfException active_in_shcsr[] = {
+static const ExceptionBit shcsr_active[] = {
   {SHCSR_MEMFAULTACT, MEM_MANAGE},    {SHCSR_BUSFAULTACT, BUS_FAULT}, {SHCSR_USGFAULTACT, USAGE_FAULT},
   {SHCSR_SVCALLACT, SV_CALL},         {SHCSR_MONITORACT, DEBUG_MONITOR}, {SHCSR_PENDSVACT, PEND_SV},
   {SHCSR_SYSTICKACT, SYS_TICK}};
-static const BitOfException pending_in_shcsr[] = {{SHCSR_USGFAULTPENDED, USAGE_FAULT},
+static const ExceptionBit shcsr_pending[] = {{SHCSR_USGFAULTPENDED, USAGE_FAULT},
                                                   {SHCSR_MEMFAULTPENDED, MEM_MANAGE},
                                                   {SHCSR_BUSFAULTPENDED, BUS_FAULT},
                                                   {SHCSR_SVCALLPENDED, SV_CALL}};
 
-/* ICSR (B3.2.4). */
-static const BitOfException pends_in_icsr[] = {
+static const ExceptionBit icsr_set_bits[] = {
   {ICSR_NMIPENDSET, NMI}, {ICSR_PENDSVSET, PEND_SV}, {ICSR_PENDSTSET, SYS_TICK}};
-static const BitOfException unpends_in_icsr[] = {{ICSR_PENDSVCLR, PEND_SV}, {ICSR_PENDSTCLR, SYS_TICK}};
+static const ExceptionBit icsr_clear_bits[] = {{ICSR_PENDSVCLR, PEND_SV}, {ICSR_PENDSTCLR, SYS_TICK}};
 
-#define FOR_EACH(index, table) \
+#define FOR_EACH(index, table)  \
   for (unsigned index = 0; index < sizeof(table) / sizeof *(table); index++)
 
 bool scb_fault_enabled(const Scb *scb, int exception) {
@@ -55,28 +50,26 @@ bool scb_fault_enabled(const Scb *scb, int exception) {
          scb->shcsr & SHCSR_MEMFAULTENA << (exception - MEM_MANAGE);
 }
 
-/* -- reading --------------------------------------------------------------------------------------------- */
-
 static uint32_t icsr(const Chip *chip) {
   const Nvic *nvic = &chip->nvic;
-  uint32_t value = chip->core.ipsr | (uint32_t)nvic_most_urgent(nvic) << ICSR_VECTPENDING_SHIFT;
-  FOR_EACH(n, pends_in_icsr) {
-    value |= nvic_is_pending(nvic, pends_in_icsr[n].exception) ? pends_in_icsr[n].bit : 0;
+  uint32_t value = chip->core.ipsr | (uint32_t)nvic_highest_pending(nvic) << ICSR_VECTPENDING_SHIFT;
+  FOR_EACH(n, icsr_set_bits) {
+    value |= nvic_is_pending(nvic, icsr_set_bits[n].exception) ? icsr_set_bits[n].bit : 0;
   }
   if (nvic->pending[0] >> FIRST_INTERRUPT || nvic->pending[1]) {
     value |= ICSR_ISRPENDING;
   }
-  return nvic_depth(nvic) <= 1 ? value | ICSR_RETTOBASE : value;
+  return nvic_active_count(nvic) <= 1 ? value | ICSR_RETTOBASE : value;
 }
 
 static uint32_t shcsr(const Scb *scb) {
   const Nvic *nvic = &scb->peripheral.chip->nvic;
   uint32_t value = scb->shcsr;
-  FOR_EACH(n, active_in_shcsr) {
-    value |= nvic_is_active(nvic, active_in_shcsr[n].exception) ? active_in_shcsr[n].bit : 0;
+  FOR_EACH(n, shcsr_active) {
+    value |= nvic_is_active(nvic, shcsr_active[n].exception) ? shcsr_active[n].bit : 0;
   }
-  FOR_EACH(n, pending_in_shcsr) {
-    value |= nvic_is_pending(nvic, pending_in_shcsr[n].exception) ? pending_in_shcsr[n].bit : 0;
+  FOR_EACH(n, shcsr_pending) {
+    value |= nvic_is_pending(nvic, shcsr_pending[n].exception) ? shcsr_pending[n].bit : 0;
   }
   return value;
 }
@@ -114,29 +107,27 @@ static uint32_t value_of(const Scb *scb, uint32_t offset) {
   }
 }
 
-/* -- writing --------------------------------------------------------------------------------------------- */
-
 static void write_icsr(Nvic *nvic, uint32_t value) {
-  FOR_EACH(n, pends_in_icsr) {
-    if (value & pends_in_icsr[n].bit) {
-      nvic_pend(nvic, pends_in_icsr[n].exception);
+  FOR_EACH(n, icsr_set_bits) {
+    if (value & icsr_set_bits[n].bit) {
+      nvic_pend(nvic, icsr_set_bits[n].exception);
     }
   }
-  FOR_EACH(n, unpends_in_icsr) {
-    if (value & unpends_in_icsr[n].bit) {
-      nvic_unpend(nvic, unpends_in_icsr[n].exception);
+  FOR_EACH(n, icsr_clear_bits) {
+    if (value & icsr_clear_bits[n].bit) {
+      nvic_unpend(nvic, icsr_clear_bits[n].exception);
     }
   }
 }
 
-/* Ignored without the key (B3.2.6). */
+/* The key is required (B3.2.6). */
 static void write_aircr(Scb *scb, uint32_t value) {
   Chip *chip = scb->peripheral.chip;
   if (FIELD(value, AIRCR_VECTKEY) != AIRCR_KEY) {
     return;
   }
   scb->aircr = value & AIRCR_PRIGROUP;
-  chip->nvic.subpriority_bits = (int32_t)FIELD(value, AIRCR_PRIGROUP) + 1; /* bits PRIGROUP to 0 of a priority */
+  chip->nvic.subpriority_bits = (int32_t)FIELD(value, AIRCR_PRIGROUP) + 1; /* bits PRIGROUP to 0 */
   chip->nvic.changed = 1;
   if (value & AIRCR_VECTCLRACTIVE) {
     chip->nvic.active[0] = chip->nvic.active[1] = 0;
@@ -153,16 +144,16 @@ static void set_bit(uint64_t *word, int bit, bool level) {
 static void write_shcsr(Scb *scb, uint32_t value) {
   Nvic *nvic = &scb->peripheral.chip->nvic;
   scb->shcsr = value & SHCSR_ENABLES;
-  FOR_EACH(n, active_in_shcsr) {
-    set_bit(&nvic->active[0], active_in_shcsr[n].exception, value & active_in_shcsr[n].bit);
+  FOR_EACH(n, shcsr_active) {
+    set_bit(&nvic->active[0], shcsr_active[n].exception, value & shcsr_active[n].bit);
   }
-  FOR_EACH(n, pending_in_shcsr) {
-    set_bit(&nvic->pending[0], pending_in_shcsr[n].exception, value & pending_in_shcsr[n].bit);
+  FOR_EACH(n, shcsr_pending) {
+    set_bit(&nvic->pending[0], shcsr_pending[n].exception, value & shcsr_pending[n].bit);
   }
   nvic->changed = 1;
 }
 
-/* SHPR1 has the priorities of exceptions 4 to 7, SHPR2 of 8 to 11, SHPR3 of 12 to 15. */
+/* Exceptions 4 to 15. */
 static void set_priorities(Scb *scb, unsigned word) {
   Nvic *nvic = &scb->peripheral.chip->nvic;
   for (unsigned byte = 0; byte < 4; byte++) {
@@ -171,63 +162,54 @@ static void set_priorities(Scb *scb, unsigned word) {
   nvic->changed = 1;
 }
 
-/* Apply the registers to core, NVIC and DWT. */
 static void apply(Scb *scb) {
   Chip *chip = scb->peripheral.chip;
   bool floating = (scb->cpacr & CPACR_FULL) == CPACR_FULL;
-  chip->nvic.event_on_pending = (scb->scr & SCR_SEVONPEND) != 0;
+  chip->nvic.sevonpend = (scb->scr & SCR_SEVONPEND) != 0;
   chip->core.div_0_trp = (scb->ccr & CCR_DIV_0_TRP) != 0;
   core_trap_unaligned(&chip->core, (scb->ccr & CCR_UNALIGN_TRP) != 0);
-  if (chip->core.fpu_on != floating) { /* decoded instructions are valid for one of the two settings only */
+  if (chip->core.fpu_on != floating) { /* decoded code depends on it */
     chip->core.fpu_on = floating;
-    fcu_forget_code(chip);
+    fcu_invalidate_code(chip);
   }
   dwt_enable(&chip->dwt, (scb->demcr & DEMCR_TRCENA) != 0);
 }
 
-/* Write the bits of mask, as far as the register stores them. */
-static void store(uint32_t *word, uint32_t value, uint32_t mask, uint32_t writable) {
-  mask &= writable;
-  *word = (*word & ~mask) | (value & mask);
-}
-
-/* value contains the bits of mask only (see PeripheralType.write). */
+/* value is masked already. */
 static void write_register(Scb *scb, uint32_t offset, uint32_t value, uint32_t mask) {
   static const uint32_t writable_shpr[3] = {
     SHPR1_STORED & PRIORITY_BITS, SHPR2_STORED & PRIORITY_BITS, SHPR3_STORED & PRIORITY_BITS};
   unsigned word = (offset - SHPR1) / 4;
   switch (offset) {
-  case ACTLR: store(&scb->actlr, value, mask, ACTLR_STORED); break;
+  case ACTLR: write_bits(&scb->actlr, value, mask, ACTLR_STORED); break;
   case ICSR: write_icsr(&scb->peripheral.chip->nvic, value); break;
-  case VTOR: store(&scb->vtor, value, mask, VTOR_STORED); break;
+  case VTOR: write_bits(&scb->vtor, value, mask, VTOR_STORED); break;
   case AIRCR: write_aircr(scb, value); break;
-  case SCR: store(&scb->scr, value, mask, SCR_STORED); break;
-  case CCR: store(&scb->ccr, value, mask, CCR_STORED); break;
+  case SCR: write_bits(&scb->scr, value, mask, SCR_STORED); break;
+  case CCR: write_bits(&scb->ccr, value, mask, CCR_STORED); break;
   case SHPR1:
   case SHPR2:
   case SHPR3:
-    store(&scb->shpr[word], value, mask, writable_shpr[word]);
+    write_bits(&scb->shpr[word], value, mask, writable_shpr[word]);
     set_priorities(scb, word);
     break;
   case SHCSR: write_shcsr(scb, (shcsr(scb) & ~mask) | value); break;
-  case CFSR: scb->cfsr &= ~value; break; /* and the next two: 1 clears */
+  case CFSR: scb->cfsr &= ~value; break; /* 1 clears */
   case HFSR: scb->hfsr &= ~value; break;
   case DFSR: scb->dfsr &= ~value; break;
-  case MMFAR: store(&scb->mmfar, value, mask, WORD); break;
-  case BFAR: store(&scb->bfar, value, mask, WORD); break;
-  case CPACR: store(&scb->cpacr, value, mask, CPACR_FULL); break;
-  case DEMCR: store(&scb->demcr, value, mask, DEMCR_STORED); break;
-  case FPCCR: store(&scb->fpccr, value, mask, FPCCR_STORED); break;
-  case FPCAR: store(&scb->fpcar, value, mask, FPCAR_STORED); break;
-  case FPDSCR: store(&scb->fpdscr, value, mask, FPDSCR_STORED); break;
+  case MMFAR: write_bits(&scb->mmfar, value, mask, WORD); break;
+  case BFAR: write_bits(&scb->bfar, value, mask, WORD); break;
+  case CPACR: write_bits(&scb->cpacr, value, mask, CPACR_FULL); break;
+  case DEMCR: write_bits(&scb->demcr, value, mask, DEMCR_STORED); break;
+  case FPCCR: write_bits(&scb->fpccr, value, mask, FPCCR_STORED); break;
+  case FPCAR: write_bits(&scb->fpcar, value, mask, FPCAR_STORED); break;
+  case FPDSCR: write_bits(&scb->fpdscr, value, mask, FPDSCR_STORED); break;
   default: break;
   }
   if (offset == SCR || offset == CCR || offset == CPACR || offset == DEMCR) {
     apply(scb);
   }
 }
-
-/* -- the peripheral: system control space --------------------------------------------------------------------- */
 
 static bool is_systick(uint32_t offset) { return offset >= SYST_CSR && offset <= SYST_CALIB; }
 
@@ -236,7 +218,6 @@ static bool is_known(uint32_t offset) {
          (offset >= DHCSR && offset <= DEMCR) || (offset >= FPCCR && offset <= MVFR1);
 }
 
-/* Report an unknown register: one of the MPU, or an offset without a register. */
 static void note_unknown(Scb *scb, uint32_t offset, const char *what, bool written) {
   if (offset < MPU_TYPE || offset >= MPU_END) {
     peripheral_note(&scb->peripheral, -1, NOTE_NOT_MODELLED, "0x%08X %s; there is no such register",
@@ -251,7 +232,7 @@ static uint32_t read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps)
   if (is_systick(offset)) {
     return systick_read(&chip->systick, offset, until_ps);
   }
-  if (nvic_has(offset)) {
+  if (nvic_has_register(offset)) {
     return nvic_read(&chip->nvic, offset);
   }
   if (!is_known(offset)) {
@@ -265,14 +246,14 @@ static uint32_t peek(const Peripheral *peripheral, uint32_t offset) {
   if (is_systick(offset)) {
     return systick_peek(&chip->systick, offset);
   }
-  return nvic_has(offset) ? nvic_read(&chip->nvic, offset) : value_of((const Scb *)peripheral, offset);
+  return nvic_has_register(offset) ? nvic_read(&chip->nvic, offset) : value_of((const Scb *)peripheral, offset);
 }
 
 static void write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
   Chip *chip = peripheral->chip;
   if (is_systick(offset)) {
     systick_write(&chip->systick, offset, value, mask);
-  } else if (nvic_has(offset)) {
+  } else if (nvic_has_register(offset)) {
     nvic_write(&chip->nvic, offset, value, mask);
   } else if (is_known(offset)) {
     write_register((Scb *)peripheral, offset, value, mask);
@@ -281,7 +262,7 @@ static void write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint3
   }
 }
 
-/* SYST_CVR changes with time, and reading SYST_CSR clears COUNTFLAG. */
+/* SYST_CVR counts; reading SYST_CSR clears COUNTFLAG. */
 static bool is_pure(const Peripheral *peripheral, uint32_t offset) {
   return offset != SYST_CVR &&
          !(offset == SYST_CSR && systick_peek(&peripheral->chip->systick, SYST_CSR) & SYST_CSR_COUNTFLAG);
@@ -300,8 +281,8 @@ static void clocks_changed(Peripheral *peripheral) { systick_retime(&peripheral-
 void scb_create(Chip *chip) {
   static const PeripheralType type = {.read = read, .peek = peek, .write = write, .reset = reset, .is_pure = is_pure,
                                  .clocks_changed = clocks_changed};
-  static const int16_t none[] = {-1}; /* no list: note_unknown() reports offsets without a register */
+  static const int16_t none[] = {-1};
   peripheral_create(chip, &chip->scb.peripheral, &type, SCS_BASE, SCS_SIZE, none);
-  peripheral_knows_all(&chip->scb.peripheral);
+  peripheral_set_all_registers(&chip->scb.peripheral);
   scb_reset(&chip->scb);
 }

@@ -1,4 +1,4 @@
-/* The system control space, 0xE000E000 (ARMv7-M ARM B3.2): SCB, NVIC and SysTick behind one peripheral. */
+/* System control space, 0xE000E000 (ARMv7-M ARM B3.2): one peripheral for SCB, NVIC and SysTick. */
 #ifndef FCU_SCB_H
 #define FCU_SCB_H
 
@@ -12,7 +12,7 @@ typedef struct {
 
 void scb_create(Chip *chip);
 void scb_reset(Scb *scb);
-/* Return true if a configurable fault has an enabled handler; else it becomes a HardFault (B1.5.14). */
+/* False: it becomes a HardFault (B1.5.14). */
 bool scb_fault_enabled(const Scb *scb, int exception);
 
 #endif

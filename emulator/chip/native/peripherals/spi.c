@@ -1,39 +1,30 @@
-/* SPI1 to SPI3 as master (RM0368 sections 20.3, 20.5). The devices at the pins are in spi_line.c.
+/* SPI1 to SPI3 as master (RM0368 sections 20.3, 20.5).
  *
- * A byte takes eight periods of SCK from its start; its end is a deferred event, at which the line exchanges it.
- * With an interrupt or DMA enabled the end is a scheduled event.
- *
- * Directions: full duplex; one line out (BIDIMODE, BIDIOE); one line in (BIDIMODE), and receive-only (RXONLY). In
- * the last two the clock is started by SPE, not by DR, and BSY stays low in the third (20.3.7).
+ * A byte takes eight periods of SCK. At its end, a deferred event (scheduled with an interrupt or DMA), spi_line.c
+ * exchanges it. Directions: full duplex; one line out (BIDIMODE, BIDIOE) or in (BIDIMODE); receive-only (RXONLY). In
+ * the last two SPE starts the clock; with one line in, BSY stays low (20.3.7).
  *
  * Decision: in the receive directions of SPI a byte starts when SPE is set, and each further byte when DR is read
- * while SPE is still set. A byte in progress when SPE is cleared is completed. A pulse of SPE therefore gives
- * exactly one byte, as ST's sensor driver expects (67 DSB instructions between bit 1 and bit 8), for any number of
- * cycles per instruction. The chip's clock does not wait for DR, and a pulse that is too long causes an overrun.
- * This overrun is not modelled, because instruction timing is an estimate.
+ * while SPE is still set. A pulse of SPE gives exactly one byte, as ST's sensor driver expects, for any cycles per
+ * instruction. The chip's clock does not wait for DR; the overrun after a long pulse is not modelled, because
+ * instruction timing is an estimate.
  *
- * A master whose internal NSS is low (SSM = 1, SSI = 0) gets MODF.
+ * A master with SSM = 1 and SSI = 0 gets MODF.
  *
- * NOT MODELLED
- * - Slave mode: a note.
- * - CRC calculation (CRCEN): a note; RXCRCR and TXCRCR read 0.
- * - TI mode (FRF): a note.
- * - I2S (I2SMOD): a note.
- * - The NSS pin as input or output; as input it is assumed high, with a note.
+ * NOT MODELLED, with notes: slave mode; CRC (RXCRCR, TXCRCR read 0); TI mode; I2S; NSS as input (high) or output.
  */
 #include "peripherals/spi.h"
 
 #include "chip.h"
 #include "generated/registers_spi.h"
 
-#define CLOCKING (CR1_BR | CR1_CPOL | CR1_CPHA)
-#define WATCHED (CR2_RXDMAEN | CR2_TXDMAEN | CR2_ERRIE | CR2_RXNEIE | CR2_TXEIE)
-#define ON (CR1_SPE | CR1_MSTR)
+#define CLOCK_BITS (CR1_BR | CR1_CPOL | CR1_CPHA)
+#define EVENT_ENABLES (CR2_RXDMAEN | CR2_TXDMAEN | CR2_ERRIE | CR2_RXNEIE | CR2_TXEIE)
+#define MASTER_ENABLED (CR1_SPE | CR1_MSTR)
 
 enum Note { NOTE_CRC, NOTE_TI, NOTE_I2S, NOTE_MODF, NOTE_SLAVE, NOTE_NSS, NOTE_LOST, NOTE_PINS };
 
-/* Base address, interrupt (table 38), request lines, and the pins that must be switched to the SPI. SPI2's pins are
- * the board's (its SCK and data line), alternate functions the STM32F401xB/C datasheet's (table 9). */
+/* Interrupts: table 38. Pins: the board's; functions: STM32F401xB/C datasheet table 9. */
 static const struct {
   uint32_t base;
   int number;
@@ -45,46 +36,41 @@ static const struct {
   {SPI3_BASE, 51, REQUEST_SPI3_RX, REQUEST_SPI3_TX, {{0, 0, 255}}},
 };
 
-/* -- interrupts and DMA --------------------------------------------------------------------------------- */
-
 static void serve_dma(Spi *spi) {
   Chip *chip = spi->peripheral.chip;
   if (spi->cr2 & CR2_RXDMAEN && spi->sr & SR_RXNE) {
     dma_request(chip, SPI[spi->number].rx);
   }
-  for (int n = 0; n < 2; n++) { /* the shift register and DR */
+  for (int n = 0; n < 2; n++) {
     if (spi->cr2 & CR2_TXDMAEN && spi->sr & SR_TXE) {
       dma_request(chip, SPI[spi->number].tx);
     }
   }
 }
 
-/* Make the active DMA requests and set the interrupt line. */
 static void update(Spi *spi) {
-  if (spi->is_serving) {
+  if (spi->in_dma) {
     return;
   }
-  spi->is_serving = true;
+  spi->in_dma = true;
   serve_dma(spi);
-  spi->is_serving = false;
+  spi->in_dma = false;
   uint32_t causes = (spi->cr2 & CR2_TXEIE ? SR_TXE : 0) | (spi->cr2 & CR2_RXNEIE ? SR_RXNE : 0);
   causes |= spi->cr2 & CR2_ERRIE ? SR_OVR | SR_MODF : 0;
   peripheral_set_irq(&spi->peripheral, SPI[spi->number].number, spi->sr & causes);
 }
 
-static void update_if_watched(Spi *spi) {
-  if (spi->is_watched) {
+static void update_if_enabled(Spi *spi) {
+  if (spi->wants_events) {
     update(spi);
   }
 }
 
-/* -- frames --------------------------------------------------------------------------------------------- */
-
-/* Return true if SPE starts the clock instead of DR. */
+/* Return true if SPE starts the clock. */
 static bool is_receiving(uint32_t cr1) { return cr1 & CR1_BIDIMODE ? !(cr1 & CR1_BIDIOE) : cr1 & CR1_RXONLY; }
 
-static void plan_end(Spi *spi, int64_t at_ps) {
-  (spi->is_watched ? event_schedule : event_defer)(spi->peripheral.chip, spi->event, at_ps);
+static void schedule_end(Spi *spi, int64_t at_ps) {
+  (spi->wants_events ? event_schedule : event_defer)(spi->peripheral.chip, spi->event, at_ps);
 }
 
 static void start(Spi *spi, int32_t value) {
@@ -94,13 +80,12 @@ static void start(Spi *spi, int32_t value) {
     spi->sr |= SR_BSY;
   }
   if (spi->byte_ps < NEVER_PS) {
-    plan_end(spi, spi->peripheral.chip->now_ps + spi->byte_ps * (spi->cr1 & CR1_DFF ? 2 : 1));
+    schedule_end(spi, spi->peripheral.chip->now_ps + spi->byte_ps * (spi->cr1 & CR1_DFF ? 2 : 1));
   }
 }
 
-/* Between two frames: start another one if needed. */
 static void start_next(Spi *spi, bool began) {
-  if ((spi->cr1 & ON) != ON) {
+  if ((spi->cr1 & MASTER_ENABLED) != MASTER_ENABLED) {
     return;
   }
   if (is_receiving(spi->cr1)) {
@@ -121,7 +106,7 @@ static uint8_t reversed(uint8_t byte) {
   return result;
 }
 
-/* Exchange one byte on the line; out may be SPI_NOTHING. */
+/* out may be SPI_NOTHING. */
 static uint8_t transfer_byte(Spi *spi, int32_t out) {
   if (!spi->is_connected) {
     return SPI_UNDRIVEN;
@@ -141,7 +126,7 @@ static uint8_t transfer_byte(Spi *spi, int32_t out) {
   return spi->cr1 & CR1_LSBFIRST ? reversed(answer) : answer;
 }
 
-/* Exchange the frame on the line, most significant byte first. */
+/* Most significant byte first. */
 static uint32_t transfer_frame(Spi *spi) {
   uint32_t frame = 0;
   for (int shift = spi->cr1 & CR1_DFF ? 8 : 0; shift >= 0; shift -= 8) {
@@ -171,7 +156,7 @@ static void end_frame(Peripheral *peripheral) {
     store(spi, frame);
   }
   start_next(spi, false);
-  update_if_watched(spi);
+  update_if_enabled(spi);
 }
 
 static void write_data(Spi *spi, uint32_t value) {
@@ -187,24 +172,22 @@ static void write_data(Spi *spi, uint32_t value) {
 }
 
 static uint32_t read_data(Spi *spi) {
-  uint32_t frame = spi->received; /* the next frame arrives later */
+  uint32_t frame = spi->received;
   spi->sr &= ~(uint32_t)SR_RXNE;
   spi->data_read = true;
   if (!spi->is_busy && is_receiving(spi->cr1)) {
     start_next(spi, true);
   }
-  update_if_watched(spi);
+  update_if_enabled(spi);
   return frame;
 }
 
-/* -- settings ------------------------------------------------------------------------------------------- */
-
-/* Set SCK from BR, and the mode from CPOL and CPHA (20.5.1). */
+/* BR, CPOL, CPHA (20.5.1). */
 static void set_clock(Spi *spi) {
   const Clocks *clocks = &spi->peripheral.chip->clocks;
   int64_t kernel_hz = spi->number == 0 ? clocks->pclk2_hz : clocks->pclk1_hz;
   int64_t divider = INT64_C(2) << (spi->cr1 >> 3 & 7);
-  spi->clocked_as = spi->cr1 & CR1_SPE ? (int32_t)(spi->cr1 & CLOCKING) : SPI_NOTHING;
+  spi->configured_cr1 = spi->cr1 & CR1_SPE ? (int32_t)(spi->cr1 & CLOCK_BITS) : SPI_NOTHING;
   spi->byte_ps = kernel_hz > 0 ? 8 * divider * PS_PER_S / kernel_hz : NEVER_PS;
   if (spi->cr1 & CR1_SPE) {
     spi_line_configure(spi, (int32_t)(kernel_hz / divider), spi->cr1 & (CR1_CPOL | CR1_CPHA));
@@ -221,7 +204,7 @@ static void check_pins(Spi *spi) {
   }
 }
 
-static void switch_on(Spi *spi) {
+static void check_enable(Spi *spi) {
   if (!(spi->cr1 & CR1_MSTR)) {
     peripheral_note(&spi->peripheral, NOTE_SLAVE, NOTE_NOT_MODELLED,
                "slave mode: SPE set with MSTR = 0, and no other master on this board");
@@ -232,7 +215,7 @@ static void switch_on(Spi *spi) {
   check_pins(spi);
 }
 
-static void control(Spi *spi, uint32_t old) {
+static void cr1_changed(Spi *spi, uint32_t old) {
   if (spi->cr1 & CR1_CRCEN) {
     peripheral_note(&spi->peripheral, NOTE_CRC, NOTE_NOT_MODELLED, "CRCEN (CRC calculation)");
   }
@@ -242,37 +225,35 @@ static void control(Spi *spi, uint32_t old) {
   }
   if (spi->cr1 & CR1_MSTR && spi->cr1 & CR1_SSM && !(spi->cr1 & CR1_SSI)) {
     spi->sr |= SR_MODF;
-    spi->cr1 &= ~(uint32_t)ON;
+    spi->cr1 &= ~(uint32_t)MASTER_ENABLED;
     peripheral_note(&spi->peripheral, NOTE_MODF, NOTE_FORBIDDEN,
                "master with SSM = 1 and SSI = 0: mode fault (MODF), SPE and MSTR cleared");
   }
   if (!(spi->cr1 & CR1_SPE)) {
     return;
   }
-  if ((int32_t)(spi->cr1 & CLOCKING) != spi->clocked_as) {
+  if ((int32_t)(spi->cr1 & CLOCK_BITS) != spi->configured_cr1) {
     set_clock(spi);
   }
   if (!(old & CR1_SPE)) {
-    switch_on(spi);
+    check_enable(spi);
   }
   if (!spi->is_busy) {
     start_next(spi, !(old & CR1_SPE) || !is_receiving(old));
   }
 }
 
-static void control_requests(Spi *spi) {
+static void cr2_changed(Spi *spi) {
   if (spi->cr2 & CR2_FRF) {
     peripheral_note(&spi->peripheral, NOTE_TI, NOTE_NOT_MODELLED, "FRF (TI mode)");
   }
-  spi->is_watched = (spi->cr2 & WATCHED) != 0;
+  spi->wants_events = (spi->cr2 & EVENT_ENABLES) != 0;
   int64_t end_ps = event_at(spi->peripheral.chip, spi->event);
   if (end_ps < NEVER_PS) {
-    plan_end(spi, end_ps);
+    schedule_end(spi, end_ps);
   }
   update(spi);
 }
-
-/* -- access --------------------------------------------------------------------------------------------- */
 
 static uint32_t spi_peek(const Peripheral *peripheral, uint32_t offset) {
   const Spi *spi = (const Spi *)peripheral;
@@ -288,17 +269,17 @@ static uint32_t spi_peek(const Peripheral *peripheral, uint32_t offset) {
   }
 }
 
-/* SR after DR clears OVR; SR, then a write of CR1 clears MODF (20.3.10). */
+/* SR after DR clears OVR; SR, then CR1 clears MODF (20.3.10). */
 static uint32_t read_status(Spi *spi, int64_t *until_ps) {
   uint32_t status = spi->sr;
   *until_ps = event_at(spi->peripheral.chip, spi->event);
   if (status & (SR_OVR | SR_MODF)) {
-    *until_ps = ALREADY_PS;
+    *until_ps = NOT_CACHEABLE_PS;
     if (spi->data_read) {
       spi->sr &= ~(uint32_t)SR_OVR;
     }
     spi->modf_seen = (status & SR_MODF) != 0;
-    update_if_watched(spi);
+    update_if_enabled(spi);
   }
   return status;
 }
@@ -308,14 +289,10 @@ static uint32_t spi_read(Peripheral *peripheral, uint32_t offset, int64_t *until
     return read_status((Spi *)peripheral, until_ps);
   }
   if (offset == DR) {
-    *until_ps = ALREADY_PS;
+    *until_ps = NOT_CACHEABLE_PS;
     return read_data((Spi *)peripheral);
   }
   return spi_peek(peripheral, offset);
-}
-
-static void merge(uint32_t *word, uint32_t value, uint32_t mask, uint32_t writable) {
-  *word = (*word & ~(mask & writable)) | (value & writable);
 }
 
 static void spi_write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask) {
@@ -323,28 +300,28 @@ static void spi_write(Peripheral *peripheral, uint32_t offset, uint32_t value, u
   uint32_t old = spi->cr1;
   switch (offset) {
     case CR1:
-      merge(&spi->cr1, value, mask, CR1_STORED);
-      control(spi, old);
+      write_bits(&spi->cr1, value, mask, CR1_STORED);
+      cr1_changed(spi, old);
       break;
     case CR2:
-      merge(&spi->cr2, value, mask, CR2_STORED);
-      control_requests(spi);
+      write_bits(&spi->cr2, value, mask, CR2_STORED);
+      cr2_changed(spi);
       break;
     case DR: write_data(spi, value & (spi->cr1 & CR1_DFF ? 0xFFFF : 0xFF)); break;
-    case CRCPR: merge(&spi->crcpr, value, mask, CRCPR_STORED); break;
+    case CRCPR: write_bits(&spi->crcpr, value, mask, CRCPR_STORED); break;
     case I2SCFGR:
-      merge(&spi->i2scfgr, value, mask, I2SCFGR_STORED);
+      write_bits(&spi->i2scfgr, value, mask, I2SCFGR_STORED);
       if (spi->i2scfgr & I2SCFGR_I2SMOD) {
         peripheral_note(peripheral, NOTE_I2S, NOTE_NOT_MODELLED, "I2SMOD (I2S mode)");
       }
       break;
-    case I2SPR: merge(&spi->i2spr, value, mask, I2SPR_STORED); break;
+    case I2SPR: write_bits(&spi->i2spr, value, mask, I2SPR_STORED); break;
     default: break;
   }
-  update_if_watched(spi);
+  update_if_enabled(spi);
 }
 
-/* Restore the state after reset; a frame in progress is lost. */
+/* A frame in progress is lost. */
 static void spi_reset(Peripheral *peripheral) {
   Spi *spi = (Spi *)peripheral;
   event_cancel(peripheral->chip, spi->event);
@@ -353,9 +330,9 @@ static void spi_reset(Peripheral *peripheral) {
   spi->crcpr = CRCPR_RESET;
   spi->i2spr = I2SPR_RESET;
   spi->shift = 0;
-  spi->is_busy = spi->data_read = spi->modf_seen = spi->is_serving = spi->is_watched = false;
+  spi->is_busy = spi->data_read = spi->modf_seen = spi->in_dma = spi->wants_events = false;
   spi->is_connected = true;
-  spi->clocked_as = SPI_NOTHING;
+  spi->configured_cr1 = SPI_NOTHING;
   spi->byte_ps = NEVER_PS;
   update(spi);
 }

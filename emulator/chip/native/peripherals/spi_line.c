@@ -1,13 +1,11 @@
-/* The devices at the pins of an SPI: sensors at chip selects, which are GPIO pins; an absent module; none.
+/* Devices at the pins of an SPI: sensors at chip selects (GPIO pins), and an absent module.
  *
- * A message contains the bytes between two edges of a chip select. A byte goes to the sensors that are selected when
- * it ends. A chip select that rises earlier cuts the byte off, and the sensor never receives it. The sensors pull
- * their chip selects up (LSM6DSL datasheet 2, LIS2MDL 2, LPS22HB 2), so an unconfigured pin selects no sensor. With
- * two chip selects low, both sensors receive every byte and drive the line against each other. The host then reads
- * the AND of both, and a note reports it.
+ * A message is the bytes between two edges of a chip select. A byte reaches the sensors selected at its end. The
+ * sensors pull chip selects up (LSM6DSL, LIS2MDL, LPS22HB datasheets, 2). Two selected sensors drive the line
+ * against each other: the host reads the AND, with a note.
  *
- * The sensors are in Python. A message that reads is answered from the read cache (read_cache.h). Python takes over,
- * byte by byte, if the bytes are not cached, if the host writes registers, or for sequences that no driver uses.
+ * Reads are answered from the read cache (read_cache.h). Python takes over if bytes are not cached, if registers are
+ * written, and for sequences that no driver uses.
  */
 #include "peripherals/spi.h"
 
@@ -17,150 +15,143 @@
 #include "chip.h"
 #include "fcu.h"
 
-/* -- messages ------------------------------------------------------------------------------------------- */
-
-static Target *target_of(Spi *spi, const SpiPart *part) {
-  return &spi->peripheral.chip->read_cache.target[part->target];
+static Target *target_of(Spi *spi, const SpiSensor *sensor) {
+  return &spi->peripheral.chip->read_cache.target[sensor->target];
 }
 
-static void end_reading(Spi *spi, SpiPart *part) {
-  if (part->is_reading) {
-    part->is_reading = false;
-    target_end(spi->peripheral.chip, target_of(spi, part));
+static void end_reading(Spi *spi, SpiSensor *sensor) {
+  if (sensor->is_reading) {
+    sensor->is_reading = false;
+    target_end(spi->peripheral.chip, target_of(spi, sensor));
   }
 }
 
-/* Pass the rest of the message to Python. */
-static void go_live(Spi *spi, SpiPart *part) {
-  if (!part->is_live) {
-    part->is_live = true;
-    part->is_powered = spi->line.calls.open(spi->peripheral.chip->now_ps, &part->message) != 0;
+static void hand_to_python(Spi *spi, SpiSensor *sensor) {
+  if (!sensor->is_live) {
+    sensor->is_live = true;
+    sensor->is_powered = spi->line.calls.open(spi->peripheral.chip->now_ps, &sensor->message) != 0;
   }
 }
 
-static void write_part(Spi *spi, SpiPart *part, uint8_t byte) {
-  if (!part->is_live && part->message.command == SPI_NOTHING && !part->message.count) {
-    part->message.command = byte;
+static void write_sensor(Spi *spi, SpiSensor *sensor, uint8_t byte) {
+  if (!sensor->is_live && sensor->message.command == SPI_NOTHING && !sensor->message.count) {
+    sensor->message.command = byte;
     return;
   }
-  end_reading(spi, part);
-  go_live(spi, part);
-  spi->line.calls.send(spi->peripheral.chip->now_ps, part->message.part, byte);
+  end_reading(spi, sensor);
+  hand_to_python(spi, sensor);
+  spi->line.calls.send(spi->peripheral.chip->now_ps, sensor->message.sensor, byte);
 }
 
-/* Read the next byte from the read cache; false: Python must be asked. */
-static bool read_kept(Spi *spi, SpiPart *part, uint8_t *byte) {
+/* Return false if Python must be asked. */
+static bool read_cached(Spi *spi, SpiSensor *sensor, uint8_t *byte) {
   Chip *chip = spi->peripheral.chip;
-  SpiMessage *message = &part->message;
+  SpiMessage *message = &sensor->message;
   bool answers = message->command != SPI_NOTHING && message->command & SPI_READ;
-  if (part->is_live || part->target < 0 || !answers) {
+  if (sensor->is_live || sensor->target < 0 || !answers) {
     return false;
   }
-  if (!part->is_reading) {
-    part->is_reading = target_begin(chip, target_of(spi, part), message->command & 0x7F, 0);
+  if (!sensor->is_reading) {
+    sensor->is_reading = target_begin(chip, target_of(spi, sensor), message->command & 0x7F, 0);
   } else if (message->count == SPI_RECEIVED) {
-    end_reading(spi, part);
+    end_reading(spi, sensor);
   }
-  if (part->is_reading) {
-    part->is_reading = target_read(chip, target_of(spi, part), byte);
+  if (sensor->is_reading) {
+    sensor->is_reading = target_read(chip, target_of(spi, sensor), byte);
   }
-  return part->is_reading;
+  return sensor->is_reading;
 }
 
-static uint8_t read_part(Spi *spi, SpiPart *part) {
+static uint8_t read_sensor(Spi *spi, SpiSensor *sensor) {
   uint8_t byte;
-  if (read_kept(spi, part, &byte)) {
-    part->message.received[part->message.count++] = byte;
+  if (read_cached(spi, sensor, &byte)) {
+    sensor->message.received[sensor->message.count++] = byte;
     return byte;
   }
-  go_live(spi, part);
-  return (uint8_t)spi->line.calls.receive(spi->peripheral.chip->now_ps, part->message.part, spi->line.wires);
+  hand_to_python(spi, sensor);
+  return (uint8_t)spi->line.calls.receive(spi->peripheral.chip->now_ps, sensor->message.sensor, spi->line.wires);
 }
 
-/* -- chip selects --------------------------------------------------------------------------------------- */
-
-static void tell_clash(Spi *spi) {
+static void note_conflict(Spi *spi) {
   char names[32] = "";
   for (int n = 0; n < spi->line.selected_count; n++) {
-    const SpiPart *part = &spi->line.parts[spi->line.selected[n]];
+    const SpiSensor *sensor = &spi->line.sensors[spi->line.selected[n]];
     size_t length = strlen(names);
-    snprintf(names + length, sizeof names - length, "%sP%c%d", n ? " and " : "", "ABCDEH"[part->port], part->pin);
+    snprintf(names + length, sizeof names - length, "%sP%c%d", n ? " and " : "", "ABCDEH"[sensor->port], sensor->pin);
   }
   peripheral_note(&spi->peripheral, -1, NOTE_FORBIDDEN,
              "chip selects %s are low at once: the parts drive the line against each other", names);
 }
 
-static void select_part(Spi *spi, SpiPart *part) {
+static void select_sensor(Spi *spi, SpiSensor *sensor) {
   SpiLine *line = &spi->line;
-  part->is_selected = true;
-  part->is_live = part->is_reading = false;
-  part->message.start_ps = spi->peripheral.chip->now_ps;
-  part->message.command = SPI_NOTHING;
-  part->message.count = 0;
-  line->selected[line->selected_count++] = (uint8_t)part->message.part;
-  if (!part->is_powered) {
-    go_live(spi, part);
+  sensor->is_selected = true;
+  sensor->is_live = sensor->is_reading = false;
+  sensor->message.start_ps = spi->peripheral.chip->now_ps;
+  sensor->message.command = SPI_NOTHING;
+  sensor->message.count = 0;
+  line->selected[line->selected_count++] = (uint8_t)sensor->message.sensor;
+  if (!sensor->is_powered) {
+    hand_to_python(spi, sensor);
   }
   if (line->selected_count > 1) {
-    tell_clash(spi);
+    note_conflict(spi);
   }
 }
 
-static void remember(Spi *spi, SpiPart *part) {
+static void record_message(Spi *spi, SpiSensor *sensor) {
   SpiLine *line = &spi->line;
-  if (part->message.command == SPI_NOTHING && !part->message.count) {
+  if (sensor->message.command == SPI_NOTHING && !sensor->message.count) {
     return;
   }
-  part->message.end_ps = spi->peripheral.chip->now_ps;
+  sensor->message.end_ps = spi->peripheral.chip->now_ps;
   SpiMessage *kept = &line->recent[line->recent_count++ % SPI_RECENT];
-  memcpy(kept, &part->message, offsetof(SpiMessage, received) + (size_t)part->message.count);
+  memcpy(kept, &sensor->message, offsetof(SpiMessage, received) + (size_t)sensor->message.count);
   if (spi->peripheral.chip->detailed) {
     line->calls.ended(spi->peripheral.chip->now_ps);
   }
 }
 
-static void deselect_part(Spi *spi, SpiPart *part) {
+static void deselect_sensor(Spi *spi, SpiSensor *sensor) {
   SpiLine *line = &spi->line;
-  part->is_selected = false;
+  sensor->is_selected = false;
   int left = 0;
   for (int n = 0; n < line->selected_count; n++) {
-    if (line->selected[n] != part->message.part) {
+    if (line->selected[n] != sensor->message.sensor) {
       line->selected[left++] = line->selected[n];
     }
   }
   line->selected_count = left;
-  if (part->is_live) {
-    line->calls.close(spi->peripheral.chip->now_ps, part->message.part);
+  if (sensor->is_live) {
+    line->calls.close(spi->peripheral.chip->now_ps, sensor->message.sensor);
   } else {
-    end_reading(spi, part);
-    remember(spi, part);
+    end_reading(spi, sensor);
+    record_message(spi, sensor);
   }
 }
 
 static void chip_select_changed(Peripheral *peripheral, int pin, bool level) {
   Spi *spi = (Spi *)peripheral;
-  (void)level; /* another port may have a pin of this number */
-  for (int n = 0; n < spi->line.part_count; n++) {
-    SpiPart *part = &spi->line.parts[n];
-    bool is_high = peripheral->chip->gpio.ports[part->port].reads >> part->pin & 1;
-    if (part->pin == pin && part->is_selected == is_high) {
-      (is_high ? deselect_part : select_part)(spi, part);
+  (void)level; /* another port may have this pin, too */
+  for (int n = 0; n < spi->line.sensor_count; n++) {
+    SpiSensor *sensor = &spi->line.sensors[n];
+    bool is_high = peripheral->chip->gpio.ports[sensor->port].input >> sensor->pin & 1;
+    if (sensor->pin == pin && sensor->is_selected == is_high) {
+      (is_high ? deselect_sensor : select_sensor)(spi, sensor);
     }
   }
 }
 
-/* -- bytes ---------------------------------------------------------------------------------------------- */
-
-/* The conditions of cached bytes change: discard them all. A message in progress continues live. */
-static void forget(Spi *spi) {
-  for (int n = 0; n < spi->line.part_count; n++) {
-    SpiPart *part = &spi->line.parts[n];
-    if (part->is_reading) {
-      end_reading(spi, part);
-      go_live(spi, part);
+/* A message in progress continues live. */
+static void invalidate_cache(Spi *spi) {
+  for (int n = 0; n < spi->line.sensor_count; n++) {
+    SpiSensor *sensor = &spi->line.sensors[n];
+    if (sensor->is_reading) {
+      end_reading(spi, sensor);
+      hand_to_python(spi, sensor);
     }
-    if (part->target >= 0) {
-      target_forget(spi->peripheral.chip, target_of(spi, part));
+    if (sensor->target >= 0) {
+      target_invalidate(spi->peripheral.chip, target_of(spi, sensor));
     }
   }
 }
@@ -171,118 +162,116 @@ static void configure(Spi *spi) {
 }
 
 void spi_line_configure(Spi *spi, int32_t speed_hz, int32_t mode) {
-  if (spi->line.is_wired) {
-    forget(spi);
+  if (spi->line.has_devices) {
+    invalidate_cache(spi);
     spi->line.speed_hz = speed_hz;
     spi->line.mode = mode;
     configure(spi);
   }
 }
 
-static void listen_on(Spi *spi, uint8_t wires) {
+static void set_wires(Spi *spi, uint8_t wires) {
   if (spi->line.wires != wires) {
-    forget(spi);
+    invalidate_cache(spi);
     spi->line.wires = wires;
     configure(spi);
   }
 }
 
-static void hear_nobody(Spi *spi, int32_t byte) {
+static void record_unaddressed(Spi *spi, int32_t byte) {
   SpiLine *line = &spi->line;
-  if (line->selected_count == 0 && line->is_wired) {
-    line->unheard[line->unheard_count++ % SPI_RECENT] = (SpiUnheard){spi->peripheral.chip->now_ps, byte};
+  if (line->selected_count == 0 && line->has_devices) {
+    line->unaddressed[line->unaddressed_count++ % SPI_RECENT] = (SpiUnaddressed){spi->peripheral.chip->now_ps, byte};
   }
 }
 
-static void try_absent(Spi *spi) {
+static void check_absent(Spi *spi) {
   SpiLine *line = &spi->line;
-  void (*tried)(int64_t) = line->try_absent;
-  if (tried && pin_level(spi->peripheral.chip, line->absent_port, line->absent_pin) == 0) {
-    line->try_absent = NULL;
-    tried(spi->peripheral.chip->now_ps);
+  void (*on_access)(int64_t) = line->on_absent_access;
+  if (on_access && pin_level(spi->peripheral.chip, line->absent_port, line->absent_pin) == 0) {
+    line->on_absent_access = NULL;
+    on_access(spi->peripheral.chip->now_ps);
   }
 }
 
 uint8_t spi_line_exchange(Spi *spi, uint8_t out) {
   uint8_t answer = SPI_UNDRIVEN;
-  hear_nobody(spi, out);
-  try_absent(spi);
+  record_unaddressed(spi, out);
+  check_absent(spi);
   for (int n = 0; n < spi->line.selected_count; n++) {
-    SpiPart *part = &spi->line.parts[spi->line.selected[n]];
-    if (part->message.command != SPI_NOTHING && part->message.command & SPI_READ) {
-      listen_on(spi, 4);
-      answer &= read_part(spi, part);
+    SpiSensor *sensor = &spi->line.sensors[spi->line.selected[n]];
+    if (sensor->message.command != SPI_NOTHING && sensor->message.command & SPI_READ) {
+      set_wires(spi, 4);
+      answer &= read_sensor(spi, sensor);
     } else {
-      write_part(spi, part, out);
+      write_sensor(spi, sensor, out);
     }
   }
   return answer;
 }
 
 void spi_line_send(Spi *spi, uint8_t out) {
-  hear_nobody(spi, out);
-  try_absent(spi);
+  record_unaddressed(spi, out);
+  check_absent(spi);
   for (int n = 0; n < spi->line.selected_count; n++) {
-    write_part(spi, &spi->line.parts[spi->line.selected[n]], out);
+    write_sensor(spi, &spi->line.sensors[spi->line.selected[n]], out);
   }
 }
 
 uint8_t spi_line_receive(Spi *spi) {
   uint8_t answer = SPI_UNDRIVEN;
-  hear_nobody(spi, SPI_NOTHING);
+  record_unaddressed(spi, SPI_NOTHING);
   for (int n = 0; n < spi->line.selected_count; n++) {
-    listen_on(spi, 3);
-    answer &= read_part(spi, &spi->line.parts[spi->line.selected[n]]);
+    set_wires(spi, 3);
+    answer &= read_sensor(spi, &spi->line.sensors[spi->line.selected[n]]);
   }
   return answer;
 }
 
 void spi_line_create(SpiLine *line) { line->wires = 3; }
 
-/* -- for Python ----------------------------------------------------------------------------------------- */
-
 void fcu_connect_spi(Chip *chip, int32_t spi, const SpiCalls *calls) {
   chip->spi[spi].line.calls = *calls;
-  chip->spi[spi].line.is_wired = true;
+  chip->spi[spi].line.has_devices = true;
 }
 
-void fcu_add_spi_part(Chip *chip, int32_t spi, int32_t port, int32_t pin, int32_t target) {
+void fcu_add_spi_sensor(Chip *chip, int32_t spi, int32_t port, int32_t pin, int32_t target) {
   SpiLine *line = &chip->spi[spi].line;
-  SpiPart *part = &line->parts[line->part_count];
-  part->message.part = line->part_count++;
-  part->port = port;
-  part->pin = pin;
-  part->target = target;
+  SpiSensor *sensor = &line->sensors[line->sensor_count];
+  sensor->message.sensor = line->sensor_count++;
+  sensor->port = port;
+  sensor->pin = pin;
+  sensor->target = target;
   pin_listen(&chip->spi[spi].peripheral, "ABCDEH"[port], pin, chip_select_changed);
 }
 
-void fcu_absent_spi(Chip *chip, int32_t spi, int32_t port, int32_t pin, void (*tried)(int64_t now_ps)) {
+void fcu_add_absent_spi_device(Chip *chip, int32_t spi, int32_t port, int32_t pin, void (*on_access)(int64_t now_ps)) {
   SpiLine *line = &chip->spi[spi].line;
   line->absent_port = port;
   line->absent_pin = pin;
-  line->try_absent = tried;
+  line->on_absent_access = on_access;
+}
+
+/* Return the index in a ring of the oldest record that was not taken; -1: none. */
+static int take_oldest(uint32_t count, uint32_t *taken) {
+  *taken = count - *taken > SPI_RECENT ? count - SPI_RECENT : *taken;
+  return *taken == count ? -1 : (int)((*taken)++ % SPI_RECENT);
 }
 
 int32_t fcu_take_spi_message(Chip *chip, int32_t spi, SpiMessage *message) {
   SpiLine *line = &chip->spi[spi].line;
-  if (line->recent_count - line->recent_taken > SPI_RECENT) {
-    line->recent_taken = line->recent_count - SPI_RECENT;
+  int index = take_oldest(line->recent_count, &line->recent_taken);
+  if (index >= 0) {
+    *message = line->recent[index];
   }
-  if (line->recent_taken == line->recent_count) {
-    return false;
-  }
-  *message = line->recent[line->recent_taken++ % SPI_RECENT];
-  return true;
+  return index >= 0;
 }
 
-int32_t fcu_take_spi_unheard(Chip *chip, int32_t spi, SpiUnheard *unheard) {
+int32_t fcu_take_spi_unaddressed(Chip *chip, int32_t spi, SpiUnaddressed *unaddressed) {
   SpiLine *line = &chip->spi[spi].line;
-  if (line->unheard_count - line->unheard_taken > SPI_RECENT) {
-    line->unheard_taken = line->unheard_count - SPI_RECENT;
+  int index = take_oldest(line->unaddressed_count, &line->unaddressed_taken);
+  if (index >= 0) {
+    *unaddressed = line->unaddressed[index];
   }
-  if (line->unheard_taken == line->unheard_count) {
-    return false;
-  }
-  *unheard = line->unheard[line->unheard_taken++ % SPI_RECENT];
-  return true;
+  return index >= 0;
 }

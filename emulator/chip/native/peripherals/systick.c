@@ -1,9 +1,8 @@
 /* SysTick (ARMv7-M ARM B3.3).
  *
- * From a counter of 0 the first clock reloads it. Each step from 1 to 0 sets COUNTFLAG and, with TICKINT, makes the
- * exception pending. The period is therefore RVR + 1. Steps from 1 to 0 are events at exact multiples of the period;
- * the counter's value in between is computed when it is read. A new RVR takes effect at the next reload; 0 stops the
- * counter there (B3.3.1).
+ * Each step from 1 to 0 sets COUNTFLAG and, with TICKINT, pends the exception; the next clock reloads. The period is
+ * RVR + 1. Steps to 0 are events at exact multiples; values in between are computed. A new RVR takes effect at a
+ * reload; 0 stops the counter.
  */
 #include "peripherals/systick.h"
 
@@ -13,7 +12,7 @@ typedef __int128 Wide;
 
 static bool is_counting(const SysTick *tick) { return event_at(tick->chip, tick->event) < NEVER_PS; }
 
-/* Return the clocks since the start. Times are rounded down by less than 1 ps; the 1 ps here compensates for it. */
+/* 1 ps compensates for rounding down. */
 static int64_t elapsed(const SysTick *tick) {
   return (int64_t)((Wide)(tick->chip->now_ps - tick->origin_ps + 1) * tick->hz / PS_PER_S);
 }
@@ -24,7 +23,7 @@ static int64_t counter(const SysTick *tick) {
   }
   int64_t left = tick->first - elapsed(tick);
   if (left == tick->period && tick->value == 0) {
-    return 0; /* started from 0 and not reloaded yet */
+    return 0; /* not reloaded yet */
   }
   int64_t rest = left % tick->period;
   return rest < 0 ? rest + tick->period : rest;
@@ -35,7 +34,7 @@ static void schedule(SysTick *tick) {
   event_schedule(tick->chip, tick->event, tick->origin_ps + (int64_t)(cycles * PS_PER_S / tick->hz));
 }
 
-/* Count down from value; 0 is reloaded first. */
+/* A value of 0 is reloaded first. */
 static void start(SysTick *tick, int64_t value) {
   int64_t hclk_hz = tick->chip->clocks.hclk_hz;
   event_cancel(tick->chip, tick->event);
@@ -52,7 +51,7 @@ static void start(SysTick *tick, int64_t value) {
   schedule(tick);
 }
 
-static void wrap(Peripheral *space) {
+static void underflow(Peripheral *space) {
   SysTick *tick = &space->chip->systick;
   tick->control |= SYST_CSR_COUNTFLAG;
   if (tick->control & SYST_CSR_TICKINT) {
@@ -84,7 +83,7 @@ uint32_t systick_peek(const SysTick *tick, uint32_t offset) {
 uint32_t systick_read(SysTick *tick, uint32_t offset, int64_t *until_ps) {
   uint32_t value = systick_peek(tick, offset);
   if (offset == SYST_CVR || (offset == SYST_CSR && tick->control & SYST_CSR_COUNTFLAG)) {
-    *until_ps = ALREADY_PS;
+    *until_ps = NOT_CACHEABLE_PS;
   }
   if (offset == SYST_CSR) {
     tick->control &= ~SYST_CSR_COUNTFLAG;
@@ -92,8 +91,7 @@ uint32_t systick_read(SysTick *tick, uint32_t offset, int64_t *until_ps) {
   return value;
 }
 
-static void switch_to(SysTick *tick, uint32_t control) {
-  /* Other bits do not change the count. */
+static void write_csr(SysTick *tick, uint32_t control) {
   bool changed = (tick->control ^ control) & (SYST_CSR_ENABLE | SYST_CSR_CLKSOURCE);
   int64_t value = changed ? counter(tick) : 0;
   tick->control = (tick->control & SYST_CSR_COUNTFLAG) | (control & SYST_CSR_STORED);
@@ -104,11 +102,11 @@ static void switch_to(SysTick *tick, uint32_t control) {
 
 void systick_write(SysTick *tick, uint32_t offset, uint32_t value, uint32_t mask) {
   if (offset == SYST_CSR) {
-    switch_to(tick, (tick->control & ~mask) | value);
+    write_csr(tick, (tick->control & ~mask) | value);
   } else if (offset == SYST_RVR) {
     tick->reload = ((tick->reload & ~mask) | value) & SYST_RVR_RELOAD;
     if (tick->control & SYST_CSR_ENABLE && !is_counting(tick)) {
-      start(tick, tick->value); /* it was stopped at 0 with a reload value of 0 */
+      start(tick, tick->value); /* stopped at 0 */
     }
   } else if (offset == SYST_CVR) {
     tick->control &= ~SYST_CSR_COUNTFLAG;
@@ -124,5 +122,5 @@ void systick_reset(SysTick *tick) {
 }
 
 void systick_create(Chip *chip) {
-  chip->systick = (SysTick){.chip = chip, .event = event_create(&chip->scb.peripheral, wrap)};
+  chip->systick = (SysTick){.chip = chip, .event = event_create(&chip->scb.peripheral, underflow)};
 }

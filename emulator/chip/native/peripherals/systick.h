@@ -9,19 +9,18 @@ typedef struct {
   Chip *chip;
   int32_t event;
   uint32_t control, reload;
-  int64_t value;     /* the counter at its last start or stop */
-  int64_t origin_ps; /* that time */
-  int64_t hz;        /* the rate since then */
+  int64_t value; /* value at origin_ps */
+  int64_t origin_ps;
+  int64_t hz;
   int64_t wraps, first, period;
 } SysTick;
 
-/* The registers are accessed through the system control space. */
-void systick_create(Chip *chip); /* after the SCB, whose event it uses */
+/* The registers are in the system control space. */
+void systick_create(Chip *chip); /* uses the SCB's events */
 void systick_reset(SysTick *tick);
 uint32_t systick_read(SysTick *tick, uint32_t offset, int64_t *until_ps);
 uint32_t systick_peek(const SysTick *tick, uint32_t offset);
 void systick_write(SysTick *tick, uint32_t offset, uint32_t value, uint32_t mask);
-/* HCLK has changed: the counter continues from its present value. */
 void systick_retime(SysTick *tick);
 
 #endif

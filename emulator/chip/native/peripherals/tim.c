@@ -1,21 +1,16 @@
-/* The timers TIM1 to TIM5 and TIM9 to TIM11 (RM0368 sections 12 to 14, tables 1 and 38; pins from the STM32F401xB/C
- * datasheet's table of alternate functions).
+/* TIM1 to TIM5 and TIM9 to TIM11 (RM0368 sections 12 to 14, tables 1, 38; pins: STM32F401xB/C datasheet).
  *
- * All state is computed from the time when it is read. An event exists only while an enabled interrupt or DMA
- * request waits for its flag. A timer that only runs (PWM, time base of a capture) costs nothing. A timer with a
- * slow handler costs no more than its handler, because missed updates are counted when the flag is cleared.
+ * State is computed when it is read. An event exists only while an enabled interrupt or DMA request waits for its
+ * flag, so that PWM costs nothing. Missed updates are counted when the flag is cleared.
  *
- * Time is counted in whole ticks of the timer's clock since origin_ps, never accumulated, so that it does not drift:
- * 800 Hz is 800 updates a second, even after an hour. The origin follows the counter, fractions included, so that 64
- * bits suffice. An update of the counter needs a few steps after any time without reads: first up to the next
- * update, which loads the preloaded registers, then whole cycles at once, because nothing changes any more.
+ * Times are ticks of the timer's clock since origin_ps, so that they do not drift; the origin follows the counter to
+ * keep within 64 bits. catch_up() needs few steps: to the next update, which loads the preloaded registers, then
+ * whole cycles at once.
  *
- * NOT MODELLED, with a note if firmware uses it: slave modes, external clocks and encoders (SMCR), DMA requests on
- * capture and compare, DMA bursts. NOT MODELLED, silent: break input and dead time; outputs as levels on pins
- * (fcu_timer_pwm() gives their duty); input filters (ICxF: the pins here have no glitches); channels fed by the
- * trigger (CCxS = 3); the one or two ticks of synchronisation between CEN and the first count. A compare flag is
- * raised when the counter arrives at the value, not when CNT or CCR is written to be equal. A timer continues to
- * count when its clock is gated off.
+ * NOT MODELLED, with a note: slave modes, external clocks, encoders (SMCR), DMA on capture and compare, DMA bursts.
+ * NOT MODELLED, silent: break input, dead time; outputs as levels; input filters; CCxS = 3; synchronisation after
+ * CEN. A compare flag is raised when the counter arrives, not when CNT or CCR is written to be equal. A gated timer
+ * continues to count.
  */
 #include "fcu.h"
 
@@ -27,35 +22,32 @@
 
 _Static_assert(sizeof TIM_RESETS[0] == sizeof((Tim *)0)->registers, "the registers of a timer");
 
-/* Flags of SR; the enable bits of DIER and the events of EGR have the same positions. */
+/* Flags of SR, enable bits of DIER and events of EGR. */
 #define CC_FLAGS (SR_CC1IF | SR_CC2IF | SR_CC3IF | SR_CC4IF)
 #define COM_TRIGGER (SR_COMIF | SR_TIF)
 #define ALL_FLAGS 0xFFu
 #define CC_DMA (DIER_CC1DE | DIER_CC2DE | DIER_CC3DE | DIER_CC4DE)
 #define ECE_SMS (SMCR_ECE | SMCR_SMS)
-/* Fields of one channel in CCMRx, at the position of channel 1. */
+/* At the position of channel 1. */
 #define OCM(settings) FIELD(settings, CCMR1_OC1M)
 #define ICPSC(settings) FIELD(settings, CCMR1_IC1PSC)
 #define CCS(settings) FIELD(settings, CCMR1_CC1S)
 enum { FORCED_LOW = 4, FORCED_HIGH = 5, PWM1 = 6, PWM2 = 7 };
-/* A handler that clears its flag later than this after the tick is late. On ARM it is never immediate: exception
- * entry and the check of the flags take ST's HAL about a hundred instructions. */
-#define PROMPT_PS INT64_C(10000000)
+/* Later handlers are late. On ARM none is immediate: entry and HAL's check of flags take a hundred instructions. */
+#define LATE_AFTER_PS INT64_C(10000000)
 
 enum { NOTE_SMCR, NOTE_DIER, NOTE_DCR, NOTE_DMAR };
 
-/* -- the variants of the timers -------------------------------------------------------------------------- */
-
 typedef struct {
-  uint8_t flags, number; /* bits of SR, and the NVIC input they activate */
+  uint8_t flags, number; /* bits of SR, and their NVIC input */
 } TimIrq;
 
 typedef struct TimVariant {
   uint32_t base;
   uint8_t apb, bits, channels, alternate;
   bool advanced;
-  enum Request request; /* of an update */
-  TimIrq irqs[4];       /* an entry with flags 0 ends them */
+  enum Request request;
+  TimIrq irqs[4];                 /* flags 0 ends them */
   const char *pins[TIM_CHANNELS]; /* "A8 E9" */
 } TimVariant;
 
@@ -74,17 +66,16 @@ static const TimVariant VARIANTS[TIMERS] = {
   {TIM11_BASE, 2, 16, 1, 3, false, REQUEST_NONE, {{ALL_FLAGS, 26}}, {"B9"}},
 };
 
-static uint32_t ones(unsigned count) { return count >= 32 ? WORD : (1u << count) - 1; }
+static uint32_t low_bits(unsigned count) { return count >= 32 ? WORD : (1u << count) - 1; }
 
-/* CC1IF to CC4IF, as far as the timer has channels. */
-static uint32_t compare_flags(const TimVariant *variant) { return ones(variant->channels) << 1; }
+static uint32_t compare_flags(const TimVariant *variant) { return low_bits(variant->channels) << 1; }
 
-/* The existing bits of a register; a register that a timer does not have ignores writes and reads 0. */
+/* Missing registers read as 0. */
 static uint32_t bits_of(const TimVariant *variant, uint32_t offset) {
   return TIM_EXISTING[variant - VARIANTS][offset >> 2];
 }
 
-/* Return the channel of a pin: 0 to 3; -1 if none. */
+/* Return -1 if it has none. */
 static int channel_of_pin(const TimVariant *variant, char port, int pin) {
   for (int channel = 0; channel < variant->channels; channel++) {
     for (const char *name = variant->pins[channel]; *name;) {
@@ -102,25 +93,23 @@ static int channel_of_pin(const TimVariant *variant, char port, int pin) {
   return -1;
 }
 
-/* -- the counter ----------------------------------------------------------------------------------------- */
-
-/* The counter moves around a cycle of positions; index is the position (sections 12.3.2, 13.3.2). Counting up, index
- * is the value; counting down, the distance from ARR; centre-aligned, it runs from 0 up to ARR and back in 2 * ARR
- * counts. An overflow or underflow is the arrival at index 0, centre-aligned also the one at ARR.
+/* index is a position in a cycle (12.3.2, 13.3.2): counting up the value, counting down the distance from ARR;
+ * centre-aligned from 0 to ARR and back in 2 * ARR counts. The arrival at 0, centre-aligned also at ARR, is an
+ * overflow or underflow.
  *
- * A negative index is a counter outside of its cycle, because ARR was set below it. Counting up (or centre-aligned),
- * the counter continues to its largest value and wraps to 0 without an event. Counting down, it moves back into the
- * cycle. The behaviour of the centre-aligned counter there is not documented; this is the plausible reading. */
+ * Negative: outside of the cycle, because ARR was set below the counter. Up, and (undocumented) centre-aligned, it
+ * continues to its largest value and wraps without an event; down, it moves back into the cycle.
+ */
 
-static int64_t top_of(const Tim *tim) { return INT64_C(1) << tim->variant->bits; }
+static int64_t modulus(const Tim *tim) { return INT64_C(1) << tim->variant->bits; }
 
-/* With ARR = 0 the counter does not count (section 12.3.2). */
+/* Section 12.3.2. */
 static bool is_blocked(const Tim *tim) { return tim->arr == 0; }
 
 static void set_active_arr(Tim *tim, int64_t arr) {
   tim->arr = arr;
-  tim->spacing = tim->mode == TIM_CENTRE ? arr : arr + 1;
-  tim->length = tim->mode == TIM_CENTRE ? 2 * arr : arr + 1;
+  tim->overflow_period = tim->mode == TIM_CENTRE ? arr : arr + 1;
+  tim->cycle_length = tim->mode == TIM_CENTRE ? 2 * arr : arr + 1;
 }
 
 static int64_t cnt_of(const Tim *tim) {
@@ -128,22 +117,21 @@ static int64_t cnt_of(const Tim *tim) {
     return tim->arr - tim->index;
   }
   if (tim->index < 0) {
-    return tim->index + top_of(tim);
+    return tim->index + modulus(tim);
   }
   return tim->index > tim->arr ? 2 * tim->arr - tim->index : tim->index;
 }
 
-/* Return true if the next count goes down. */
 static bool is_falling(const Tim *tim) {
   return tim->mode == TIM_DOWN || (tim->mode == TIM_CENTRE && tim->index >= tim->arr);
 }
 
-/* Set CNT; falling affects the centre-aligned mode only. */
-static void place(Tim *tim, int64_t value, bool falling) {
+/* falling affects the centre-aligned mode only. */
+static void set_cnt(Tim *tim, int64_t value, bool falling) {
   if (tim->mode == TIM_DOWN) {
     tim->index = tim->arr - value;
   } else if (value > tim->arr) {
-    tim->index = value - top_of(tim);
+    tim->index = value - modulus(tim);
   } else if (tim->mode == TIM_CENTRE && falling && value) {
     tim->index = 2 * tim->arr - value;
   } else {
@@ -151,33 +139,28 @@ static void place(Tim *tim, int64_t value, bool falling) {
   }
 }
 
-/* Counts until the next overflow or underflow; the counter must not be blocked. */
+/* The counter must not be blocked. */
 static int64_t steps_to_overflow(const Tim *tim) {
-  bool within = tim->index < tim->spacing; /* the usual case; a remainder needs a division */
-  return tim->spacing - (within ? tim->index : tim->index % tim->spacing);
+  bool within = tim->index < tim->overflow_period; /* usually; a remainder needs a division */
+  return tim->overflow_period - (within ? tim->index : tim->index % tim->overflow_period);
 }
 
-/* Return the number of overflows and underflows in the next counts. */
 static int64_t overflows_in(const Tim *tim, int64_t steps) {
   int64_t first = steps_to_overflow(tim);
-  return steps < first ? 0 : 1 + (steps - first) / tim->spacing;
+  return steps < first ? 0 : 1 + (steps - first) / tim->overflow_period;
 }
 
-/* Counts until the counter arrives at a position of the cycle. */
 static int64_t steps_to(const Tim *tim, int64_t position) {
   int64_t steps = position - tim->index;
-  return steps > 0 || tim->index < 0 ? steps : steps + tim->length;
+  return steps > 0 || tim->index < 0 ? steps : steps + tim->cycle_length;
 }
 
-/* -- the channels ---------------------------------------------------------------------------------------- */
-
-static uint32_t flag_of(int channel) { return 2u << channel; } /* CCxIF in SR, CCxG in EGR */
+static uint32_t flag_of(int channel) { return 2u << channel; }
 
 static bool is_input(const TimChannel *channel) { return CCS(channel->settings) != 0; }
 
-/* Find the positions of the counter's cycle at which the channel's flag is raised. A value above ARR matches at the
- * overflow (section 12.4.5). CMS = 1 raises flags while counting down, 2 while counting up, 3 in both halves
- * (section 12.4.1). */
+/* Positions that raise the flag. Above ARR: at the overflow (12.4.5). CMS 1: counting down, 2: up, 3: both (12.4.1).
+ */
 static void find_matches(const Tim *tim, TimChannel *channel) {
   int64_t compare = channel->compare, arr = tim->arr, *matches = channel->matches;
   uint32_t cms = FIELD(REGISTER(tim, CR1), CR1_CMS);
@@ -204,7 +187,7 @@ static void find_all_matches(Tim *tim) {
   }
 }
 
-/* Counts until the next compare flag of a set is raised; INT64_MAX if none is. */
+/* Return INT64_MAX if there is none. */
 static int64_t steps_to_flags(const Tim *tim, uint32_t flags) {
   int64_t least = INT64_MAX;
   for (int n = 0; n < tim->variant->channels; n++) {
@@ -217,7 +200,6 @@ static int64_t steps_to_flags(const Tim *tim, uint32_t flags) {
   return least;
 }
 
-/* Raise the flags of the values that the counter passes in its next counts. */
 static void raise_compare_flags(Tim *tim, int64_t steps) {
   uint32_t missing = ~REGISTER(tim, SR) & compare_flags(tim->variant);
   for (int n = 0; missing; n++, missing &= ~(flag_of(n) - 1)) {
@@ -227,22 +209,22 @@ static void raise_compare_flags(Tim *tim, int64_t steps) {
   }
 }
 
-/* Capture the counter (section 12.3.6). */
+/* Section 12.3.6. */
 static void capture(Tim *tim, int channel) {
   if (REGISTER(tim, SR) & flag_of(channel)) {
-    REGISTER(tim, SR) |= flag_of(channel) << 8; /* CCxOF */
+    REGISTER(tim, SR) |= flag_of(channel) << 8;
   }
   REGISTER(tim, SR) |= flag_of(channel);
   REGISTER(tim, CCRx(channel + 1)) = (uint32_t)cnt_of(tim);
 }
 
-/* Return true if a channel captures from the pin of channel `source`: its own (CCxS = 1) or its neighbour's (2). */
+/* Its own pin (CCxS = 1) or the neighbour's (2). */
 static bool listens_to(const TimChannel *channel, int number, int source) {
   uint32_t selected = CCS(channel->settings);
   return (selected == 1 && source == number) || (selected == 2 && source == (number ^ 1));
 }
 
-/* Return true to capture at an edge to a level: polarity (CCxP, CCxNP) and prescaler (ICxPSC). */
+/* Check polarity (CCxP, CCxNP) and prescaler (ICxPSC). */
 static bool captures(TimChannel *channel, bool level) {
   const uint32_t both_edges = CCER_CC1P | CCER_CC1NP;
   bool both = (channel->enable & both_edges) == both_edges, rising = !(channel->enable & CCER_CC1P);
@@ -258,22 +240,20 @@ static bool captures(TimChannel *channel, bool level) {
 
 /* -- the counts of ticks --------------------------------------------------------------------------------- */
 
-/* A tick is an update while its interrupt is enabled. It is lost if the flag of the previous tick was still set. It
- * is late if its handler cleared the flag more than PROMPT_PS after it. */
+/* A tick is an update with UIE. Lost: the flag was still set. Late: cleared after LATE_AFTER_PS. */
 
 static void tick_due(Tim *tim) {
   tim->counts.ticks++;
-  tim->waiting = true;
-  tim->due_ps = tim->peripheral.chip->now_ps;
+  tim->tick_pending = true;
+  tim->tick_ps = tim->peripheral.chip->now_ps;
 }
 
-/* The handler has cleared the flag. */
 static void tick_handled(Tim *tim) {
   const TimCalls *calls = &tim->peripheral.chip->timers.calls;
-  int64_t now_ps = tim->peripheral.chip->now_ps, wait_ps = now_ps - tim->due_ps, count = tim->missed;
-  tim->waiting = false;
-  tim->missed = 0;
-  if (wait_ps > PROMPT_PS) {
+  int64_t now_ps = tim->peripheral.chip->now_ps, wait_ps = now_ps - tim->tick_ps, count = tim->missed_ticks;
+  tim->tick_pending = false;
+  tim->missed_ticks = 0;
+  if (wait_ps > LATE_AFTER_PS) {
     tim->counts.late++;
     tim->counts.longest_wait_ps = wait_ps > tim->counts.longest_wait_ps ? wait_ps : tim->counts.longest_wait_ps;
     if (calls->late) {
@@ -289,24 +269,20 @@ static void tick_handled(Tim *tim) {
   }
 }
 
-/* The interrupt was switched off, or the peripheral reset: a waiting update is not counted as a tick any more. */
-static void forget_tick(Tim *tim) {
-  tim->waiting = false;
-  tim->missed = 0;
+static void discard_tick(Tim *tim) {
+  tim->tick_pending = false;
+  tim->missed_ticks = 0;
 }
 
-/* -- updates --------------------------------------------------------------------------------------------- */
-
-/* The preloaded registers become the active ones. */
-static void load(Tim *tim) {
-  if (tim->loaded) {
+static void load_preloaded(Tim *tim) {
+  if (tim->preload_done) {
     return;
   }
-  tim->loaded = true;
+  tim->preload_done = true;
   tim->prescale = REGISTER(tim, PSC) + 1;
   tim->repetition = REGISTER(tim, RCR);
   if (tim->mode == TIM_CENTRE && tim->index) {
-    tim->index = REGISTER(tim, ARR); /* at the top: the falling half begins */
+    tim->index = REGISTER(tim, ARR); /* top: falling half */
   }
   set_active_arr(tim, REGISTER(tim, ARR));
   for (int n = 0; n < tim->variant->channels; n++) {
@@ -325,37 +301,35 @@ static void raise_update_flag(Tim *tim, int64_t count) {
       tick_due(tim);
     }
   }
-  if (tim->waiting) {
-    tim->missed += count;
+  if (tim->tick_pending) {
+    tim->missed_ticks += count;
   }
 }
 
-/* Apply `count` updates, the first of which uses the preloaded values. */
+/* The first update loads the preloaded values. */
 static void update(Tim *tim, int64_t count) {
-  load(tim);
-  tim->left = tim->repetition;
+  load_preloaded(tim);
+  tim->repetitions_left = tim->repetition;
   if (tim->one_pulse) {
     REGISTER(tim, CR1) &= ~CR1_CEN;
     tim->running = false;
-    tim->base = 0;
+    tim->base_tick = 0;
   }
   raise_update_flag(tim, count);
   if (REGISTER(tim, DIER) & DIER_UDE) {
-    dma_request(tim->peripheral.chip, tim->variant->request); /* it may write to this timer */
+    dma_request(tim->peripheral.chip, tim->variant->request);
   }
 }
 
-/* -- the time base --------------------------------------------------------------------------------------- */
-
 static void set_tick(Tim *tim, int64_t hz) {
-  int64_t divisor = common_divisor(PS_PER_S, hz);
+  int64_t divisor = gcd(PS_PER_S, hz);
   tim->hz = hz;
   tim->num = PS_PER_S / divisor;
   tim->den = hz / divisor;
   tim->extra = 0;
-  tim->by_num = divisor_of(tim->num);
-  tim->most_ps = hz ? INT64_MAX / tim->den : 0;
-  tim->most_ticks = (INT64_MAX - tim->den) / tim->num;
+  tim->by_num = make_divisor(tim->num);
+  tim->max_ps = hz ? INT64_MAX / tim->den : 0;
+  tim->max_ticks = (INT64_MAX - tim->den) / tim->num;
 }
 
 static void set_origin(Tim *tim, int64_t at_ps) {
@@ -363,53 +337,52 @@ static void set_origin(Tim *tim, int64_t at_ps) {
   tim->extra = 0;
 }
 
-/* Move the origin to the counter's last change, before times since it exceed 64 bits; times do not change. */
+/* Before times exceed 64 bits; times do not change. */
 static void move_origin(Tim *tim, int64_t now_ps) {
-  if (tim->base > 0 && tim->hz && now_ps - tim->origin_ps > tim->most_ps / 2) {
-    __int128 passed = (__int128)tim->base * tim->num + tim->extra;
+  if (tim->base_tick > 0 && tim->hz && now_ps - tim->origin_ps > tim->max_ps / 2) {
+    __int128 passed = (__int128)tim->base_tick * tim->num + tim->extra;
     tim->origin_ps += (int64_t)(passed / tim->den);
     tim->extra = (int64_t)(passed % tim->den);
-    tim->base = 0;
+    tim->base_tick = 0;
   }
 }
 
-/* Return the largest k whose time is not after now. */
+/* Return the last tick up to now. */
 static int64_t ticks_at(const Tim *tim, int64_t now_ps) {
   int64_t after_ps = now_ps - tim->origin_ps + 1;
-  if (after_ps > 0 && after_ps <= tim->most_ps) {
-    return divided(after_ps * tim->den - 1 - tim->extra, &tim->by_num);
+  if (after_ps > 0 && after_ps <= tim->max_ps) {
+    return fast_divide(after_ps * tim->den - 1 - tim->extra, &tim->by_num);
   }
   return tim->hz ? (int64_t)(((__int128)after_ps * tim->den - 1 - tim->extra) / tim->num) : 0;
 }
 
-/* Return the whole counts in a number of ticks; the usual numbers need no division. */
+/* Usual numbers need no division. */
 static int64_t counts_in(const Tim *tim, int64_t ticks) {
   return tim->prescale == 1 ? ticks : ticks < tim->prescale ? 0 : ticks / tim->prescale;
 }
 
-/* Return the time after so many more counts, while the counter runs. */
+/* The counter must be running. */
 static int64_t time_after(const Tim *tim, int64_t steps) {
-  int64_t ticks = tim->base + steps * tim->prescale;
+  int64_t ticks = tim->base_tick + steps * tim->prescale;
   if (!tim->hz) {
     return NEVER_PS;
   }
-  if (ticks <= tim->most_ticks) {
+  if (ticks <= tim->max_ticks) {
     return tim->origin_ps + (ticks * tim->num + tim->extra) / tim->den;
   }
   __int128 at_ps = tim->origin_ps + ((__int128)ticks * tim->num + tim->extra) / tim->den;
   return at_ps < NEVER_PS ? (int64_t)at_ps : NEVER_PS;
 }
 
-/* Change the clock now; the counter must be up to date. */
+/* Call catch_up() first. */
 static void change_clock(Tim *tim, int64_t now_ps, int64_t hz) {
   if (tim->running) {
-    tim->base -= ticks_at(tim, now_ps);
+    tim->base_tick -= ticks_at(tim, now_ps);
     set_origin(tim, now_ps);
   }
   set_tick(tim, hz);
 }
 
-/* CEN = 1: continue from the stopped value. */
 static void start(Tim *tim, int64_t now_ps) {
   if (!tim->running) {
     tim->running = true;
@@ -417,76 +390,72 @@ static void start(Tim *tim, int64_t now_ps) {
   }
 }
 
-/* CEN = 0: the prescaler keeps its phase; the counter must be up to date. */
+/* Call catch_up() first. The prescaler keeps its phase. */
 static void stop(Tim *tim, int64_t now_ps) {
   if (tim->running) {
     tim->running = false;
-    tim->base -= ticks_at(tim, now_ps);
+    tim->base_tick -= ticks_at(tim, now_ps);
   }
 }
 
-/* Counts until the next update; INT64_MAX while there will be none. */
+/* Return INT64_MAX if there is none. */
 static int64_t steps_to_update(const Tim *tim) {
-  if (!tim->updates || is_blocked(tim)) {
+  if (!tim->updates_enabled || is_blocked(tim)) {
     return INT64_MAX;
   }
-  return steps_to_overflow(tim) + tim->left * tim->spacing;
+  return steps_to_overflow(tim) + tim->repetitions_left * tim->overflow_period;
 }
 
-/* Count up to the next update at most. */
-static inline void count(Tim *tim, int64_t steps) {
+/* At most up to the next update. */
+static inline void advance(Tim *tim, int64_t steps) {
   if (steps <= 0) {
     return;
   }
   raise_compare_flags(tim, steps);
-  if (tim->updates) {
-    tim->left -= (uint32_t)overflows_in(tim, steps);
+  if (tim->updates_enabled) {
+    tim->repetitions_left -= (uint32_t)overflows_in(tim, steps);
   }
-  tim->base += steps * tim->prescale;
+  tim->base_tick += steps * tim->prescale;
   tim->index += steps;
-  if (tim->index >= tim->length) {
-    tim->index %= tim->length;
+  if (tim->index >= tim->cycle_length) {
+    tim->index %= tim->cycle_length;
   }
 }
 
-/* Right after an update: whole cycles up to a tick repeat it, because no loads remain. */
+/* Whole cycles repeat an update, because nothing is left to load. */
 static void skip_cycles(Tim *tim, int64_t ticks) {
-  if (!tim->running || !tim->loaded || is_blocked(tim)) {
+  if (!tim->running || !tim->preload_done || is_blocked(tim)) {
     return;
   }
-  int64_t cycle = (tim->repetition + INT64_C(1)) * tim->spacing;
-  int64_t whole = (ticks - tim->base) / tim->prescale / cycle;
+  int64_t cycle = (tim->repetition + INT64_C(1)) * tim->overflow_period;
+  int64_t whole = (ticks - tim->base_tick) / tim->prescale / cycle;
   if (whole > 0) {
-    count(tim, whole * cycle);
+    advance(tim, whole * cycle);
     update(tim, whole);
   }
 }
 
-/* Update the counter to the current time. */
 static inline void catch_up(Tim *tim) {
   int64_t now_ps = tim->peripheral.chip->now_ps;
   move_origin(tim, now_ps);
   while (tim->running) {
     int64_t ticks = ticks_at(tim, now_ps);
     if (is_blocked(tim)) {
-      tim->base = ticks;
+      tim->base_tick = ticks;
       return;
     }
-    int64_t steps = counts_in(tim, ticks - tim->base), first = steps_to_update(tim);
+    int64_t steps = counts_in(tim, ticks - tim->base_tick), first = steps_to_update(tim);
     if (steps < first) {
-      count(tim, steps);
+      advance(tim, steps);
       return;
     }
-    count(tim, first);
+    advance(tim, first);
     update(tim, 1);
     skip_cycles(tim, ticks);
   }
 }
 
-/* -- future flags, and interrupts ------------------------------------------------------------------------ */
-
-/* Return the time of the next flag that is not set yet. Compare values may change at an update, so the prediction
- * ends there. */
+/* Predict up to the next update, which may change compare values. */
 static int64_t find_next_ps(const Tim *tim) {
   if (!tim->running || is_blocked(tim)) {
     return NEVER_PS;
@@ -508,8 +477,8 @@ static int64_t next_ps(Tim *tim) {
   return tim->next_ps;
 }
 
-/* After any change: schedule an event for the next flag if needed, and set the interrupt lines. */
-static inline void settle(Tim *tim) {
+/* Schedule an event for the next flag; set the interrupt lines. */
+static inline void reschedule(Tim *tim) {
   Chip *chip = tim->peripheral.chip;
   uint32_t status = REGISTER(tim, SR), enabled = REGISTER(tim, DIER), active = status & enabled;
   bool wanted = enabled & ~status & (SR_UIF | CC_FLAGS) || enabled & DIER_UDE;
@@ -527,16 +496,14 @@ static inline void settle(Tim *tim) {
 
 static void sync(Tim *tim) {
   catch_up(tim);
-  settle(tim);
+  reschedule(tim);
 }
 
 static void on_event(Peripheral *peripheral) { sync((Tim *)peripheral); }
 
-/* -- registers ------------------------------------------------------------------------------------------- */
-
 static bool is_ccr(uint32_t offset) { return offset >= CCRx(1) && offset <= CCRx(4); }
 
-/* Return a register of a timer that is up to date. */
+/* Call catch_up() first. */
 static uint32_t value_of(const Tim *tim, uint32_t offset) {
   if (offset == CNT) {
     return (uint32_t)cnt_of(tim);
@@ -547,35 +514,35 @@ static uint32_t value_of(const Tim *tim, uint32_t offset) {
   return REGISTER(tim, offset);
 }
 
-/* Return a copy of the timer at the current time, without any effect on the chip. */
-static Tim look_at(const Tim *tim) {
+/* Return a copy at the current time, without effects on the chip. */
+static Tim at_present(const Tim *tim) {
   Tim now = *tim;
-  REGISTER(&now, DIER) = 0; /* interrupts and DMA requests have events, so none of them is due */
+  REGISTER(&now, DIER) = 0; /* these have events: none is due */
   catch_up(&now);
   REGISTER(&now, DIER) = REGISTER(tim, DIER);
   return now;
 }
 
 static uint32_t tim_peek(const Peripheral *peripheral, uint32_t offset) {
-  Tim now = look_at((const Tim *)peripheral);
+  Tim now = at_present((const Tim *)peripheral);
   return value_of(&now, offset);
 }
 
-/* Reading CCRx takes a capture and clears its flag (section 12.4.5). */
-static void take_capture(Tim *tim, int channel) {
+/* Section 12.4.5. */
+static void read_capture(Tim *tim, int channel) {
   if (is_input(&tim->channels[channel]) && REGISTER(tim, SR) & flag_of(channel)) {
     REGISTER(tim, SR) &= ~flag_of(channel);
-    settle(tim);
+    reschedule(tim);
   }
 }
 
-/* False for the running counter, its direction, and captures, which a read clears. */
+/* CNT, DIR and captures change, or have side effects. */
 static bool tim_is_pure(const Peripheral *peripheral, uint32_t offset) {
   const Tim *tim = (const Tim *)peripheral;
   return offset != CNT && !is_ccr(offset) && !(offset == CR1 && tim->mode == TIM_CENTRE);
 }
 
-/* Polling of SR or CR1 can be skipped up to the next flag (which may clear CEN); the running counter cannot. */
+/* SR and CR1 are valid until the next flag. */
 static uint32_t tim_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
   Tim *tim = (Tim *)peripheral;
   bool runs = !tim_is_pure(peripheral, offset);
@@ -583,24 +550,24 @@ static uint32_t tim_read(Peripheral *peripheral, uint32_t offset, int64_t *until
   if (runs || (flags && peripheral->chip->now_ps >= next_ps(tim))) {
     sync(tim);
   }
-  *until_ps = runs ? ALREADY_PS : flags ? next_ps(tim) : NEVER_PS;
+  *until_ps = runs ? NOT_CACHEABLE_PS : flags ? next_ps(tim) : NEVER_PS;
   uint32_t value = value_of(tim, offset);
   if (is_ccr(offset)) {
-    take_capture(tim, (int)(offset - CCRx(1)) / 4);
+    read_capture(tim, (int)(offset - CCRx(1)) / 4);
   }
   return value;
 }
 
-/* CR1 or ARR was written: direction or ARR change; CNT keeps its value. */
+/* Also for ARR. CNT keeps its value. */
 static void cr1_changed(Tim *tim) {
   uint32_t cr1 = REGISTER(tim, CR1);
   int64_t now_ps = tim->peripheral.chip->now_ps, value = cnt_of(tim);
   bool falling = is_falling(tim);
   tim->mode = FIELD(cr1, CR1_CMS) ? TIM_CENTRE : cr1 & CR1_DIR ? TIM_DOWN : TIM_UP;
   set_active_arr(tim, cr1 & CR1_ARPE ? tim->arr : REGISTER(tim, ARR));
-  place(tim, value, falling);
+  set_cnt(tim, value, falling);
   find_all_matches(tim);
-  tim->updates = !(cr1 & CR1_UDIS);
+  tim->updates_enabled = !(cr1 & CR1_UDIS);
   tim->one_pulse = (cr1 & CR1_OPM) != 0;
   if (cr1 & CR1_CEN) {
     start(tim, now_ps);
@@ -615,13 +582,13 @@ static void dier_changed(Tim *tim) {
     peripheral_note(&tim->peripheral, NOTE_DIER, NOTE_NOT_MODELLED, "DIER: DMA requests on capture and compare");
   }
   if (!(dier & DIER_UIE)) {
-    forget_tick(tim);
-  } else if (REGISTER(tim, SR) & SR_UIF && !tim->waiting) {
+    discard_tick(tim);
+  } else if (REGISTER(tim, SR) & SR_UIF && !tim->tick_pending) {
     tick_due(tim);
   }
 }
 
-/* CCRx of a channel without preload becomes active at once (OCxPE, section 12.4.7). */
+/* Without OCxPE it becomes active at once (12.4.7). */
 static void compare_changed(Tim *tim, int number) {
   TimChannel *channel = &tim->channels[number];
   if (is_input(channel) || !(channel->settings & CCMR1_OC1PE)) {
@@ -639,18 +606,18 @@ static void channels_changed(Tim *tim) {
   find_all_matches(tim);
 }
 
-/* EGR: events by software (section 12.4.6). */
-static void generate(Tim *tim, uint32_t events) {
+/* Section 12.4.6. */
+static void generate_events(Tim *tim, uint32_t events) {
   if (events & EGR_UG) {
     if (!(REGISTER(tim, CR1) & CR1_UDIS)) {
-      load(tim);
+      load_preloaded(tim);
       if (!(REGISTER(tim, CR1) & CR1_URS)) {
         raise_update_flag(tim, 1);
       }
     }
     tim->index = 0;
-    tim->base = tim->running ? ticks_at(tim, tim->peripheral.chip->now_ps) : 0;
-    tim->left = tim->repetition;
+    tim->base_tick = tim->running ? ticks_at(tim, tim->peripheral.chip->now_ps) : 0;
+    tim->repetitions_left = tim->repetition;
   }
   for (int n = 0; n < tim->variant->channels; n++) {
     if (events & flag_of(n) && is_input(&tim->channels[n])) {
@@ -684,7 +651,7 @@ static void register_changed(Tim *tim, uint32_t offset) {
 
 static void clear_flags(Tim *tim, uint32_t kept) {
   REGISTER(tim, SR) &= kept;
-  if (tim->waiting && !(REGISTER(tim, SR) & SR_UIF)) {
+  if (tim->tick_pending && !(REGISTER(tim, SR) & SR_UIF)) {
     tick_handled(tim);
   }
 }
@@ -698,21 +665,19 @@ static void tim_write(Peripheral *peripheral, uint32_t offset, uint32_t value, u
   peripheral->chip->work += WORK_TIMER;
   catch_up(tim);
   value &= mask;
-  tim->loaded = tim->loaded && offset == SR;
+  tim->preload_done = tim->preload_done && offset == SR;
   if (offset == SR) {
     clear_flags(tim, ~mask | value);
   } else if (offset == EGR) {
-    generate(tim, value);
+    generate_events(tim, value);
   } else if (offset == CNT) {
-    place(tim, ((uint32_t)cnt_of(tim) & ~mask) | value, is_falling(tim));
+    set_cnt(tim, ((uint32_t)cnt_of(tim) & ~mask) | value, is_falling(tim));
   } else {
     REGISTER(tim, offset) = (REGISTER(tim, offset) & ~mask) | value;
     register_changed(tim, offset);
   }
-  settle(tim);
+  reschedule(tim);
 }
-
-/* -- clock, reset, creation ------------------------------------------------------------------------------ */
 
 static int64_t input_hz(const Tim *tim) {
   const Clocks *clocks = &tim->peripheral.chip->clocks;
@@ -725,11 +690,11 @@ static void tim_clocks_changed(Peripheral *peripheral) {
   if (hz != tim->hz) {
     catch_up(tim);
     change_clock(tim, peripheral->chip->now_ps, hz);
-    settle(tim);
+    reschedule(tim);
   }
 }
 
-/* Stop the timer and disable all. The counts of ticks are kept. */
+/* The counts of ticks are kept. */
 static void tim_reset(Peripheral *peripheral) {
   Tim *tim = (Tim *)peripheral;
   memcpy(tim->registers, TIM_RESETS[tim->variant - VARIANTS], sizeof tim->registers);
@@ -739,14 +704,14 @@ static void tim_reset(Peripheral *peripheral) {
   set_active_arr(tim, REGISTER(tim, ARR));
   set_tick(tim, input_hz(tim));
   set_origin(tim, 0);
-  tim->base = 0;
+  tim->base_tick = 0;
   tim->prescale = 1;
-  tim->repetition = tim->left = 0;
-  tim->running = tim->one_pulse = tim->loaded = false;
-  tim->updates = true;
+  tim->repetition = tim->repetitions_left = 0;
+  tim->running = tim->one_pulse = tim->preload_done = false;
+  tim->updates_enabled = true;
   channels_changed(tim);
-  forget_tick(tim);
-  settle(tim);
+  discard_tick(tim);
+  reschedule(tim);
 }
 
 static const PeripheralType TIM = {
@@ -758,7 +723,7 @@ static const PeripheralType TIM = {
   .is_pure = tim_is_pure,
 };
 
-/* All timers accept all offsets: ST's HAL writes to registers that the smaller ones do not have. */
+/* HAL writes to registers that smaller timers do not have. */
 void timers_create(Chip *chip) {
   for (int n = 0; n < TIMERS; n++) {
     Tim *tim = &chip->timers.timers[n];
@@ -783,11 +748,9 @@ void timers_pin_changed(Chip *chip, int port, int pin, bool level) {
         capture(tim, n);
       }
     }
-    settle(tim);
+    reschedule(tim);
   }
 }
-
-/* -- for Python ------------------------------------------------------------------------------------------ */
 
 static const Tim *timer_of(const Chip *chip, int32_t index) { return (const Tim *)chip->peripherals[index]; }
 
@@ -796,24 +759,24 @@ void fcu_connect_timers(Chip *chip, const TimCalls *calls) { chip->timers.calls 
 const TickCounts *fcu_timer_counts(const Chip *chip, int32_t index) { return &timer_of(chip, index)->counts; }
 
 double fcu_timer_rate(const Chip *chip, int32_t index) {
-  Tim now = look_at(timer_of(chip, index));
-  int64_t ticks = now.prescale * now.spacing * (now.repetition + INT64_C(1));
+  Tim now = at_present(timer_of(chip, index));
+  int64_t ticks = now.prescale * now.overflow_period * (now.repetition + INT64_C(1));
   return is_blocked(&now) ? 0.0 : (double)now.hz / (double)ticks;
 }
 
 int64_t fcu_timer_next_change(const Chip *chip, int32_t index) {
-  Tim now = look_at(timer_of(chip, index));
+  Tim now = at_present(timer_of(chip, index));
   return find_next_ps(&now);
 }
 
-/* Share of a cycle in which PWM mode 1 is active: CNT < CCR, counting down CNT <= CCR (section 12.3.9). */
-static double share_below(const Tim *tim, uint32_t compare) {
+/* PWM mode 1: CNT < CCR, down CNT <= CCR (12.3.9). */
+static double duty_below(const Tim *tim, uint32_t compare) {
   double cycle = tim->mode == TIM_CENTRE ? (double)tim->arr : (double)tim->arr + 1;
   double share = (tim->mode == TIM_DOWN ? compare + 1.0 : compare) / cycle;
   return share < 1 ? share : 1;
 }
 
-/* Share of time that the output is high; negative if the channel outputs neither PWM nor a constant level. */
+/* Return a negative number without PWM or constant level. */
 static double duty_of(const Tim *tim, const TimChannel *channel) {
   uint32_t mode = OCM(channel->settings);
   double active;
@@ -823,7 +786,7 @@ static double duty_of(const Tim *tim, const TimChannel *channel) {
   if (mode == FORCED_LOW || mode == FORCED_HIGH) {
     active = mode == FORCED_HIGH;
   } else if ((mode == PWM1 || mode == PWM2) && tim->arr) {
-    active = share_below(tim, channel->compare);
+    active = duty_below(tim, channel->compare);
     active = mode == PWM2 ? 1 - active : active;
   } else {
     return -1;
@@ -832,13 +795,13 @@ static double duty_of(const Tim *tim, const TimChannel *channel) {
 }
 
 int32_t fcu_timer_pwm(const Chip *chip, int32_t index, int32_t channel, double *frequency_hz, double *duty) {
-  Tim now = look_at(timer_of(chip, index));
+  Tim now = at_present(timer_of(chip, index));
   if (channel < 1 || channel > now.variant->channels) {
     return -1;
   }
   bool off = now.variant->advanced && !(REGISTER(&now, BDTR) & BDTR_MOE);
   int halves = now.mode == TIM_CENTRE ? 2 : 1;
   *duty = duty_of(&now, &now.channels[channel - 1]);
-  *frequency_hz = is_blocked(&now) ? 0 : (double)now.hz / (double)(now.prescale * now.spacing * halves);
+  *frequency_hz = is_blocked(&now) ? 0 : (double)now.hz / (double)(now.prescale * now.overflow_period * halves);
   return *duty >= 0 && !off && now.running && !is_blocked(&now);
 }

@@ -1,19 +1,14 @@
-/* USART1, USART2 and USART6 in asynchronous mode (RM0368 section 19; interrupt numbers of table 38).
+/* USART1, USART2 and USART6 in asynchronous mode (RM0368 section 19; interrupts: table 38).
  *
- * Sending has two stages, the data register and the shift register. A byte may be written as soon as the previous
- * one is in the shift register (TXE). An uninterrupted sender therefore keeps the line busy without gaps. TXE and TC
- * are computed from the time when SR is read. An event is scheduled only while an interrupt or a DMA request waits
- * for one of them. Sent bytes go to Python in pieces.
+ * TXE and TC are computed when SR is read; an event exists only while an interrupt or DMA waits. Python receives
+ * sent bytes in pieces. A byte written before TE waits in DR.
  *
- * As on the chip (sections 19.3, 19.6.1): TC is cleared by a read of SR followed by a write of DR, or by writing 0
- * to it; ORE and IDLE by a read of SR that shows them followed by a read of DR. A byte written before the
- * transmitter is enabled waits in DR.
+ * Reading SR, then writing DR clears TC, as does writing 0; reading SR, then DR clears the ORE and IDLE that SR
+ * showed (19.3, 19.6.1).
  *
- * NOT MODELLED, with a note when switched on: synchronous, smartcard, IrDA, LIN and half-duplex mode, hardware flow
- * control, mute mode and break. NOT MODELLED, silent: parity and 9-bit frames have their length on the wire, but
- * carry only bits 0 to 7. The idle frame that setting TE sends first is omitted: it would delay the first byte only
- * if that is written within one frame after TE. RM0368 does not define this: when TE is cleared, the frames in
- * flight finish.
+ * NOT MODELLED, with a note: synchronous, smartcard, IrDA, LIN, half-duplex, hardware flow control, mute, break. NOT
+ * MODELLED, silent: parity and the ninth bit have their time, but no contents; the idle frame after TE. Undefined in
+ * RM0368: frames in flight finish when TE is cleared.
  */
 #include "fcu.h"
 
@@ -28,11 +23,11 @@ static const uint32_t STORED[] = {[BRR >> 2] = BRR_STORED, [CR1 >> 2] = CR1_STOR
 
 #define SENDING (CR1_UE | CR1_TE)
 #define RECEIVING (CR1_UE | CR1_RE)
-#define FURTHEST_OFF 0.03 /* tolerance of a receiver that samples the middle of ten bits (section 19.3.5) */
+#define BAUD_TOLERANCE 0.03 /* of a receiver (19.3.5) */
 
 static const struct {
   uint32_t base;
-  uint8_t apb, interrupt; /* the kernel clock is the bus clock (RM0368 figure 12) */
+  uint8_t apb, interrupt; /* kernel clock (RM0368 figure 12) */
   enum Request tx, rx;
 } VARIANTS[USARTS] = {
   {USART1_BASE, 2, 37, REQUEST_USART1_TX, REQUEST_USART1_RX},
@@ -43,7 +38,7 @@ static const struct {
 static const struct {
   uint32_t offset, bit;
   const char *name;
-} FOREIGN[] = {
+} UNMODELLED_BITS[] = {
   {CR1, CR1_SBK, "SBK (break)"},
   {CR1, CR1_RWU, "RWU (mute mode)"},
   {CR2, CR2_CLKEN, "CLKEN (synchronous mode)"},
@@ -61,33 +56,30 @@ static int64_t now_of(const Usart *usart) { return usart->peripheral.chip->now_p
 
 static bool is_sending(const Usart *usart) { return (REGISTER(usart, CR1) & SENDING) == SENDING; }
 
-/* -- the line --------------------------------------------------------------------------------------------- */
-
-/* Return the end of so many frames of the run; NEVER_PS if they never end. */
+/* Return NEVER_PS without a bit clock. */
 static int64_t end_of(const UsartRun *run, int64_t frames) {
   __int128 at_ps = run->start_ps + (__int128)frames * run->frame.num / run->frame.den;
   return at_ps < NEVER_PS ? (int64_t)at_ps : NEVER_PS;
 }
 
-/* Pass the bytes to Python that it has not received yet. */
-static void hand_over(Usart *usart, bool detailed) {
+static void flush(Usart *usart, bool detailed) {
   const UsartCalls *calls = &usart->peripheral.chip->usarts.calls;
   const UsartRun *run = &usart->run;
-  int32_t length = usart->piece_length;
-  usart->piece_length = 0;
+  int32_t length = usart->buffer_length;
+  usart->buffer_length = 0;
   if (length && calls->sent) {
     calls->sent(now_of(usart), usart->peripheral.index, run->start_ps, run->frame.num, run->frame.den, run->connected,
-                run->count - length, usart->piece, length, detailed);
+                run->count - length, usart->buffer, length, detailed);
   }
 }
 
-/* Open the run of the next frame: a new one after a gap or a change of the frame. */
+/* A gap or another frame begins a new run. */
 static void open_run(Usart *usart, bool connected) {
   UsartRun *run = &usart->run;
   int64_t now_ps = now_of(usart);
   bool same = run->frame.num == usart->frame.num && run->frame.den == usart->frame.den;
   if (now_ps > usart->idle_ps || !same || run->connected != connected) {
-    hand_over(usart, false);
+    flush(usart, false);
     run->start_ps = now_ps > usart->idle_ps ? now_ps : usart->idle_ps;
     run->count = 0;
     run->frame = usart->frame;
@@ -95,45 +87,41 @@ static void open_run(Usart *usart, bool connected) {
   }
 }
 
-/* Send a byte through the data register, which is empty. */
-static void put_on_wire(Usart *usart, uint8_t value, bool connected) {
+/* DR must be empty. */
+static void transmit(Usart *usart, uint8_t value, bool connected) {
   bool detailed = usart->peripheral.chip->detailed;
   UsartRun *run = &usart->run;
   open_run(usart, connected);
-  if (detailed || usart->piece_length == USART_PIECE) {
-    hand_over(usart, false);
+  if (detailed || usart->buffer_length == USART_BUFFER) {
+    flush(usart, false);
   }
-  usart->piece[usart->piece_length++] = value;
+  usart->buffer[usart->buffer_length++] = value;
   run->count++;
   usart->txe_ps = end_of(run, run->count - 1);
   usart->idle_ps = end_of(run, run->count);
   if (detailed) {
-    hand_over(usart, true);
+    flush(usart, true);
   }
 }
 
-/* Replace the byte that still waits in the data register. */
 static void replace(Usart *usart, uint8_t value) {
   const UsartCalls *calls = &usart->peripheral.chip->usarts.calls;
-  if (usart->piece_length) {
-    usart->piece[usart->piece_length - 1] = value;
+  if (usart->buffer_length) {
+    usart->buffer[usart->buffer_length - 1] = value;
   } else if (calls->replaced) {
     calls->replaced(now_of(usart), usart->peripheral.index, value);
   }
 }
 
-/* -- flags ------------------------------------------------------------------------------------------------ */
-
 static uint32_t status_of(const Usart *usart) {
   int64_t now_ps = now_of(usart);
   uint32_t status = now_ps >= usart->tc_ps ? SR_TC : 0;
-  status |= now_ps >= usart->txe_ps && usart->waiting < 0 ? SR_TXE : 0;
-  status |= usart->arrived >= 0 ? SR_RXNE : 0;
+  status |= now_ps >= usart->txe_ps && usart->pending_byte < 0 ? SR_TXE : 0;
+  status |= usart->rx_byte >= 0 ? SR_RXNE : 0;
   status |= usart->overrun ? SR_ORE : 0;
   return status | (usart->idle ? SR_IDLE : 0);
 }
 
-/* Return the next time of TXE or TC; the receiver's flags come with events. */
 static int64_t next_flag_ps(const Usart *usart) {
   int64_t now_ps = now_of(usart), at_ps = NEVER_PS;
   if (usart->txe_ps > now_ps) {
@@ -142,19 +130,17 @@ static int64_t next_flag_ps(const Usart *usart) {
   return usart->tc_ps > now_ps && usart->tc_ps < at_ps ? usart->tc_ps : at_ps;
 }
 
-/* -- data ------------------------------------------------------------------------------------------------- */
-
 static void send(Usart *usart, uint8_t value) {
   char missing[40];
   int64_t now_ps = now_of(usart);
-  bool stays_set = now_ps >= usart->tc_ps && !usart->armed;
+  bool stays_set = now_ps >= usart->tc_ps && !usart->sr_read;
   bool connected = pins_connected(usart->peripheral.chip, usart->pins, missing, sizeof missing);
   if (!connected) {
     peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN, "a byte is sent, but nothing leaves the chip: switch %s",
         missing);
   }
   if (now_ps >= usart->txe_ps) {
-    put_on_wire(usart, value, connected);
+    transmit(usart, value, connected);
   } else {
     replace(usart, value);
     peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN,
@@ -163,7 +149,7 @@ static void send(Usart *usart, uint8_t value) {
   if (!stays_set) {
     usart->tc_ps = usart->idle_ps;
   }
-  usart->armed = false;
+  usart->sr_read = false;
 }
 
 static void write_data(Usart *usart, uint8_t value) {
@@ -171,49 +157,46 @@ static void write_data(Usart *usart, uint8_t value) {
     send(usart, value);
     return;
   }
-  usart->waiting = value;
+  usart->pending_byte = value;
   usart->tc_ps = NEVER_PS;
   peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN,
              "DR written while UE or TE in CR1 is 0: the byte waits until both are set");
 }
 
 static void take_data(Usart *usart) {
-  if (usart->arrived >= 0) {
-    usart->received = (uint8_t)usart->arrived;
-    usart->arrived = -1;
+  if (usart->rx_byte >= 0) {
+    usart->received = (uint8_t)usart->rx_byte;
+    usart->rx_byte = -1;
   }
 }
 
 static uint32_t read_data(Usart *usart) {
   take_data(usart);
-  usart->overrun = usart->overrun && !(usart->seen & SR_ORE);
-  usart->idle = usart->idle && !(usart->seen & SR_IDLE);
-  usart->seen = 0;
-  if (usart->watched) {
+  usart->overrun = usart->overrun && !(usart->last_sr & SR_ORE);
+  usart->idle = usart->idle && !(usart->last_sr & SR_IDLE);
+  usart->last_sr = 0;
+  if (usart->wants_events) {
     update(usart);
   }
   return usart->received;
 }
 
-/* TC and RXNE are cleared by writing 0 (rc_w0). */
 static void clear_flags(Usart *usart, uint32_t kept) {
   if (!(kept & SR_TC) && now_of(usart) >= usart->tc_ps) {
     usart->tc_ps = now_of(usart) < usart->idle_ps ? usart->idle_ps : NEVER_PS;
   }
   if (!(kept & SR_RXNE)) {
-    usart->arrived = -1;
+    usart->rx_byte = -1;
   }
 }
 
-/* -- settings --------------------------------------------------------------------------------------------- */
-
-/* Report a terminal at another rate or with another frame, which shows garbage. */
-static void check_against_terminal(Usart *usart, double baud, bool plain) {
+/* A terminal with other settings shows garbage. */
+static void check_terminal_settings(Usart *usart, double baud, bool plain) {
   int expected = usart->terminal_baud;
   if (!expected) {
     return;
   }
-  if (fabs(baud / expected - 1) > FURTHEST_OFF) {
+  if (fabs(baud / expected - 1) > BAUD_TOLERANCE) {
     peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN, "%.0f baud; a terminal at %d baud would show garbage", baud,
                expected);
   }
@@ -223,13 +206,13 @@ static void check_against_terminal(Usart *usart, double baud, bool plain) {
   }
 }
 
-/* Ticks of the kernel clock in a bit (section 19.3.4). */
+/* Section 19.3.4. */
 static int64_t ticks_per_bit(const Usart *usart) {
   uint32_t brr = REGISTER(usart, BRR);
   return REGISTER(usart, CR1) & CR1_OVER8 ? (brr >> 4) * 8 + (brr & 7) : brr;
 }
 
-/* The length of a frame from BRR, OVER8, M and STOP (section 19.3.4). */
+/* BRR, OVER8, M and STOP (19.3.4). */
 static void set_frame(Usart *usart) {
   static const uint8_t STOP_HALF_BITS[] = {2, 1, 4, 3};
   const Clocks *clocks = &usart->peripheral.chip->clocks;
@@ -238,44 +221,42 @@ static void set_frame(Usart *usart) {
   int64_t kernel_hz = VARIANTS[usart->number].apb == 1 ? clocks->pclk1_hz : clocks->pclk2_hz;
   int half_bits = 2 * (cr1 & CR1_M ? 10 : 9) + STOP_HALF_BITS[FIELD(REGISTER(usart, CR2), CR2_STOP)];
   if (ticks == 0 || kernel_hz == 0) {
-    usart->frame = (UsartFrame){NEVER_PS, 1}; /* no bit clock: bytes are never sent */
+    usart->frame = (UsartFrame){NEVER_PS, 1};
     return;
   }
-  int64_t num = half_bits * ticks * PS_PER_S, den = 2 * kernel_hz, divisor = common_divisor(num, den);
+  int64_t num = half_bits * ticks * PS_PER_S, den = 2 * kernel_hz, divisor = gcd(num, den);
   usart->frame = (UsartFrame){num / divisor, den / divisor};
   if (is_sending(usart)) {
-    check_against_terminal(usart, (double)kernel_hz / (double)ticks, half_bits == 20 && !(cr1 & CR1_PCE));
+    check_terminal_settings(usart, (double)kernel_hz / (double)ticks, half_bits == 20 && !(cr1 & CR1_PCE));
   }
 }
 
-static void configured(Usart *usart, uint32_t offset) {
-  for (size_t n = 0; n < sizeof FOREIGN / sizeof *FOREIGN; n++) {
-    if (FOREIGN[n].offset == offset && REGISTER(usart, offset) & FOREIGN[n].bit) {
-      peripheral_note(&usart->peripheral, -1, NOTE_NOT_MODELLED, "%s", FOREIGN[n].name);
+static void settings_changed(Usart *usart, uint32_t offset) {
+  for (size_t n = 0; n < sizeof UNMODELLED_BITS / sizeof *UNMODELLED_BITS; n++) {
+    if (UNMODELLED_BITS[n].offset == offset && REGISTER(usart, offset) & UNMODELLED_BITS[n].bit) {
+      peripheral_note(&usart->peripheral, -1, NOTE_NOT_MODELLED, "%s", UNMODELLED_BITS[n].name);
     }
   }
-  usart->watched = REGISTER(usart, CR1) & (CR1_IDLEIE | CR1_RXNEIE | CR1_TCIE | CR1_TXEIE) ||
+  usart->wants_events = REGISTER(usart, CR1) & (CR1_IDLEIE | CR1_RXNEIE | CR1_TCIE | CR1_TXEIE) ||
                    REGISTER(usart, CR3) & (CR3_EIE | CR3_DMAR | CR3_DMAT);
   set_frame(usart);
-  if (usart->waiting >= 0 && is_sending(usart)) {
-    uint8_t value = (uint8_t)usart->waiting;
-    usart->waiting = -1;
+  if (usart->pending_byte >= 0 && is_sending(usart)) {
+    uint8_t value = (uint8_t)usart->pending_byte;
+    usart->pending_byte = -1;
     usart->tc_ps = NEVER_PS;
     send(usart, value);
   }
   update(usart);
 }
 
-/* -- interrupts and DMA ----------------------------------------------------------------------------------- */
-
 static void serve_dma(Usart *usart) {
   Chip *chip = usart->peripheral.chip;
   uint32_t cr3 = REGISTER(usart, CR3);
-  if (cr3 & CR3_DMAR && usart->arrived >= 0) {
+  if (cr3 & CR3_DMAR && usart->rx_byte >= 0) {
     dma_request(chip, VARIANTS[usart->number].rx);
   }
   if (cr3 & CR3_DMAT && is_sending(usart)) {
-    for (int stage = 0; stage < 2; stage++) { /* the shift register and DR */
+    for (int stage = 0; stage < 2; stage++) {
       if (status_of(usart) & SR_TXE) {
         dma_request(chip, VARIANTS[usart->number].tx);
       }
@@ -283,15 +264,15 @@ static void serve_dma(Usart *usart) {
   }
 }
 
-/* Section 19.4: flags and their enable bits have the same places, except the receiver's errors. */
-static bool interrupts(const Usart *usart) {
+/* Flags and enable bits have the same places, except errors (19.4). */
+static bool is_interrupt_active(const Usart *usart) {
   uint32_t cr1 = REGISTER(usart, CR1), status = status_of(usart);
   bool errors = cr1 & CR1_RXNEIE || (REGISTER(usart, CR3) & (CR3_EIE | CR3_DMAR)) == (CR3_EIE | CR3_DMAR);
   return status & cr1 & (SR_TXE | SR_TC | SR_RXNE | SR_IDLE) || (status & SR_ORE && errors);
 }
 
-/* Schedule the next event: the time of a flag that an interrupt or DMA waits for. */
-static void plan(Usart *usart) {
+/* Schedule the time of a flag that an interrupt or DMA waits for. */
+static void schedule_next(Usart *usart) {
   Chip *chip = usart->peripheral.chip;
   int64_t at_ps = NEVER_PS;
   if ((REGISTER(usart, CR1) & CR1_TXEIE || REGISTER(usart, CR3) & CR3_DMAT) && usart->txe_ps > chip->now_ps) {
@@ -307,29 +288,26 @@ static void plan(Usart *usart) {
   }
 }
 
-/* Make the active requests, set the interrupt line, and schedule the next event. */
 static void update(Usart *usart) {
-  if (usart->serving) {
+  if (usart->in_dma) {
     return;
   }
-  usart->serving = true;
+  usart->in_dma = true;
   serve_dma(usart);
-  usart->serving = false;
-  peripheral_set_irq(&usart->peripheral, VARIANTS[usart->number].interrupt, interrupts(usart));
-  plan(usart);
+  usart->in_dma = false;
+  peripheral_set_irq(&usart->peripheral, VARIANTS[usart->number].interrupt, is_interrupt_active(usart));
+  schedule_next(usart);
 }
 
 static void on_event(Peripheral *peripheral) { update((Usart *)peripheral); }
 
 static void usart_dma_ready(Peripheral *peripheral) { update((Usart *)peripheral); }
 
-/* -- registers -------------------------------------------------------------------------------------------- */
-
 static uint32_t usart_peek(const Peripheral *peripheral, uint32_t offset) {
   const Usart *usart = (const Usart *)peripheral;
   switch (offset) {
   case SR: return status_of(usart);
-  case DR: return usart->arrived >= 0 ? (uint32_t)usart->arrived : usart->received;
+  case DR: return usart->rx_byte >= 0 ? (uint32_t)usart->rx_byte : usart->received;
   default: return REGISTER(usart, offset);
   }
 }
@@ -337,14 +315,14 @@ static uint32_t usart_peek(const Peripheral *peripheral, uint32_t offset) {
 static uint32_t usart_read(Peripheral *peripheral, uint32_t offset, int64_t *until_ps) {
   Usart *usart = (Usart *)peripheral;
   if (offset == DR) {
-    *until_ps = ALREADY_PS;
+    *until_ps = NOT_CACHEABLE_PS;
     return read_data(usart);
   }
-  if (offset == SR) { /* it begins the sequences that clear flags; a second read has no further effect */
+  if (offset == SR) { /* begins a clearing sequence; repetitions have no further effect */
     *until_ps = next_flag_ps(usart);
-    usart->armed = true;
-    usart->seen = status_of(usart);
-    return usart->seen;
+    usart->sr_read = true;
+    usart->last_sr = status_of(usart);
+    return usart->last_sr;
   }
   return REGISTER(usart, offset);
 }
@@ -361,27 +339,24 @@ static void usart_write(Peripheral *peripheral, uint32_t offset, uint32_t value,
   } else if (offset == SR) {
     clear_flags(usart, value | ~mask);
   } else {
-    mask &= STORED[offset >> 2];
-    REGISTER(usart, offset) = (REGISTER(usart, offset) & ~mask) | (value & mask);
-    configured(usart, offset);
+    write_bits(&REGISTER(usart, offset), value, mask, STORED[offset >> 2]);
+    settings_changed(usart, offset);
   }
-  if (usart->watched) {
+  if (usart->wants_events) {
     update(usart);
   }
 }
 
-/* -- clock, reset, creation ------------------------------------------------------------------------------- */
-
 static void usart_clocks_changed(Peripheral *peripheral) { set_frame((Usart *)peripheral); }
 
-/* Reset registers, flags and the received byte; frames on the wire are finished. */
+/* Frames on the wire are finished. */
 static void usart_reset(Peripheral *peripheral) {
   Usart *usart = (Usart *)peripheral;
   memset(usart->registers, 0, sizeof usart->registers);
   usart->tc_ps = 0;
-  usart->waiting = usart->arrived = -1;
-  usart->armed = usart->overrun = usart->idle = usart->watched = usart->received = 0;
-  usart->seen = 0;
+  usart->pending_byte = usart->rx_byte = -1;
+  usart->sr_read = usart->overrun = usart->idle = usart->wants_events = usart->received = 0;
+  usart->last_sr = 0;
   update(usart);
 }
 
@@ -410,8 +385,6 @@ void usarts_create(Chip *chip) {
   }
 }
 
-/* -- for Python ------------------------------------------------------------------------------------------- */
-
 static Usart *usart_of(Chip *chip, int32_t index) { return (Usart *)chip->peripherals[index]; }
 
 void fcu_connect_usarts(Chip *chip, const UsartCalls *calls) { chip->usarts.calls = *calls; }
@@ -423,7 +396,7 @@ void fcu_usart_wire(Chip *chip, int32_t index, int32_t port, int32_t pin, int32_
   usart->terminal_baud = baud;
 }
 
-void fcu_usart_hand_over(Chip *chip, int32_t index) { hand_over(usart_of(chip, index), false); }
+void fcu_usart_flush(Chip *chip, int32_t index) { flush(usart_of(chip, index), false); }
 
 int32_t fcu_usart_frame(const Chip *chip, int32_t index, int64_t *num, int64_t *den) {
   const Usart *usart = (const Usart *)chip->peripherals[index];
@@ -436,14 +409,14 @@ int64_t fcu_usart_next_change(Chip *chip, int32_t index) { return next_flag_ps(u
 
 int32_t fcu_usart_receive(Chip *chip, int32_t index, int32_t value) {
   Usart *usart = usart_of(chip, index);
-  bool lost = usart->arrived >= 0;
+  bool lost = usart->rx_byte >= 0;
   if ((REGISTER(usart, CR1) & RECEIVING) != RECEIVING) {
     return 1;
   }
-  if (lost) { /* section 19.3.3: DR keeps the previous byte */
+  if (lost) { /* DR keeps the previous byte (19.3.3) */
     usart->overrun = true;
   } else {
-    usart->arrived = (int16_t)(value & 0xFF);
+    usart->rx_byte = (int16_t)(value & 0xFF);
   }
   update(usart);
   return !lost;

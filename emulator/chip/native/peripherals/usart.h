@@ -1,62 +1,58 @@
-/* One USART; usart.c explains it. */
+/* USART1, USART2 and USART6. */
 #ifndef FCU_USART_H
 #define FCU_USART_H
 
 #include "peripherals/peripheral.h"
 
 #define USARTS 3
-#define USART_PIECE 256
+#define USART_BUFFER 256
 
-/* The length of a frame, num / den ps. */
+/* The frame takes num / den ps. */
 typedef struct {
   int64_t num, den;
 } UsartFrame;
 
-/* Frames on the wire without a gap: each time is computed from the first one, so that they do not drift. */
+/* Frames without a gap, timed from the first one, so that they do not drift. */
 typedef struct {
   int64_t start_ps, count;
   UsartFrame frame;
-  uint8_t connected; /* the pin is switched to the transmitter: a terminal receives it */
+  uint8_t connected; /* pin switched to the USART */
 } UsartRun;
 
 typedef struct {
   Peripheral peripheral;
-  int32_t number; /* the number among the three */
+  int32_t number;
   int32_t event;
-  uint32_t registers[7]; /* by offset / 4; SR and DR are not stored */
-  UsartFrame frame; /* of the next byte */
+  uint32_t registers[7]; /* by offset / 4, without SR and DR */
+  UsartFrame frame;
 
-  /* The transmitter. */
   UsartRun run;
-  int64_t txe_ps, idle_ps; /* when the data register is next empty, and the line idle */
-  int64_t tc_ps;           /* when TC is next set */
-  int16_t waiting;         /* a byte in DR while the transmitter is off; -1: none */
-  uint8_t armed;           /* SR was read since DR was last written: writing DR clears TC */
-  /* The latest bytes of the run, which Python has not yet received. */
-  uint8_t piece[USART_PIECE];
-  int32_t piece_length;
+  int64_t txe_ps, idle_ps; /* DR is empty; the line is idle */
+  int64_t tc_ps;           /* TC is set */
+  int16_t pending_byte;    /* until TE and UE are set; -1: none */
+  uint8_t sr_read;         /* since a write of DR: the next one clears TC */
+  /* Bytes that Python has not received. */
+  uint8_t buffer[USART_BUFFER];
+  int32_t buffer_length;
 
-  /* The receiver. */
-  int16_t arrived;  /* a byte that has not been read; -1: none (RXNE) */
-  uint8_t received; /* the last byte that was read */
+  int16_t rx_byte; /* RXNE; -1: none */
+  uint8_t received;
   uint8_t overrun, idle;
-  uint32_t seen; /* SR as last read: the flags that a following read of DR clears */
+  uint32_t last_sr; /* flags that reading DR clears */
 
-  uint8_t watched; /* an interrupt or a DMA request may be due */
-  uint8_t serving;
+  uint8_t wants_events;
+  uint8_t in_dma;
 
-  /* The wiring, set once. */
-  PinFunction pins[2]; /* pins of the terminal; function 255 ends them */
-  int32_t terminal_baud; /* 0: no terminal */
+  PinFunction pins[2];   /* of the terminal; function 255 ends them */
+  int32_t terminal_baud; /* 0: none */
 } Usart;
 
-/* Callbacks into Python; either may be NULL. */
+/* Callbacks into Python, or NULL. */
 typedef struct {
-  /* Bytes were sent: frames number first and following of a run that began at start_ps. detailed: the trace needs
-   * them. */
+  /* Frames from number `first` of a run. detailed: the trace needs them. */
   void (*sent)(int64_t now_ps, int32_t peripheral, int64_t start_ps, int64_t num, int64_t den, int32_t connected,
                int64_t first, const uint8_t *bytes, int32_t length, int32_t detailed);
-  /* The last of these bytes was overwritten in DR. */
+  /* The last of these bytes was overwritten. */
   void (*replaced)(int64_t now_ps, int32_t peripheral, int32_t value);
 } UsartCalls;
 
