@@ -64,11 +64,11 @@ def failure_text(error: Exception) -> str:
     if isinstance(error, FcuError):
         return str(error)
     if isinstance(error, MemoryError):
-        return "cannot do this: there is not enough memory"
+        return "cannot continue: not enough memory"
     if isinstance(error, OSError):
-        return f"cannot do this: {error.strerror or error}"
+        return f"cannot continue: {error.strerror or error}"
     what = f"{type(error).__name__}: {str(error)[:200]}"
-    return f"cannot do this: a bug in fcu-emulator ({what}); please report it"
+    return f"cannot continue: a bug in fcu-emulator ({what}); please report it"
 
 
 class InputError(FcuError):
@@ -136,10 +136,8 @@ class ExpectationError(FcuError):
         self.diagnosis = diagnosis
         shown = "".join(f"\n  {line}" for line in lines)
         told = "".join(f"\n  {line}" for line in diagnosis.splitlines())
-        terminal = f"\nthe terminal's last lines:{shown}" if lines else ""
-        super().__init__(
-            f"{problem}{terminal}" + (f"\nwhat is wrong with the firmware:{told}" if told else "")
-        )
+        terminal = f"\nlast lines of the terminal:{shown}" if lines else ""
+        super().__init__(f"{problem}{terminal}" + (f"\nproblems of the firmware:{told}" if told else ""))
 
 
 class FirmwareError(FcuError):

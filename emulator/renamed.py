@@ -22,7 +22,7 @@ def with_current_keys(table: Mapping[str, Any], renamed: Mapping[str, str]) -> d
     for key, value in table.items():
         name = current_name(key, renamed)
         if name in changed or (name != key and name in table):
-            raise ValueError(f"has both {key} and {name}; leave out {key}")
+            raise ValueError(f"must not have both {key} and {name}; leave out {key}")
         changed[name] = value
     return changed
 

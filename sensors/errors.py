@@ -90,12 +90,12 @@ def drawn(
 
 def rate_deviation() -> Any:
     """Return the field ``odr_percent`` of a sensor with an oscillator."""
-    return drawn("by how much every rate is faster", "%", 2.5, "measured parts", "typical", (-20.0, 20.0))
+    return drawn("relative error of every rate", "%", 2.5, "measured parts", "typical", (-20.0, 20.0))
 
 
 def heating_share() -> Any:
     """Return the field ``heating_percent``, see :mod:`fcu_emulator.emulator.world.warmth`."""
-    doc = "by how much more than the board it is warmed at its place"
+    doc = "warming at its place, above that of the board"
     return drawn(doc, "%", 8.0, "the board's size and copper", "typical", (-100.0, 100.0))
 
 
@@ -136,7 +136,9 @@ class PartErrors:
                 continue
             (low, high), value = figure.allowed, getattr(self, name)
             if not low <= value <= high:
-                raise ValueError(f"{type(self).__name__}.{name} is {value:g}; give {low:g} to {high:g}")
+                raise ValueError(
+                    f"{type(self).__name__}.{name} must be from {low:g} to {high:g}, not {value:g}"
+                )
 
     @classmethod
     def figures(cls) -> dict[str, Figure]:

@@ -102,7 +102,7 @@ def rewrite(text: str) -> str:
             found = True
     if not found:
         raise InputError(
-            f"no place for the fidelity table; put it between {BEGIN} and {END}", kind="no_markers"
+            f"cannot write the fidelity table: the page must have {BEGIN} and {END}", kind="no_markers"
         )
     return text
 

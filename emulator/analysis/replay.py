@@ -191,7 +191,7 @@ class _ReplayHal(HalGpio):
             if self._timer_runs:
                 raise InputError(
                     f"cannot be replayed: at {read.t_ps / PS_PER_S:.6f} s register 0x{read.register:02X} of "
-                    f"{read.device} was read, where this firmware reads 0x{register:02X} of {device}",
+                    f"{read.device} was read, but this firmware reads 0x{register:02X} of {device}",
                     kind="other_register",
                 )
         raise _EndOfRecordingError

@@ -108,7 +108,7 @@ class Board:
     ) -> None:
         wiring = wiring if profile is None else _given_as_profile(profile)
         if seed is not None and not isinstance(seed, int):
-            raise InputError(f"seed is {seed!r}; give an integer")
+            raise InputError(f"seed must be an integer, not {seed!r}")
         board = self.description
         plan = _load(scenario, board, seed)
         if firmware is None and plan is not None:
@@ -195,7 +195,7 @@ class Board:
         """Run for exactly this much virtual time. Raises FirmwareError when the firmware itself fails."""
         if not isinstance(seconds, int | float) or not 0 <= seconds <= LONGEST_RUN_S:
             raise InputError(
-                f"cannot run for {seconds!r} s; give a number of seconds from 0 to {LONGEST_RUN_S}",
+                f"cannot run for {seconds!r} s: the duration must be from 0 to {LONGEST_RUN_S}",
                 kind="duration",
             )
         self.run_until_ps(self.clock.now_ps + to_ps(seconds))
@@ -204,7 +204,7 @@ class Board:
         """Run until this virtual time since power-on; a past time has no effect. Raises FirmwareError."""
         if not isinstance(seconds, int | float) or not 0 <= seconds <= LONGEST_RUN_S:
             raise InputError(
-                f"cannot run until {seconds!r} s; give the seconds since power-on, from 0 to {LONGEST_RUN_S}",
+                f"end must be from 0 to {LONGEST_RUN_S} s since power-on, not {seconds!r}",
                 kind="time",
             )
         if to_ps(seconds) > self.clock.now_ps:
@@ -372,7 +372,7 @@ class _RunState:
 
     def until_ps(self, at_ps: int) -> None:
         if self.closed:
-            raise InputError("this board has been closed and runs no more; make another one")
+            raise InputError("cannot run a closed board; create another one")
         before, self.running = self.running, True
         try:
             self.backend.run_until_ps(at_ps)

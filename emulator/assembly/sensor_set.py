@@ -65,7 +65,7 @@ class SensorSet:
 
     def __getattr__(self, name: str) -> Any:
         known = ", ".join(part.NAME.lower() for part in self.__dict__.get("parts", ()))
-        raise AttributeError(f"this board has no sensor {name!r}; known: {known}")
+        raise AttributeError(f"unknown sensor {name!r} on this board; known: {known}")
 
     def attach(self, i2c: Mapping[str, I2CBus], spi: Mapping[str, SpiBus], wiring: Wiring) -> None:
         """Connect the sensors to their addresses and chip selects."""

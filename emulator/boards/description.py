@@ -51,7 +51,7 @@ class MountedSensor:
         measures_vectors = any(quantity.axes == 3 for quantity in self.part.SIGNALS)
         if measures_vectors and not self.mountings:
             raise InputError(
-                f"the {self.part.NAME} measures vectors: give its mounting on the board", kind="no_mounting"
+                f"the {self.part.NAME} must have a mounting, because it measures vectors", kind="no_mounting"
             )
 
     @property
@@ -148,13 +148,13 @@ class BoardDescription:
         for wiring in self.wirings:
             what = f"board {self.name}, wiring {wiring.name}"
             if wiring.bus not in (*self.i2c, *self.spi):
-                raise InputError(f"{what}: there is no bus {wiring.bus}; known: {', '.join(self.buses())}")
+                raise InputError(f"{what}: unknown bus {wiring.bus}; known: {', '.join(self.buses())}")
             for part, place in wiring.places.items():
                 if part not in names:
-                    raise InputError(f"{what}: there is no part {part}; known: {', '.join(names)}")
+                    raise InputError(f"{what}: unknown part {part}; known: {', '.join(names)}")
                 if isinstance(place, int) is not (wiring.bus in self.i2c):
                     wanted = "a 7-bit address" if wiring.bus in self.i2c else 'a chip select such as "PA8"'
-                    raise InputError(f"{what}: {part} is at {place!r} of {wiring.bus}; give {wanted}")
+                    raise InputError(f"{what}: {part} on {wiring.bus} must be at {wanted}, not {place!r}")
 
     def buses(self) -> Iterator[str]:
         yield from self.i2c
@@ -227,25 +227,21 @@ class BoardErrors(PartErrors):
         "field of the board's own magnetised steel", "mgauss", 300.0, _CALIBRATIONS
     )
     soft_iron_percent: Vec3 = drawn_by_axis(
-        "by how much steel strengthens the field along X, Y, Z", "%", 9.0, _CALIBRATIONS
+        "factor by which steel strengthens the field along X, Y, Z", "%", 9.0, _CALIBRATIONS
     )
     soft_iron_across_percent: Vec3 = drawn_by_axis(
-        "between X and Y, X and Z, Y and Z: part of the field along the other axis", "%", 6.0, _CALIBRATIONS
+        "coupling between X and Y, X and Z, Y and Z, as a part of the field", "%", 6.0, _CALIBRATIONS
     )
 
     hsi_percent: float = drawn(
-        "by how much the internal oscillator is faster", "%", 1.0, "STM32F401xB/C datasheet, HSI, 25 degC"
+        "frequency error of the internal oscillator", "%", 1.0, "STM32F401xB/C datasheet, HSI, 25 degC"
     )
-    hse_ppm: float = fixed(
-        "by how much the quartz is faster", "ppm", 0.0, "not documented", (-1000.0, 1000.0)
-    )
+    hse_ppm: float = fixed("frequency error of the quartz", "ppm", 0.0, "not documented", (-1000.0, 1000.0))
 
     heating_degc: float = strength(
-        "by how much the board is warmer than the air", "degC", 5.0, "its size and supply current"
+        "temperature of the board above the air", "degC", 5.0, "its size and supply current"
     )
-    thermal_s: float = strength(
-        "time constant with which it becomes so", "s", 200.0, "its size and thickness"
-    )
+    thermal_s: float = strength("time constant of its warming", "s", 200.0, "its size and thickness")
 
     def soft_iron(self) -> Matrix:
         """Matrix (3, 3) applied to the outer field, symmetric as of steel without hysteresis."""

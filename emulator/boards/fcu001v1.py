@@ -47,7 +47,7 @@ FCU001V1 = BoardDescription(
             "BlueNRG",
             spi="SPI1",
             chip_select=("B", 0),
-            note="the Bluetooth module is absent on the virtual board; firmware goes on after its time-outs",
+            note="the Bluetooth module is absent on the virtual board; firmware continues after its time-outs",
             held={("A", 4): 0},  # its interrupt
         ),
     ),

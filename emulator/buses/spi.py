@@ -105,7 +105,9 @@ class SpiMaster:
     def configure(self, mode: Mode, wires: Wires) -> None:
         """Set the mode (0 to 3) and the wires (3 or 4)."""
         if mode not in (0, 1, 2, 3) or wires not in (3, 4):
-            raise InputError(f"SPI mode {mode} with {wires} wires: give mode 0 to 3, and 3 or 4 wires")
+            raise InputError(
+                f"SPI must have mode 0 to 3 and 3 or 4 wires, not mode {mode} with {wires} wires"
+            )
         self.bus.mode, self.bus.wires = mode, wires
 
     def write(self, chip_select: str, data: bytes) -> None:

@@ -88,7 +88,7 @@ class ArmFirmware:
     def variable(self, name: str) -> Any:
         """Raises SymbolError for an unknown variable."""
         if self.image.symbols is None:
-            problem = f"{self.image.path} has no symbols, so no variable {name!r}"
+            problem = f"{self.image.path} must have symbols for the variable {name!r}"
             raise SymbolError(problem, kind="no_symbols")
         return self.image.symbols.read_variable(name, self._memory)
 
@@ -145,12 +145,10 @@ class Limits:
         for field in fields(self):
             value = getattr(self, field.name)
             if not value > 0:
-                raise InputError(
-                    f"limit {field.name} is {value!r}; give a number above 0", kind="out_of_range"
-                )
+                raise InputError(f"limit {field.name} must be above 0, not {value!r}", kind="out_of_range")
         if self.resets_per_s >= RESETS_KEPT:
             raise InputError(
-                f"limit resets_per_s is {self.resets_per_s}; give less than {RESETS_KEPT}",
+                f"limit resets_per_s must be below {RESETS_KEPT}, not {self.resets_per_s}",
                 kind="out_of_range",
             )
 
@@ -174,13 +172,14 @@ def parse_limits(settings: Iterable[str]) -> Limits:
         name, _, number = setting.partition("=")
         if name not in types:
             raise InputError(
-                f"limit {setting}: known are {', '.join(types)}, such as wall_s=60", kind="unknown_limit"
+                f"unknown limit {setting}; known: {', '.join(types)}; for example wall_s=60",
+                kind="unknown_limit",
             )
         try:
             chosen[name] = types[name](number)
         except ValueError:
             raise InputError(
-                f"limit {setting}: give a number, such as {name}=1000", kind="not_a_number"
+                f"limit {name} must be a number, such as {name}=1000, not {setting}", kind="not_a_number"
             ) from None
     return Limits(**chosen)
 

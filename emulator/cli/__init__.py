@@ -79,16 +79,16 @@ def execute(arguments: Sequence[str]) -> ExitCode | int:
         return _interrupted(error)
     except MemoryError:
         _complain(
-            "there is not enough memory for this; close other programs, or raise the limit (ulimit -v,"
+            "cannot continue: not enough memory; close other programs, or raise the limit (ulimit -v,"
             " or with --isolate --limit memory_bytes=NUMBER)"
         )
     except OSError as error:
         if _was_printing(error) and _is_broken_pipe(error):
             return _READER_GONE
         if _was_printing(error):
-            _complain(f"standard output: {error.strerror or error}; what was printed is not complete")
+            _complain(f"standard output: {error.strerror or error}; the output is incomplete")
         elif error.errno in _OUT_OF_RESOURCES:
-            _complain(f"this machine has run out of something: {error}")
+            _complain(f"cannot continue: this machine has run out of a resource: {error}")
         else:
             _report_bug()
     except Exception as error:
@@ -122,12 +122,15 @@ def _execute(arguments: Sequence[str]) -> ExitCode | int:
 
     from fcu_emulator.emulator.cli.commands import cli
     from fcu_emulator.emulator.cli.exit_codes import ExitCode, code_of
+    from fcu_emulator.emulator.cli.screen import say
     from fcu_emulator.emulator.errors import FcuError, OutputError
 
     warnings.showwarning = _show_warning
     try:
         if sys.stdout is None and _prints(arguments):
-            raise OutputError(f"standard output is closed; give it somewhere to go, such as > {os.devnull}")
+            raise OutputError(
+                f"cannot print: standard output is closed; redirect it, for example > {os.devnull}"
+            )
         try:
             code = cli.main(list(arguments), prog_name="fcu", standalone_mode=False, obj=arguments)
         except SystemExit as error:
@@ -144,8 +147,12 @@ def _execute(arguments: Sequence[str]) -> ExitCode | int:
     except click.Abort:
         return ExitCode.INTERRUPTED
     except FcuError as error:
-        for line in str(error).splitlines():  # most have one line; a diagnosis has more
-            _complain(line)
+        summary, *details = str(error).splitlines() or [
+            ""
+        ]  # a diagnosis and a compiler's output have details
+        say(summary, "fail")
+        for line in details:
+            say(line)
         return code_of(error)
 
 
@@ -160,7 +167,9 @@ def _show_warning(
     """Print a warning for users, such as a key's old name, in one line; ignore warnings for programmers."""
     del filename, lineno, file, line
     if issubclass(category, FutureWarning):
-        _complain(f"warning: {message}")
+        from fcu_emulator.emulator.cli.screen import say
+
+        say(f"warning: {message}", "warning")
 
 
 def _address_space() -> float:
@@ -188,7 +197,7 @@ def _was_printing(error: OSError) -> bool:
 def _report_bug() -> None:
     with suppress(OSError):
         traceback.print_exc()
-    _complain("the lines above are a bug in fcu-emulator; please report them")
+    _complain("this is a bug in fcu-emulator; please report the lines above")
 
 
 def _complain(line: str) -> None:

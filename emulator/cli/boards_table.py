@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import click
 
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
+from fcu_emulator.emulator.cli.screen import paint
 from fcu_emulator.emulator.grading.verdict import Verdict
 from fcu_emulator.emulator.text import visible
 
@@ -58,13 +59,19 @@ class BoardsTable:
         """Print one board's line."""
         self._results.append(result)
         more = "; ".join(filter(None, (", ".join(result.lost), result.why)))
-        click.echo(visible(f"  board {result.seed:<6} {result.score:<12} {more}".rstrip()))
+        if result.code == ExitCode.NOT_JUDGED:
+            mark = paint("----", "warning")
+        else:
+            mark = paint("PASS", "pass") if result.code == ExitCode.PASSED else paint("FAIL", "fail")
+        click.echo(f"  {mark}  board {result.seed:<6} {visible(f'{result.score:<12} {more}').rstrip()}")
 
     def conclude(self, command: str) -> ExitCode:
         """Print the summary, with the ``command`` that shows one board; return the worst exit code."""
         codes = [one.code for one in self._results]
         passed = codes.count(ExitCode.PASSED)
-        click.echo(visible(f"{self._title}: {passed} of {len(codes)} boards {self._all_right}"))
+        click.echo()
+        click.echo(paint(visible(self._title), "heading"))
+        click.echo(f"  {passed} of {len(codes)} boards {self._all_right}")
         lost: dict[str, list[int]] = {}
         for one in self._results:
             for name in one.lost:
@@ -75,5 +82,7 @@ class BoardsTable:
             click.echo(visible(f"  {name} {self._is_lost} on board {shown}{more}"))
         wrong = [one.seed for one in self._results if one.code != ExitCode.PASSED]
         if wrong:
-            click.echo(visible(f"Show one: {command} --seed {wrong[0]}"))
+            click.echo()
+            click.echo(paint("Next", "heading"))
+            click.echo(visible(f"    {command} --seed {wrong[0]}"))
         return next(code for code in _WORST_FIRST if code in codes)

@@ -26,6 +26,7 @@ from pathlib import Path
 import click
 
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.cli.screen import WIDTH, ProgressLine, paint
 from fcu_emulator.emulator.cli.toolchain import COMPILER, find_compiler
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.host.install_hints import command_line, how_to_install
@@ -36,7 +37,6 @@ _BUSES = [wiring.bus for wiring in FCU001V1.wirings]
 """Possible buses of the sensors; the first is the default if the Makefile sets none."""
 _BUILD_S = 300.0
 _LONGEST_LOG = 1 << 20
-_WIDTH = 98
 _ERRORS_SHOWN = 3  # errors of the compiler
 _MARKS = (
     re.compile("undefined reference|multiple definition|overflowed by"),  # collect2's "error:" has no details
@@ -64,10 +64,11 @@ class BuildError(Exception):
 
 def build_and_say(folder: Path) -> None:
     """Build the project, print the compiler's warnings and the name of the file. Raises InputError."""
-    log = build_project(folder)
+    with ProgressLine(f"building {folder}"):
+        log = build_project(folder)
     if log:
         click.echo(visible(log, lines=True), err=True)
-    click.echo(visible(f"built {folder / ELF}"))
+    click.echo(f"{paint('built', 'pass')} {visible(str(folder / ELF))}")
 
 
 def build_project(folder: Path, command: str = "build") -> str:
@@ -108,7 +109,7 @@ def _run(command: Sequence[str], folder: Path) -> tuple[int, str]:
             check=False,
         )
     except subprocess.TimeoutExpired as error:
-        raise InputError(f"{folder}: {command[0]} has not ended after {_BUILD_S:g} s") from error
+        raise InputError(f"{folder}: {command[0]} did not end within {_BUILD_S:g} s") from error
     except OSError as error:
         raise InputError(f"cannot run {command[0]}: {error.strerror or error}") from error
     return done.returncode, done.stdout[:_LONGEST_LOG].decode("utf-8", "replace")
@@ -118,14 +119,14 @@ def _build_failed(folder: Path, log: str, command: str) -> str:
     """Return the first errors of a build, and advice."""
     lines = [visible(line) for line in log.splitlines() if line.strip()]
     if any("not found" in line or "No such file" in line for line in lines if "arm-none-eabi" in line):
-        return f"{folder}: the chip's compiler is missing; `fcu doctor` says how to get it"
+        return f"{folder}: the chip's compiler is missing; to install it, see: fcu doctor"
     here = f"{folder.resolve()}/"  # prefix of sources in the linker's messages
     found = ([line.removeprefix(here) for line in lines if mark.search(line)] for mark in _MARKS)
     errors = next(filter(None, found), lines[-_ERRORS_SHOWN:])
-    shown = [f"  {line[:_WIDTH]}" for line in dict.fromkeys(errors)][:_ERRORS_SHOWN]
+    shown = [f"  {line[:WIDTH]}" for line in dict.fromkeys(errors)][:_ERRORS_SHOWN]
     again = command_line(["fcu", command, *([] if folder == Path() else [str(folder)])])
     title = f"{visible(str(folder))} does not build:"
-    return "\n".join([title, *shown, f"  fix the first error, then: {visible(again)}"])
+    return "\n".join([title, *shown, f"Fix the first error, then: {visible(again)}"])
 
 
 @dataclass(frozen=True)
@@ -146,7 +147,7 @@ class _Build:
         missing = [name for name in _OPTIONS if not (self._support / name).is_file()]
         if missing:
             raise InputError(
-                f"{self._support} must have {missing[0]}, which `fcu new` writes; build with make, "
+                f"{self._support} must have {missing[0]}, as written by `fcu new`; build with make, "
                 "or copy support/ from a new project"
             )
         try:

@@ -23,6 +23,8 @@ from typing import Any, TypeVar
 
 import click
 
+from fcu_emulator.emulator.cli.screen import say
+
 _Options = TypeVar("_Options")
 _Result = TypeVar("_Result")
 
@@ -94,6 +96,6 @@ class Command(click.Command):
                 break
             name, equals, value = word.partition("=")
             if name in renamed:
-                click.echo(f"fcu: warning: {name} is now called {renamed[name]}; use that name", err=True)
+                say(f"warning: {name} is now called {renamed[name]}; use that name", "warning")
                 args[number] = f"{renamed[name]}{equals}{value}"
         return super().parse_args(ctx, args)

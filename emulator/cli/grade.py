@@ -7,18 +7,19 @@ import os
 import secrets
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, contextmanager
 from datetime import datetime
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import monotonic
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.options import GradeOptions
+from fcu_emulator.emulator.cli.screen import ProgressLine, is_terminal, paint, say, wrapped
 from fcu_emulator.emulator.cli.signals import Terminated
 from fcu_emulator.emulator.errors import FcuError, InputError
 from fcu_emulator.emulator.grading.autograder import write_autograder
@@ -42,9 +43,6 @@ from fcu_emulator.emulator.host.files import secret, write_atomically
 from fcu_emulator.emulator.host.isolation import WorkerLimits
 from fcu_emulator.emulator.text import csv_text, one_line, visible
 
-if TYPE_CHECKING:
-    from click._termui_impl import ProgressBar
-
 _OF_A_WORKER = WorkerLimits(memory_bytes=1 << 30, cpu_s=1800, file_bytes=256 << 20)
 """LAB3's rubric takes about ten seconds of processor time and 150 MB."""
 _MOST_LISTED = 20
@@ -60,12 +58,12 @@ def grade(options: GradeOptions) -> ExitCode:
     if options.gradescope_zip is not None:
         return _pack_for_gradescope(options, options.gradescope_zip)
     if options.submissions is None or options.out is None:
-        raise InputError("give the folder with the submissions, and the folder for the reports: --out DIR")
+        raise InputError("SUBMISSIONS and --out must be given; for example: fcu grade SUBMISSIONS --out DIR")
     rubric = load_rubric(options.rubric)
     overrides = load_overrides(options.overrides, rubric) if options.overrides is not None else {}
     roster = load_roster(options.roster) if options.roster is not None else None
     for note in roster.notes if roster else ():
-        _say(note)
+        say(note)
     found: dict[str, Graded] = {}
     try:
         with TemporaryDirectory(prefix="fcu-class-", ignore_cleanup_errors=True) as scratch:
@@ -73,7 +71,7 @@ def grade(options: GradeOptions) -> ExitCode:
             _check_known(options.overrides, overrides, submissions)
             whole = _graded_class(options, options.out, rubric, submissions, found, overrides)
     except (KeyboardInterrupt, Terminated):
-        _say(f"interrupted; {len(found)} submissions are done and kept, the same command continues there")
+        say(f"interrupted; {len(found)} submissions are done and kept; repeat the command to continue")
         return ExitCode.INTERRUPTED
     return _conclude(whole, options.out)
 
@@ -139,11 +137,9 @@ def _earlier(
     try:
         whole = GradedClass.from_json(file.read_bytes())
     except (OSError, ValueError) as error:
-        raise InputError(
-            f"cannot read {file}, which --only continues; grade the whole class first"
-        ) from error
+        raise InputError(f"cannot read {file}, which --only updates; grade the whole class first") from error
     if whole.rubric_digest != rubric.digest:
-        raise InputError(f"{file} is of another rubric; grade the whole class, without --only")
+        raise InputError(f"{file} must be of the same rubric; grade the whole class without --only")
     earlier = {one.id: one for one in whole.submissions}
     ids = [one.student.id for one in submissions if one.student.id.casefold() not in again]
     names = {name: shown[name].id if shown is not None else name for name in ids}
@@ -185,7 +181,7 @@ def _reported(reports: Reports, graded: Graded) -> Graded:
     except FcuError:  # a full disk ends the class: no further report can be written
         raise
     except Exception as error:
-        reason = f"its report cannot be composed, please report this: {type(error).__name__}: {error}"
+        reason = f"cannot write its report, please report this bug: {type(error).__name__}: {error}"
         changed = {"status": "unjudged", "reason": one_line(reason, 400), "verdict": None, "build_log": ""}
         return reports.student(graded.model_copy(update=changed))
 
@@ -246,15 +242,19 @@ def _pseudonyms(kept: Path, submissions: list[Submission]) -> dict[str, Student]
 
 @contextmanager
 def _progress(length: int) -> Iterator[Callable[[Graded], None]]:
-    """Show a bar on stderr, or occasional lines if it is not a terminal, for example in a CI log."""
-    if sys.stderr is None or not sys.stderr.isatty():
+    """Show a counter on stderr, or occasional lines if it is not a terminal, for example in a CI log."""
+    if not is_terminal(sys.stderr):
         yield _ProgressLines(length).advance
         return
-    bar: ProgressBar[Graded | None]
-    with click.progressbar(
-        length=length, label="fcu: judging", file=sys.stderr, item_show_func=_progress_name
-    ) as bar:
-        yield lambda graded: bar.update(1, graded)
+    with ProgressLine(f"fcu: judging, 0 of {length}") as line:
+        done = 0
+
+        def advance(graded: Graded) -> None:
+            nonlocal done
+            done += 1
+            line.text = f"fcu: judging, {done} of {length}, last {one_line(graded.shown_name, 30)}"
+
+        yield advance
 
 
 class _ProgressLines:
@@ -278,31 +278,30 @@ class _ProgressLines:
         due = tenths[1] > tenths[0] or silent_s >= _LONGEST_SILENCE_S
         if due and silent_s >= _LINES_APART_S and self._done < self._length:
             self._told, self._told_s = self._done, now_s
-            _say(f"{self._done} of {self._length} submissions done after {now_s - self._began_s:.0f} s")
-
-
-def _progress_name(graded: Graded | None) -> str | None:
-    return None if graded is None else one_line(graded.shown_name, 30)
+            say(f"{self._done} of {self._length} submissions done after {now_s - self._began_s:.0f} s")
 
 
 def _conclude(whole: GradedClass, out: Path) -> ExitCode:
     """Print the summary; the exit code describes the grading, not the programs."""
+    click.echo(paint(visible(whole.rubric_title), "heading"))
     for line in summary(whole):
-        click.echo(visible(line))
+        click.echo(visible(f"  {line}"))
+    if whole.not_judged:
+        click.echo()
+        click.echo(paint("Not judged", "heading"))
     for one in whole.not_judged[:_MOST_LISTED]:
-        click.echo(visible(f"  {one_line(one.shown_name, 60)}: {one.reason}"))
+        click.echo("\n".join(wrapped(f"  {one_line(one.shown_name, 60)}: {one.reason}")))
     if len(whole.not_judged) > _MOST_LISTED:
         click.echo(f"  and {len(whole.not_judged) - _MOST_LISTED} more")
-    click.echo(visible(f"reports: {out / 'index.html'}"))
+    click.echo()
+    click.echo(f"{paint('Reports', 'heading')}: {visible(str(out / 'index.html'))}")
     again = whole.of("unjudged", "partly")
     if again:
-        _say(f"{len(again)} could not be judged, through no fault of theirs; run the same command again")
+        say(
+            f"{len(again)} not judged, through no fault of the students; run the same command again",
+            "warning",
+        )
     return ExitCode.NOT_JUDGED if again else ExitCode.PASSED
-
-
-def _say(line: str) -> None:
-    with suppress(OSError):
-        click.echo(visible(f"fcu: {line}"), err=True)
 
 
 # -- Gradescope ---------------------------------------------------------------------------------------------
@@ -313,9 +312,7 @@ def _grade_for_gradescope(options: GradeOptions, autograder: Path) -> ExitCode:
     rubric = load_rubric(options.rubric)
     folder = autograder / "submission"
     if not folder.is_dir():
-        raise InputError(
-            f"{folder} is no folder; --gradescope runs where Gradescope has laid out its folders"
-        )
+        raise InputError(f"{folder} must be a folder; use --gradescope only inside Gradescope's autograder")
     submission = Submission(_submitter(autograder / "submission_metadata.json"), folder)
     salt = secret(options.salt) if options.salt is not None else secrets.token_bytes(32)
     with _grader(options, rubric, salt) as grader:
@@ -337,7 +334,7 @@ def _pack_for_gradescope(options: GradeOptions, file: Path) -> ExitCode:
     )
     click.echo(f"{file}: {', '.join(names)}")
     if options.wheel is None:
-        _say("without --wheel FILE, Gradescope installs this version of fcu-emulator from PyPI")
+        say("Gradescope will install this version of fcu-emulator from PyPI; to change that: --wheel FILE")
     return ExitCode.PASSED
 
 

@@ -26,7 +26,7 @@ def limits_of_run(settings: Sequence[str], isolate: bool) -> tuple[WorkerLimits 
     limits, others = parse_limits(settings)
     if limits is not None and not isolate:
         named = next(setting for setting in settings if setting not in others)
-        raise InputError(f"limit {named}: limits a process; give --isolate as well")
+        raise InputError(f"--limit {named} must be used with --isolate, because it limits a process")
     start_worker = isolate and limits_of_worker() is None
     return (limits or WorkerLimits()) if start_worker else None, others
 
@@ -39,7 +39,7 @@ def limits_of_process(settings: Sequence[str], isolate: bool) -> WorkerLimits | 
     limits, others = limits_of_run(settings, isolate)
     if others:
         known = ", ".join(field.name for field in fields(WorkerLimits))
-        raise InputError(f"limit {others[0]}: here only a process has limits: {known}")
+        raise InputError(f"--limit must be one of {known} for this command, not {others[0]}")
     return limits
 
 
@@ -52,7 +52,7 @@ def in_worker(limits: WorkerLimits) -> ExitCode:
     if ending.interrupted:
         return ExitCode.INTERRUPTED
     cause = ending.cause or f"it exited with the unexpected status {ending.code}"
-    raise NotJudgedError(f"the worker process has died: {cause}; this says nothing about the firmware")
+    raise NotJudgedError(f"the worker process died: {cause}; this gives no verdict about the firmware")
 
 
 def announcement() -> Iterator[str]:
@@ -68,6 +68,6 @@ def announcement() -> Iterator[str]:
     }
     missing = not_limited()
     kept = [text for name, text in shown.items() if name not in missing]
-    yield f"in a process of its own{', with at most ' if kept else ''}{', '.join(kept)}"
+    yield f"isolated in a worker process{', at most ' if kept else ''}{', '.join(kept)}"
     if missing:
-        yield f"this system does not limit {', '.join(missing)}"
+        yield f"not limited on this system: {', '.join(missing)}"

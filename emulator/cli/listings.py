@@ -45,7 +45,7 @@ def print_registers(name: str | None) -> None:
     else:
         parts, peripherals = ", ".join(SENSORS), ", ".join(DECLARED)
         raise InputError(
-            f"unknown part {name or ''!r}; known: {parts}, and of the chip {peripherals}, and the registers of all"
+            f"unknown part {name or ''!r}; known: {parts}, {peripherals}, or the name of a register"
         )
 
 
@@ -71,12 +71,12 @@ def _print_part(part: type[Sensor]) -> None:
     click.echo(f"{part.NAME} measures {', '.join(measured)}")
     click.echo("; ".join(_reached(part.BUS)))
     click.echo("\nregisters: address, access, reset value, name, meaning")
-    click.echo(f"not modelled, reported when touched: {', '.join(names) or 'nothing'}\n")
+    click.echo(f"not modelled, reported when used: {', '.join(names) or 'nothing'}\n")
     for title, bank in part.maps().items():
         if title:
             click.echo(f"\n{title}\n")
         click.echo("\n".join(_lines(bank)))
-    click.echo(f"\ndeviations of a real part, keys of [sensors.{part.NAME.lower()}] in a scenario:\n")
+    click.echo(f"\ndeviations of a real part: keys of [sensors.{part.NAME.lower()}] in a scenario:\n")
     click.echo("\n".join(_figure_line(name, figure) for name, figure in part.ERRORS.figures().items()))
 
 
@@ -163,7 +163,7 @@ def list_scenarios() -> None:
 def check_scenario(file: str) -> None:
     """Load a scenario; raises ScenarioError naming file and key path."""
     plan = load_scenario(file)
-    click.echo(visible(f"{file}: good; {plan.question}"))
+    click.echo(visible(f"{file}: valid; {plan.question}"))
 
 
 def print_schema() -> None:

@@ -39,7 +39,7 @@ def create_project(directory: Path, bus: str, rubric: str | None = None) -> None
     beside = [] if lab is None else lab.files()
     try:
         if directory.exists() and (not directory.is_dir() or any(directory.iterdir())):
-            raise InputError(f"{directory} exists and is not an empty folder; give the name of a new one")
+            raise InputError(f"{directory} must be a new or an empty folder; give another name")
         _write(directory, bus, lab)
         if lab is not None:
             _copy_rubric(lab, beside, directory)
@@ -53,9 +53,7 @@ def _copy_rubric(rubric: Rubric, beside: Sequence[Path], directory: Path) -> Non
     for name in beside:
         target = directory / name
         if target.exists():
-            raise InputError(
-                f"the rubric names {name}, which is a file of the template; give it another name"
-            )
+            raise InputError(f"the rubric names {name}, which is a file of the template; rename it")
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(rubric.path.parent / name, target)
     shutil.copyfile(rubric.path, directory / PROJECT_RUBRIC)
@@ -109,17 +107,17 @@ def readme_of(rubric: Rubric) -> str:
     return f"""\
 # {_markdown(rubric.title)}
 
-Your program is `main.c`; the places for your code are marked `YOUR CODE HERE`. Everything in `support/` is there to be
-called, and to be read: drivers of the three sensors, the HAL, start-up, linker script.
+Your program is `main.c`; the places for your code are marked `YOUR CODE HERE`. `support/` has the drivers of the
+three sensors, the HAL, the start-up code and the linker script; read and call them.
 
 ```
-fcu build && fcu run lab3.elf   # builds it and runs it on the virtual board; Ctrl-C ends
-fcu check                       # builds it, says which exercises are done, and what to do next
-fcu check --boards 5            # judges it on five boards and motions
+fcu build && fcu run lab3.elf   # builds and runs it on the virtual board; Ctrl-C ends
+fcu check                       # builds it, shows completed exercises and the next step
+fcu check --boards 5            # checks it on five boards and motions
 fcu web lab3.elf                # shows the board in the browser, with the exercises
 ```
 
-`fcu check` judges by `{PROJECT_RUBRIC}` in this folder.
+`fcu check` uses the rubric `{PROJECT_RUBRIC}` in this folder.
 
 ## Exercises
 | exercise | title | points | check |

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import click
 
+from fcu_emulator.emulator.cli.screen import ProgressLine, paint
 from fcu_emulator.emulator.grading.margins import margin_warnings
 from fcu_emulator.emulator.grading.rubric import Rubric, load_rubric
 from fcu_emulator.emulator.grading.trials import Trial, trials
@@ -24,7 +25,7 @@ def check_rubric(file: str, programs: bool) -> None:
     count = sum(len(exercise.check) for exercise in rubric.exercises)
     click.echo(
         visible(
-            f"{file}: good; {_count(len(rubric.exercises), 'exercise')}, {_count(count, 'check')}, "
+            f"{file}: valid; {_count(len(rubric.exercises), 'exercise')}, {_count(count, 'check')}, "
             f"{rubric.max_points:g} points, "
             f"{rubric.duration_s(0):g} s of virtual time"
         )
@@ -41,16 +42,17 @@ def check_rubric(file: str, programs: bool) -> None:
 
 
 def _try(file: str, rubric: Rubric) -> None:
-    click.echo("\nprograms that do not solve the lab earn:")
-    tried = []
-    for trial in trials(rubric, _TEMPLATE):
+    with ProgressLine("checking programs that do not solve the lab"):
+        tried = list(trials(rubric, _TEMPLATE))
+    click.echo()
+    click.echo(paint("Points of programs that do not solve the lab", "heading"))
+    for trial in tried:
         points = f"{trial.verdict.points:g} of {trial.verdict.max_points:g}"
         checks = ", ".join(f"{check} {points:g}" for check, points in trial.earned.items())
         click.echo(f"  {points:<10} {trial.program}{f': {checks}' if checks else ''}")
-        tried.append(trial)
     given = _given_away(tried)
     if not given:
-        click.echo("none of them earns a point")
+        click.echo("  None of them gets a point.")
         return
     click.echo()
     for check, count in given.items():
@@ -80,4 +82,4 @@ def _count(number: int, what: str) -> str:
 
 
 def _warn(text: str) -> None:
-    click.echo(visible(f"warning: {text}"))
+    click.echo(paint(visible(f"warning: {text}"), "warning"))

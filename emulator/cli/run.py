@@ -12,8 +12,6 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Protocol
 
-import click
-
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.cli.exit_codes import ExitCode, code_of, with_losses
@@ -21,12 +19,13 @@ from fcu_emulator.emulator.cli.isolated import announcement as isolation_announc
 from fcu_emulator.emulator.cli.options import RunOptions
 from fcu_emulator.emulator.cli.run_record import RunRecord
 from fcu_emulator.emulator.cli.run_report import Explainer, ProgressDisplay, summary
+from fcu_emulator.emulator.cli.screen import Look, Say, gap
+from fcu_emulator.emulator.cli.screen import say as say_to_user
 from fcu_emulator.emulator.errors import FcuError, InputError, LinkError, OutputError
 from fcu_emulator.emulator.host.isolation import limits_of_worker
 from fcu_emulator.emulator.links import Addressed, ByteLink, open_link
 from fcu_emulator.emulator.links.runner import Progress, Runner
 from fcu_emulator.emulator.links.stdout import StdoutLink
-from fcu_emulator.emulator.text import visible
 from fcu_emulator.emulator.time.clock import parse_duration, seconds
 from fcu_emulator.emulator.trace import LARGEST_FILE
 
@@ -54,7 +53,7 @@ def run_board(options: RunOptions) -> ExitCode:
     end_ps = run_end_ps(options, board)
     with ExitStack() as stack:
         speed = _speed(options.speed, options.serial, end_ps)
-        tell = _silently if options.quiet else to_stderr
+        tell = _silently if options.quiet else say_to_user
         links = [_open(spec, board, tell, stack) for spec in dict.fromkeys(options.serial)]
         debugger = open_debugger(board, options.gdb, options.halt, stack)
         if options.trace is not None:
@@ -62,7 +61,7 @@ def run_board(options: RunOptions) -> ExitCode:
             stack.callback(board.trace.close)
         views = _views(options, board, limits, stack)
         record = RunRecord(board, links, options.json, stack)
-        say = record.add_line if options.quiet else record.add_line_and(to_stderr)
+        say = record.add_line if options.quiet else record.add_line_and(say_to_user)
         for line in _announcement(options, board, speed, links, debugger):
             say(line)
         control = _control_server(board, links, stack) if speed is not None else None
@@ -90,8 +89,11 @@ def run_board(options: RunOptions) -> ExitCode:
                 for link in links:
                     link.close()
                 record.wall_s = runner.wall_s
-                for line in summary(board, links, runner.wall_s, explainer.recorder, options.verbose):
-                    say(line)
+                _say_summary(
+                    summary(board, links, runner.wall_s, explainer.recorder, options.verbose),
+                    say,
+                    options.quiet,
+                )
             code = _judge_and_say(board, runner, record)
             explainer.conclude()
             board.trace.close()
@@ -102,6 +104,13 @@ def run_board(options: RunOptions) -> ExitCode:
         code = with_losses(code, sum(link.undelivered() for link in links), _unread(links))
         record.write(code)
         return code
+
+
+def _say_summary(lines: Iterator[tuple[str, Look | None]], say: Say, quiet: bool) -> None:
+    if not quiet:
+        gap()
+    for line, look in lines:
+        say(line, look)
 
 
 def _unread(links: Sequence[ByteLink]) -> bool:
@@ -115,7 +124,9 @@ def _check_files(options: RunOptions) -> None:
     for option in ("json", "trace", "vcd", "perfetto"):
         path: Path | None = getattr(options, option)
         if path is not None and path in named:
-            raise InputError(f"--{named[path]} and --{option} both name {path}; give each a file of its own")
+            raise InputError(
+                f"--{named[path]} and --{option} must not both name {path}; give each its own file"
+            )
         if path is not None:
             named[path] = option
 
@@ -157,7 +168,9 @@ def _speed(text: str | None, serial: tuple[str, ...], end_ps: int | None) -> flo
     except ValueError:
         factor = 0.0
     if not _SLOWEST <= factor <= _FASTEST:
-        raise InputError(f"--speed {text}: give max, or a factor from {_SLOWEST:g} up, such as 1, 0.5 or 10")
+        raise InputError(
+            f"--speed must be max, or a factor of at least {_SLOWEST:g}, such as 1, 0.5 or 10, not {text!r}"
+        )
     return factor
 
 
@@ -176,7 +189,7 @@ def _control_server(board: Board, links: list[ByteLink], stack: ExitStack) -> Co
     try:
         control = ControlServer(board.booted.name, serial, ControlRequests(board).answer)
     except LinkError as error:
-        to_stderr(f"no other fcu will find this board: {error}")
+        say_to_user(f"fcu move and fcu terminal cannot find this board: {error}")
         return None
     stack.callback(control.close)
     return control
@@ -234,7 +247,7 @@ def _announcement(
     what = f", scenario {options.scenario}" if options.scenario else ""
     yield f"board {booted.wiring.name}, firmware {booted.name}{what}, seed {board.seed}, {pace}"
     if booted.reason:
-        yield f"wiring {booted.wiring.name} because the firmware says so: {booted.reason}"
+        yield f"wiring {booted.wiring.name}, selected by the firmware: {booted.reason}"
     yield from isolation_announcement()
     yield from booted.notes
     for link in links:
@@ -285,7 +298,7 @@ def judge_run(board: Board, runner: Runner) -> Judgement:
         return Judgement(ExitCode.PASSED)
     if board.clock.now_ps < plan.duration_ps and not runner.limit:
         lasts = f"the scenario lasts {seconds(plan.duration_ps)}"
-        cause = f"the run was ended at {board.now_s:.3f} s, {lasts}" if runner.stopped else lasts
+        cause = f"the run ended at {board.now_s:.3f} s, {lasts}" if runner.stopped else lasts
         return Judgement(ExitCode.NOT_JUDGED if plan.expectations else ExitCode.PASSED, unchecked=cause)
     result = plan.check(board, runner.limit)
     if runner.limit and not runner.limit.endswith("limits.wall"):
@@ -300,10 +313,26 @@ def _judge_and_say(board: Board, runner: Runner, record: RunRecord) -> ExitCode:
     judgement = judge_run(board, runner)
     record.result, record.unchecked = judgement.result, judgement.unchecked
     if judgement.unchecked:
-        to_stderr(f"expectations not checked: {judgement.unchecked}")
-    for line in judgement.result.lines if judgement.result is not None else ():
-        to_stderr(line)
+        say_to_user(f"expectations not checked: {judgement.unchecked}", "warning")
+    if judgement.result is not None:
+        _say_result(judgement.result)
     return judgement.code
+
+
+def _say_result(result: Result) -> None:
+    if result.findings or result.reports:
+        gap()
+    for line in result.reports:
+        say_to_user(line)
+    for finding in result.findings:
+        head, *diff = finding.lines
+        say_to_user(head, "fail", "FAIL")
+        for line in diff:  # of the program
+            say_to_user(line, wrap=False)
+    if result.findings:
+        gap()
+    count = f"{result.passed_count} of {result.checks} expectations met"
+    say_to_user(count, *(("pass", "PASS") if result.passed else ("fail", "FAIL")))
 
 
 class Stoppable(Protocol):
@@ -346,14 +375,8 @@ def interruptible(run: Stoppable) -> Iterator[list[str]]:
             signal.signal(number, handler)
 
 
-def _silently(line: str) -> None:
-    del line
-
-
-def to_stderr(line: str) -> None:
-    """Print a line for the user with the prefix ``fcu:``; control characters in names become escapes."""
-    with suppress(OSError):  # stderr may be full or closed; the run continues
-        click.echo(f"fcu: {visible(line)}", err=True)
+def _silently(line: str, look: Look | None = None) -> None:
+    del line, look
 
 
 # -- The debugger -------------------------------------------------------------------------------------------
@@ -366,7 +389,7 @@ def open_debugger(board: Board, port: int | None, halt: bool, stack: ExitStack) 
     """
     if port is None:
         if halt:
-            raise InputError("--halt waits for a debugger; give --gdb PORT as well, such as --gdb 3333")
+            raise InputError("--halt must be used with --gdb PORT, such as --gdb 3333")
         return None
     from fcu_emulator.emulator.chip.gdb.attach import serve
 

@@ -20,6 +20,7 @@ from fcu_emulator.emulator.cli.run import (
     set_limits,
 )
 from fcu_emulator.emulator.cli.run_report import Explainer
+from fcu_emulator.emulator.cli.screen import Look, ProgressLine
 from fcu_emulator.emulator.errors import FirmwareError, InputError, NotJudgedError
 from fcu_emulator.emulator.host.install_hints import command_line
 from fcu_emulator.emulator.links.runner import Runner
@@ -43,14 +44,16 @@ def run_on_boards(options: RunOptions, count: int) -> ExitCode:
     _refuse_useless(options)
     board = create_board(options)
     if board.scenario is None or not board.scenario.expectations:
-        raise InputError(f"--boards needs expectations; the scenario {options.scenario} has none")
+        raise InputError(f"--boards must have a scenario with expectations, not {options.scenario}")
     table = BoardsTable(f"{options.scenario}: {board.booted.name}", "meet all expectations", "is not met")
     first = board.seed
     for seed in range(first, first + count):
         if seed != first:
             board = create_board(replace(options, seed=seed))
         try:
-            table.add(_on_board(options, board))
+            with ProgressLine(f"running board {seed}, {seed - first} of {count} done"):
+                result = _on_board(options, board)
+            table.add(result)
         finally:
             board.close()
     return table.conclude(_again(options))
@@ -58,12 +61,12 @@ def run_on_boards(options: RunOptions, count: int) -> ExitCode:
 
 def _refuse_useless(options: RunOptions) -> None:
     if options.scenario is None:
-        raise InputError("--boards judges the same scenario on each board; give --scenario as well")
+        raise InputError("--boards must be used with --scenario")
     if options.ideal:
-        raise InputError("--boards needs sensors that differ; leave out --ideal")
+        raise InputError("--boards must be used without --ideal, because the sensors must differ")
     for name, possible in _OF_ONE_BOARD.items():
         if getattr(options, name) not in possible:
-            raise InputError(f"--boards shows a table alone; leave out --{name}")
+            raise InputError(f"--boards must be used without --{name}")
 
 
 def _on_board(options: RunOptions, board: Board) -> BoardResult:
@@ -103,5 +106,5 @@ def _again(options: RunOptions) -> str:
     return command_line([*words, *(word for limit in options.limit for word in ("--limit", limit))])
 
 
-def _silently(line: str) -> None:
-    del line
+def _silently(line: str, look: Look | None = None) -> None:
+    del line, look

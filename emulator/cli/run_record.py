@@ -27,7 +27,7 @@ lines           all further lines on stderr, including those that ``--quiet`` hi
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, suppress
 from io import TextIOWrapper
 from pathlib import Path
@@ -37,6 +37,7 @@ from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.run_report import chip_events, failed_transfers, notes, received_bytes_lost
+from fcu_emulator.emulator.cli.screen import Look, Say
 from fcu_emulator.emulator.errors import LinkError, OutputError
 from fcu_emulator.emulator.links import ByteLink
 
@@ -66,20 +67,21 @@ class RunRecord:
             try:
                 self._file = path.open("w", encoding="utf-8", newline="\n")
             except OSError as error:
-                problem = f"{error.strerror or error}; give a path that can be written"
+                problem = f"{error.strerror or error}; give a writable path"
                 raise LinkError(f"--json {path}: {problem}") from error
             stack.callback(self._file.close)
 
-    def add_line(self, line: str) -> None:
+    def add_line(self, line: str, look: Look | None = None) -> None:
         """Record a line about the run."""
+        del look
         self._lines.append(line)
 
-    def add_line_and(self, say: Callable[[str], None]) -> Callable[[str], None]:
+    def add_line_and(self, say: Say) -> Say:
         """Return a function that records a line and then calls ``say``."""
 
-        def both(line: str) -> None:
+        def both(line: str, look: Look | None = None) -> None:
             self.add_line(line)
-            say(line)
+            say(line, look)
 
         return both
 

@@ -9,16 +9,13 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
-from typing import TextIO
-
-import click
+from collections.abc import Iterator, Sequence
 
 from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.chip.memory_map import CHIP_NAME
 from fcu_emulator.emulator.cli.run_figures import figures
+from fcu_emulator.emulator.cli.screen import Look, ProgressLine, Say, is_terminal, say
 from fcu_emulator.emulator.errors import FirmwareError
 from fcu_emulator.emulator.links import ByteLink
 from fcu_emulator.emulator.links.runner import Progress
@@ -28,43 +25,33 @@ from fcu_emulator.emulator.trace import BusTransfer, DeviceNote, Fault
 # -- Progress, never mixed with the terminal's text ---------------------------------------------------------
 
 
-_FIRST_AFTER_S = 1.0  # a short run shows no progress
-_EVERY_TTY_S = 0.2
 _EVERY_LOG_S = 10.0
 
 
-def _is_terminal(stream: TextIO | None) -> bool:
-    return stream is not None and stream.isatty()
-
-
 class ProgressDisplay:
-    """Progress on one line that is rewritten in place on a terminal; a line every ten seconds in a log.
+    """Progress on one line of a terminal; a line every ten seconds in a log.
 
-    Lines are not rewritten while the board's text goes to the same terminal.
+    The line is not shown while the board's text goes to the same terminal.
     """
 
     def __init__(self) -> None:
-        self._in_place = _is_terminal(sys.stderr) and not _is_terminal(sys.stdout)
-        self._next_s = _FIRST_AFTER_S if self._in_place else _EVERY_LOG_S
-        self._shown = False
+        self._in_place = is_terminal(sys.stderr) and not is_terminal(sys.stdout)
+        self._line = ProgressLine("fcu: running", visible_if=self._in_place)
+        self._next_s = _EVERY_LOG_S
+        self._line.start()
 
     def update(self, progress: Progress) -> None:
         """Show the progress of the run, if it is due."""
-        if progress.wall_s < self._next_s:
-            return
-        self._next_s = progress.wall_s + (_EVERY_TTY_S if self._in_place else _EVERY_LOG_S)
-        factor = progress.virtual_s / progress.wall_s
+        factor = progress.virtual_s / progress.wall_s if progress.wall_s > 0 else 0.0
         whole = "" if progress.total_s is None else f" of {progress.total_s:.0f}"
-        text = f"fcu: {progress.virtual_s:.0f}{whole} s of virtual time, {factor:.1f} x real time"
-        with suppress(OSError):  # stderr may be full or closed; the run continues
-            click.echo(f"\r{text}\033[K" if self._in_place else text, err=True, nl=not self._in_place)
-        self._shown = True
+        self._line.text = f"fcu: {progress.virtual_s:.0f}{whole} s of virtual time, {factor:.1f} x real time"
+        if not self._in_place and progress.wall_s >= self._next_s:
+            self._next_s = progress.wall_s + _EVERY_LOG_S
+            say(self._line.text.removeprefix("fcu: "))
 
     def close(self) -> None:
-        """End the line of the progress."""
-        if self._shown and self._in_place:
-            with suppress(OSError):
-                click.echo("\r\033[K", err=True, nl=False)
+        """Erase the line of the progress."""
+        self._line.end()
 
 
 # -- The summary --------------------------------------------------------------------------------------------
@@ -72,18 +59,16 @@ class ProgressDisplay:
 
 def summary(
     board: Board, links: Sequence[ByteLink], wall_s: float, recorder: TruthRecorder, all_notes: bool = False
-) -> Iterator[str]:
-    """Yield the lines of the summary. ``all_notes``: also those of every correct run."""
+) -> Iterator[tuple[str, Look | None]]:
+    """Yield the lines of the summary with their looks. ``all_notes``: also those of every correct run."""
     factor = board.now_s / wall_s if wall_s > 0 else 0.0
-    yield f"{board.now_s:.3f} s of virtual time in {wall_s:.2f} s, {factor:.1f} x real time"
-    yield from _ticks(board)
-    yield from figures(board, recorder)
-    yield from _resets(board)
-    yield from _bus_errors(board)
-    yield from _notes(board, all_notes)
+    yield f"{board.now_s:.3f} s of virtual time in {wall_s:.2f} s, {factor:.1f} x real time", "heading"
+    yield from ((line, None) for line in (*_ticks(board), *figures(board, recorder)))
+    warnings = [*_lost_ticks(board), *_resets(board), *_bus_errors(board), *_notes(board, all_notes)]
+    yield from ((line, "warning") for line in warnings)
     for link in links:
         if not (isinstance(link, StdoutLink) and link.reader_gone):  # the reader wanted no more
-            yield from link.report()
+            yield from ((line, None) for line in link.report())
 
 
 def _ticks(board: Board) -> Iterator[str]:
@@ -92,10 +77,14 @@ def _ticks(board: Board) -> Iterator[str]:
         yield f"{timer.name} never ticked"
         return
     yield f"{timer.name} {timer.rate_hz:.3f} Hz: {timer.ticks} ticks, {timer.late} late, {timer.lost} lost"
+
+
+def _lost_ticks(board: Board) -> Iterator[str]:
+    timer = board.timer
     if timer.lost:
         yield (
             f"the callback takes longer than {1000 / timer.rate_hz:.3f} ms (the next one waited up to "
-            f"{1000 * timer.longest_wait_s:.3f} ms): with ticks lost, main() gets little time or none"
+            f"{1000 * timer.longest_wait_s:.3f} ms); main() gets little time or none"
         )
 
 
@@ -107,11 +96,11 @@ def _resets(board: Board) -> Iterator[str]:
 
 def _bus_errors(board: Board) -> Iterator[str]:
     for (bus, result), count in failed_transfers(board).most_common():
-        yield f"{bus}: {count} failed transfers: {result}"
+        yield f"{bus}: {count} failed transfer{'s' * (count > 1)}: {result}"
     lost = received_bytes_lost(board)
     if lost:
         name = board.terminal.uart.name
-        yield f"{name}: {lost} received bytes lost, the firmware does not read them (overrun)"
+        yield f"{name}: {lost} received bytes lost: the firmware does not read them (overrun)"
 
 
 _USUAL_NOTES = {("forbidden", "LIS2MDL", "CFG_REG_A: measuring with COMP_TEMP_EN = 0")}
@@ -161,7 +150,7 @@ _FIRST_QUESTION_S = 3.0
 class Explainer:
     """Explains failures in one run of a board. ``say`` gets the lines of an explanation."""
 
-    def __init__(self, board: Board, say: Callable[[str], None]) -> None:
+    def __init__(self, board: Board, say: Say) -> None:
         self._board = board
         self._say = say
         self.recorder = TruthRecorder(board)
@@ -204,6 +193,8 @@ class Explainer:
 
     def _tell(self, text: str) -> None:
         if text != self._told:
-            for line in text.splitlines():
+            summary, *details = text.splitlines()
+            self._say(summary, "warning")
+            for line in details:
                 self._say(line)
         self._told = text

@@ -64,9 +64,7 @@ class _TcpPort:
             self._socket = socket.create_connection((HOST, port), timeout=5)
         except OSError as error:
             problem = error.strerror or error
-            raise LinkError(
-                f"tcp:{port}: {problem}; is a board running? fcu run --serial tcp:{port}"
-            ) from error
+            raise LinkError(f"tcp:{port}: {problem}; start a board: fcu run --serial tcp:{port}") from error
 
     def read(self) -> bytes | None:
         self._socket.settimeout(_WAIT_S)
@@ -169,7 +167,7 @@ def converse(where: str | None, board: str | None = None) -> ExitCode:
     over = threading.Event()
     with contextlib.closing(port), _ended_by_signals(over), Console() as console:
         if console.is_keyboard:
-            click.echo(f"fcu: {visible(name)}; Ctrl-] leaves\r", err=True)
+            click.echo(f"fcu: {visible(name)}; Ctrl-] ends the connection\r", err=True)
         typist = threading.Thread(target=_type, args=(console, port, over), daemon=True)
         typist.start()
         while not over.is_set():
@@ -178,7 +176,7 @@ def converse(where: str | None, board: str | None = None) -> ExitCode:
                 break
             console.write(data)
     if not over.is_set():
-        click.echo("\nfcu: the board has gone", err=True)
+        click.echo("\nfcu: the board has ended", err=True)
     return ExitCode.PASSED
 
 
@@ -217,7 +215,7 @@ class Console:
     def __init__(self) -> None:
         self.is_keyboard = sys.stdin is not None and sys.stdin.isatty()
         if sys.stdout is None:
-            raise InputError("there is no standard output; give it somewhere to go, such as > FILE")
+            raise InputError("cannot print: standard output is closed; redirect it, for example > FILE")
         self._out = sys.stdout.buffer
         self._restore: Callable[[], object] = bool  # does nothing
 

@@ -65,7 +65,7 @@ def unpack(archive: Path, into: Path, bounds: Bounds = SUBMISSION) -> None:
     try:
         size = archive.stat().st_size
         if size > bounds.bytes:
-            raise ArchiveError(f"is {size} bytes long; {bounds.bytes} are allowed")
+            raise ArchiveError(f"must have at most {bounds.bytes} bytes, not {size}")
         _count_entries(archive, bounds)
         with zipfile.ZipFile(archive) as opened:
             _unpack(opened, into, bounds, packed=size)
@@ -77,7 +77,7 @@ def unpack(archive: Path, into: Path, bounds: Bounds = SUBMISSION) -> None:
             raise ArchiveError(f"cannot be unpacked: {reason}") from error
         raise NotJudgedError(f"this machine cannot unpack the archive: {reason}") from error
     except Exception as error:  # zipfile raises a dozen kinds of errors for damaged archives
-        raise ArchiveError(f"is damaged, or no zip file: {one_line(str(error), 80)}") from error
+        raise ArchiveError(f"is damaged or not a zip file: {one_line(str(error), 80)}") from error
 
 
 def _count_entries(archive: Path, bounds: Bounds) -> None:
@@ -86,7 +86,7 @@ def _count_entries(archive: Path, bounds: Bounds) -> None:
     with archive.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as contents:
         for number, _ in enumerate(_DIRECTORY_ENTRY.finditer(contents), start=1):
             if number > bounds.entries:
-                raise ArchiveError(f"has more than {bounds.entries} files")
+                raise ArchiveError(f"must have at most {bounds.entries} files")
 
 
 def _unpack(opened: zipfile.ZipFile, into: Path, bounds: Bounds, packed: int) -> None:
@@ -108,9 +108,9 @@ def _unpack(opened: zipfile.ZipFile, into: Path, bounds: Bounds, packed: int) ->
             while piece := source.read(_PIECE):
                 left -= len(piece)
                 if left < 0:
-                    raise ArchiveError(f"unpacks to more than {bounds.bytes} bytes", kind="too_large")
+                    raise ArchiveError(f"must unpack to at most {bounds.bytes} bytes", kind="too_large")
                 if bounds.bytes - left > most:
-                    problem = f"unpacks to more than {bounds.ratio:g} times its size: a zip bomb"
+                    problem = f"must unpack to at most {bounds.ratio:g} times its size"
                     raise ArchiveError(problem, kind="zip_bomb")
                 sink.write(piece)
         _set_time(target, entry)
@@ -132,16 +132,16 @@ def _checked_name(entry: zipfile.ZipInfo) -> tuple[str, ...]:
     if entry.flag_bits & _ENCRYPTED:
         raise ArchiveError(f"has {_shown(entry)}, which is encrypted")
     if entry.compress_type not in _COMPRESSIONS:
-        raise ArchiveError(f"has {_shown(entry)}, packed in an unusual way; use plain zip")
+        raise ArchiveError(f"has {_shown(entry)} with an unsupported compression; use plain zip")
     path = PurePosixPath(name)
     if not path.parts and not name.endswith("/"):  # "./" is the archive's own folder
         raise ArchiveError("has a file without a name")
     if path.is_absolute() or PureWindowsPath(name).anchor or ".." in path.parts:
-        raise ArchiveError(f"has {_shown(entry)}, which leads out of it", kind="leads_out")
+        raise ArchiveError(f"has {_shown(entry)}, a path outside of the archive", kind="leads_out")
     if len(name) > _LONGEST_NAME or any(not part.isprintable() for part in path.parts):
-        raise ArchiveError(f"has {_shown(entry)}, which is no name for a file")
+        raise ArchiveError(f"has {_shown(entry)}, an invalid file name")
     if any(_RESERVED.fullmatch(part) or ":" in part for part in path.parts):
-        raise ArchiveError(f"has {_shown(entry)}, which is no name for a file on every system")
+        raise ArchiveError(f"has {_shown(entry)}, an invalid file name on every system")
     return path.parts
 
 

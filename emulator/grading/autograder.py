@@ -81,19 +81,19 @@ def _wheel(file: Path) -> bytes:
     name, number, *_ = [*file.name.split("-"), "", ""]
     right = f"a wheel of fcu-emulator {version('fcu-emulator')} for Linux"
     if file.suffix != ".whl" or name != "fcu_emulator" or number != version("fcu-emulator"):
-        raise InputError(f"{file}: must be {right}; pip wheel --no-deps makes one in a clone")
+        raise InputError(f"{file} must be {right}; build it in a clone: pip wheel --no-deps .")
     if any(system in file.name for system in ("win", "macosx")):
-        raise InputError(f"{file}: must be {right}: Gradescope runs Linux")
+        raise InputError(f"{file} must be {right}: Gradescope runs Linux")
     return _contents(file)
 
 
 def _contents(file: Path) -> bytes:
     try:
         if file.stat().st_size > _LARGEST_FILE:
-            raise InputError(f"{file}: must have at most {_LARGEST_FILE >> 20} MiB")
+            raise InputError(f"{file} must have at most {_LARGEST_FILE >> 20} MiB")
         return file.read_bytes()
     except OSError as error:
-        raise InputError(f"{file}: cannot be read: {error.strerror or error}") from error
+        raise InputError(f"cannot read {file}: {error.strerror or error}") from error
 
 
 def _files_of(rubric: Rubric) -> Mapping[str, bytes]:

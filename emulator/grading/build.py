@@ -121,14 +121,14 @@ def _link_error(log: str) -> str:
         if first == second:
             return f"does not link: {name} is defined twice in {first}; leave one definition"
         if name == "main":
-            return f"has two programs: {first} and {second} both define main(); hand in one of them"
+            return f"must have one main(), but {first} and {second} both define it; hand in one of them"
         return f"does not link: {name} is defined in {first} and in {second}; leave one definition"
     if undefined := _UNDEFINED.search(log):
         name = one_line(undefined["name"], 60)
         if name == "main":
-            return "has no main(): no file that was handed in defines it; hand in the whole program"
+            return "must have a main(), but no submitted file defines it; hand in the whole program"
         where = f"{undefined['where']} uses" if undefined["where"] else "the program uses"
-        return f"does not link: {where} {name}, which no file that was handed in defines"
+        return f"does not link: {where} {name}, which no submitted file defines"
     return ""
 
 
@@ -159,7 +159,9 @@ class Builder:
         self, bus: str = FCU001V1.wiring().bus, *, sandbox: bool = True, kept: Path | None = None
     ) -> None:
         if os.name != "posix":
-            raise InputError("source is built on Linux and macOS; hand in ELF files, or grade there")
+            raise InputError(
+                "cannot build source on this system; hand in ELF files, or grade on Linux or macOS"
+            )
         missing = [
             name for name in (COMPILER, "make", *([SANDBOX] if sandbox else [])) if not shutil.which(name)
         ]
@@ -207,7 +209,7 @@ class Builder:
                 built = self._build(source.files)
             except OSError as error:  # shutil.Error, too
                 reason = one_line(error.strerror or str(error), 120)
-                raise NotJudgedError(f"this machine cannot build source: {reason}") from error
+                raise NotJudgedError(f"cannot build source on this machine: {reason}") from error
             self._keep(key, built)
         if built.firmware.data:
             return built
@@ -246,11 +248,11 @@ class Builder:
                 return
             with self._attempt(_CONTROL, with_support=False) as made:
                 if made.code and "bwrap:" in made.log:
-                    how = "in a container that is thrown away, give --build-without-sandbox"
+                    how = "in a disposable container: --build-without-sandbox"
                     reason = f"bubblewrap cannot create a sandbox on this machine ({_last_line(made.log)})"
                     raise InputError(f"{reason}; {how}")
                 if made.code:
-                    raise InputError(f"this machine cannot build LAB3's template: {_last_line(made.log)}")
+                    raise InputError(f"cannot build LAB3's template on this machine: {_last_line(made.log)}")
                 objects = made.folder / "build" / self._bus / "support"
                 half = self._objects.with_suffix(".half")
                 shutil.rmtree(half, ignore_errors=True)
@@ -273,7 +275,7 @@ class Builder:
                 return Built(SubmittedFirmware("lab3.elf", elf.read_bytes()), made.log)
             if not (final or made.stop):
                 return None
-            log = "\n".join(filter(None, (made.log, made.stop))) or "error: the compiler gave no reason"
+            log = "\n".join(filter(None, (made.log, made.stop))) or "error: the compiler printed no reason"
             return Built(SubmittedFirmware("lab3.elf", b""), log)
 
     def _check_machine(self) -> None:
@@ -281,7 +283,7 @@ class Builder:
         with self._attempt(_CONTROL, ballast=_FILE_BLOCKS * 512) as made:
             if made.code:
                 reason = _last_line(made.log)
-                raise NotJudgedError(f"this machine cannot compile any program just now: {reason}")
+                raise NotJudgedError(f"cannot compile any program on this machine at present: {reason}")
 
     @contextmanager
     def _attempt(
@@ -328,7 +330,7 @@ class Builder:
         outside = [name for name in signals if name not in _STOPS]
         if outside or code not in (0, _MADE_ERRORS):
             cause = outside[0] if outside else f"exit code {code}, {_last_line(log)}"
-            raise NotJudgedError(f"the compiler was ended from outside ({cause})")
+            raise NotJudgedError(f"the compiler was killed ({cause})")
         return _Made(work, code, log, next((_STOPS[name] for name in signals), ""))
 
     def _run(self, command: Sequence[str], work: Path, output: Path) -> int | None:
@@ -467,16 +469,16 @@ def _readable(said: str, here: str, template: str) -> str:
 
 
 def _last_line(log: str) -> str:
-    return next(reversed([line for line in log.splitlines() if line.strip()]), "no reason given")
+    return next(reversed([line for line in log.splitlines() if line.strip()]), "no reason printed")
 
 
 def _to_install(missing: Sequence[str]) -> str:
     """Return installation hints and alternatives; the sandbox exists on Linux only."""
     to_be_had = [name for name in missing if name != SANDBOX or sys.platform.startswith("linux")]
-    what = f"building source needs {' and '.join(missing)}"
+    what = f"cannot build source without {' and '.join(missing)}"
     ways = [f"{what}: {how_to_install_all(to_be_had)}" if to_be_had else what]
     if SANDBOX not in to_be_had and SANDBOX in missing:
-        ways.append(f"{SANDBOX} is there on Linux alone, in a container, too")
+        ways.append(f"{SANDBOX} exists on Linux only, also in a container")
     ways.append("or grade ELF files only: --submission-type firmware")
     if SANDBOX in missing:
         ways.append("or, if you trust every submission, --build-without-sandbox")

@@ -67,7 +67,7 @@ class NoFault(Check):
     kind: Literal["no_fault"]
 
     def describe(self) -> str:
-        return "a program that runs on"
+        return "a program that keeps running"
 
     def evaluate(self, run: FinishedRun) -> ExpectationResult:
         """Check the diagnosis at the end of the run."""
@@ -86,7 +86,7 @@ class NoDiagnosis(Check):
     of: list[Kind] = Field(min_length=1)
 
     def describe(self) -> str:
-        return f"nothing to be said about: {', '.join(self.of)}"
+        return f"no diagnosis of: {', '.join(self.of)}"
 
     def evaluate(self, run: FinishedRun) -> ExpectationResult:
         """Return the first of these diagnoses as the failure."""
@@ -108,7 +108,7 @@ class NoWarnings(Check):
     def evaluate(self, run: FinishedRun) -> ExpectationResult:
         """Count the lines with ``warning:`` in the build's output."""
         if run.build_log is None:
-            raise NotJudgedError("the program was not built here")
+            raise NotJudgedError("the program was not built from source")
         lines = run.build_log.splitlines()
         warnings = [
             line for line in lines if "warning:" in line and line[:1] != " "
@@ -205,7 +205,7 @@ PROPERTIES = (
 
 def _known_property(name: str) -> str:
     if name not in PROPERTIES:
-        raise ValueError(f"is {shown(name)}; known: {', '.join(PROPERTIES)}")
+        raise ValueError(f"must be one of {', '.join(PROPERTIES)}, not {shown(name)}")
     return name
 
 
@@ -232,7 +232,9 @@ class Property(Check):
         try:
             from fcu_emulator.emulator.testing.counterexample import counterexample
         except ModuleNotFoundError as error:
-            raise NotJudgedError(f"{error.name} is not installed; pip install {error.name}") from error
+            raise NotJudgedError(
+                f"{error.name} is not installed; install it: pip install {error.name}"
+            ) from error
         try:
             found = counterexample(str(run.firmware), self.property, self.examples)
         except FirmwareError as error:

@@ -98,11 +98,11 @@ class Grader:
         except FcuError as error:
             reason = str(error)
         except OSError as error:
-            reason = f"this machine has run out of something: {error.strerror or error}"
+            reason = f"this machine has run out of a resource: {error.strerror or error}"
         except (
             Exception
         ) as error:  # a worker's memory, an error of Dask, a bug of fcu: not caused by the program
-            reason = f"fcu failed at it, please report this: {type(error).__name__}: {error}"
+            reason = f"fcu failed, please report this bug: {type(error).__name__}: {error}"
         else:
             reason = "; ".join(dict.fromkeys(check.unjudged_because for check in verdict.unjudged))
             if verdict.counts:

@@ -393,7 +393,7 @@ class _JudgedRun:
         table |= {"report": [{"field": name, "against": "truth"} for name in self.fields]}
         comment = f"# {self.rubric.name}, run {self.name}, board {self.seed}\n"
         if others:
-            comment += f"# The rubric also looks at what no scenario expects: {', '.join(others)}\n"
+            comment += f"# The rubric also checks, outside of the scenario: {', '.join(others)}\n"
         return comment + scenario_text({key: value for key, value in table.items() if value != []})
 
     def _series(self, number: ExpectField) -> Series:
@@ -433,7 +433,7 @@ def _expected(failed: Sequence[ExpectationResult], check: CheckTable) -> str:
     texts = list(dict.fromkeys(one.expected for one in failed))
     if check.partial and len(texts) > 1:
         share = f"{check.points / len(check.expect):g} of {check.points:g} points"
-        return f"{texts[0]}; nor, for {share}, {'; '.join(texts[1:])}"
+        return f"{texts[0]}; for {share} also: {'; '.join(texts[1:])}"
     if failed and failed[0].fault == "missing":
         return texts[0]  # what else is expected of lines that are not printed says nothing
     return "; also not met: ".join(texts)
@@ -443,4 +443,4 @@ def _shortened(text: str) -> str:
     if len(text) <= MOST_TERMINAL:
         return text
     half = MOST_TERMINAL // 2
-    return f"{text[:half]}\n[... {len(text) - 2 * half} characters left out ...]\n{text[-half:]}"
+    return f"{text[:half]}\n[... {len(text) - 2 * half} characters omitted ...]\n{text[-half:]}"

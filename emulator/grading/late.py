@@ -37,7 +37,7 @@ def _amount(value: object) -> float | str:
     if isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= _MOST_POINTS:
         return value
     raise ValueError(
-        f'is {shown(value)}; give points from 0 to {_MOST_POINTS:g}, or a percentage such as "10 %"'
+        f'must be points from 0 to {_MOST_POINTS:g}, or a percentage such as "10 %", not {shown(value)}'
     )
 
 

@@ -42,11 +42,11 @@ def load_overrides(path: Path, rubric: Rubric) -> dict[str, tuple[Override, ...]
             earlier = found.get(student, ())
             if any(one.what == override.what for one in earlier):
                 raise InputError(
-                    f"{where}: {override.what} of {one_line(student, 40)} is there twice; give it once"
+                    f"{where}: {override.what} of {one_line(student, 40)} must be given once, not twice"
                 )
             found[student] = (*earlier, override)
     except csv.Error as error:
-        raise InputError(f"{path}:{lines.line_num}: is not CSV: {one_line(str(error), 80)}") from error
+        raise InputError(f"{path}:{lines.line_num}: must be CSV: {one_line(str(error), 80)}") from error
     return found
 
 

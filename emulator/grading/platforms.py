@@ -124,9 +124,7 @@ def entries(folder: Path) -> list[SubmittedEntry]:
     there = {path.name for path in paths}
     for name, submitters in told.items():
         if name not in there:
-            reason = (
-                f"the download lists the folder {one_line(name, 60)}, which is not in it; download it again"
-            )
+            reason = f"the download lacks the folder {one_line(name, 60)} that it lists; download it again"
             found += (replace(one, path=folder / name, problem=reason, is_there=False) for one in submitters)
     return found
 
@@ -164,7 +162,9 @@ def _moodle(path: Path) -> SubmittedEntry | None:
     name = stem(path)
     heads = _MOODLE.findall(path.name)
     if len(heads) + (bool(heads) and _CANVAS.fullmatch(path.name) is not None) > 1:
-        problem = f"the name {one_line(path.name)!r} has two ids in it; download the submissions again"
+        problem = (
+            f"the name {one_line(path.name)!r} must have one id, not two; download the submissions again"
+        )
         return SubmittedEntry(path, Student(name), problem=problem)
     if not (match := _MOODLE.match(name)):
         return None
@@ -210,9 +210,7 @@ def _blackboard(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
     entries = {}
     for path in found:
         if path not in sure:
-            problem = (
-                f"the name {one_line(path.name)!r} has two attempts in it; download the submissions again"
-            )
+            problem = f"the name {one_line(path.name)!r} must have one attempt, not two; download the submissions again"
             entries[path] = SubmittedEntry(path, Student(path.stem), problem=problem)
             continue
         match, rest = sure[path], path.name[sure[path].end() :]
@@ -377,18 +375,18 @@ def _gradescope_submitters(folder: Path) -> dict[str, list[SubmittedEntry]]:
 
 def _yaml(file: Path) -> Any:
     if file.stat().st_size > _LARGEST_METADATA:
-        raise InputError(f"{file}: must have at most {_LARGEST_METADATA >> 20} MiB")
+        raise InputError(f"{file} must have at most {_LARGEST_METADATA >> 20} MiB")
     try:
         import yaml
     except ImportError as error:  # without PyYAML, grades would go to numbers instead of students
-        problem = f"{file}: reading it needs PyYAML; install it with: pip install PyYAML"
+        problem = f"cannot read {file} without PyYAML; install it: pip install PyYAML"
         raise InputError(problem, kind="not_installed") from error
     try:
         return yaml.safe_load(file.read_bytes())
     except MemoryError:
         raise
     except Exception as error:  # PyYAML raises many kinds of errors for damaged files
-        raise InputError(f"{file}: is not YAML: {one_line(str(error), 80)}") from error
+        raise InputError(f"{file} must be YAML: {one_line(str(error), 80)}") from error
 
 
 def _submitter(folder: str, entry: Mapping[object, object]) -> Student:

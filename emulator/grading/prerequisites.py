@@ -79,7 +79,7 @@ class Prerequisites:
         for number, name in enumerate(self._requires[check]):
             named = self._named(name, check.partition(".")[0])
             if not named:
-                problem = f"is {shown(name)}; known: {', '.join(self._names(check))}"
+                problem = f"must be one of {', '.join(self._names(check))}, not {shown(name)}"
                 raise PrerequisiteError(check, number, problem)
             found += named
         return tuple(dict.fromkeys(found))
@@ -100,7 +100,7 @@ class Prerequisites:
     def _refuse_circle(self, check: str) -> None:
         for number, name in enumerate(self._requires[check]):
             if check in self.needed(self._named(name, check.partition(".")[0])):
-                problem = f"is {shown(name)}, which requires {check}; a check must not require itself"
+                problem = f"must not be {shown(name)}, because that check requires {check}"
                 raise PrerequisiteError(check, number, problem)
 
 

@@ -90,13 +90,13 @@ def load_roster(path: Path) -> Roster:
                 continue
             student = _student(path, lines.line_num, columns, row)
             if student.id.casefold() in students:
-                problem = f"the id {one_line(student.id, 40)!r} stands there twice; ids are unique"
+                problem = f"id must be unique, but {one_line(student.id, 40)!r} is given twice"
                 raise InputError(f"{path}:{lines.line_num}: {problem}", kind="same_id")
             students[student.id.casefold()] = student
             if len(students) > _MOST_ROWS:
-                raise InputError(f"{path}: has more than {_MOST_ROWS} students")
+                raise InputError(f"{path}: must have at most {_MOST_ROWS} students")
     except csv.Error as error:
-        raise InputError(f"{path}:{lines.line_num}: is no CSV: {one_line(str(error), 80)}") from error
+        raise InputError(f"{path}:{lines.line_num}: must be CSV: {one_line(str(error), 80)}") from error
     return Roster(students.values(), notes)
 
 
@@ -104,18 +104,18 @@ def read_csv(path: Path) -> tuple[str, list[str]]:
     """Return the text of a CSV file with a column for ids, and notes for the user. Raises InputError."""
     try:
         if path.exists() and not path.is_file():
-            raise InputError(f"{path}: is no ordinary file; give a CSV file with a column id")
+            raise InputError(f"{path}: must be a regular file; give a CSV file with a column id")
         with path.open("rb") as file:
             data = file.read(_LARGEST + 1)
     except OSError as error:
-        problem = f"cannot be read: {error.strerror or error}; give a CSV file with a column id"
+        problem = f"cannot read the roster: {error.strerror or error}; give a CSV file with a column id"
         raise InputError(f"{path}: {problem}") from error
     if len(data) > _LARGEST:
-        raise InputError(f"{path}: is larger than {_LARGEST >> 20} MiB; give a CSV file with a column id")
+        raise InputError(f"{path}: must have at most {_LARGEST >> 20} MiB; give a CSV file with a column id")
     try:
         return data.decode("utf-8-sig"), []
     except UnicodeDecodeError:
-        note = f"{path}: is no UTF-8; read as Windows-1252, so look whether the names are right"
+        note = f"{path}: is not UTF-8 and was read as Windows-1252; check the names"
         return data.decode("cp1252", errors="replace"), [note]
 
 
@@ -135,7 +135,7 @@ def _columns(path: Path, header: list[str]) -> dict[str, int]:
     }
     if "id" not in found:
         has = ", ".join(filter(None, names)) or "nothing"
-        problem = f"{path}:1: has no column for ids (it has {has}); call one of them id"
+        problem = f"{path}:1: must have a column id (its columns: {has}); rename one"
         raise InputError(problem, kind="no_id_column")
     return found
 
@@ -145,11 +145,11 @@ def _student(path: Path, line: int, columns: dict[str, int], row: list[str]) -> 
         index = columns.get(what)
         text = row[index] if index is not None and index < len(row) else ""
         if len(text) > _LONGEST_FIELD:
-            raise InputError(f"{path}:{line}: {what} has more than {_LONGEST_FIELD} signs; shorten it")
+            raise InputError(f"{path}:{line}: {what} must have at most {_LONGEST_FIELD} characters")
         return text.strip()
 
     if not field("id"):
-        raise InputError(f"{path}:{line}: has no id; give each student one")
+        raise InputError(f"{path}:{line}: must have an id")
     name = field("name") or f"{field('first')} {field('last')}".strip()
     return Student(field("id"), name, field("email"), field("submission"))
 

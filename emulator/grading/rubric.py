@@ -188,7 +188,7 @@ class RubricFile(Table):
     def _refuse_run_without_name(cls, runs: Any) -> Any:
         for key, value in runs.items() if isinstance(runs, dict) else ():
             if not isinstance(value, dict):
-                problem = f"is {shown(value)}; give each run a name: [run.NAME]"
+                problem = f"must be tables [run.NAME], not {shown(value)}"
                 raise PydanticCustomError("unknown_key", "{problem}", {"key": str(key), "problem": problem})
         return runs
 
@@ -203,7 +203,7 @@ class RubricFile(Table):
 def _refuse_twice(names: list[str], what: str) -> None:
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise ValueError(f'has the {what} "{twice[0]}" twice; give each an id of its own')
+        raise ValueError(f'must have unique ids, but has the {what} "{twice[0]}" twice')
 
 
 # -- A checked rubric ---------------------------------------------------------------------------------------
@@ -301,7 +301,7 @@ class Rubric:
         named = table.get("scenario")
         if named is None:
             for key in sorted(_NOT_OF_A_RUN & table.keys()):
-                problem = "is no key of a run; the rubric has it, or its checks"
+                problem = "must not be a key of a run; write it in the rubric or its checks"
                 raise RubricError(self.file, f"run.{run}.{key}", problem, kind="misplaced_key")
             try:
                 return scenario_of({"schema": 1, "question": run, **table}, self.path, name=run, seed=seed)
@@ -309,7 +309,7 @@ class Rubric:
                 key = ".".join(filter(None, ("run", run, error.key)))
                 raise RubricError(self.file, key, error.problem, kind=error.kind) from error
         if len(table) > 1 or not isinstance(named, str):
-            problem = 'has "scenario" and other keys; give a scenario by name, or one written out'
+            problem = 'must have either "scenario" or the keys of a scenario, not both'
             raise RubricError(self.file, f"run.{run}", problem, kind="scenario_and_keys")
         try:
             return load_scenario(self._beside(named), seed=seed)
@@ -335,10 +335,10 @@ class Rubric:
                 name, key = check.run or exercise.run, f"exercise[{number}].check[{index}].run"
                 if name is None:
                     raise RubricError(
-                        self.file, key, "is missing; name a run here, or in the exercise", kind="missing"
+                        self.file, key, "is missing; name a run here or in the exercise", kind="missing"
                     )
                 if name not in self._runs:
-                    problem = f"is {shown(name)}; known: {', '.join(self._runs)}"
+                    problem = f"must be one of {', '.join(self._runs)}, not {shown(name)}"
                     raise RubricError(self.file, key, problem, kind="unknown_run")
 
     def _with_expectations(self) -> list[ExerciseTable]:
@@ -355,7 +355,7 @@ class Rubric:
                     raise RubricError(
                         self.file,
                         key,
-                        f"is missing, and the run {run} expects nothing either",
+                        f"is missing, and the run {run} has no expectations",
                         kind="missing",
                     )
                 if not check.expect:
@@ -383,9 +383,7 @@ class Rubric:
                 names = [Path(one) for one in _named_files(table)]
             for name in names:
                 if name.is_absolute() or ".." in name.parts:
-                    problem = (
-                        f"names {shown(str(name))}, outside of the rubric's folder; put it beside the rubric"
-                    )
+                    problem = f"must be a file in the rubric's folder, not {shown(str(name))}"
                     raise RubricError(self.file, f"run.{run}", problem, kind="outside_folder")
             found += names
         for exercise in self.exercises:

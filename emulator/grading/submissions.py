@@ -105,7 +105,7 @@ class Submission:
     def note(self) -> str:
         """Return a note for student and teacher about the judged files; or ""."""
         attempts = {entry.attempt for entry in self.entries}
-        return f"the last of {len(attempts)} attempts is judged" if len(attempts) > 1 else ""
+        return f"the last of {len(attempts)} attempts is graded" if len(attempts) > 1 else ""
 
     @property
     def counted(self) -> list[SubmittedEntry]:
@@ -190,14 +190,12 @@ def find_submissions(where: Path, roster: Roster | None, scratch: Path) -> list[
             first = found.get(student.id.casefold())
         found[one.student.id.casefold()] = _joined(first, one)
     if not found:
-        problem = f"{where}: has no submissions; give a folder with an entry for each student"
+        problem = f"{where} must have an entry for each student, but is empty"
         raise InputError(problem, kind="no_submissions")
     if roster is None:
         return sorted(found.values(), key=lambda one: one.student.id.casefold())
     listed = [
-        found.pop(
-            student.id.casefold(), Submission(student, None, known=True, problem="nothing was handed in")
-        )
+        found.pop(student.id.casefold(), Submission(student, None, known=True, problem="no submission"))
         for student in roster.students
     ]
     return [*listed, *sorted(found.values(), key=lambda one: one.student.id.casefold())]
@@ -215,14 +213,14 @@ def _joined(first: Submission | None, one: _Resolved) -> Submission:
         return replace(first, entries=together, problem=first.problem or one.problem)
     names = [repr(one_line(other.path.name, 60)) for other in together]
     shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-    return replace(first, entries=together, problem=f"two submissions for one student: {shown}; leave one")
+    return replace(first, entries=together, problem=f"two submissions for one student: {shown}; keep one")
 
 
 def _class_folder(where: Path, scratch: Path) -> Path:
     if where.is_dir():
         return where
     if where.suffix.casefold() != ".zip" or not where.is_file():
-        problem = f"{where}: is no folder and no zip file; give the folder with the submissions"
+        problem = f"{where} must be a folder or a zip file with the submissions"
         raise InputError(problem, kind="no_such_folder")
     try:
         unpack(where, scratch, CLASS)
@@ -246,7 +244,7 @@ def _resolved(entry: SubmittedEntry, roster: Roster | None) -> _Resolved:
     students = list(dict.fromkeys((*by_id, *by_name)))
     if len(students) > 1:
         could_be = " or ".join(map(_shown, students[:3]))
-        problem = f"its name could be that of {could_be}; say whose it is in the roster's column submission"
+        problem = f"its name is ambiguous: {could_be}; add the file to the roster's column submission"
         return _Resolved(entry, unknown, False, problem)
     if students:
         return _Resolved(entry, students[0], True, entry.problem, sure=bool(by_id))
@@ -264,7 +262,9 @@ def _gathered(handed_in: Sequence[SubmittedEntry], folder: Path) -> Path:
     for source, name in _own_files(handed_in):
         target = folder / name
         if target.exists():
-            raise RejectedError(f"has two files {one_line(target.name, 60)!r}; hand in one", kind="same_name")
+            raise RejectedError(
+                f"must have one file {one_line(target.name, 60)!r}, not two", kind="same_name"
+            )
         target.parent.mkdir(parents=True, exist_ok=True)
         data = _read(source, left)
         left -= len(data)
@@ -340,7 +340,7 @@ def _walk(folder: Path) -> Iterator[Path]:
         folders[:] = sorted(name for name in folders if not name.startswith((".", "__MACOSX")))
         count += len(folders) + len(files)
         if count > _MOST_ENTRIES:
-            problem = f"has more than {_MOST_ENTRIES} files; hand in main.c, or the ELF file"
+            problem = f"must have at most {_MOST_ENTRIES} files; hand in main.c, or the ELF file"
             raise RejectedError(problem, kind="too_many")
         for name in sorted(files):
             path = here / name
@@ -364,12 +364,14 @@ def _source(main: Path) -> SubmittedSource:
                 files["main.c"] = _read(path, left)
                 left -= len(files["main.c"])
                 continue
-            problem = f"the file {one_line(path.name, 60)!r} has a name that make cannot take"
+            problem = (
+                f"the file {one_line(path.name, 60)!r} must have a name without spaces or special characters"
+            )
             raise RejectedError(problem, kind="file_name")
         if wanted:
             data = _read(path, left)
             if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-                problem = f"{one_line(path.name, 60)} is saved as UTF-16; save it as UTF-8"
+                problem = f"{one_line(path.name, 60)} must be UTF-8, not UTF-16"
                 raise RejectedError(problem, kind="encoding")
             left -= len(data)
             files[path.name if path != main or path.suffix == ".c" else "main.c"] = data
@@ -392,7 +394,9 @@ def _read(path: Path, most: int) -> bytes:
     with path.open("rb") as file:
         data = file.read(most + 1)
     if len(data) > most:
-        problem = f"{one_line(path.name, 60)} is too large: {most >> 20} MiB are allowed in all"
+        problem = (
+            f"{one_line(path.name, 60)} is too large: all files together must have at most {most >> 20} MiB"
+        )
         raise RejectedError(problem, kind="too_large")
     return data
 
@@ -407,14 +411,14 @@ def _nothing(take: Take | None, paths: list[Path]) -> RejectedError:
     wanted = _wanted(take)
     foreign = next((path for path in paths if path.suffix.casefold() in _FOREIGN_ARCHIVES), None)
     if foreign is not None:
-        problem = (
-            f"{one_line(foreign.name, 60)} is an archive of another kind; hand in a zip file, or {wanted}"
-        )
+        problem = f"{one_line(foreign.name, 60)} must be a zip archive; hand in a zip file, or {wanted}"
         return RejectedError(problem, kind="archive_type")
     other = next((path for path in paths if path.suffix.casefold() in _OTHER_LANGUAGES), None)
     if other is not None and take != "firmware":
-        return RejectedError(f"{one_line(other.name, 60)} is not C; hand in {wanted}", kind="language")
-    return RejectedError(f"has no program in it; hand in {wanted}", kind="no_program")
+        return RejectedError(
+            f"{one_line(other.name, 60)} must be a C file; hand in {wanted}", kind="language"
+        )
+    return RejectedError(f"has no program; hand in {wanted}", kind="no_program")
 
 
 def _wanted(take: Take | None) -> str:

@@ -46,7 +46,7 @@ def judge_task(task: Task) -> str:
     if task.limits is not None:
         task.limits.apply()
     if task.code != code_digest():
-        problem = "the worker has another version of fcu-emulator; install the same everywhere"
+        problem = "the worker has another version of fcu-emulator; install the same version everywhere"
         raise NotJudgedError(problem, kind="version_differs")
     rubric = _rubric(task.rubric, task.rubric_digest)
     from fcu_emulator.emulator.grading.judge import judge
@@ -64,7 +64,7 @@ def judge_task(task: Task) -> str:
             except InputError as error:  # an error of this machine, such as a missing C library
                 raise NotJudgedError(str(error), kind=error.kind) from error
     except OSError as error:
-        raise NotJudgedError(f"this machine has run out of something: {error}") from error
+        raise NotJudgedError(f"this machine has run out of a resource: {error}") from error
     finally:
         gc.collect()  # boards have reference cycles; without an explicit collection, memory use doubles
 

@@ -79,7 +79,7 @@ def _constant(lines: Sequence[str], lit: bool) -> FirmwareFactory:
 def trials(rubric: Rubric, template: str, seed: int = 0) -> Iterator[Trial]:
     """Judge the firmware ``template`` and the programs without sensors, one after the other."""
     yield Trial("the template", judge(template, rubric, seed=seed))
-    for printing, lines in (("prints nothing", []), ("prints each line all the time", lines_of(rubric))):
+    for printing, lines in (("prints nothing", []), ("prints each line continuously", lines_of(rubric))):
         for lit in (False, True):
             name = f"{printing}, LEDs {'on' if lit else 'off'}"
             yield Trial(name, judge(_constant(lines, lit), rubric, seed=seed))

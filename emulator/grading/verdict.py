@@ -250,7 +250,7 @@ def _is_open(check: CheckResult, shown: set[str]) -> bool:
 def _for_student(check: CheckResult, unnamed: Collection[str] = ()) -> CheckResult:
     """Return the part of a check that a student may see; ``unnamed``: the checks that must not be named."""
     if any(one in unnamed for one in check.requires_unmet):
-        actual = _without(["a check that is not shown"])
+        actual = _without(["a hidden check"])
         check = check.model_copy(update={"actual": actual, "requires_unmet": ()})
     if check.detail == "full":
         return check
@@ -258,7 +258,7 @@ def _for_student(check: CheckResult, unnamed: Collection[str] = ()) -> CheckResu
     if check.detail in ("name", "none"):
         hidden |= {"actual": "", "printed": "", "finding": "", "fault": "", "hint": "", "requires_unmet": ()}
     if check.detail == "none":
-        hidden |= {"title": "a check that is not shown"}
+        hidden |= {"title": "a hidden check"}
     return check.model_copy(update=hidden)
 
 

@@ -47,7 +47,7 @@ class LocalWorkers(Executor):
         self, jobs: int, initializer: Callable[[], None] | None = None, longest_s: float = 1800.0
     ) -> None:
         if jobs < 1:
-            raise InputError(f"jobs is {jobs}; give 1 or more")
+            raise InputError(f"jobs must be at least 1, not {jobs}")
         self._tasks: queue.SimpleQueue[_Task | None] = queue.SimpleQueue()
         self._initializer = initializer
         self._longest_s = longest_s
@@ -72,9 +72,9 @@ class LocalWorkers(Executor):
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Submit a task as :meth:`concurrent.futures.Executor.submit` does; function and arguments are pickled."""
         if kwargs:
-            raise TypeError("arguments are given by position")
+            raise TypeError("arguments must be given by position")
         if self._closed:
-            raise RuntimeError("these workers have been shut down")
+            raise RuntimeError("cannot start a task: the workers have been shut down")
         future: Future[Any] = Future()
         self._tasks.put(_Task(future, fn, args))
         return future
@@ -123,7 +123,7 @@ class LocalWorkers(Executor):
                 worker = worker or self._new_worker()
             except Exception as error:  # process or pipe cannot be created
                 reason = one_line(getattr(error, "strerror", None) or str(error))
-                kind, problem = "no_worker", f"this machine cannot start a worker process: {reason}"
+                kind, problem = "no_worker", f"cannot start a worker process on this machine: {reason}"
                 continue
             try:
                 done, value = worker.call(task.function, task.arguments, self._longest_s)
@@ -263,13 +263,11 @@ class DaskWorkers(Executor):
         try:
             from distributed import Client
         except ImportError as error:
-            raise InputError('--dask needs Dask: pip install "fcu-emulator[cluster]"') from error
+            raise InputError('--dask needs Dask; install it: pip install "fcu-emulator[cluster]"') from error
         try:
             self._client = Client(address, timeout=answer_s, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
-            problem = (
-                f"no Dask scheduler answers there; start one with dask scheduler ({type(error).__name__})"
-            )
+            problem = f"no Dask scheduler answers ({type(error).__name__}); start one: dask scheduler"
             raise InputError(f"--dask {address}: {problem}", kind="no_answer") from error
         self._executor = self._client.get_executor(pure=False)
 

@@ -33,7 +33,7 @@ class ControlRequests:
         if board.scenario is not None:
             name = board.scenario.name
             raise InputError(
-                f"the board plays the scenario {name}, which moves it; run it without --scenario",
+                f"cannot move the board: it plays the scenario {name}; run it without --scenario",
                 kind="moved_by_scenario",
             )
         parse_entry(table, board.description).perform(board, board.clock.now_ps)
@@ -54,7 +54,7 @@ def answer_message(
     if kind != "truth":
         command = messages.decode(json.dumps(message))
         if not isinstance(command, messages.Do):
-            raise InputError(f"a running board takes the messages do, truth and text, no {kind!r}")
+            raise InputError(f"a message must be of type do, truth or text, not {kind!r}")
         do(command.entry)
     return {"t_s": board.now_s, "truth": view.truth(board)}
 

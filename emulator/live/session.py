@@ -390,7 +390,7 @@ class LiveSession:
         if self._exercises is None:
             raise InputError("cannot check exercises: this board has no lab")
         if callable(self.setup.firmware):
-            raise InputError("cannot check a firmware that is neither a file nor a shipped one")
+            raise InputError("cannot check exercises: the firmware must be a file or a shipped program")
         self._exercises.start(exercise, self.board.booted.name, self.setup.seed or 0)
         self._tell(messages.Checked(exercise, "checking"))
 
@@ -413,7 +413,7 @@ class LiveSession:
         if self.state == "failed":
             raise InputError("the firmware has failed; reset the board, or load another firmware")
         if self._halted:
-            raise InputError("gdb holds the board; let it go on there (continue), or end gdb")
+            raise InputError("gdb holds the board; type continue in gdb, or end gdb")
 
     def _perform(self, entry: TimelineAction) -> None:
         """Perform an entry one picosecond from now. Raises InputError."""
@@ -422,7 +422,7 @@ class LiveSession:
         if not self.recording.room and not self._full:
             self._full = True
             self._publish(
-                messages.Notice("error", "the recording is full; what follows is not recorded"), None
+                messages.Notice("error", "the recording is full; later actions are not recorded"), None
             )
         clock = board.clock
         at_ps = max(clock.now_ps + 1, self._last_ps)

@@ -122,7 +122,7 @@ def why_not_watched(board: Board, path: str) -> str:
     if name in names:
         members = list(_numbers(board, name))
         if not members:
-            return f"variable {name} has no numbers to plot"
+            return f"cannot plot the variable {name}: it has no numbers"
         return f"variable {name} has no {shown(path)}; it has {', '.join(members[:_MOST_LEAVES])}"
     if not names:
         return f"cannot plot {shown(path)}: the firmware has no symbols"

@@ -31,7 +31,7 @@ from fcu_emulator.emulator.trace import GpioEdge
 def _known_led(name: str, info: ValidationInfo) -> str:
     known = [led.lower() for led in board_of(info).leds]
     if name not in known:
-        raise ValueError(f"is {shown(name)}; give {' or '.join(map(repr, known))}")
+        raise ValueError(f"must be {' or '.join(map(repr, known))}, not {shown(name)}")
     return name
 
 
@@ -90,12 +90,12 @@ class Condition(Table):
     @model_validator(mode="after")
     def _one_of_each(self) -> Condition:
         if (self.quantity is None) == (self.led is None):
-            raise ValueError("needs either quantity = ... or led = ...")
+            raise ValueError("must have either quantity = ... or led = ...")
         limits = sum(limit is not None for limit in (self.beyond, self.above, self.below))
         if self.quantity is not None and limits != 1:
-            raise ValueError("needs one of beyond, above and below")
+            raise ValueError("must have exactly one of beyond, above and below")
         if self.led is not None and (limits or self.margin):
-            raise ValueError("has a LED, which has no threshold and no margin; leave them out")
+            raise ValueError("must have no threshold and no margin, because it has a LED")
         return self
 
     @property

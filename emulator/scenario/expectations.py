@@ -239,13 +239,13 @@ _DIFF_LINES = 3  # deviating lines that a finding shows
 
 def _known_field(name: str) -> str:
     if name not in FIELDS:
-        raise ValueError(f"is {shown(name)}; known: {', '.join(FIELDS)}")
+        raise ValueError(f"must be one of {', '.join(FIELDS)}, not {shown(name)}")
     return name
 
 
 def _known_quantity(name: str) -> str:
     if name not in QUANTITIES:
-        raise ValueError(f"is {shown(name)}; known: {', '.join(QUANTITIES)}")
+        raise ValueError(f"must be one of {', '.join(QUANTITIES)}, not {shown(name)}")
     return name
 
 
@@ -269,11 +269,11 @@ class _Number(Windowed):
     @model_validator(mode="after")
     def _one_number(self) -> Self:
         if sum(one is not None for one in (self.name, self.format, self.pattern)) != 1:
-            raise ValueError("needs one of name, format and pattern")
+            raise ValueError("must have exactly one of name, format and pattern")
         if self.format is not None:
             PrintfFormat(self.format, self.number)
         elif self.number != 1:
-            raise ValueError("has number without format; leave it out")
+            raise ValueError("must not have number without format")
         return self
 
     def number_format(self, patience: TimeBudget | None = None) -> NumberFormat:
@@ -299,7 +299,7 @@ class _Number(Windowed):
         text = f'no line "{number.text}" among {len(lines)} lines'
         outside = [line for line in run.lines if number.is_begun_by(line.text)]
         if outside:
-            text += f", the last one is at {seconds(outside[-1].at_ps)}"
+            text += f"; the last one outside the window is at {seconds(outside[-1].at_ps)}"
         return self.failed("missing", text)
 
     def _malformed(
@@ -307,7 +307,7 @@ class _Number(Windowed):
     ) -> ExpectationResult:
         """Report lines with the format's beginning that do not follow it, and the difference."""
         what = format_difference(number.text, wrong[0].text)
-        seen = f"{len(wrong)} of {count} lines in another format" + (f": {what}" if what else "")
+        seen = f"{len(wrong)} of {count} lines have another format" + (f": {what}" if what else "")
         diff = (f"-{number.text}", *map(_printed, wrong[:_DIFF_LINES]))
         return self.failed("wrong format", seen, diff, final=final)
 
@@ -334,13 +334,13 @@ class ExpectField(_Number):
     @model_validator(mode="after")
     def _one_reference(self) -> ExpectField:
         if (self.value is None) == (not self.truth):
-            raise ValueError("needs either value = ... or truth = true")
+            raise ValueError("must have either value = ... or truth = true")
         if self.truth is True and self.name is None:
-            raise ValueError('has truth = true without a name; give a quantity, such as truth = "Roll"')
+            raise ValueError('must have truth = QUANTITY, such as truth = "Roll", because it has no name')
         if self.scale == 0 or (self.scale != 1 and not self.truth):
-            raise ValueError("has a scale that nothing can be compared by; give one above 0, and truth")
+            raise ValueError("must have a scale above 0, together with truth")
         if self.settle > MAX_SETTLE_PS:
-            raise ValueError(f'settle is {seconds(self.settle)}; give at most "1s"')
+            raise ValueError(f'settle must be at most "1s", not {seconds(self.settle)}')
         return self
 
     @property
@@ -378,10 +378,10 @@ class ExpectField(_Number):
             return self.met()
         wrong.sort(key=lambda one: -abs(one[2]) if math.isfinite(one[2]) else math.inf)
         finite = [one for one in wrong if math.isfinite(one[2])]
-        seen = f"{len(finite)} of {len(lines)} prints off, {self._compared(*finite[0])}" if finite else ""
+        seen = f"{len(finite)} of {len(lines)} prints are off, {self._compared(*finite[0])}" if finite else ""
         if len(finite) < len(wrong):
             none = f"{len(wrong) - len(finite)} of {len(lines)}"
-            seen += f", {none} are nan or inf" if finite else f"{none} prints are nan or inf"
+            seen += f"; {none} are nan or inf" if finite else f"{none} prints are nan or inf"
         diff = tuple(
             f"{_printed(line)}  (off by {error:+.6g}{self._reference(printed, error)})"
             for line, printed, error in wrong[:_DIFF_LINES]
@@ -390,8 +390,8 @@ class ExpectField(_Number):
 
     def _compared(self, line: PrintedLine, printed: float, error: float) -> str:
         """Return the worst print and its reference."""
-        what = "the truth is" if self.truth else "expected is"
-        worst = f"{self.title} is {printed:.6g} and {what} {self._wanted(printed, error):.6g}"
+        what = "the truth is" if self.truth else "expected"
+        worst = f"{self.title} is {printed:.6g}, {what} {self._wanted(printed, error):.6g}"
         return f"the worst by {abs(error):.6g} at {seconds(line.at_ps)}: {worst}"
 
     def _reference(self, printed: float, error: float) -> str:
@@ -443,7 +443,7 @@ class ExpectPrinted(_Number):
         gap, since = max((after - before, before) for before, after in pairwise(times))
         if gap <= self.max_gap:
             return self.met()
-        return self.failed("missing", f"none for {seconds(gap)} from {seconds(since)} on")
+        return self.failed("missing", f"none for {seconds(gap)} after {seconds(since)}")
 
 
 class ExpectWithin(_Number):
@@ -469,7 +469,10 @@ class ExpectWithin(_Number):
             return self._not_printed(line_format, run)
         wrong = [line for line, value in values if not self.min <= value <= self.max]
         if wrong:
-            text, diff = f"{len(wrong)} of {len(values)} prints outside", map(_printed, wrong[:_DIFF_LINES])
+            text, diff = (
+                f"{len(wrong)} of {len(values)} prints are outside",
+                map(_printed, wrong[:_DIFF_LINES]),
+            )
             return self.failed("wrong value", text, tuple(diff), final=True)
         apart = np.ptp([value for _, value in values])
         if apart < self.min_difference:

@@ -88,7 +88,7 @@ class Table(BaseModel):
                 hint = f"did you mean {near[0]}? " if near else ""
                 problem = f"unknown key; {hint}known here: {', '.join(known)}"
                 if key in cls.MISPLACED:
-                    problem = f"is not a key of this table; write {cls.MISPLACED[key]}"
+                    problem = f"must not be in this table; write {cls.MISPLACED[key]}"
                 raise PydanticCustomError("unknown_key", "{problem}", {"key": str(key), "problem": problem})
         return data
 
@@ -131,7 +131,7 @@ def parse_length(value: Any) -> int:
     """Return a duration of at least 1 us, in ps."""
     length_ps = parse_duration(value)
     if length_ps < PS_PER_US:
-        raise ValueError(f'is {shown(value)}; give at least "1us"')
+        raise ValueError(f'must be at least "1us", not {shown(value)}')
     return length_ps
 
 
@@ -156,7 +156,7 @@ class Window(Table):
     @model_validator(mode="after")
     def _in_order(self) -> Self:
         if self.to is not None and self.to <= self.from_:
-            raise ValueError("has a window that ends before it begins; give a later to")
+            raise ValueError("to must be later than from")
         return self
 
     def covers(self, at_ps: int) -> bool:
@@ -176,7 +176,7 @@ class Window(Table):
 
 _HZ_PER_UNIT = {"Hz": 1, "kHz": 1000, "MHz": 1_000_000}
 _FREQUENCY = rf"({NUMBER}) ?({'|'.join(_HZ_PER_UNIT)})"
-_FREQUENCY_HELP = 'give a number and a unit (Hz, kHz, MHz) in quotes, such as "400kHz"'
+_FREQUENCY_RIGHT = 'a number and a unit (Hz, kHz, MHz) in quotes, such as "400kHz"'
 _SLOWEST_BUS_HZ = 10_000
 _FASTEST_BUS_HZ = 1_000_000
 
@@ -184,13 +184,13 @@ _FASTEST_BUS_HZ = 1_000_000
 def parse_bus_speed(value: Any) -> int:
     """Return a bus speed in Hz, 10 kHz to 1 MHz; ValueError names the valid values."""
     if isinstance(value, int | float) and not isinstance(value, bool):
-        raise ValueError(f"is the bare number {shown(value)}; {_FREQUENCY_HELP}")
+        raise ValueError(f"must be {_FREQUENCY_RIGHT}, not the bare number {shown(value)}")
     match = re.fullmatch(_FREQUENCY, value) if isinstance(value, str) else None
     if match is None:
-        raise ValueError(f"is {shown(value)}; {_FREQUENCY_HELP}")
+        raise ValueError(f"must be {_FREQUENCY_RIGHT}, not {shown(value)}")
     hertz = int(Decimal(match[1]) * _HZ_PER_UNIT[match[2]])
     if not _SLOWEST_BUS_HZ <= hertz <= _FASTEST_BUS_HZ:
-        raise ValueError(f'is {shown(value)}; give a speed from "10kHz" to "1MHz"')
+        raise ValueError(f'must be from "10kHz" to "1MHz", not {shown(value)}')
     return hertz
 
 
@@ -210,7 +210,7 @@ def _parse_address(value: object, info: ValidationInfo) -> int:
     if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= 0x7F:
         return value
     names = ", ".join(f'"{name}"' for name in known)
-    raise ValueError(f"is {shown(value)}; give {names}, or a 7-bit address such as 0x6B")
+    raise ValueError(f"must be {names}, or a 7-bit address such as 0x6B, not {shown(value)}")
 
 
 Address = Annotated[
@@ -266,27 +266,27 @@ class Resources:
         elements = _elements(pattern)
         self._elements_left -= elements
         if elements > _MAX_ELEMENTS:
-            raise ValueError(f"is {shown(pattern)}, which repeats too much; let its counts multiply to less")
+            raise ValueError(f"must repeat at most {_MAX_ELEMENTS} elements, not as {shown(pattern)}")
         if self._elements_left < 0:
-            raise ValueError(f"is {shown(pattern)}, with which the patterns are too long; give fewer of them")
+            raise ValueError(f"exceeds the limit on all patterns with {shown(pattern)}; give fewer patterns")
 
     def _inside(self, name: str) -> Path:
         """Return the path of the file with all links resolved."""
         if "\0" in name:
-            raise ValueError(f'is {shown(name)}; give a path in quotes, such as "golden.txt"')
+            raise ValueError(f'must be a path in quotes, such as "golden.txt", not {shown(name)}')
         for flavour in (
             PurePosixPath(name),
             PureWindowsPath(name),
         ):  # a name means the same file on every system
             if flavour.is_absolute() or flavour.anchor or ".." in flavour.parts:
-                raise ValueError(f"is {shown(name)}; give the name of a file in the scenario's folder")
+                raise ValueError(f"must be a file in the scenario's folder, not {shown(name)}")
         try:
             path = (self._folder / name).resolve()
             inside = path.is_relative_to(self._folder.resolve())
         except (OSError, RuntimeError) as error:  # RuntimeError: a link that leads to itself
-            raise ValueError(f"is {shown(name)}, which cannot be read: {error}") from error
+            raise ValueError(f"cannot read {shown(name)}: {error}") from error
         if not inside:
-            raise ValueError(f"is {shown(name)}, a link out of the scenario's folder; give the file itself")
+            raise ValueError(f"must be a file in the scenario's folder, not the link {shown(name)}")
         return path
 
     def _count(self, path: Path, name: str) -> None:
@@ -297,7 +297,7 @@ class Resources:
         self._bytes_left -= size
         if self._bytes_left < 0:
             most = f"{_MAX_TOTAL_BYTES >> 20} MiB"
-            raise ValueError(f"is {shown(name)}, with which the scenario's files exceed {most}; shorten them")
+            raise ValueError(f"the scenario's files must have at most {most}; {shown(name)} exceeds it")
 
 
 def resources_of(info: ValidationInfo) -> Resources:
@@ -310,13 +310,13 @@ def read_bounded(path: Path, name: str, what: str) -> bytes:
     """Return the bytes of a small regular file; ValueError says why ``name`` cannot be used."""
     try:
         if path.exists() and not path.is_file():  # opening a pipe or a terminal would block
-            raise ValueError(f"{name} is not a regular file; give {what}")
+            raise ValueError(f"{name} must be a regular file: {what}")
         with path.open("rb") as stream:
             data = stream.read(_MAX_FILE_BYTES + 1)
     except OSError as error:
-        raise ValueError(f"{name} cannot be read: {error.strerror or error}; give {what}") from error
+        raise ValueError(f"cannot read {name}: {error.strerror or error}; give {what}") from error
     if len(data) > _MAX_FILE_BYTES:
-        raise ValueError(f"{name} is larger than {_MAX_FILE_BYTES >> 20} MiB; give {what}")
+        raise ValueError(f"{name} must have at most {_MAX_FILE_BYTES >> 20} MiB: {what}")
     return data
 
 
@@ -336,7 +336,7 @@ class Named(Generic[Content]):
 
 def _named_text(value: object, info: ValidationInfo) -> Named[bytes]:
     name = _name(value, "golden.txt")
-    return Named(name, resources_of(info).text(name, "the text the board is to print"))
+    return Named(name, resources_of(info).text(name, "the expected text of the terminal"))
 
 
 def _named_recording(value: object, info: ValidationInfo) -> Named[Recording]:
@@ -346,7 +346,7 @@ def _named_recording(value: object, info: ValidationInfo) -> Named[Recording]:
 
 def _name(value: object, example: str) -> str:
     if not isinstance(value, str):
-        raise ValueError(f'is {shown(value)}; give a path in quotes, such as "{example}"')
+        raise ValueError(f'must be a path in quotes, such as "{example}", not {shown(value)}')
     return value
 
 
@@ -426,12 +426,12 @@ class TextPattern:
 def _parse_pattern(value: object, info: ValidationInfo) -> TextPattern:
     if not isinstance(value, str) or len(value) > _LONGEST_PATTERN:
         longest = f"of at most {_LONGEST_PATTERN} characters"
-        raise ValueError(f"is {shown(value)}; give a regular expression {longest}")
+        raise ValueError(f"must be a regular expression {longest}, not {shown(value)}")
     resources_of(info).allow_pattern(value)
     try:
         return TextPattern(value)
     except (regex.error, OverflowError, RecursionError) as error:
-        raise ValueError(f"is {shown(value)}: {error}; give a regular expression") from error
+        raise ValueError(f"must be a regular expression, not {shown(value)}: {error}") from error
 
 
 PatternText = Annotated[

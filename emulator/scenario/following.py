@@ -41,12 +41,12 @@ class ExpectLineFollows(Windowed):
     @model_validator(mode="after")
     def _one_line(self) -> ExpectLineFollows:
         if (self.text is None) == (self.pattern is None):
-            raise ValueError("needs either text = ... or pattern = ...")
+            raise ValueError("must have either text = ... or pattern = ...")
         return self
 
     def describe(self) -> str:
         """Describe the line, its interval and the condition."""
-        every = f"at least every {seconds(self.max_gap)} while {self.when.text()}, and not otherwise"
+        every = f"at least every {seconds(self.max_gap)} while {self.when.text()}, otherwise never"
         return f"{self._line()} {every}{self.window_text()}"
 
     def evaluate(self, run: RunView) -> ExpectationResult:
@@ -106,9 +106,9 @@ class ExpectLineFollows(Windowed):
 
     def _missing(self, run: RunView, silence: tuple[int, int], lines: list[PrintedLine]) -> str:
         length_ps, since_ps = silence
-        where = f"none for {seconds(length_ps)} from {seconds(since_ps)} on"
+        where = f"none for {seconds(length_ps)} after {seconds(since_ps)}"
         value = self.when.value_text(run, since_ps + length_ps // 2)
-        count = f"; {len(lines)} in all" if lines else "; never printed"
+        count = f"; {len(lines)} in total" if lines else "; never printed"
         return f"{where}{value}{count}"
 
     def _nearly(self, run: RunView) -> ExpectationResult | None:

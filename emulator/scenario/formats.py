@@ -94,7 +94,9 @@ class PrintfFormat:
             pattern += re.escape(bare[place : match.start()]) + self._conversion(match)
             place = match.end()
         if "%" in bare[place:]:
-            raise ValueError(f"is {shown(text)}, which ends within a conversion; write %% for a percent sign")
+            raise ValueError(
+                f"must not end inside a conversion, as {shown(text)} does; write %% for a percent sign"
+            )
         if not 1 <= number <= self._numbers:
             count = f"{self._numbers} number{'s' * (self._numbers != 1)}"
             raise ValueError(f"is {shown(text)}, which prints {count}; number {number} is not among them")

@@ -91,11 +91,11 @@ class ExpectLedFollows(Windowed):
     @model_validator(mode="after")
     def _one_condition(self) -> ExpectLedFollows:
         if (self.angle is None) == (self.when is None):
-            raise ValueError("needs either angle = ... or when = { ... }")
+            raise ValueError("must have either angle = ... or when = { ... }")
         if self.when is not None and self.when.quantity is None:
-            raise ValueError("has a condition on a LED; give a quantity")
+            raise ValueError("must have a condition on a quantity, not on a LED")
         if self.when is not None and self.model_fields_set & {"beyond_deg", "margin_deg"}:
-            raise ValueError("has beyond_deg or margin_deg beside when; put them into when")
+            raise ValueError("must not have beyond_deg or margin_deg beside when; put them into when")
         return self
 
     @property
@@ -189,11 +189,11 @@ class ExpectLedFollows(Windowed):
         where = f"at {seconds(first.at_ps)} with a true {quantity} of {first.angle:.1f}{unit_text(quantity)}"
         here = f"{self.led.upper()} is {state} {where}"
         more = {
-            "never lit": f", and is never lit: is its condition true for this {quantity}{degrees and ', in degrees'}?",
-            "never dark": ", and is never dark again: where is it switched off?",
-            "inverted": ": it is lit and dark the wrong way round",
-            "blinks": ", and changes while the board rests",
-            "late": f": it follows up to {seconds(late_ps)} late, as from main's loop, not in the callback",
+            "never lit": f" and never lit; check its condition for this {quantity}{degrees and ', in degrees'}",
+            "never dark": " and never dark again; check that the program switches it off",
+            "inverted": ": lit and dark are exchanged",
+            "blinks": " and changes while the board rests",
+            "late": f": it follows up to {seconds(late_ps)} late, as if set in main's loop instead of the callback",
             "threshold": f": its threshold is {_threshold_text(self._growing(samples), self.condition)}",
             "other axis": f": it follows {'roll' if quantity == 'pitch' else 'pitch'}",
             "one side": f": it is lit for {side} {'angles' if degrees else 'values'} only{late}",
@@ -302,7 +302,7 @@ def _threshold_text(growing: Sequence[_LedSample], condition: Condition) -> str:
     dark, lit = _threshold(growing) or (0.0, 90.0)
     beyond = condition.beyond
     is_integer = beyond is not None and beyond < dark < beyond + 1
-    integers = ", as with abs() of an int for fabsf()" if is_integer else ""
+    integers = ", as with abs() of an int instead of fabsf()" if is_integer else ""
     return f"between {dark:.1f} and {lit:.1f}{unit_text(condition.quantity or '')}{integers}"
 
 
@@ -370,7 +370,9 @@ class ExpectTicks(Expectation):
     def _something(self) -> ExpectTicks:
         bounds = {self.late_min, self.late_max, self.late_percent_max, self.lost_min, self.lost_max}
         if bounds | {self.rate_hz} == {None}:
-            raise ValueError("needs one of late_min, late_max, late_percent_max, lost_min, lost_max, rate_hz")
+            raise ValueError(
+                "must have one of late_min, late_max, late_percent_max, lost_min, lost_max, rate_hz"
+            )
         return self
 
     def describe(self) -> str:
@@ -434,7 +436,7 @@ class ExpectHardIron(Expectation):
         true = run.board.world.hard_iron_mgauss(run.end_ps / PS_PER_S)[0]
         if np.all(np.abs(centre - true) <= self.within_mgauss):
             return self.met()
-        return self.failed("wrong value", f"{_vector(centre)}, and the board has {_vector(true)}")
+        return self.failed("wrong value", f"{_vector(centre)}; the board has {_vector(true)}")
 
 
 def _axes(axes: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -514,7 +516,7 @@ class ExpectReads(Expectation):
         expected, text = f"{place} read {wanted} times a second", f"{rate_hz:.0f} times a second"
         if rate_hz >= self.min_hz:
             return self.failed("wrong value", text, expected=expected, final=True)
-        text += ": is it read in each call of the timer's callback?"
+        text += "; read it in each call of the timer's callback"
         return self.failed("wrong value", text, expected=expected, final=True, mistake="seldom read")
 
 

@@ -133,7 +133,7 @@ def _refuse_disturbed(part: ThresholdSection, scenario: Scenario) -> None:
             continue
         if step.at_ps < part.end_ps and max(step.end_ps, step.at_ps + 1) > part.begin_ps:
             rests = f"rests from {seconds(part.begin_ps)} to {seconds(part.end_ps)}"
-            problem = f"{rests}, while {step.name} moves the board; let one of them begin later"
+            problem = f"{rests}, while {step.name} moves the board; start one of them later"
             raise ScenarioError(scenario.file, f"threshold[{part.number}]", problem, kind="disturbed")
 
 
@@ -203,25 +203,23 @@ def _parse(data: bytes, file: str) -> dict[str, Any]:
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
-        problem = f"is no text in UTF-8 (byte {error.start}); give a TOML file"
+        problem = f"must be UTF-8 text, unlike byte {error.start}; give a TOML file"
         raise ScenarioError(file, "", problem, kind="not_utf8") from error
     lines = text.split("\n")
     if len(lines) > _MOST_LINES:
-        raise ScenarioError(file, "", f"has more than {_MOST_LINES} lines; shorten it", kind="too_many_lines")
+        raise ScenarioError(file, "", f"must have at most {_MOST_LINES} lines", kind="too_many_lines")
     for number, line in enumerate(lines, start=1):
         if line.count(".") > _MOST_DOTS:
             raise ScenarioError(
-                file, "", f"line {number} has more than {_MOST_DOTS} dots; break it up", kind="too_many_dots"
+                file, "", f"line {number} must have at most {_MOST_DOTS} dots", kind="too_many_dots"
             )
     try:
         return tomllib.loads(text)
     except RecursionError as error:
-        raise ScenarioError(
-            file, "", "is nested too deeply; a scenario needs four levels", kind="too_deep"
-        ) from error
+        raise ScenarioError(file, "", "must have at most four levels of tables", kind="too_deep") from error
     except ValueError as error:  # TOMLDecodeError, or ValueError for a number of thousands of digits
         problem = re.sub(r"\s+", " ", str(error))
-        raise ScenarioError(file, "", f"is not valid TOML: {problem}", kind="invalid_toml") from error
+        raise ScenarioError(file, "", f"must be valid TOML: {problem}", kind="invalid_toml") from error
 
 
 # -- Draw its numbers ---------------------------------------------------------------------------------------
@@ -231,7 +229,7 @@ _DRAWN_IN = ("world", "timeline", "threshold")
 _DRAW_KEYS = {"uniform", "one_of", "random_sign"}
 _RENAMED = {"draw": "uniform", "either_sign": "random_sign"}
 _DRAWN_DIGITS = 2  # decimals of a drawn number: people read it, too
-_DRAW_HELP = "give uniform = [min, max], two numbers or two durations, or one_of = [...]"
+_DRAW_RIGHT = "uniform = [min, max] with two numbers or two durations, or one_of = [...]"
 
 Pick: TypeAlias = Callable[[str, int], float]
 """Function of key path and purpose: a position in a range, from 0 to 1."""
@@ -295,26 +293,26 @@ def _draw(value: dict[str, Any], pick: Callable[[int], float]) -> Any:
     if value.keys() & _RENAMED.keys():
         value = with_current_keys(value, _RENAMED)
     if len(value.keys() & {"uniform", "one_of"}) != 1 or not value.keys() <= _DRAW_KEYS:
-        raise ValueError(f"is {shown(value)}; {_DRAW_HELP}")
+        raise ValueError(f"must be {_DRAW_RIGHT}, not {shown(value)}")
     if not isinstance(value.get("random_sign", False), bool):
-        raise ValueError(f"has random_sign = {shown(value['random_sign'])}; give true or false")
+        raise ValueError(f"random_sign must be true or false, not {shown(value['random_sign'])}")
     if "one_of" in value:
         choices = value["one_of"]
         if not isinstance(choices, list) or not choices:
-            raise ValueError(f"has one_of = {shown(choices)}; give an array of what may be chosen")
+            raise ValueError(f"one_of must be an array with at least one value, not {shown(choices)}")
         result = choices[int(pick(0) * len(choices))]
     else:
         result = _between(value["uniform"], pick(0))
     if value.get("random_sign", False):
         if not _is_number(result):
-            raise ValueError("has random_sign, and what is drawn is no number")
+            raise ValueError("must draw a number, because random_sign is given")
         result = result if pick(1) < 0.5 else -result
     return result
 
 
 def _between(ends: Any, share: float) -> Any:
     if not isinstance(ends, list) or len(ends) != 2:
-        raise ValueError(f"has uniform = {shown(ends)}; {_DRAW_HELP}")
+        raise ValueError(f"must be {_DRAW_RIGHT}, not uniform = {shown(ends)}")
     low, high = ends
     if all(isinstance(end, str) for end in ends):
         least, most = (parse_duration(end) for end in ends)
@@ -322,14 +320,14 @@ def _between(ends: Any, share: float) -> Any:
         step = PS_PER_MS if (most - least) >= PS_PER_MS else 1
         return format_duration(least + int(share * (most - least)) // step * step)
     if not all(map(_is_number, ends)):
-        raise ValueError(f"has uniform = {shown(ends)}; {_DRAW_HELP}")
+        raise ValueError(f"must be {_DRAW_RIGHT}, not uniform = {shown(ends)}")
     _refuse_order(low <= high, ends)
     return min(max(round(low + share * (high - low), _DRAWN_DIGITS), low), high)
 
 
 def _refuse_order(in_order: bool, ends: Any) -> None:
     if not in_order:
-        raise ValueError(f"has uniform = {shown(ends)}, the larger one first; give the least first")
+        raise ValueError(f"uniform must have the smaller value first, not {shown(ends)}")
 
 
 def _is_number(value: Any) -> bool:
@@ -342,16 +340,16 @@ def _is_number(value: Any) -> bool:
 _TAGGED = {"timeline", "expect"}  # arrays whose entries pydantic's path names by index and tag
 
 _WANTED = {
-    "float_type": "give a number",
-    "int_type": "give a whole number",
-    "string_type": "give a text in quotes",
-    "bool_type": "give true or false",
-    "date_type": "give a date without quotes, such as 2026-03-01",
-    "finite_number": "give a finite number",
-    "list_type": "give an array of tables",
-    "tuple_type": "give an array of numbers",
-    "model_type": "give a table",
-    "model_attributes_type": "give a table",
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "string_type": "text in quotes",
+    "bool_type": "true or false",
+    "date_type": "a date without quotes, such as 2026-03-01",
+    "finite_number": "a finite number",
+    "list_type": "an array of tables",
+    "tuple_type": "an array of numbers",
+    "model_type": "a table",
+    "model_attributes_type": "a table",
 }
 
 
@@ -389,17 +387,27 @@ def _value_problem(kind: str, context: dict[str, Any], problem: Any) -> str:
     if kind == "missing":
         return "is missing"
     if kind == "too_long":
-        return f"has more than {context['max_length']} entries"
+        return f"must have at most {context['max_length']} entries"
     wanted = _WANTED.get(kind)
     if kind == "literal_error":
-        wanted = f"give {context['expected']}"
+        wanted = f"{context['expected']}"
     elif kind in ("greater_than_equal", "greater_than"):
-        wanted = f"give {context.get('ge', context.get('gt'))} or more"
+        wanted = _bound(context, "ge", "at least", "gt", "above")
     elif kind in ("less_than_equal", "less_than"):
-        wanted = f"give {context.get('le', context.get('lt'))} or less"
+        wanted = _bound(context, "le", "at most", "lt", "below")
+    elif kind == "string_pattern_mismatch":
+        wanted = f"text that matches {context['pattern']}"
+    elif kind in ("string_too_short", "string_too_long"):
+        length = _bound(context, "min_length", "at least", "max_length", "at most")
+        wanted = f"{length} characters long"
     elif wanted is None:
-        wanted = problem["msg"][0].lower() + problem["msg"][1:]
-    return f"is {shown(problem['input'])}; {wanted}"
+        return f"must not be {shown(problem['input'])}: {problem['msg']}"
+    return f"must be {wanted}, not {shown(problem['input'])}"
+
+
+def _bound(context: Mapping[str, Any], key: str, word: str, other_key: str, other_word: str) -> str:
+    """Return a limit of pydantic in words."""
+    return f"{word} {context[key]:g}" if key in context else f"{other_word} {context[other_key]:g}"
 
 
 def _tag_problem(problem: Any) -> str:
@@ -407,7 +415,7 @@ def _tag_problem(problem: Any) -> str:
     if problem["type"] == "union_tag_not_found":
         return "is missing"
     known = context["expected_tags"].replace("'", "")
-    return f"is {shown(context['tag'])}; known: {known}"
+    return f"must be one of {known}, not {shown(context['tag'])}"
 
 
 def _without_tags(path: list[str | int]) -> list[str | int]:

@@ -57,7 +57,7 @@ def mistake(rests: Sequence[Rest], condition: Condition) -> tuple[str, str]:
     if not wrong or not shown or not silent or len(shown) + len(silent) < len(rests):
         return "", ""
     if len(wrong) == len(rests):
-        return "inverted", ": it is printed when it must not be, and only then"
+        return "inverted", ": it is printed exactly when it must not be"
     if condition.beyond is not None and _follows_other(rests, condition.beyond):
         return "other axis", f": it follows {'roll' if condition.quantity == 'pitch' else 'pitch'}"
     if _is_one_sided(wrong, shown):

@@ -51,7 +51,7 @@ def _resolved(entry: Any, file: str, key: str) -> Any:
         return entry
     name = entry["rule"]
     if not isinstance(name, str) or name not in _rules():
-        raise ScenarioError(file, f"{key}.rule", f"is {shown(name)}; known: {', '.join(_rules())}")
+        raise ScenarioError(file, f"{key}.rule", f"must be one of {', '.join(_rules())}, not {shown(name)}")
     if "kind" in entry:
-        raise ScenarioError(file, f"{key}.kind", "is given beside a rule, which has its own; leave it out")
+        raise ScenarioError(file, f"{key}.kind", "must not be given together with a rule; leave it out")
     return _rules()[name] | {one: value for one, value in entry.items() if one != "rule"}

@@ -418,7 +418,7 @@ def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, wind
     counted = f"{_largest(judged):+.3f}"
     if counted != f"{largest:+.3f}":
         which = nearest_truth(settle_ps)
-        table.append(f"judged is the error against {which}: largest {counted}")
+        table.append(f"the check uses the error against {which}: largest {counted}")
     return table
 
 
@@ -437,7 +437,7 @@ def _flag(field: str, line: PrintedLine) -> str:
     if field not in ANGLES:
         return ""
     moving_g = float(line.truth[MOVING_G][1][-1])
-    return "" if moving_g <= _STILL_G else f"   accelerated by {moving_g:.2f} g: no tilt sensor now"
+    return "" if moving_g <= _STILL_G else f"   accelerated by {moving_g:.2f} g: tilt is not measurable"
 
 
 def _chosen(count: int, worst: int) -> list[int]:

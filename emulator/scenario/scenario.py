@@ -73,8 +73,8 @@ def steps_of(entries: Sequence[TimelineAction], duration_ps: int, file: str) -> 
         end_ps = at_ps + entry.length_ps
         if at_ps > duration_ps:
             problem = (
-                f"begins at {seconds(at_ps)}, after the scenario's end at {seconds(duration_ps)}; "
-                "let it begin earlier or give a longer duration"
+                f"must begin before the scenario's end at {seconds(duration_ps)}, not at {seconds(at_ps)}; "
+                "start it earlier or give a longer duration"
             )
             raise ScenarioError(file, f"timeline[{number}].at", problem, kind="after_end")
         steps.append(TimelineStep(number, entry, at_ps, end_ps))
@@ -150,7 +150,7 @@ class Scenario:
         self._recorders: WeakKeyDictionary[TerminalView, Recorder] = WeakKeyDictionary()
         self._watched: WeakKeyDictionary[TerminalView, dict[int, Any]] = WeakKeyDictionary()
         if self.duration_ps > self.limits.duration:
-            problem = "is longer than limits.duration; shorten it or raise that limit"
+            problem = "must be at most limits.duration; shorten it or raise that limit"
             raise ScenarioError(self.file, "duration", problem, kind="too_long")
         self._refuse_windows_after_the_end()
         self._field_ut = self._magnetic_field()
@@ -251,7 +251,7 @@ class Scenario:
         """Return the run view of a board that plays this scenario. Raises InputError if it plays another one."""
         recorder = self._recorders.get(board.terminal)
         if recorder is None:
-            raise InputError(f"this board does not play the scenario {self.name}", kind="other_scenario")
+            raise InputError(f"this board must play the scenario {self.name}", kind="other_scenario")
         end_ps = min(self.duration_ps, board.clock.now_ps)
         watched = self._watched[board.terminal]
         return RunView(

@@ -167,9 +167,9 @@ class WorldTable(Table):
     @model_validator(mode="after")
     def _refuse_contradictions(self) -> WorldTable:
         if self.field is not None and self.place is not None:
-            raise ValueError("has both field and place; give one of them")
+            raise ValueError("must not have both field and place; give one of them")
         if self.pressure_hpa is not None and self.floor_altitude_m is not None:
-            raise ValueError("has both pressure_hpa and floor_altitude_m; give one of them")
+            raise ValueError("must not have both pressure_hpa and floor_altitude_m; give one of them")
         return self
 
 
@@ -219,7 +219,7 @@ class LimitsTable(Table):
     @model_validator(mode="after")
     def _bound(self) -> LimitsTable:
         if self.duration > LONGEST_RUN_PS:
-            raise ValueError('duration is longer than a day; give at most "24h"')
+            raise ValueError('duration must be at most "24h"')
         return self
 
 
@@ -288,7 +288,7 @@ def scenario_file(board: BoardDescription) -> type[ScenarioFile]:
 
     def known(name: str) -> str:
         if name not in board.firmware:
-            raise ValueError(f"is {shown(name)}; known: {', '.join(board.firmware)}")
+            raise ValueError(f"unknown firmware {shown(name)}; known: {', '.join(board.firmware) or 'none'}")
         return name
 
     names = Field(json_schema_extra={"enum": list(board.firmware)})

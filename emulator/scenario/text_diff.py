@@ -41,7 +41,7 @@ def nearest(wanted: str, lines: Sequence[str]) -> str | None:
 
 
 def fault_between(wanted: str, found: str | None) -> Fault:
-    """Return the fault that describes ``found`` instead of ``wanted``."""
+    """Return the fault that describes ``found`` in place of ``wanted``."""
     if found is None:
         return "missing"
     return "wrong value" if _form(wanted) == _form(found) else "wrong format"
@@ -63,11 +63,11 @@ def format_difference(wanted: str, line: str) -> str:
     tokens, printed = _TOKEN.findall(wanted), _TOKEN.findall(line[:_LONGEST])
     found = dict.fromkeys(filter(None, map(_token_difference, tokens, printed)))
     if not found and len(tokens) == len(printed):
-        return "the blanks are others" if _squeezed(wanted) == wanted else ""
+        return "the blanks differ" if _squeezed(wanted) == wanted else ""
     if len(printed) < len(tokens) and not found:
         return f'"{tokens[len(printed)]}" is missing at the end'
     if len(printed) > len(tokens) and not found:
-        return f'"{printed[len(tokens)]}" is too much at the end'
+        return f'"{printed[len(tokens)]}" is surplus at the end'
     return ", ".join(list(found)[: _MOST_DIFFERENCES if len(tokens) == len(printed) else 1])
 
 

@@ -51,10 +51,10 @@ class ThresholdTable(Table):
     @model_validator(mode="after")
     def _can_rest_there(self) -> ThresholdTable:
         if self.margin >= self.value:
-            raise ValueError(f"has a margin of {self.margin:g}; give less than the value, {self.value:g}")
+            raise ValueError(f"margin must be less than the value, {self.value:g}, not {self.margin:g}")
         if self.is_angle and self.value + self.margin >= _STEEPEST_DEG:
             raise ValueError(
-                f"ends at {self.value + self.margin:g} degrees; give less than 90 with the margin"
+                f"value and margin together must be less than 90 degrees, not {self.value + self.margin:g}"
             )
         return self
 
@@ -117,7 +117,7 @@ def put_in_place(
     at_ps, height_m = 2 * PS_PER_S, 0.0
     for number, one in enumerate(thresholds):
         if not one.is_angle and any(entry.get("do") in _LIFTING for entry in others):
-            problem = "is Altitude, and the timeline lifts the board as well; give each a run"
+            problem = "must not be Altitude if the timeline lifts the board; give each its run"
             raise ScenarioError(file, f"threshold[{number}].quantity", problem)
         at_ps = begin_ps = at_ps if one.at is None else one.at
         first = len(timeline) + len(added)
@@ -155,7 +155,7 @@ def _lasting(table: Mapping[str, Any], end_ps: int, last: int, file: str) -> dic
     except ValueError:
         return kept  # refused with its key by the schema
     if duration_ps < end_ps:
-        problem = f"ends at {seconds(end_ps)}, after the scenario's end at {seconds(duration_ps)}"
-        hint = "give a longer duration, or none"
+        problem = f"must end before the scenario's end at {seconds(duration_ps)}, not at {seconds(end_ps)}"
+        hint = "give a longer duration, or omit it"
         raise ScenarioError(file, f"threshold[{last}]", f"{problem}; {hint}")
     return kept

@@ -450,7 +450,7 @@ def _parse_hex(value: object) -> bytes:
             return bytes.fromhex(value)
     except ValueError:
         pass
-    raise ValueError(f'is {shown(value)}; give bytes in hexadecimal, such as "0d 0a"')
+    raise ValueError(f'must be bytes in hexadecimal, such as "0d 0a", not {shown(value)}')
 
 
 class Send(TimelineAction):
@@ -471,9 +471,9 @@ class Send(TimelineAction):
     @model_validator(mode="after")
     def _one_input(self) -> Send:
         if (self.text is None) == (self.hex is None):
-            raise ValueError('needs either text = "..." or hex = "0d 0a"')
+            raise ValueError('must have either text = "..." or hex = "0d 0a"')
         if self.text is not None and any(ord(character) > 0xFF for character in self.text):
-            raise ValueError("text has a character that is not Latin-1; send its bytes with hex")
+            raise ValueError("text must have Latin-1 characters only; send other bytes with hex")
         return self
 
     def act(self, board: BoardView, from_ps: int) -> None:

@@ -32,15 +32,15 @@ def parse_entry(table: Mapping[str, Any], board: BoardDescription = FCU001V1) ->
     Raises InputError for an entry that reads a file: a remote client must not name files on this machine.
     """
     if isinstance(table, Mapping) and table.get("do") == "replay":
-        raise InputError("a live board plays no recordings; put the replay into a scenario")
+        raise InputError("cannot play a recording on a live board; put the replay into a scenario")
     if isinstance(table, Mapping) and "at" in table:
-        raise InputError("a live entry has no time of its own; leave out at")
+        raise InputError("a live entry must not have a time; leave out at")
     try:
         return _ENTRY.validate_python(dict(table), context={"board": board})
     except (ValidationError, TypeError, ValueError) as error:
         if isinstance(error, ValidationError):
             raise _of_entry(error) from error
-        raise InputError(f"a timeline entry is a table: {error}") from error
+        raise InputError(f"a timeline entry must be a table: {error}") from error
 
 
 def _of_entry(error: ValidationError) -> InputError:
@@ -116,7 +116,7 @@ def _value(value: Any) -> str:
         return str(value)
     if isinstance(value, float):
         if not math.isfinite(value):
-            raise ValueError(f"{value} has no place in a scenario")
+            raise ValueError(f"a scenario cannot contain {value}")
         return repr(value)
     if isinstance(value, Mapping):
         return "{ " + ", ".join(f"{_key(key)} = {_value(one)}" for key, one in value.items()) + " }"

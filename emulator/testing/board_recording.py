@@ -207,7 +207,7 @@ def by_hand(board: Board, recording: BoardRecording | None, save: Callable[[str]
     ``save``: writes a scenario and returns its path.
     """
     if not board.booted.name:
-        yield "no command: fcu run has no name for this firmware"
+        yield "no command: this firmware has neither a name nor a file for fcu run"
         return
     words = ["fcu", "run", str(board.booted.name)]
     missing = list(recording.missing) if recording else []
@@ -220,7 +220,7 @@ def by_hand(board: Board, recording: BoardRecording | None, save: Callable[[str]
         yield command_line(
             [*words, "--wiring", board.booted.wiring.name, "--scenario", scenario, "--speed", "max"]
         )
-        yield "The scenario has what the test did to the board, and no expectations."
+        yield "The scenario has the test's actions on the board, without expectations."
     else:
         words += ["--scenario", str(board.scenario.file)] if board.scenario else []
         words += ["--wiring", board.booted.wiring.name, "--seed", str(board.seed)]
@@ -228,7 +228,7 @@ def by_hand(board: Board, recording: BoardRecording | None, save: Callable[[str]
         words += ["--duration", f"{max(board.now_s, 0.001):.3f}s", "--speed", "max"]
         yield command_line(words)
     if missing:
-        yield f"Not in it: {'; '.join(missing)}."
+        yield f"It lacks: {'; '.join(missing)}."
 
 
 def _plain(value: Any) -> Any:

@@ -154,7 +154,7 @@ class Compiled:
         unknown = set(names or {}) - set(self.USUAL)
         if unknown:
             raise InputError(
-                f"names: unknown {sorted(unknown)}; there are {', '.join(self.USUAL)}", kind="unknown_name"
+                f"unknown names {sorted(unknown)}; known: {', '.join(self.USUAL)}", kind="unknown_name"
             )
         self.name = str(firmware)
         self._names = {**self.USUAL, **(names or {})}
@@ -175,7 +175,7 @@ class Compiled:
         arm = self.board.chip
         symbols = None if arm is None else arm.image.symbols
         if symbols is None:
-            return f"{self.name} has no symbols"
+            return f"{self.name} must have symbols"
         for name, find in (
             (functions[what], symbols.function),
             *((variable, symbols.variable_type) for variable in variables.get(what, ("press_zero_level",))),

@@ -193,14 +193,14 @@ def dut(board: Board) -> Dut:
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the option ``--firmware FILE``."""
-    what = "what the fixture 'board' runs: an ELF, HEX or BIN file, or a name"
+    what = "firmware of the fixture 'board': an ELF, HEX or BIN file, or a name"
     parser.getgroup("fcu", "virtual boards").addoption("--firmware", metavar="FILE", help=what)
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Register the marker ``board`` with pytest."""
     arguments = f"firmware=None, *, {', '.join(_MARKER)}"
-    config.addinivalue_line("markers", f"board({arguments}): what the fixture 'board' is made of")
+    config.addinivalue_line("markers", f"board({arguments}): arguments of the fixture 'board'")
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -227,8 +227,8 @@ def _by_hand(item: pytest.Item, board: Board) -> str:
 
 def evidence(board: Board, by_hand: str = "") -> Iterator[tuple[str, str]]:
     """Return the evidence for a failure, by title; ``by_hand``: the command that runs the same board."""
-    lines = board.terminal.text.replace("\r", "").splitlines() or ["(nothing was printed)"]
-    dropped = [f"... {len(lines) - _TERMINAL_LINES} lines before"] if len(lines) > _TERMINAL_LINES else []
+    lines = board.terminal.text.replace("\r", "").splitlines() or ["(no output)"]
+    dropped = [f"... {len(lines) - _TERMINAL_LINES} earlier lines"] if len(lines) > _TERMINAL_LINES else []
     shown = [*dropped, *(visible(line) for line in lines[-_TERMINAL_LINES:])]
     yield f"terminal at {board.now_s:.3f} s", "\n".join(shown)
     latest = board.recent_transfers()[-_TRANSFERS:]

@@ -215,7 +215,7 @@ def _table(timeline: list[dict[str, Any]], expect: Sequence[Mapping[str, Any]]) 
     length_ms = sum(int(entry["for"].removesuffix("ms")) for entry in (start, *timeline))
     table = {
         "schema": 1,
-        "question": "Is it right while the board is moved?",
+        "question": "Is the output right while the board moves?",
         "duration": f"{length_ms}ms",
         "timeline": [start, *timeline],
         "expect": [dict(one) for one in expect],

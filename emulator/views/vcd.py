@@ -72,9 +72,7 @@ class VcdFile:
         if not self.left_out:
             return []
         most = f"{HELD_PS // PS_PER_S} s"
-        return [
-            f"--vcd: {self.left_out} messages are not drawn: they were broken, or took longer than {most}"
-        ]
+        return [f"--vcd: {self.left_out} messages are omitted: incomplete, or longer than {most}"]
 
     # -- the wires --------------------------------------------------------------------------------------
 
@@ -176,5 +174,5 @@ def _writer_class() -> Any:
     try:
         from vcd import VCDWriter
     except ImportError as error:
-        raise InputError("--vcd needs the package pyvcd: pip install 'fcu-emulator[views]'") from error
+        raise InputError("--vcd needs pyvcd; install it: pip install 'fcu-emulator[views]'") from error
     return VCDWriter

@@ -167,7 +167,7 @@ class Truth:
         board's heating. Raises InputError for an unknown quantity.
         """
         if quantity not in QUANTITIES:
-            raise InputError(f"the world has no {quantity!r}; it has {', '.join(QUANTITIES)}")
+            raise InputError(f"unknown quantity {quantity!r}; known: {', '.join(QUANTITIES)}")
         name = QUANTITIES[quantity]
         value_of = partial(self._warmed, heating) if heating and name == "warmth" else _of_signal
         return Sensed(self._signals[name], self._agitation[name], one_row, value_of)

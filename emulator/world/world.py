@@ -126,7 +126,9 @@ class World(Truth):
         # Unconverted, so that the check can name an entry that is not a number.
         rows = np.asarray(matrix, dtype=object)
         if rows.shape != (3, 3):
-            raise InputError(f"soft iron has the shape {rows.shape}: give 3 rows of 3 numbers", kind="shape")
+            raise InputError(
+                f"soft iron must be 3 rows of 3 numbers, not of shape {rows.shape}", kind="shape"
+            )
         checked = [[limits.SOFT_IRON.check("soft iron", value) for value in row] for row in rows]
         self._set(self._soft_iron, checked, "mag")
 
@@ -230,7 +232,7 @@ class World(Truth):
         """
         arm = np.asarray(wrist_m, dtype=object)
         if arm.shape != (3,):
-            raise InputError(f"wrist_m is {wrist_m!r}: give three numbers, where the wrist is in board axes")
+            raise InputError(f"wrist_m must be three numbers in board axes, not {wrist_m!r}")
         wrist = np.array([limits.ARM.check("wrist_m", value) for value in arm])
         peak = limits.TREMOR.check("tremor_mg", tremor_mg) / 1000.0 * STANDARD_GRAVITY
         frequency = limits.TREMOR_FREQUENCY.check("tremor_hz", tremor_hz)
@@ -277,7 +279,7 @@ class World(Truth):
         """Run the motors at this share of the full voltage, 0 to 1: one value, or four; 0 stops them."""
         each = [throttle] * MOTORS if isinstance(throttle, int | float) else list(throttle)
         if len(each) != MOTORS:
-            raise InputError(f"throttle is {throttle!r}: give one number from 0 to 1, or {MOTORS}")
+            raise InputError(f"throttle must be one number from 0 to 1, or {MOTORS}, not {throttle!r}")
         shares = [limits.THROTTLE.check("throttle", share) for share in each]
         start = self._start(start_s)
         before = self._motors.at(start)
@@ -320,9 +322,9 @@ class World(Truth):
     ) -> float:
         """Change one Euler angle to ``to_deg``, also by more than 180 degrees."""
         if axis not in EULER_AXES:
-            raise InputError(f"axis is {axis!r}: give one of {', '.join(EULER_AXES)}", kind="choice")
+            raise InputError(f"axis must be one of {', '.join(EULER_AXES)}, not {axis!r}", kind="choice")
         if profile not in ("linear", "minimum_jerk"):
-            raise InputError(f"profile is {profile!r}: give one of linear, minimum_jerk", kind="choice")
+            raise InputError(f"profile must be linear or minimum_jerk, not {profile!r}", kind="choice")
         start, end = self._span(start_s, duration_s)
         pace = (Linear if profile == "linear" else MinimumJerk)(start, end - start)
         start_deg = self._euler_deg_at(start)
@@ -342,9 +344,9 @@ class World(Truth):
         By "field", the calibration is exact; by "hand", nearly so after two turns.
         """
         if limits.TURNS.check("turns", turns) % 1.0:
-            raise InputError(f"turns is {turns!r}: give a whole number", kind="not_whole")
+            raise InputError(f"turns must be a whole number, not {turns!r}", kind="not_whole")
         if by not in ("field", "hand"):
-            raise InputError(f"by is {by!r}: give one of field, hand", kind="choice")
+            raise InputError(f"by must be field or hand, not {by!r}", kind="choice")
         start, end = self._span(start_s, duration_s)
         first, last = self._rotation_at(start), (end, Held(self._euler_deg_at(start)))
         if by == "hand":
@@ -390,14 +392,16 @@ class World(Truth):
     ) -> float:
         """Accelerate by ``amplitude_g`` cos(2 pi f t) along a world axis, for the whole periods in ``duration_s``."""
         if axis not in SHAKE_DIRECTIONS:
-            raise InputError(f"axis is {axis!r}: give one of {', '.join(SHAKE_DIRECTIONS)}", kind="choice")
+            raise InputError(
+                f"axis must be one of {', '.join(SHAKE_DIRECTIONS)}, not {axis!r}", kind="choice"
+            )
         frequency = limits.FREQUENCY.check("frequency_hz", frequency_hz)
         amplitude = limits.AMPLITUDE.check("amplitude_g", amplitude_g) * STANDARD_GRAVITY
         start, end = self._span(start_s, duration_s)
         periods = int((end - start) * frequency + 1e-6)
         if periods < 1:
-            least = f"give at least one period, {1.0 / frequency:g} s"
-            raise InputError(f"duration_s is {duration_s!r}: {least}", kind="too_short")
+            least = f"at least one period, {1.0 / frequency:g} s"
+            raise InputError(f"duration_s must be {least}, not {duration_s!r}", kind="too_short")
         angular = 2.0 * np.pi * frequency
         limits.EXCURSION.check("way of the shake (lower g or higher Hz)", 2.0 * amplitude / angular**2)
         direction = np.array(SHAKE_DIRECTIONS[axis])
@@ -510,7 +514,7 @@ class World(Truth):
             return now
         start = limits.TIME.check("start_s", start_s)
         if start < now - NOW_TOLERANCE_S:
-            problem = f"start_s is {start_s!r}: it is {now:g} s already, give a later time"
+            problem = f"start_s must be at least {now:g} s, the current time, not {start_s!r}"
             raise InputError(problem, kind="past")
         return max(start, now)
 

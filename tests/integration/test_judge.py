@@ -153,7 +153,7 @@ run = "still"
 
 [[exercise.check]]
 id = "runs"
-title = "the program runs on"
+title = "the program keeps running"
 requires = ["1"]
 expect = [{ kind = "no_fault" }]
 

@@ -39,7 +39,7 @@ when = { quantity = "roll", beyond = 45, margin = 0.3 }
 
 [[exercise.check]]
 id = "runs"
-title = "the program runs on"
+title = "the program keeps running"
 REQUIRES
 expect = [{ kind = "no_fault" }]
 

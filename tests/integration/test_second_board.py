@@ -98,7 +98,9 @@ def test_unknown_sensor_attribute_lists_known_ones() -> None:
     assert unknown.value.kind == "unknown_wiring"
     with pytest.raises(InputError, match="unknown sensor 'LSM6DSL'; known: HTX221, LPS22HB"):
         board.sensors["LSM6DSL"]
-    with pytest.raises(AttributeError, match="no sensor 'lsm6dsl'; known: htx221, lps22hb"):
+    with pytest.raises(
+        AttributeError, match="unknown sensor 'lsm6dsl' on this board; known: htx221, lps22hb"
+    ):
         _ = board.sensors.lsm6dsl
 
 
@@ -187,7 +189,7 @@ def test_scenario_breaks_the_bus_by_part_name(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "key", "says"),
     [
-        ('[[expect]]\nkind = "led"\nled = "led1"\nstate = "on"', "expect[0].led", "give 'green'"),
+        ('[[expect]]\nkind = "led"\nled = "led1"\nstate = "on"', "expect[0].led", "must be 'green'"),
         (
             '[[timeline]]\ndo = "inject_fault"\nkind = "absent"\naddress = "LSM6DSL"',
             "timeline[0].address",
@@ -202,7 +204,7 @@ def test_scenario_breaks_the_bus_by_part_name(tmp_path: Path) -> None:
         (
             "[sensors.htx221]\nhumidity_noise_percent = -1",
             "sensors.htx221.humidity_noise_percent",
-            "0 or more",
+            "at least 0",
         ),
         ('firmware = "lab3"', "firmware", "known: "),
     ],
@@ -271,9 +273,9 @@ def test_inconsistent_board_description_is_refused() -> None:
 
     assert described().addresses == {"HTX221": 0x5F}
     for places, bus, says in (
-        ({"HTX221": 0x5F}, "I2C3", "there is no bus I2C3; known: I2C1"),
-        ({"HTS221": 0x5F}, "I2C1", "there is no part HTS221; known: HTX221"),
-        ({"HTX221": "PA8"}, "I2C1", "HTX221 is at 'PA8' of I2C1; give a 7-bit address"),
+        ({"HTX221": 0x5F}, "I2C3", "unknown bus I2C3; known: I2C1"),
+        ({"HTS221": 0x5F}, "I2C1", "unknown part HTS221; known: HTX221"),
+        ({"HTX221": "PA8"}, "I2C1", "HTX221 on I2C1 must be at a 7-bit address, not 'PA8'"),
     ):
         with pytest.raises(InputError, match=says):
             described(wirings=(Wiring("bench", bus, places, "a bench"),))

@@ -215,14 +215,14 @@ class Symbols:
         """Raises SymbolError like :meth:`read_variable`."""
         symbol = self._symbol(name)
         if symbol.is_function:
-            raise SymbolError(f"{name!r} is a function, not a variable", kind="not_a_variable")
+            raise SymbolError(f"{name!r} must be a variable, not a function", kind="not_a_variable")
         try:
             kind = self._type(symbol.address)
         except DebugInfoError as problem:
             raise SymbolError(f"the type of {name!r} is unknown: {problem}", kind="unknown_type") from None
         if not fits(symbol.address, symbol.address + kind.size):
             raise SymbolError(
-                f"{name!r} lies at 0x{symbol.address:08X}, outside the chip's memories", kind="outside_memory"
+                f"{name!r} is at 0x{symbol.address:08X}, outside the chip's memories", kind="outside_memory"
             )
         return symbol.address, kind
 
@@ -230,23 +230,25 @@ class Symbols:
         try:
             return self._function(name)
         except DebugInfoError as problem:
-            raise SymbolError(f"what {name}() takes is unknown: {problem}", kind="unknown_type") from None
+            raise SymbolError(
+                f"the parameters of {name}() are unknown: {problem}", kind="unknown_type"
+            ) from None
 
     def _function(self, name: str) -> tuple[int, Signature]:
         if self._functions is None:
             raise DebugInfoError("the debug information cannot be read")
         if not (self._table and self._table.named(name)) and self._functions.is_inlined(name):
             raise SymbolError(
-                f"{name}() was put into its callers by the compiler, so there is nothing to call; "
+                f"cannot call {name}(): the compiler inlined it; "
                 "declare it __attribute__((noinline)), or compile with -O0",
                 kind="inlined",
             )
         symbol = self._symbol(name)
         if not symbol.is_function:
-            raise SymbolError(f"{name!r} is a variable, not a function", kind="not_a_function")
+            raise SymbolError(f"{name!r} must be a function, not a variable", kind="not_a_function")
         if symbol.name != name:
             raise SymbolError(
-                f"of {name}() there is only {symbol.name}, which the compiler has made for its callers; "
+                f"cannot call {name}(): the compiler specialised it as {symbol.name}; "
                 "declare it __attribute__((noinline, noclone)), or compile with -O0",
                 kind="cloned",
             )
@@ -256,15 +258,12 @@ class Symbols:
         found = self._table.named(name) if self._table else []
         if not found:
             near = get_close_matches(name, self._table.names() if self._table else [], 1)
-            known = f"; is it {near[0]!r}?" if near else ""
-            raise SymbolError(
-                f"the firmware has no variable or function {name!r}{known}", kind="unknown_name"
-            )
+            known = f"; did you mean {near[0]!r}?" if near else ""
+            raise SymbolError(f"unknown variable or function {name!r}{known}", kind="unknown_name")
         if len(found) > 1:
             files = ", ".join(sorted({symbol.file or "?" for symbol in found}))
             raise SymbolError(
-                f"{name!r} is static {len(found)} times ({files}); give one of them another name",
-                kind="ambiguous_name",
+                f"{name!r} is static {len(found)} times ({files}); rename one of them", kind="ambiguous_name"
             )
         return found[0]
 

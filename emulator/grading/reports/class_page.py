@@ -17,16 +17,16 @@ _MOST_FILES = 4
 _STATUS = {
     "rejected": "rejected",
     "missing": "missing",
-    "unjudged": "not judged: try again",
-    "partly": "some checks not judged: try again",
+    "unjudged": "not judged: grade again",
+    "partly": "some checks not judged: grade again",
 }
 
 
 _COUNTED = {
     "rejected": "rejected",
-    "partly": "judged in part",
+    "partly": "partly judged",
     "unjudged": "not judged",
-    "missing": "handed in nothing",
+    "missing": "not submitted",
 }
 
 
@@ -78,7 +78,7 @@ def summary(graded: GradedClass) -> list[str]:
     lines = [f"{_counted(len(graded.submissions), 'student')}: {', '.join(found)}"]
     if graded.handed_in:
         handed_in = _counted(graded.handed_in, "file or folder was", "files and folders were")
-        lines.append(f"{handed_in} handed in: each is graded, or listed with the reason")
+        lines.append(f"{handed_in} handed in; each is graded or listed with the reason")
     if points:
         middle = f"mean {statistics.fmean(points):.1f}, median {statistics.median(points):.1f}"
         full = sum(value >= graded.max_points for value in points)
@@ -101,7 +101,7 @@ def _body(graded: GradedClass) -> Iterator[Html]:
     yield from (element("p", line) for line in summary(graded))
     points = _points(graded)
     if points:
-        yield element("h2", "How the points are distributed")
+        yield element("h2", "Distribution of points")
         yield histogram(points, graded.max_points)
     yield from _not_judged(graded.not_judged)
     yield from _listed(
@@ -110,7 +110,7 @@ def _body(graded: GradedClass) -> Iterator[Html]:
     yield from _listed("Late", [(one, _late(one)) for one in graded.submissions if one.late])
     yield from _listed("Identical", [(one, one.copies) for one in graded.submissions if one.copies])
     yield from _hardest(hardest_checks(graded))
-    yield element("h2", "Everybody, by exercise")
+    yield element("h2", "All students, by exercise")
     yield element("div", _all_students(graded), class_="scroll")
     yield element("p", f"Rubric {graded.rubric}, {graded.version}.", class_="quiet")
 
@@ -119,7 +119,7 @@ def _not_judged(ones: list[Graded]) -> Iterator[Html]:
     if not ones:
         return
     yield element("h2", f"Not judged: {len(ones)}")
-    yield element("p", "These have no grade, neither zero nor another one.", class_="quiet")
+    yield element("p", "Their grade is empty, not zero.", class_="quiet")
     rows = (
         element(
             "tr",
@@ -146,9 +146,9 @@ def _listed(title: str, rows: list[tuple[Graded, str]]) -> Iterator[Html]:
 
 
 def _late(one: Graded) -> str:
-    """How late, with the points that it has cost if the penalty could not be taken off as a whole."""
+    """How late, with the points that it has cost if the penalty could not be deducted as a whole."""
     if one.points is not None and one.lost_by_lateness < one.late_penalty:
-        return f"{one.late_words}, of which {number(one.lost_by_lateness)} taken off"
+        return f"{one.late_words}, of which {number(one.lost_by_lateness)} deducted"
     return one.late_words
 
 
@@ -165,7 +165,7 @@ def _hardest(checks: list[HardCheck]) -> Iterator[Html]:
     missed = [one for one in checks if one.passed < one.judged][:_MOST_HARD]
     if not missed:
         return
-    yield element("h2", "The hardest checks")
+    yield element("h2", "Checks with the fewest points")
     rows = (
         element(
             "tr",

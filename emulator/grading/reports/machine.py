@@ -111,18 +111,18 @@ def gradescope_results(one: Graded) -> dict[str, Any]:
         "extra_data": {"seed": one.seed, "status": one.status},
     }
     if one.verdict is None:
-        said = f"This submission cannot be judged as it was handed in: it {one.reason}."
+        said = f"This submission was rejected: it {one.reason}."
         log = f"\n\n{one.build_log}" if one.build_log else ""
         return {**results, "score": 0.0, "output": visible(said + log, lines=True), "tests": []}
     verdict = one.verdict
-    warnings = f"Warnings of the compiler:\n{one.build_log}" if one.build_log else ""
+    warnings = f"Compiler warnings:\n{one.build_log}" if one.build_log else ""
     results["extra_data"] |= {"rubric_digest": verdict.rubric_digest, "version": verdict.version}
     tests = [
         _gradescope_test(check, shown)
         for check, shown in zip(verdict.checks, verdict.allowed(), strict=True)
         if check.outcome != "unjudged"  # it gives no points, else there were no grade
     ]
-    again = f"The same on your machine: {one.again}" if one.again else ""
+    again = f"To repeat this on your machine: {one.again}" if one.again else ""
     open_ = verdict.for_student()
     total = f"{open_.points:g} of {open_.max_points:g} points"
     total += " in the checks that are shown before the due date." if open_.hidden_checks else "."

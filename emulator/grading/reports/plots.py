@@ -64,7 +64,7 @@ def series_plot(series: Series) -> Html:
         *(_mark(frame, t, value) for t, value in printed),
         *_legend(off, without),
     ]
-    what = f"{series.name}: printed against the truth"
+    what = f"{series.name}: printed values and true values"
     return element(
         "figure",
         element("figcaption", what),
@@ -122,8 +122,8 @@ def _legend(off: int, without: int) -> Iterator[Html]:
     yield element("text", "truth", x=x + 23, y=y + 4, class_="tick")
     yield element("circle", cx=x + 72, cy=y, r=2.6, class_="printed")
     yield element("text", "printed", x=x + 80, y=y + 4, class_="tick")
-    notes = [f"{off} beyond the edge"] if off else []
-    notes += [f"{without} no number"] if without else []
+    notes = [f"{off} outside of the plot"] if off else []
+    notes += [f"{without} not a number"] if without else []
     yield element("text", ", ".join(notes), x=x + 140, y=y + 4, class_="tick warn")
 
 
@@ -150,7 +150,7 @@ def histogram(values: Sequence[float], most: float) -> Html:
         for count, (low, high) in zip(counts, pairwise(edges), strict=True)
         if count
     ]
-    return _svg([*frame.axes("students", "points"), *bars], "how many students have how many points")
+    return _svg([*frame.axes("students", "points"), *bars], "number of students by points")
 
 
 def share_bar(share: float) -> Html:
