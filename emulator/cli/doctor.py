@@ -27,7 +27,7 @@ _OPTIONAL_PACKAGES = {
     "PyYAML": ("yaml", "with it fcu grade reads downloads of Gradescope"),
     "distributed": ("distributed", "with it fcu grade --dask judges on a cluster"),
 }
-"""Optional packages for grading: module and purpose."""
+"""Optional packages: module and purpose."""
 _TERMINALS = {
     **({"screen": "screen", "minicom": "minicom"} if sys.platform != "win32" else {"ttermpro": "Tera Term"}),
     "putty": "PuTTY",
@@ -43,7 +43,7 @@ _SPEED_TEST_S = 2.0
 
 @dataclass(frozen=True)
 class MachineCheck:
-    """One line of the report; the board can run if all ``needed`` checks pass."""
+    """One line of the report; ``needed`` to run the board."""
 
     ok: bool
     text: str
@@ -51,7 +51,7 @@ class MachineCheck:
 
 
 def examine() -> bool:
-    """Print the report; return True if all needed parts are installed."""
+    """Print the report; return whether all needed parts are installed."""
     findings = [_python(), *(_package(name) for name in _PACKAGES)]
     findings += [
         _library(),

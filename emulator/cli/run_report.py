@@ -1,8 +1,6 @@
-"""Output of ``fcu run`` on stderr besides errors: progress, the explanation of a failure, the summary.
+"""Output of ``fcu run`` on stderr: progress, explanation of a failure, summary.
 
-Firmware that hangs or has crashed is explained at once if a user watches, otherwise at the end of the run.
-The firmware is diagnosed after three virtual seconds without a byte of output, and if there is no problem,
-again after twice the time.
+Firmware is diagnosed after three virtual seconds without output, again after twice the time.
 """
 
 from __future__ import annotations
@@ -28,7 +26,7 @@ from fcu_emulator.emulator.trace import BusTransfer, DeviceNote, Fault
 # -- Progress, never mixed with the terminal's text ---------------------------------------------------------
 
 
-_FIRST_AFTER_S = 1.0  # a short run shows no progress
+_FIRST_AFTER_S = 1.0  # short runs show none
 _EVERY_TTY_S = 0.2
 _EVERY_LOG_S = 10.0
 
@@ -38,10 +36,7 @@ def _is_terminal(stream: TextIO | None) -> bool:
 
 
 class ProgressDisplay:
-    """Progress on one line that is rewritten in place on a terminal; a line every ten seconds in a log.
-
-    Lines are not rewritten while the board's text goes to the same terminal.
-    """
+    """Progress, rewritten in place on a terminal without the board's text; else a line every ten seconds."""
 
     def __init__(self) -> None:
         self._in_place = _is_terminal(sys.stderr) and not _is_terminal(sys.stdout)
@@ -49,19 +44,17 @@ class ProgressDisplay:
         self._shown = False
 
     def update(self, progress: Progress) -> None:
-        """Show the progress of the run, if it is due."""
         if progress.wall_s < self._next_s:
             return
         self._next_s = progress.wall_s + (_EVERY_TTY_S if self._in_place else _EVERY_LOG_S)
         factor = progress.virtual_s / progress.wall_s
         whole = "" if progress.total_s is None else f" of {progress.total_s:.0f}"
         text = f"fcu: {progress.virtual_s:.0f}{whole} s of virtual time, {factor:.1f} x real time"
-        with suppress(OSError):  # stderr may be full or closed; the run continues
+        with suppress(OSError):  # stderr may be full or closed
             click.echo(f"\r{text}\033[K" if self._in_place else text, err=True, nl=not self._in_place)
         self._shown = True
 
     def close(self) -> None:
-        """End the line of the progress."""
         if self._shown and self._in_place:
             with suppress(OSError):
                 click.echo("\r\033[K", err=True, nl=False)
@@ -73,7 +66,7 @@ class ProgressDisplay:
 def summary(
     board: Board, links: Sequence[ByteLink], wall_s: float, recorder: TruthRecorder, all_notes: bool = False
 ) -> Iterator[str]:
-    """Yield the lines of the summary. ``all_notes``: also those of every correct run."""
+    """Yield the summary; ``all_notes`` includes those of every correct run."""
     factor = board.now_s / wall_s if wall_s > 0 else 0.0
     yield f"{board.now_s:.3f} s of virtual time in {wall_s:.2f} s, {factor:.1f} x real time"
     yield from _ticks(board)
@@ -115,7 +108,7 @@ def _bus_errors(board: Board) -> Iterator[str]:
 
 
 _USUAL_NOTES = {("forbidden", "LIS2MDL", "CFG_REG_A: measuring with COMP_TEMP_EN = 0")}
-"""Notes in every correct run: the lab's own start-up sets that bit after it has switched the sensor on."""
+"""Notes in every correct run: the lab sets that bit after switching the sensor on."""
 
 
 def _notes(board: Board, all_notes: bool) -> Iterator[str]:
@@ -127,7 +120,7 @@ def _notes(board: Board, all_notes: bool) -> Iterator[str]:
 
 
 def chip_events(board: Board) -> dict[str, tuple[float, int]]:
-    """Return the chip's events (resets and the like): first time in seconds, and count."""
+    """Return the chip's events: first time in seconds, and count."""
     found: dict[str, tuple[float, int]] = {}
     for event in board.trace.of(Fault):
         if event.where == CHIP_NAME:
@@ -137,18 +130,18 @@ def chip_events(board: Board) -> dict[str, tuple[float, int]]:
 
 
 def failed_transfers(board: Board) -> Counter[tuple[str, str]]:
-    """Return the number of failed transfers, by bus and result."""
+    """Return failed transfers by bus and result."""
     return Counter((event.bus, event.result) for event in board.trace.of(BusTransfer) if event.result != "ok")
 
 
 def received_bytes_lost(board: Board) -> int:
-    """Return the number of bytes that the firmware did not read in time."""
+    """Return the bytes that the firmware read too late."""
     name = board.terminal.uart.name
     return sum(1 for event in board.trace.of(Fault) if event.where == name)
 
 
 def notes(board: Board) -> Counter[tuple[str, str, str]]:
-    """Return operations that a sensor refuses, forbids or does not model (kind, device, text), with their count."""
+    """Count refused, forbidden or unmodelled operations by kind, device and text."""
     return Counter((note.what, note.device, note.text) for note in board.trace.of(DeviceNote))
 
 
@@ -159,7 +152,7 @@ _FIRST_QUESTION_S = 3.0
 
 
 class Explainer:
-    """Explains failures in one run of a board. ``say`` gets the lines of an explanation."""
+    """Explains failures of one run, line by line with ``say``."""
 
     def __init__(self, board: Board, say: Callable[[str], None]) -> None:
         self._board = board
@@ -171,7 +164,7 @@ class Explainer:
         self._patience_s = _FIRST_QUESTION_S
 
     def look(self) -> None:
-        """Diagnose silent firmware between two slices, and explain it if it is stuck."""
+        """Explain silent firmware that is stuck, between slices."""
         board = self._board
         if board.chip is None:
             return
@@ -186,12 +179,9 @@ class Explainer:
                 self._tell(str(diagnosis))
 
     def conclude(self) -> None:
-        """Explain every mistake of the run at its end.
-
-        Raises FirmwareError if the firmware has failed permanently.
-        """
+        """Explain every mistake of the run. Raises FirmwareError after a permanent failure."""
         from fcu_emulator.emulator.analysis.mistakes import (
-            explain,  # loads the chip's diagnosis: a later import lets runs start sooner
+            explain,  # a late import lets runs start sooner
         )
 
         for diagnosis in explain(self._board, self.recorder):
