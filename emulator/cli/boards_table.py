@@ -1,7 +1,4 @@
-"""Table of ``--boards N``: a line for each board, with the lost points or expectations.
-
-``fcu check`` counts points, ``fcu run`` the expectations of a scenario; both use this table.
-"""
+"""Table of ``--boards N``, for the points of ``fcu check`` and the expectations of ``fcu run``."""
 
 from __future__ import annotations
 
@@ -20,10 +17,10 @@ _SEEDS_SHOWN = 10
 
 @dataclass(frozen=True)
 class BoardResult:
-    """Result of one program on the board ``seed``.
+    """Result on the board ``seed``.
 
-    ``score``: the part that passed, such as "18 of 20". ``lost``: names of the failed checks or expectations.
-    ``why``: reason for an early end of the run, or "".
+    ``score``: such as "18 of 20". ``lost``: failed checks or expectations. ``why``: reason for an early end,
+    or "".
     """
 
     seed: int
@@ -34,7 +31,7 @@ class BoardResult:
 
 
 def points_on_board(seed: int, verdict: Verdict, code: ExitCode) -> BoardResult:
-    """Return the points of a verdict on the board ``seed``."""
+    """Return a verdict's points as a board's result."""
     lost = [one.check for one in verdict.checks if one.outcome in ("failed", "partial") and one.max_points]
     points = f"{verdict.points:g} of {verdict.max_points:g}"
     if verdict.unjudged_points:
@@ -43,10 +40,10 @@ def points_on_board(seed: int, verdict: Verdict, code: ExitCode) -> BoardResult:
 
 
 class BoardsTable:
-    """Prints the results on several boards, one after the other, on standard output.
+    """Prints results as they are added.
 
-    ``title`` names the program; ``all_right`` describes boards without losses ("have all points"),
-    ``is_lost`` the lost checks ("loses points").
+    ``all_right`` describes boards without losses ("have all points"), ``is_lost`` the lost checks ("loses
+    points").
     """
 
     def __init__(self, title: str, all_right: str, is_lost: str) -> None:
@@ -56,7 +53,6 @@ class BoardsTable:
         self._results: list[BoardResult] = []
 
     def add(self, result: BoardResult) -> None:
-        """Print one board's line."""
         self._results.append(result)
         more = "; ".join(filter(None, (", ".join(result.lost), result.why)))
         if result.code == ExitCode.NOT_JUDGED:
@@ -66,7 +62,7 @@ class BoardsTable:
         click.echo(f"  {mark}  board {result.seed:<6} {visible(f'{result.score:<12} {more}').rstrip()}")
 
     def conclude(self, command: str) -> ExitCode:
-        """Print the summary, with the ``command`` that shows one board; return the worst exit code."""
+        """Print the summary and the ``command`` for one board; return the worst exit code."""
         codes = [one.code for one in self._results]
         passed = codes.count(ExitCode.PASSED)
         click.echo()

@@ -1,12 +1,7 @@
-"""``fcu check``: show in one screen which exercises of the lab are done, and the next step.
-
-A folder is built first, with make if it is installed, otherwise by :mod:`fcu_emulator.emulator.cli.build`.
-Its own sources are always compiled, so that the compiler's warnings are known. The screen shows details of
-the first exercise that is not done, the one to work on next; ``--exercise`` selects another.
+"""``fcu check``: show which exercises are done, and details of the next one.
 
 Decision: a problem that keeps samples from the program, or main() from running, is shown before the failed
-checks, whose hints are then omitted: a hint about a formula would distract from a callback that is too slow.
-Other causes follow the checks, because they make the hints more precise.
+checks without their hints, which would distract from it.
 """
 
 from __future__ import annotations
@@ -40,25 +35,24 @@ from fcu_emulator.emulator.scenario.expectations import Expectation
 from fcu_emulator.emulator.text import visible
 
 _WRONG = ("failed", "partial")
-_CHECKS_SHOWN = 4  # failed checks of an exercise
+_CHECKS_SHOWN = 4  # of an exercise
 _CAUSES_SHOWN = 2
 _SENTENCES_SHOWN = 4  # of one cause
 _COMPARED = 60  # characters of a warning
 _COMMAND = 66  # widest column of commands
 _FUNCTION = re.compile(r"(\w+)\(")
 _NOT_BEGUN = frozenset({"missing", "stopped", "never lit", "blinks", "prerequisite"})
-"""Findings of an exercise for which the student has not written code yet."""
+"""Findings of an exercise without the student's code."""
 _NOT_OF_THE_FORMULA = frozenset({"wrong format", "stopped", "prerequisite"})
-"""Findings for which the further steps of a hint do not help."""
+"""Findings for which a hint's further steps do not help."""
 
 
 def _rubric_of(options: CheckOptions) -> str:
-    """Return the name or file of the rubric: the option's, otherwise the project's, otherwise LAB3's."""
     return options.rubric if options.rubric is not None else rubric_of(options.target)
 
 
 def _again(options: CheckOptions) -> str:
-    """Return the command without the options for exercises, boards and hints."""
+    """Return the command without options for exercises, boards and hints."""
     words = ["fcu", "check", *([options.target] if options.target != "." else [])]
     return command_line(
         [*words, *(["--rubric", options.rubric] if options.rubric not in (None, "lab3") else [])]
@@ -66,10 +60,7 @@ def _again(options: CheckOptions) -> str:
 
 
 def check_program(options: CheckOptions) -> ExitCode:
-    """Build a folder, judge the program, and print successes, problems and the next step.
-
-    Raises InputError.
-    """
+    """Build a folder, judge the program, and print the result. Raises InputError."""
     if options.boards is not None and (options.json is not None or options.save is not None or options.hints):
         raise InputError("--boards must be used without --json, --save and --hint")
     rubric = load_rubric(_rubric_of(options))
@@ -112,7 +103,6 @@ def _judged(
 def _on_boards(
     firmware: str, build_log: str | None, rubric: Rubric, options: CheckOptions, count: int
 ) -> ExitCode:
-    """Judge on several boards, and show the boards on which points are lost."""
     boards = BoardsTable(f"{rubric.title}: {firmware}", "have all points", "loses points")
     for seed in range(options.seed, options.seed + count):
         shown = _judged(firmware, build_log, rubric, options, seed).for_student()
@@ -121,7 +111,7 @@ def _on_boards(
 
 
 def exit_code(verdict: Verdict) -> ExitCode:
-    """Return the exit code for a verdict's checks that give points."""
+    """Return the exit code for the checks with points."""
     outcomes = {check.outcome for check in verdict.checks if check.max_points > 0}
     if outcomes & {"failed", "partial"}:
         failed_itself = any(run.stopped or any(one.fatal for one in run.causes) for run in verdict.evidence)
@@ -138,7 +128,7 @@ def _write(path: Path, verdict: Verdict) -> None:
 
 
 def _save(folder: Path, verdict: Verdict, rubric: Rubric, firmware: str) -> tuple[dict[str, Path], list[str]]:
-    """Write the motions as scenarios; return those of laws by check, and the names of all files."""
+    """Write the motions as scenarios; return those of laws by check, and all file names."""
     texts = {f"{run.run}.toml": run.replay for run in verdict.evidence if run.replay}
     laws: dict[str, Path] = {}
     for check in verdict.checks:
@@ -169,7 +159,6 @@ def _law_scenario(firmware: str, law: Property) -> str:
 
 
 def _table(rubric: Rubric, check: CheckResult) -> CheckTable:
-    """Return the rubric's table of a check."""
     tables = rubric.exercise(check.exercise).check
     return next(one for one in tables if f"{check.exercise}.{one.id}" == check.check)
 
@@ -178,7 +167,6 @@ def _table(rubric: Rubric, check: CheckResult) -> CheckTable:
 
 
 def _built(target: str) -> tuple[str, str | None]:
-    """Return the firmware of a folder or a file, and the compiler's output. Raises InputError."""
     folder = Path(target)
     if not folder.is_dir():
         return target, None
@@ -196,7 +184,6 @@ def _built(target: str) -> tuple[str, str | None]:
 
 
 def _first_warning(log: str) -> str:
-    """Return the compiler's first warning about a file of the student."""
     warnings = (visible(line.strip()) for line in log.splitlines() if "warning:" in line)
     return next((line for line in warnings if not line.startswith("support/")), "")
 
@@ -205,8 +192,6 @@ def _first_warning(log: str) -> str:
 
 
 class _Screen:
-    """The output about a verdict."""
-
     def __init__(
         self,
         verdict: Verdict,
@@ -266,7 +251,6 @@ class _Screen:
         return f"{text}."
 
     def _exercise(self, name: str) -> Iterator[str]:
-        """Yield the problems of one exercise and their causes."""
         checks = [check for check in self._verdict.of(name) if check.max_points > 0]
         wrong = [check for check in checks if check.outcome in _WRONG]
         causes = self._causes(name)
@@ -299,23 +283,20 @@ class _Screen:
                 yield from _cause(cause)
 
     def _causes(self, name: str) -> list[DiagnosedCause]:
-        """Return the diagnoses of the runs that an exercise has not passed, the fatal ones first."""
+        """Return diagnoses of the failed runs, fatal ones first."""
         causes = (cause for run in self._failed_runs(name) for cause in (*_stop(run), *run.causes))
         return relevant_causes(causes, self._not_passed(name))
 
     def _not_passed(self, name: str) -> list[CheckResult]:
-        """Return the checks of an exercise that give points and have not passed."""
         return [one for one in self._verdict.of(name) if one.max_points and one.outcome != "passed"]
 
     def _failed_runs(self, name: str) -> list[RunEvidence]:
-        """Return the evidence of the runs with failed checks of an exercise."""
         wrong = {one.check for one in self._not_passed(name)}
         table = self._rubric.exercise(name)
         runs = {self._rubric.run_of(table, one) for one in table.check if f"{name}.{one.id}" in wrong}
         return [run for run in self._verdict.evidence_of(name) if run.run in runs]
 
     def _remarks(self) -> Iterator[str]:
-        """Yield the failed checks without points; nothing for a stuck program."""
         if any(run.stopped for run in self._verdict.evidence):
             return
         remarks = [one for one in self._verdict.checks if one.max_points == 0]
@@ -331,14 +312,11 @@ class _Screen:
 
     @staticmethod
     def _hints_are_shown(causes: Sequence[DiagnosedCause]) -> bool:
-        """Return whether to show hints: only after the program runs and its samples arrive."""
+        """Return whether the program runs and receives samples."""
         return not any(cause.fatal or cause.kind in KEEPS_SAMPLES_AWAY for cause in causes)
 
     def _hints(self, check: CheckResult) -> list[tuple[str, str]]:
-        """Return the hint of the finding and the requested further steps, each with its label.
-
-        Empty if the check has no hint.
-        """
+        """Return labels and texts of the hint and the requested further steps."""
         if not check.hint:
             return []
         hints = [check.hint, *self._steps(check)]
@@ -348,12 +326,11 @@ class _Screen:
         return [(f"hint {number} of {len(hints)}", hint) for number, hint in enumerate(asked_for, 1)]
 
     def _steps(self, check: CheckResult) -> list[str]:
-        """Return the further steps of a hint; empty if there is no output, or only its format is wrong."""
+        """Return a hint's further steps, if a formula can be wrong."""
         wrong = check.finding not in _NOT_OF_THE_FORMULA
         return _table(self._rubric, check).hint_steps if wrong else []
 
     def _more_hints(self, name: str) -> bool:
-        """Return whether the failed checks of an exercise have a further step."""
         wrong = [
             one for one in self._verdict.of(name) if one.max_points and one.outcome in _WRONG and one.hint
         ]
@@ -364,12 +341,12 @@ class _Screen:
         return command_line([*words, "--scenario", str(scenario)] if scenario else words)
 
     def _is_said(self, remark: CheckResult) -> bool:
-        """Return whether the remark is about the compiler's warning at the top of the screen."""
+        """Return whether the compiler's shown warning says the same."""
         done = all(self._verdict.is_done(name) for name in self._names)
         return bool(self._warning) and not done and self._warning[:_COMPARED] in remark.actual
 
     def _unjudged_remarks(self) -> Iterator[str]:
-        """Yield remarks that this machine cannot check, for exercises with points, to show differences of machines."""
+        """Yield remarks on exercises with points that this machine cannot check."""
         begun = {one.exercise for one in self._verdict.checks if one.points}
         for check in self._verdict.unjudged:
             if not check.max_points and check.exercise in begun:
@@ -379,7 +356,7 @@ class _Screen:
                 )
 
     def _is_written(self, name: str, advice: str) -> bool:
-        """Return whether an exercise has points, the functions that the advice names, or wrong lines."""
+        """Return whether an exercise has points, the advised functions, or wrong lines."""
         if any(one.points for one in self._verdict.of(name)):
             return True
         functions = _FUNCTION.findall(advice)
@@ -433,7 +410,6 @@ class _Screen:
         )
 
     def _not_replayed(self, name: str) -> Iterator[str]:
-        """Yield the failed checks that the saved scenarios cannot evaluate."""
         wrong = [one for one in self._verdict.of(name) if one.max_points and one.outcome in _WRONG]
         left_out = [
             one.title

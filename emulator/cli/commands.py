@@ -1,7 +1,7 @@
-"""The commands of ``fcu`` and their arguments; the modules beside this file implement them.
+"""The commands of ``fcu`` and their arguments.
 
-Large modules are imported inside the commands, so that ``fcu --help`` answers at once. A command returns its
-exit code.
+Large modules are imported inside commands, so that ``fcu --help`` answers at once. A command returns its exit
+code.
 """
 
 from __future__ import annotations

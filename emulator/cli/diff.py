@@ -1,4 +1,4 @@
-"""``fcu diff A B``: run two firmwares on the same scenario, and show their first differences."""
+"""``fcu diff A B``: show the first differences of two firmwares on one scenario."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ from fcu_emulator.emulator.scenario.run_view import escaped
 from fcu_emulator.emulator.text import visible
 from fcu_emulator.emulator.time.clock import PS_PER_S, parse_duration, seconds
 
-_LONGEST = 100  # maximum of shown characters of an entry
+_LONGEST = 100  # characters
 
 
 def compare_firmwares(options: DiffOptions) -> ExitCode:
-    """Run both and print the differences; PASSED if there are none and both came to the end. Raises FcuError."""
+    """Run both and print the differences; PASSED if there are none and both ended normally. Raises FcuError."""
     rules = Rules(
         _duration("--time-tolerance", options.time_tolerance),
         (SINGLE_PRECISION if options.replay else {}) | tolerances(map(_tolerance, options.tolerance)),
@@ -155,7 +155,7 @@ def _sides(difference: Difference) -> Iterator[str]:
 
 
 def _numbers(observed: tuple[Observation, Observation], rules: Rules) -> Iterator[str]:
-    """Yield lines with the largest differences of printed numbers over the whole run, for use as tolerances."""
+    """Yield the largest differences of numbers, for use as tolerances."""
     apart = {name: value for name, value in largest_deviations(*observed).items() if value}
     if apart:
         yield ""

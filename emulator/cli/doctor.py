@@ -27,7 +27,7 @@ _OPTIONAL_PACKAGES = {
     "PyYAML": ("yaml", "for fcu grade with downloads of Gradescope"),
     "distributed": ("distributed", "for fcu grade --dask on a cluster"),
 }
-"""Optional packages for grading: module and purpose."""
+"""Optional packages: module and purpose."""
 _TERMINALS = {
     **({"screen": "screen", "minicom": "minicom"} if sys.platform != "win32" else {"ttermpro": "Tera Term"}),
     "putty": "PuTTY",
@@ -44,7 +44,7 @@ _MARK = 11  # width of the column of marks
 
 @dataclass(frozen=True)
 class MachineCheck:
-    """One line of the report; the board can run if all ``needed`` checks pass."""
+    """One line of the report; ``needed`` to run the board."""
 
     ok: bool
     text: str

@@ -1,4 +1,4 @@
-"""``fcu grade``: judge a class by a rubric; with ``--gradescope`` one submission, as its autograder."""
+"""``fcu grade``: judge a class by a rubric, or with ``--gradescope`` one submission."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ from fcu_emulator.emulator.host.isolation import WorkerLimits
 from fcu_emulator.emulator.text import csv_text, one_line, visible
 
 _OF_A_WORKER = WorkerLimits(memory_bytes=1 << 30, cpu_s=1800, file_bytes=256 << 20)
-"""LAB3's rubric takes about ten seconds of processor time and 150 MB."""
+"""LAB3's rubric takes about 10 s of processor time and 150 MB."""
 _MOST_LISTED = 20
 _TENTHS = 10
 _LINES_APART_S, _LONGEST_SILENCE_S = 10.0, 120.0
@@ -84,7 +84,7 @@ def _graded_class(
     found: dict[str, Graded],
     overrides: Mapping[str, tuple[Override, ...]],
 ) -> GradedClass:
-    """Grade the class and write the reports; each finished result is added to ``found`` by its student's id."""
+    """Grade the class and write reports; add each result to ``found`` by student id."""
     reports = Reports(out, rubric.title, after_due_date=not options.before_due_date)
     shown = _pseudonyms(out / "kept", submissions) if options.anonymous else None
     salt = secret(options.salt or out / "kept" / "salt.key")
@@ -104,7 +104,7 @@ def _graded_class(
             advance(graded)
     lines = with_copies((one.path or one.student.id, found[one.student.id]) for one in submissions)
     if options.anonymous:
-        lines.sort(key=lambda one: one.id)  # the roster's order would identify the students
+        lines.sort(key=lambda one: one.id)  # the roster's order identifies students
     whole = GradedClass(
         rubric=rubric.name,
         rubric_title=rubric.title,
@@ -127,10 +127,7 @@ def _earlier(
     submissions: Sequence[Submission],
     shown: Mapping[str, Student] | None,
 ) -> dict[str, Graded]:
-    """Return the earlier results of all students who are not in the list ``only``, by their ids.
-
-    A student without an earlier result is graded, too. Raises InputError.
-    """
+    """Return earlier results, by id, of students who are not in the list ``only``. Raises InputError."""
     again = {student.id.casefold() for student in load_roster(only).students}
     _check_known(only, again, submissions)
     file = out / "grade.json"
@@ -147,7 +144,7 @@ def _earlier(
 
 
 def _check_known(file: Path | None, ids: Iterable[str], submissions: Sequence[Submission]) -> None:
-    """Raise InputError for an unknown student, because this line of the file would be lost."""
+    """Raise InputError for an unknown student, whose line would be lost."""
     unknown = set(ids) - {one.student.id.casefold() for one in submissions}
     if unknown:
         names = ", ".join(one_line(name, 40) for name in sorted(unknown)[:3])
@@ -155,7 +152,6 @@ def _check_known(file: Path | None, ids: Iterable[str], submissions: Sequence[Su
 
 
 def _timed(graded: Graded, submission: Submission, options: GradeOptions, rubric: Rubric) -> Graded:
-    """Return the result with its time of submission, the delay, and the penalty."""
     at, deadline = submission.submitted(), options.deadline
     late_by_s = round((at - deadline).total_seconds()) if at is not None and deadline is not None else 0
     changed = {
@@ -166,7 +162,6 @@ def _timed(graded: Graded, submission: Submission, options: GradeOptions, rubric
 
 
 def _with_lateness(graded: Graded, late_by_s: float, rubric: Rubric) -> Graded:
-    """Return the result with its delay in seconds, and the late penalty of the rubric."""
     if late_by_s <= 0:
         return graded
     penalty = late_penalty(rubric.late, late_by_s, rubric.max_points) if rubric.late is not None else 0.0
@@ -175,10 +170,10 @@ def _with_lateness(graded: Graded, late_by_s: float, rubric: Rubric) -> Graded:
 
 
 def _reported(reports: Reports, graded: Graded) -> Graded:
-    """Write one student's report; an error in composing it affects only this submission."""
+    """Write one report; an error in composing it affects only this submission."""
     try:
         return reports.student(graded)
-    except FcuError:  # a full disk ends the class: no further report can be written
+    except FcuError:  # a full disk ends the class
         raise
     except Exception as error:
         reason = f"cannot write its report, please report this bug: {type(error).__name__}: {error}"
@@ -194,7 +189,6 @@ def _grader(
     kept: Path | None = None,
     shown: dict[str, Student] | None = None,
 ) -> Iterator[Grader]:
-    """Yield a grader with workers; close it at the end."""
     with _workers(options) as workers:
         grader = Grader(
             rubric=rubric,
@@ -218,7 +212,7 @@ def _grader(
 
 @contextmanager
 def _workers(options: GradeOptions) -> Iterator[LocalWorkers | DaskWorkers]:
-    """Yield the workers; those of this machine leave no temporary files, even if they are killed."""
+    """Yield workers; local ones leave no temporary files, even if killed."""
     if options.dask is not None:
         with DaskWorkers(options.dask) as cluster:
             yield cluster
@@ -231,7 +225,7 @@ def _workers(options: GradeOptions) -> Iterator[LocalWorkers | DaskWorkers]:
 
 
 def _pseudonyms(kept: Path, submissions: list[Submission]) -> dict[str, Student]:
-    """Return the students' replacements in the reports, by id; write a table of both for the teacher."""
+    """Return pseudonyms by id, and write a table for the teacher."""
     key = secret(kept / "pseudonym.key")
     students = {one.student.id: one.student for one in submissions}
     shown = {name: pseudonym(student, key) for name, student in students.items()}
@@ -258,10 +252,7 @@ def _progress(length: int) -> Iterator[Callable[[Graded], None]]:
 
 
 class _ProgressLines:
-    """Prints a line at each tenth of a class and after two minutes without one, never two within ten seconds.
-
-    A log shows that work continues and how far it is; a line for each student would hide everything else.
-    """
+    """Prints a line every tenth of a class or two minutes, at most one in ten seconds, to keep logs short."""
 
     def __init__(self, length: int) -> None:
         self._length = length
@@ -269,7 +260,6 @@ class _ProgressLines:
         self._began_s = self._told_s = monotonic()
 
     def advance(self, graded: Graded) -> None:
-        """Count one more; the summary replaces the last line."""
         del graded
         self._done += 1
         now_s = monotonic()
@@ -308,7 +298,6 @@ def _conclude(whole: GradedClass, out: Path) -> ExitCode:
 
 
 def _grade_for_gradescope(options: GradeOptions, autograder: Path) -> ExitCode:
-    """Judge the submission in ``autograder``/submission and write ``autograder``/results/results.json."""
     rubric = load_rubric(options.rubric)
     folder = autograder / "submission"
     if not folder.is_dir():
@@ -326,7 +315,6 @@ def _grade_for_gradescope(options: GradeOptions, autograder: Path) -> ExitCode:
 
 
 def _pack_for_gradescope(options: GradeOptions, file: Path) -> ExitCode:
-    """Write the archive that a course uploads to Gradescope as its autograder."""
     salt = secret(options.salt) if options.salt is not None else secrets.token_bytes(32)
     rubric = load_rubric(options.rubric)
     names = write_autograder(
@@ -339,7 +327,7 @@ def _pack_for_gradescope(options: GradeOptions, file: Path) -> ExitCode:
 
 
 def _submitter(metadata: Path) -> Student:
-    """Return the student that Gradescope names; of a group the one with the lowest id, which keeps the board the same."""
+    """Return Gradescope's student; of a group the lowest id, which keeps the board."""
     try:
         users = [user for user in _metadata(metadata)["users"] if isinstance(user, dict)]
         first = min(users, key=lambda user: str(user["id"]))
@@ -349,7 +337,7 @@ def _submitter(metadata: Path) -> Student:
 
 
 def _late_by_s(metadata: Path) -> float:
-    """Return the seconds after the due date; for a group the latest one with its extensions; 0 without a due date."""
+    """Return the delay in seconds, for a group after its latest due date; 0 without one."""
     try:
         table = _metadata(metadata)
         own = [user.get("assignment", {}).get("due_date") for user in table["users"]]

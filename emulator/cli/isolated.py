@@ -1,4 +1,4 @@
-"""``--isolate``: run the same command in a worker process, and report the worker's death."""
+"""``--isolate``: run the same command in a worker process."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fcu_emulator.emulator.host.isolation import (
 
 
 def limits_of_run(settings: Sequence[str], isolate: bool) -> tuple[WorkerLimits | None, tuple[str, ...]]:
-    """Return the worker's limits (None if this process must run the board), and the settings for the board.
+    """Return the worker's limits, or None without a worker, and the settings for the board.
 
     Raises InputError for limits of a process without ``--isolate``.
     """
@@ -32,10 +32,7 @@ def limits_of_run(settings: Sequence[str], isolate: bool) -> tuple[WorkerLimits 
 
 
 def limits_of_process(settings: Sequence[str], isolate: bool) -> WorkerLimits | None:
-    """Return the worker's limits for a command in which the rubric sets the board's limits.
-
-    Raises InputError for a limit of the board.
-    """
+    """Return the worker's limits. Raises InputError for a limit of the board, which the rubric sets."""
     limits, others = limits_of_run(settings, isolate)
     if others:
         known = ", ".join(field.name for field in fields(WorkerLimits))
@@ -56,7 +53,7 @@ def in_worker(limits: WorkerLimits) -> ExitCode:
 
 
 def announcement() -> Iterator[str]:
-    """Yield lines about a worker's limits; none in any other process."""
+    """Yield lines about this worker's limits, if any."""
     limits = limits_of_worker()
     if limits is None:
         return

@@ -1,4 +1,4 @@
-"""Commands that print lists: register maps, shipped scenarios, the schemas of scenario and rubric files."""
+"""Commands that print register maps, scenarios and schemas."""
 
 from __future__ import annotations
 
@@ -25,15 +25,12 @@ _ACCESS = {"rw": "RW", "r": "R ", "w": " W"}
 
 
 def print_fidelity() -> None:
-    """Print the modelled features of all sensors and of the chip, as Markdown tables."""
+    """Print the modelled features as Markdown tables."""
     click.echo(f"{table()}\n\n{chip_table()}")
 
 
 def print_registers(name: str | None) -> None:
-    """Print the map of the sensor or peripheral ``name``, or the registers with that name.
-
-    Raises InputError with the known names.
-    """
+    """Print a sensor's or peripheral's map, or all registers named so. Raises InputError with the known names."""
     wanted = (name or "").strip().upper()
     peripheral = next((one for own, one in DECLARED.items() if own.upper() == wanted), None)
     if wanted in SENSORS:
@@ -50,7 +47,6 @@ def print_registers(name: str | None) -> None:
 
 
 def _called(wanted: str) -> Iterator[str]:
-    """Yield the lines of all registers with that name, and their place."""
     for part in SENSORS.values():
         for title, bank in part.maps().items():
             for register in bank.registers:
@@ -81,7 +77,6 @@ def _print_part(part: type[Sensor]) -> None:
 
 
 def _reached(bus: Bus) -> list[str]:
-    """Return how to access a sensor, with a sentence for each bus."""
     ways = []
     if bus.i2c_addresses:
         addresses = " or ".join(f"0x{address:02X}" for address in bus.i2c_addresses)
@@ -152,7 +147,7 @@ def _word_field_line(register: PeripheralRegister, field: Field) -> str:
 
 
 def list_scenarios() -> None:
-    """Print the shipped scenarios with their questions."""
+    """Print shipped scenarios with their questions."""
     names = scenario_names()
     width = max(len(name) for name in names)
     for name, question in names.items():
@@ -161,13 +156,13 @@ def list_scenarios() -> None:
 
 
 def check_scenario(file: str) -> None:
-    """Load a scenario; raises ScenarioError naming file and key path."""
+    """Check a scenario. Raises ScenarioError naming file and key path."""
     plan = load_scenario(file)
     click.echo(visible(f"{file}: valid; {plan.question}"))
 
 
 def print_schema() -> None:
-    """Print the JSON schema of scenario files."""
+    """Print the scenarios' JSON schema."""
     click.echo(json.dumps(json_schema(), indent=2))
 
 
@@ -175,7 +170,7 @@ def print_schema() -> None:
 
 
 def print_rubric_schema() -> None:
-    """Print the JSON schema of rubrics."""
+    """Print the rubrics' JSON schema."""
     from fcu_emulator.emulator.grading.rubric import json_schema as rubric_schema
 
     click.echo(json.dumps(rubric_schema(), indent=2))

@@ -1,4 +1,4 @@
-"""``fcu move``: move the running board from another terminal."""
+"""``fcu move``: move a running board."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _ANGLES = ("roll_deg", "pitch_deg", "yaw_deg")
 
 
 def move(options: MoveOptions) -> None:
-    """Move the running board and print its old attitude; without a move, print its attitude. Raises InputError.
+    """Move the running board and print its attitude before. Raises InputError.
 
-    A word of an earlier release is accepted with a warning that shows the new one.
+    Previous release's words are accepted with a warning.
     """
     new_word = OLD_WORDS.get(options.gesture or "")
     if new_word is not None:
@@ -35,7 +35,7 @@ def move(options: MoveOptions) -> None:
 
 
 def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the timeline entries for the arguments; ``truth`` is the board's current state."""
+    """Return timeline entries for the arguments; ``truth`` is the board's state."""
     if options.duration is not None:
         try:
             parse_duration(options.duration)
@@ -63,14 +63,14 @@ def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]
 
 
 def _turn(angles: dict[str, float | None], duration: str | None, truth: dict[str, Any]) -> dict[str, Any]:
-    """Return an entry that turns to the given angles, with all other angles unchanged."""
+    """Return an entry that keeps angles not given."""
     target = {name: truth[name] if angle is None else angle for name, angle in angles.items()}
     how = {"do": "follow_attitude"} if duration is None else {"do": "rotate_to", "for": duration}
     return how | target
 
 
 def _asked(board: RunningBoard, message: dict[str, Any]) -> dict[str, Any]:
-    """Send a message and return the board's state. Raises InputError with the board's own message."""
+    """Return the board's state after a message. Raises InputError with the board's message."""
     (answer,) = board.ask(message)
     if "error" in answer:
         raise InputError(str(answer["error"]))

@@ -1,7 +1,6 @@
-"""``fcu new DIR``: create a student's project, ready to build with ``fcu build`` or make.
+"""``fcu new DIR``: create a student's project.
 
-Decision: the project gets its own copy of the support layer, so that it builds without this package, on the
-lab's computers and in CubeIDE. Students can also read all code that the chip executes.
+Decision: the project gets its own copy of the support layer, so that it builds without this package.
 """
 
 from __future__ import annotations
@@ -30,10 +29,10 @@ _MARKDOWN = re.compile(r"[\\`*_{}\[\]<>#|&]")
 
 
 def create_project(directory: Path, bus: str, rubric: str | None = None) -> None:
-    """Write the template into ``directory``, for sensors on ``bus``, and print the next steps.
+    """Write the template into ``directory``, and print the next steps.
 
-    ``rubric``: the file of the rubric that ``fcu check`` uses in the project; it and the files that it names
-    are copied. Raises InputError if the directory is not empty, or cannot be written.
+    ``rubric``: file of the project's rubric, copied with the files that it names. Raises InputError if the
+    directory is not empty or cannot be written.
     """
     lab = None if rubric is None else load_rubric(rubric)
     beside = [] if lab is None else lab.files()
@@ -49,7 +48,7 @@ def create_project(directory: Path, bus: str, rubric: str | None = None) -> None
 
 
 def _copy_rubric(rubric: Rubric, beside: Sequence[Path], directory: Path) -> None:
-    """Write the rubric under the name that ``fcu check`` expects, and the required files ``beside`` it."""
+    """Copy the rubric as ``fcu check`` expects it, and the files ``beside`` it."""
     for name in beside:
         target = directory / name
         if target.exists():
@@ -91,14 +90,14 @@ def _write_text(path: Path, text: str) -> None:
 
 
 def main_of(rubric: Rubric) -> str:
-    """Return main.c of a project with its own rubric. LAB3's line after set-up stays if the rubric expects it."""
+    """Return main.c, with LAB3's line after set-up if the rubric expects it."""
     if arm.BOOT_LINE in lines_of(rubric):
         return arm.template_of(rubric.title, arm.BOOT_LINE)
     return arm.template_of(rubric.title)
 
 
 def readme_of(rubric: Rubric) -> str:
-    """Return the begin of README.md of a project with its own rubric: title, commands, exercises."""
+    """Return the first part of README.md for a rubric."""
     exercises = shown_exercises(rubric)
     rows = "".join(
         f"| {one.id} | {_markdown(one.title)} | {_points(one)} | `fcu check --exercise {one.id}` |\n"
@@ -127,12 +126,11 @@ fcu web lab3.elf                # shows the board in the browser, with the exerc
 
 
 def _points(exercise: ExerciseTable) -> str:
-    """Return the points of the checks that students see."""
     return f"{sum(check.points for check in exercise.check if check.visible == 'always'):g}"
 
 
 def workflow_of(rubric: Rubric, usual: str) -> str:
-    """Return the workflow of a project with its own rubric, from that of a LAB3 project."""
+    """Adapt the LAB3 workflow ``usual`` to a rubric."""
     names = [one.id for one in shown_exercises(rubric)]
     text = usual.replace(f"name: {_WORKFLOW}\n", "name: check\n")
     if not names:
@@ -144,7 +142,6 @@ def workflow_of(rubric: Rubric, usual: str) -> str:
 
 
 def _markdown(text: str) -> str:
-    """Return a text with Markdown characters escaped."""
     return _MARKDOWN.sub(r"\\\g<0>", text)
 
 

@@ -1,4 +1,4 @@
-"""Options of the commands with more than three options."""
+"""Options of commands with more than three."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ BUS = click.Choice(["I2C2", "SPI2"])
 GESTURES = ("lift", "tap", "shake", "free_fall", "figure_eight", "turn_over", "pass_magnet", "flat")
 
 Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]
-"""Copy from :mod:`fcu_emulator.emulator.analysis.compare`, which ``fcu --help`` must not load."""
+"""Copy from ``analysis.compare``, which ``fcu --help`` must not load."""
 SubmissionType: TypeAlias = Literal["source", "firmware"]
-"""Copy from :mod:`fcu_emulator.emulator.grading.submissions`."""
+"""Copy from ``grading.submissions``."""
 
 # -- Options of several commands ----------------------------------------------------------------------------
 
@@ -81,7 +81,7 @@ def _file(help_text: str, *names: str) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """The arguments of ``fcu run``."""
+    """Arguments of ``fcu run``."""
 
     firmware: str | None = argument(required=False)
     wiring: str | None = _wiring()
@@ -130,7 +130,7 @@ class RunOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class MoveOptions:
-    """The arguments of ``fcu move``; an angle of None stays unchanged."""
+    """Arguments of ``fcu move``; None keeps an angle."""
 
     gesture: str | None = argument(
         required=False,
@@ -154,7 +154,7 @@ class MoveOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class DiffOptions:
-    """The arguments of ``fcu diff``."""
+    """Arguments of ``fcu diff``."""
 
     first: str = argument(metavar="A")
     second: str = argument(metavar="B")
@@ -193,7 +193,7 @@ class DiffOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class GradeOptions:
-    """The arguments of ``fcu grade``."""
+    """Arguments of ``fcu grade``."""
 
     submissions: Path | None = argument(required=False, type=PATH)
     rubric: str = option("--rubric", required=True, metavar="NAME|FILE", help="The rubric, such as lab3.")
@@ -253,7 +253,7 @@ class GradeOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class WebOptions:
-    """The arguments of ``fcu web``."""
+    """Arguments of ``fcu web``."""
 
     firmware: str | None = argument(required=False)
     scenario: str | None = option(
@@ -296,7 +296,7 @@ class WebOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class CheckOptions:
-    """The arguments of ``fcu check``. ``rubric`` None: the project's, otherwise LAB3's."""
+    """Arguments of ``fcu check``; ``rubric`` None: the project's, else LAB3's."""
 
     target: str = argument(metavar="[FOLDER|FILE]", default=".")
     exercises: tuple[str, ...] = option(

@@ -1,4 +1,4 @@
-"""``fcu plot``: draw the record of a run as a picture."""
+"""``fcu plot``: draw a run's record."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LARGEST_RECORD = 64 << 20
 
 
 def draw_record(record: Path, output: Path | None) -> None:
-    """Draw the file of ``fcu run --json`` and print the path of the picture. Raises InputError."""
+    """Draw a file of ``fcu run --json`` and print the picture's path. Raises InputError."""
     from fcu_emulator.emulator.views.plot import draw
 
     picture = output or record.with_suffix(".png")

@@ -1,4 +1,4 @@
-"""``fcu rubric check FILE``: check a rubric, and show the points that it gives away."""
+"""``fcu rubric check FILE``: check a rubric, and show points that it gives away."""
 
 from __future__ import annotations
 
@@ -17,10 +17,7 @@ _TEMPLATE = "template-arm"
 
 
 def check_rubric(file: str, programs: bool) -> None:
-    """Load a rubric; with ``programs``, judge programs by it that do not solve the lab.
-
-    Raises RubricError naming file and key path.
-    """
+    """Load a rubric; with ``programs``, judge programs by it that do not solve the lab. Raises RubricError."""
     rubric = load_rubric(file)
     count = sum(len(exercise.check) for exercise in rubric.exercises)
     click.echo(
@@ -65,13 +62,12 @@ def _try(file: str, rubric: Rubric) -> None:
 
 
 def _given_away(tried: Sequence[Trial]) -> dict[str, int]:
-    """Return by check the number of programs that get points for it."""
+    """Return by check how many programs get points."""
     earned = [check for trial in tried for check in trial.earned]
     return {check: earned.count(check) for check in dict.fromkeys(earned)}
 
 
 def _failed_by_all(tried: Sequence[Trial]) -> str:
-    """Return the first check with points that none of the programs has passed; "" if there is none."""
     given = _given_away(tried)
     checks = [check for check in tried[0].verdict.checks if check.max_points and check.check not in given]
     return next((check.check for check in checks if check.outcome == "failed"), "")

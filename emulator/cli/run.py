@@ -1,4 +1,4 @@
-"""``fcu run``: announce, run, summarise; with ``--gdb PORT [--halt]`` under a debugger."""
+"""``fcu run``: run a board, with ``--gdb`` under a debugger."""
 
 from __future__ import annotations
 
@@ -38,14 +38,13 @@ if TYPE_CHECKING:
 
 _SLOWEST, _FASTEST = 0.001, 1e6  # virtual over wall time
 _STOPPING = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
-"""Ctrl-C, kill, a closed terminal window; on Windows: Ctrl-Break, and a closed console."""
+"""Ctrl-C, kill, a closed terminal; on Windows Ctrl-Break and a closed console."""
 
 
 def run_board(options: RunOptions) -> ExitCode:
-    """Run the board with these options, evaluate the run, and print the result.
+    """Run the board and evaluate the run. Raises FcuError.
 
-    Arguments are checked before any file or port is opened; then the links are opened, and the files last.
-    Raises FcuError.
+    Arguments are checked before any file or port is opened; files are opened last.
     """
     _check_files(options)
     board = create_board(options)
@@ -114,12 +113,10 @@ def _say_summary(lines: Iterator[tuple[str, Look | None]], say: Say, quiet: bool
 
 
 def _unread(links: Sequence[ByteLink]) -> bool:
-    """Return whether the only reader of the terminal's text has gone."""
     return bool(links) and all(isinstance(link, StdoutLink) and link.reader_gone for link in links)
 
 
 def _check_files(options: RunOptions) -> None:
-    """Refuse the same file for two outputs, which would destroy each other."""
     named: dict[Path, str] = {}
     for option in ("json", "trace", "vcd", "perfetto"):
         path: Path | None = getattr(options, option)
@@ -132,7 +129,7 @@ def _check_files(options: RunOptions) -> None:
 
 
 def create_board(options: RunOptions) -> Board:
-    """Return the board that the options describe. Raises InputError."""
+    """Return the board of the options. Raises InputError."""
     firmware = options.firmware
     if firmware is None and options.scenario is None:
         firmware = FCU001V1.default_firmware
@@ -146,7 +143,7 @@ def create_board(options: RunOptions) -> Board:
 
 
 def run_end_ps(options: RunOptions, board: Board) -> int | None:
-    """Return the end of the run in ps of virtual time; None for never. Raises InputError."""
+    """Return the run's end in virtual ps; None for never. Raises InputError."""
     if options.duration is not None:
         try:
             return parse_duration(options.duration)
@@ -156,7 +153,7 @@ def run_end_ps(options: RunOptions, board: Board) -> int | None:
 
 
 def _speed(text: str | None, serial: tuple[str, ...], end_ps: int | None) -> float | None:
-    """Return virtual over wall time; None for no pacing. The default is real time if a user watches, else no pacing."""
+    """Return virtual over wall time, None without pacing; by default 1 if a user watches."""
     if text is None:
         in_terminal = sys.stdout is not None and sys.stdout.isatty()
         watched = in_terminal or any(spec != "stdout" and not spec.startswith("file:") for spec in serial)
@@ -181,7 +178,6 @@ def _open(spec: str, board: Board, say: Callable[[str], None], stack: ExitStack)
 
 
 def _control_server(board: Board, links: list[ByteLink], stack: ExitStack) -> ControlServer | None:
-    """Return the control server by which another fcu finds this board; None if it cannot be opened."""
     from fcu_emulator.emulator.links.control import ControlServer
     from fcu_emulator.emulator.live.control import ControlRequests
 
@@ -196,18 +192,17 @@ def _control_server(board: Board, links: list[ByteLink], stack: ExitStack) -> Co
 
 
 class View(Protocol):
-    """An output file for other tools, written during the run."""
+    """An output file written during the run."""
 
     def close(self) -> None:
         """Write the remaining data. Raises OutputError."""
 
     def report(self) -> list[str]:
-        """Return lines about data that the file lacks."""
+        """Return lines about missing data."""
         ...
 
 
 def _views(options: RunOptions, board: Board, limits: Limits | None, stack: ExitStack) -> list[View]:
-    """Return the requested views; ``stack`` closes them if the run fails."""
     most_bytes = limits.trace_bytes if limits else LARGEST_FILE
     views: list[View] = []
     if options.vcd is not None:
@@ -231,7 +226,7 @@ def _close_views(views: list[View], say: Callable[[str], None]) -> None:
 
 
 def _close(view: View) -> None:
-    with suppress(OutputError):  # the run has failed already, with its own error
+    with suppress(OutputError):  # the run has failed already
         view.close()
 
 
@@ -257,7 +252,7 @@ def _announcement(
 
 
 def set_limits(board: Board, settings: tuple[str, ...]) -> Limits | None:
-    """Apply ``--limit``: limits of the firmware. Firmware for the chip always has limits, by default the usual ones."""
+    """Apply ``--limit``; firmware for the chip always has limits."""
     if not settings:
         return board.chip.limits if board.chip else None
     from fcu_emulator.emulator.chip.firmware import parse_limits
@@ -269,13 +264,13 @@ def set_limits(board: Board, settings: tuple[str, ...]) -> Limits | None:
 
 
 def exceeded_limit(board: Board, limits: Limits | None, paced: bool) -> Callable[[float], str]:
-    """Return a check that is called between two slices. The chip checks its own limits more often and more exactly."""
+    """Return a check between slices; the chip checks its own limits more exactly."""
     plan = board.scenario
 
     def exceeded(wall_s: float) -> str:
         if limits is not None and board.chip is None:
             limits.check_printed(board.terminal.uart.received_count())
-            if not paced:  # a paced run spends the time waiting
+            if not paced:  # pacing waits
                 limits.check_wall(wall_s)
         return plan.exceeded(board, wall_s) if plan else ""
 
@@ -284,7 +279,7 @@ def exceeded_limit(board: Board, limits: Limits | None, paced: bool) -> Callable
 
 @dataclass(frozen=True)
 class Judgement:
-    """A run's exit code and result; ``unchecked``: why the expectations were not checked, or ""."""
+    """A run's exit code and result; ``unchecked``: why expectations were not checked, or ""."""
 
     code: ExitCode
     result: Result | None = None
@@ -292,7 +287,7 @@ class Judgement:
 
 
 def judge_run(board: Board, runner: Runner) -> Judgement:
-    """Evaluate a run by the expectations of its scenario, if it came to the scenario's end."""
+    """Evaluate the scenario's expectations, if the run reached its end."""
     plan = board.scenario
     if plan is None:
         return Judgement(ExitCode.PASSED)
@@ -309,7 +304,6 @@ def judge_run(board: Board, runner: Runner) -> Judgement:
 
 
 def _judge_and_say(board: Board, runner: Runner, record: RunRecord) -> ExitCode:
-    """Evaluate a run and print its findings."""
     judgement = judge_run(board, runner)
     record.result, record.unchecked = judgement.result, judgement.unchecked
     if judgement.unchecked:
@@ -339,18 +333,16 @@ class Stoppable(Protocol):
     """A run that a signal handler can end."""
 
     def stop(self) -> None:
-        """End the run at the next opportunity."""
+        """End the run soon."""
         ...
 
 
 @contextmanager
 def interruptible(run: Stoppable) -> Iterator[list[str]]:
-    """Yield a list that contains the signal's name after a signal has ended the run.
+    """Yield a list that gets the signal's name when a signal ends the run.
 
-    Ctrl-C ends the run at the next slice, with its summary; a second one ends the program.
-
-    A signal that is ignored at the start stays ignored: ``nohup`` asks so to continue after the terminal has
-    closed, and a script's ``&`` to ignore Ctrl-C.
+    Ctrl-C ends the run with its summary, a second one the program. Ignored signals stay ignored, for
+    ``nohup`` and a script's ``&``.
     """
 
     def stop(number: int, frame: FrameType | None) -> None:
@@ -366,7 +358,7 @@ def interruptible(run: Stoppable) -> Iterator[list[str]]:
     known = [getattr(signal, name) for name in _STOPPING if hasattr(signal, name)]
     numbers = [number for number in known if signal.getsignal(number) is not signal.SIG_IGN]
     before = {number: signal.signal(number, stop) for number in numbers}
-    if limits_of_worker() is not None:  # the parent may pass on the signal that has already ended the run
+    if limits_of_worker() is not None:  # the parent may repeat the signal
         before[signal.SIGTERM] = signal.SIG_IGN
     try:
         yield ended
@@ -383,9 +375,9 @@ def _silently(line: str, look: Look | None = None) -> None:
 
 
 def open_debugger(board: Board, port: int | None, halt: bool, stack: ExitStack) -> GdbServer | None:
-    """Return the server, which ``stack`` closes; None without ``port``.
+    """Return the server, or None without ``port``; ``stack`` closes it.
 
-    Raises InputError if debugging is impossible, or the port is not available.
+    Raises InputError if debugging is impossible or the port not available.
     """
     if port is None:
         if halt:
@@ -399,6 +391,6 @@ def open_debugger(board: Board, port: int | None, halt: bool, stack: ExitStack) 
 
 
 def announcement(server: GdbServer) -> str:
-    """Return the command that the user must type in gdb."""
+    """Return the command to type in gdb."""
     waits = ", the firmware waits for it" if server.halted else ""
     return f"gdb: target remote 127.0.0.1:{server.port}{waits}"

@@ -1,8 +1,4 @@
-"""``fcu run --scenario S --boards N``: run one program on N boards, whose sensors differ by their tolerances.
-
-Each board is a separate run at full speed, evaluated like ``fcu run``; the terminal's output is not shown.
-The table is that of ``fcu check --boards``.
-"""
+"""``fcu run --scenario S --boards N``: run a program on N boards with different sensors."""
 
 from __future__ import annotations
 
@@ -36,11 +32,11 @@ _OF_ONE_BOARD: dict[str, tuple[object, ...]] = {
     "halt": (False,),
     "verbose": (False,),
 }
-"""Options for a single run only, with the values that several boards allow."""
+"""Options for a single run, with the values that several boards allow."""
 
 
 def run_on_boards(options: RunOptions, count: int) -> ExitCode:
-    """Run the scenario on ``count`` boards, print a line for each and a summary. Raises FcuError."""
+    """Run on ``count`` boards; print their lines and a summary. Raises FcuError."""
     _refuse_useless(options)
     board = create_board(options)
     if board.scenario is None or not board.scenario.expectations:
@@ -70,7 +66,6 @@ def _refuse_useless(options: RunOptions) -> None:
 
 
 def _on_board(options: RunOptions, board: Board) -> BoardResult:
-    """Run one board to its end and evaluate it. Raises InputError."""
     limits = set_limits(board, options.limit)
     exceeded = exceeded_limit(board, limits, paced=False)
     runner = Runner(board, [], run_end_ps(options, board), None, exceeded)
@@ -97,7 +92,6 @@ def _failed(board: Board, error: FirmwareError | NotJudgedError) -> BoardResult:
 
 
 def _again(options: RunOptions) -> str:
-    """Return the command for one board, without ``--seed``."""
     words = ["fcu", "run", *([options.firmware] if options.firmware is not None else [])]
     words += ["--scenario", str(options.scenario)]
     for name in ("wiring", "duration"):

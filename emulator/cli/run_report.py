@@ -1,8 +1,6 @@
-"""Output of ``fcu run`` on stderr besides errors: progress, the explanation of a failure, the summary.
+"""Output of ``fcu run`` on stderr: progress, explanation of a failure, summary.
 
-Firmware that hangs or has crashed is explained at once if a user watches, otherwise at the end of the run.
-The firmware is diagnosed after three virtual seconds without a byte of output, and if there is no problem,
-again after twice the time.
+Firmware is diagnosed after three virtual seconds without output, again after twice the time.
 """
 
 from __future__ import annotations
@@ -104,7 +102,7 @@ def _bus_errors(board: Board) -> Iterator[str]:
 
 
 _USUAL_NOTES = {("forbidden", "LIS2MDL", "CFG_REG_A: measuring with COMP_TEMP_EN = 0")}
-"""Notes in every correct run: the lab's own start-up sets that bit after it has switched the sensor on."""
+"""Notes in every correct run: the lab sets that bit after switching the sensor on."""
 
 
 def _notes(board: Board, all_notes: bool) -> Iterator[str]:
@@ -116,7 +114,7 @@ def _notes(board: Board, all_notes: bool) -> Iterator[str]:
 
 
 def chip_events(board: Board) -> dict[str, tuple[float, int]]:
-    """Return the chip's events (resets and the like): first time in seconds, and count."""
+    """Return the chip's events: first time in seconds, and count."""
     found: dict[str, tuple[float, int]] = {}
     for event in board.trace.of(Fault):
         if event.where == CHIP_NAME:
@@ -126,18 +124,18 @@ def chip_events(board: Board) -> dict[str, tuple[float, int]]:
 
 
 def failed_transfers(board: Board) -> Counter[tuple[str, str]]:
-    """Return the number of failed transfers, by bus and result."""
+    """Return failed transfers by bus and result."""
     return Counter((event.bus, event.result) for event in board.trace.of(BusTransfer) if event.result != "ok")
 
 
 def received_bytes_lost(board: Board) -> int:
-    """Return the number of bytes that the firmware did not read in time."""
+    """Return the bytes that the firmware read too late."""
     name = board.terminal.uart.name
     return sum(1 for event in board.trace.of(Fault) if event.where == name)
 
 
 def notes(board: Board) -> Counter[tuple[str, str, str]]:
-    """Return operations that a sensor refuses, forbids or does not model (kind, device, text), with their count."""
+    """Count refused, forbidden or unmodelled operations by kind, device and text."""
     return Counter((note.what, note.device, note.text) for note in board.trace.of(DeviceNote))
 
 
@@ -148,7 +146,7 @@ _FIRST_QUESTION_S = 3.0
 
 
 class Explainer:
-    """Explains failures in one run of a board. ``say`` gets the lines of an explanation."""
+    """Explains failures of one run, line by line with ``say``."""
 
     def __init__(self, board: Board, say: Say) -> None:
         self._board = board
@@ -160,7 +158,7 @@ class Explainer:
         self._patience_s = _FIRST_QUESTION_S
 
     def look(self) -> None:
-        """Diagnose silent firmware between two slices, and explain it if it is stuck."""
+        """Explain silent firmware that is stuck, between slices."""
         board = self._board
         if board.chip is None:
             return
@@ -175,12 +173,9 @@ class Explainer:
                 self._tell(str(diagnosis))
 
     def conclude(self) -> None:
-        """Explain every mistake of the run at its end.
-
-        Raises FirmwareError if the firmware has failed permanently.
-        """
+        """Explain every mistake of the run. Raises FirmwareError after a permanent failure."""
         from fcu_emulator.emulator.analysis.mistakes import (
-            explain,  # loads the chip's diagnosis: a later import lets runs start sooner
+            explain,  # a late import lets runs start sooner
         )
 
         for diagnosis in explain(self._board, self.recorder):

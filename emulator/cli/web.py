@@ -63,7 +63,7 @@ def serve_board(options: WebOptions) -> ExitCode:
         for line in session.ways():
             say(line)
         session.control = _control_server(session, links, stack)
-        if not options.no_browser and limits_of_worker() is None:  # a browser would have the same limits
+        if not options.no_browser and limits_of_worker() is None:  # a browser would inherit the limits
             threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
         with interruptible(session) as ended:
             say("Ctrl-C ends it")
@@ -78,9 +78,9 @@ def serve_board(options: WebOptions) -> ExitCode:
 
 
 def _exercises(firmware: str | None) -> Exercises | None:
-    """Return the exercises of the firmware's project; None if its rubric cannot be used."""
+    """Return the project's exercises; None if its rubric cannot be used."""
     from fcu_emulator.emulator.cli.exercises import (
-        LabExercises,  # slow: loads all of grading, so only when a board is served
+        LabExercises,  # slow: loads all of grading
     )
     from fcu_emulator.emulator.cli.project import rubric_of
 
@@ -92,7 +92,6 @@ def _exercises(firmware: str | None) -> Exercises | None:
 
 
 def _control_server(session: LiveSession, links: list[ByteLink], stack: ExitStack) -> ControlServer | None:
-    """Return the control server by which another fcu finds this board; None if it cannot be opened."""
     serial = [link.address for link in links if isinstance(link, Addressed)]
     try:
         control = ControlServer(session.board.booted.name, serial, session.answer)

@@ -1,4 +1,4 @@
-"""Scenarios: TOML files with the events on the board and the expectations of its firmware.
+"""Scenarios: TOML files with the events on a board and the expectations of its firmware.
 
 ::
 
@@ -6,12 +6,11 @@
     from fcu_emulator.emulator.scenario import run
 
     result = run(Board(scenario="stairs"))
-    print("\\n".join(result.lines))
+    print("\n".join(result.lines))
     assert result.passed
 
-A timeline entry calls the world's method of the same name, so tests in Python and in files cannot disagree.
-
-Names are loaded on first use: schemas need pydantic, the reader of printed numbers does not.
+A timeline entry calls the world's method of the same name. Names are loaded on first use, because schemas
+need pydantic.
 """
 
 from __future__ import annotations

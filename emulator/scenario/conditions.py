@@ -6,8 +6,7 @@
     when = { quantity = "Altitude", above = 3, margin = 0.3 }
     when = { led = "led1" }
 
-Within ``margin`` of the threshold the condition is undefined: the LED or line that follows it may be in
-either state.
+Within ``margin`` of the threshold the LED or line may be in either state.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ LedName = Annotated[str, AfterValidator(_known_led), Field(json_schema_extra={"e
 
 
 def led_states(run: RunView, led: str) -> Iterator[tuple[int, int, bool]]:
-    """Yield (from, until, lit) in order of time, from the edges of the pin; the LED is dark at first."""
+    """Yield (from, until, lit) in order of time; the LED is dark at first."""
     pin = run.board.led(led.upper()).pin
     begin_ps, lit = 0, False
     for edge in run.board.trace.of(GpioEdge):
@@ -53,7 +52,7 @@ def led_states(run: RunView, led: str) -> Iterator[tuple[int, int, bool]]:
 
 
 class Stretch(NamedTuple):
-    """A part of a run in which a condition holds, does not hold, or is within its margin (None)."""
+    """A part of a run; None is within the margin."""
 
     begin_ps: int
     end_ps: int
@@ -61,10 +60,7 @@ class Stretch(NamedTuple):
 
 
 class Followed(NamedTuple):
-    """Input of a check that something follows a condition: periods of the condition, and of the LED or line.
-
-    Times in ps, from and until; for a printed line both are the begin of printing.
-    """
+    """Periods of a condition and of the LED or line that follows it, in ps; for a line only the begin of printing."""
 
     name: str
     condition: str
@@ -73,7 +69,7 @@ class Followed(NamedTuple):
 
 
 def unit_text(quantity: str) -> str:
-    """Return the unit of a quantity as it follows a number in a message: " degrees", " hPa"."""
+    """Return a quantity's unit to follow a number: " degrees", " hPa"."""
     return " degrees" if quantity.lower() in ("pitch", "roll", "yaw") else f" {unit_of(quantity)}"
 
 
@@ -100,11 +96,10 @@ class Condition(Table):
 
     @property
     def limit(self) -> float:
-        """Return the threshold, or None for a LED."""
+        """Return the threshold, None for a LED."""
         return next(one for one in (self.beyond, self.above, self.below, 0.0) if one is not None)
 
     def text(self) -> str:
-        """Describe the condition for findings."""
         if self.led is not None:
             return f"{self.led.upper()} is lit"
         if self.beyond is not None:
@@ -112,14 +107,13 @@ class Condition(Table):
         return f"{self.quantity} is {'above' if self.above is not None else 'below'} {self.limit:g}"
 
     def holds(self, value: float) -> bool | None:
-        """Return whether the condition holds for a value of the quantity; None within the margin."""
+        """Return whether the condition holds; None within the margin."""
         over = (abs(value) if self.beyond is not None else value) - self.limit
         if abs(over) < self.margin:
             return None
         return over < 0 if self.below is not None else over > 0
 
     def stretches(self, run: RunView) -> Iterator[Stretch]:
-        """Yield the parts of a run in order of time, up to its end."""
         if self.led is not None:
             for begin_ps, until_ps, lit in led_states(run, self.led):
                 if begin_ps < run.end_ps:
@@ -133,11 +127,11 @@ class Condition(Table):
             at_ps = end_ps
 
     def held(self, run: RunView) -> tuple[tuple[int, int], ...]:
-        """Return the periods in which the condition holds, in ps."""
+        """Return the periods, in ps, in which the condition holds."""
         return tuple((one.begin_ps, one.end_ps) for one in self.stretches(run) if one.holds)
 
     def value_text(self, run: RunView, at_ps: int) -> str:
-        """Describe the state at a moment for findings: " with a true roll of 44.2 degrees"."""
+        """Describe a moment for findings: " with a true roll of 44.2 degrees"."""
         if self.led is not None:
             return ""
         name = self.quantity or ""

@@ -1,8 +1,6 @@
-"""Expectations about terminal output, printed numbers and hardware.
+"""Expectations about terminal output and printed numbers.
 
-One class holds the schema and the evaluation of a kind of expectation. To add a kind, write a class and add
-its name to ``Kinds`` of :mod:`fcu_emulator.emulator.scenario.schema`. Expectations about LEDs and timers are
-in :mod:`fcu_emulator.emulator.scenario.hardware`.
+A class holds the schema and the evaluation of one kind; its name is listed in ``schema.Kinds``.
 """
 
 from __future__ import annotations
@@ -64,22 +62,22 @@ from fcu_emulator.emulator.time.clock import PS_PER_MS, seconds
 
 @dataclass(frozen=True)
 class RunView:
-    """A run as expectations see it: its lines, and the board after ``end_ps``."""
+    """A run as expectations see it, until ``end_ps``."""
 
     board: BoardView
     lines: list[PrintedLine]
     end_ps: int
     patience: TimeBudget = field(default_factory=TimeBudget)
     tilts: Sequence[TiltSample] = ()
-    """The board's inclination in steps of 10 ms, if an expectation needs it."""
+    """Inclination in steps of 10 ms, if needed."""
     samples: Mapping[str, Sequence[float]] = field(default_factory=dict)
-    """The quantities that conditions need, in the same steps."""
+    """Quantities of conditions, in the same steps."""
     watched: Mapping[int, Any] = field(default_factory=dict)
-    """Results of :meth:`Expectation.watch`, by the identity of the expectation."""
+    """Results of :meth:`Expectation.watch` by identity of the expectation."""
 
 
 class Expectation(Expected):
-    """One ``[[expect]]`` table. ``ON_TERMINAL``: whether it reads terminal output, which ends with a crash."""
+    """One ``[[expect]]`` table; ``ON_TERMINAL``: reads terminal output, which ends with a crash."""
 
     ON_TERMINAL: ClassVar[bool] = False
 
@@ -87,7 +85,7 @@ class Expectation(Expected):
     def evaluate(self, run: RunView) -> ExpectationResult: ...
 
     def result(self, run: RunView) -> ExpectationResult:
-        """Evaluate the expectation; a search that takes too long is "stopped"."""
+        """Evaluate the expectation; too long a search is "stopped"."""
         try:
             return self.evaluate(run)
         except TimeoutError:
@@ -96,18 +94,17 @@ class Expectation(Expected):
 
 
 class Windowed(Window, Expectation):
-    """Expectation about one part of the run: only lines whose printing began in the window count."""
+    """Expectation about lines whose printing began in the window."""
 
     ON_TERMINAL = True
 
     def lines_in_window(self, run: RunView) -> list[PrintedLine]:
-        """Return the lines whose printing began in the window."""
         return [line for line in run.lines if self.covers(line.at_ps)]
 
     def nearly_printed(
         self, wanted: str, lines: Sequence[str], patience: TimeBudget
     ) -> ExpectationResult | None:
-        """Return the difference to the most similar line; None if no line is similar."""
+        """Return the difference to the most similar line, if any."""
         near = None
         if not patience.exhausted:
             with patience.limited():
@@ -125,7 +122,7 @@ class ExpectLine(Windowed):
     """A line with exactly this text appears; with ``count`` exactly so often."""
 
     kind: Literal["line"]
-    text: str = Field(max_length=255)  # longest text of one PRINTF
+    text: str = Field(max_length=255)  # longest PRINTF
     count: int | None = Field(None, ge=1)
 
     def describe(self) -> str:
@@ -133,7 +130,6 @@ class ExpectLine(Windowed):
         return f"the line {shown_line(same_banner(self.text.strip()))}{times}{self.window_text()}"
 
     def evaluate(self, run: RunView) -> ExpectationResult:
-        """Compare whole lines without leading and trailing blanks."""
         wanted = same_banner(self.text.strip())
         lines = [same_banner(line.text) for line in self.lines_in_window(run)]
         found = lines.count(wanted)
@@ -150,7 +146,7 @@ class _Matching(Windowed):
     pattern: PatternText
 
     def matches(self, run: RunView) -> list[PrintedLine]:
-        """Return the lines in the window that contain the pattern."""
+        """Return the window's lines that contain the pattern."""
         lines = self.lines_in_window(run)
         return [line for line in lines if self._found_in(line.text, run.patience)]
 
@@ -166,7 +162,6 @@ class ExpectRegex(_Matching):
     count: int | None = Field(None, ge=1)
 
     def describe(self) -> str:
-        """Describe the pattern and the number of lines."""
         times = "" if self.count is None else f" in {self.count} line{'s' * (self.count > 1)}"
         return f'a match of "{visible(self.pattern.text)}"{times}{self.window_text()}'
 
@@ -221,7 +216,7 @@ class ExpectText(Expectation):
             printed_lines[index] if index < len(printed_lines) else None,
         )
         count = f"{len(printed_lines)} lines, {len(printed)} bytes"
-        ended = index < len(printed_lines) - 1  # the first different line that is complete
+        ended = index < len(printed_lines) - 1  # the first different complete line
         return self.failed(fault, count, difference(wanted_lines, printed_lines), final=ended)
 
 
@@ -233,8 +228,8 @@ def shown_line(text: str) -> str:
 # -- Printed numbers ----------------------------------------------------------------------------------------
 
 
-SETTLE_PS = 50 * PS_PER_MS  # one period of the slowest sensor (the LPS22HB at 25 Hz) and ten of the timer's
-_DIFF_LINES = 3  # deviating lines that a finding shows
+SETTLE_PS = 50 * PS_PER_MS  # a period of the slowest sensor (LPS22HB, 25 Hz), ten of the timer's
+_DIFF_LINES = 3  # in a finding
 
 
 def _known_field(name: str) -> str:
@@ -256,9 +251,9 @@ FieldName = Annotated[str, AfterValidator(_known_field), Field(json_schema_extra
 
 
 class _Number(Windowed):
-    """A printed number: a number of the slides by ``name``, or one of a lab by ``format`` string or ``pattern``.
+    """A number of the slides by ``name``, or of a lab by ``format`` or ``pattern``.
 
-    ``number``: index of the number in the format, counted from 1.
+    ``number``: index in the format, from 1.
     """
 
     name: FieldName | None = None
@@ -277,21 +272,18 @@ class _Number(Windowed):
         return self
 
     def number_format(self, patience: TimeBudget | None = None) -> NumberFormat:
-        """Return the format that finds the number in a line."""
         if self.format is not None:
             return PrintfFormat(self.format, self.number, patience)
         return NamedFormat(self.name) if self.name else PatternFormat(self._pattern(), patience)
 
     @property
     def title(self) -> str:
-        """Name the number for findings."""
         if self.name is not None:
             return self.name
         which = f" (number {self.number})" if self.number > 1 else ""
         return shown_format(self.format or self._pattern().text) + which
 
     def _not_printed(self, number: NumberFormat, run: RunView) -> ExpectationResult:
-        """Report that no line of the window begins like the format: the output has another form, or none."""
         lines = self.lines_in_window(run)
         near = [line for line in lines if number.is_meant_by(line.text)]
         if near:
@@ -305,14 +297,13 @@ class _Number(Windowed):
     def _malformed(
         self, number: NumberFormat, wrong: Sequence[PrintedLine], count: int, final: bool = False
     ) -> ExpectationResult:
-        """Report lines with the format's beginning that do not follow it, and the difference."""
         what = format_difference(number.text, wrong[0].text)
         seen = f"{len(wrong)} of {count} lines have another format" + (f": {what}" if what else "")
         diff = (f"-{number.text}", *map(_printed, wrong[:_DIFF_LINES]))
         return self.failed("wrong format", seen, diff, final=final)
 
     def _pattern(self) -> TextPattern:
-        assert self.pattern is not None  # guaranteed by the validator
+        assert self.pattern is not None  # by the validator
         return self.pattern
 
 
@@ -345,11 +336,10 @@ class ExpectField(_Number):
 
     @property
     def quantity(self) -> str:
-        """Return the name of the true quantity; "" for a comparison with a value."""
+        """Return the true quantity's name; "" if compared with a value."""
         return (self.name or "") if self.truth is True else self.truth or ""
 
     def describe(self) -> str:
-        """Describe the reference and the tolerance."""
         unit = f" {unit_of(self.name)}" if self.name else ""
         return f"{self.title} within {self.tolerance:g}{unit} of {self._target()}{self.window_text()}"
 
@@ -363,7 +353,7 @@ class ExpectField(_Number):
         return f"the true {self.quantity}{scaled}" + (f" ({recent})" if recent else "")
 
     def evaluate(self, run: RunView) -> ExpectationResult:
-        """Fail as missing if the number is never printed; also fail for a line that begins like it in another format."""
+        """Fail as missing without a print; also fail for a line in another format."""
         line_format = self.number_format(run.patience)
         lines = [line for line in self.lines_in_window(run) if line_format.is_begun_by(line.text)]
         if not lines:
@@ -421,12 +411,10 @@ class ExpectPrinted(_Number):
     max_gap: Length
 
     def describe(self) -> str:
-        """Describe the format of the line and its interval."""
         every = f"at least every {seconds(self.max_gap)}"
         return f'a line "{self.number_format().text}" {every}{self.window_text()}'
 
     def evaluate(self, run: RunView) -> ExpectationResult:
-        """Check from the window's begin to its end, or to the run's end."""
         line_format = self.number_format(run.patience)
         lines = [line for line in self.lines_in_window(run) if line_format.is_begun_by(line.text)]
         earlier = [line for line in run.lines if line.at_ps < self.from_]
@@ -461,7 +449,6 @@ class ExpectWithin(_Number):
         return f"{self.title} from {self.min:g} to {self.max:g}{apart}{self.window_text()}"
 
     def evaluate(self, run: RunView) -> ExpectationResult:
-        """Fail as missing if the number is never printed."""
         line_format = self.number_format(run.patience)
         parsed = [(line, line_format.number(line.text)) for line in self.lines_in_window(run)]
         values = [(line, number) for line, number in parsed if number is not None]

@@ -1,4 +1,4 @@
-"""Expectation for lines that follow a condition: printed repeatedly while it holds, and not otherwise."""
+"""Expectation for lines that follow a condition."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fcu_emulator.emulator.scenario.run_view import SAMPLE_STEP_PS, PrintedLine,
 from fcu_emulator.emulator.text import visible
 from fcu_emulator.emulator.time.clock import PS_PER_MS, seconds
 
-_DIFF_LINES = 3  # wrong lines that a finding shows
+_DIFF_LINES = 3  # in a finding
 
 
 class ExpectLineFollows(Windowed):
@@ -50,7 +50,7 @@ class ExpectLineFollows(Windowed):
         return f"{self._line()} {every}{self.window_text()}"
 
     def evaluate(self, run: RunView) -> ExpectationResult:
-        """Return the first missing line as a failure, otherwise the first line at a wrong time."""
+        """Return the first missing line as a failure, else the first wrong one."""
         lines = [line for line in self.lines_in_window(run) if self._is_it(line, run)]
         stretches = list(self._settled(run))
         wrong = [
@@ -76,13 +76,13 @@ class ExpectLineFollows(Windowed):
         return self.failed("wrong value", text, diff, final=True, mistake=mistake)
 
     def followed(self, run: RunView) -> Followed:
-        """Return the periods of the line and of the condition, with margin and settling time applied."""
+        """Return periods of line and condition, with margin and settling time."""
         at_ps = (line.at_ps for line in run.lines if self._is_it(line, run))
         shown = tuple((one, one) for one in at_ps)
         return Followed(self._line(), self.when.text(), self.when.held(run), shown)
 
     def _settled(self, run: RunView) -> list[Stretch]:
-        """Yield the parts of the window in which the line is mandatory or forbidden."""
+        """Yield parts in which the line is mandatory or forbidden."""
         last_ps = run.end_ps if self.to is None else min(self.to, run.end_ps)
         cut = (
             Stretch(max(one.begin_ps + self.settle, self.from_), min(one.end_ps, last_ps), one.holds)
@@ -92,7 +92,7 @@ class ExpectLineFollows(Windowed):
         return [one for one in cut if one.begin_ps < one.end_ps]
 
     def _longest_silence(self, stretches: list[Stretch], lines: list[PrintedLine]) -> tuple[int, int] | None:
-        """Return (length, begin) of the longest time without the line while the condition holds; None if short enough."""
+        """Return (length, begin) of the longest silence while the condition holds; None if short enough."""
         silences = [
             (after - before, before)
             for begin_ps, end_ps, holds in stretches
@@ -112,7 +112,6 @@ class ExpectLineFollows(Windowed):
         return f"{where}{value}{count}"
 
     def _nearly(self, run: RunView) -> ExpectationResult | None:
-        """Return a line that is similar to the wanted line and printed instead of it."""
         if self.text is None:
             return None
         lines = [same_banner(line.text) for line in self.lines_in_window(run)]
@@ -120,7 +119,7 @@ class ExpectLineFollows(Windowed):
         return None if nearly is None else replace(nearly, is_final=True)
 
     def _mistake(self, run: RunView, stretches: list[Stretch], lines: list[PrintedLine]) -> tuple[str, str]:
-        """Return kind and message text of the mistake that the rests of the board show; "" for an unknown one."""
+        """Return kind and text of the mistake at the board's rests, or ""."""
         if self.when.quantity is None:
             return "", ""
         at_ps = [line.at_ps for line in lines]
@@ -138,7 +137,7 @@ class ExpectLineFollows(Windowed):
         return mistake(rests, self.when)
 
     def _other(self, run: RunView, at_ps: int) -> float:
-        """Return the other inclination at a moment; 0 for a quantity without one."""
+        """Return the other inclination, 0 for other quantities."""
         other = {"pitch": "roll", "roll": "pitch"}.get(self.when.quantity or "")
         return run.samples[other][at_ps // SAMPLE_STEP_PS] if other is not None else 0.0
 

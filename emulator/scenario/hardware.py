@@ -1,4 +1,4 @@
-"""Expectations about hardware: LEDs, timer ticks, hard-iron calibration, sensor reads."""
+"""Expectations about LEDs, timer ticks, hard-iron calibration and sensor reads."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class ExpectLed(Windowed):
         return f"{self.led} {self.state}{self.window_text()}"
 
     def evaluate(self, run: RunView) -> ExpectationResult:
-        """Check the edges of the pin in the trace; the LED is dark until the pin is configured."""
+        """Check the pin's edges; the LED is dark until configured."""
         wanted = self.state == "on"
         end_ps = run.end_ps if self.to is None else min(self.to, run.end_ps)
         for begin_ps, until_ps, lit in led_states(run, self.led):
@@ -49,9 +49,9 @@ class ExpectLed(Windowed):
 
 
 class _LedSample(NamedTuple):
-    """A moment at which the LED must have a definite state: lit if ``steep`` is true.
+    """A moment when the LED must have a definite state: lit if ``steep``.
 
-    ``angle``: the inclination, or another quantity that the LED follows.
+    ``angle``: the quantity that the LED follows.
     """
 
     at_ps: int
@@ -61,12 +61,11 @@ class _LedSample(NamedTuple):
     other_steep: bool
     """Whether the other angle is beyond the threshold."""
     since_ps: int
-    """Time at which the board reached this side of the threshold."""
+    """When the board reached this side of the threshold."""
     changed: tuple[int, float]
-    """Time and angle of the LED's change to this state; this moment if it has not changed since the previous one."""
+    """Time and angle of the LED's change since the previous sample, else of this sample."""
 
     def at_change(self) -> _LedSample:
-        """Return the sample with time and angle of the LED's change."""
         return self._replace(at_ps=self.changed[0], angle=self.changed[1])
 
 
@@ -100,13 +99,11 @@ class ExpectLedFollows(Windowed):
 
     @property
     def condition(self) -> Condition:
-        """Return the condition under which the LED must be lit."""
         if self.when is not None:
             return self.when
         return Condition(quantity=self.angle, beyond=self.beyond_deg, margin=self.margin_deg)
 
     def describe(self) -> str:
-        """Describe the condition under which the LED must be lit."""
         if self.when is not None:
             return (
                 f"{self.led.upper()} lit while {self.when.text()} and dark otherwise, "
@@ -118,16 +115,12 @@ class ExpectLedFollows(Windowed):
         )
 
     def followed(self, run: RunView) -> Followed:
-        """Return the periods of at least 1 ms in which the LED is lit, and those in which it must be lit.
-
-        Margin and settling time are applied.
-        """
+        """Return periods, at least 1 ms, of the lit LED and of the condition, with margin and settling time."""
         states = ((begin, min(until, run.end_ps)) for begin, until, lit in led_states(run, self.led) if lit)
         lit = tuple((begin, until) for begin, until in states if until - begin >= PS_PER_MS)
         return Followed(self.led.upper(), self.condition.text(), self.condition.held(run), lit)
 
     def evaluate(self, run: RunView) -> ExpectationResult:
-        """Compare the LED with the true inclination every 10 ms."""
         samples = list(self._samples(run))
         wrong = _wrong(samples, self.settle)
         if not wrong:
@@ -141,7 +134,7 @@ class ExpectLedFollows(Windowed):
         return self.failed("wrong value", text, final=True, mistake=finding)
 
     def _samples(self, run: RunView) -> Iterator[_LedSample]:
-        """Yield the samples in the window that are away from the threshold."""
+        """Yield the window's samples away from the threshold."""
         condition = self.condition
         changes = list(led_states(run, self.led))
         begins = [begin for begin, _, _ in changes]
@@ -163,7 +156,7 @@ class ExpectLedFollows(Windowed):
             before_ps, before = at_ps, value
 
     def _growing(self, samples: Sequence[_LedSample]) -> Sequence[_LedSample]:
-        """Return the samples of a LED that is lit above the threshold; invert them if this LED must be lit below it."""
+        """Return samples as for a LED lit above the threshold."""
         if self.condition.below is None:
             return samples
         return [one._replace(lit=not one.lit, steep=not one.steep) for one in samples]
@@ -201,21 +194,21 @@ class ExpectLedFollows(Windowed):
         return here + more.get(finding, "")
 
 
-_SLOW_PS = 1_300 * PS_PER_MS  # period of one second, plus the time for the text
-_STALE_PS = 2_400 * PS_PER_MS  # two passes of main's loop: read the angle in one, show it in the next
+_SLOW_PS = 1_300 * PS_PER_MS  # a second, and the text
+_STALE_PS = 2_400 * PS_PER_MS  # one loop of main reads, the next shows
 _PROMPT_PS = 300 * PS_PER_MS
-_RESTING_DEG = 0.01  # change in 10 ms; the LED of a moving board lags behind
+_RESTING_DEG = 0.01  # in 10 ms; in motion the LED lags
 _MOSTLY = 0.8
 _FEWEST_CHANGES = 3
 
 
 class _OneSided(NamedTuple):
-    """A LED that is right beyond one end of the scale, on time or late, and dark beyond the other."""
+    """A LED that is right beyond one end of the scale and dark beyond the other."""
 
     first: _LedSample
     """First sample beyond the other end."""
     late_ps: int
-    """Delay of the LED on the correct side; 0 if it is on time."""
+    """Delay on the correct side, 0 if on time."""
 
 
 def _finding(
@@ -224,7 +217,7 @@ def _finding(
     one_sided: _OneSided | None,
     growing: Sequence[_LedSample],
 ) -> str:
-    """Return the kind of mistake; "" if unknown. ``growing``: the samples of a LED that is lit above the threshold."""
+    """Return the kind of mistake, or ""; ``growing``: samples as for a LED lit above the threshold."""
     settled = _settled(samples)
     inverted = sum(one.lit is not one.steep for one in settled)
     kinds = (
@@ -241,12 +234,11 @@ def _finding(
 
 
 def _wrong(samples: Sequence[_LedSample], settle_ps: int) -> list[_LedSample]:
-    """Return the samples with a wrong LED state after the settling time."""
     return [one for one in samples if one.at_ps - one.since_ps >= settle_ps and one.lit is not one.steep]
 
 
 def _settled(samples: Sequence[_LedSample]) -> list[_LedSample]:
-    """Return the samples at which a LED that is updated once a second must be right."""
+    """Return samples at which a LED updated every second must be right."""
     return [one for one in samples if one.at_ps - one.since_ps >= _SLOW_PS]
 
 
@@ -255,19 +247,19 @@ def _latest_ps(wrong: Sequence[_LedSample]) -> int:
 
 
 def _is_late(samples: Sequence[_LedSample], wrong: Sequence[_LedSample]) -> bool:
-    """Return whether the LED follows with the delay of a LED that main's loop updates."""
+    """Return whether the LED lags like one updated in main's loop."""
     catches_up = all(one.lit is one.steep for one in _settled(samples)) and _catches_up(samples, wrong)
     return catches_up or _shows_the_past(samples)
 
 
 def _catches_up(samples: Sequence[_LedSample], wrong: Sequence[_LedSample]) -> bool:
-    """Return whether the LED became right before the board left the side on which it was wrong."""
+    """Return whether the LED became right before the board left that side."""
     last = {one.since_ps: one for one in samples}
     return all(last[one.since_ps].lit is one.steep for one in wrong)
 
 
 def _shows_the_past(samples: Sequence[_LedSample]) -> bool:
-    """Return whether the LED always shows a side on which the board was shortly before."""
+    """Return whether the LED always shows a recent side."""
     last_ps: dict[bool, int] = {}
     for one in samples:
         last_ps[one.steep] = one.at_ps
@@ -277,10 +269,9 @@ def _shows_the_past(samples: Sequence[_LedSample]) -> bool:
 
 
 def _threshold(samples: Sequence[_LedSample]) -> tuple[float, float] | None:
-    """Return the angles between which the LED changes, if it is lit above and dark below, to both sides.
+    """Return the angles between which the LED changes, on both sides; None if they may include the correct threshold.
 
-    Return None if the correct threshold may be between them. A LED that is switched on while the angle grows,
-    or off while it falls, shows an earlier angle: its threshold is not beyond the angle at that moment.
+    A change in motion shows an earlier angle: the threshold is not beyond the present one.
     """
     sure = [one for before, one in pairwise(samples) if _is_sure(before, one)]
     lit = min((one for one in sure if one.lit), key=lambda one: abs(one.angle), default=None)
@@ -291,7 +282,7 @@ def _threshold(samples: Sequence[_LedSample]) -> tuple[float, float] | None:
 
 
 def _is_sure(before: _LedSample, sample: _LedSample) -> bool:
-    """Return whether a sample limits the LED's threshold: the board rests, or the LED has just changed in a motion."""
+    """Return whether a sample limits the threshold: at rest, or just changed."""
     grows = abs(sample.angle) - abs(before.angle)
     if abs(grows) < _RESTING_DEG:
         return sample.at_ps - sample.since_ps >= _PROMPT_PS
@@ -307,28 +298,25 @@ def _threshold_text(growing: Sequence[_LedSample], condition: Condition) -> str:
 
 
 def _follows_other(samples: Sequence[_LedSample]) -> bool:
-    """Return whether the LED is lit while the other angle is beyond the threshold, and rarely otherwise."""
+    """Return whether mostly the other angle lights the LED."""
     lit = [one for one in samples if one.lit]
     other = sum(one.other_steep for one in samples)
     return bool(other) and sum(one.other_steep for one in lit) >= _MOSTLY * max(len(lit), other)
 
 
 def _stays_lit(samples: Sequence[_LedSample]) -> bool:
-    """Return whether the LED, once lit, stays lit to the end although the board leaves the steep side."""
     since = next((number for number, one in enumerate(samples) if one.lit), len(samples))
     rest = samples[since:]
     return all(one.lit for one in rest) and any(a.steep and not b.steep for a, b in pairwise(rest))
 
 
 def _blinks(samples: Sequence[_LedSample]) -> bool:
-    """Return whether the LED changes repeatedly while the board stays on one side."""
     stretches = groupby(samples, key=lambda one: one.since_ps)
     changes = (sum(one.lit is not other.lit for one, other in pairwise(stretch)) for _, stretch in stretches)
     return any(count >= _FEWEST_CHANGES for count in changes)
 
 
 def _one_sided(samples: Sequence[_LedSample], settle_ps: int) -> _OneSided | None:
-    """Return the details if the LED follows one end of the scale only; None if it follows both or neither."""
     for positive in (True, False):
         of_side = _with_one_side(samples, positive)
         wrong = _wrong(of_side, settle_ps)
@@ -342,7 +330,6 @@ def _one_sided(samples: Sequence[_LedSample], settle_ps: int) -> _OneSided | Non
 
 
 def _with_one_side(samples: Sequence[_LedSample], positive: bool) -> list[_LedSample]:
-    """Return the samples of a LED that must be lit beyond one end of the scale only."""
     found: list[_LedSample] = []
     for one in samples:
         steep = one.steep and (one.angle > 0) is positive
@@ -376,7 +363,7 @@ class ExpectTicks(Expectation):
         return self
 
     def describe(self) -> str:
-        """Describe the rate and the limits of late and lost ticks; a failure names only its own part."""
+        """Describe rate and limits; a failure names only its part."""
         rate = [] if self.rate_hz is None else [f"ticks at {self.rate_hz:g} Hz"]
         bounds = (
             ("at least", self.late_min, "late"),
@@ -389,7 +376,6 @@ class ExpectTicks(Expectation):
         return ", ".join(rate + share + counts)
 
     def evaluate(self, run: RunView) -> ExpectationResult:
-        """Check the timer of the callback at the end of the run."""
         timer = run.board.timer
         if timer.ticks == 0:
             return self.failed("missing", "the timer was never started", expected=f"ticks of {timer.name}")
@@ -423,11 +409,9 @@ class ExpectHardIron(Expectation):
     within_mgauss: float = Field(ge=0)
 
     def describe(self) -> str:
-        """Describe the tolerance of the centre."""
         return f"hard iron found within {self.within_mgauss:g} mgauss on each axis"
 
     def evaluate(self, run: RunView) -> ExpectationResult:
-        """Compare (mag_min + mag_max) / 2 of the firmware's variables with the world."""
         try:
             low, high = (_axes(run.board.variable(name)) for name in ("mag_min", "mag_max"))
         except (KeyError, AttributeError):
@@ -452,7 +436,7 @@ def _vector(values: np.ndarray[Any, np.dtype[np.float64]]) -> str:
 
 @cache
 def _outputs() -> dict[str, tuple[str, int, str]]:
-    """Return the readable outputs by their names in files: sensor, address of the first byte, datasheet name."""
+    """Return sensor, first byte's address and datasheet name by name in files."""
     found = {}
     for name, part, first in (
         ("accelerometer", "LSM6DSL", "OUTX_L_XL"),
@@ -487,7 +471,7 @@ class ExpectReads(Expectation):
         return f"{part} {register} (0x{address:02X}) read {bounds} times a second"
 
     def watch(self, board: BoardView) -> list[int]:
-        """Count from ``from`` on. Watching every transfer costs time, so only a part of the run is watched."""
+        """Count from ``from`` on, because watching costs time."""
         part, address, _ = _outputs()[self.sensor]
         counted = [0]
 
@@ -503,7 +487,6 @@ class ExpectReads(Expectation):
         return counted
 
     def evaluate(self, run: RunView) -> ExpectationResult:
-        """Compare the rate (count divided by the window's length) with the limits, after the window's end."""
         part, address, register = _outputs()[self.sensor]
         watched: list[int] = run.watched.get(id(self), [0])
         if run.end_ps < self.from_ + self.for_:
@@ -521,7 +504,7 @@ class ExpectReads(Expectation):
 
 
 def _reaches(transfer: BusTransfer, address: int) -> bool:
-    """Return whether a read includes the byte at ``address``; the sub-address's top bit is not part of it."""
+    """Return whether a read includes ``address``; the sub-address's top bit is a flag."""
     if not transfer.written or not transfer.read:
         return False
     first = transfer.written[0] & 0x7F

@@ -1,22 +1,16 @@
-"""Loading of scenarios: find and read the file, draw its numbers from the seed, report errors.
+"""Loading of scenarios: read the file, draw its numbers, report errors.
 
-A scenario file may come from an untrusted source (a student, a download), so reading it is bounded in bytes
-and in time. Every error in it is a ScenarioError of one line.
-
-Some motions must stay unknown until the board is created. Every number and duration in a scenario's
-``[world]``, ``[[timeline]]`` and ``[[threshold]]`` can be a draw instead::
+A file may be untrusted: reading is bounded in bytes and time. Every number and duration in ``[world]``,
+``[[timeline]]`` and ``[[threshold]]`` can be a draw::
 
     pitch_deg = { uniform = [20, 70], random_sign = true }   # 20 to 70, or -70 to -20
     for = { uniform = ["1s", "3s"] }
     metres = { one_of = [3, 4.5] }
 
-Drawn values are checked like written values, and the world refuses impossible ones. So a scenario with draws
-is also tried with the lowest and highest value of all draws when it is read.
+A scenario with draws is also tried with the lowest and highest values when it is read.
 
-Decision: each drawn number is computed from the seed, the scenario's name and the number's key path. SHA-512
-(:class:`random.Random` with a text as seed) makes it the same on every machine and version of Python, and
-later entries do not change it. Rejected alternative: an entry for a motion of random poses. Such
-an entry cannot say which of its numbers matter.
+Decision: each drawn number is computed from the seed, the scenario's name and the number's key path, by
+SHA-512, so that later entries do not change it.
 """
 
 from __future__ import annotations
@@ -55,10 +49,10 @@ from fcu_emulator.emulator.time.clock import PS_PER_MS, format_duration, parse_d
 def load_scenario(
     name: str | os.PathLike[str], board: BoardDescription = FCU001V1, seed: int | None = None
 ) -> Scenario:
-    """Load a shipped scenario by name, or a file by path: a path ends in ``.toml`` or has a separator.
+    """Load a shipped scenario by name, or a file by path, which ends in ``.toml`` or has a separator.
 
-    ``board``: defines the sensors, LEDs and firmware that the file may name. ``seed``: replaces the
-    scenario's own seed for draws. Raises ScenarioError with file and key path.
+    ``board``: defines the names of sensors, LEDs and firmware. ``seed``: replaces the scenario's own for
+    draws. Raises ScenarioError with file and key path.
     """
     path = Path(name) if is_path(name) else _shipped(str(name))
     return scenario_of(read_toml(path, "a scenario file"), path, board, seed=seed)
@@ -71,17 +65,14 @@ def scenario_of(
     name: str | None = None,
     seed: int | None = None,
 ) -> Scenario:
-    """Create a scenario from the contents of a file at ``path``; ``name`` replaces the file's name.
-
-    ``seed``: replaces the scenario's own seed for draws. Raises ScenarioError with file and key path.
-    """
+    """Create a scenario from a file's contents, as :func:`load_scenario`; ``name`` replaces the file's name."""
     if "expect" in table:
         table = {**table, "expect": with_rules(table["expect"], str(path), "expect")}
     if not _has_draws(table):
         return _scenario(table, path, board, name)
     if seed is None:
         given = table.get("seed", 0)
-        seed = given if isinstance(given, int) else 0  # a value of another type is refused below
+        seed = given if isinstance(given, int) else 0  # other types are refused below
     for pick in (_lowest, _highest):
         _drawn_scenario(table, pick, path, board, name)
     return _drawn_scenario(table, _by_seed(seed, name or path.stem), path, board, name)
@@ -102,16 +93,14 @@ def _drawn_scenario(
         of = [one.number for one in parts if entry is not None and int(entry[1]) in one.entries]
         if not of:
             raise
-        raise ScenarioError(
-            error.file, f"threshold[{of[0]}]", error.problem, kind=error.kind
-        ) from error  # as written in the file
+        raise ScenarioError(error.file, f"threshold[{of[0]}]", error.problem, kind=error.kind) from error
     for part in parts:
         _refuse_disturbed(part, scenario)
     return scenario
 
 
 def thresholds_at_ends(table: Mapping[str, Any], file: str) -> list[tuple[ThresholdTable, ThresholdTable]]:
-    """Return each threshold of a scenario's table with both ends of its draws. Raises ScenarioError."""
+    """Return each threshold with both ends of its draws. Raises ScenarioError."""
     low, high = (_thresholds(drawn(table, pick, file), file) for pick in (_lowest, _highest))
     return list(zip(low, high, strict=True))
 
@@ -127,7 +116,7 @@ def _thresholds(table: Mapping[str, Any], file: str) -> list[ThresholdTable]:
 
 
 def _refuse_disturbed(part: ThresholdSection, scenario: Scenario) -> None:
-    """Refuse other motions of the board while it rests at a threshold. Raises ScenarioError."""
+    """Refuse other motions during a threshold's rests. Raises ScenarioError."""
     for step in scenario.steps:
         if step.number in part.entries or not step.entry.moves & {"attitude", "altitude"}:
             continue
@@ -149,11 +138,11 @@ def _scenario(table: dict[str, Any], path: Path, board: BoardDescription, name: 
 # -- Find the file ------------------------------------------------------------------------------------------
 
 
-_SHOWN = 80  # characters of an unknown name that a message repeats
+_SHOWN = 80  # characters of an unknown name
 
 
 def scenario_names() -> dict[str, str]:
-    """Return the shipped scenarios with their questions, in alphabetical order."""
+    """Return shipped scenarios with their questions, sorted by name."""
     names = {}
     for path in sorted(_folder().glob("*.toml")):
         names[path.stem] = str(_parse(path.read_bytes(), str(path))["question"])
@@ -165,7 +154,7 @@ def _folder() -> Path:
 
 
 def is_path(name: str | os.PathLike[str]) -> bool:
-    """Return whether the text is a path, not the name of a shipped scenario."""
+    """Return whether the text is a path, not a name."""
     text = os.fspath(name)
     return not isinstance(name, str) or text.endswith(".toml") or "/" in text or os.sep in text
 
@@ -185,16 +174,16 @@ def _shipped(name: str) -> Path:
 # -- Read the file ------------------------------------------------------------------------------------------
 
 
-_MOST_DOTS = 64  # in one line; tomllib takes cubic time for keys of thousands of dotted parts
+_MOST_DOTS = 64  # per line; tomllib's time is cubic in a key's parts
 _MOST_LINES = 20_000
 
 
 def read_toml(path: Path, what: str) -> dict[str, Any]:
-    """Read a TOML file; ``what`` names the file in errors. Raises ScenarioError."""
+    """Read a TOML file; ``what`` names it in errors. Raises ScenarioError."""
     file = str(path)
     try:
         data = read_bounded(path, file, what)
-    except ValueError as error:  # the message already names the path
+    except ValueError as error:  # already names the path
         raise ScenarioError(file, "", str(error).removeprefix(f"{file} "), kind="unusable_file") from error
     return _parse(data, file)
 
@@ -232,33 +221,29 @@ _DRAWN_DIGITS = 2  # decimals of a drawn number: people read it, too
 _DRAW_RIGHT = "uniform = [min, max] with two numbers or two durations, or one_of = [...]"
 
 Pick: TypeAlias = Callable[[str, int], float]
-"""Function of key path and purpose: a position in a range, from 0 to 1."""
+"""From key path and purpose to a position in a range, 0 to 1."""
 
 
 def _by_seed(seed: int, name: str) -> Pick:
-    """Return the draws of a seed in the scenario ``name``."""
     return lambda path, purpose: random.Random(f"{seed}/{name}/{path}/{purpose}").random()
 
 
 def _lowest(path: str, purpose: int) -> float:
-    """Return the lowest value of each draw."""
     del path, purpose
     return 0.0
 
 
 def _highest(path: str, purpose: int) -> float:
-    """Return the highest value of each draw."""
     del path, purpose
     return 1.0 - 2**-53
 
 
 def _has_draws(table: Mapping[str, Any]) -> bool:
-    """Return whether any value of a scenario's table depends on the seed."""
     return "threshold" in table or any(_any_draw(table.get(place)) for place in _DRAWN_IN)
 
 
 def drawn(table: Mapping[str, Any], pick: Pick, file: str) -> dict[str, Any]:
-    """Return a scenario's table with numbers instead of draws. Raises ScenarioError for an invalid draw."""
+    """Replace draws by numbers. Raises ScenarioError for an invalid draw."""
     changed = dict(table)
     for place in _DRAWN_IN:
         if place in table:
@@ -337,7 +322,7 @@ def _is_number(value: Any) -> bool:
 # -- Report errors: pydantic's errors as one line with a key path -------------------------------------------
 
 
-_TAGGED = {"timeline", "expect"}  # arrays whose entries pydantic's path names by index and tag
+_TAGGED = {"timeline", "expect"}  # pydantic's path has index and tag
 
 _WANTED = {
     "float_type": "a number",
@@ -354,7 +339,7 @@ _WANTED = {
 
 
 def scenario_error(file: str, error: ValidationError) -> ScenarioError:
-    """Return the first problem and the number of further ones."""
+    """Return the first problem and the number of others."""
     problems = error.errors(include_url=False)
     path, text = _explain(problems[0])
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
@@ -428,5 +413,4 @@ def _without_tags(path: list[str | int]) -> list[str | int]:
 
 
 def _printable(part: str) -> str:
-    """Return a key of the file, shortened and on one line."""
     return part if part.isidentifier() and len(part) <= 40 else shown(part)

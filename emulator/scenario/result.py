@@ -1,8 +1,8 @@
-"""Results of expectations and of runs: one type for the log, for JSON and for the page.
+"""Results of expectations and of runs.
 
 Decision: the result of an expectation and that of a rubric's check
-(:class:`fcu_emulator.emulator.grading.verdict.CheckResult`) are two types. A check sums up several
-expectations, and adds points, a hint, and the part that a student may see.
+(:class:`fcu_emulator.emulator.grading.verdict.CheckResult`) are two types, because a check sums up several
+expectations and adds points and a hint.
 """
 
 from __future__ import annotations
@@ -15,27 +15,23 @@ from typing import Any, Literal, TypeAlias
 from fcu_emulator.emulator.scenario.fields import Table
 
 Fault: TypeAlias = Literal["missing", "wrong value", "wrong format", "stopped"]
-"""Missing; present with another value; present in another form; not evaluated because the run ended too soon."""
+"""Stopped: not evaluated, because the run ended too soon."""
 
 
 @dataclass(frozen=True)
 class ExpectationResult:
-    """Result of one expectation at a moment of a run.
-
-    ``key`` is the place in the file, such as ``expect[2]``, and ``kind`` the kind of the expectation.
-    """
+    """Result of one expectation at a moment; ``key`` is its place in the file, such as ``expect[2]``."""
 
     expected: str
-    """The expectation; for a failure, the part of it that is not met."""
+    """The expectation, or the part not met."""
     fault: Fault | None = None
-    """None: the expectation is met."""
     seen: str = ""
     diff: tuple[str, ...] = ()
-    """Lines in the style of a unified diff: "-" expected, "+" printed, " " around them."""
+    """Unified diff: "-" expected, "+" printed, " " context."""
     is_final: bool = False
-    """Whether no later output or LED state can change the result, so it is reported during the run."""
+    """Whether later output cannot change it, so that it is reported during the run."""
     mistake: str = ""
-    """Details beyond ``fault``: for a LED "never lit", "one side", "late" and so on."""
+    """Details, for a LED "never lit", "one side", "late" and so on."""
     says: str = ""
     """The whole expectation in words."""
     key: str = ""
@@ -49,28 +45,27 @@ class ExpectationResult:
 
     @property
     def reason(self) -> str:
-        """Return the mistake, or the fault without a known mistake; it selects a rubric's hint."""
+        """Return the mistake, else the fault; selects a rubric's hint."""
         return self.mistake or self.fault or ""
 
     @property
     def summary(self) -> str:
-        """Return the failure in one line; "" if the expectation is met."""
+        """Return the failure in one line, or ""."""
         return f"expected {self.expected}; seen: {self.seen}" if self.fault else ""
 
     @property
     def lines(self) -> list[str]:
-        """Return the failure for people; no lines if the expectation is met."""
+        """Return the failure for people, or none."""
         head = [f"{self.fault}: {self.summary}"] if self.fault else []
         return [*head, *(f"    {line}" for line in self.diff)]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the failure for ``fcu run --json``."""
         names = ("key", "kind", "fault", "expected", "seen")
         return {**{name: getattr(self, name) for name in names}, "diff": list(self.diff)}
 
     @property
     def miss(self) -> ExpectationResult:
-        """Return the finding itself: the previous release had a separate object with the failure."""
+        """Return the finding itself, for users of the previous release."""
         warnings.warn("finding.miss is now the finding; leave out .miss", DeprecationWarning, stacklevel=2)
         return self
 
@@ -79,16 +74,16 @@ class ExpectationResult:
 
 
 class Expected(Table, ABC):
-    """Base class of an entry of ``expect``: schema and evaluation in one class."""
+    """Schema and evaluation of an entry of ``expect``."""
 
     def watch(self, board: Any) -> Any:
-        """Start watching at power-on, for expectations that observe the run; the result is kept in the run view."""
+        """Start to observe a run at power-on; the run view keeps the result."""
         del board
         return None
 
     @abstractmethod
     def describe(self) -> str:
-        """Describe the expectation for results and for the page."""
+        """Describe the expectation for results."""
 
     def met(self) -> ExpectationResult:
         return ExpectationResult(self.describe())
@@ -103,18 +98,18 @@ class Expected(Table, ABC):
         final: bool = False,
         mistake: str = "",
     ) -> ExpectationResult:
-        """Return a failure; ``expected``: the part that is not met, without it the whole expectation."""
+        """Return a failure; ``expected``: the part not met."""
         return ExpectationResult(expected or self.describe(), fault, seen, diff, final, mistake)
 
 
 @dataclass(frozen=True)
 class Result:
-    """Result of a run: one result for each expectation; ``reports`` are texts for people."""
+    """One result for each expectation; ``reports`` are texts for people."""
 
     expectations: tuple[ExpectationResult, ...]
     reports: tuple[str, ...] = ()
     early_end: ExpectationResult | None = None
-    """Set if the run ended before the end of its scenario."""
+    """Set if the run ended before its scenario."""
 
     @property
     def checks(self) -> int:
@@ -122,23 +117,23 @@ class Result:
 
     @property
     def findings(self) -> tuple[ExpectationResult, ...]:
-        """Return the early end and the failed expectations."""
+        """Return the early end and failed expectations."""
         failed = (one for one in self.expectations if one.fault)
         return tuple(failed) if self.early_end is None else (self.early_end, *failed)
 
     @property
     def passed(self) -> bool:
-        """Whether the run came to its end and met every expectation."""
+        """Whether the run ended regularly and met every expectation."""
         return not self.findings
 
     @property
     def judged(self) -> bool:
-        """Whether every expectation could be evaluated: the run came to its end, no search took too long."""
+        """Whether every expectation could be evaluated."""
         return all(finding.fault != "stopped" for finding in self.findings)
 
     @property
     def failed_count(self) -> int:
-        """Number of failed expectations; a stopped run does not count as one."""
+        """Number of failed expectations, without an early end."""
         return sum(finding.fault != "stopped" for finding in self.findings)
 
     @property
@@ -147,6 +142,6 @@ class Result:
 
     @property
     def lines(self) -> list[str]:
-        """Return the whole result for people: reports, findings, and the count last."""
+        """Return reports, findings and the count for people."""
         found = [line for finding in self.findings for line in finding.lines]
         return [*self.reports, *found, f"{self.passed_count} of {self.checks} expectations met"]

@@ -1,15 +1,10 @@
-"""Scenarios ready to be played on any number of boards, runs of a board through a scenario.
+"""Scenarios that any number of boards can play, and their runs.
 
-Playing: motions are planned on the world when the board is created, with absolute start times, so that the
-truth can be computed ahead of time. From the first jump of the world (``set_...``), every step is performed
-at its time: a jump drops the plans for its quantity, and a motion begins from the current state. Bus faults
-and typing are always performed at their time.
+Motions are planned on the world when the board is created. From the first jump (``set_...``) on, every step
+is performed at its time, because a jump drops the plans for its quantity.
 
-Every step is tried on a separate world before the scenario is used. If the world refuses a step, this is an
-error of the file with its key path, not a surprise during the run.
-
-Limits are checked between slices of virtual time. Python firmware that loops without any call of the HAL lets
-no virtual time pass, so these checks cannot stop it.
+Limits are checked between slices of virtual time, which does not pass in Python firmware that never calls the
+HAL.
 """
 
 from __future__ import annotations
@@ -46,7 +41,7 @@ CreateWorld = Callable[[Clock], World]
 
 @dataclass(frozen=True)
 class TimelineStep:
-    """Entry ``number`` (its index in the file), active from ``at_ps`` to ``end_ps``."""
+    """Entry ``number`` of the file, active from ``at_ps`` to ``end_ps``."""
 
     number: int
     entry: TimelineAction
@@ -59,13 +54,12 @@ class TimelineStep:
 
     @property
     def name(self) -> str:
-        """Place and kind of the step, for messages about other steps."""
         kind = getattr(self.entry, "do", "")
         return f"{self.key} ({kind})"
 
 
 def steps_of(entries: Sequence[TimelineAction], duration_ps: int, file: str) -> list[TimelineStep]:
-    """Return the steps in order of time; raises ScenarioError for a step after the end, or two motions at once."""
+    """Return steps in order of time. Raises ScenarioError for a step after the end, or two motions at once."""
     steps = []
     end_ps = 0
     for number, entry in enumerate(entries):
@@ -98,7 +92,7 @@ def _refuse_overlaps(steps: Sequence[TimelineStep], file: str) -> None:
 
 
 def rehearse(steps: Sequence[TimelineStep], create_world: CreateWorld, file: str) -> None:
-    """Perform all steps on a separate world; an error of that world becomes a ScenarioError."""
+    """Perform all steps on a separate world. Raises ScenarioError."""
     clock = Clock()
     world = create_world(clock)
     for step in steps:
@@ -113,10 +107,9 @@ def rehearse(steps: Sequence[TimelineStep], create_world: CreateWorld, file: str
 
 
 class Scenario:
-    """One checked file: its board's settings, its timeline, its expectations.
+    """One checked file: settings, timeline and expectations; messages call it ``file``.
 
-    ``name`` is the file's name without ``.toml``, unless another is given; messages name the file by
-    ``file``. Raises ScenarioError if the parts do not fit together or the world cannot perform the timeline.
+    Raises ScenarioError if parts do not fit together or the world cannot perform the timeline.
     """
 
     def __init__(
@@ -133,20 +126,17 @@ class Scenario:
         self.seed = contents.seed
         self.firmware = contents.firmware
         self.powered_on_ps = None if contents.uptime is None else -contents.uptime
-        """Time at which board and sensors got their supply; None: long ago."""
+        """When the power came on; None: long ago."""
         self.duration_ps = contents.duration
         self.i2c_speed_hz = contents.bus.speed
         self.limits: LimitsTable = contents.limits
         self.expectations: list[AnyExpectation] = contents.expect
         self.reports: list[ReportTable] = contents.report
         self.table = table or {}
-        """The file's table, with drawn values in place of draws."""
+        """The file's table with values drawn."""
         self.contents = contents
-        """The file's table as it was read."""
         self.ahead = True
-        """Whether motions may be planned ahead of their time. False on a live board: a user's motion would drop
-        the plans.
-        """
+        """False on a live board: a user's motion would drop plans."""
         self._recorders: WeakKeyDictionary[TerminalView, Recorder] = WeakKeyDictionary()
         self._watched: WeakKeyDictionary[TerminalView, dict[int, Any]] = WeakKeyDictionary()
         if self.duration_ps > self.limits.duration:
@@ -159,23 +149,20 @@ class Scenario:
 
     @property
     def duration_s(self) -> float:
-        """Return the length of the run in seconds of virtual time."""
         return self.duration_ps / PS_PER_S
 
     def firmware_settings(self) -> dict[str, Any]:
-        """Return the file's firmware settings."""
         return self.contents.firmware_settings.model_dump(exclude_unset=True)
 
     def sensor_settings(self) -> SensorSettings:
-        """Return the file's deviations of the sensors."""
         return self.contents.sensors.settings()
 
     def board_errors(self, quality: Quality, seed: int) -> BoardErrors:
-        """Return the deviations of the board itself: values from the file, drawn values for the rest."""
+        """Return the board's deviations: the file's values, else drawn ones."""
         return replace(BoardErrors.of_quality(quality, seed), **self.contents.board)
 
     def create_world(self, clock: Clock, own: BoardErrors | None = None) -> World:
-        """Create the world at power-on. ``own``: deviations of the board, used for values that the file does not give."""
+        """Create the world at power-on; ``own``: deviations that the file does not give."""
         table = self.contents.world
         own = own or BoardErrors()
         try:
@@ -193,17 +180,16 @@ class Scenario:
                 world.set_temperature(table.temperature_degc)
             if table.humidity_percent is not None:
                 world.set_humidity(table.humidity_percent)
-            if table.pressure_hpa is not None:  # after the temperature, which sets the air's density
+            if table.pressure_hpa is not None:  # needs the temperature, which sets the density
                 world.set_pressure(table.pressure_hpa)
         except InputError as error:
             raise ScenarioError(self.file, "world", str(error), kind=error.kind) from error
         return world
 
     def play(self, board: BoardView) -> None:
-        """Schedule the timeline on a board at power-on, and record the board.
+        """Schedule the timeline and record the board, at power-on.
 
-        The board may be a weak proxy, so that scheduled calls do not keep it alive. A proxy cannot be a key,
-        so the terminal, which is unique to the board, is the key.
+        The board may be a weak proxy, which cannot be a key: its terminal is used as key.
         """
         tilts = any(isinstance(one, ExpectLedFollows) for one in self.expectations)
         recorder = Recorder(board, self.duration_ps, self._truth_wanted(), tilts, self._sampled())
@@ -219,7 +205,7 @@ class Scenario:
                 board.clock.schedule(step.at_ps, partial(step.entry.act, board, step.at_ps))
 
     def exceeded(self, board: BoardView, wall_s: float) -> str:
-        """Return the limit that a run of ``wall_s`` seconds of wall time has exceeded by now; "" if none."""
+        """Return the limit exceeded after ``wall_s`` seconds of wall time, or ""."""
         if board.terminal.uart.received_count() > self.limits.terminal_bytes:
             return f"{self.limits.terminal_bytes} bytes of text, limits.terminal_bytes"
         if wall_s > self.limits.wall / PS_PER_S:
@@ -227,10 +213,10 @@ class Scenario:
         return ""
 
     def check(self, board: BoardView, limit: str = "") -> Result:
-        """Evaluate all expectations and reports now, for a board that plays this scenario.
+        """Evaluate all expectations and reports now, on a board that plays this scenario.
 
-        A board that has not reached the end is evaluated up to now, with a finding that says so; ``limit`` is
-        the reason. Raises InputError for a board that plays another scenario.
+        Before the end, a finding says so, with the reason ``limit``. Raises InputError for another scenario's
+        board.
         """
         run = self.run_view(board)
         early_end = None
@@ -248,7 +234,7 @@ class Scenario:
         return Result(self._results(run, self.is_over(board)), tuple(reports), early_end)
 
     def run_view(self, board: BoardView) -> RunView:
-        """Return the run view of a board that plays this scenario. Raises InputError if it plays another one."""
+        """Return the run view of a board. Raises InputError for another scenario's board."""
         recorder = self._recorders.get(board.terminal)
         if recorder is None:
             raise InputError(f"this board must play the scenario {self.name}", kind="other_scenario")
@@ -264,12 +250,12 @@ class Scenario:
         )
 
     def asking(self, expectations: Sequence[AnyExpectation], reports: Sequence[ReportTable] = ()) -> Scenario:
-        """Return the same scenario with other expectations and reports. Raises ScenarioError."""
+        """Return this scenario with other expectations and reports. Raises ScenarioError."""
         changed = {"expect": list(expectations), "report": list(reports)}
         return Scenario(self.contents.model_copy(update=changed), self.path, self.name, self.table)
 
     def results(self, board: BoardView) -> tuple[ExpectationResult, ...]:
-        """Return the current result of every expectation on a board that plays this scenario. Raises InputError."""
+        """Return every expectation's current result. Raises InputError for another scenario's board."""
         return self._results(self.run_view(board), self.is_over(board))
 
     def _results(self, run: RunView, over: bool) -> tuple[ExpectationResult, ...]:
@@ -286,13 +272,12 @@ class Scenario:
         return tuple(results)
 
     def is_over(self, board: BoardView) -> bool:
-        """Return whether a board that plays this scenario has reached the end."""
         return board.clock.now_ps >= self.duration_ps
 
     def standing(self, board: BoardView) -> list[str]:
-        """Return the result's lines for people; before the end, the final failures and the number of open expectations.
+        """Return the result for people; before the end, final failures and the number of open expectations.
 
-        Raises InputError for a board that plays another scenario.
+        Raises InputError for another scenario's board.
         """
         if self.is_over(board):
             return self.check(board).lines
@@ -303,7 +288,7 @@ class Scenario:
         return [*(line for one in results if one.state == "failed" for line in one.lines), count]
 
     def _refuse_windows_after_the_end(self) -> None:
-        """Refuse windows after the end: an expectation without lines must not pass, nor a report be empty."""
+        """Refuse windows after the end, which would pass without lines."""
         tables = [
             *((f"expect[{number}]", one) for number, one in enumerate(self.expectations)),
             *((f"report[{number}]", one) for number, one in enumerate(self.reports)),
@@ -317,7 +302,6 @@ class Scenario:
                 raise ScenarioError(self.file, f"{name}.from", problem, kind="after_end")
 
     def _truth_wanted(self) -> list[Wanted]:
-        """Return the quantities that printed lines are compared with, and the time before each print."""
         compared = [one for one in self.expectations if isinstance(one, ExpectField) and one.truth]
         return [
             *(Wanted(one.field, SETTLE_PS, NamedFormat(one.field).is_begun_by) for one in self.reports),
@@ -328,13 +312,11 @@ class Scenario:
         found = [one.condition for one in self.expectations if isinstance(one, ExpectLedFollows)]
         found += [one.when for one in self.expectations if isinstance(one, ExpectLineFollows)]
         names = [one.quantity for one in found if one.quantity is not None]
-        both = (
-            ["pitch", "roll"] if {"pitch", "roll"} & {*names} else []
-        )  # findings name the followed condition
+        both = ["pitch", "roll"] if {"pitch", "roll"} & {*names} else []  # findings name it
         return list(dict.fromkeys([*names, *both]))
 
     def _magnetic_field(self) -> tuple[float, float, float] | None:
-        """Return the field, NED in uT; None for the world's default."""
+        """Return the field, NED in uT; None for the default."""
         table = self.contents.world
         if table.field is not None:
             return table.field.north_ut, table.field.east_ut, table.field.down_ut
@@ -349,7 +331,7 @@ class Scenario:
 
 
 def _may_be(number: NumberFormat, line: str) -> bool:
-    """Return whether a line needs the truth; True if the pattern takes too long, which the verdict reports."""
+    """Return whether a line needs the truth; True after a timeout, which the verdict reports."""
     try:
         return number.is_begun_by(line)
     except TimeoutError:
@@ -360,7 +342,7 @@ def _may_be(number: NumberFormat, line: str) -> bool:
 
 
 class ScenarioBoard(BoardView, Protocol):
-    """A board that knows which scenario it plays."""
+    """A board that knows its scenario."""
 
     @property
     def scenario(self) -> Scenario | None: ...
@@ -378,7 +360,7 @@ def run(board: ScenarioBoard, wall_clock_s: Callable[[], float] = time.monotonic
 
 
 def check(board: ScenarioBoard) -> list[ExpectationResult]:
-    """Return the failed expectations of a board's scenario as of now; see Scenario.check."""
+    """Return the scenario's failed expectations as of now."""
     return list(_scenario(board).check(board).findings)
 
 

@@ -1,4 +1,4 @@
-"""Differences between texts and lines, computed in bounded time for texts of any length."""
+"""Differences between texts, computed in bounded time."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from fcu_emulator.emulator.scenario.result import Fault
 from fcu_emulator.emulator.scenario.run_view import escaped
 
 _CONTEXT = 3
-_SHOWN = 6  # lines of each side after the first difference
-_CANDIDATES = 500  # distinct lines in the search for a similar one
-_LONGEST = 300  # characters of a line that are compared for similarity
+_SHOWN = 6  # lines after the first difference
+_CANDIDATES = 500  # distinct lines
+_LONGEST = 300  # characters compared
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 
 
 def first_difference(expected: Sequence[str], printed: Sequence[str]) -> int:
-    """Return the index of the first different line."""
+    """Return the first different line's index."""
     common = min(len(expected), len(printed))
     return next((index for index in range(common) if expected[index] != printed[index]), common)
 
 
 def difference(expected: Sequence[str], printed: Sequence[str]) -> tuple[str, ...]:
-    """Return the first difference as a unified diff with a few lines of context."""
+    """Return the first difference as a unified diff with context."""
     index = first_difference(expected, printed)
     begin, end = max(index - _CONTEXT, 0), index + _SHOWN
     old, new = (list(map(escaped, side[begin:end])) for side in (expected, printed))
@@ -32,7 +32,7 @@ def difference(expected: Sequence[str], printed: Sequence[str]) -> tuple[str, ..
 
 
 def nearest(wanted: str, lines: Sequence[str]) -> str | None:
-    """Return the most similar line, preferably one that differs only in numbers; None if none is similar."""
+    """Return the most similar line, preferably with other numbers only, or None."""
     distinct = list(dict.fromkeys(line[:_LONGEST] for line in lines if line))[:_CANDIDATES]
     same_form = [line for line in distinct if _form(line) == _form(wanted)]
     folded = {line.casefold(): line for line in same_form or distinct}
@@ -59,7 +59,7 @@ _MOST_DIFFERENCES = 3
 
 
 def format_difference(wanted: str, line: str) -> str:
-    """Describe the difference between a printed line and a format string; "" if there is no description."""
+    """Describe how a line differs from a format string, or ""."""
     tokens, printed = _TOKEN.findall(wanted), _TOKEN.findall(line[:_LONGEST])
     found = dict.fromkeys(filter(None, map(_token_difference, tokens, printed)))
     if not found and len(tokens) == len(printed):

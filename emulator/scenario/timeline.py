@@ -1,7 +1,7 @@
-"""Timeline entries: motions of the board and of magnets near it, jumps of the world, bus faults, typing.
+"""Timeline entries: motions, jumps of the world, bus faults, typing.
 
-An entry names the method of :class:`fcu_emulator.emulator.world.World` that it calls, and its keys are the
-arguments. To add a kind, write a class with its schema and add its name to the union at the end.
+An entry names a method of :class:`fcu_emulator.emulator.world.World`, and its keys are the arguments. Each
+kind is a class in the union at the end.
 """
 
 from __future__ import annotations
@@ -46,48 +46,48 @@ class TimelineAction(Table):
     """One ``[[timeline]]`` table."""
 
     LIVE: ClassVar[bool] = False
-    """Whether the action can only be performed at its time (a jump of the world)."""
+    """Whether the action must be performed at its time (a jump)."""
 
     MOVES: ClassVar[frozenset[str]] = frozenset()
-    """The quantities that every entry of this kind moves."""
+    """Quantities that every such entry moves."""
 
     at: Duration | None = None
-    """Virtual time since power-on; without it, the end of the previous entry in the file."""
+    """Virtual time; by default the end of the previous entry."""
 
     interrupts: bool = False
-    """Whether the entry may cut short a motion in progress; otherwise this is refused."""
+    """Whether the entry may cut short a motion."""
 
     @property
     def length_ps(self) -> int:
-        """Return the duration; 0 for an instantaneous action."""
+        """Return the duration, 0 for a jump."""
         return 0
 
     @property
     def moves(self) -> frozenset[str]:
-        """Return the moved quantities; each can follow only one motion at a time."""
+        """Return the moved quantities, each by one motion at a time."""
         return self.MOVES
 
     def plan(self, world: World, start_s: float) -> None:
         """Change the world from ``start_s`` on. Raises InputError."""
 
     def act(self, board: BoardView, from_ps: int) -> None:
-        """Perform the part of the action outside the world; the time is ``from_ps``."""
+        """Perform the action outside the world."""
 
     def perform(self, board: BoardView, at_ps: int) -> None:
-        """Perform the whole action now, at ``at_ps``. Raises InputError."""
+        """Perform the whole action now. Raises InputError."""
         self.plan(board.world, at_ps / PS_PER_S)
         self.act(board, at_ps)
 
 
 DURATIONS = {"for_": "duration_s", "catch": "catch_s", "time_constant": "time_constant_s"}
-"""Arguments of the world, in seconds, by the keys that are lengths of time."""
+"""Keys of durations, and the world's arguments in seconds."""
 
 
 class WorldAction(TimelineAction):
-    """Base class of actions that call the world's method of the same name."""
+    """An action that calls the world's method of the same name."""
 
     def arguments(self) -> dict[str, Any]:
-        """Return the arguments of the world's method, without the time."""
+        """Return the method's arguments without the time."""
         found: dict[str, Any] = {}
         for key, value in self:
             if isinstance(value, FieldTable):
@@ -114,7 +114,7 @@ HAND_PS = 100 * PS_PER_S // 1000
 
 
 class MotionAction(WorldAction):
-    """Base class of actions with a given duration."""
+    """An action with a given duration."""
 
     for_: Length = Field(alias="for")
 
@@ -129,7 +129,7 @@ class Hold(MotionAction):
     do: Literal["hold"]
 
     def plan(self, world: World, start_s: float) -> None:
-        """Change nothing: the world continues."""
+        """Change nothing: time passes."""
 
 
 class RotateTo(MotionAction):
@@ -223,7 +223,7 @@ class PassMagnet(WorldAction):
 
     @property
     def length_ps(self) -> int:
-        """Return the time from one end of the magnet's range to the other."""
+        """Return the time within the magnet's range."""
         magnet = Magnet.starting_at(0.0, self.moment_am2, self.distance_m, self.speed_m_s)
         return to_ps(2.0 * magnet.closest_s)
 
@@ -262,7 +262,7 @@ class Replay(WorldAction):
 
     @property
     def moves(self) -> frozenset[str]:
-        """Return the quantities of its columns; measured signals count as separate motions."""
+        """Return the columns' quantities; measured signals are separate motions."""
         return frozenset(self.csv.content.groups)
 
     def plan(self, world: World, start_s: float) -> None:
@@ -299,7 +299,7 @@ class RunMotors(WorldAction):
     throttle: Share | Annotated[tuple[Share, Share, Share, Share], Strict(False)] | Literal["firmware"]
 
     def plan(self, world: World, start_s: float) -> None:
-        """Call World.run_motors for given throttles; the firmware's PWM is not known ahead."""
+        """Plan given throttles; the firmware's PWM is not known ahead."""
         world.run_motors(0.0 if self.throttle == "firmware" else self.throttle, start_s)
 
     def act(self, board: BoardView, from_ps: int) -> None:
@@ -309,7 +309,7 @@ class RunMotors(WorldAction):
 
 
 def follow_motors(board: BoardView, at_ps: int, before: tuple[float, ...]) -> None:
-    """Set the motors to the PWM at ``at_ps`` and keep following it, until another action sets the motors."""
+    """Set the motors to the PWM until another action sets them."""
     if board.world.throttle != before:
         return
     duties = board.motor_duties()
@@ -322,7 +322,7 @@ def follow_motors(board: BoardView, at_ps: int, before: tuple[float, ...]) -> No
 # -- What happens at one moment -----------------------------------------------------------------------------
 
 
-LONGEST_INPUT = 4096  # limit for the text of one send
+LONGEST_INPUT = 4096  # of one send
 
 
 class Jump(WorldAction):
@@ -332,10 +332,10 @@ class Jump(WorldAction):
 
 
 class Setter(Jump):
-    """A value of the world that changes without a motion."""
+    """A value that changes without a motion."""
 
     def plan(self, world: World, start_s: float) -> None:
-        """Call the setter; its arguments have short names."""
+        """Call the setter with short argument names."""
         del start_s
         getattr(world, dict(self)["do"])(*self.arguments().values())
 
@@ -351,7 +351,7 @@ class SetAttitude(Setter):
 
 
 class FollowAction(Jump):
-    """A motion by hand: rate and acceleration are continuous over successive commands."""
+    """A motion by hand, continuous over successive commands."""
 
     interrupts: bool = True
     time_constant: Length = HAND_PS
@@ -436,7 +436,7 @@ class InjectFault(TimelineAction):
 
     @property
     def length_ps(self) -> int:
-        """Return the given duration; a permanent fault counts as a moment, so that the timeline continues."""
+        """Return the duration; a permanent fault counts as a moment."""
         return self.for_ or 0
 
     def act(self, board: BoardView, from_ps: int) -> None:
@@ -485,7 +485,6 @@ _RENAMED = {"weather": "change_pressure", "wind": "blow_wind", "door": "slam_doo
 
 
 def _with_current_action(entry: Any) -> Any:
-    """Return a timeline entry with the current name of its action."""
     if isinstance(entry, dict) and str(entry.get("do")) in _RENAMED:
         return {**entry, "do": current_name(entry["do"], _RENAMED)}
     return entry
