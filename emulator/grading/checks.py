@@ -1,8 +1,6 @@
 """Kinds of checks that a rubric has in addition to a scenario's expectations.
 
-One class holds the schema and the evaluation of a kind, as in
-:mod:`fcu_emulator.emulator.scenario.expectations`. To add a kind, write a class and add its name to the union
-at the end. :meth:`Check.watch` observes the run; :class:`FinishedRun` holds all other data.
+A new kind is a class, added to the union at the end.
 """
 
 from __future__ import annotations
@@ -36,10 +34,7 @@ from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
 
 @dataclass(frozen=True)
 class FinishedRun:
-    """A finished run: the board, its run view for scenarios, and the diagnosis.
-
-    ``watched``: result of the check's own :meth:`Check.watch`.
-    """
+    """A finished run. ``watched``: result of :meth:`Check.watch`."""
 
     firmware: str | Path | FirmwareFactory
     board: Board
@@ -51,7 +46,7 @@ class FinishedRun:
 
 
 class Check(Expected):
-    """An entry of ``expect`` of a kind that scenarios do not have."""
+    """An entry of ``expect`` that scenarios do not have."""
 
     @abstractmethod
     def evaluate(self, run: FinishedRun) -> ExpectationResult:
@@ -70,17 +65,12 @@ class NoFault(Check):
         return "a program that keeps running"
 
     def evaluate(self, run: FinishedRun) -> ExpectationResult:
-        """Check the diagnosis at the end of the run."""
         fatal = next((one for one in run.diagnoses if one.fatal), None)
         return self.met() if fatal is None else self.failed("wrong value", fatal.summary)
 
 
 class NoDiagnosis(Check):
-    """The diagnosis at the end of the run contains none of these kinds.
-
-    The diagnosis of a stuck program contains only the reason for that, so such a program does not pass
-    either.
-    """
+    """The final diagnosis contains none of these kinds, and no fatal one."""
 
     kind: Literal["no_diagnosis"]
     of: list[Kind] = Field(min_length=1)
@@ -89,7 +79,6 @@ class NoDiagnosis(Check):
         return f"no diagnosis of: {', '.join(self.of)}"
 
     def evaluate(self, run: FinishedRun) -> ExpectationResult:
-        """Return the first of these diagnoses as the failure."""
         found = next((one for one in run.diagnoses if one.fatal or one.kind in self.of), None)
         return self.met() if found is None else self.failed("wrong value", found.summary)
 
@@ -106,13 +95,12 @@ class NoWarnings(Check):
         return f"at most {self.max} warnings" if self.max else "no warning"
 
     def evaluate(self, run: FinishedRun) -> ExpectationResult:
-        """Count the lines with ``warning:`` in the build's output."""
         if run.build_log is None:
             raise NotJudgedError("the program was not built from source")
         lines = run.build_log.splitlines()
         warnings = [
             line for line in lines if "warning:" in line and line[:1] != " "
-        ]  # a line with a space is an excerpt
+        ]  # an excerpt begins with a space
         if len(warnings) <= self.max:
             return self.met()
         count = f"{len(warnings)} warning{'s' * (len(warnings) > 1)}, the first: {escaped(warnings[0])[:200]}"
@@ -124,11 +112,11 @@ class NoWarnings(Check):
 
 _LOOK_PS = Fraction(PS_PER_MS, 10)
 _FEW = 8  # polls, 0.8 ms
-_BYTES = 4  # sent during these polls, all inside the callback: a byte takes 0.09 ms, and main() is suspended
+_BYTES = 4  # sent during these polls, all in the callback: main() is suspended
 
 
 class QuietCallback(Check):
-    """The timer's callback prints nothing: the serial line becomes idle while it runs."""
+    """The timer's callback prints nothing."""
 
     kind: Literal["quiet_callback"]
     from_: Duration = Field(2 * PS_PER_S, alias="from")
@@ -138,7 +126,7 @@ class QuietCallback(Check):
         return "no print in the timer's callback"
 
     def watch(self, board: Board) -> list[float]:
-        """Poll every 0.1 ms for bytes sent while the timer's interrupt is handled."""
+        """Poll every 0.1 ms for bytes sent in the timer's interrupt."""
         caught: list[float] = []
         counts: list[int] = []
 
@@ -162,7 +150,6 @@ class QuietCallback(Check):
         return caught
 
     def evaluate(self, run: FinishedRun) -> ExpectationResult:
-        """Return the first such moment as the failure."""
         if not run.watched:
             return self.met()
         place = _print_in_callback(run.board)
@@ -171,7 +158,6 @@ class QuietCallback(Check):
 
 
 def _print_in_callback(board: Board) -> str:
-    """Return the print call in the HAL's callback and its place; "" if none is found."""
     if board.chip is None:
         return ""
     places = Places(board.chip.image)
@@ -181,7 +167,6 @@ def _print_in_callback(board: Board) -> str:
 
 
 def _sends_by_itself(arm: ArmFirmware) -> bool:
-    """Return whether DMA or the USART's own interrupt feeds the terminal, so that text continues in the callback."""
     usart = arm.chip.core.peripherals[arm.signals.board.serial.peripheral]
     interrupt, dma = usart.peek(0x0C) >> 7, usart.peek(0x14) >> 7  # CR1.TXEIE, CR3.DMAT
     return bool((interrupt | dma) & 1)
@@ -210,10 +195,9 @@ def _known_property(name: str) -> str:
 
 
 class Property(Check):
-    """A law of the lab's arithmetic holds for the compiled functions (:mod:`fcu_emulator.emulator.testing.lab3`).
+    """The compiled functions obey a law of :mod:`fcu_emulator.emulator.testing.lab3`.
 
-    All students get the same ``examples``. Unjudged if the firmware lacks the function, or Hypothesis is not
-    installed.
+    Unjudged without the function, or without Hypothesis.
     """
 
     kind: Literal["property"]
@@ -226,7 +210,6 @@ class Property(Check):
         return self.property.replace("_", " ")
 
     def evaluate(self, run: FinishedRun) -> ExpectationResult:
-        """Search for a counter-example with Hypothesis, and minimise it."""
         if not isinstance(run.firmware, str | Path):
             raise NotJudgedError("firmware in Python has no compiled functions")
         try:

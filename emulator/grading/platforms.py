@@ -1,20 +1,16 @@
 """Layouts of class folders: the submitted entries, and the student whom each entry names.
 
-A class folder is collected by hand, with an entry named after each student, or it is a download:
+A class folder is collected by hand, with an entry named after each student, or downloaded:
 
-- Moodle: ``Full Name_1234_assignsubmission_file_/...``, or all files in one folder,
-  ``Full Name_1234_assignsubmission_file_main.c``; typed text is in ``..._assignsubmission_onlinetext_...``;
-- Canvas: all files in one folder, ``lovelaceada_1234_5678_main.c``, or ``lovelaceada_LATE_1234_5678_main.c``;
-  the second number is different for each file;
-- Blackboard: all files in one folder, ``Lab 3_ada_attempt_2026-11-20-10-11-12_main.c``, and a text with the
-  student's name and comment for each attempt, ``Lab 3_ada_attempt_2026-11-20-10-11-12.txt``;
-- Ilias: ``Lovelace_Ada_login_1234/...``, in a folder such as ``Submissions``, beside a table; those of a team
-  in ``Team 12/``; late files begin with ``Late Submission - ``;
-- Gradescope: ``submission_1234/...`` with ``submission_metadata.yml`` beside them (needs PyYAML).
+- Moodle: ``Full Name_1234_assignsubmission_file_/...`` or ``Full Name_1234_assignsubmission_file_main.c``;
+  typed text: ``..._assignsubmission_onlinetext_...``;
+- Canvas: ``lovelaceada_1234_5678_main.c``, ``lovelaceada_LATE_1234_5678_main.c``; 5678 is the file's;
+- Blackboard: ``Lab 3_ada_attempt_2026-11-20-10-11-12_main.c``, and ``.txt`` with name and comment;
+- Ilias: ``Lovelace_Ada_login_1234/...``, teams in ``Team 12/``, late files ``Late Submission - ...``;
+- Gradescope: ``submission_1234/...`` beside ``submission_metadata.yml`` (needs PyYAML).
 
-Decision: only the platform's parts of a name identify the student, because students choose file names, and on
-some platforms also the name in the profile. A name that can be read in two ways is a problem, and its entry
-becomes a submission under its whole name: a guess could take another student's place.
+Decision: only the platform's parts of a name identify the student, because students choose file names. An
+ambiguous name is kept whole: a guess could take another student's place.
 """
 
 from __future__ import annotations
@@ -34,13 +30,13 @@ from fcu_emulator.emulator.text import one_line
 
 _METADATA = "submission_metadata.yml"
 _LARGEST_METADATA = 16 << 20
-_LARGEST_TEXT = 1 << 16  # bytes read of a Blackboard text
+_LARGEST_TEXT = 1 << 16  # bytes read
 _OF_SYSTEMS: Final = {
     *(_METADATA, "thumbs.db", "desktop.ini", ".ds_store", ".localized", ".directory"),
     *(".gitignore", ".gitattributes", ".gitkeep"),
 }
 _TABLES: Final = {".xlsx", ".xls", ".csv", ".md"}
-"""Kinds of files that Ilias puts next to the students' folders."""
+"""Files that Ilias puts beside the students' folders."""
 _MOODLE = re.compile(r"(?P<name>.*?)_(?P<id>\d+)_assignsubmission_", re.DOTALL | re.ASCII)
 _MOODLES_FILE = re.compile(r".*?_assignsubmission_(file|onlinetext)_(?P<file>.+)", re.DOTALL)
 _CANVAS = re.compile(
@@ -52,7 +48,7 @@ _ATTEMPT = re.compile(r"_attempt_(?P<at>\d{4}-\d\d-\d\d-\d\d-\d\d-\d\d)(?=[_.]|$
 _BLACKBOARDS_NAME = re.compile(r"Name:\s*(?P<name>.*)\((?P<login>[^()\s]+)\)\s*")
 _ILIAS = re.compile(r"(?P<last>[^_]+)_(?P<rest>.+)_(?P<id>\d+)", re.DOTALL | re.ASCII)
 _LATE_MARK = re.compile(r"^(Late Submission|Versp(ä|ae|a)tete Abgabe) - ")
-"""Ilias' prefix of a late file, in English and German."""
+"""Ilias' prefix of a late file."""
 _TEAM = re.compile(r"\w+ \d+")
 _GRADESCOPE = re.compile(r"submission_(?P<id>\d+)", re.ASCII)
 
@@ -61,10 +57,8 @@ _GRADESCOPE = re.compile(r"submission_(?P<id>\d+)", re.ASCII)
 class SubmittedEntry:
     """One submitted file or folder, or one that a platform lists but that is missing.
 
-    ``ids`` and ``names``: possible keys of the student in a roster; the platform gives ids, a student may
-    have chosen the name. ``group``: equal for the entries of one submission; "" for a separate entry.
-    ``own_name``: the student's name of a file that the platform has renamed. ``attempt``: the last one of a
-    group is judged.
+    ``ids`` and ``names``: keys in a roster; students can choose names. ``group``: of one submission, or "".
+    ``own_name``: the student's name of a renamed file. ``attempt``: the last of a group is judged.
     """
 
     path: Path
@@ -76,25 +70,22 @@ class SubmittedEntry:
     attempt: str = ""
     problem: str = ""
     team: str = ""
-    """The student whose board is the team's, for a submission that several students share."""
+    """The student whose board the team shares."""
     handed_in: datetime | None = field(default=None, compare=False)
-    """Time of submission in this machine's time zone; None if the platform does not say."""
+    """Local time of submission; None if unknown."""
     late: bool = False
-    """Whether the platform marks it as late."""
     is_there: bool = True
 
     @property
     def has_own_time(self) -> bool:
-        """Return whether the platform or the file gives the time of submission."""
         return self.is_there and not self.group.startswith("canvas")
 
     @property
     def is_renamed(self) -> bool:
-        """Return whether the platform may have put a mark before the student's own file names in this folder."""
+        """Return whether the platform may have marked file names."""
         return self.group.startswith("ilias")
 
     def without_mark(self, name: str) -> str:
-        """Return the student's own name of a file in this folder."""
         return _LATE_MARK.sub("", name) if self.is_renamed else name
 
 
@@ -130,18 +121,17 @@ def entries(folder: Path) -> list[SubmittedEntry]:
 
 
 def stem(path: Path) -> str:
-    """Return the name of an entry without platform marks; for a file, without suffix."""
+    """Return an entry's name without platform marks and suffix."""
     name = path.name if path.is_dir() else path.stem
     return name if name.strip() else repr(name)
 
 
 def shown_name(name: str) -> str:
-    """Return the name of a file or folder as reports show it; a name of spaces is quoted."""
+    """Return a name as reports show it; spaces are quoted."""
     return one_line(name, 200) or repr(name)
 
 
 def _submitted_paths(folder: Path) -> list[Path]:
-    """Return all paths in a class folder except files of operating systems, version control and platforms."""
     return [path for path in sorted(folder.iterdir()) if not _is_of_a_system(path)]
 
 
@@ -151,7 +141,6 @@ def _is_of_a_system(path: Path) -> bool:
 
 
 def _by_name(path: Path) -> SubmittedEntry:
-    """Return an entry of a folder that was collected by hand, or a Gradescope folder without its table."""
     name = stem(path)
     if match := _GRADESCOPE.fullmatch(name):
         return SubmittedEntry(path, Student(match["id"]), ids=(match["id"],))
@@ -180,7 +169,7 @@ def _moodle(path: Path) -> SubmittedEntry | None:
 
 
 def _canvas(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
-    """Return the entries of Canvas: each id has one name, and each file a unique number."""
+    """Return Canvas' entries: each id has one name, each file a unique number."""
     matches = {path: match for path in paths if (match := _CANVAS.fullmatch(path.name)) and not path.is_dir()}
     names: dict[str, set[str]] = {}
     for match in matches.values():
@@ -202,7 +191,7 @@ def _canvas(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
 
 
 def _blackboard(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
-    """Return the entries of Blackboard. The login follows the assignment's name, with which all names begin."""
+    """Return Blackboard's entries; the login follows the assignment's name."""
     found = {path: list(_ATTEMPT.finditer(path.name)) for path in paths if not path.is_dir()}
     found = {path: matches for path, matches in found.items() if matches}
     sure = {path: matches[0] for path, matches in found.items() if len(matches) == 1}
@@ -229,14 +218,11 @@ def _blackboard(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
 
 
 class _Owner(NamedTuple):
-    """Student of a file. ``logins``: the likely one, and further ones if the name can be read in several ways."""
-
     logins: tuple[str, ...]
     name: str = ""
 
 
 def _logins(heads: Mapping[Path, str]) -> dict[str, _Owner]:
-    """Return the student of each beginning of Blackboard's names; two beginnings never share a login."""
     said = {}
     for path, head in heads.items():
         match = _BLACKBOARDS_NAME.match(_beginning(path)) if path.suffix == ".txt" else None
@@ -258,7 +244,6 @@ def _logins(heads: Mapping[Path, str]) -> dict[str, _Owner]:
 
 
 def _common_words(names: Sequence[str]) -> str:
-    """Return the words that all names begin with, joined by underscores; "" for fewer than two names."""
     if len(names) < 2:
         return ""
     columns = zip(*(name.split("_")[:-1] for name in names), strict=False)
@@ -266,7 +251,6 @@ def _common_words(names: Sequence[str]) -> str:
 
 
 def _beginning(path: Path) -> str:
-    """Return the first lines of a text; "" if it cannot be read."""
     try:
         if path.is_symlink() or not path.is_file():
             return ""
@@ -279,11 +263,11 @@ def _beginning(path: Path) -> str:
 class _Ilias(NamedTuple):
     entries: dict[Path, SubmittedEntry]
     teams: dict[Path, list[Path]]
-    """Folders of the members, in the folder of each team."""
+    """Members' folders by team."""
 
 
 def _ilias(paths: Sequence[Path]) -> _Ilias:
-    """Return the entries of Ilias, if most folders have its names, each with a unique number at the end."""
+    """Return Ilias' entries, if most folders have its names."""
     teams = {
         path: _submitted_paths(path) for path in paths if _TEAM.fullmatch(path.name) and _is_folder(path)
     }
@@ -302,7 +286,6 @@ def _ilias(paths: Sequence[Path]) -> _Ilias:
 
 
 def _iliass_entry(path: Path, match: re.Match[str]) -> SubmittedEntry:
-    """Parse ``Last_First_login_id``. Names and logins may have underscores: each way to read them is tried."""
     words = match["rest"].split("_")
     first = " ".join(words[: max(1, len(words) - 1)])
     logins = tuple("_".join(words[number:]) for number in range(1, len(words)))
@@ -316,7 +299,7 @@ def _iliass_entry(path: Path, match: re.Match[str]) -> SubmittedEntry:
 
 
 def _is_ilias(path: Path) -> bool:
-    if path.name.startswith("multi_feedback_"):  # the common parent folder
+    if path.name.startswith("multi_feedback_"):  # the common parent
         return False
     return path.name.count("_") >= 3 and bool(_ILIAS.fullmatch(path.name)) and _is_folder(path)
 
@@ -326,7 +309,7 @@ def _is_folder(path: Path) -> bool:
 
 
 def _ilias_folder(folder: Path) -> Path:
-    """Return the folder with the students' folders: in an Ilias download at most two levels below the top."""
+    """Return the folder of the students' folders, at most two levels down."""
     here = folder
     for _ in range(3):
         paths = _submitted_paths(here)
@@ -347,7 +330,6 @@ def _is_table(path: Path) -> bool:
 
 
 def _gradescope_submitters(folder: Path) -> dict[str, list[SubmittedEntry]]:
-    """Return the students, all of a team, by the names of their folders; empty without a table."""
     file = folder / _METADATA
     if not file.is_file():
         return {}
@@ -395,12 +377,12 @@ def _submitter(folder: str, entry: Mapping[object, object]) -> Student:
 
 
 def _word(value: object) -> str:
-    """Return text or a number of a YAML file as text; nested values are ignored, because they could be huge."""
+    """Return text or number as text; nested values could be huge."""
     return str(value) if isinstance(value, str | int) else ""
 
 
 def _time(text: str, form: str = "") -> datetime | None:
-    """Return a platform's time in this machine's time zone; None if it is invalid."""
+    """Return a platform's time in local time, or None."""
     try:
         at = datetime.strptime(text, form) if form else datetime.fromisoformat(text)
     except ValueError:

@@ -1,12 +1,7 @@
 """A recording of a test's actions on its board, as a scenario for ``fcu run``.
 
-It contains the world's setters and motions, the text typed on the terminal and the faults of the I2C bus,
-each with its virtual time. Actions without an entry in scenarios, such as setting a variable, are listed, so
-that the reader knows how the scenario differs from the test.
-
-Decision: a test's actions are recorded by subclasses of the board's objects, which record a call and pass it
-on. Hooks in world, terminal and buses were rejected, because every board would run them, although only
-failing tests need them.
+Decision: a test's actions are recorded by subclasses of the board's objects. Hooks in world, terminal and
+buses were rejected: every board would run them, although only failing tests need them.
 """
 
 from __future__ import annotations
@@ -47,11 +42,11 @@ _AT_POWER_ON: Mapping[str, Callable[[Mapping[str, Any]], dict[str, object]]] = {
     },
     "set_gravity": lambda given: {"gravity": float(given["m_s2"])},
 }
-"""Methods without an entry, but with a key of [world] at power-on."""
+"""Methods with only a key of [world] at power-on."""
 
 
 class BoardRecording:
-    """Records ``board`` from now on, its power-on; ``cold``: whether its sensors were also powered on then."""
+    """Recorder of ``board`` from power-on; ``cold``: its sensors start then, too."""
 
     def __init__(self, board: Board, cold: bool = False) -> None:
         self._board = board
@@ -79,16 +74,16 @@ class BoardRecording:
 
     @property
     def missing(self) -> list[str]:
-        """The actions on the board that are not in the scenario."""
+        """The actions that are not in the scenario."""
         return [f"{name}{f', {count} times' * (count > 1)}" for name, count in self._missing.items()]
 
     @property
     def needed(self) -> bool:
-        """Whether ``fcu run`` needs a scenario for this board: an action was recorded, or it was cold."""
+        """Whether ``fcu run`` needs a scenario: an action was recorded, or it was cold."""
         return self._done or self._cold
 
     def text(self) -> str:
-        """Return the scenario until now. Raises InputError if the test's scenario plays recordings."""
+        """Return the scenario. Raises InputError if the test's scenario plays recordings."""
         return self._recording.text()
 
     # -- recorded actions ------------------------------------------------------------------------------
@@ -161,7 +156,7 @@ class BoardRecording:
     def _watch(
         self, owner: object, names: Iterable[str], note: Callable[[str, int, dict[str, Any]], None]
     ) -> None:
-        """Call ``note`` at each call of these methods, with its time and its arguments by name."""
+        """Call ``note`` at each call of these methods."""
         kind: Any = type(owner)
         methods = {name: self._noting(getattr(kind, name), name, note) for name in names}
         owner.__class__ = type(kind.__name__, (kind,), {"__module__": kind.__module__, **methods})
@@ -188,10 +183,7 @@ class BoardRecording:
         return called
 
     def _time_ps(self, name: str) -> int | None:
-        """Return the time of a call; None for a call that the test has not made.
-
-        Between two runs all due events have happened, so a call is an event after them.
-        """
+        """Return the time of the test's call, which follows all events already due; None for other calls."""
         now_ps = self._board.clock.now_ps
         if self._inside:
             return None
@@ -202,7 +194,7 @@ class BoardRecording:
 
 
 def by_hand(board: Board, recording: BoardRecording | None, save: Callable[[str], str]) -> Iterator[str]:
-    """Return the command that runs this board, and the differences from the test, in lines.
+    """Yield the command that runs this board, and the differences from the test.
 
     ``save``: writes a scenario and returns its path.
     """
@@ -232,7 +224,6 @@ def by_hand(board: Board, recording: BoardRecording | None, save: Callable[[str]
 
 
 def _plain(value: Any) -> Any:
-    """Convert numbers of numpy and tuples to TOML values."""
     if isinstance(value, str | bool) or value is None:
         return value
     if hasattr(value, "tolist"):

@@ -1,4 +1,4 @@
-"""The class's report, for the teacher: the distribution, the hardest checks, who is not judged, everybody."""
+"""The class's report, for the teacher."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _COUNTED = {
 
 @dataclass(frozen=True)
 class HardCheck:
-    """A check by how many passed it. ``share``: of its points, over all who were judged."""
+    """A check by its pass rate; ``share``: of its points, over all judged."""
 
     check: str
     title: str
@@ -42,7 +42,7 @@ class HardCheck:
 
 
 def hardest_checks(graded: GradedClass) -> list[HardCheck]:
-    """All checks that give points, the hardest first."""
+    """Return all checks that give points, hardest first."""
     found: dict[str, list[tuple[str, float, bool]]] = {}
     for one in graded.submissions:
         for check in one.verdict.checks if one.verdict else ():
@@ -68,7 +68,7 @@ def class_page(graded: GradedClass) -> str:
 
 
 def summary(graded: GradedClass) -> list[str]:
-    """The class in a few lines of text."""
+    """Summarise the class in a few lines."""
     points = _points(graded)
     found = [f"{len(points)} judged"]
     without = [one for one in graded.submissions if one.points is None]
@@ -88,7 +88,6 @@ def summary(graded: GradedClass) -> list[str]:
 
 
 def _counted(count: int, one: str, more: str = "") -> str:
-    """Return a number with its noun: 1 student, 2 students."""
     return f"{count} {one if count == 1 else more or one + 's'}"
 
 
@@ -135,7 +134,6 @@ def _not_judged(ones: list[Graded]) -> Iterator[Html]:
 
 
 def _listed(title: str, rows: list[tuple[Graded, str]]) -> Iterator[Html]:
-    """A list of students, each with a few words."""
     if rows:
         yield element("h2", f"{title}: {len(rows)}")
         cells = (
@@ -153,9 +151,8 @@ def _late(one: Graded) -> str:
 
 
 def _files(one: Graded) -> str:
-    """The first names of what was handed in; ``grade.json`` has all."""
     names = list(one.files[:_MOST_FILES])
-    if not names:  # in an anonymous report
+    if not names:  # anonymous
         return _counted(one.handed_in, "file or folder", "files and folders")
     more = len(one.files) - len(names)
     return ", ".join(names) + (f" and {more} more" if more else "")

@@ -1,4 +1,4 @@
-"""One student's report: what was got and why, with what the board showed, in one file that opens offline."""
+"""One student's report: points, reasons and evidence, in one file."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _WORDS = {"passed": "passed", "partial": "partly passed", "failed": "not passed"
 
 
 def student_page(graded: Graded, title: str, *, after_due_date: bool = True) -> str:
-    """The page: of the verdict, what the rubric lets a student see. ``title``: the rubric's."""
+    """Return the page with the visible part of the verdict; ``title``: the rubric's."""
     return page(f"{graded.shown_name}: {title}", STYLE, *_body(graded, title, after_due_date))
 
 
 def number(value: float) -> str:
-    """Points as people write them: 3, 2.5."""
+    """Format points: 3, 2.5."""
     return f"{value:.4g}"
 
 
@@ -87,7 +87,6 @@ def _build_log(graded: Graded) -> Iterator[Html]:
 
 
 def _causes(verdict: Verdict) -> Iterator[Html]:
-    """What the diagnosis says, each thing once and the fatal first: begin to read here."""
     found = {cause.summary: cause for run in verdict.evidence for cause in run.causes}
     if found:
         yield element("h2", "Problems of the program")
@@ -95,7 +94,6 @@ def _causes(verdict: Verdict) -> Iterator[Html]:
 
 
 def _cause(cause: DiagnosedCause) -> Html:
-    """Its sentences; lists of registers, callers and transfers, which begin with a colon, are folded away."""
     sentences = list(takewhile(lambda line: not line.endswith(":"), cause.details))
     lists = "\n".join(cause.details[len(sentences) :])
     more = element("details", element("summary", "Details"), element("pre", lists)) if lists else None
@@ -104,7 +102,6 @@ def _cause(cause: DiagnosedCause) -> Html:
 
 
 def _total(graded: Graded, verdict: Verdict) -> str:
-    """The points of what the page shows, or all points if the teacher gives them."""
     if any(one.what == TOTAL for one in graded.overrides) and graded.points is not None:
         return f"{number(graded.points)} points"
     got = sum(_points_of(graded, verdict, one.exercise) for one in verdict.exercises)
@@ -118,7 +115,6 @@ def _points_of(graded: Graded, verdict: Verdict, exercise: str) -> float:
 
 
 def _overrides(graded: Graded, verdict: Verdict | None) -> Iterator[Html]:
-    """The teacher's points and comments, but those of checks that the page does not show."""
     checks = {check.check: check.title for check in verdict.checks} if verdict else {}
     names = checks | {TOTAL: "everything", LATE_PENALTY: "deducted for handing in late"}
     if verdict is not None:
