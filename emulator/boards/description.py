@@ -103,7 +103,7 @@ class AbsentPart:
 class Wiring:
     """One way to connect the sensors, all to ``bus``.
 
-    ``places``: 7-bit address or chip select ("PA8"). ``symbols``: names found only in its firmware.
+    ``places``: 7-bit address or chip select ("PA8"). ``symbols``: names that only firmware for this wiring has.
     """
 
     name: str

@@ -220,7 +220,7 @@ class GradeOptions:
         "--submission-type",
         renamed_from="--take",
         type=click.Choice(get_args(SubmissionType)),
-        help="Accept only source, or only built files. Default: source, else a built file.",
+        help="Which files to accept: only source, or only built files. Default: source if there is any, else a built file.",
     )
     bus: str = option(
         "--bus", type=BUS, default="I2C2", show_default=True, help="The bus for which source is built."

@@ -57,7 +57,7 @@ _Entry: TypeAlias = tuple[int, int, Event]
 class Clock:
     """Virtual time. ``next_ps`` is the earliest event's time, or ``NEVER_PS``.
 
-    Deferred calls are events that do not stop a run. They keep their time and order, but are executed later: with the
+    Deferred calls are events that do not stop a run. Each has its planned time and order, but is executed later: with the
     next event, or by ``settle()``. ``deferred_ps`` is the earliest one's time.
     """
 

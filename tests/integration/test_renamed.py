@@ -240,7 +240,7 @@ def test_old_name_of_sensor_warns(module: ModuleType, old: str, new: str) -> Non
     assert former is getattr(module, new)
 
 
-def test_old_place_of_strategies_warns() -> None:
+def test_old_path_of_strategies_warns() -> None:
     from fcu_emulator.emulator import strategies as old
     from fcu_emulator.emulator.testing import strategies as new
 
