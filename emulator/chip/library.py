@@ -79,7 +79,8 @@ class ClocksTable(ctypes.Structure):
     """struct Clocks of chip.h."""
 
     _fields_ = tuple(
-        (name, _i64) for name in ("sysclk_hz", "hclk_hz", "pclk1_hz", "pclk2_hz", "timer1_hz", "timer2_hz")
+        (f"{name}_hz", _i64)
+        for name in ("sysclk", "hclk", "pclk1", "pclk2", "timer1", "timer2", "nominal_pclk1")
     )
 
 
@@ -377,8 +378,8 @@ class FcuChip:
         self.clock.settle()
 
     def set_clocks(self, tree: ClockTree) -> None:
-        clocks = tree.sysclk_hz, tree.hclk_hz, tree.pclk1_hz, tree.pclk2_hz, tree.timer1_hz, tree.timer2_hz
-        self.library.fcu_set_clocks(self.handle, ClocksTable(*clocks))
+        clocks = ClocksTable(*(getattr(tree, field[0]) for field in ClocksTable._fields_))
+        self.library.fcu_set_clocks(self.handle, clocks)
         self.raise_error()
 
     def gate(self, peripherals: int, clocked: int) -> None:

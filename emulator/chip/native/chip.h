@@ -38,9 +38,9 @@ typedef struct {
   void (*accessed)(int64_t now_ps, uint32_t address, uint32_t size, int32_t written);
 } Host;
 
-/* Frequencies in Hz that RCC sets (RM0368 section 6.2). */
+/* Frequencies in Hz that RCC sets (RM0368 section 6.2). Nominal: with oscillators without error. */
 typedef struct {
-  int64_t sysclk_hz, hclk_hz, pclk1_hz, pclk2_hz, timer1_hz, timer2_hz;
+  int64_t sysclk_hz, hclk_hz, pclk1_hz, pclk2_hz, timer1_hz, timer2_hz, nominal_pclk1_hz;
 } Clocks;
 
 struct Chip {

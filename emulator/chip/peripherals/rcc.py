@@ -421,7 +421,8 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         if adopted == self._adopted:
             return
         self._adopted = adopted
-        self._nominal, self.nominal_hclk_hz = nominal, nominal.hclk_hz
+        self._nominal = nominal
+        self.nominal_hclk_hz, self.nominal_pclk1_hz = nominal.hclk_hz, nominal.pclk1_hz
         self.sysclk_hz, self.hclk_hz = clocks.sysclk_hz, clocks.hclk_hz
         self.pclk1_hz, self.pclk2_hz = clocks.pclk1_hz, clocks.pclk2_hz
         self.timer1_hz, self.timer2_hz = clocks.timer1_hz, clocks.timer2_hz
