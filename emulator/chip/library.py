@@ -152,6 +152,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_costliest": (None, _pointer, ctypes.POINTER(Costliest)),
     "fcu_priority": (_i32, _pointer, _i32),
     "fcu_priority_group": (_i32, _pointer, _i32),
+    "fcu_execution_priority": (_i32, _pointer, _i32, _i32, _i32),
     "fcu_load": (_i32, _pointer, _u32, _u32, _words),
     "fcu_store": (_i32, _pointer, _u32, _u32, _u32),
     "fcu_peripheral_at": (_i32, _pointer, _u32),

@@ -14,7 +14,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Final
+from typing import Final, NamedTuple
 
 from fcu_emulator.emulator.chip.cpu.core_registers import MASKS, CoreRegisters
 from fcu_emulator.emulator.chip.cpu.exceptions import CoreFault
@@ -48,6 +48,14 @@ class CoreSettings:
 
     cycles_per_instruction: Fraction = CYCLES_PER_INSTRUCTION
     skip: bool = True
+
+
+class Masks(NamedTuple):
+    """Registers that keep exceptions from being taken."""
+
+    primask: int
+    basepri: int
+    faultmask: int
 
 
 class Core(FcuChip):
@@ -216,9 +224,11 @@ class Core(FcuChip):
         priority: int = self.library.fcu_priority(self.handle, exception)
         return priority
 
-    def preempts(self, exception: int) -> bool:
-        group: int = self.library.fcu_priority_group(self.handle, self.priority(exception))
-        return group < self.status().execution_priority
+    def preempts(self, exception: int, masks: Masks) -> bool:
+        """Return whether an exception can preempt the active ones with these masks (ARMv7-M ARM B1.5.4)."""
+        library, handle = self.library, self.handle
+        group: int = library.fcu_priority_group(handle, self.priority(exception))
+        return bool(group < library.fcu_execution_priority(handle, *masks))
 
     # -- for debuggers ----------------------------------------------------------------------------------
 

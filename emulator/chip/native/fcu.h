@@ -93,6 +93,7 @@ typedef struct {
 void fcu_costliest(const Chip *chip, Costliest *found);
 int32_t fcu_priority(const Chip *chip, int32_t exception);
 int32_t fcu_priority_group(const Chip *chip, int32_t priority);
+int32_t fcu_execution_priority(const Chip *chip, int32_t primask, int32_t basepri, int32_t faultmask);
 
 /* -- accesses by debuggers and DMA: bus.c ------------------------------------------------------------- */
 
