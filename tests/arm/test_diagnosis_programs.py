@@ -87,12 +87,12 @@ def test_diagnosis_lists_unacknowledged_transfers(
 def test_every_program_has_an_expectation() -> None:
     programs = {file.stem for file in FOLDER.glob("*.elf")}
 
-    assert programs == RUN_S.keys() | {"fine_quiet", "fine_callback", "fine_masked"}
+    assert programs == RUN_S.keys() | {"fine_quiet", "fine_callback", "fine_gated", "fine_masked"}
     assert {file.stem for file in FOLDER.glob("*.c")} | {"stripped"} == programs
     assert {file.stem for file in EXPECTED.glob("*.txt")} == RUN_S.keys()
 
 
-@pytest.mark.parametrize("name", ["fine_quiet", "fine_callback", "fine_masked"])
+@pytest.mark.parametrize("name", ["fine_quiet", "fine_callback", "fine_gated", "fine_masked"])
 @pytest.mark.parametrize("seconds", [0.0, 0.001, 0.05, 1.2])
 def test_waiting_and_interrupt_driven_programs_have_no_diagnosis(name: str, seconds: float) -> None:
     board = Board(firmware=FOLDER / f"{name}.elf")

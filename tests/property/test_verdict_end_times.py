@@ -18,7 +18,10 @@ PROGRAMS = [
     (prebuilt("solution", "SPI2"), "fcu001v1"),
     (prebuilt("template", "I2C2"), "lab3"),
     (prebuilt("template", "SPI2"), "fcu001v1"),
-    *((ARM / "broken" / f"{name}.elf", "lab3") for name in ("fine_quiet", "fine_callback", "fine_masked")),
+    *(
+        (ARM / "broken" / f"{name}.elf", "lab3")
+        for name in ("fine_quiet", "fine_callback", "fine_gated", "fine_masked")
+    ),
     *((ARM / "vendor" / f"lab3_i2c_{style}.elf", "lab3") for style in ("polled", "it", "dma")),
     (ARM / "vendor" / "flight.elf", "fcu001v1"),
 ]

@@ -318,10 +318,15 @@ class Core(FcuChip):
     def _write(self, address: int, size: int, value: int) -> None:
         self.shared[2] = self.python.write(address, size, value)
 
-    def _ignored_access(self, peripheral: int, offset: int, what: int) -> None:
+    def _ignored_access(self, peripheral: int, offset: int, what: int, value: int) -> None:
         kind, done = _IGNORED_ACCESSES[what]
-        report = self.python.report_clock if kind == "clock" else self.python.report_unknown
-        report(self.peripheral_by_index(peripheral), offset, done)
+        one = self.peripheral_by_index(peripheral)
+        if kind == "unknown":
+            self.python.report_unknown(one, offset, done)
+        elif done == "read":
+            self.python.report_clock(one, offset, done)
+        else:
+            self.python.report_write_without_clock(one, offset, value)
 
     def _fault(self, exception: int, cfsr: int, hfsr: int, address: int) -> None:
         self.on_fault(CoreFault(exception, cfsr, hfsr, address if cfsr & 1 << 15 else None))

@@ -250,8 +250,7 @@ class Hang:
         if loop is None or cause is None:
             return None
         if loop.variables or loop.registers:
-            if loop.registers:
-                cause = self._notes.cause() or cause
+            cause = self._notes.cause({peripheral.name for peripheral, _, _ in loop.registers}) or cause
             cause.sentences.append(self._quiet())
             return self._report(self._outermost(loop), cause)
         return self._read_once(loop) or self._endless(self._outermost(loop), cause)
@@ -316,7 +315,8 @@ class Hang:
         return changed is None or len({address & ~3 for address in changed}) > 1
 
     def _from_outside(self) -> Cause | None:
-        return self._notes.cause() or self._bus or self._transfers.cause()
+        transfers = self._transfers
+        return transfers.failure() or self._notes.cause() or self._bus or transfers.cause()
 
     def _unhandled(self, number: int) -> Cause | None:
         if self._places.function_name(self._pc) not in ("Default_Handler", "Infinite_Loop"):

@@ -235,6 +235,8 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._chip: FcuChip | None = None
         self._listeners: list[Callable[[], None]] = []
         self._backup_listeners: list[Callable[[], None]] = []
+        self.clocked_until_ps: dict[str, int] = {}
+        """The latest time at which a peripheral's clock was switched off, by name."""
         self._starting: dict[str, Event] = {}
         self._check: Event | None = None
         self._pll_hz = self._pll_nominal_hz = 0
@@ -279,6 +281,8 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         kept = {BDCR: self.registers[BDCR], CSR: self.registers[CSR] & _FLAGS}
         for name in [name for name in self._starting if _SOURCES[name].register != BDCR]:
             self._starting.pop(name).cancel()
+        for gates in ENABLE:
+            self._note_clock_off(gates, self.registers[gates])
         self.registers = dict(self.REGISTERS) | kept
         self._irq.set(self.name, False)
         self._apply_all_gates()
@@ -296,6 +300,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         super().write(offset, value, mask)
         value &= mask
         if offset in ENABLE:
+            self._note_clock_off(offset, old & ~self.registers[offset])
             self._apply_gates(offset, self.registers[offset] ^ old)
         elif offset in RESET:
             self._apply_resets(offset, self.registers[offset] & ~old)
@@ -326,6 +331,10 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
             used.add(self._pll_source())
         for name in used:
             self.registers[CR] |= _SOURCES[name].on
+
+    def _note_clock_off(self, offset: int, bits: int) -> None:
+        off = (name for bit, name in ENABLE[offset].items() if bits >> bit & 1)
+        self.clocked_until_ps |= dict.fromkeys(off, self.soc.clock.now_ps)
 
     def _apply_all_gates(self) -> None:
         for offset in self._gated:

@@ -16,6 +16,7 @@ EXPECTED = FOLDER / "expected"
 
 RUN_S = {
     "asleep": 0.05,
+    "clock_is_not_the_cause": 3.1,
     "delay_in_callback": 0.3,
     "divide_by_zero": 0.01,
     "ended": 0.05,

@@ -17,6 +17,8 @@
  * MODELLED: FLTR, stored; DUALF, SMBHOST, SMBDEFAULT, GENCALL, PEC of SR2; clock stretching, which the sensors never
  * do.
  */
+#include <stdlib.h>
+
 #include "fcu.h"
 
 #include "generated/registers_i2c.h"
