@@ -125,6 +125,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_ram": (_pointer, _pointer),
     "fcu_system_memory": (_pointer, _pointer),
     "fcu_invalidate_code": (None, _pointer),
+    "fcu_flash_programmed": (None, _pointer, _u32, _u32),
     "fcu_read_registers": (None, _pointer, _numbers, _words, _i32),
     "fcu_write_registers": (None, _pointer, _numbers, _words, _i32),
     "fcu_thumb": (_i32, _pointer),

@@ -20,7 +20,7 @@ PROGRAMS = [
     (prebuilt("template", "SPI2"), "fcu001v1"),
     *(
         (ARM / "broken" / f"{name}.elf", "lab3")
-        for name in ("fine_quiet", "fine_callback", "fine_gated", "fine_masked")
+        for name in ("fine_quiet", "fine_callback", "fine_flash", "fine_gated", "fine_masked")
     ),
     *((ARM / "vendor" / f"lab3_i2c_{style}.elf", "lab3") for style in ("polled", "it", "dma")),
     (ARM / "vendor" / "flight.elf", "fcu001v1"),

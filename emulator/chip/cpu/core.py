@@ -76,6 +76,10 @@ class Core(FcuChip):
         self._masks = CoreRegisters(self, MASKS)
         self.on_fault: Callable[[CoreFault], None] = lambda _fault: None
         """Called at each fault, before registers and stack change."""
+        self.store_to_flash: Callable[[int, int, int], bool] = lambda _offset, _size, _value: False
+        """Carry out a store: offset, size, value. False: it was refused."""
+        self.on_lost_store: Callable[[int], None] = lambda _address: None
+        """Called at each refused store to the flash."""
         self.on_access: Callable[[int, int, bool], None] = lambda _address, _size, _written: None
         """Called at watched accesses: address, size, is it a store."""
         self.resets: deque[tuple[int, str]] = deque(maxlen=RESETS_KEPT)
@@ -137,6 +141,10 @@ class Core(FcuChip):
     def code_changed(self) -> None:
         self.code_version += 1
         self.invalidate_code()
+
+    def flash_programmed(self, offset: int, size: int) -> None:
+        self.code_version += 1
+        self.library.fcu_flash_programmed(self.handle, offset, size)
 
     # -- snapshots --------------------------------------------------------------------------------------
 
@@ -316,7 +324,10 @@ class Core(FcuChip):
         return value
 
     def _write(self, address: int, size: int, value: int) -> None:
-        self.shared[2] = self.python.write(address, size, value)
+        if address >= RAM:
+            self.shared[2] = self.python.write(address, size, value)
+        elif not self.store_to_flash(address & FLASH_SIZE - 1, size, value):
+            self.on_lost_store(address)
 
     def _ignored_access(self, peripheral: int, offset: int, what: int, value: int) -> None:
         kind, done = _IGNORED_ACCESSES[what]

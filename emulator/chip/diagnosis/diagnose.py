@@ -18,7 +18,7 @@ from fcu_emulator.emulator.chip.diagnosis.evidence import (
     RecentTransfers,
     nobody,
 )
-from fcu_emulator.emulator.chip.diagnosis.faults import fault_report
+from fcu_emulator.emulator.chip.diagnosis.faults import fault_report, lost_store_report
 from fcu_emulator.emulator.chip.diagnosis.hang import Hang
 from fcu_emulator.emulator.chip.diagnosis.memory_use import flash_nearly_full, ram_nearly_full
 from fcu_emulator.emulator.chip.diagnosis.printing import LATEST_TEXT, PrintedLines, misprinted
@@ -75,6 +75,7 @@ def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
             return
     text = bytes(signals.uart.received()[-LATEST_TEXT:])
     seen = (
+        lost_store_report(arm.faults.lost_store, chip.core.memory, places),
         reset_report(chip.core, places, arm.faults.origin),
         slow_callback(chip, places),
         _without_clock(notes),

@@ -16,7 +16,7 @@ from fcu_emulator.emulator.chip.cpu.exceptions import (
     NMI,
     USAGE_FAULT,
 )
-from fcu_emulator.emulator.chip.cpu.fault_log import FaultLog, FaultRecord
+from fcu_emulator.emulator.chip.cpu.fault_log import FaultLog, FaultRecord, LostStore
 from fcu_emulator.emulator.chip.cpu.thumb import decode
 from fcu_emulator.emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Call, Places, ReadCode
 from fcu_emulator.emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
@@ -97,16 +97,6 @@ def _of_access(record: FaultRecord, address: int, places: Places, code: ReadCode
     on_stack = record.sp <= address < RAM_MEMORY.start or abs(address - record.sp) <= _NEAR
     if on_stack and stack_overflows(record, places):
         return _of_stack(record, places)
-    if stores and address < FLASH_MEMORY.end - FLASH_MEMORY.start:
-        return _of_null(address)
-    if stores and FLASH_MEMORY.holds(address, address):
-        return Cause(
-            f"write to flash, address 0x{address:08X}",
-            [
-                "Constants (const) and texts in quotes lie in flash, which a program cannot simply write.",
-                "A cast away from const, or a char * to a text, leads here.",
-            ],
-        )
     verb = "write to" if stores else "read of"
     where = (
         "after the end of RAM"
@@ -126,6 +116,33 @@ def _stores(pc: int, code: ReadCode) -> bool:
     )
 
 
+def lost_store_report(store: LostStore | None, code: ReadCode, places: Places) -> Diagnosis | None:
+    """Report the first store to locked flash, which is also at address 0."""
+    if store is None:
+        return None
+    *_, sp, lr, pc, _ = store.registers
+    trace = Backtrace(places, store.word, code)
+    cause = _of_null(store.address) if store.address < FLASH_MEMORY.start else _of_constant(store.address)
+    refused = "FLASH refuses the store and sets PGSERR in FLASH_SR; the program continues."
+    return Diagnosis(
+        "memory",
+        f"{cause.short} at {at(store.t_ps)} in {places.place(pc)}: the value is lost",
+        (*cause.sentences, refused, *section(f"callers ({NOTE})", trace.lines(pc, lr, sp))),
+        fatal=False,
+        at_ps=store.t_ps,
+    )
+
+
+def _of_constant(address: int) -> Cause:
+    return Cause(
+        f"write to flash, address 0x{address:08X},",
+        [
+            "Constants (const) and texts in quotes lie in flash, which a program cannot simply write.",
+            "A cast away from const, or a char * to a text, leads here.",
+        ],
+    )
+
+
 def _of_null(address: int) -> Cause:
     if address >= _NULL_OBJECT:
         what = f"address 0x{address:08X}: far after a NULL pointer, as with a large index into it."
@@ -137,7 +154,7 @@ def _of_null(address: int) -> Cause:
         "write through a NULL pointer",
         [
             what,
-            "A read through a NULL pointer does not fault on this chip: flash is at 0, too, and is read.",
+            "It does not fault on this chip: flash is at 0, too, and is read.",
         ],
     )
 

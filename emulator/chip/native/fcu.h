@@ -67,6 +67,8 @@ void fcu_debug(Chip *chip, int32_t on);
 int32_t fcu_halted_on_bkpt(Chip *chip);
 
 void fcu_invalidate_code(Chip *chip);
+/* After a change of at most 8 bytes of the flash. */
+void fcu_flash_programmed(Chip *chip, uint32_t offset, uint32_t size);
 /* Add or remove a breakpoint (STOP_BREAKPOINT). */
 void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on);
 
