@@ -70,7 +70,7 @@ class Chip:
         soc.dma = DmaLines(self.core)
         self.timers = connect_timers(self.core)
         """By name, "TIM1" to "TIM11"."""
-        ConnectedUsarts(self.core, {board.serial.peripheral: signals.uart})
+        self.usarts = ConnectedUsarts(self.core, {board.serial.peripheral: signals.uart})
         wire_terminal(self.core, board.serial.peripheral, board.serial.tx)
         for name, spi in signals.spi.items():
             SpiWire(self.core, name, spi, gpio)

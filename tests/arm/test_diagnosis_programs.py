@@ -21,6 +21,7 @@ RUNS_ON = {
     "flash_write",
     "gpio_without_clock",
     "null_pointer",
+    "other_port",
     "stripped",
     "slow_callback",
     "unshifted_address",

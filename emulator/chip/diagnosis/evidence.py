@@ -48,7 +48,11 @@ def absent(signals: BoardSignals, used: str) -> str:
     wiring, other = signals.wiring, signals.board.wiring_with(used)
     text = f"With wiring {wiring.name} the sensors are on {wiring.bus}, not on {used}: "
     text += f"build the firmware for {wiring.bus}"
-    return f"{text}, or run it with wiring {other.name}." if other else f"{text}."
+    if other:
+        return f"{text}, or run it with wiring {other.name}."
+    if used == "I2C1":
+        return f"{text}. ST's Nucleo boards have their sensor shields on I2C1; was the program made for one?"
+    return f"{text}."
 
 
 def _answers(name: str, address: int) -> str:

@@ -32,6 +32,7 @@ RUN_S = {
     "no_handler": 0.3,
     "null_function": 0.01,
     "null_pointer": 0.01,
+    "other_port": 0.05,
     "outside_memory": 0.05,
     "poll_for_ever": 3.1,
     "poll_without_clock": 0.05,
