@@ -22,6 +22,7 @@ RUNS_ON = {
     "gpio_without_clock",
     "null_pointer",
     "other_port",
+    "reset_in_fault",
     "stripped",
     "slow_callback",
     "unshifted_address",

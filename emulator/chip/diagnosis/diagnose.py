@@ -18,7 +18,12 @@ from fcu_emulator.emulator.chip.diagnosis.evidence import (
     RecentTransfers,
     nobody,
 )
-from fcu_emulator.emulator.chip.diagnosis.faults import fault_report, lost_store_report
+from fcu_emulator.emulator.chip.diagnosis.faults import (
+    fault_before_reset,
+    fault_report,
+    is_reset_endlessly,
+    lost_store_report,
+)
 from fcu_emulator.emulator.chip.diagnosis.hang import Hang
 from fcu_emulator.emulator.chip.diagnosis.memory_use import flash_nearly_full, ram_nearly_full
 from fcu_emulator.emulator.chip.diagnosis.printing import LATEST_TEXT, PrintedLines, misprinted
@@ -65,8 +70,11 @@ def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
     notes = PeripheralNotes(chip, signals.trace)
     quiet_since_ps = _quiet_since_ps(arm, transfers)
     bus = bus_never_on(chip, signals, places) or byte_left(chip, signals)
+    crash = fault_before_reset(chip.core, arm.faults.origin, places, transfers.lines())
+    resets = crash or reset_report(chip.core, places, arm.faults.origin)
     failed = (
         fault_report(chip.core, arm.faults, places, transfers.lines())
+        or (resets if resets and resets.fatal else None)
         or _stack(arm, places)
         or Hang(chip, places, transfers, notes, quiet_since_ps, bus).diagnosis()
     )
@@ -77,7 +85,7 @@ def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
     text = bytes(signals.uart.received()[-LATEST_TEXT:])
     seen = (
         lost_store_report(arm.faults.lost_store, chip.core.memory, places),
-        reset_report(chip.core, places, arm.faults.origin),
+        resets,
         slow_callback(chip, places),
         _without_clock(notes),
         _unanswered(arm, transfers),
@@ -267,5 +275,5 @@ def reset_report(core: Core, places: Places, fault: FaultRecord | None) -> Diagn
         "reset",
         f"the chip was reset {times} by {reason} at {at(t_ps)}, while in {places.place(registers[_PC])}",
         (*details, *section(f"callers ({NOTE})", callers)),
-        fatal=False,
+        fatal=is_reset_endlessly(core),
     )

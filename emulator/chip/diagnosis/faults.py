@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import struct
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 from fcu_emulator.emulator.chip.cpu import exceptions
@@ -16,14 +18,14 @@ from fcu_emulator.emulator.chip.cpu.exceptions import (
     NMI,
     USAGE_FAULT,
 )
-from fcu_emulator.emulator.chip.cpu.fault_log import FaultLog, FaultRecord, LostStore
+from fcu_emulator.emulator.chip.cpu.fault_log import CORE, FaultLog, FaultRecord, LostStore
 from fcu_emulator.emulator.chip.cpu.thumb import decode
 from fcu_emulator.emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Call, Places, ReadCode
 from fcu_emulator.emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
 from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
 from fcu_emulator.emulator.chip.registers import scb
 from fcu_emulator.emulator.chip.registers.declaration import Word
-from fcu_emulator.emulator.time.clock import PS_PER_MS
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
 # -- fault status registers (ARMv7-M ARM B3.2.15, B3.2.16; PM0214 4.4.10, 4.4.11) ---------------------------
 
@@ -257,6 +259,7 @@ _NAMES = {
     BUS_FAULT: "BusFault",
     USAGE_FAULT: "UsageFault",
 }
+_XPSR = 16
 _FAULTS_OF_A_LOOP, _JUST_NOW_PS = 10, PS_PER_MS
 _REGISTERS = (*(f"R{number}" for number in range(13)), "SP", "LR", "PC", "xPSR")
 
@@ -277,6 +280,35 @@ def fault_report(core: Core, log: FaultLog, places: Places, transfers: list[str]
     if core.active & FAULT_HANDLERS:
         return _report(core, record, places, transfers, _handler(core, places))
     return None
+
+
+def fault_before_reset(
+    core: Core, record: FaultRecord | None, places: Places, transfers: list[str]
+) -> Diagnosis | None:
+    """Return the fault whose handler has reset the chip."""
+    if record is None or not core.resets or record.t_ps > core.resets[-1][0]:
+        return None
+    state, _ = core.before_reset
+    handled = CORE.unpack(state)[_XPSR] & 0x1FF
+    if handled not in _NAMES or core.resets[-1][1] != "SYSRESETREQ":
+        return None
+    count = len(core.resets)
+    times = f", {count} times so far" if count > 1 else ""
+    ending = [f"The fault's handler has reset the chip{times}, last at {at(core.resets[-1][0])}."]
+    report = _report(core, record, places, transfers, ending)
+    return replace(report, fatal=is_reset_endlessly(core))
+
+
+_RESETS_OF_A_LOOP = 10
+
+
+def is_reset_endlessly(core: Core) -> bool:
+    """Return whether resets follow each other within a second, and the next one is not overdue."""
+    times_ps = [t_ps for t_ps, _ in core.resets][-_RESETS_OF_A_LOOP:]
+    if len(times_ps) < _RESETS_OF_A_LOOP:
+        return False
+    longest_ps = max(later - earlier for earlier, later in itertools.pairwise(times_ps))
+    return longest_ps <= PS_PER_S and core.now_ps - times_ps[-1] <= 2 * longest_ps
 
 
 def _report(

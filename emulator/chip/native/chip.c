@@ -16,7 +16,8 @@ Chip *fcu_create(const Host *host) {
   chip->host = *host;
   chip->host_next_ps = chip->next_ps = chip->due_ps = NEVER_PS;
   chip->work_limit = INT64_MAX;
-  chip->clocks = (Clocks){16000000, 16000000, 16000000, 16000000, 16000000, 16000000, 16000000}; /* HSI (RM0368 6.2.2) */
+  enum { HSI_HZ = 16000000 }; /* RM0368 6.2.2 */
+  chip->clocks = (Clocks){HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ};
   memset(chip->alternate, -1, sizeof chip->alternate);
   memset(chip->flash, 0xFF, sizeof chip->flash);
   memset(chip->system_memory, 0xFF, sizeof chip->system_memory);

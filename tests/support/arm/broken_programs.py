@@ -36,6 +36,8 @@ RUN_S = {
     "outside_memory": 0.05,
     "poll_for_ever": 3.1,
     "poll_without_clock": 0.05,
+    "reset_for_ever": 0.1,
+    "reset_in_fault": 0.05,
     "slow_callback": 0.3,
     "stack_into_data": 0.05,
     "stack_overflow": 0.01,
