@@ -40,9 +40,10 @@ from fcu_emulator.emulator.chip.diagnosis.setup import (
 )
 from fcu_emulator.emulator.chip.image import FirmwareImage
 from fcu_emulator.emulator.chip.memory_map import RAM_MEMORY
+from fcu_emulator.emulator.chip.peripherals.rcc import WRONG_CRYSTAL
 from fcu_emulator.emulator.chip.peripherals.tim import Timer
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
-from fcu_emulator.emulator.trace import BusTransfer, GpioEdge
+from fcu_emulator.emulator.trace import BusTransfer, DeviceNote, GpioEdge, Trace
 
 
 class RunningFirmware(Protocol):
@@ -55,6 +56,8 @@ class RunningFirmware(Protocol):
 
 
 _SET_UP_PS = PS_PER_S // 2
+SCANNED_ADDRESSES = 8
+"""Addresses without answer from which on a program looks for devices."""
 
 
 def diagnose(arm: RunningFirmware) -> Diagnosis | None:
@@ -87,6 +90,7 @@ def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
         lost_store_report(arm.faults.lost_store, chip.core.memory, places),
         resets,
         slow_callback(chip, places),
+        _wrong_crystal(signals.trace),
         _without_clock(notes),
         _unanswered(arm, transfers),
         _unselected(transfers),
@@ -128,6 +132,17 @@ def _stack(arm: RunningFirmware, places: Places) -> Diagnosis | None:
     )
 
 
+def _wrong_crystal(trace: Trace) -> Diagnosis | None:
+    """Report PLL settings that fit another board's crystal."""
+    for note in trace.of(DeviceNote):
+        if note.device == "RCC" and WRONG_CRYSTAL in note.text:
+            violated, _, crystal = note.text.partition("; ")
+            summary = f"the program is made for another crystal: {crystal}"
+            look = "HSE_VALUE and PLLM have to fit the board; all times and rates of the program are wrong."
+            return Diagnosis("clock", summary, (f"At {at(note.t_ps)}: {violated}.", look), fatal=False)
+    return None
+
+
 def _without_clock(notes: PeripheralNotes) -> Diagnosis | None:
     cause = notes.cause()
     if cause is None:
@@ -143,7 +158,7 @@ def _unanswered(arm: RunningFirmware, transfers: RecentTransfers) -> Diagnosis |
         for event in signals.trace.of(BusTransfer)
         if event.bus in signals.i2c and event.result != "ok" and not event.device
     ]
-    if not failed:
+    if not failed or len({one.address for one in failed}) >= SCANNED_ADDRESSES:
         return None
     ((bus, address), count), *_ = Counter((one.bus, one.address) for one in failed).most_common(1)
     cause = nobody(signals, signals.i2c[bus], address)

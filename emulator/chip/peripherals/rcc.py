@@ -45,6 +45,8 @@ class Oscillators:
         return cls(round(HSI_HZ * (1 + errors.hsi_percent / 100)), round(HSE_HZ * (1 + errors.hse_ppm / 1e6)))
 
 
+_OTHER_CRYSTALS_HZ = (8_000_000, 25_000_000, 12_000_000)  # of other boards
+
 NOMINAL = Oscillators()
 """For the manual's limits, which an oscillator within its tolerance never violates."""
 
@@ -78,6 +80,18 @@ def pll(pllcfgr: int, oscillators: Oscillators = NOMINAL) -> PllOutput:
     p, q = 2 * (fields.PLLP.get(pllcfgr) + 1), max(fields.PLLQ.get(pllcfgr), 1)
     vco_hz = source_hz * n // m
     return PllOutput(source_hz // m, vco_hz, vco_hz // p, vco_hz // q)
+
+
+def _other_crystal(pllcfgr: int) -> str:
+    """Return the hint that a setting fits another board's crystal, or ""."""
+    if not rcc.PLLCFGR.PLLSRC.get(pllcfgr):
+        return ""
+    fitting = (hz for hz in _OTHER_CRYSTALS_HZ if not pll(pllcfgr, Oscillators(hse_hz=hz)).problem())
+    hz = next(fitting, 0)
+    return f"; {WRONG_CRYSTAL} {HSE_HZ / 1e6:g} MHz, the settings fit {hz / 1e6:g} MHz" if hz else ""
+
+
+WRONG_CRYSTAL = "the board's crystal has"
 
 
 @dataclass(frozen=True)
@@ -393,7 +407,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
             nominal = pll(pllcfgr)
             self._pll_hz, self._pll_nominal_hz = pll(pllcfgr, self._oscillators).p_hz, nominal.p_hz
             if nominal.problem():
-                self.note("forbidden", nominal.problem())
+                self.note("forbidden", nominal.problem() + _other_crystal(pllcfgr))
             if not self._pll_hz:  # N is 0 (6.3.2)
                 return
         at_ps = self.soc.clock.now_ps + source.start_ps
