@@ -55,7 +55,7 @@ _HOST_CALLS: Final[tuple[tuple[str, Any], ...]] = (
     ("read", ctypes.CFUNCTYPE(_u32, _i64, _u32, _u32)),
     ("write", ctypes.CFUNCTYPE(None, _i64, _u32, _u32, _u32)),
     ("note", ctypes.CFUNCTYPE(None, _i64, _i32, _i32, ctypes.c_char_p)),
-    ("ignored_access", ctypes.CFUNCTYPE(None, _i64, _i32, _u32, _i32)),
+    ("ignored_access", ctypes.CFUNCTYPE(None, _i64, _i32, _u32, _i32, _u32)),
     ("fault", ctypes.CFUNCTYPE(None, _i64, _i32, _u32, _u32, _u32)),
     ("locked_up", ctypes.CFUNCTYPE(None, _i64, _u32)),
     ("reset", ctypes.CFUNCTYPE(None, _i64, _i32)),
@@ -79,7 +79,8 @@ class ClocksTable(ctypes.Structure):
     """struct Clocks of chip.h."""
 
     _fields_ = tuple(
-        (name, _i64) for name in ("sysclk_hz", "hclk_hz", "pclk1_hz", "pclk2_hz", "timer1_hz", "timer2_hz")
+        (f"{name}_hz", _i64)
+        for name in ("sysclk", "hclk", "pclk1", "pclk2", "timer1", "timer2", "nominal_pclk1")
     )
 
 
@@ -124,6 +125,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_ram": (_pointer, _pointer),
     "fcu_system_memory": (_pointer, _pointer),
     "fcu_invalidate_code": (None, _pointer),
+    "fcu_flash_programmed": (None, _pointer, _u32, _u32),
     "fcu_read_registers": (None, _pointer, _numbers, _words, _i32),
     "fcu_write_registers": (None, _pointer, _numbers, _words, _i32),
     "fcu_thumb": (_i32, _pointer),
@@ -151,6 +153,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_costliest": (None, _pointer, ctypes.POINTER(Costliest)),
     "fcu_priority": (_i32, _pointer, _i32),
     "fcu_priority_group": (_i32, _pointer, _i32),
+    "fcu_execution_priority": (_i32, _pointer, _i32, _i32, _i32),
     "fcu_load": (_i32, _pointer, _u32, _u32, _words),
     "fcu_store": (_i32, _pointer, _u32, _u32, _u32),
     "fcu_peripheral_at": (_i32, _pointer, _u32),
@@ -377,8 +380,8 @@ class FcuChip:
         self.clock.settle()
 
     def set_clocks(self, tree: ClockTree) -> None:
-        clocks = tree.sysclk_hz, tree.hclk_hz, tree.pclk1_hz, tree.pclk2_hz, tree.timer1_hz, tree.timer2_hz
-        self.library.fcu_set_clocks(self.handle, ClocksTable(*clocks))
+        clocks = ClocksTable(*(getattr(tree, field[0]) for field in ClocksTable._fields_))
+        self.library.fcu_set_clocks(self.handle, clocks)
         self.raise_error()
 
     def gate(self, peripherals: int, clocked: int) -> None:
@@ -463,7 +466,8 @@ class FcuChip:
             name = self._by_index[peripheral].name
             self.trace.add(DeviceNote(self.clock.now_ps, name, NOTE_KINDS[kind], text.decode()))
 
-    def _ignored_access(self, peripheral: int, offset: int, what: int) -> None:
+    def _ignored_access(self, peripheral: int, offset: int, what: int, value: int) -> None:
+        del value
         self.on_ignored_access(self._by_index[peripheral], offset, what)
 
     def _fault(self, exception: int, cfsr: int, hfsr: int, address: int) -> None:

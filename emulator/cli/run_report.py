@@ -11,10 +11,11 @@ from collections.abc import Iterator, Sequence
 
 from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
+from fcu_emulator.emulator.chip.diagnosis.diagnose import SCANNED_ADDRESSES
 from fcu_emulator.emulator.chip.memory_map import CHIP_NAME
 from fcu_emulator.emulator.cli.run_figures import figures
 from fcu_emulator.emulator.cli.screen import Look, ProgressLine, Say, is_terminal, say
-from fcu_emulator.emulator.errors import FirmwareError
+from fcu_emulator.emulator.errors import FirmwareError, I2CNackError
 from fcu_emulator.emulator.links import ByteLink
 from fcu_emulator.emulator.links.runner import Progress
 from fcu_emulator.emulator.links.stdout import StdoutLink
@@ -92,9 +93,21 @@ def _resets(board: Board) -> Iterator[str]:
         yield f"{CHIP_NAME}: {text} at {first_s:.6f} s{again}"
 
 
+def _no_answer(address: int) -> str:
+    return str(I2CNackError(address, 0))
+
+
 def _bus_errors(board: Board) -> Iterator[str]:
+    silent: dict[str, set[int]] = {}
+    for one in board.trace.of(BusTransfer):
+        if one.result == _no_answer(one.address):
+            silent.setdefault(one.bus, set()).add(one.address)
+    scanned = {bus: addresses for bus, addresses in silent.items() if len(addresses) >= SCANNED_ADDRESSES}
+    for bus, addresses in scanned.items():
+        yield f"{bus}: no answer at {len(addresses)} addresses, from 0x{min(addresses):02X} to 0x{max(addresses):02X}"
     for (bus, result), count in failed_transfers(board).most_common():
-        yield f"{bus}: {count} failed transfer{'s' * (count > 1)}: {result}"
+        if result not in {_no_answer(address) for address in scanned.get(bus, ())}:
+            yield f"{bus}: {count} failed transfer{'s' * (count > 1)}: {result}"
     lost = received_bytes_lost(board)
     if lost:
         name = board.terminal.uart.name

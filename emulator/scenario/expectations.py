@@ -15,6 +15,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
+from fcu_emulator.emulator.buses.uart import decoded
 from fcu_emulator.emulator.scenario.fields import (
     Duration,
     Length,
@@ -200,12 +201,12 @@ class ExpectText(Expectation):
     file: TextFile
 
     def describe(self) -> str:
-        expected = same_banner(self.file.content.decode("latin-1"))
+        expected = same_banner(decoded(self.file.content))
         lines = len(expected.split("\n"))
         return f"{self.file.path} ({lines} lines, {len(expected)} bytes)"
 
     def evaluate(self, run: RunView) -> ExpectationResult:
-        expected = same_banner(self.file.content.decode("latin-1"))
+        expected = same_banner(decoded(self.file.content))
         printed = same_banner(run.board.terminal.text)
         if printed == expected:
             return self.met()

@@ -28,7 +28,7 @@ import numpy as np
 
 from fcu_emulator.emulator.buses.gpio import Led
 from fcu_emulator.emulator.buses.i2c import I2CMaster
-from fcu_emulator.emulator.buses.uart import Uart
+from fcu_emulator.emulator.buses.uart import Uart, decoded
 from fcu_emulator.emulator.links.runner import RunnableBoard, SerialEnd
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
 from fcu_emulator.emulator.time.ticks import TickCounts
@@ -337,7 +337,7 @@ class Recorder:
         begin = position + len(raw) - len(raw.lstrip(b"\r"))
         first_seen = bisect_right(self._looks, begin, key=lambda look: look[0])
         at_ps = self._looks[first_seen][1]
-        text = raw.decode("latin-1").strip(" \r\t")
+        text = decoded(raw).strip(" \r\t")
         self._lines.append(PrintedLine(len(self._lines) + 1, text, at_ps, self._truth(text, at_ps)))
 
     def _truth(self, text: str, at_ps: int) -> dict[str, tuple[Array, Array]]:

@@ -90,7 +90,7 @@ class PythonPeripherals:
 
     def __init__(self, soc: Soc, peripherals: Iterable[Peripheral]) -> None:
         self._soc = soc
-        self._reported: set[tuple[str, int]] = set()
+        self._reported: set[tuple[str, str]] = set()
         self._pages: dict[int, Peripheral] = {}
         by_address = {
             first: Absent(soc, name, first, size) for name, (first, size) in memory_map.ADDRESSES.items()
@@ -126,7 +126,7 @@ class PythonPeripherals:
         register = address - peripheral.base & 0xFFFF_FFFC
         shift = 8 * (address & 3)
         if not peripheral.clocked:
-            self.report_clock(peripheral, register, "written")
+            self.report_write_without_clock(peripheral, register, value << shift)
             return NO_REGISTER_PS
         if not _has(peripheral, register):
             self.report_unknown(peripheral, register, "written")
@@ -147,16 +147,22 @@ class PythonPeripherals:
     def report_clock(self, peripheral: Peripheral, register: int, what: str) -> None:
         name = peripheral.NAMES.get(register, f"offset 0x{register:02X}")
         text = f"{name} {what} while the peripheral has no clock; set {GATES.get(peripheral.name, 'its bit in RCC')}"
-        self._report(peripheral, register, "forbidden", text)
+        self._report(peripheral, "forbidden", text)
+
+    def report_write_without_clock(self, peripheral: Peripheral, register: int, value: int) -> None:
+        """Report a write that would have changed the register from its value after reset."""
+        declared = DECLARED.get(peripheral.name)
+        known = declared.by_offset.get(register) if declared else None
+        if known is None or (value ^ known.reset) & known.stored:
+            self.report_clock(peripheral, register, "written")
 
     def report_unknown(self, peripheral: Peripheral, register: int, what: str) -> None:
         text = f"offset 0x{register:02X} {what}; no register has this offset"
-        self._report(peripheral, register, "not modelled", text)
+        self._report(peripheral, "not modelled", text)
 
-    def _report(self, peripheral: Peripheral, register: int, kind: str, text: str) -> None:
-        key = f"{peripheral.name} {kind}", register
-        if key not in self._reported:
-            self._reported.add(key)
+    def _report(self, peripheral: Peripheral, kind: str, text: str) -> None:
+        if (peripheral.name, text) not in self._reported:
+            self._reported.add((peripheral.name, text))
             self._soc.trace.add(DeviceNote(self._soc.clock.now_ps, peripheral.name, kind, text))
 
 

@@ -167,7 +167,8 @@ class Backtrace:
         while True:
             if frame:
                 current, lr = self._word(frame + 4 * _FRAME_PC) or 0, self._word(frame + 4 * _FRAME_LR) or 0
-                yield Call(current, interrupted=True)
+                if FLASH_MEMORY.holds(current, current):
+                    yield Call(current, interrupted=True)
                 address = frame + 4 * (_BASIC_WORDS if exc_return & _BASIC_FRAME_BIT else _FLOATING_WORDS)
                 frame = 0
             if self._leads_to(lr, current):

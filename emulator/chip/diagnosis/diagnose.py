@@ -18,7 +18,12 @@ from fcu_emulator.emulator.chip.diagnosis.evidence import (
     RecentTransfers,
     nobody,
 )
-from fcu_emulator.emulator.chip.diagnosis.faults import fault_report
+from fcu_emulator.emulator.chip.diagnosis.faults import (
+    fault_before_reset,
+    fault_report,
+    is_reset_endlessly,
+    lost_store_report,
+)
 from fcu_emulator.emulator.chip.diagnosis.hang import Hang
 from fcu_emulator.emulator.chip.diagnosis.memory_use import flash_nearly_full, ram_nearly_full
 from fcu_emulator.emulator.chip.diagnosis.printing import LATEST_TEXT, PrintedLines, misprinted
@@ -28,15 +33,17 @@ from fcu_emulator.emulator.chip.diagnosis.setup import (
     byte_left,
     never_ticked,
     not_enabled,
+    printed_elsewhere,
     silent_terminal,
     wrong_baud,
     wrong_rate,
 )
 from fcu_emulator.emulator.chip.image import FirmwareImage
 from fcu_emulator.emulator.chip.memory_map import RAM_MEMORY
+from fcu_emulator.emulator.chip.peripherals.rcc import WRONG_CRYSTAL
 from fcu_emulator.emulator.chip.peripherals.tim import Timer
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
-from fcu_emulator.emulator.trace import BusTransfer, GpioEdge
+from fcu_emulator.emulator.trace import BusTransfer, DeviceNote, GpioEdge, Trace
 
 
 class RunningFirmware(Protocol):
@@ -49,6 +56,8 @@ class RunningFirmware(Protocol):
 
 
 _SET_UP_PS = PS_PER_S // 2
+SCANNED_ADDRESSES = 8
+"""Addresses without answer from which on a program looks for devices."""
 
 
 def diagnose(arm: RunningFirmware) -> Diagnosis | None:
@@ -64,8 +73,11 @@ def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
     notes = PeripheralNotes(chip, signals.trace)
     quiet_since_ps = _quiet_since_ps(arm, transfers)
     bus = bus_never_on(chip, signals, places) or byte_left(chip, signals)
+    crash = fault_before_reset(chip.core, arm.faults.origin, places, transfers.lines())
+    resets = crash or reset_report(chip.core, places, arm.faults.origin)
     failed = (
         fault_report(chip.core, arm.faults, places, transfers.lines())
+        or (resets if resets and resets.fatal else None)
         or _stack(arm, places)
         or Hang(chip, places, transfers, notes, quiet_since_ps, bus).diagnosis()
     )
@@ -75,13 +87,15 @@ def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
             return
     text = bytes(signals.uart.received()[-LATEST_TEXT:])
     seen = (
-        reset_report(chip.core, places, arm.faults.origin),
+        lost_store_report(arm.faults.lost_store, chip.core.memory, places),
+        resets,
         slow_callback(chip, places),
+        _wrong_crystal(signals.trace),
         _without_clock(notes),
         _unanswered(arm, transfers),
         _unselected(transfers),
         bus and _bus(bus, signals.clock.now_ps),
-        silent_terminal(chip, signals, places),
+        printed_elsewhere(chip, signals) or silent_terminal(chip, signals, places),
         wrong_baud(chip, signals),
         not_enabled(chip),
         never_ticked(chip, signals, places),
@@ -118,6 +132,17 @@ def _stack(arm: RunningFirmware, places: Places) -> Diagnosis | None:
     )
 
 
+def _wrong_crystal(trace: Trace) -> Diagnosis | None:
+    """Report PLL settings that fit another board's crystal."""
+    for note in trace.of(DeviceNote):
+        if note.device == "RCC" and WRONG_CRYSTAL in note.text:
+            violated, _, crystal = note.text.partition("; ")
+            summary = f"the program is made for another crystal: {crystal}"
+            look = "HSE_VALUE and PLLM have to fit the board; all times and rates of the program are wrong."
+            return Diagnosis("clock", summary, (f"At {at(note.t_ps)}: {violated}.", look), fatal=False)
+    return None
+
+
 def _without_clock(notes: PeripheralNotes) -> Diagnosis | None:
     cause = notes.cause()
     if cause is None:
@@ -133,7 +158,7 @@ def _unanswered(arm: RunningFirmware, transfers: RecentTransfers) -> Diagnosis |
         for event in signals.trace.of(BusTransfer)
         if event.bus in signals.i2c and event.result != "ok" and not event.device
     ]
-    if not failed:
+    if not failed or len({one.address for one in failed}) >= SCANNED_ADDRESSES:
         return None
     ((bus, address), count), *_ = Counter((one.bus, one.address) for one in failed).most_common(1)
     cause = nobody(signals, signals.i2c[bus], address)
@@ -265,5 +290,5 @@ def reset_report(core: Core, places: Places, fault: FaultRecord | None) -> Diagn
         "reset",
         f"the chip was reset {times} by {reason} at {at(t_ps)}, while in {places.place(registers[_PC])}",
         (*details, *section(f"callers ({NOTE})", callers)),
-        fatal=False,
+        fatal=is_reset_endlessly(core),
     )

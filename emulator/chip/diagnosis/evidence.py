@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 
 from fcu_emulator.emulator.boards.description import BoardSignals
 from fcu_emulator.emulator.buses.i2c import I2CBus
@@ -50,7 +50,11 @@ def absent(signals: BoardSignals, used: str) -> str:
     wiring, other = signals.wiring, signals.board.wiring_with(used)
     text = f"With wiring {wiring.name} the sensors are on {wiring.bus}, not on {used}: "
     text += f"build the firmware for {wiring.bus}"
-    return f"{text}, or run it with wiring {other.name}." if other else f"{text}."
+    if other:
+        return f"{text}, or run it with wiring {other.name}."
+    if used == "I2C1":
+        return f"{text}. ST's Nucleo boards have their sensor shields on I2C1; was the program made for one?"
+    return f"{text}."
 
 
 def _answers(name: str, address: int) -> str:
@@ -92,19 +96,22 @@ class RecentTransfers:
     def texts(self, transfers: Iterable[BusTransfer]) -> list[str]:
         return [f"{at(transfer.t_ps)}  {_text(transfer, self._signals.i2c)}" for transfer in transfers]
 
-    def cause(self) -> Cause | None:
+    def failure(self) -> Cause | None:
+        """Return the cause of a held line, or of a latest transfer that failed."""
         for bus in self._i2c:
             if any(fault.kind == "stuck" for fault in bus.faults(self._now_ps)):
                 text = f"a line of {bus.name} is held low"
                 return Cause(text, ["The bus stays busy, so no transfer can start."])
+        failed = self.latest and self.latest[-1].result != "ok"
+        return self._failed(self.latest[-1]) if failed else None
+
+    def cause(self) -> Cause | None:
         for spi in self._spi:
             if unaddressed := self._unaddressed(spi):
                 return self._no_sensor_selected(spi, unaddressed)
         if not self.latest:
             return None
         last = self.latest[-1]
-        if last.result != "ok":
-            return self._failed(last)
         if last.register == "WHO_AM_I" and last.read:
             return self._identity(last)
         return None
@@ -220,17 +227,28 @@ class PeripheralNotes:
 
     def __init__(self, chip: Chip, trace: Trace) -> None:
         self._clocked = {peripheral.name: peripheral.clocked for peripheral in chip.core.all_peripherals}
+        self._clocked_until_ps = chip.system.rcc.clocked_until_ps
         self._notes = [
             note for note in trace.of(DeviceNote) if note.what == "forbidden" and note.device in self._clocked
         ]
 
     def without_clock(self) -> list[str]:
-        """Return peripherals that still have no clock."""
-        names = dict.fromkeys(note.device for note in self._notes if _NO_CLOCK in note.text)
-        return [name for name in names if not self._clocked[name]]
+        """Return peripherals that were written without clock, and have had none since."""
+        first_ps: dict[str, int] = {}
+        for note in self._notes:
+            if f"written {_NO_CLOCK}" in note.text:
+                first_ps.setdefault(note.device, note.t_ps)
+        return [
+            name
+            for name, t_ps in first_ps.items()
+            if not self._clocked[name] and self._clocked_until_ps.get(name, -1) <= t_ps
+        ]
 
-    def cause(self) -> Cause | None:
+    def cause(self, among: Container[str] | None = None) -> Cause | None:
+        """Return the first missing clock, or that of a peripheral ``among`` these."""
         for name in self.without_clock():
+            if among is not None and name not in among:
+                continue
             first = next(note for note in self._notes if note.device == name)
             return Cause(
                 f"{name} has no clock: __HAL_RCC_{name}_CLK_ENABLE() is missing",

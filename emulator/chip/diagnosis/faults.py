@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import struct
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 from fcu_emulator.emulator.chip.cpu import exceptions
@@ -16,14 +18,14 @@ from fcu_emulator.emulator.chip.cpu.exceptions import (
     NMI,
     USAGE_FAULT,
 )
-from fcu_emulator.emulator.chip.cpu.fault_log import FaultLog, FaultRecord
+from fcu_emulator.emulator.chip.cpu.fault_log import CORE, FaultLog, FaultRecord, LostStore
 from fcu_emulator.emulator.chip.cpu.thumb import decode
 from fcu_emulator.emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Call, Places, ReadCode
 from fcu_emulator.emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
 from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
 from fcu_emulator.emulator.chip.registers import scb
 from fcu_emulator.emulator.chip.registers.declaration import Word
-from fcu_emulator.emulator.time.clock import PS_PER_MS
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
 # -- fault status registers (ARMv7-M ARM B3.2.15, B3.2.16; PM0214 4.4.10, 4.4.11) ---------------------------
 
@@ -97,16 +99,6 @@ def _of_access(record: FaultRecord, address: int, places: Places, code: ReadCode
     on_stack = record.sp <= address < RAM_MEMORY.start or abs(address - record.sp) <= _NEAR
     if on_stack and stack_overflows(record, places):
         return _of_stack(record, places)
-    if stores and address < FLASH_MEMORY.end - FLASH_MEMORY.start:
-        return _of_null(address)
-    if stores and FLASH_MEMORY.holds(address, address):
-        return Cause(
-            f"write to flash, address 0x{address:08X}",
-            [
-                "Constants (const) and texts in quotes are in flash, which a normal store cannot write.",
-                "Typical causes: a cast that removes const, or a char * to a string literal.",
-            ],
-        )
     verb = "write to" if stores else "read of"
     where = (
         "after the end of RAM" if RAM_MEMORY.end <= address < RAM_MEMORY.end + 0x1_0000 else "without memory"
@@ -121,6 +113,33 @@ def _stores(pc: int, code: ReadCode) -> bool:
     content = code(pc, 4)
     return (
         content is not None and decode(pc, content[0] | content[1] << 8, content[2] | content[3] << 8).stores
+    )
+
+
+def lost_store_report(store: LostStore | None, code: ReadCode, places: Places) -> Diagnosis | None:
+    """Report the first store to locked flash, which is also at address 0."""
+    if store is None:
+        return None
+    *_, sp, lr, pc, _ = store.registers
+    trace = Backtrace(places, store.word, code)
+    cause = _of_null(store.address) if store.address < FLASH_MEMORY.start else _of_constant(store.address)
+    refused = "FLASH refuses the store and sets PGSERR in FLASH_SR; the program continues."
+    return Diagnosis(
+        "memory",
+        f"{cause.short} at {at(store.t_ps)} in {places.place(pc)}: the value is lost",
+        (*cause.sentences, refused, *section(f"callers ({NOTE})", trace.lines(pc, lr, sp))),
+        fatal=False,
+        at_ps=store.t_ps,
+    )
+
+
+def _of_constant(address: int) -> Cause:
+    return Cause(
+        f"write to flash, address 0x{address:08X},",
+        [
+            "Constants (const) and texts in quotes are in flash, which a normal store cannot write.",
+            "Typical causes: a cast that removes const, or a char * to a string literal.",
+        ],
     )
 
 
@@ -240,6 +259,7 @@ _NAMES = {
     BUS_FAULT: "BusFault",
     USAGE_FAULT: "UsageFault",
 }
+_XPSR = 16
 _FAULTS_OF_A_LOOP, _JUST_NOW_PS = 10, PS_PER_MS
 _REGISTERS = (*(f"R{number}" for number in range(13)), "SP", "LR", "PC", "xPSR")
 
@@ -260,6 +280,35 @@ def fault_report(core: Core, log: FaultLog, places: Places, transfers: list[str]
     if core.active & FAULT_HANDLERS:
         return _report(core, record, places, transfers, _handler(core, places))
     return None
+
+
+def fault_before_reset(
+    core: Core, record: FaultRecord | None, places: Places, transfers: list[str]
+) -> Diagnosis | None:
+    """Return the fault whose handler has reset the chip."""
+    if record is None or not core.resets or record.t_ps > core.resets[-1][0]:
+        return None
+    state, _ = core.before_reset
+    handled = CORE.unpack(state)[_XPSR] & 0x1FF
+    if handled not in _NAMES or core.resets[-1][1] != "SYSRESETREQ":
+        return None
+    count = len(core.resets)
+    times = f", {count} times so far" if count > 1 else ""
+    ending = [f"The fault's handler has reset the chip{times}, last at {at(core.resets[-1][0])}."]
+    report = _report(core, record, places, transfers, ending)
+    return replace(report, fatal=is_reset_endlessly(core))
+
+
+_RESETS_OF_A_LOOP = 10
+
+
+def is_reset_endlessly(core: Core) -> bool:
+    """Return whether resets follow each other within a second, and the next one is not overdue."""
+    times_ps = [t_ps for t_ps, _ in core.resets][-_RESETS_OF_A_LOOP:]
+    if len(times_ps) < _RESETS_OF_A_LOOP:
+        return False
+    longest_ps = max(later - earlier for earlier, later in itertools.pairwise(times_ps))
+    return longest_ps <= PS_PER_S and core.now_ps - times_ps[-1] <= 2 * longest_ps
 
 
 def _report(

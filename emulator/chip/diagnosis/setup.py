@@ -12,7 +12,7 @@ from fcu_emulator.emulator.chip.cpu.exceptions import FIRST_INTERRUPT, bits
 from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.evidence import absent
 from fcu_emulator.emulator.chip.diagnosis.hang import exception_name
-from fcu_emulator.emulator.chip.diagnosis.report import Cause, Diagnosis
+from fcu_emulator.emulator.chip.diagnosis.report import Cause, Diagnosis, section
 from fcu_emulator.emulator.chip.peripherals.tim import Timer
 from fcu_emulator.emulator.time.clock import PS_PER_S
 
@@ -30,6 +30,7 @@ _LAB = (b"ACC[x,y,z]", b"Pitch:")
 _SILENT_PS = PS_PER_S // 2  # by then output has begun
 _CR1, _DIER, _PSC, _ARR, _USART_CR1, _BRR = 0x00, 0x0C, 0x28, 0x2C, 0x0C, 0x08
 _PE, _CEN, _UIE, _SPE, _UE, _TE = 1, 1, 1, 1 << 6, 1 << 13, 1 << 3
+_USART2_FUNCTION = 7  # AF7 (DS9716 table 9)
 _FURTHEST_OFF = 0.03  # larger errors of a baud rate garble bytes (AN3155 allows 2 to 3 %)
 _LAB_RATES_HZ = (800.0, 84e6 / 52 / 2000)  # the lab's rate, and ST's
 _NEAR = 0.005
@@ -65,6 +66,26 @@ def silent_terminal(chip: Chip, signals: BoardSignals, places: Places) -> Diagno
     else:
         return None
     return Diagnosis("terminal", f"there is no output: {short}", (why, look), fatal=False)
+
+
+_LINES_SHOWN = 8
+
+
+def printed_elsewhere(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
+    """Report output on a USART without a terminal, if the terminal got none."""
+    output = chip.usarts.unconnected_output()
+    if not output or signals.uart.received_count():
+        return None
+    name, data = max(output.items(), key=lambda item: len(item[1]))
+    board = signals.board.serial.peripheral
+    lines = [line for line in data.decode(errors="replace").splitlines() if line.strip()]
+    details = [f"This board's terminal is on {board}."]
+    if name == "USART2" and signals.gpio.alternate("A", 2) == _USART2_FUNCTION:
+        details.append("USART2 on PA2 is the terminal of ST's Nucleo boards; was the program made for one?")
+    details += section(f"the first lines on {name}", lines[:_LINES_SHOWN])
+    return Diagnosis(
+        "terminal", f"the program prints on {name}, where no terminal is", tuple(details), fatal=False
+    )
 
 
 def wrong_baud(chip: Chip, signals: BoardSignals) -> Diagnosis | None:

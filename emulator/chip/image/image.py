@@ -17,8 +17,10 @@ from fcu_emulator.emulator.chip.image.elf import MAGIC, open_elf
 from fcu_emulator.emulator.chip.image.intel_hex import looks_like_hex, read_hex
 from fcu_emulator.emulator.chip.image.segments import Segment
 from fcu_emulator.emulator.chip.image.symbols import Symbols
-from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
+from fcu_emulator.emulator.chip.memory_map import CHIP, FLASH_MEMORY, RAM_MEMORY
 from fcu_emulator.emulator.errors import FirmwareFileError
+
+_LARGEST_RAM = 512 * 1024  # of chips with the same memory map
 
 Kind = Literal["elf", "hex", "bin"]
 
@@ -62,6 +64,19 @@ def checked(
             kind="no_vector_table",
         )
     stack_pointer, reset_vector = struct.unpack_from("<II", table.data)
+    if table.data.startswith(b"\x7fELF"):
+        raise FirmwareFileError(
+            file,
+            "has an ELF header where the vector table must be: the linker script puts the file's headers into flash",
+            kind="header_in_flash",
+        )
+    if RAM_MEMORY.end < stack_pointer <= RAM_MEMORY.start + _LARGEST_RAM and not stack_pointer % 1024:
+        raise FirmwareFileError(
+            file,
+            f"is linked for {(stack_pointer - RAM_MEMORY.start) // 1024} KB of RAM: its stack begins at "
+            f"0x{stack_pointer:08X}; {CHIP}",
+            kind="stack_pointer",
+        )
     if not RAM_MEMORY.start < stack_pointer <= RAM_MEMORY.end:
         other = kind == "bin" and path.suffix.lower() not in {"", ".bin"}
         what = "is not a valid ELF, HEX or BIN firmware file" if other else "is not firmware"

@@ -67,6 +67,8 @@ void fcu_debug(Chip *chip, int32_t on);
 int32_t fcu_halted_on_bkpt(Chip *chip);
 
 void fcu_invalidate_code(Chip *chip);
+/* After a change of at most 8 bytes of the flash. */
+void fcu_flash_programmed(Chip *chip, uint32_t offset, uint32_t size);
 /* Add or remove a breakpoint (STOP_BREAKPOINT). */
 void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on);
 
@@ -93,6 +95,7 @@ typedef struct {
 void fcu_costliest(const Chip *chip, Costliest *found);
 int32_t fcu_priority(const Chip *chip, int32_t exception);
 int32_t fcu_priority_group(const Chip *chip, int32_t priority);
+int32_t fcu_execution_priority(const Chip *chip, int32_t primask, int32_t basepri, int32_t faultmask);
 
 /* -- accesses by debuggers and DMA: bus.c ------------------------------------------------------------- */
 

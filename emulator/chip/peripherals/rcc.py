@@ -45,6 +45,8 @@ class Oscillators:
         return cls(round(HSI_HZ * (1 + errors.hsi_percent / 100)), round(HSE_HZ * (1 + errors.hse_ppm / 1e6)))
 
 
+_OTHER_CRYSTALS_HZ = (8_000_000, 25_000_000, 12_000_000)  # of other boards
+
 NOMINAL = Oscillators()
 """For the manual's limits, which an oscillator within its tolerance never violates."""
 
@@ -78,6 +80,18 @@ def pll(pllcfgr: int, oscillators: Oscillators = NOMINAL) -> PllOutput:
     p, q = 2 * (fields.PLLP.get(pllcfgr) + 1), max(fields.PLLQ.get(pllcfgr), 1)
     vco_hz = source_hz * n // m
     return PllOutput(source_hz // m, vco_hz, vco_hz // p, vco_hz // q)
+
+
+def _other_crystal(pllcfgr: int) -> str:
+    """Return the hint that a setting fits another board's crystal, or ""."""
+    if not rcc.PLLCFGR.PLLSRC.get(pllcfgr):
+        return ""
+    fitting = (hz for hz in _OTHER_CRYSTALS_HZ if not pll(pllcfgr, Oscillators(hse_hz=hz)).problem())
+    hz = next(fitting, 0)
+    return f"; {WRONG_CRYSTAL} {HSE_HZ / 1e6:g} MHz, the settings fit {hz / 1e6:g} MHz" if hz else ""
+
+
+WRONG_CRYSTAL = "the board's crystal has"
 
 
 @dataclass(frozen=True)
@@ -235,6 +249,8 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._chip: FcuChip | None = None
         self._listeners: list[Callable[[], None]] = []
         self._backup_listeners: list[Callable[[], None]] = []
+        self.clocked_until_ps: dict[str, int] = {}
+        """The latest time at which a peripheral's clock was switched off, by name."""
         self._starting: dict[str, Event] = {}
         self._check: Event | None = None
         self._pll_hz = self._pll_nominal_hz = 0
@@ -279,6 +295,8 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         kept = {BDCR: self.registers[BDCR], CSR: self.registers[CSR] & _FLAGS}
         for name in [name for name in self._starting if _SOURCES[name].register != BDCR]:
             self._starting.pop(name).cancel()
+        for gates in ENABLE:
+            self._note_clock_off(gates, self.registers[gates])
         self.registers = dict(self.REGISTERS) | kept
         self._irq.set(self.name, False)
         self._apply_all_gates()
@@ -298,6 +316,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         super().write(offset, value, mask)
         value &= mask
         if offset in ENABLE:
+            self._note_clock_off(offset, old & ~self.registers[offset])
             self._apply_gates(offset, self.registers[offset] ^ old)
         elif offset in RESET:
             self._apply_resets(offset, self.registers[offset] & ~old)
@@ -328,6 +347,10 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
             used.add(self._pll_source())
         for name in used:
             self.registers[CR] |= _SOURCES[name].on
+
+    def _note_clock_off(self, offset: int, bits: int) -> None:
+        off = (name for bit, name in ENABLE[offset].items() if bits >> bit & 1)
+        self.clocked_until_ps |= dict.fromkeys(off, self.soc.clock.now_ps)
 
     def _apply_all_gates(self) -> None:
         for offset in self._gated:
@@ -386,7 +409,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
             nominal = pll(pllcfgr)
             self._pll_hz, self._pll_nominal_hz = pll(pllcfgr, self._oscillators).p_hz, nominal.p_hz
             if nominal.problem():
-                self.note("forbidden", nominal.problem())
+                self.note("forbidden", nominal.problem() + _other_crystal(pllcfgr))
             if not self._pll_hz:  # N is 0 (6.3.2)
                 return
         at_ps = self.soc.clock.now_ps + source.start_ps
@@ -423,7 +446,8 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         if adopted == self._adopted:
             return
         self._adopted = adopted
-        self._nominal, self.nominal_hclk_hz = nominal, nominal.hclk_hz
+        self._nominal = nominal
+        self.nominal_hclk_hz, self.nominal_pclk1_hz = nominal.hclk_hz, nominal.pclk1_hz
         self.sysclk_hz, self.hclk_hz = clocks.sysclk_hz, clocks.hclk_hz
         self.pclk1_hz, self.pclk2_hz = clocks.pclk1_hz, clocks.pclk2_hz
         self.timer1_hz, self.timer2_hz = clocks.timer1_hz, clocks.timer2_hz
