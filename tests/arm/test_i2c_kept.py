@@ -211,7 +211,7 @@ class Board:
             now_ps,
             list(bench.trace),
             bench.board.i2c2.bus.recent_transfers(),
-            [set(part.registers.half_read) for part in parts],
+            [part.registers.held[0] for part in parts],
             # Read, and not looked up in the memory, which is filled in when somebody reads it.
             [[part.read(address, 1, now_ps) for address in range(0x80)] for part in parts],
             [self.hal.receive_interrupt(address, 3) for address in DEVICES if self.hal.is_ready(address)],
@@ -271,7 +271,7 @@ class Calls:
         self.count = 0
         for target in board.targets.values():
             assert isinstance(target, SubaddressTarget)
-            for name in ("start", "write", "read", "prefetch"):
+            for name in ("start", "write", "read", "shared_bank"):
                 self._count(target, name)
 
     def _count(self, target: SubaddressTarget, name: str) -> None:

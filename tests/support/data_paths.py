@@ -54,7 +54,7 @@ C_FILES = {
         "bus.c": "core_read",
         "chip.c": "chip_advance",
         "i2c.c": "i2c_fire",
-        "read_cache.c": "target_read",
+        "sensor_registers.c": "target_read",
     },
 }
 
