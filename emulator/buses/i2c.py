@@ -48,13 +48,19 @@ class I2CTarget(Protocol):
         """Return the number of acknowledged bytes."""
         ...
 
-    def read(self, count: int) -> bytes: ...
+    def read(self, count: int) -> bytes:
+        """Return bytes for the master."""
+        ...
 
-    def stop(self) -> None: ...
+    def stop(self) -> None:
+        """End the transfer after the master's stop."""
+        ...
 
     def name(self) -> str: ...
 
-    def register_name(self, address: int) -> str: ...
+    def register_name(self, address: int) -> str:
+        """Return the name of the byte at a sub-address for the trace."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +160,7 @@ class I2CBus:
         self.set_speed(speed_hz)
 
     def set_speed(self, speed_hz: int) -> None:
+        """Set another clock rate, from the next transfer on."""
         self.speed_hz = speed_hz
         self._kept.clear()  # they contain durations
 
@@ -166,12 +173,14 @@ class I2CBus:
         return self._trace.detailed
 
     def attach(self, address: int, target: I2CTarget) -> None:
+        """Attach a device at a 7-bit address."""
         self._targets[address] = target
         self._kept.clear()
         for changed in self.when_changed:
             changed()
 
     def inject(self, fault: I2CFault) -> None:
+        """Break transfers according to the rule."""
         self._faults.append(fault)
         self.has_faults = True
         self._kept.clear()
@@ -182,6 +191,7 @@ class I2CBus:
         self._trace.add(Fault(fault.from_ps, self.name, f"{fault.kind}{where} {until}"))
 
     def duration_ps(self, bits: int) -> int:
+        """Return the time of ``bits`` clock periods on the wire."""
         return bits * PS_PER_S // self.speed_hz
 
     @property
@@ -192,6 +202,7 @@ class I2CBus:
         return self._targets.get(address)
 
     def faults(self, at_ps: int) -> list[I2CFault]:
+        """Return the rules active at ``at_ps``, for all addresses."""
         return [fault for fault in self._faults if fault.from_ps <= at_ps < fault.until_ps]
 
     # -- transfers --------------------------------------------------------------------------------------

@@ -54,9 +54,11 @@ class SpiBus:
         return tuple(self._targets)
 
     def target(self, chip_select: str) -> SpiTarget:
+        """Return the SPI interface of the sensor at a chip select."""
         return self._targets[chip_select][1]
 
     def transfer(self, chip_select: str, data: bytes, count: int = 0) -> bytes:
+        """Select, write ``data``, read ``count`` bytes, deselect."""
         target = self.target(chip_select)
         start_ps = self._clock.now_ps
         target.select()
@@ -71,6 +73,7 @@ class SpiBus:
             self._trace.add_transfer(*self._fields(start_ps, self.end_ps, chip_select, written, received))
 
     def recent_transfers(self) -> list[BusTransfer]:
+        """Return the messages of ``recent`` as trace events."""
         self.take_messages()
         return [
             BusTransfer(*self._fields(start_ps, end_ps, chip_select, bytes(written), bytes(received)))

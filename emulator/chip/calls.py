@@ -196,6 +196,7 @@ class Scratch:
         copy.read_python, copy.write_python = self._register_read, self._register_written
 
     def refresh(self) -> None:
+        """Copy the present state of the chip."""
         core, copy = self._core, self._copy
         if core.retired == 0:
             raise InputError(
@@ -210,6 +211,7 @@ class Scratch:
         self._everything.write(*self._of_core.read())
 
     def variable(self, name: str) -> CValue:
+        """Return a global variable by its C name. Raises KeyError."""
         return _symbols(self._image).read_variable(name, self._read)
 
     def set_variable(self, name: str, value: Any) -> None:
@@ -249,6 +251,7 @@ class Scratch:
         return result
 
     def keep(self) -> None:
+        """Copy the RAM of the copy to the chip."""
         self._core.ram[:] = self._copy.ram
 
     def _problem(self, name: str, stop: Stop, max_instructions: int) -> Exception:
@@ -306,6 +309,7 @@ class Caller:
     def call(
         self, name: str, arguments: Sequence[Any], keep: bool, max_instructions: int, timeout_s: float
     ) -> Any:
+        """Call a function like :meth:`fcu_emulator.emulator.Board.call`."""
         address, signature = find_function(self._image, name, arguments)
         scratch = self._scratch
         scratch.refresh()
