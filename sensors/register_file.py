@@ -228,7 +228,7 @@ class RegisterFile:
         return ctypes.addressof(bank)
 
     def take_back(self) -> None:
-        """End all trains."""
+        """End the trains of all outputs."""
         for output in self.outputs:
             output.take_back()
 

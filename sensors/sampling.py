@@ -409,7 +409,7 @@ class OutputWords:
         return None
 
     def fill(self, now_ps: int) -> None:
-        """Fill the train."""
+        """Fill the shared train."""
         self.refresh(now_ps)
         stream = self.stream
         samples, times_ps = stream.ahead(0 if self.one_by_one else AHEAD)

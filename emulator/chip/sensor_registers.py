@@ -45,7 +45,7 @@ class ReadableTarget(Protocol):
 
     @property
     def position(self) -> int:
-        """The next sub-address."""
+        """Return the next sub-address."""
         ...
 
     def shared_bank(self) -> int | None:

@@ -163,7 +163,7 @@ class LPS22HB(Part):
         self.streams = (self._stream,)
         self._pipeline = Pipeline(main.mem, rpds_counts_per_lsb)
         at_power_on = power_on_counts.to_bytes(PRESS_OUT.size, "little", signed=True) + bytes(TEMP_OUT.size)
-        self._output = PressureOutput(main.mem, main.held, at_power_on)
+        self._output = PressureOutput(main, at_power_on)
         self._trimmed_ps = 0 if powered_on_ps is None else powered_on_ps + trimming_ps
         self._commands = Commands(main, self._barometer, self._pipeline, self._configure)
         self._wire(main)

@@ -91,9 +91,10 @@ class PressureOutput:
     ``latest``: the latest sample, five bytes; ``stale``: the next read must update.
     """
 
-    def __init__(self, mem: bytearray, held: memoryview[int], latest: bytes) -> None:
-        self._mem = mem
-        self._held = held
+    def __init__(self, registers: RegisterFile, latest: bytes) -> None:
+        self._mem = registers.mem
+        self._held = registers.held
+        self._version = registers.version
         self.latest = latest
         self.stale = True
         self.bdu = False
@@ -107,7 +108,7 @@ class PressureOutput:
         """Set BDU; off releases the output."""
         self.bdu = on
         if not on:
-            self._held[0] = 0
+            self._hold(on=False)
         self.stale = True
 
     def flag(self, fresh: int) -> None:
@@ -124,13 +125,18 @@ class PressureOutput:
         """Apply a read of one output; return whether it clears P_DA."""
         if first <= _PRESS_OUT_H < end:
             self._mem[STATUS.addr] &= P_READ
-            self._held[0] = 0
+            self._hold(on=False)
             return True
         if first < _PRESS_OUT_H:
-            self._held[0] = _HELD if self.bdu else 0
+            self._hold(on=self.bdu)
         elif end > _TEMP_OUT_H:
             self._mem[STATUS.addr] &= _T_READ
         return False
+
+    def _hold(self, *, on: bool) -> None:
+        if on != self.held:
+            self._held[0] = _HELD if on else 0
+            self._version[0] += 1
 
 
 class OutputTrain:
@@ -156,7 +162,7 @@ class OutputTrain:
         self.train.status = STATUS.addr
 
     def fill(self, now_ps: int) -> None:
-        """Fill the train."""
+        """Fill the shared train."""
         output, version = self._output, self._registers.version[0]
         if now_ps >= self._stream.next_ps or output.stale:
             self._refresh(now_ps)
@@ -168,7 +174,7 @@ class OutputTrain:
         self.train.fill(version, output.latest, [self._stream.next_ps], stale=output.stale)
 
     def take_back(self) -> None:
-        """End the train."""
+        """End the shared train."""
         self.train.take_back()
 
     def valid_until_ps(self, first: int, end: int) -> int:

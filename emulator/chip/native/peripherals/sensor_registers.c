@@ -33,7 +33,7 @@ bool target_is_readable(Chip *chip, const Target *target) {
 }
 
 void target_set_position(Chip *chip, const Target *target, uint8_t subaddress) {
-  *position_of(chip, target) = subaddress & (SUBADDRESSES - 1 | target->increment_bit);
+  *position_of(chip, target) = subaddress & ((SUBADDRESSES - 1) | target->increment_bit);
 }
 
 void target_invalidate(Target *target) { target->known = UINT64_MAX; }
