@@ -9,7 +9,6 @@ from __future__ import annotations
 import ctypes
 from array import array
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Protocol, TypeAlias
 
 from fcu_emulator.sensors.register import ADDRESSES, Register, RegisterMap
@@ -53,11 +52,9 @@ class Output(Protocol):
         """End the train, and continue after the samples that were taken from it."""
         ...
 
-    def valid_until_ps(self, first: int, end: int) -> int:
-        """Return how long these bytes can be read again; 0 if unknown."""
+    def burst_reader(self, first: int, end: int) -> BurstReader | None:
+        """Return a fast reader of these bytes, if there is one."""
         ...
-
-    def burst_reader(self, first: int, end: int) -> BurstReader | None: ...
 
 
 BurstReader: TypeAlias = Callable[[int], tuple[bytes, int]]
@@ -65,9 +62,6 @@ BurstReader: TypeAlias = Callable[[int], tuple[bytes, int]]
 
 _Hooks: TypeAlias = tuple[ReadHook | None, AfterHook | None]
 _NO_HOOKS: _Hooks = (None, None)
-_BurstPieces: TypeAlias = tuple[
-    tuple[Output | None, int, int], ...
-]  # None: only writes change these registers
 
 
 class AccessError(ValueError):
@@ -129,7 +123,6 @@ class RegisterFile:
         self.held = memoryview(self._bank_bytes)[:8].cast("Q")
         self._increment = True
         self._plans: dict[int, _Plan] = {}
-        self._burst_pieces: dict[int, _BurstPieces | None] = {}
         self._link()
         for address in range(ADDRESSES):
             register_at = registers.at[address]
@@ -234,16 +227,13 @@ class RegisterFile:
 
     def burst_reader(self, address: int, count: int) -> BurstReader:
         """Return a reader of this burst, for one ``version``."""
-        pieces = self._find_pieces(address, count)
-        if pieces is not None and len(pieces) == 1:
-            output, first, end = pieces[0]
-            read_burst = output and output.burst_reader(first, end)
-            if read_burst:
+        (_, first, end, _), rest = self._plan(address, count)
+        access = self._access_at(first)
+        if access >= OUTPUT and not rest:
+            read_burst = self.outputs[access - OUTPUT].burst_reader(first, end)
+            if read_burst is not None:
                 return read_burst
-        return partial(self._read_burst, address, count)
-
-    def _read_burst(self, address: int, count: int, now_ps: int) -> tuple[bytes, int]:
-        return self.read(address, count, now_ps), self._valid_until_ps(address, count)
+        return lambda now_ps: (self.read(address, count, now_ps), 0)
 
     def write(self, address: int, data: bytes, now_ps: int) -> None:
         """Write ``data``; only writable bits change."""
@@ -275,7 +265,6 @@ class RegisterFile:
 
     def _forget_plans(self) -> None:
         self._plans.clear()
-        self._burst_pieces.clear()
         self._bank_is_outdated = True
         self.version[0] += 1
 
@@ -283,31 +272,6 @@ class RegisterFile:
         """Return how C reads a byte: live if other hooks take part."""
         access, hooks = self._access[address]
         return access if hooks == (self._before[address], self._after[address]) else LIVE
-
-    def _valid_until_ps(self, address: int, count: int) -> int:
-        key = address << _COUNT_BITS | count
-        pieces = self._burst_pieces[key] if key in self._burst_pieces else self._find_pieces(address, count)
-        if pieces is None:
-            return 0
-        until_ps = NEVER_PS
-        for output, first, end in pieces:
-            if output is not None:
-                until_ps = min(until_ps, output.valid_until_ps(first, end))
-        return until_ps
-
-    def _find_pieces(self, address: int, count: int) -> _BurstPieces | None:
-        """Return the pieces of a burst, or None if reading has other effects."""
-        first_piece, rest = self._plan(address, count)
-        pieces: list[tuple[Output | None, int, int]] = []
-        for _, first, end, _ in (first_piece, *rest):
-            access = self._access_at(first)
-            if access in {LIVE, STATUS}:
-                break
-            pieces.append((None if access == MEMORY else self.outputs[access - OUTPUT], first, end))
-        found = tuple(pieces) if len(pieces) == 1 + len(rest) else None
-        if count <= _LONGEST_KEPT:
-            self._burst_pieces[address << _COUNT_BITS | count] = found
-        return found
 
     def _read_bytewise(self, address: int, count: int, now_ps: int) -> bytes:
         """Read byte by byte, as a burst can release a held word and show newer data."""

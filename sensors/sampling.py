@@ -428,11 +428,6 @@ class OutputWords:
         if taken:
             self.stream.advance(self.stream.time_ps(self.stream.index + taken))
 
-    def valid_until_ps(self, first: int, end: int) -> int:
-        """Return the next sample's time, as a burst has cleared the flags."""
-        del first, end
-        return self.stream.next_ps
-
     def burst_reader(self, first: int, end: int) -> BurstReader | None:
         return self._read_burst if (first, end) == (self._first, self._end) else None
 

@@ -177,11 +177,6 @@ class OutputTrain:
         """End the shared train."""
         self.train.take_back()
 
-    def valid_until_ps(self, first: int, end: int) -> int:
-        """Return the next sample's time, as a burst has cleared the flags."""
-        del first, end
-        return self._stream.next_ps if self._alone() else 0
-
     def burst_reader(self, first: int, end: int) -> BurstReader | None:
         return self._read_pressure if (first, end) == (_FIRST, _PRESS_OUT_H + 1) else None
 

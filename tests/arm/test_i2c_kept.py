@@ -185,6 +185,9 @@ class Board:
             clock.now_ps + us * PS_PER_US, lambda: self.seen.append(part.read(register, 2, clock.now_ps))
         )
 
+    def _turn(self, degrees: int, _: int, __: int) -> None:
+        self.bench.board.world.set_attitude(roll_deg=degrees, pitch_deg=5, yaw_deg=30)
+
     def _detail(self, _: int, __: int, ___: int) -> None:
         self.bench.trace.record_all()
 
@@ -233,10 +236,11 @@ def actions() -> st.SearchStrategy[list[Action]]:
         "pass": st.tuples(st.just("pass"), st.integers(0, 12_000), st.just(0), st.just(0)),
         "write": st.sampled_from(SETTINGS).map(lambda write: ("write", *write)),
         "debugger": st.tuples(st.just("debugger"), device, st.integers(0, 0x7E), st.integers(0, 600)),
+        "turn": st.tuples(st.just("turn"), st.integers(-80, 80), st.just(0), st.just(0)),
         "detail": st.just(("detail", 0, 0, 0)),
     }
     weighted = ["read"] * 10 + ["interrupt", "dma", "again", "write", "debugger"] * 2 + ["pass"] * 6
-    weighted += ["anywhere", "disable", "restart", "ready", "detail"]
+    weighted += ["anywhere", "disable", "restart", "ready", "turn", "detail"]
     return st.lists(st.sampled_from(weighted).flatmap(kinds.__getitem__), min_size=10, max_size=40)
 
 

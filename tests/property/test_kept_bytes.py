@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fcu_emulator.emulator.assembly.snapshot import Snapshot
 from fcu_emulator.sensors import LIS2MDL, LPS22HB, LSM6DSL
 from fcu_emulator.sensors.errors import Grade
 from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
@@ -71,7 +72,7 @@ USUAL = {
 _PAUSE_PS = 125 * 10**6 + 1  # up to 32 ms
 
 Action: TypeAlias = tuple[str, int, int]
-"""read: address, count; write: address, value; pass: pauses, 0; pin or world: level, 0."""
+"""read: address, count; write: address, value; pass: pauses, 0; pin, world, save, restore: level, 0."""
 
 
 def actions(part: str) -> st.SearchStrategy[list[Action]]:
@@ -84,10 +85,16 @@ def actions(part: str) -> st.SearchStrategy[list[Action]]:
         "anywhere": st.tuples(st.just("read"), st.integers(0, 0x7F), st.integers(1, 20)),
         "pass": st.tuples(st.just("pass"), st.integers(0, 255), st.just(0)),
         "write": write.map(lambda write: ("write", *write)),
-        "outside": st.tuples(st.sampled_from(("pin", "world")), st.integers(0, 1), st.just(0)),
+        "outside": st.tuples(
+            st.sampled_from(("pin", "world", "world", "save", "restore")), st.integers(0, 1), st.just(0)
+        ),
     }
     weighted = (
-        ["usual"] * 8 + ["output", "byte"] * 4 + ["anywhere"] + ["pass"] * 6 + ["write", "write", "outside"]
+        ["usual"] * 8
+        + ["output", "byte"] * 4
+        + ["anywhere"]
+        + ["pass"] * 6
+        + ["write", "write", "outside", "outside"]
     )
     traffic = st.lists(st.sampled_from(weighted).flatmap(kinds.__getitem__), min_size=30, max_size=60)
     starts = st.sampled_from(STARTS[part]).map(lambda writes: [("write", *write) for write in writes])
@@ -102,6 +109,7 @@ class Bench:
         self._slope = 1.0
         self._since_s = 0.0
         self.masters = live(self._make(name)), keeper(self._make(name))
+        self._saved: tuple[int, float, list[Snapshot]] | None = None
         self.noted: tuple[list[str], list[str]] = ([], [])
         for master, noted in zip(self.masters, self.noted, strict=True):
             master.part.observe(lambda _, kind, text, noted=noted: noted.append(f"{kind}: {text}"), None)
@@ -131,11 +139,18 @@ class Bench:
             self._slope = -self._slope
             for master in self.masters:
                 master.part.world_changed(self.now_ps)
+        elif what == "save":
+            snapshots = [Snapshot(master) for master in self.masters]
+            self._saved = self.now_ps, self._slope, snapshots
+        elif what == "restore" and self._saved is not None:
+            self.now_ps, self._slope, snapshots = self._saved
+            for master, snapshot in zip(self.masters, snapshots, strict=True):
+                snapshot.restore(master)
         elif what == "read":
             answers = [master.read(number, other, self.now_ps).hex() for master in self.masters]
             assert answers[0] == answers[1], action
             self.now_ps += 30 * 10**7
-        else:
+        elif what in {"write", "pin"}:
             for master in self.masters:
                 self._change(master, what, number, other)
             self.now_ps += 10**8
