@@ -380,7 +380,9 @@ class OutputWords:
     def refresh(self, now_ps: int) -> None:
         if now_ps < self.stream.next_ps:
             return
-        fresh = self._advance(now_ps)
+        if self._lent:
+            self.take_back()
+        fresh = self.stream.advance(now_ps)
         if not fresh:
             return
         mem = self._mem
@@ -437,16 +439,13 @@ class OutputWords:
             return self._registers.read(self._first, self._end - self._first, now_ps), 0
         stream = self.stream
         if now_ps >= stream.next_ps:
-            fresh = self._advance(now_ps)
-            if fresh and self._after_sample is not None:
+            if self._lent:
+                self.take_back()
+            fresh = stream.advance(now_ps)
+            if self._after_sample is not None and fresh:
                 self._after_sample(fresh)
         self._mem[self._status] &= self._keep_all
         return stream.data, stream.next_ps
-
-    def _advance(self, now_ps: int) -> int:
-        if self._lent:
-            self.take_back()
-        return self.stream.advance(now_ps)
 
     def _show(self) -> None:
         data = self.stream.data

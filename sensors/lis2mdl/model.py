@@ -147,9 +147,10 @@ class LIS2MDL(Part):
         self._outputs.refresh(now_ps)
 
     def _after_sample(self, count: int) -> None:
-        field = self._streams.field
         self._modes.measured()
-        self._pin.drive("DRDY", 1, field.time_ps(field.index - count + 1))
+        if self._pin.shows == "DRDY":
+            field = self._streams.field
+            self._pin.drive("DRDY", 1, field.time_ps(field.index - count + 1))
 
     # -- registers with side effects of reads -----------------------------------------------------------
 
