@@ -145,7 +145,8 @@ class Board:
         hal._send_address(address << 1)
         hal._clear_addr()
         bench.write(bench.i2c2, DR, register)
-        bench.poll(bench.i2c2, SR1, BTF)
+        if bench.poll(bench.i2c2, SR1, BTF | AF) & AF:
+            hal._give_up()
         hal._send_address(address << 1 | 1)
         hal._clear_addr()
         for _ in range(count):
@@ -163,7 +164,8 @@ class Board:
             hal._send_address(device << 1)
             hal._clear_addr()
             bench.write(bench.i2c2, DR, register)
-            bench.poll(bench.i2c2, SR1, BTF)
+            if bench.poll(bench.i2c2, SR1, BTF | AF) & AF:
+                hal._give_up()
             hal._set(CR1, START)
             bench.poll(bench.i2c2, SR1, SB)
             bench.write(bench.i2c2, DR, device << 1 | 1)
