@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any, Final, Protocol
 
 from fcu_emulator.emulator.time.clock import Clock
-from fcu_emulator.sensors.part import Part
+from fcu_emulator.sensors.part import Sensor
 
 _i32, _i64 = ctypes.c_int32, ctypes.c_int64
 _TARGETS = 8  # TARGETS
@@ -30,7 +30,7 @@ class TargetTable(ctypes.Structure):
 class ReadableTarget(Protocol):
     """A sensor at a bus."""
 
-    part: Part
+    part: Sensor
     """With the bus's increment bit."""
 
     @property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from fcu_emulator.sensors.part import Part
+from fcu_emulator.sensors.part import Sensor
 from fcu_emulator.sensors.shared_registers import LIVE, OUTPUT, OUTPUTS, STATUS, Bank, Train, bit
 
 BYTE_PS = 22_500_000  # nine bits at 400 kHz
@@ -13,7 +13,7 @@ BYTE_PS = 22_500_000  # nine bits at 400 kHz
 class Master(Protocol):
     """Reads and writes one part; a message begins at ``now_ps``."""
 
-    part: Part
+    part: Sensor
 
     def read(self, address: int, count: int, now_ps: int) -> bytes:
         """A message that reads."""
@@ -27,7 +27,7 @@ class Master(Protocol):
 class LiveBytes:
     """Each byte is of the time at which it has been transferred."""
 
-    def __init__(self, part: Part) -> None:
+    def __init__(self, part: Sensor) -> None:
         self.part = part
 
     def read(self, address: int, count: int, now_ps: int) -> bytes:
@@ -45,7 +45,7 @@ class LiveBytes:
 class TrainReader:
     """The rules of sensor_registers.c in Python; ``served`` counts bytes read without a call of the sensor."""
 
-    def __init__(self, part: Part) -> None:
+    def __init__(self, part: Sensor) -> None:
         self.part = part
         self.served = 0
 
@@ -124,7 +124,7 @@ class TrainReader:
 class LiveBursts:
     """All bytes are of the time at which the message begins."""
 
-    def __init__(self, part: Part) -> None:
+    def __init__(self, part: Sensor) -> None:
         self.part = part
 
     def read(self, address: int, count: int, now_ps: int) -> bytes:
@@ -137,7 +137,7 @@ class LiveBursts:
 class BurstKeeper:
     """Keeps each burst as long as it lasts."""
 
-    def __init__(self, part: Part) -> None:
+    def __init__(self, part: Sensor) -> None:
         self.part = part
         self.served = 0
         self._kept: dict[tuple[int, int], tuple[bytes, int, int]] = {}

@@ -75,10 +75,10 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
         if value & _LOCK:
             self.registers[CR] |= _LOCK
         if value & _PG:
-            self.note("not modelled", "CR.PG: programming flash; the memory keeps its contents")
+            self.note("not modelled", "CR.PG: programming flash; the memory is unchanged")
         if value & _STRT:
             what = "sector" if self.registers[CR] & _SER else "mass"
-            self.note("not modelled", f"CR.STRT: {what} erase; the memory keeps its contents")
+            self.note("not modelled", f"CR.STRT: {what} erase; the memory is unchanged")
             self.registers[SR] |= _WRPERR
             if self.registers[CR] & _ERRIE:
                 self.registers[SR] |= _OPERR  # visible only with the error interrupt enabled (3.8.4)
