@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import codecs
 import re
 from collections.abc import Callable
 
-from fcu_emulator.emulator.buses.uart import Uart
+from fcu_emulator.emulator.buses.uart import NOT_UTF_8, Uart, decoded
 from fcu_emulator.emulator.errors import ExpectationError, InputError
 from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, to_ps
 
@@ -13,8 +14,19 @@ _LOOK_EVERY_PS = PS_PER_S // 100  # step of expect() between two checks
 _TAIL, _LINES = 2_000, 8  # size of the output in an error
 
 
+def _bytes_of(data: bytes, characters: int) -> int:
+    """Return the number of bytes of the first characters."""
+    decoder = codecs.getincrementaldecoder("utf-8")(NOT_UTF_8)
+    count = 0
+    for number, value in enumerate(data):
+        if count >= characters:
+            return number
+        count += len(decoder.decode(bytes((value,))))
+    return len(data)
+
+
 class Terminal:
-    """The board's output, and a keyboard; text is Latin-1, one character for each byte."""
+    """The board's output, which is UTF-8, and a keyboard; a byte that is not UTF-8 is read as Latin-1."""
 
     def __init__(self, uart: Uart, clock: Clock, run_until_ps: Callable[[int], None]) -> None:
         self.uart = uart
@@ -29,7 +41,7 @@ class Terminal:
     @property
     def text(self) -> str:
         """All text since power-on (of very long runs, the last 8 MiB at least)."""
-        return self.uart.received().decode("latin-1")
+        return decoded(self.uart.received())
 
     def read(self) -> bytes:
         """Return the bytes printed since the last ``read()``."""
@@ -74,14 +86,16 @@ class Terminal:
         try:
             compiled = re.compile(pattern)
         except re.error as error:
-            raise InputError(f"{pattern!r} is not a regular expression: {error}", kind="pattern") from error
+            raise InputError(
+                f"pattern must be a regular expression, not {pattern!r}: {error}", kind="pattern"
+            ) from error
         deadline_ps = self._clock.now_ps + to_ps(timeout_s)
         start = self._start() if since is None else since
         while True:
             data, end = self.since(start)
-            match = compiled.search(data.decode("latin-1"))
+            match = compiled.search(decoded(data))
             if match:
-                self._matched = self._clock.now_ps, end - len(data) + match.end()
+                self._matched = self._clock.now_ps, end - len(data) + _bytes_of(data, match.end())
                 return match
             if self._clock.now_ps >= deadline_ps:
                 raise self._missing(compiled.pattern, timeout_s, data)
@@ -92,10 +106,10 @@ class Terminal:
         return position if at_ps == self._clock.now_ps else self.position
 
     def _missing(self, pattern: str, timeout_s: float, data: bytes) -> ExpectationError:
-        text = self.uart.received()[-_TAIL:].decode("latin-1")
+        text = decoded(self.uart.received()[-_TAIL:])
         lines = [line for line in (one.strip("\r ") for one in text.split("\n")) if line][-_LINES:]
         problem = (
             f"{pattern!r} was not printed within {timeout_s:g} s (virtual time, now "
-            f"{self._clock.now_s:.3f} s); the last output is {data[-200:].decode('latin-1')!r}"
+            f"{self._clock.now_s:.3f} s); the last output is {decoded(data[-200:])!r}"
         )
         return ExpectationError(problem, tuple(lines), self.diagnosis())

@@ -89,8 +89,8 @@ class I2CFault:
             raise InputError(f"unknown fault {self.kind!r}; known: {', '.join(get_args(FaultKind))}")
         if not 0 <= self.from_s <= self.until_s:
             raise InputError(
-                f"a fault from {self.from_s!r} s until {self.until_s!r} s cannot be; "
-                "give 0 or more, and an end that is not before the beginning"
+                f"fault window {self.from_s!r} s to {self.until_s!r} s is invalid: "
+                "from_s must be at least 0, and until_s must not be before from_s"
             )
         object.__setattr__(self, "from_ps", to_ps(self.from_s))
         object.__setattr__(self, "until_ps", to_ps(self.until_s) if self.until_s < _FOR_GOOD_S else NEVER_PS)
@@ -186,7 +186,11 @@ class I2CBus:
         self._kept.clear()
         for changed in self.when_changed:
             changed()
-        until = "for good" if fault.until_ps >= PS_PER_S * 10**6 else f"until {fault.until_ps / PS_PER_S:g} s"
+        until = (
+            "until the end"
+            if fault.until_ps >= PS_PER_S * 10**6
+            else f"until {fault.until_ps / PS_PER_S:g} s"
+        )
         where = "" if fault.address is None else f" at 0x{fault.address:02X}"
         self._trace.add(Fault(fault.from_ps, self.name, f"{fault.kind}{where} {until}"))
 
@@ -393,14 +397,14 @@ def checked_data(data: object) -> bytes:
         return bytes(data)
     if isinstance(data, list | tuple) and all(isinstance(byte, int) and 0 <= byte <= 0xFF for byte in data):
         return bytes(data)
-    raise InputError(f"cannot send {data!r}; give bytes, such as b'\\x0f'", kind="not_bytes")
+    raise InputError(f"data must be bytes, such as b'\\x0f', not {data!r}", kind="not_bytes")
 
 
 def checked_count(count: object, least: int) -> int:
     """Return a checked number of bytes."""
     if not isinstance(count, int) or not least <= count <= _LONGEST:
         raise InputError(
-            f"cannot read {count!r} bytes in one transfer; give {least} to {_LONGEST}", kind="read_length"
+            f"number of bytes to read must be from {least} to {_LONGEST}, not {count!r}", kind="read_length"
         )
     return count
 
@@ -413,6 +417,6 @@ def checked_address(number: object) -> int:
         )
     if not 0 <= number <= 0x7F:
         raise InputError(
-            f"I2C address {number:#x} has more than 7 bits; give 0x00 to 0x7F, no R/W bit", kind="i2c_address"
+            f"I2C address must be from 0x00 to 0x7F without the R/W bit, not {number:#x}", kind="i2c_address"
         )
     return number

@@ -9,6 +9,7 @@ terminal at 115200 baud shows garbage. The trace records the wrong rate.
 
 from __future__ import annotations
 
+import codecs
 from collections import deque
 from dataclasses import dataclass
 from fractions import Fraction
@@ -25,6 +26,22 @@ _KEPT = 16 << 20  # bytes of terminal text; older ones are dropped and counted
 def divider(kernel_clock_hz: int, baud: int) -> int:
     """Return BRR for oversampling by 16 (RM0368 19.3.4)."""
     return (kernel_clock_hz + baud // 2) // baud
+
+
+NOT_UTF_8 = "latin-1-where-not-utf-8"
+
+
+def _as_latin_1(error: UnicodeError) -> tuple[str, int]:
+    assert isinstance(error, UnicodeDecodeError)
+    return error.object[error.start : error.end].decode("latin-1"), error.end
+
+
+codecs.register_error(NOT_UTF_8, _as_latin_1)
+
+
+def decoded(data: bytes | bytearray) -> str:
+    """Return output as text: UTF-8, and Latin-1 for bytes that are not."""
+    return data.decode("utf-8", NOT_UTF_8)
 
 
 class _ByteRun:

@@ -70,7 +70,7 @@ class Chip:
         soc.dma = DmaLines(self.core)
         self.timers = connect_timers(self.core)
         """By name, "TIM1" to "TIM11"."""
-        ConnectedUsarts(self.core, {board.serial.peripheral: signals.uart})
+        self.usarts = ConnectedUsarts(self.core, {board.serial.peripheral: signals.uart})
         wire_terminal(self.core, board.serial.peripheral, board.serial.tx)
         for name, spi in signals.spi.items():
             SpiWire(self.core, name, spi, gpio)
@@ -83,6 +83,8 @@ class Chip:
             else:  # no device is connected to it
                 ConnectedI2c(self.core, name, I2CBus(name, signals.clock, signals.trace))
         self.core.power_on(soc, self.system, self.system.rcc.reset_because)
+        self.system.flash.connect(self.core.flash, self.core.flash_programmed, self.core.code_changed)
+        self.core.store_to_flash = self.system.flash.store
         self.system.rcc.control(self.core.all_peripherals, self.core)
 
     def _reset(self, reason: str) -> None:

@@ -30,8 +30,8 @@ from fcu_emulator.emulator.chip.memory_map import (
 )
 from fcu_emulator.emulator.chip.native import loader
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, ClockTree, Peripheral
-from fcu_emulator.emulator.chip.read_cache import Targets, TargetTable
 from fcu_emulator.emulator.chip.registers import names_of
+from fcu_emulator.emulator.chip.sensor_registers import Targets, TargetTable
 from fcu_emulator.emulator.time.clock import Clock
 from fcu_emulator.emulator.trace import DeviceNote, Trace
 
@@ -55,7 +55,7 @@ _HOST_CALLS: Final[tuple[tuple[str, Any], ...]] = (
     ("read", ctypes.CFUNCTYPE(_u32, _i64, _u32, _u32)),
     ("write", ctypes.CFUNCTYPE(None, _i64, _u32, _u32, _u32)),
     ("note", ctypes.CFUNCTYPE(None, _i64, _i32, _i32, ctypes.c_char_p)),
-    ("ignored_access", ctypes.CFUNCTYPE(None, _i64, _i32, _u32, _i32)),
+    ("ignored_access", ctypes.CFUNCTYPE(None, _i64, _i32, _u32, _i32, _u32)),
     ("fault", ctypes.CFUNCTYPE(None, _i64, _i32, _u32, _u32, _u32)),
     ("locked_up", ctypes.CFUNCTYPE(None, _i64, _u32)),
     ("reset", ctypes.CFUNCTYPE(None, _i64, _i32)),
@@ -79,7 +79,8 @@ class ClocksTable(ctypes.Structure):
     """struct Clocks of chip.h."""
 
     _fields_ = tuple(
-        (name, _i64) for name in ("sysclk_hz", "hclk_hz", "pclk1_hz", "pclk2_hz", "timer1_hz", "timer2_hz")
+        (f"{name}_hz", _i64)
+        for name in ("sysclk", "hclk", "pclk1", "pclk2", "timer1", "timer2", "nominal_pclk1")
     )
 
 
@@ -124,6 +125,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_ram": (_pointer, _pointer),
     "fcu_system_memory": (_pointer, _pointer),
     "fcu_invalidate_code": (None, _pointer),
+    "fcu_flash_programmed": (None, _pointer, _u32, _u32),
     "fcu_read_registers": (None, _pointer, _numbers, _words, _i32),
     "fcu_write_registers": (None, _pointer, _numbers, _words, _i32),
     "fcu_thumb": (_i32, _pointer),
@@ -151,6 +153,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_costliest": (None, _pointer, ctypes.POINTER(Costliest)),
     "fcu_priority": (_i32, _pointer, _i32),
     "fcu_priority_group": (_i32, _pointer, _i32),
+    "fcu_execution_priority": (_i32, _pointer, _i32, _i32, _i32),
     "fcu_load": (_i32, _pointer, _u32, _u32, _words),
     "fcu_store": (_i32, _pointer, _u32, _u32, _u32),
     "fcu_peripheral_at": (_i32, _pointer, _u32),
@@ -204,7 +207,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_take_spi_message": (_i32, _pointer, _i32, _pointer),
     "fcu_take_spi_unaddressed": (_i32, _pointer, _i32, _pointer),
     "fcu_connect_targets": (_pointer, _pointer, ctypes.POINTER(TargetTable)),
-    "fcu_add_target": (_i32, _pointer, _pointer),
+    "fcu_add_target": (_i32, _pointer, _pointer, _i32),
     "fcu_connect_i2c": (None, _pointer, _i32, _pointer, _i64, _i64),
     "fcu_i2c_pin": (None, _pointer, _i32, _i32, _i32, _i32, _i32),
     "fcu_i2c_wire": (_pointer, _pointer, _i32),
@@ -232,7 +235,7 @@ def load() -> Any:
 
 
 class _Owner:
-    """Keeps the chip in C alive while referenced."""
+    """The chip in C is freed when no object refers to this one."""
 
 
 class FcuChip:
@@ -245,7 +248,6 @@ class FcuChip:
         self._error: BaseException | None = None
         self._references: list[object] = []
         self._noted: set[tuple[int, int, bytes]] = set()
-        self._uncommitted = memoryview(bytes(8)).cast("q")
         table = HostTable()
         called: tuple[Callable[..., Any], ...]
         called = (
@@ -276,7 +278,6 @@ class FcuChip:
         self._core_registers = CoreRegisters(self, CORE)
         self._pc = CoreRegisters(self, ("pc",))
         self.targets = Targets(self)
-        self._uncommitted = self.targets.uncommitted
         bases = [self.library.fcu_peripheral_base(self.handle, n) for n in range(self.peripheral_count)]
         names = {base: name for name, (base, _) in ADDRESSES.items()}
         self.peripherals = {
@@ -377,8 +378,8 @@ class FcuChip:
         self.clock.settle()
 
     def set_clocks(self, tree: ClockTree) -> None:
-        clocks = tree.sysclk_hz, tree.hclk_hz, tree.pclk1_hz, tree.pclk2_hz, tree.timer1_hz, tree.timer2_hz
-        self.library.fcu_set_clocks(self.handle, ClocksTable(*clocks))
+        clocks = ClocksTable(*(getattr(tree, field[0]) for field in ClocksTable._fields_))
+        self.library.fcu_set_clocks(self.handle, clocks)
         self.raise_error()
 
     def gate(self, peripherals: int, clocked: int) -> None:
@@ -410,9 +411,7 @@ class FcuChip:
         self.library.fcu_watch_irqs(self.handle, self.callback(IRQ_CHANGED, changed))
 
     def raise_error(self) -> None:
-        """Report reads, then raise a callback's exception."""
-        if self._uncommitted[0]:
-            self.targets.commit()
+        """Raise a callback's exception."""
         if self._error is not None:
             error, self._error = self._error, None
             self.shared[3] = 0
@@ -432,8 +431,6 @@ class FcuChip:
             try:
                 clock.now_ps = now_ps
                 self.shared[5] += WORK_OF_A_CALL
-                if self._uncommitted[0]:
-                    self.targets.commit()
                 return function(*arguments)
             except BaseException as error:
                 self.keep_error(error)
@@ -463,7 +460,8 @@ class FcuChip:
             name = self._by_index[peripheral].name
             self.trace.add(DeviceNote(self.clock.now_ps, name, NOTE_KINDS[kind], text.decode()))
 
-    def _ignored_access(self, peripheral: int, offset: int, what: int) -> None:
+    def _ignored_access(self, peripheral: int, offset: int, what: int, value: int) -> None:
+        del value
         self.on_ignored_access(self._by_index[peripheral], offset, what)
 
     def _fault(self, exception: int, cfsr: int, hfsr: int, address: int) -> None:

@@ -1,12 +1,7 @@
 """Warnings about margins with which a rubric's threshold checks test nothing, or fail correct programs.
 
-A condition is undefined within its margin. A threshold lets the board rest at a margin from its value. If the
-first margin is not smaller than the second, the check ignores the rests at the threshold. If the sensors
-deviate by more than a margin, a correct program can be wrong there.
-
-Decision: the sensors' error is the largest of :data:`BOARDS` boards, drawn like the boards of a class, with
-noise and the wandering of the pressure at three standard deviations. Rejected alternative: the sum of all
-limits, an error that no board of a class has.
+Decision: the sensors' error is the largest of :data:`BOARDS` drawn boards, with noise and the wandering
+of the pressure at three standard deviations. The sum of all limits was rejected: no board of a class has it.
 """
 
 from __future__ import annotations
@@ -36,8 +31,8 @@ from fcu_emulator.sensors.lps22hb.declaration import LPS22HBErrors
 from fcu_emulator.sensors.lsm6dsl.declaration import LSM6DSLErrors
 
 BOARDS = 200
-"""Number of drawn boards for the largest error: those of the seeds from 0 on."""
-_TEMPLATE_ACC_HZ = 20.0  # noise bandwidth of the accelerometer with the template's settings: ODR / 400
+"""Number of drawn boards, with seeds from 0."""
+_TEMPLATE_ACC_HZ = 20.0  # noise bandwidth with the template's settings: ODR / 400
 _TEMPLATE_BAROMETER = BarometerSettings(Fraction(25), low_current=False, divisor=0)
 _METRES_PER_HPA = 8.4
 _ON_BOARD = next(
@@ -45,7 +40,7 @@ _ON_BOARD = next(
     for mounted in FCU001V1.parts
     if mounted.part.ERRORS is LSM6DSLErrors
 )
-"""Rotation from the board's axes to those of the accelerometer."""
+"""Rotation from board to accelerometer axes."""
 
 
 # -- Error of a correct program -----------------------------------------------------------------------------
@@ -54,12 +49,11 @@ _ON_BOARD = next(
 def sensor_error(
     quantity: str, value: float, settings: SensorSettings, board: BoardErrors | None = None
 ) -> float | None:
-    """Return the largest error of a correct program's quantity near ``value``, to either side of 0.
+    """Return a correct program's largest error near plus or minus ``value``; None without an estimate.
 
-    In the quantity's unit; None for a quantity without an estimate. ``board``: its own deviations, by default
-    those of the sensors' grade.
+    ``board``: its own deviations, by default those of the sensors' quality.
     """
-    wander_hpa = (board or BoardErrors.of_grade(settings.grade, 0)).pressure_wander_hpa
+    wander_hpa = (board or BoardErrors.of_quality(settings.quality, 0)).pressure_wander_hpa
     if quantity.lower() in ("pitch", "roll"):
         return _largest(LSM6DSLErrors, "lsm6dsl", settings, lambda one: _tilt_error(one, quantity, value))
     if quantity == "Pre":
@@ -71,12 +65,11 @@ def sensor_error(
 
 def _largest(part: Any, key: str, settings: SensorSettings, error: Callable[[Any], float]) -> float:
     figures: Mapping[str, Any] = settings.figures.get(key, {})
-    boards = (replace(part.of_grade(settings.grade, seed), **figures) for seed in range(BOARDS))
+    boards = (replace(part.of_quality(settings.quality, seed), **figures) for seed in range(BOARDS))
     return round(max(map(error, boards)), 6)
 
 
 def _tilt_error(errors: LSM6DSLErrors, quantity: str, value: float) -> float:
-    """Return the error in degrees, at plus and at minus the value, with the other inclination 0."""
     column = 0 if quantity.lower() == "pitch" else 1
     angles = np.radians([value, -value])
     force_g = np.zeros((2, 3))
@@ -98,13 +91,13 @@ def _pressure_noise(errors: LPS22HBErrors, wander_hpa: float) -> float:
 
 
 def _pressure_error(errors: LPS22HBErrors, wander_hpa: float) -> float:
-    """Return the error in hPa of the offset, of the line through the range at its ends, and of the noise."""
+    """Return the error in hPa: offset, slope at the range's ends, and noise."""
     offset_hpa = abs(errors.pressure_bias_hpa) + abs(errors.pressure_relative_hpa)
     return offset_hpa + _pressure_noise(errors, wander_hpa)
 
 
 def _altitude_error(errors: LPS22HBErrors, wander_hpa: float) -> float:
-    """Return the error in metres of the noise, now and in the pressure at the floor; an offset cancels."""
+    """Return the noise in metres; an offset cancels."""
     return _METRES_PER_HPA * math.sqrt(2) * _pressure_noise(errors, wander_hpa)
 
 
@@ -112,8 +105,6 @@ def _altitude_error(errors: LPS22HBErrors, wander_hpa: float) -> float:
 
 
 class _Margin(NamedTuple):
-    """A margin around a value of a quantity, and its place for messages."""
-
     quantity: str
     value: float
     least: float
@@ -122,7 +113,7 @@ class _Margin(NamedTuple):
 
 
 def margin_warnings(rubric: Rubric) -> Iterator[str]:
-    """Yield a warning for each margin that makes a check useless, and for each run with too small margins."""
+    """Yield a warning for each useless or unfair margin."""
     for run in rubric.runs:
         thresholds = [
             _of_threshold(run, number, *ends) for number, ends in enumerate(_thresholds(rubric, run))
@@ -146,7 +137,7 @@ def _never_tested(conditions: list[_Margin], thresholds: list[_Margin]) -> Itera
 
 def _unfair(run: str, margins: list[_Margin], scenario: Scenario) -> Iterator[str]:
     settings = scenario.sensor_settings()
-    board = scenario.board_errors(settings.grade, 0)
+    board = scenario.board_errors(settings.quality, 0)
     for quantity, value in dict.fromkeys((one.quantity, one.value) for one in margins):
         error = sensor_error(quantity, value, settings, board)
         here = [one for one in margins if (one.quantity, one.value) == (quantity, value)]
@@ -154,9 +145,9 @@ def _unfair(run: str, margins: list[_Margin], scenario: Scenario) -> Iterator[st
         if small:
             size = f"{error:.2g}{unit_text(quantity)}"
             yield (
-                f"in run {run} the {settings.grade} sensors show {quantity} {value:g} up to {size} wrong "
+                f"in run {run} the {settings.quality} sensors show {quantity} {value:g} up to {size} wrong "
                 f"(the largest of {BOARDS} boards), so correct programs can fail with the margin of "
-                f'{", ".join(small)}; give larger margins, or the run sensors = {{ grade = "ideal" }}'
+                f'{", ".join(small)}; give larger margins, or the run sensors = {{ quality = "ideal" }}'
             )
 
 
@@ -170,7 +161,6 @@ def _of_threshold(run: str, number: int, low: ThresholdTable, high: ThresholdTab
 
 
 def _conditions(rubric: Rubric, run: str) -> Iterator[_Margin]:
-    """Yield the margins of the conditions in the checks of a run, each once."""
     for exercise in rubric.exercises:
         for check in exercise.check:
             if rubric.run_of(exercise, check) == run:

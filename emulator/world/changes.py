@@ -50,9 +50,8 @@ class Changes(Truth):
             return now
         start = limits.TIME.check("start_s", start_s)
         if start < now - NOW_TOLERANCE_S:
-            raise InputError(
-                f"start_s is {start_s!r}: it is {now:g} s already, give a later time", kind="past"
-            )
+            problem = f"start_s must be at least {now:g} s, the current time, not {start_s!r}"
+            raise InputError(problem, kind="past")
         return max(start, now)
 
     def _span(self, start_s: float | None, duration_s: float) -> tuple[float, float]:

@@ -37,7 +37,7 @@ from fcu_emulator.sensors.lis2mdl.registers import (
     OUT,
     STATUS_REG,
 )
-from fcu_emulator.sensors.part import Part, SelfClearingBits, Signal
+from fcu_emulator.sensors.part import SelfClearingBits, Sensor, Signal
 from fcu_emulator.sensors.pin import Pin
 from fcu_emulator.sensors.register import RegisterMap
 from fcu_emulator.sensors.register_file import NEVER_PS, WriteHook
@@ -47,7 +47,7 @@ _SOFT_RST_PS = 5 * PS_PER_S // 10**6  # datasheet 8.5
 _BURST_WRAP = {0x6D: 0x68}  # after Z a burst continues at X, never at the temperature (PX4's driver)
 
 
-class LIS2MDL(Part):
+class LIS2MDL(Sensor):
     """Magnetometer with thermometer; ``magnetic_field_mgauss``: (n, 3) in the sensor's axes.
 
     ``powered_on_ps``: None for long ago; registers answer 20 ms later. ``int_idle_level``: bit INT while IEN = 0 and
@@ -99,7 +99,7 @@ class LIS2MDL(Part):
 
     def _wire(self) -> None:
         main = self.registers
-        main.before_read(STATUS_REG, self._refresh)
+        main.set_status(STATUS_REG, self._refresh)
         main.before_read(CFG_REG_A, self._before_config)
         main.before_read(INT_SOURCE_REG, self._before_source)
         main.after_read(INT_SOURCE_REG, self._after_source)
@@ -146,8 +146,11 @@ class LIS2MDL(Part):
         del first, end
         self._outputs.refresh(now_ps)
 
-    def _after_sample(self) -> None:
-        self._pin.drive("DRDY", 1, self._modes.measured())
+    def _after_sample(self, count: int) -> None:
+        self._modes.measured()
+        if self._pin.shows == "DRDY":
+            field = self._streams.field
+            self._pin.drive("DRDY", 1, field.time_ps(field.index - count + 1))
 
     # -- registers with side effects of reads -----------------------------------------------------------
 
@@ -214,6 +217,7 @@ class LIS2MDL(Part):
         if self._pin.shows == "DRDY":
             self.registers.after_read(OUT, self._after_output)  # reads cost more only from now on
         self._drive_pin(now_ps)
+        self._outputs.field.one_by_one = not self._modes.continuous or self._pin.shows == "DRDY"
 
     def _drive_pin(self, now_ps: int) -> None:
         self._pin.drive("INT", self._interrupt.level, now_ps)

@@ -23,6 +23,7 @@ ADCPRE_DIV4, VBATE, TSVREFE = 1 << 16, 1 << 22, 1 << 23  # CCR
 
 ADC_IRQ = 18
 BATTERY, VREFINT, TEMPERATURE = 9, 17, 18  # channels; VBATE gives 18 to the backup supply instead
+HAL_TEMPERATURE = 16  # ADC_CHANNEL_TEMPSENSOR of ST's headers for the STM32F401
 ADCCLK_HZ = 84_000_000 // 4  # PCLK2 over ADCPRE
 SHORTEST_SAMPLING, FULL_RESOLUTION = 3, 12  # cycles of ADCCLK
 VOLTS_PER_LSB = 3.3 / 4095
@@ -82,7 +83,11 @@ def test_disabled_adc_does_not_convert(chip: Chip, adc: Adc) -> None:
 
 @pytest.mark.parametrize(
     ("channel", "with_tsvrefe_v", "with_vbate_v"),
-    [(VREFINT, 1.21, 0.0), (TEMPERATURE, 0.76 + 0.0025 * (30 - 25), 3.3 / 4)],
+    [
+        (VREFINT, 1.21, 0.0),
+        (TEMPERATURE, 0.76 + 0.0025 * (30 - 25), 3.3 / 4),
+        (HAL_TEMPERATURE, 0.76 + 0.0025 * (30 - 25), 0.0),
+    ],
 )
 def test_internal_channels_have_to_be_switched_on(
     chip: Chip, adc: Adc, channel: int, with_tsvrefe_v: float, with_vbate_v: float

@@ -38,8 +38,6 @@ TRAPS = {
     "coprocessor 0": (".word 0x0010EE10", USAGE_FAULT, NOCP),  # MRC p0, 0, R0, C0, C0, 0
     "load": (f"mov32 r1, {NOWHERE}\nfault: ldr r0, [r1]", BUS_FAULT, PRECISERR | BFARVALID),
     "store": (f"mov32 r1, {NOWHERE}\nfault: str r0, [r1]", BUS_FAULT, PRECISERR | BFARVALID),
-    "write to flash": ("mov32 r1, 0x08000000\nfault: str r0, [r1]", BUS_FAULT, PRECISERR | BFARVALID),
-    "write through a null pointer": ("movs r1, #0\nfault: strb r0, [r1]", BUS_FAULT, PRECISERR | BFARVALID),
     "unaligned word": (
         store("CCR", 0x208) + "mov32 r1, RAM+1\nfault: ldr r0, [r1]",
         USAGE_FAULT,

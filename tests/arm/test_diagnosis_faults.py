@@ -56,8 +56,6 @@ def patch(board: Board, function: str, *code: int) -> int:
         ((0x4800, 0x4700, 0x0001, 0x6000), "0x60000000"),  # execution
         ((0x4801, 0x6800, NOP, NOP, 0x0000, 0x6000), "0x60000000"),  # read
         ((0x4801, 0x6000, NOP, NOP, 0x0000, 0x2001), "0x20010000"),  # write
-        ((0x2000, 0x6040), "NULL"),  # MOVS R0, #0; STR R0, [R0, #4]
-        ((0x2001, 0x0300, 0x6000), "NULL"),  # to 0x1000
         ((0x2000, 0x4780), "NULL"),  # MOVS R0, #0; BLX R0
         ((0x4801, 0x4685, 0xB401, NOP, 0x0000, 0x2000), "stack"),  # MOV SP, R0; PUSH {R0}
         # CCR = UNALIGN_TRP; LDR R3, [R2] with R2 = 1

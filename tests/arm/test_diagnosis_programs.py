@@ -16,7 +16,18 @@ from tests.support.arm.broken_programs import EXPECTED, FOLDER, RUN_S, diagnosed
 from tests.support.words import Words
 
 COMPILER = "arm-none-eabi-gcc"
-RUNS_ON = {"ended", "gpio_without_clock", "slow_callback", "unshifted_address", "watchdog"}
+RUNS_ON = {
+    "ended",
+    "flash_write",
+    "gpio_without_clock",
+    "null_pointer",
+    "other_port",
+    "reset_in_fault",
+    "stripped",
+    "slow_callback",
+    "unshifted_address",
+    "watchdog",
+}
 REBUILT = ("delay_in_callback", "no_clock", "null_pointer", "stack_overflow")
 
 needs_compiler = pytest.mark.skipif(
@@ -87,12 +98,18 @@ def test_diagnosis_lists_unacknowledged_transfers(
 def test_every_program_has_an_expectation() -> None:
     programs = {file.stem for file in FOLDER.glob("*.elf")}
 
-    assert programs == RUN_S.keys() | {"fine_quiet", "fine_callback"}
+    assert programs == RUN_S.keys() | {
+        "fine_quiet",
+        "fine_callback",
+        "fine_flash",
+        "fine_gated",
+        "fine_masked",
+    }
     assert {file.stem for file in FOLDER.glob("*.c")} | {"stripped"} == programs
     assert {file.stem for file in EXPECTED.glob("*.txt")} == RUN_S.keys()
 
 
-@pytest.mark.parametrize("name", ["fine_quiet", "fine_callback"])
+@pytest.mark.parametrize("name", ["fine_quiet", "fine_callback", "fine_flash", "fine_gated", "fine_masked"])
 @pytest.mark.parametrize("seconds", [0.0, 0.001, 0.05, 1.2])
 def test_waiting_and_interrupt_driven_programs_have_no_diagnosis(name: str, seconds: float) -> None:
     board = Board(firmware=FOLDER / f"{name}.elf")

@@ -86,8 +86,8 @@ def test_scenario_passes_only_when_its_exercise_is_done(scenario: str, folder: P
 
 CRASH = Program(
     "crash_after_the_first_block",
-    "A write through a NULL pointer after the template's block",
-    (Change("main.c", "    float alt =", "    *(volatile int *)0x10 = 1;\n    float alt ="),),
+    "A write to no memory after the template's block",
+    (Change("main.c", "    float alt =", "    *(volatile int *)0x60000000 = 1;\n    float alt ="),),
 )
 
 
@@ -101,8 +101,8 @@ def test_crash_costs_points_not_shown_before(folder: Path) -> None:
 
 CRASH_WHEN_STEEP = Program(
     "crash_when_steep",
-    "A write through a NULL pointer where LED1 should be lit",
-    (Change("main.c", "    BSP_LED_On(LED1);\n", "    *(volatile int *)0x10 = 1;\n"),),
+    "A write to no memory where LED1 should be lit",
+    (Change("main.c", "    BSP_LED_On(LED1);\n", "    *(volatile int *)0x60000000 = 1;\n"),),
 )
 
 

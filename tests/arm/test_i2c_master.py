@@ -27,6 +27,7 @@ from tests.support.arm.hal_i2c import (
     DR,
     ERROR_IRQ,
     ITERREN,
+    MSL,
     OAR1,
     PE,
     RXNE,
@@ -36,7 +37,9 @@ from tests.support.arm.hal_i2c import (
     START,
     STOP,
     SWRST,
+    TRA,
     TRISE,
+    TXE,
     HalError,
     HalI2c,
 )
@@ -224,9 +227,9 @@ def test_forbidden_setting_is_noted(register: int, value: int, words: str) -> No
     [(42, 0x8000 | 35, 13), (4, 0x8000 | 4, 2), (2, 10, 3), (10, 0xC000 | 1, 4), (2, 4, 3)],
 )
 def test_settings_at_the_manuals_limits_are_not_noted(cr2: int, ccr: int, trise: int) -> None:
-    """18.6.2, 18.6.8, 18.6.9; where SCL stays below the sensors' 400 kHz."""
+    """18.6.2, 18.6.8, 18.6.9; where SCL stays below the sensors' 400 kHz. The oscillator is not exact."""
     bench, _, _ = bench_with_memory()
-    bench.clocks.set(pclk1_hz=cr2 * 1_000_000)
+    bench.clocks.set(pclk1_hz=cr2 * 1_000_150, nominal_pclk1_hz=cr2 * 1_000_000)
     for register, value in ((CR1, 0), (CR2, cr2), (CCR, ccr), (TRISE, trise), (CR1, PE), (CR1, PE | START)):
         bench.write(bench.i2c2, register, value)
     bench.wait(PS_PER_MS)
@@ -246,6 +249,15 @@ def test_setting_changed_while_enabled_is_noted_once(register: int, name: str) -
     assert len(bench.notes()) == 1
 
 
+def test_freq_of_a_fractional_pclk1_is_rounded() -> None:
+    """18.6.2: FREQ holds whole megahertz; ST's HAL rounds 10.5 MHz down."""
+    bench, _, _ = bench_with_memory()
+    bench.clocks.set(pclk1_hz=10_500_000)
+    for register, value in ((CR1, 0), (CR2, 10), (TRISE, 4), (CR1, PE), (CR1, PE | START)):
+        bench.write(bench.i2c2, register, value)
+    assert bench.notes() == []
+
+
 def addressed_for_writing() -> CommBench:
     """The memory has answered to its address, and DR is empty."""
     bench, _, _ = bench_with_memory()
@@ -255,6 +267,41 @@ def addressed_for_writing() -> CommBench:
     bench.poll(bench.i2c2, SR1, ADDR)
     bench.read(bench.i2c2, SR2)
     return bench
+
+
+def test_transmitter_address_sets_addr_and_txe_together() -> None:
+    """Figure 163 (EV6, EV8_1); ST's older library waits for BUSY, MSL, ADDR, TXE and TRA."""
+    bench, _, memory = bench_with_memory()
+    bench.modify(bench.i2c2, CR1, set_bits=START)
+    bench.poll(bench.i2c2, SR1, SB)
+    bench.write(bench.i2c2, DR, MEMORY << 1)
+    assert bench.poll(bench.i2c2, SR1, ADDR) == ADDR | TXE
+    assert bench.read(bench.i2c2, SR2) == MSL | BUSY | TRA
+    assert bench.read(bench.i2c2, SR1) == TXE
+    bench.write(bench.i2c2, DR, 0x31)
+    bench.poll(bench.i2c2, SR1, BTF)
+    assert memory.address == 0x31
+
+
+def test_receiver_address_sets_addr_alone() -> None:
+    bench, _, _ = bench_with_memory()
+    bench.modify(bench.i2c2, CR1, set_bits=START)
+    bench.poll(bench.i2c2, SR1, SB)
+    bench.write(bench.i2c2, DR, MEMORY << 1 | 1)
+    assert bench.poll(bench.i2c2, SR1, ADDR) == ADDR
+
+
+@pytest.mark.parametrize("bit", [START, STOP])
+def test_byte_written_after_the_request_is_dropped(bit: int) -> None:
+    """ST's HAL writes a dummy byte after START, to end the interrupts of TXE and BTF."""
+    bench = addressed_for_writing()
+    bench.write(bench.i2c2, DR, 0x31)
+    bench.modify(bench.i2c2, CR1, set_bits=bit)
+    for _ in range(2):
+        bench.write(bench.i2c2, DR, 0)
+    bench.wait(PS_PER_MS)
+    assert bench.notes() == []
+    assert bench.board.i2c2.bus.targets[MEMORY].address == 0x31
 
 
 def test_overwritten_byte_in_dr_is_noted() -> None:

@@ -147,3 +147,17 @@ def test_an_elf_and_its_binary_load_the_same() -> None:
     program = elf([Load(FLASH, code()), Load(FLASH + len(code()), data, virtual=RAM)])
 
     assert parse_firmware(program, "a.elf").segments == parse_firmware(code() + data, "a.bin").segments
+
+
+def test_headers_linked_into_flash_are_named() -> None:
+    """A linker script without PHDRS for the headers puts them in front of the first section."""
+    data = elf([Load(FLASH, b"\x7fELF" + code()[4:])])
+    assert refusal(data).kind == "header_in_flash"
+
+
+@pytest.mark.parametrize(("end", "kilobytes"), [(0x2001_8000, 96), (0x2002_0000, 128)])
+def test_larger_chips_ram_is_named(end: int, kilobytes: int) -> None:
+    """The STM32F401xE has 96 KB, the STM32F411 128 KB."""
+    error = refusal(struct.pack("<I", end) + code()[4:])
+    assert error.kind == "stack_pointer"
+    assert f"{kilobytes} KB" in error.problem

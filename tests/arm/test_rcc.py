@@ -231,6 +231,20 @@ def test_a_forbidden_pll_setting_is_explained(pllcfgr: int, part: str, frequency
     words("chip", problem)
 
 
+@pytest.mark.parametrize(
+    ("pllcfgr", "fits"),
+    [(0x0741_5408, "8 MHz"), (0x0741_5419, "25 MHz"), (0x0741_5404, ""), (0x0701_5408, "")],
+)
+def test_other_boards_crystal_is_named(pllcfgr: int, fits: str) -> None:
+    """M 8 and 25 with N 336, P 4 are ST's settings for crystals of 8 and 25 MHz; M 4 fits none, HSI has none."""
+    board = Board()
+    board.start_hse()
+    board.rcc.write(PLLCFGR, pllcfgr)
+    board.set_bits(CR, PLLON)
+    notes = [text for _, text in board.chip.notes()]
+    assert any(f"crystal has 16 MHz, the settings fit {fits}" in text for text in notes) is bool(fits)
+
+
 def test_the_labs_pll_setting_is_allowed() -> None:
     assert pll(0x0741_5410).problem() == ""
 

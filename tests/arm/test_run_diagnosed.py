@@ -29,7 +29,7 @@ def run(program: str, *arguments: str) -> tuple[int, str]:
 
 @pytest.mark.parametrize(
     ("program", "named"),
-    [("wrong_address", "0x6B"), ("null_pointer", "NULL"), ("stack_overflow", "HardFault")],
+    [("wrong_address", "0x6B"), ("outside_memory", "HardFault"), ("stack_overflow", "HardFault")],
 )
 def test_stuck_firmware_is_explained_and_exits_3(program: str, named: str, words: Words) -> None:
     code, text = run(program, "--duration", "100ms")

@@ -121,20 +121,96 @@ def test_a_wrong_key_locks_until_reset(blocks: SystemPeripherals) -> None:
     assert not flash.read(CR) >> 31
 
 
-def test_flash_erase_is_noted_and_fails(chip: Chip, blocks: SystemPeripherals, words: Words) -> None:
-    flash = blocks.flash
+@pytest.fixture
+def memory(blocks: SystemPeripherals) -> bytearray:
+    """The flash, all programmed, with its interface unlocked."""
+    content = bytearray(256 * 1024)
+    blocks.flash.connect(memoryview(content), lambda _offset, _size: None, lambda: None)
     for key in KEYS:
-        flash.write(KEYR, key)
-    flash.write(CR, 1 << 25 | 1 << 1)
-    flash.write(CR, 1 << 25 | 1 << 16 | 1 << 1)
-    assert flash.read(SR) == 1 << 4 | 1 << 1
+        blocks.flash.write(KEYR, key)
+    return content
+
+
+PG, SER, MER, X32, STRT, EOPIE, ERRIE = 1 << 0, 1 << 1, 1 << 2, 2 << 8, 1 << 16, 1 << 24, 1 << 25  # CR
+EOP, OPERR, PGPERR, PGSERR, BSY = 1 << 0, 1 << 1, 1 << 6, 1 << 7, 1 << 16  # SR
+
+
+def test_flash_programs_zeros_only(chip: Chip, blocks: SystemPeripherals, memory: bytearray) -> None:
+    """RM0368 3.6.3: only bits from 1 to 0; datasheet: 16 us for a word."""
+    flash = blocks.flash
+    memory[0x8000:0x8004] = b"\xff\x0f\xff\xff"
+    flash.write(CR, PG | X32 | EOPIE)
+    assert flash.store(0x8000, 4, 0x1234_5678)
+    assert flash.read(SR) == BSY
+    chip.run_for(16 * PS_PER_US - 1)
+    assert flash.read(SR) == BSY
+    chip.run_for(1)
+    assert flash.read(SR) == EOP
     assert chip.irq.level(4)
-    ((what, text),) = chip.notes()
-    assert what == "not modelled"
-    words("chip", text)
-    flash.write(SR, 0x12)
+    assert memory[0x8000:0x8004] == b"\x78\x06\x34\x12"
+
+
+@pytest.mark.parametrize(
+    ("control", "size", "errors"),
+    [(0, 1, PGSERR), (0, 4, PGSERR | PGPERR), (PG, 4, PGPERR), (PG | X32, 1, PGPERR), (X32, 4, PGSERR)],
+)
+def test_flash_refuses_store(
+    chip: Chip, blocks: SystemPeripherals, memory: bytearray, control: int, size: int, errors: int
+) -> None:
+    """RM0368 3.8.4: PGSERR, PGPERR; OPERR "only if error interrupts are enabled"."""
+    flash = blocks.flash
+    memory[:4] = b"\xff" * 4
+    flash.write(CR, control)
+    assert not flash.store(0, size, 0)
+    assert flash.read(SR) == errors
+    flash.write(CR, control | ERRIE)
+    assert not flash.store(0, size, 0)
+    assert flash.read(SR) == errors | OPERR
+    assert chip.irq.level(4)
+    assert memory[:4] == b"\xff" * 4
+    flash.write(SR, errors | OPERR)
     assert flash.read(SR) == 0
     assert not chip.irq.level(4)
+
+
+@pytest.mark.parametrize(
+    ("control", "begin", "end", "milliseconds"),
+    [
+        (SER | 0 << 3, 0, 0x4000, 400),
+        (SER | 3 << 3 | X32, 0xC000, 0x1_0000, 250),
+        (SER | 4 << 3 | X32, 0x1_0000, 0x2_0000, 550),
+        (SER | 5 << 3 | X32, 0x2_0000, 0x4_0000, 1000),
+        (MER | X32, 0, 0x4_0000, 2000),
+    ],
+)
+def test_flash_erases_sectors(
+    chip: Chip,
+    blocks: SystemPeripherals,
+    memory: bytearray,
+    control: int,
+    begin: int,
+    end: int,
+    milliseconds: int,
+) -> None:
+    """RM0368 table 5 (STM32F401xC); datasheet: typical times at 2.7 to 3.6 V."""
+    flash = blocks.flash
+    flash.write(CR, control)
+    flash.write(CR, control | STRT)
+    assert flash.read(CR) == control | STRT
+    chip.run_for(milliseconds * PS_PER_MS - 1)
+    assert flash.read(SR) == BSY
+    chip.run_for(1)
+    assert (flash.read(SR), flash.read(CR)) == (0, control)
+    assert memory == bytes(begin) + b"\xff" * (end - begin) + bytes(len(memory) - end)
+
+
+@pytest.mark.parametrize("control", [0, SER | MER, SER | 6 << 3])
+def test_flash_erases_nothing_without_selection(
+    blocks: SystemPeripherals, memory: bytearray, control: int
+) -> None:
+    blocks.flash.write(CR, control | STRT)
+    assert blocks.flash.read(CR) == control
+    assert not any(memory)
 
 
 # -- power, CRC, identity -----------------------------------------------------------------------------------

@@ -23,8 +23,8 @@ from fcu_emulator.emulator.cli.move import MoveOptions, entries, move
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.links.control import ControlServer, running_boards
 from fcu_emulator.emulator.links.runner import Runner
+from fcu_emulator.emulator.live.control import ControlRequests
 from fcu_emulator.emulator.live.gestures import GESTURES, OLD_WORDS, buttons
-from fcu_emulator.emulator.live.moved import Moved
 from tests.support.words import Words
 
 DEADLINE_S = 30.0
@@ -41,7 +41,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @contextlib.contextmanager
 def running(board: Board) -> Iterator[Board]:
     """The board in real time, with its door, as ``fcu run`` has it."""
-    with contextlib.closing(ControlServer("lab3", [], Moved(board).answer)) as door:
+    with contextlib.closing(ControlServer("lab3", [], ControlRequests(board).answer)) as door:
         runner = Runner(board, [], None, 1.0)
         thread = threading.Thread(target=lambda: runner.run(lambda _: door.serve()))
         thread.start()
@@ -80,7 +80,7 @@ def test_way_is_a_straight_push() -> None:
     turn, push = entries(options(yaw=90.0, east=0.2, duration="2s"), FLAT)
     assert (turn["do"], turn["for"], push["do"], push["for"]) == ("rotate_to", "2s", "move", "2s")
     board = Board()
-    assert "truth" in Moved(board).answer({"type": "do", "entry": entry})
+    assert "truth" in ControlRequests(board).answer({"type": "do", "entry": entry})
     np.testing.assert_allclose(board.world.position_m([1.0]), [[0.3, 0.0, -0.1]], atol=1e-12)
 
 
@@ -102,7 +102,7 @@ def test_every_page_button_is_a_working_gesture() -> None:
         assert one["label"].lower().replace(" ", "_").startswith(one["word"])
         board = Board()
         for entry in one["entries"]:
-            assert "truth" in Moved(board).answer({"type": "do", "entry": entry})
+            assert "truth" in ControlRequests(board).answer({"type": "do", "entry": entry})
         board.run_for(0.01)
 
 
@@ -111,7 +111,7 @@ def test_calibration_gesture_is_drawn_as_by_hand() -> None:
     board = Board(ideal=True)
     board.world.set_hard_iron(120, -80, 45)
     for entry in entries(options("figure_eight"), FLAT):
-        assert "truth" in Moved(board).answer({"type": "do", "entry": entry})
+        assert "truth" in ControlRequests(board).answer({"type": "do", "entry": entry})
     t_s = np.linspace(0, 12, 2401)
     seen = board.world.magnetic_field_mgauss(t_s)
     error = np.abs((seen.max(axis=0) + seen.min(axis=0)) / 2 - [120, -80, 45])
@@ -123,7 +123,7 @@ def test_calibration_gesture_is_drawn_as_by_hand() -> None:
 def test_every_gesture_is_executed_by_the_board(word: str) -> None:
     board = Board()
     for entry in entries(options(word), FLAT):
-        assert "truth" in Moved(board).answer({"type": "do", "entry": entry})
+        assert "truth" in ControlRequests(board).answer({"type": "do", "entry": entry})
     board.run_for(0.01)
 
 
@@ -192,9 +192,9 @@ def test_impossible_move_is_refused_and_board_continues() -> None:
 def test_board_with_scenario_is_not_moved() -> None:
     board = Board(scenario="desk")
     with pytest.raises(InputError, match=r"\bdesk\b") as refused:
-        Moved(board).answer({"type": "do", "entry": {"do": "tap"}})
+        ControlRequests(board).answer({"type": "do", "entry": {"do": "tap"}})
     assert refused.value.kind == "moved_by_scenario"
-    assert Moved(board).answer({"type": "truth"})["t_s"] == 0.0
+    assert ControlRequests(board).answer({"type": "truth"})["t_s"] == 0.0
 
 
 @pytest.mark.parametrize(
@@ -213,7 +213,7 @@ def test_board_with_scenario_is_not_moved() -> None:
 def test_invalid_message_is_refused_without_change(message: dict[str, Any]) -> None:
     board = Board()
     with pytest.raises(InputError) as caught:
-        Moved(board).answer(message)
+        ControlRequests(board).answer(message)
     assert "\n" not in str(caught.value)
     assert attitude(board, 1.0) == [0.0, 0.0, 0.0]
 

@@ -23,10 +23,10 @@ from fcu_emulator.emulator.analysis.fidelity import (
 )
 from fcu_emulator.emulator.boards.description import BoardErrors
 from fcu_emulator.emulator.chip.registers import DECLARED
-from fcu_emulator.sensors import PARTS
+from fcu_emulator.sensors import SENSORS
 
 ROOT = Path(__file__).parents[2]
-parts = pytest.mark.parametrize("name", PARTS)
+parts = pytest.mark.parametrize("name", SENSORS)
 
 
 def fcu(*arguments: str) -> str:
@@ -95,7 +95,7 @@ def test_every_row_has_four_cells() -> None:
 
 @parts
 def test_every_function_has_name_and_source(name: str) -> None:
-    functions = PARTS[name].FUNCTIONS
+    functions = SENSORS[name].FUNCTIONS
     assert len({function.name for function in functions}) == len(functions)
     assert all(function.name and function.source for function in functions)
 
@@ -104,7 +104,7 @@ def test_every_function_has_name_and_source(name: str) -> None:
 def test_fields_without_behaviour_are_named(name: str) -> None:
     """The same bits, once from the maps and once as a user sees them, in every bank."""
     names = []
-    for bank in PARTS[name].maps().values():
+    for bank in SENSORS[name].maps().values():
         for register in bank.registers:
             if not register.modelled:
                 names.append(register.__name__)
@@ -121,7 +121,7 @@ def test_fields_without_behaviour_are_named(name: str) -> None:
 @parts
 def test_register_map_shows_every_register_and_field(name: str) -> None:
     printed = fcu("registers", name)
-    for title, bank in PARTS[name].maps().items():
+    for title, bank in SENSORS[name].maps().items():
         assert title in printed
         for register in bank.registers:
             assert f"0x{register.addr:02X}" in printed

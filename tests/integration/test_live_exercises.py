@@ -53,10 +53,10 @@ def test_verdict_equals_fcu_check(exercises: LabExercises, tmp_path: Path) -> No
 
 
 def test_crashing_program_is_reported_with_its_cause() -> None:
-    checked = as_checked("4", judged(str(FOLDER / "null_pointer.elf"), "lab3", "4", 0))
+    checked = as_checked("4", judged(str(FOLDER / "outside_memory.elf"), "lab3", "4", 0))
     assert checked.state == "not yet"
     assert checked.causes[0]["fatal"]
-    assert "storeReading" in checked.causes[0]["summary"]
+    assert "outside_memory.c" in checked.causes[0]["summary"]
 
 
 def test_one_is_judged_at_a_time(exercises: LabExercises) -> None:

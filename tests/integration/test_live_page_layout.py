@@ -38,7 +38,7 @@ def healthy() -> Iterator[live.Served]:
 
 @pytest.fixture(scope="module")
 def crashed() -> Iterator[live.Served]:
-    one = live.Served(Setup(FOLDER / "null_pointer.elf"), exercises=LabExercises())
+    one = live.Served(Setup(FOLDER / "outside_memory.elf"), exercises=LabExercises())
     yield one
     one.close()
 

@@ -92,7 +92,7 @@ def test_steel_follows_outer_field_until_removed() -> None:
 def test_magnetometer_shows_steel_of_a_scenario(tmp_path: Path) -> None:
     path = tmp_path / "desk.toml"
     path.write_text(
-        'schema = 1\nquestion = "?"\nduration = "6s"\n[sensors]\ngrade = "ideal"\n'
+        'schema = 1\nquestion = "?"\nduration = "6s"\n[sensors]\nquality = "ideal"\n'
         "[[world.steel]]\nnorth_m = 0.2\neast_m = 0.2\nup_m = -0.1\nradius_m = 0.12\n"
         '[[timeline]]\ndo = "move"\nat = "2s"\nfor = "1s"\neast_m = 0.1\n',
         encoding="utf-8",

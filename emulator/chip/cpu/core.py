@@ -14,7 +14,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Final
+from typing import Final, NamedTuple
 
 from fcu_emulator.emulator.chip.cpu.core_registers import MASKS, CoreRegisters
 from fcu_emulator.emulator.chip.cpu.exceptions import CoreFault
@@ -50,6 +50,14 @@ class CoreSettings:
     skip: bool = True
 
 
+class Masks(NamedTuple):
+    """Registers that keep exceptions from being taken."""
+
+    primask: int
+    basepri: int
+    faultmask: int
+
+
 class Core(FcuChip):
     """The core with firmware in flash or RAM. Raises ValueError for bytes elsewhere."""
 
@@ -68,6 +76,10 @@ class Core(FcuChip):
         self._masks = CoreRegisters(self, MASKS)
         self.on_fault: Callable[[CoreFault], None] = lambda _fault: None
         """Called at each fault, before registers and stack change."""
+        self.store_to_flash: Callable[[int, int, int], bool] = lambda _offset, _size, _value: False
+        """Carry out a store: offset, size, value. False: it was refused."""
+        self.on_lost_store: Callable[[int], None] = lambda _address: None
+        """Called at each refused store to the flash."""
         self.on_access: Callable[[int, int, bool], None] = lambda _address, _size, _written: None
         """Called at watched accesses: address, size, is it a store."""
         self.resets: deque[tuple[int, str]] = deque(maxlen=RESETS_KEPT)
@@ -93,7 +105,7 @@ class Core(FcuChip):
         soc.irq, soc.memory = self, self
         cycles = self._settings.cycles_per_instruction
         if not 0 < cycles <= 100:
-            raise ValueError(f"{cycles} cycles per instruction; give a number from 0 to 100")
+            raise ValueError(f"cycles per instruction must be from 0 to 100, not {cycles}")
         self.set_clocks(soc.clocks)
         self.library.fcu_configure(self.handle, cycles.numerator, cycles.denominator, self._settings.skip)
         soc.clocks.on_change(lambda: self.set_clocks(soc.clocks))
@@ -129,6 +141,10 @@ class Core(FcuChip):
     def code_changed(self) -> None:
         self.code_version += 1
         self.invalidate_code()
+
+    def flash_programmed(self, offset: int, size: int) -> None:
+        self.code_version += 1
+        self.library.fcu_flash_programmed(self.handle, offset, size)
 
     # -- snapshots --------------------------------------------------------------------------------------
 
@@ -216,9 +232,11 @@ class Core(FcuChip):
         priority: int = self.library.fcu_priority(self.handle, exception)
         return priority
 
-    def preempts(self, exception: int) -> bool:
-        group: int = self.library.fcu_priority_group(self.handle, self.priority(exception))
-        return group < self.status().execution_priority
+    def preempts(self, exception: int, masks: Masks) -> bool:
+        """Return whether an exception can preempt the active ones with these masks (ARMv7-M ARM B1.5.4)."""
+        library, handle = self.library, self.handle
+        group: int = library.fcu_priority_group(handle, self.priority(exception))
+        return bool(group < library.fcu_execution_priority(handle, *masks))
 
     # -- for debuggers ----------------------------------------------------------------------------------
 
@@ -306,12 +324,20 @@ class Core(FcuChip):
         return value
 
     def _write(self, address: int, size: int, value: int) -> None:
-        self.shared[2] = self.python.write(address, size, value)
+        if address >= RAM:
+            self.shared[2] = self.python.write(address, size, value)
+        elif not self.store_to_flash(address & FLASH_SIZE - 1, size, value):
+            self.on_lost_store(address)
 
-    def _ignored_access(self, peripheral: int, offset: int, what: int) -> None:
+    def _ignored_access(self, peripheral: int, offset: int, what: int, value: int) -> None:
         kind, done = _IGNORED_ACCESSES[what]
-        report = self.python.report_clock if kind == "clock" else self.python.report_unknown
-        report(self.peripheral_by_index(peripheral), offset, done)
+        one = self.peripheral_by_index(peripheral)
+        if kind == "unknown":
+            self.python.report_unknown(one, offset, done)
+        elif done == "read":
+            self.python.report_clock(one, offset, done)
+        else:
+            self.python.report_write_without_clock(one, offset, value)
 
     def _fault(self, exception: int, cfsr: int, hfsr: int, address: int) -> None:
         self.on_fault(CoreFault(exception, cfsr, hfsr, address if cfsr & 1 << 15 else None))

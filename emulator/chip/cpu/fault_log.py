@@ -61,8 +61,21 @@ class FaultRecord:
         return word_of(self.ram, address)
 
 
+@dataclass(frozen=True)
+class LostStore:
+    """A store that FLASH refused; ``registers`` as in FaultRecord."""
+
+    t_ps: int
+    address: int
+    registers: tuple[int, ...]
+    ram: bytes
+
+    def word(self, address: int) -> int | None:
+        return word_of(self.ram, address)
+
+
 class FaultLog:
-    """Records the core's faults.
+    """Records the core's faults, and the first store that FLASH refused.
 
     ``origin`` is the latest fault that is not a consequence; it has occurred ``times`` in quick succession.
     """
@@ -73,7 +86,15 @@ class FaultLog:
         self.last_ps = 0
         self.latest: FaultRecord | None = None
         self.origin: FaultRecord | None = None
+        self.lost_store: LostStore | None = None
         core.on_fault = self._record
+        core.on_lost_store = self._record_lost_store
+
+    def _record_lost_store(self, address: int) -> None:
+        if self.lost_store is None:
+            core = self._core
+            registers = CORE.unpack(core.core_state())
+            self.lost_store = LostStore(core.clock.now_ps, address, registers, bytes(core.ram))
 
     def _record(self, fault: CoreFault) -> None:
         core = self._core

@@ -26,11 +26,11 @@ class Absent(Peripheral):
         self._reported: set[int] = set()
 
     def read(self, offset: int) -> int:
-        self._report(offset, "read, gives 0")
+        self._report(offset, "read as 0")
         return 0
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        self._report(offset, f"0x{value & mask:X} written, forgotten")
+        self._report(offset, f"0x{value & mask:X} written without effect")
 
     def is_silent(self) -> bool:
         return len(self._reported) > _MAX_REPORTED
@@ -41,7 +41,7 @@ class Absent(Peripheral):
         self._reported.add(offset)
         text = f"{self.name}, 0x{self.base + offset:08X}: {what}"
         if len(self._reported) > _MAX_REPORTED:
-            text = f"{self.name}: more than {_MAX_REPORTED} of its addresses are used; no more are reported"
+            text = f"{self.name}: more than {_MAX_REPORTED} of its addresses are used; the others are not reported"
         self.soc.trace.add(DeviceNote(self.soc.clock.now_ps, CHIP_NAME, "not modelled", text))
 
 
@@ -55,12 +55,12 @@ class UnmodelledPeripheral(Peripheral):
 
     def read(self, offset: int) -> int:
         del offset
-        self.note("not modelled", "read; every register gives 0")
+        self.note("not modelled", "read; every register returns 0")
         return 0
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
         del offset, value, mask
-        self.note("not modelled", "written; nothing happens")
+        self.note("not modelled", "written without effect")
 
 
 def unmodelled_peripherals(soc: Soc) -> list[UnmodelledPeripheral]:
@@ -90,7 +90,7 @@ class PythonPeripherals:
 
     def __init__(self, soc: Soc, peripherals: Iterable[Peripheral]) -> None:
         self._soc = soc
-        self._reported: set[tuple[str, int]] = set()
+        self._reported: set[tuple[str, str]] = set()
         self._pages: dict[int, Peripheral] = {}
         by_address = {
             first: Absent(soc, name, first, size) for name, (first, size) in memory_map.ADDRESSES.items()
@@ -126,7 +126,7 @@ class PythonPeripherals:
         register = address - peripheral.base & 0xFFFF_FFFC
         shift = 8 * (address & 3)
         if not peripheral.clocked:
-            self.report_clock(peripheral, register, "written")
+            self.report_write_without_clock(peripheral, register, value << shift)
             return NO_REGISTER_PS
         if not _has(peripheral, register):
             self.report_unknown(peripheral, register, "written")
@@ -147,16 +147,22 @@ class PythonPeripherals:
     def report_clock(self, peripheral: Peripheral, register: int, what: str) -> None:
         name = peripheral.NAMES.get(register, f"offset 0x{register:02X}")
         text = f"{name} {what} while the peripheral has no clock; set {GATES.get(peripheral.name, 'its bit in RCC')}"
-        self._report(peripheral, register, "forbidden", text)
+        self._report(peripheral, "forbidden", text)
+
+    def report_write_without_clock(self, peripheral: Peripheral, register: int, value: int) -> None:
+        """Report a write that would have changed the register from its value after reset."""
+        declared = DECLARED.get(peripheral.name)
+        known = declared.by_offset.get(register) if declared else None
+        if known is None or (value ^ known.reset) & known.stored:
+            self.report_clock(peripheral, register, "written")
 
     def report_unknown(self, peripheral: Peripheral, register: int, what: str) -> None:
-        text = f"offset 0x{register:02X} {what}; there is no such register"
-        self._report(peripheral, register, "not modelled", text)
+        text = f"offset 0x{register:02X} {what}; no register has this offset"
+        self._report(peripheral, "not modelled", text)
 
-    def _report(self, peripheral: Peripheral, register: int, kind: str, text: str) -> None:
-        key = f"{peripheral.name} {kind}", register
-        if key not in self._reported:
-            self._reported.add(key)
+    def _report(self, peripheral: Peripheral, kind: str, text: str) -> None:
+        if (peripheral.name, text) not in self._reported:
+            self._reported.add((peripheral.name, text))
             self._soc.trace.add(DeviceNote(self._soc.clock.now_ps, peripheral.name, kind, text))
 
 

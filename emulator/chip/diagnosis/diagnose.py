@@ -18,7 +18,12 @@ from fcu_emulator.emulator.chip.diagnosis.evidence import (
     RecentTransfers,
     nobody,
 )
-from fcu_emulator.emulator.chip.diagnosis.faults import fault_report
+from fcu_emulator.emulator.chip.diagnosis.faults import (
+    fault_before_reset,
+    fault_report,
+    is_reset_endlessly,
+    lost_store_report,
+)
 from fcu_emulator.emulator.chip.diagnosis.hang import Hang
 from fcu_emulator.emulator.chip.diagnosis.memory_use import flash_nearly_full, ram_nearly_full
 from fcu_emulator.emulator.chip.diagnosis.printing import LATEST_TEXT, PrintedLines, misprinted
@@ -28,15 +33,17 @@ from fcu_emulator.emulator.chip.diagnosis.setup import (
     byte_left,
     never_ticked,
     not_enabled,
+    printed_elsewhere,
     silent_terminal,
     wrong_baud,
     wrong_rate,
 )
 from fcu_emulator.emulator.chip.image import FirmwareImage
 from fcu_emulator.emulator.chip.memory_map import RAM_MEMORY
+from fcu_emulator.emulator.chip.peripherals.rcc import WRONG_CRYSTAL
 from fcu_emulator.emulator.chip.peripherals.tim import Timer
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
-from fcu_emulator.emulator.trace import BusTransfer, GpioEdge
+from fcu_emulator.emulator.trace import BusTransfer, DeviceNote, GpioEdge, Trace
 
 
 class RunningFirmware(Protocol):
@@ -49,6 +56,8 @@ class RunningFirmware(Protocol):
 
 
 _SET_UP_PS = PS_PER_S // 2
+SCANNED_ADDRESSES = 8
+"""Addresses without answer from which on a program looks for devices."""
 
 
 def diagnose(arm: RunningFirmware) -> Diagnosis | None:
@@ -64,8 +73,11 @@ def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
     notes = PeripheralNotes(chip, signals.trace)
     quiet_since_ps = _quiet_since_ps(arm, transfers)
     bus = bus_never_on(chip, signals, places) or byte_left(chip, signals)
+    crash = fault_before_reset(chip.core, arm.faults.origin, places, transfers.lines())
+    resets = crash or reset_report(chip.core, places, arm.faults.origin)
     failed = (
         fault_report(chip.core, arm.faults, places, transfers.lines())
+        or (resets if resets and resets.fatal else None)
         or _stack(arm, places)
         or Hang(chip, places, transfers, notes, quiet_since_ps, bus).diagnosis()
     )
@@ -75,13 +87,15 @@ def findings(arm: RunningFirmware) -> Iterator[Diagnosis]:
             return
     text = bytes(signals.uart.received()[-LATEST_TEXT:])
     seen = (
-        reset_report(chip.core, places, arm.faults.origin),
+        lost_store_report(arm.faults.lost_store, chip.core.memory, places),
+        resets,
         slow_callback(chip, places),
+        _wrong_crystal(signals.trace),
         _without_clock(notes),
         _unanswered(arm, transfers),
         _unselected(transfers),
         bus and _bus(bus, signals.clock.now_ps),
-        silent_terminal(chip, signals, places),
+        printed_elsewhere(chip, signals) or silent_terminal(chip, signals, places),
         wrong_baud(chip, signals),
         not_enabled(chip),
         never_ticked(chip, signals, places),
@@ -107,7 +121,7 @@ def _stack(arm: RunningFirmware, places: Places) -> Diagnosis | None:
         return None
     return Diagnosis(
         "stack",
-        f"stack overflow: the stack has gone down to 0x{lowest:08X}, {end - lowest} bytes into the variables",
+        f"stack overflow: the stack has grown down to 0x{lowest:08X}, {end - lowest} bytes into the variables",
         (
             (
                 f"The variables end at 0x{end:08X} and the stack begins at 0x{places.stack_top:08X}; "
@@ -116,6 +130,17 @@ def _stack(arm: RunningFirmware, places: Places) -> Diagnosis | None:
             "A deep recursion, or arrays in functions that are too large for the stack.",
         ),
     )
+
+
+def _wrong_crystal(trace: Trace) -> Diagnosis | None:
+    """Report PLL settings that fit another board's crystal."""
+    for note in trace.of(DeviceNote):
+        if note.device == "RCC" and WRONG_CRYSTAL in note.text:
+            violated, _, crystal = note.text.partition("; ")
+            summary = f"the program is made for another crystal: {crystal}"
+            look = "HSE_VALUE and PLLM have to fit the board; all times and rates of the program are wrong."
+            return Diagnosis("clock", summary, (f"At {at(note.t_ps)}: {violated}.", look), fatal=False)
+    return None
 
 
 def _without_clock(notes: PeripheralNotes) -> Diagnosis | None:
@@ -133,15 +158,15 @@ def _unanswered(arm: RunningFirmware, transfers: RecentTransfers) -> Diagnosis |
         for event in signals.trace.of(BusTransfer)
         if event.bus in signals.i2c and event.result != "ok" and not event.device
     ]
-    if not failed:
+    if not failed or len({one.address for one in failed}) >= SCANNED_ADDRESSES:
         return None
     ((bus, address), count), *_ = Counter((one.bus, one.address) for one in failed).most_common(1)
     cause = nobody(signals, signals.i2c[bus], address)
     these = [one for one in failed if (one.bus, one.address) == (bus, address)][-TRANSFERS_SHOWN:]
     details = (
         *cause.sentences,
-        f"{count} transfer{'s' * (count > 1)} failed so; the program goes on without them.",
-        *section("the last of them", transfers.texts(these)),
+        f"{count} transfer{'s' * (count > 1)} failed in this way; the program continues without them.",
+        *section("last of them", transfers.texts(these)),
     )
     return Diagnosis("bus", cause.short, details, fatal=False)
 
@@ -163,8 +188,8 @@ _CALLBACK = "HAL_TIM_PeriodElapsedCallback"
 _FEWEST_TICKS = 20  # fewer ticks prove nothing
 _STARVED_PS = 100 * PS_PER_MS
 _WAITING = {
-    "HAL_Delay": "Do not wait in an interrupt: let the callback count its calls, or wait in main().",
-    "PRINTF": "Do not print in an interrupt, text takes 87 us a character: set a flag, and print in main().",
+    "HAL_Delay": "Do not wait in an interrupt: count calls in the callback, or wait in main().",
+    "PRINTF": "Do not print in an interrupt, a character takes 87 us: set a flag, and print in main().",
     "HAL_UART_Transmit": "Do not print in an interrupt: a character takes 87 us.",
 }
 
@@ -201,7 +226,7 @@ def _sometimes_slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis | Non
         f"It calls {name}(), from {places.place(site)}.",
         _WAITING[name],
     )
-    summary = f"{_CALLBACK}() takes longer than a {period} tick, now and then"
+    summary = f"{_CALLBACK}() occasionally takes longer than a {period} tick"
     return Diagnosis("callback", summary, details, fatal=False)
 
 
@@ -221,7 +246,7 @@ def _slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
             f"{timer.name} runs at {timer.rate_hz:g} Hz; of {timer.ticks} ticks {timer.lost} were lost and "
             f"{timer.late} came late."
         ),
-        "Fewer or shorter transfers, a faster bus, a lower rate, or less arithmetic in the callback help.",
+        "Use fewer or shorter transfers, a faster bus, a lower rate, or less arithmetic in the callback.",
     ]
     waits = _waiting_call(chip, places)
     if waits is not None:
@@ -231,7 +256,7 @@ def _slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
     starved = core.active and core.now_ps - core.thread_ps > _STARVED_PS
     if starved:
         since = f"main() has not run since {at(core.thread_ps)}"
-        details.insert(0, f"{since}: when the callback returns, the next tick is waiting already.")
+        details.insert(0, f"{since}: the next tick is due when the callback returns.")
         summary += ": main() never runs"
     return Diagnosis("callback", summary, tuple(details), fatal=False)
 
@@ -256,7 +281,7 @@ def reset_report(core: Core, places: Places, fault: FaultRecord | None) -> Diagn
     registers = CORE.unpack(state)
     trace = Backtrace(places, partial(word_of, ram), core.memory)
     callers = trace.lines(registers[_PC], registers[_LR], registers[_SP])
-    why = f"is {_WATCHDOGS[reason]}" if reason in _WATCHDOGS else "was asked for by the firmware itself"
+    why = f"is {_WATCHDOGS[reason]}" if reason in _WATCHDOGS else "was requested by the firmware"
     details = [f"{reason} {why}."]
     if fault is not None:
         details.append(f"There was a fault at {at(fault.t_ps)} in {places.place(fault.pc)}.")
@@ -265,5 +290,5 @@ def reset_report(core: Core, places: Places, fault: FaultRecord | None) -> Diagn
         "reset",
         f"the chip was reset {times} by {reason} at {at(t_ps)}, while in {places.place(registers[_PC])}",
         (*details, *section(f"callers ({NOTE})", callers)),
-        fatal=False,
+        fatal=is_reset_endlessly(core),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 
 from fcu_emulator.emulator.boards.description import BoardSignals
 from fcu_emulator.emulator.buses.i2c import I2CBus
@@ -30,8 +30,10 @@ def nobody(signals: BoardSignals, bus: I2CBus, address: int) -> Cause:
         if address == known >> 1:
             meant = f"the {name} is at 0x{known:02X}, 0x{known << 1:02X} as HAL address"
             return Cause(
-                f"{short}: the HAL was given 0x{known:02X} and wants it shifted left, 0x{known << 1:02X}",
-                [f"HAL_I2C_Mem_Read and its like take the address in 8 bits: {meant} (0x{known:02X} << 1)."],
+                f"{short}: the HAL got 0x{known:02X} and needs it shifted left, 0x{known << 1:02X}",
+                [
+                    f"HAL_I2C_Mem_Read and similar functions take the address in 8 bits: {meant} (0x{known:02X} << 1)."
+                ],
             )
         if address == known << 1 & 0x7F:
             return Cause(f"{short}: the address was shifted left twice", [_answers(name, known)])
@@ -48,7 +50,11 @@ def absent(signals: BoardSignals, used: str) -> str:
     wiring, other = signals.wiring, signals.board.wiring_with(used)
     text = f"With wiring {wiring.name} the sensors are on {wiring.bus}, not on {used}: "
     text += f"build the firmware for {wiring.bus}"
-    return f"{text}, or run it with wiring {other.name}." if other else f"{text}."
+    if other:
+        return f"{text}, or run it with wiring {other.name}."
+    if used == "I2C1":
+        return f"{text}. ST's Nucleo boards have their sensor shields on I2C1; was the program made for one?"
+    return f"{text}."
 
 
 def _answers(name: str, address: int) -> str:
@@ -90,19 +96,22 @@ class RecentTransfers:
     def texts(self, transfers: Iterable[BusTransfer]) -> list[str]:
         return [f"{at(transfer.t_ps)}  {_text(transfer, self._signals.i2c)}" for transfer in transfers]
 
-    def cause(self) -> Cause | None:
+    def failure(self) -> Cause | None:
+        """Return the cause of a held line, or of a latest transfer that failed."""
         for bus in self._i2c:
             if any(fault.kind == "stuck" for fault in bus.faults(self._now_ps)):
                 text = f"a line of {bus.name} is held low"
-                return Cause(text, ["The bus stays busy: no transfer can start."])
+                return Cause(text, ["The bus stays busy, so no transfer can start."])
+        failed = self.latest and self.latest[-1].result != "ok"
+        return self._failed(self.latest[-1]) if failed else None
+
+    def cause(self) -> Cause | None:
         for spi in self._spi:
             if unaddressed := self._unaddressed(spi):
                 return self._no_sensor_selected(spi, unaddressed)
         if not self.latest:
             return None
         last = self.latest[-1]
-        if last.result != "ok":
-            return self._failed(last)
         if last.register == "WHO_AM_I" and last.read:
             return self._identity(last)
         return None
@@ -121,15 +130,15 @@ class RecentTransfers:
         used += [one.name for one in self._spi if one.recent_transfers() or one.unaddressed]
         for wiring in self._signals.board.wirings:
             if wiring.bus not in used:
-                nothing = f"On {wiring.bus} nothing was ever transferred"
+                nothing = f"On {wiring.bus} there were no transfers"
                 sentences.append(f"{nothing}; firmware for it runs with wiring {wiring.name}.")
         return Cause(f"{what} is read as 0x{value:02X} over {bus}", sentences)
 
     def _dead_line(self, bus: str) -> list[str]:
         if bus not in self._signals.spi:
-            return ["Is the register number the one that was meant?"]
+            return ["Check the register number."]
         return [
-            "Nobody drives the data line. The sensors answer on the line on which they listen (three wires),",
+            "No device drives the data line. The sensors answer on their input line (three wires),",
             "in mode 3 (SPI_POLARITY_HIGH, SPI_PHASE_2EDGE), with one chip select low at a time.",
         ]
 
@@ -137,9 +146,9 @@ class RecentTransfers:
         for bus in self._spi:
             if not bus.chip_selects and self._unaddressed(bus):
                 return Cause(
-                    f"{bus.name} is used, and no sensor is on {bus.name} with this wiring",
+                    f"{bus.name} is used, but no sensor is on {bus.name} with this wiring",
                     [
-                        "Nobody drives the data line: each byte read is 0xFF, that of WHO_AM_I, too.",
+                        "No device drives the data line: each byte is read as 0xFF, also that of WHO_AM_I.",
                         absent(self._signals, bus.name),
                     ],
                 )
@@ -150,7 +159,7 @@ class RecentTransfers:
         if not last.device:
             return nobody(self._signals, bus, last.address)
         ruled = [fault for fault in bus.faults(last.t_ps) if fault.address in (None, last.address)]
-        why = "The scenario breaks this bus at that time." if ruled else "The device is there."
+        why = "The scenario breaks this bus at that time." if ruled else "The device is present."
         return Cause(last.result, [why])
 
     def _unaddressed(self, bus: SpiBus) -> str:
@@ -164,7 +173,7 @@ class RecentTransfers:
     def _no_sensor_selected(self, bus: SpiBus, unaddressed: str) -> Cause:
         if not bus.chip_selects:
             return Cause(
-                f"{bus.name} {unaddressed}, and no sensor is on {bus.name} with this wiring",
+                f"{bus.name} {unaddressed}, but no sensor is on {bus.name} with this wiring",
                 [absent(self._signals, bus.name)],
             )
         selects = ", ".join(bus.chip_selects)
@@ -175,17 +184,17 @@ class RecentTransfers:
 
     def _identity(self, last: BusTransfer) -> Cause:
         value, expected = last.read[0], self._signals.board.identities[last.device]
-        read = f"WHO_AM_I of {last.device} was read over {last.bus} and gave 0x{value:02X}"
+        read = f"WHO_AM_I of {last.device} was read over {last.bus} and returned 0x{value:02X}"
         if value == expected:
             return Cause(
-                f"{read}, which is right",
+                f"{read}, the expected value",
                 [f"The program seems to expect another part: a {last.device} answers 0x{value:02X}."],
             )
         if last.bus in self._signals.spi:
             needs = "mode 3, three wires, one chip select low at a time"
-            hint = f"Is {last.bus} set up as the part needs it: {needs}?"
+            hint = f"Check that {last.bus} is set up as the part needs it: {needs}."
         else:
-            hint = "Is another part at this address, or is its register number wrong?"
+            hint = "Check the address, and the register number."
         return Cause(f"{read}; expected 0x{expected:02X}", [hint])
 
 
@@ -218,23 +227,34 @@ class PeripheralNotes:
 
     def __init__(self, chip: Chip, trace: Trace) -> None:
         self._clocked = {peripheral.name: peripheral.clocked for peripheral in chip.core.all_peripherals}
+        self._clocked_until_ps = chip.system.rcc.clocked_until_ps
         self._notes = [
             note for note in trace.of(DeviceNote) if note.what == "forbidden" and note.device in self._clocked
         ]
 
     def without_clock(self) -> list[str]:
-        """Return peripherals that still have no clock."""
-        names = dict.fromkeys(note.device for note in self._notes if _NO_CLOCK in note.text)
-        return [name for name in names if not self._clocked[name]]
+        """Return peripherals that were written without clock, and have had none since."""
+        first_ps: dict[str, int] = {}
+        for note in self._notes:
+            if f"written {_NO_CLOCK}" in note.text:
+                first_ps.setdefault(note.device, note.t_ps)
+        return [
+            name
+            for name, t_ps in first_ps.items()
+            if not self._clocked[name] and self._clocked_until_ps.get(name, -1) <= t_ps
+        ]
 
-    def cause(self) -> Cause | None:
+    def cause(self, among: Container[str] | None = None) -> Cause | None:
+        """Return the first missing clock, or that of a peripheral ``among`` these."""
         for name in self.without_clock():
+            if among is not None and name not in among:
+                continue
             first = next(note for note in self._notes if note.device == name)
             return Cause(
                 f"{name} has no clock: __HAL_RCC_{name}_CLK_ENABLE() is missing",
                 [
                     (
-                        f"{GATES[name]} is 0, so the peripheral forgets what is written and reads as 0; "
+                        f"{GATES[name]} is 0, so writes to the peripheral have no effect and reads return 0; "
                         f"first used at {at(first.t_ps)}."
                     )
                 ],

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import struct
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 from fcu_emulator.emulator.chip.cpu import exceptions
@@ -16,36 +18,36 @@ from fcu_emulator.emulator.chip.cpu.exceptions import (
     NMI,
     USAGE_FAULT,
 )
-from fcu_emulator.emulator.chip.cpu.fault_log import FaultLog, FaultRecord
+from fcu_emulator.emulator.chip.cpu.fault_log import CORE, FaultLog, FaultRecord, LostStore
 from fcu_emulator.emulator.chip.cpu.thumb import decode
 from fcu_emulator.emulator.chip.diagnosis.backtrace import NOTE, Backtrace, Call, Places, ReadCode
 from fcu_emulator.emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
 from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
 from fcu_emulator.emulator.chip.registers import scb
 from fcu_emulator.emulator.chip.registers.declaration import Word
-from fcu_emulator.emulator.time.clock import PS_PER_MS
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
 # -- fault status registers (ARMv7-M ARM B3.2.15, B3.2.16; PM0214 4.4.10, 4.4.11) ---------------------------
 
 CFSR: Final[Mapping[str, str]] = {
-    "IACCVIOL": "an instruction was fetched from where none may be executed",
+    "IACCVIOL": "an instruction was fetched from memory that must not be executed",
     "DACCVIOL": "a load or store that the memory protection forbids",
-    "MUNSTKERR": "the registers could not be taken back from the stack (memory protection)",
+    "MUNSTKERR": "the registers could not be restored from the stack (memory protection)",
     "MSTKERR": "the registers could not be saved on the stack (memory protection)",
     "MLSPERR": "floating-point registers could not be saved (memory protection)",
     "MMARVALID": "MMFAR holds the address",
-    "IBUSERR": "an instruction was fetched from where there is no memory",
+    "IBUSERR": "an instruction was fetched from an address without memory",
     "PRECISERR": "a load or store was refused; the instruction is known exactly",
     "IMPRECISERR": "a store was refused some instructions ago",
-    "UNSTKERR": "the registers could not be taken back from the stack",
+    "UNSTKERR": "the registers could not be restored from the stack",
     "STKERR": "the registers could not be saved on the stack",
     "LSPERR": "floating-point registers could not be saved on the stack",
     "BFARVALID": "BFAR holds the address",
-    "UNDEFINSTR": "the bytes there are no instruction",
-    "INVSTATE": "execution went to an even address: a Cortex-M knows Thumb code only, bit 0 must be 1",
-    "INVPC": "the return from an exception was given a wrong value",
+    "UNDEFINSTR": "the bytes there are not an instruction",
+    "INVSTATE": "execution went to an even address: a Cortex-M runs Thumb code only, bit 0 must be 1",
+    "INVPC": "the return from an exception had a wrong value",
     "NOCP": "a floating-point instruction while the floating-point unit is off (CPACR)",
-    "UNALIGNED": "an address that is no multiple of the access' size",
+    "UNALIGNED": "an address that is not a multiple of the access size",
     "DIVBYZERO": "a division by zero, with CCR.DIV_0_TRP set",
 }
 HFSR: Final[Mapping[str, str]] = {
@@ -81,7 +83,7 @@ def cause_of(record: FaultRecord, places: Places, code: ReadCode) -> Cause:
         return _of_even_address(record)
     if status & (exceptions.IBUSERR | exceptions.IACCVIOL):
         return Cause(
-            f"execution went to 0x{record.pc:08X}, where no program is",
+            f"execution went to 0x{record.pc:08X}, which has no program",
             ["A function pointer or a return address on the stack was overwritten, or never set."],
         )
     if status & exceptions.UNDEFINSTR:
@@ -97,21 +99,9 @@ def _of_access(record: FaultRecord, address: int, places: Places, code: ReadCode
     on_stack = record.sp <= address < RAM_MEMORY.start or abs(address - record.sp) <= _NEAR
     if on_stack and stack_overflows(record, places):
         return _of_stack(record, places)
-    if stores and address < FLASH_MEMORY.end - FLASH_MEMORY.start:
-        return _of_null(address)
-    if stores and FLASH_MEMORY.holds(address, address):
-        return Cause(
-            f"write to flash, address 0x{address:08X}",
-            [
-                "Constants (const) and texts in quotes lie in flash, which a program cannot simply write.",
-                "A cast away from const, or a char * to a text, leads here.",
-            ],
-        )
     verb = "write to" if stores else "read of"
     where = (
-        "after the end of RAM"
-        if RAM_MEMORY.end <= address < RAM_MEMORY.end + 0x1_0000
-        else "where nothing is"
+        "after the end of RAM" if RAM_MEMORY.end <= address < RAM_MEMORY.end + 0x1_0000 else "without memory"
     )
     return Cause(
         f"{verb} address 0x{address:08X}, {where}",
@@ -126,18 +116,45 @@ def _stores(pc: int, code: ReadCode) -> bool:
     )
 
 
+def lost_store_report(store: LostStore | None, code: ReadCode, places: Places) -> Diagnosis | None:
+    """Report the first store to locked flash, which is also at address 0."""
+    if store is None:
+        return None
+    *_, sp, lr, pc, _ = store.registers
+    trace = Backtrace(places, store.word, code)
+    cause = _of_null(store.address) if store.address < FLASH_MEMORY.start else _of_constant(store.address)
+    refused = "FLASH refuses the store and sets PGSERR in FLASH_SR; the program continues."
+    return Diagnosis(
+        "memory",
+        f"{cause.short} at {at(store.t_ps)} in {places.place(pc)}: the value is lost",
+        (*cause.sentences, refused, *section(f"callers ({NOTE})", trace.lines(pc, lr, sp))),
+        fatal=False,
+        at_ps=store.t_ps,
+    )
+
+
+def _of_constant(address: int) -> Cause:
+    return Cause(
+        f"write to flash, address 0x{address:08X},",
+        [
+            "Constants (const) and texts in quotes are in flash, which a normal store cannot write.",
+            "Typical causes: a cast that removes const, or a char * to a string literal.",
+        ],
+    )
+
+
 def _of_null(address: int) -> Cause:
     if address >= _NULL_OBJECT:
-        what = f"address 0x{address:08X}: far after a NULL pointer, as with a large index into it."
+        what = f"address 0x{address:08X}: far after a NULL pointer, as with a large index."
     elif address:
         what = f"address 0x{address:08X}: a member of a NULL pointer, {address} bytes after its start."
     else:
-        what = "address 0x00000000: what a NULL pointer points to."
+        what = "address 0x00000000: the target of a NULL pointer."
     return Cause(
         "write through a NULL pointer",
         [
             what,
-            "A read through a NULL pointer does not fault on this chip: flash is at 0, too, and is read.",
+            "A read through a NULL pointer does not fault on this chip: it reads flash, which is also at 0.",
         ],
     )
 
@@ -164,7 +181,7 @@ def _of_stack(record: FaultRecord, places: Places) -> Cause:
         )
     return Cause(
         "stack overflow",
-        [where, "A recursion without end, or arrays in functions that are too large for the stack."],
+        [where, "Endless recursion, or arrays in functions that are too large for the stack."],
     )
 
 
@@ -175,7 +192,7 @@ def _of_even_address(record: FaultRecord) -> Cause:
     if not record.pc:
         return Cause(
             "call through a NULL function pointer",
-            ["A function was called by a pointer that is 0: a callback that was never registered?"],
+            ["A function was called through a pointer that is 0, for example an unregistered callback."],
         )
     return Cause(
         f"jump to the even address 0x{record.pc:08X}",
@@ -196,8 +213,8 @@ def _of_undefined(record: FaultRecord, code: ReadCode) -> Cause:
         )
     shown = f"{word:04X}{second:04X}" if decode(record.pc, word, second).size == 4 else f"{word:04X}"
     return Cause(
-        f"0x{shown} at 0x{record.pc:08X} is no instruction",
-        ["Data was executed, or the program was compiled for another core (-mcpu=cortex-m4)."],
+        f"0x{shown} at 0x{record.pc:08X} is not an instruction",
+        ["Data was executed, or the program was not compiled with -mcpu=cortex-m4."],
     )
 
 
@@ -207,13 +224,15 @@ def _of_hard_fault(record: FaultRecord) -> Cause:
             "BKPT without a debugger",
             ["Semihosting (--specs=rdimon.specs), an assertion, or a breakpoint left in the program."],
         )
-    return Cause("the vector table cannot be read", ["VTOR was set to an address where no memory is."])
+    return Cause("the vector table cannot be read", ["VTOR was set to an address without memory."])
 
 
 _OTHERS = {
     exceptions.INVPC: Cause(
-        "the return from an interrupt went wrong",
-        ["The handler's stack was overwritten: an array in it, or in what it calls, is too small."],
+        "the return from an interrupt failed",
+        [
+            "The handler's stack was overwritten: an array in it, or in a function that it calls, is too small."
+        ],
     ),
     exceptions.NOCP: Cause(
         "floating-point unit is off",
@@ -222,7 +241,7 @@ _OTHERS = {
     exceptions.UNALIGNED: Cause(
         "unaligned access",
         [
-            "A pointer to a larger type was made of one to bytes.",
+            "A pointer to bytes was cast to a pointer to a larger type.",
             "LDM, STM, LDRD and STRD need multiples of 4; with CCR.UNALIGN_TRP all loads and stores do.",
         ],
     ),
@@ -240,6 +259,7 @@ _NAMES = {
     BUS_FAULT: "BusFault",
     USAGE_FAULT: "UsageFault",
 }
+_XPSR = 16
 _FAULTS_OF_A_LOOP, _JUST_NOW_PS = 10, PS_PER_MS
 _REGISTERS = (*(f"R{number}" for number in range(13)), "SP", "LR", "PC", "xPSR")
 
@@ -262,6 +282,35 @@ def fault_report(core: Core, log: FaultLog, places: Places, transfers: list[str]
     return None
 
 
+def fault_before_reset(
+    core: Core, record: FaultRecord | None, places: Places, transfers: list[str]
+) -> Diagnosis | None:
+    """Return the fault whose handler has reset the chip."""
+    if record is None or not core.resets or record.t_ps > core.resets[-1][0]:
+        return None
+    state, _ = core.before_reset
+    handled = CORE.unpack(state)[_XPSR] & 0x1FF
+    if handled not in _NAMES or core.resets[-1][1] != "SYSRESETREQ":
+        return None
+    count = len(core.resets)
+    times = f", {count} times so far" if count > 1 else ""
+    ending = [f"The fault's handler has reset the chip{times}, last at {at(core.resets[-1][0])}."]
+    report = _report(core, record, places, transfers, ending)
+    return replace(report, fatal=is_reset_endlessly(core))
+
+
+_RESETS_OF_A_LOOP = 10
+
+
+def is_reset_endlessly(core: Core) -> bool:
+    """Return whether resets follow each other within a second, and the next one is not overdue."""
+    times_ps = [t_ps for t_ps, _ in core.resets][-_RESETS_OF_A_LOOP:]
+    if len(times_ps) < _RESETS_OF_A_LOOP:
+        return False
+    longest_ps = max(later - earlier for earlier, later in itertools.pairwise(times_ps))
+    return longest_ps <= PS_PER_S and core.now_ps - times_ps[-1] <= 2 * longest_ps
+
+
 def _report(
     core: Core, record: FaultRecord, places: Places, transfers: list[str], ending: list[str]
 ) -> Diagnosis:
@@ -272,7 +321,7 @@ def _report(
     callers = [trace.line(call) for call in calls[1:]]
     where = places.place(record.pc) + _from_program(calls, callers, places)
     if record.fault.cfsr & exceptions.INVSTATE or not FLASH_MEMORY.holds(record.pc, record.pc):
-        where = f"0x{record.pc:08X}, {callers[0] if callers else 'called from somewhere'}"
+        where = f"0x{record.pc:08X}, {callers[0] if callers else 'called from an unknown place'}"
     details = [
         *cause.sentences,
         *section("fault status", list(_status(record))),

@@ -6,10 +6,11 @@ Without them it may be the intended end, so it is not a failure. Code on the pro
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Final
 
 from fcu_emulator.emulator.chip.chip import Chip
-from fcu_emulator.emulator.chip.cpu.core import Core
+from fcu_emulator.emulator.chip.cpu.core import Core, Masks
 from fcu_emulator.emulator.chip.cpu.core_registers import MASKS, CoreRegisters
 from fcu_emulator.emulator.chip.cpu.exceptions import FIRST_INTERRUPT, SYS_TICK, bits
 from fcu_emulator.emulator.chip.cpu.thumb import Flow, decode
@@ -77,18 +78,19 @@ _TICKING = systick.SYST_CSR.ENABLE.mask | systick.SYST_CSR.TICKINT.mask
 
 
 class Interrupts:
-    """The interrupts in the core's present state."""
+    """The interrupts in the core's present state, or at any instruction of a loop that has ``masks``."""
 
-    def __init__(self, core: Core) -> None:
+    def __init__(self, core: Core, masks: Iterable[Masks] = ()) -> None:
         self._core = core
-        self._primask, self._basepri, self._faultmask, self.control = CoreRegisters(core, MASKS).read()
+        *present, self.control = CoreRegisters(core, MASKS).read()
+        self._masks = list(masks) or [Masks(*present)]
 
     @property
     def handled(self) -> int:
         return self._core.handled
 
     def preempts(self, number: int) -> bool:
-        return self._core.preempts(number)
+        return any(self._core.preempts(number, masks) for masks in self._masks)
 
     def from_peripherals(self, *, now: bool = True) -> list[int]:
         """Return the enabled interrupts; ``now``: only those that can be taken."""
@@ -105,11 +107,12 @@ class Interrupts:
             return "SysTick is off: HAL_Init() was not called, or HAL_SuspendTick() was."
         if self.preempts(SYS_TICK):
             return ""
-        if self._primask or self._faultmask:
+        if any(masks.primask or masks.faultmask for masks in self._masks):
             return "interrupts are switched off: __disable_irq() without __enable_irq()."
         priority = self._core.priority
         if not self.handled:
-            return f"BASEPRI is 0x{self._basepri:02X}, and SysTick's priority {priority(SYS_TICK) >> 4}."
+            basepri = self._masks[0].basepri
+            return f"BASEPRI is 0x{basepri:02X}, and SysTick's priority {priority(SYS_TICK) >> 4}."
         running = self.handled
         return (
             f"SysTick (priority {priority(SYS_TICK) >> 4}) cannot interrupt the handler of "
@@ -126,9 +129,8 @@ _PATIENCE_PS = 3 * PS_PER_S  # the 32 kHz crystal needs 2 s
 class Waits:
     """``quiet_ps``: the time since the last event outside of the chip."""
 
-    def __init__(self, chip: Chip, interrupts: Interrupts, places: Places, quiet_ps: int) -> None:
+    def __init__(self, chip: Chip, places: Places, quiet_ps: int) -> None:
         self._chip = chip
-        self._interrupts = interrupts
         self._places = places
         self._quiet_ps = quiet_ps
 
@@ -140,9 +142,10 @@ class Waits:
             return None
         if not loop.variables:
             return self._registers(loop) if loop.registers else Cause("an endless loop", [])
-        if self._interrupts.from_peripherals() or is_any_stream_on(self._chip.core):
+        interrupts = Interrupts(self._chip.core, loop.masks)
+        if interrupts.from_peripherals() or is_any_stream_on(self._chip.core):
             return None
-        return self._variables(loop)
+        return self._variables(loop, interrupts.why_no_tick())
 
     def _may_change(self, clocked: bool, next_change_ps: int) -> bool:
         return clocked and (next_change_ps < NEVER_PS or self._quiet_ps < _PATIENCE_PS)
@@ -153,26 +156,23 @@ class Waits:
             for peripheral, offset, value in loop.registers
         )
         off = next((peripheral.name for peripheral, _, _ in loop.registers if not peripheral.clocked), "")
-        why = f"{off} has no clock and reads as 0." if off else "No event that could change it is due."
-        return Cause(f"waits for ever for {' and '.join(seen)} to change", [why])
+        why = f"{off} has no clock and reads as 0." if off else "No event is due that could change it."
+        return Cause(f"waits forever for {' and '.join(seen)} to change", [why])
 
-    def _variables(self, loop: Loop) -> Cause | None:
+    def _variables(self, loop: Loop, why: str) -> Cause | None:
         names = sorted({self._places.variable(address) for address in loop.variables})
-        short = f"waits for ever for {' or '.join(names)} to change"
+        short = f"waits forever for {' or '.join(names)} to change"
         changed = Probe(self._chip.core).handle(SYS_TICK)
         counted = changed is None or any(
             at in changed for address in loop.variables for at in range(address, address + 4)
         )
-        why = self._interrupts.why_no_tick()
         if counted and not why:
             return None  # the tick may end it
         if counted and changed is not None:
             return Cause(short, [f"It is counted by SysTick's handler, which cannot run: {why}"])
         if why:
             return Cause(short, [f"Nothing that could change it is running; {why}"])
-        return Cause(
-            short, ["No interrupt is on that writes it; is the one that should do so enabled and started?"]
-        )
+        return Cause(short, ["No enabled interrupt writes it; enable and start the one that should."])
 
 
 # -- the loop -----------------------------------------------------------------------------------------------
@@ -204,7 +204,7 @@ class Hang:
         self._interrupts = Interrupts(core)
         self._now_ps = core.now_ps
         self._quiet_since_ps = quiet_since_ps
-        self._waits = Waits(chip, self._interrupts, places, self._now_ps - quiet_since_ps)
+        self._waits = Waits(chip, places, self._now_ps - quiet_since_ps)
         self._trace = Backtrace(places, core.peek, core.memory)
         self._pc = core.pc
         self._calls = self._trace.calls(core.pc, core.register(_LR), core.register(_SP))
@@ -224,8 +224,8 @@ class Hang:
     def _sleeping(self) -> Diagnosis | None:
         if self._interrupts.tick_on or self._interrupts.from_peripherals(now=False):
             return None
-        why = "WFI or WFE waits for an interrupt, and none is on."
-        return self._report(self._pc, Cause("sleeps for ever", [why, self._quiet()]))
+        why = "WFI or WFE waits for an interrupt, but none is enabled."
+        return self._report(self._pc, Cause("sleeps forever", [why, self._quiet()]))
 
     def _in_handler(self) -> Diagnosis | None:
         loop = Probe(self._core).loop()
@@ -248,8 +248,7 @@ class Hang:
         if loop is None or cause is None:
             return None
         if loop.variables or loop.registers:
-            if loop.registers:
-                cause = self._notes.cause() or cause
+            cause = self._notes.cause({peripheral.name for peripheral, _, _ in loop.registers}) or cause
             cause.sentences.append(self._quiet())
             return self._report(self._outermost(loop), cause)
         return self._read_once(loop) or self._endless(self._outermost(loop), cause)
@@ -292,18 +291,18 @@ class Hang:
         name = self._places.function_name(place)
         working = bool(self._interrupts.from_peripherals(now=False)) or self._tick_works()
         if name == "Reset_Handler":
-            return self._report(place, Cause("main() has returned", ["There is nothing to return to."]))
+            return self._report(
+                place, Cause("main() has returned", ["A program for the chip must not return from main()."])
+            )
         if working and name in ("", "main"):
             return None
         why = self._from_outside() or cause
         if name in _WRONG_ENDS:
-            why.sentences.append(
-                f"{name}() is where a program goes when a call has failed: see who has called it."
-            )
+            why.sentences.append(f"{name}() is called after a failure: find its caller.")
         if not working:
             why.sentences.append(self._quiet())
         if why is cause and name == "main":
-            cause.sentences.append("If the program is meant to end there, all is well.")
+            cause.sentences.append("This is correct if the program is meant to end there.")
             return self._report(place, cause, fatal=False)
         return self._report(place, why, fatal=not working or name in _WRONG_ENDS)
 
@@ -314,14 +313,15 @@ class Hang:
         return changed is None or len({address & ~3 for address in changed}) > 1
 
     def _from_outside(self) -> Cause | None:
-        return self._notes.cause() or self._bus or self._transfers.cause()
+        transfers = self._transfers
+        return transfers.failure() or self._notes.cause() or self._bus or transfers.cause()
 
     def _unhandled(self, number: int) -> Cause | None:
         if self._places.function_name(self._pc) not in ("Default_Handler", "Infinite_Loop"):
             return None
         name = exception_name(number)
         return Cause(
-            f"the interrupt {name} is on and has no handler",
+            f"the interrupt {name} is enabled and has no handler",
             [f"Write a function with exactly this name: void {handler_name(number)}(void)."],
         )
 

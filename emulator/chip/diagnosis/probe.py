@@ -10,7 +10,7 @@ from contextlib import closing
 from dataclasses import dataclass
 
 from fcu_emulator.emulator.chip.cpu.bare_core import BareCore, Stop
-from fcu_emulator.emulator.chip.cpu.core import Core
+from fcu_emulator.emulator.chip.cpu.core import Core, Masks
 from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, CoreRegisters
 from fcu_emulator.emulator.chip.memory_map import RAM, RAM_SIZE
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral
@@ -28,12 +28,13 @@ class Loop:
     """A loop that only repeats itself.
 
     ``code``: its instructions; ``variables``: addresses in RAM that it reads; ``registers``: (peripheral, offset,
-    value) read.
+    value) read; ``masks``: the values of PRIMASK, BASEPRI and FAULTMASK.
     """
 
     code: frozenset[int]
     variables: frozenset[int]
     registers: frozenset[tuple[Peripheral, int, int]]
+    masks: frozenset[Masks]
 
 
 class Probe:
@@ -49,6 +50,8 @@ class Probe:
         copy.ram[:] = core.ram
         CoreRegisters(copy, EVERYTHING).write(*CoreRegisters(core, EVERYTHING).read())
         copy.pc, copy.thumb = core.pc, core.thumb
+        self._copied_masks = CoreRegisters(copy, Masks._fields)
+        self._masks: set[Masks] = set()
         copy.read_python, copy.write_python = self._register_read, self._register_written
         copy.on_access = self._memory
         copy.watch_memory(RAM, RAM + RAM_SIZE - 1)
@@ -71,6 +74,7 @@ class Probe:
         code: set[int] = set()
         for _ in range(_LONGEST):
             code.add(copy.pc)
+            self._masks.add(Masks(*self._copied_masks.read()))
             if not self._step():
                 return None
             length += 1
@@ -83,6 +87,7 @@ class Probe:
                 code.clear()
                 self._reads.clear()
                 self._registers.clear()
+                self._masks.clear()
         return None
 
     def handle(self, exception: int) -> frozenset[int] | None:
@@ -110,7 +115,7 @@ class Probe:
     def _described(self, code: set[int]) -> Loop:
         sp = self._copy.register(_SP)
         variables = (at for at in self._reads if not self._on_stack(at, sp))
-        return Loop(frozenset(code), frozenset(variables), frozenset(self._registers))
+        return Loop(frozenset(code), frozenset(variables), frozenset(self._registers), frozenset(self._masks))
 
     def _on_stack(self, address: int, sp: int) -> bool:
         top = int.from_bytes(self._copy.flash[:4], "little")

@@ -5,6 +5,7 @@
 
 #include "fcu.h"
 
+#define FLASH_INTERFACE_BASE 0x40023C00u /* its registers, whose cost includes stores to the memory */
 #define MEMORY_LIKE_AFTER 1000 /* reads without a write, before read_memory_like() is used */
 
 static bool in_ram(uint32_t address, unsigned size) { return address - RAM_BASE <= RAM_SIZE - size; }
@@ -387,9 +388,28 @@ static void write_ram(Core *core, uint32_t address, unsigned size, uint32_t valu
   core_ram_written(core, address, size);
 }
 
+/* FLASH, which is in Python, programs the word or refuses it. False: another address. */
+static bool write_flash(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
+  const uint8_t *bytes = core_bytes_at(&chip->core, address, size);
+  if (chip->bare || !bytes || (uintptr_t)(bytes - chip->flash) >= FLASH_SIZE) {
+    return false;
+  }
+  int64_t before = chip->work;
+  poll_skip_side_effect(chip);
+  begin_access(chip);
+  python_registers_invalidate(chip);
+  chip->host.write(chip->now_ps, address, size, value);
+  charge(chip, FLASH_INTERFACE_BASE, before);
+  end_access(chip);
+  return true;
+}
+
 static bool write_aligned(Core *core, uint32_t address, unsigned size, uint32_t value) {
   if (in_ram(address, size)) {
     write_ram(core, address, size, value);
+    return true;
+  }
+  if (address < RAM_BASE && write_flash(core->chip, address, size, value)) {
     return true;
   }
   return write_device(core->chip, address, size, value);

@@ -31,7 +31,7 @@ typedef struct {
 } PythonRegisters;
 
 /* Why an address reads as 0 and ignores writes; reported already. */
-enum IgnoreReason { NO_REGISTER = 1, NO_CLOCK = 2 };
+enum IgnoreReason { NO_REGISTER = 1, READ_WITHOUT_CLOCK = 2, WRITE_WITHOUT_CLOCK = 3 };
 
 /* Values of chip->until_ps after a call of Python: no register at the address, or in its whole kilobyte. */
 #define NO_REGISTER_PS ((int64_t)-2)

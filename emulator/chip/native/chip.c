@@ -16,7 +16,8 @@ Chip *fcu_create(const Host *host) {
   chip->host = *host;
   chip->host_next_ps = chip->next_ps = chip->due_ps = NEVER_PS;
   chip->work_limit = INT64_MAX;
-  chip->clocks = (Clocks){16000000, 16000000, 16000000, 16000000, 16000000, 16000000}; /* HSI (RM0368 6.2.2) */
+  enum { HSI_HZ = 16000000 }; /* RM0368 6.2.2 */
+  chip->clocks = (Clocks){HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ};
   memset(chip->alternate, -1, sizeof chip->alternate);
   memset(chip->flash, 0xFF, sizeof chip->flash);
   memset(chip->system_memory, 0xFF, sizeof chip->system_memory);
@@ -31,7 +32,7 @@ Chip *fcu_create(const Host *host) {
 #define CREATE(type, member, create) create(chip);
   EACH_PERIPHERAL(CREATE)
 #undef CREATE
-  read_cache_create(chip);
+  sensor_registers_create(chip);
   run_loop_create(chip);
   idle_skip_create(chip);
   chip->poll_skip.enabled = 1;
@@ -145,12 +146,18 @@ void peripheral_set_all_registers(Peripheral *peripheral) {
 }
 
 /* Report ignored accesses once per register and reason. */
-static void report_ignored(Peripheral *peripheral, uint32_t offset, enum IgnoredAccess what) {
+static void report_ignored(Peripheral *peripheral, uint32_t offset, enum IgnoredAccess what, uint32_t value) {
   uint32_t address = peripheral->base + offset;
-  enum IgnoreReason kind = what <= WRITE_UNCLOCKED ? NO_CLOCK : NO_REGISTER;
+  static const enum IgnoreReason kinds[] = {
+      [READ_UNCLOCKED] = READ_WITHOUT_CLOCK,
+      [WRITE_UNCLOCKED] = WRITE_WITHOUT_CLOCK,
+      [READ_UNKNOWN] = NO_REGISTER,
+      [WRITE_UNKNOWN] = NO_REGISTER,
+  };
+  enum IgnoreReason kind = kinds[what];
   if (!python_registers_is_ignored(peripheral->chip, address, kind)) {
     python_registers_ignore(peripheral->chip, address, kind);
-    peripheral->chip->host.ignored_access(peripheral->chip->now_ps, peripheral->index, offset, what);
+    peripheral->chip->host.ignored_access(peripheral->chip->now_ps, peripheral->index, offset, what, value);
   }
 }
 
@@ -163,11 +170,11 @@ uint32_t peripheral_read(Peripheral *peripheral, uint32_t offset, unsigned size,
   uint32_t word = offset & ~3u;
   *until_ps = NEVER_PS;
   if (!peripheral->clocked) {
-    report_ignored(peripheral, word, READ_UNCLOCKED);
+    report_ignored(peripheral, word, READ_UNCLOCKED, 0);
     return 0;
   }
   if (!peripheral_has_register(peripheral, peripheral->base + word)) {
-    report_ignored(peripheral, word, READ_UNKNOWN);
+    report_ignored(peripheral, word, READ_UNKNOWN, 0);
     *until_ps = NOT_CACHEABLE_PS;
     return 0;
   }
@@ -177,9 +184,9 @@ uint32_t peripheral_read(Peripheral *peripheral, uint32_t offset, unsigned size,
 void peripheral_write(Peripheral *peripheral, uint32_t offset, unsigned size, uint32_t value) {
   uint32_t word = offset & ~3u, shift = 8 * (offset & 3), mask = size_mask(size) << shift;
   if (!peripheral->clocked) {
-    report_ignored(peripheral, word, WRITE_UNCLOCKED);
+    report_ignored(peripheral, word, WRITE_UNCLOCKED, value << shift & mask);
   } else if (!peripheral_has_register(peripheral, peripheral->base + word)) {
-    report_ignored(peripheral, word, WRITE_UNKNOWN);
+    report_ignored(peripheral, word, WRITE_UNKNOWN, value);
   } else {
     peripheral->type->write(peripheral, word, value << shift & mask, mask);
   }

@@ -13,7 +13,7 @@
 #include "cpu/run_loop.h"
 #include "peripherals/list.h"
 #include "peripherals/nvic.h"
-#include "peripherals/read_cache.h"
+#include "peripherals/sensor_registers.h"
 #include "cpu/cycle_clock.h"
 #include "cpu/work.h"
 
@@ -29,7 +29,7 @@ typedef struct {
   uint32_t (*read)(int64_t now_ps, uint32_t address, uint32_t size);
   void (*write)(int64_t now_ps, uint32_t address, uint32_t size, uint32_t value);
   void (*note)(int64_t now_ps, int32_t peripheral, int32_t kind, const char *text);
-  void (*ignored_access)(int64_t now_ps, int32_t peripheral, uint32_t offset, int32_t what);
+  void (*ignored_access)(int64_t now_ps, int32_t peripheral, uint32_t offset, int32_t what, uint32_t value);
   /* Core registers are still those of the faulting instruction. */
   void (*fault)(int64_t now_ps, int32_t exception, uint32_t cfsr, uint32_t hfsr, uint32_t address);
   void (*locked_up)(int64_t now_ps, uint32_t pc);
@@ -38,9 +38,9 @@ typedef struct {
   void (*accessed)(int64_t now_ps, uint32_t address, uint32_t size, int32_t written);
 } Host;
 
-/* Frequencies in Hz that RCC sets (RM0368 section 6.2). */
+/* Frequencies in Hz that RCC sets (RM0368 section 6.2). Nominal: with oscillators without error. */
 typedef struct {
-  int64_t sysclk_hz, hclk_hz, pclk1_hz, pclk2_hz, timer1_hz, timer2_hz;
+  int64_t sysclk_hz, hclk_hz, pclk1_hz, pclk2_hz, timer1_hz, timer2_hz, nominal_pclk1_hz;
 } Clocks;
 
 struct Chip {
@@ -86,7 +86,7 @@ struct Chip {
 #define MEMBER(type, member, create) type member;
   EACH_PERIPHERAL(MEMBER)
 #undef MEMBER
-  ReadCache read_cache;
+  SensorRegisters sensor_registers;
 
   Core core;
   uint8_t ram[RAM_SIZE], flash[FLASH_SIZE], system_memory[SYSTEM_MEMORY_SIZE];

@@ -67,6 +67,8 @@ void fcu_debug(Chip *chip, int32_t on);
 int32_t fcu_halted_on_bkpt(Chip *chip);
 
 void fcu_invalidate_code(Chip *chip);
+/* After a change of at most 8 bytes of the flash. */
+void fcu_flash_programmed(Chip *chip, uint32_t offset, uint32_t size);
 /* Add or remove a breakpoint (STOP_BREAKPOINT). */
 void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on);
 
@@ -93,6 +95,7 @@ typedef struct {
 void fcu_costliest(const Chip *chip, Costliest *found);
 int32_t fcu_priority(const Chip *chip, int32_t exception);
 int32_t fcu_priority_group(const Chip *chip, int32_t priority);
+int32_t fcu_execution_priority(const Chip *chip, int32_t primask, int32_t basepri, int32_t faultmask);
 
 /* -- accesses by debuggers and DMA: bus.c ------------------------------------------------------------- */
 
@@ -198,11 +201,12 @@ void fcu_usart_line_idle(Chip *chip, int32_t index);
 int32_t fcu_dma_request(Chip *chip, int32_t line);
 uint32_t fcu_dma_remaining(const Chip *chip, int32_t line);
 
-/* -- read cache: read_cache.c; I2C: i2c.c, i2c_wire.c ------------------------------------------------------------- */
+/* -- registers of the sensors: sensor_registers.c; I2C: i2c.c, i2c_wire.c ----------------------------------------- */
 
-ReadCache *fcu_connect_targets(Chip *chip, const TargetCalls *calls);
-/* version: the sensor's version counter, which must stay valid. -1: too many, not cached. */
-int32_t fcu_add_target(Chip *chip, const uint64_t *version);
+SensorRegisters *fcu_connect_targets(Chip *chip, const TargetCalls *calls);
+/* version: the sensor's version counter, which must stay valid; increment_bit: of a sub-address, or 0. -1: too many,
+ * read live. */
+int32_t fcu_add_target(Chip *chip, const uint64_t *version, int32_t increment_bit);
 /* number: 0 for I2C1. speed_hz: initial; shortest_ps: limit of the bus's period. */
 void fcu_connect_i2c(Chip *chip, int32_t number, const I2cCalls *calls, int64_t speed_hz, int64_t shortest_ps);
 /* which: 0 or 1. Without pins the bus is always connected. */

@@ -24,19 +24,22 @@ void python_registers_ignore(Chip *chip, uint32_t address, enum IgnoreReason kin
   chip->python_registers.ignored[hash(address, IGNORED_SLOTS)] = address | kind;
 }
 
-static enum IgnoreReason ignore_reason(const Chip *chip, uint32_t address) {
-  return chip->python_registers.unclocked[page_of(address)] ? NO_CLOCK : NO_REGISTER;
+static enum IgnoreReason ignore_reason(const Chip *chip, uint32_t address, enum Access access) {
+  if (!chip->python_registers.unclocked[page_of(address)]) {
+    return NO_REGISTER;
+  }
+  return access == ACCESS_READ ? READ_WITHOUT_CLOCK : WRITE_WITHOUT_CLOCK;
 }
 
 static bool is_ignored(const Chip *chip, uint32_t address, enum Access access) {
-  enum IgnoreReason kind = ignore_reason(chip, address);
+  enum IgnoreReason kind = ignore_reason(chip, address, access);
   bool in_empty_page = kind == NO_REGISTER && chip->python_registers.empty_pages[page_of(address)] & access;
   return in_empty_page || python_registers_is_ignored(chip, address & ~3u, kind);
 }
 
 static void cache_answer(Chip *chip, uint32_t address, enum Access access) {
   if (chip->until_ps == NO_REGISTER_PS) {
-    python_registers_ignore(chip, address & ~3u, ignore_reason(chip, address));
+    python_registers_ignore(chip, address & ~3u, ignore_reason(chip, address, access));
   } else if (chip->until_ps == EMPTY_PAGE_PS && page_of(address) != PAGE_PRIVATE) {
     chip->python_registers.empty_pages[page_of(address)] |= (uint8_t)access;
   }

@@ -21,7 +21,9 @@ Volts: TypeAlias = Callable[[], float]
 VDDA_V = 3.3
 FULL_SCALE = 4095
 
-_BATTERY_CHANNEL, _VREFINT_CHANNEL, _TEMPERATURE_CHANNEL = 9, 17, 18
+_BATTERY_CHANNEL, _VREFINT_CHANNEL = 9, 17
+_TEMPERATURE_CHANNELS, _VBAT_CHANNEL = (16, 18), 18
+"""Of the STM32F401 both channels have the sensor; ST's HAL for this chip converts 16."""
 _VREFINT_V = 1.21  # STM32F401xB/C datasheet: 1.18 to 1.24 V
 _V25_V, _SLOPE_V_PER_DEGC = 0.76, 0.0025
 _DIVIDER = 20 / 30  # 10k over 20k (steval_fcu001_v1.h of STSW-FCU001)
@@ -41,7 +43,7 @@ class AdcInputs:
 
     def sample(self, channel: int, *, sensors: bool, vbat: bool) -> int:
         """Return a 12-bit result. ``sensors`` is CCR.TSVREFE; ``vbat`` is CCR.VBATE, a quarter of the backup supply on
-        channel 18.
+        channel 18 instead of the temperature.
         """
         code = round(self._volts(channel, sensors, vbat) / VDDA_V * FULL_SCALE)
         return min(max(code, 0), FULL_SCALE)
@@ -49,9 +51,9 @@ class AdcInputs:
     def _volts(self, channel: int, sensors: bool, vbat: bool) -> float:
         if channel == _VREFINT_CHANNEL:
             return _VREFINT_V if sensors else 0.0
-        if channel == _TEMPERATURE_CHANNEL:
-            if vbat:
-                return VDDA_V / 4
+        if channel == _VBAT_CHANNEL and vbat:
+            return VDDA_V / 4
+        if channel in _TEMPERATURE_CHANNELS:
             return _V25_V + _SLOPE_V_PER_DEGC * (self.die_degc - 25) if sensors else 0.0
         source = self._pins.get(channel)
         return 0.0 if source is None else source()

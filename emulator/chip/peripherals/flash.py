@@ -1,27 +1,50 @@
-"""FLASH interface: wait states, caches, unlocking (RM0368 section 3.8).
+"""FLASH interface: erasing, programming, unlocking, wait states (RM0368 section 3).
 
-Erasing and programming end with WRPERR and a note. Wait states cost no time, but too few are noted (table 5, 2.7 to 3.6
-V).
+Operations take the typical times of the datasheet (STM32F401xB/C, flash memory characteristics) and change the memory
+at their start. Without PG, or with another size than PSIZE, a store changes nothing and sets PGSERR or PGPERR. Wait
+states cost no time, but too few are noted (table 5, 2.7 to 3.6 V).
+
+NOT MODELLED: the core does not wait for BSY when it fetches from the flash. Option bytes are fixed: no sector is
+protected.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
 from fcu_emulator.emulator.chip.registers import DECLARED, flash
 from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
-from fcu_emulator.emulator.time.clock import PS_PER_MS, Event
+from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_US, Event
 
 ACR, KEYR, OPTKEYR, SR, CR, OPTCR = offsets(
     flash.ACR, flash.KEYR, flash.OPTKEYR, flash.SR, flash.CR, flash.OPTCR
 )
 
 _UNLOCK = (0x4567_0123, 0xCDEF_89AB)
-_PG, _SER, _STRT = masks(flash.CR.PG, flash.CR.SER, flash.CR.STRT)
-_ERRIE, _LOCK = masks(flash.CR.ERRIE, flash.CR.LOCK)
-_OPERR, _WRPERR = masks(flash.SR.OPERR, flash.SR.WRPERR)
+_PG, _SER, _MER, _STRT = masks(flash.CR.PG, flash.CR.SER, flash.CR.MER, flash.CR.STRT)
+_ERRIE, _EOPIE, _LOCK = masks(flash.CR.ERRIE, flash.CR.EOPIE, flash.CR.LOCK)
+_BSY, _OPERR, _EOP = masks(flash.SR.BSY, flash.SR.OPERR, flash.SR.EOP)
+_PGSERR, _PGPERR = masks(flash.SR.PGSERR, flash.SR.PGPERR)
+
+_KB = 1024
+SECTORS = (
+    *(range(n * 16 * _KB, (n + 1) * 16 * _KB) for n in range(4)),
+    range(64 * _KB, 128 * _KB),
+    range(128 * _KB, 256 * _KB),
+)
+"""The offsets of the sectors (table 5 of the STM32F401xC)."""
+_PROGRAM_PS = 16 * PS_PER_US
+_ERASE_MS = {16 * _KB: (400, 300, 250), 64 * _KB: (1200, 700, 550), 128 * _KB: (2000, 1300, 1000)}
+"""Typical times by size of the sector and PSIZE (8, 16, 32 bits)."""
+_ERASE_ALL_MS = (4000, 2750, 2000)
 _HZ_PER_WAIT_STATE = 30_000_000
 _CHECK_AFTER_PS = PS_PER_MS
 """Checked after this time, because latency and clock may be set in any order."""
+
+
+def _bits(control: int) -> str:
+    return f"{8 << flash.CR.PSIZE.get(control)} bits"
 
 
 class Flash(Peripheral, declared=DECLARED["FLASH"]):
@@ -33,9 +56,21 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
         self._key_step = 0
         self._key_refused = False
         self._check: Event | None = None
+        self._operation: Event | None = None
+        self._until_ps = 0
+        self._memory = memoryview(bytearray(0))
         soc.clocks.on_change(self._check_later)
 
+    def connect(
+        self, memory: memoryview[int], programmed: Callable[[int, int], None], erased: Callable[[], None]
+    ) -> None:
+        """Set the memory; ``programmed(offset, size)`` and ``erased()`` are called after changes."""
+        self._memory, self._programmed, self._erased = memory, programmed, erased
+
     def reset(self) -> None:
+        if self._operation is not None:
+            self._operation.cancel()
+            self._operation = None
         super().reset()
         self._key_step, self._key_refused = 0, False
         self._signal()
@@ -44,7 +79,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
         if offset == KEYR:
             self._unlock(value & mask)
         elif offset == SR:
-            self.registers[SR] &= ~(value & mask)
+            self.registers[SR] &= ~(value & mask & ~_BSY)
             self._signal()
         elif offset == CR:
             self._control(value & mask, mask)
@@ -74,18 +109,80 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
         super().write(CR, value, mask)
         if value & _LOCK:
             self.registers[CR] |= _LOCK
-        if value & _PG:
-            self.note("not modelled", "CR.PG: programming flash; the memory keeps its contents")
         if value & _STRT:
-            what = "sector" if self.registers[CR] & _SER else "mass"
-            self.note("not modelled", f"CR.STRT: {what} erase; the memory keeps its contents")
-            self.registers[SR] |= _WRPERR
-            if self.registers[CR] & _ERRIE:
-                self.registers[SR] |= _OPERR  # visible only with the error interrupt enabled (3.8.4)
+            self._erase()
         self._signal()
 
     def _signal(self) -> None:
-        self._irq.set(self.name, bool(self.registers[CR] & _ERRIE and self.registers[SR] & _OPERR))
+        control, status = self.registers[CR], self.registers[SR]
+        active = (control & _ERRIE and status & _OPERR) or (control & _EOPIE and status & _EOP)
+        self._irq.set(self.name, bool(active))
+
+    # -- operations (3.6) -------------------------------------------------------------------------------
+
+    def store(self, offset: int, size: int, value: int) -> bool:
+        """Program bits from 1 to 0; False: the store is refused (3.6.3)."""
+        control = self.registers[CR]
+        errors = 0 if control & _PG else _PGSERR
+        if size != 1 << flash.CR.PSIZE.get(control):
+            errors |= _PGPERR
+        if errors:
+            self._fail(
+                errors, f"a store to the flash while PG in CR is {control & _PG} and PSIZE {_bits(control)}"
+            )
+            return False
+        content = self._memory[offset : offset + size]
+        content[:] = (int.from_bytes(content, "little") & value).to_bytes(size, "little")
+        self._programmed(offset, size)
+        self._begin(_PROGRAM_PS)
+        return True
+
+    def _erase(self) -> None:
+        control = self.registers[CR]
+        sector, parallelism = flash.CR.SNB.get(control), min(flash.CR.PSIZE.get(control), 2)
+        if control & _SER and not control & _MER and sector < len(SECTORS):
+            erased = SECTORS[sector]
+            duration_ms = _ERASE_MS[len(erased)][parallelism]
+        elif control & _MER and not control & _SER:
+            erased, duration_ms = range(len(self._memory)), _ERASE_ALL_MS[parallelism]
+        else:
+            self.registers[CR] &= ~_STRT
+            self._fail(
+                _PGSERR,
+                f"CR.STRT with SER, MER and SNB = 0x{control & 0x7E:02X}, which selects nothing to erase",
+            )
+            return
+        self._memory[erased.start : erased.stop] = b"\xff" * len(erased)
+        self._erased()
+        self.registers[CR] |= _STRT
+        self._begin(duration_ms * PS_PER_MS)
+
+    def _begin(self, duration_ps: int) -> None:
+        """Set BSY; an operation begun earlier ends first, as the bus waits for it (3.6.1)."""
+        begin_ps = self.soc.clock.now_ps
+        if self._operation is not None:
+            begin_ps = self._until_ps
+            self._operation.cancel()
+        self.registers[SR] |= _BSY
+        self._until_ps = begin_ps + duration_ps
+        self._operation = self.soc.clock.schedule(self._until_ps, self._end)
+
+    def _end(self) -> None:
+        self._operation = None
+        self.registers[SR] &= ~_BSY
+        self.registers[CR] &= ~_STRT
+        if self.registers[CR] & _EOPIE:
+            self.registers[SR] |= _EOP
+        self._signal()
+
+    def _fail(self, errors: int, text: str) -> None:
+        self.note("refused", text)
+        self.registers[SR] |= errors
+        if self.registers[CR] & _ERRIE:
+            self.registers[SR] |= _OPERR  # visible only with the error interrupt enabled (3.8.4)
+        self._signal()
+
+    # -- wait states ------------------------------------------------------------------------------------
 
     def _check_later(self) -> None:
         if self._check is None and self._missing_wait_states():

@@ -27,6 +27,7 @@ class ClockTree(Protocol):
     nominal_hclk_hz: int
     """HCLK with exact oscillators, to which the manual's limits apply."""
     pclk1_hz: int
+    nominal_pclk1_hz: int
     pclk2_hz: int
     timer1_hz: int
     """Clock of the timers on APB1: twice PCLK1 unless its prescaler is 1."""

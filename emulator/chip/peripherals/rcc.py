@@ -45,6 +45,8 @@ class Oscillators:
         return cls(round(HSI_HZ * (1 + errors.hsi_percent / 100)), round(HSE_HZ * (1 + errors.hse_ppm / 1e6)))
 
 
+_OTHER_CRYSTALS_HZ = (8_000_000, 25_000_000, 12_000_000)  # of other boards
+
 NOMINAL = Oscillators()
 """For the manual's limits, which an oscillator within its tolerance never violates."""
 
@@ -61,9 +63,9 @@ class PllOutput:
     def problem(self) -> str:
         """Return the violated rule, or "" (6.3.2)."""
         if not 950_000 <= self.input_hz <= 2_100_000:  # the datasheet's limits; the manual says 1 to 2 MHz
-            return f"PLL input is {self.input_hz / 1e6:g} MHz, M must make it 1 to 2 MHz"
+            return f"PLL input is {self.input_hz / 1e6:g} MHz; M must make it 1 to 2 MHz"
         if not 192_000_000 <= self.vco_hz <= 432_000_000:
-            return f"PLL VCO is {self.vco_hz / 1e6:g} MHz, N must make it 192 to 432 MHz"
+            return f"PLL VCO is {self.vco_hz / 1e6:g} MHz; N must make it 192 to 432 MHz"
         if self.p_hz > 84_000_000:
             return f"PLL output is {self.p_hz / 1e6:g} MHz, the chip's limit is 84 MHz"
         return ""
@@ -80,6 +82,18 @@ def pll(pllcfgr: int, oscillators: Oscillators = NOMINAL) -> PllOutput:
     return PllOutput(source_hz // m, vco_hz, vco_hz // p, vco_hz // q)
 
 
+def _other_crystal(pllcfgr: int) -> str:
+    """Return the hint that a setting fits another board's crystal, or ""."""
+    if not rcc.PLLCFGR.PLLSRC.get(pllcfgr):
+        return ""
+    fitting = (hz for hz in _OTHER_CRYSTALS_HZ if not pll(pllcfgr, Oscillators(hse_hz=hz)).problem())
+    hz = next(fitting, 0)
+    return f"; {WRONG_CRYSTAL} {HSE_HZ / 1e6:g} MHz, the settings fit {hz / 1e6:g} MHz" if hz else ""
+
+
+WRONG_CRYSTAL = "the board's crystal has"
+
+
 @dataclass(frozen=True)
 class Frequencies:
     """All clocks derived from SYSCLK, in Hz."""
@@ -94,7 +108,7 @@ class Frequencies:
     def problem(self) -> str:
         """Return the exceeded limit, or "" (6.2: 84, 42 and 84 MHz)."""
         if self.pclk1_hz > 42_000_000:
-            return f"APB1 runs at {self.pclk1_hz / 1e6:g} MHz, PPRE1 must make it 42 MHz or less"
+            return f"APB1 runs at {self.pclk1_hz / 1e6:g} MHz; PPRE1 must make it 42 MHz or less"
         return ""
 
 
@@ -235,6 +249,8 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._chip: FcuChip | None = None
         self._listeners: list[Callable[[], None]] = []
         self._backup_listeners: list[Callable[[], None]] = []
+        self.clocked_until_ps: dict[str, int] = {}
+        """The latest time at which a peripheral's clock was switched off, by name."""
         self._starting: dict[str, Event] = {}
         self._check: Event | None = None
         self._pll_hz = self._pll_nominal_hz = 0
@@ -279,6 +295,8 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         kept = {BDCR: self.registers[BDCR], CSR: self.registers[CSR] & _FLAGS}
         for name in [name for name in self._starting if _SOURCES[name].register != BDCR]:
             self._starting.pop(name).cancel()
+        for gates in ENABLE:
+            self._note_clock_off(gates, self.registers[gates])
         self.registers = dict(self.REGISTERS) | kept
         self._irq.set(self.name, False)
         self._apply_all_gates()
@@ -291,11 +309,14 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
             self.note("refused", "BDCR written while PWR_CR.DBP is 0")
             return
         if offset == PLLCFGR and self.registers[CR] & _SOURCES["PLL"].on:
-            self.note("forbidden", "PLLCFGR written while the PLL is on; it counts from the PLL's next start")
+            self.note(
+                "forbidden", "PLLCFGR written while the PLL is on; it takes effect at the PLL's next start"
+            )
         old = self.registers.get(offset, 0)
         super().write(offset, value, mask)
         value &= mask
         if offset in ENABLE:
+            self._note_clock_off(offset, old & ~self.registers[offset])
             self._apply_gates(offset, self.registers[offset] ^ old)
         elif offset in RESET:
             self._apply_resets(offset, self.registers[offset] & ~old)
@@ -326,6 +347,10 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
             used.add(self._pll_source())
         for name in used:
             self.registers[CR] |= _SOURCES[name].on
+
+    def _note_clock_off(self, offset: int, bits: int) -> None:
+        off = (name for bit, name in ENABLE[offset].items() if bits >> bit & 1)
+        self.clocked_until_ps |= dict.fromkeys(off, self.soc.clock.now_ps)
 
     def _apply_all_gates(self) -> None:
         for offset in self._gated:
@@ -384,7 +409,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
             nominal = pll(pllcfgr)
             self._pll_hz, self._pll_nominal_hz = pll(pllcfgr, self._oscillators).p_hz, nominal.p_hz
             if nominal.problem():
-                self.note("forbidden", nominal.problem())
+                self.note("forbidden", nominal.problem() + _other_crystal(pllcfgr))
             if not self._pll_hz:  # N is 0 (6.3.2)
                 return
         at_ps = self.soc.clock.now_ps + source.start_ps
@@ -421,7 +446,8 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         if adopted == self._adopted:
             return
         self._adopted = adopted
-        self._nominal, self.nominal_hclk_hz = nominal, nominal.hclk_hz
+        self._nominal = nominal
+        self.nominal_hclk_hz, self.nominal_pclk1_hz = nominal.hclk_hz, nominal.pclk1_hz
         self.sysclk_hz, self.hclk_hz = clocks.sysclk_hz, clocks.hclk_hz
         self.pclk1_hz, self.pclk2_hz = clocks.pclk1_hz, clocks.pclk2_hz
         self.timer1_hz, self.timer2_hz = clocks.timer1_hz, clocks.timer2_hz

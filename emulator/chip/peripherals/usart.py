@@ -19,6 +19,8 @@ _SENT = ctypes.CFUNCTYPE(
 _REPLACED = ctypes.CFUNCTYPE(None, _i64, _i32, _i32)
 
 
+_KEPT = 4096  # bytes of a USART without a line
+
 _STOP_BITS = (Fraction(1), Fraction(1, 2), Fraction(2), Fraction(3, 2))
 """By CR2.STOP."""
 
@@ -41,9 +43,17 @@ PERIPHERAL_CLASSES["USART"] = Usart
 
 
 class ConnectedUsarts:
-    """Connects ``lines`` by USART name; other output is dropped."""
+    """Connects ``lines`` by USART name. Of other output the first bytes are kept for a diagnosis."""
 
     def __init__(self, chip: FcuChip, lines: Mapping[str, Uart]) -> None:
+        self._chip = chip
+        unconnected = {
+            name: peripheral.index
+            for name, peripheral in chip.peripherals.items()
+            if isinstance(peripheral, Usart) and name not in lines
+        }
+        self._unconnected = unconnected
+        self._output = {index: bytearray() for index in unconnected.values()}
         self._lines = {chip.peripherals[name].index: line for name, line in lines.items()}
         calls = UsartTable(chip.callback(_SENT, self._sent), chip.callback(_REPLACED, self._replaced))
         chip.library.fcu_connect_usarts(chip.handle, ctypes.addressof(calls))
@@ -53,13 +63,24 @@ class ConnectedUsarts:
     def _sent(  # as C calls it
         self, peripheral: int, start_ps: int, num: int, den: int, connected: int, first: int, *piece: Any
     ) -> None:
+        data, length, detailed = piece
         line = self._lines.get(peripheral)
         if line is None:
+            output = self._output[peripheral]
+            output += bytes(data[: min(length, _KEPT - len(output))])
             return
-        data, length, detailed = piece
         if first == 0:
             line.open_run(start_ps, Fraction(num, den), connected=bool(connected))
         line.carry(bytes(data[:length]), detailed=bool(detailed))
+
+    def unconnected_output(self) -> dict[str, bytes]:
+        """Return the first bytes that USARTs without a line have sent, by name."""
+        clock = self._chip.clock
+        now_ps = clock.now_ps
+        for index in self._output:
+            self._chip.library.fcu_usart_flush(self._chip.handle, index)
+        clock.now_ps = now_ps
+        return {name: bytes(self._output[n]) for name, n in self._unconnected.items() if self._output[n]}
 
     def _replaced(self, peripheral: int, value: int) -> None:
         if peripheral in self._lines:

@@ -100,6 +100,10 @@ class DeclaredPeripheral:
         return cls(name, title, source, tuple(registers))
 
     @cached_property
+    def by_offset(self) -> dict[int, PeripheralRegister]:
+        return {register.offset: register for register in self.registers}
+
+    @cached_property
     def names(self) -> dict[int, str]:
         return {register.offset: register.name for register in self.registers}
 

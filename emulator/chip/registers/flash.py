@@ -35,14 +35,14 @@ class OPTKEYR(Word, addr=0x08, access="w", modelled=False):
 class SR(Word, addr=0x0C, access="rc_w1"):
     """Status."""
 
-    BSY = Bits(16, access="r", modelled=False, doc="an operation is under way")
+    BSY = Bits(16, access="r", doc="an operation is under way")
     RDERR = Bits(8, modelled=False, doc="read protection")
-    PGSERR = Bits(7, modelled=False, doc="wrong sequence")
-    PGPERR = Bits(6, modelled=False, doc="wrong parallelism")
+    PGSERR = Bits(7, doc="wrong sequence")
+    PGPERR = Bits(6, doc="wrong parallelism")
     PGAERR = Bits(5, modelled=False, doc="wrong alignment")
-    WRPERR = Bits(4, doc="write protection")
+    WRPERR = Bits(4, modelled=False, doc="write protection")
     OPERR = Bits(1, doc="an operation has failed")
-    EOP = Bits(0, modelled=False, doc="end of an operation")
+    EOP = Bits(0, doc="end of an operation")
 
 
 class CR(Word, addr=0x10, reset=0x8000_0000):
@@ -50,13 +50,13 @@ class CR(Word, addr=0x10, reset=0x8000_0000):
 
     LOCK = Bits(31, access="rs", doc="locked")
     ERRIE = Bits(25, doc="interrupt on OPERR")
-    EOPIE = Bits(24, modelled=False, doc="interrupt on EOP")
+    EOPIE = Bits(24, doc="interrupt on EOP")
     STRT = Bits(16, access="rs", doc="starts an erase")
-    PSIZE = Bits(9, 8, modelled=False, doc="parallelism")
+    PSIZE = Bits(9, 8, doc="parallelism")
     SNB = Bits(6, 3, doc="sector")
-    MER = Bits(2, modelled=False, doc="mass erase")
-    SER = Bits(1, modelled=False, doc="sector erase")
-    PG = Bits(0, modelled=False, doc="programming")
+    MER = Bits(2, doc="mass erase")
+    SER = Bits(1, doc="sector erase")
+    PG = Bits(0, doc="programming")
 
 
 class OPTCR(Word, addr=0x14, reset=0x0FFF_AAED, modelled=False):

@@ -16,6 +16,7 @@ EXPECTED = FOLDER / "expected"
 
 RUN_S = {
     "asleep": 0.05,
+    "clock_is_not_the_cause": 3.1,
     "delay_in_callback": 0.3,
     "divide_by_zero": 0.01,
     "ended": 0.05,
@@ -31,9 +32,12 @@ RUN_S = {
     "no_handler": 0.3,
     "null_function": 0.01,
     "null_pointer": 0.01,
+    "other_port": 0.05,
     "outside_memory": 0.05,
     "poll_for_ever": 3.1,
     "poll_without_clock": 0.05,
+    "reset_for_ever": 0.1,
+    "reset_in_fault": 0.05,
     "slow_callback": 0.3,
     "stack_into_data": 0.05,
     "stack_overflow": 0.01,

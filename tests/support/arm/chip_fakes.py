@@ -26,7 +26,7 @@ class FakeClockTree:
 
     def __init__(self) -> None:
         self.sysclk_hz = self.hclk_hz = self.pclk2_hz = self.timer1_hz = self.timer2_hz = 84_000_000
-        self.pclk1_hz = 42_000_000
+        self.pclk1_hz = self.nominal_pclk1_hz = 42_000_000
         self._changed: list[Callable[[], None]] = []
 
     def on_change(self, changed: Callable[[], None]) -> None:
@@ -34,7 +34,8 @@ class FakeClockTree:
 
     def set(self, **frequencies_hz: int) -> None:
         """``set(pclk1_hz=16_000_000)``; all listeners are called, as after a write to RCC."""
-        vars(self).update(frequencies_hz)
+        nominal_hz = frequencies_hz.get("pclk1_hz", self.nominal_pclk1_hz)
+        vars(self).update({"nominal_pclk1_hz": nominal_hz} | frequencies_hz)
         for changed in self._changed:
             changed()
 

@@ -20,7 +20,14 @@ from tests.support.arm.vendor_programs import file
 _WIRINGS = {"i2c2": "lab3", "spi2": "fcu001v1"}
 _NOISY = {"scenario": "desk", "ideal": False, "steady": False}
 _MOVING = {"scenario": "figure_eight", "ideal": False, "steady": False}
-_BROKEN_S = {**RUN_S, "poll_for_ever": 0.2, "error_in_main": 0.2, "fine_quiet": 0.05, "fine_callback": 0.05}
+_BROKEN_S = {
+    **RUN_S,
+    "poll_for_ever": 0.2,
+    "clock_is_not_the_cause": 0.2,
+    "error_in_main": 0.2,
+    "fine_quiet": 0.05,
+    "fine_callback": 0.05,
+}
 """Less than a diagnosis needs where nothing new happens any more."""
 
 

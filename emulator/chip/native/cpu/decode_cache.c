@@ -226,6 +226,14 @@ void core_invalidate_code(Core *core, uint32_t address, uint32_t size) {
   }
 }
 
+void fcu_flash_programmed(Chip *chip, uint32_t offset, uint32_t size) {
+  for (Memory *memory = chip->core.memory; memory < chip->core.memory + MEMORIES; memory++) {
+    if (memory->bytes == chip->flash) {
+      core_invalidate_code(&chip->core, memory->base + offset, size);
+    }
+  }
+}
+
 void fcu_invalidate_code(Chip *chip) { core_invalidate_code(&chip->core, FLASH_BASE, UINT32_MAX); }
 
 void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on) {

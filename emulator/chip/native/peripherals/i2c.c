@@ -9,13 +9,16 @@
  * HAL reads two bytes this way. After a byte without acknowledge SCL is held, so that a late STOP costs no byte. On
  * the chip this is certain only while DR is full.
  *
- * A START clears TXE and BTF. STOP and START wait for the shift register; a byte in DR is lost, with a note, because
- * the manual requires STOP while TXE or BTF is set.
+ * TXE is set with ADDR after a transmitter's address (EV6 and EV8_1 of figure 163). A START clears TXE and BTF. STOP
+ * and START wait for the shift register; a byte in DR is lost. A note reports a request while TXE is 0, because the
+ * manual requires TXE or BTF. A byte written after the request is discarded without a note.
  *
  * NOT MODELLED, with a note: SMBUS, ENARP, ENPEC, PEC; OAR1, OAR2 (slave mode: the board has no other master). NOT
  * MODELLED: FLTR, stored; DUALF, SMBHOST, SMBDEFAULT, GENCALL, PEC of SR2; clock stretching, which the sensors never
  * do.
  */
+#include <stdlib.h>
+
 #include "fcu.h"
 
 #include "generated/registers_i2c.h"
@@ -147,10 +150,6 @@ static bool stop_or_start(I2c *i2c) {
   if (!(i2c->cr1 & (CR1_START | CR1_STOP))) {
     return false;
   }
-  if (i2c->dr_full && !(i2c->sr1 & SR1_AF)) {
-    peripheral_note(&i2c->peripheral, NOTED_STOP_EARLY, NOTE_FORBIDDEN,
-               "STOP or START while a byte waits in DR (TXE = 0): that byte is not sent");
-  }
   if (i2c->cr1 & CR1_STOP) {
     begin_operation(i2c, i2c->bit_ps, DONE_STOP);
   } else {
@@ -206,7 +205,7 @@ static void end_with_error(I2c *i2c, uint32_t flag) {
 static void address_sent(I2c *i2c) {
   switch (is_connected(i2c) ? i2c_wire_address(i2c) : ANSWER_NACK) {
   case ANSWER_ACK:
-    i2c->sr1 |= SR1_ADDR;
+    i2c->sr1 |= i2c->shift & 1 ? SR1_ADDR : SR1_ADDR | SR1_TXE;
     i2c->sr2 |= i2c->shift & 1 ? 0 : SR2_TRA;
     i2c->acknowledge = (i2c->cr1 & CR1_ACK) != 0;
     i2c->phase = PHASE_ADDRESSED;
@@ -344,12 +343,12 @@ static void set_rate(I2c *i2c) {
 /* Note forbidden settings; the clock runs nevertheless. */
 static void check_settings(I2c *i2c) {
   Peripheral *peripheral = &i2c->peripheral;
-  int64_t pclk_hz = peripheral->chip->clocks.pclk1_hz, counts = clocks_per_bit(i2c->ccr);
+  int64_t pclk_hz = peripheral->chip->clocks.nominal_pclk1_hz, counts = clocks_per_bit(i2c->ccr);
   uint32_t freq = i2c->cr2 & CR2_FREQ, fast = i2c->ccr & CCR_FS, count = i2c->ccr & CCR_CCR;
   uint32_t slowest = fast ? 4 : 2, longest = freq * (fast ? 300 : 1000) / 1000 + 1; /* rise times in ns */
   const char *mode = fast ? "fast" : "standard";
   i2c->settings_checked = 1;
-  if (freq * INT64_C(1000000) != pclk_hz) {
+  if (llabs(freq * INT64_C(1000000) - pclk_hz) >= 1000000) {
     peripheral_note(peripheral, -1, NOTE_FORBIDDEN,
                "CR2.FREQ is %u, PCLK1 is %g MHz: set-up and hold times are wrong", freq, (double)pclk_hz / 1e6);
   }
@@ -398,7 +397,6 @@ static void clear_addr(I2c *i2c) {
   if (i2c->dr_full) {
     send(i2c);
   } else {
-    i2c->sr1 |= SR1_TXE;
     stop_or_start(i2c);
   }
 }
@@ -476,7 +474,7 @@ static void write_data(I2c *i2c, uint8_t value) {
     i2c->shift = value;
     begin_operation(i2c, i2c->byte_ps, DONE_ADDRESS);
   } else if (i2c->sr2 & SR2_TRA) {
-    if (i2c->dr_full) {
+    if (i2c->dr_full && !(i2c->cr1 & (CR1_START | CR1_STOP))) {
       peripheral_note(&i2c->peripheral, NOTED_DATA_LOST, NOTE_FORBIDDEN,
                  "DR written while TXE was 0: the byte that waited there is lost");
     }
@@ -512,6 +510,10 @@ static void write_cr1(I2c *i2c, uint32_t cr1) {
     }
     if (cr1 & CR1_START && !i2c->settings_checked) {
       check_settings(i2c);
+    }
+    if (cr1 & ~before & (CR1_START | CR1_STOP) && i2c->dr_full && i2c->phase != PHASE_ENDED) {
+      peripheral_note(&i2c->peripheral, NOTED_STOP_EARLY, NOTE_FORBIDDEN,
+                 "STOP or START while a byte waits in DR (TXE = 0): that byte is not sent");
     }
     i2c->cr1 = cr1; /* START and STOP wait for a byte in progress */
     continue_bus(i2c);

@@ -58,6 +58,10 @@ int nvic_execution_priority(const Nvic *nvic, bool primask, uint32_t basepri, bo
 
 int32_t fcu_priority(const Chip *chip, int32_t exception) { return chip->nvic.priority[exception]; }
 
+int32_t fcu_execution_priority(const Chip *chip, int32_t primask, int32_t basepri, int32_t faultmask) {
+  return nvic_execution_priority(&chip->nvic, primask, (uint32_t)basepri, faultmask);
+}
+
 int32_t fcu_priority_group(const Chip *chip, int32_t priority) { return nvic_group_priority(&chip->nvic, priority); }
 
 static void update_changed(Nvic *nvic) {

@@ -1,0 +1,20 @@
+"""A program that looks for devices at all addresses of a bus makes no mistake."""
+
+from __future__ import annotations
+
+import contextlib
+
+from fcu_emulator import Board, I2CNackError
+from fcu_emulator.emulator.cli.run_report import _bus_errors
+
+
+def test_address_scan_is_one_line_and_no_finding() -> None:
+    board = Board(firmware="solution")
+    board.run_for(1.5)
+    for address in range(0x08, 0x78):
+        with contextlib.suppress(I2CNackError):
+            board.i2c2.write(address, b"")
+    board.run_for(0.3)
+    assert board.chip is not None
+    assert board.chip.diagnosis() is None
+    assert list(_bus_errors(board)) == ["I2C2: no answer at 109 addresses, from 0x08 to 0x77"]
