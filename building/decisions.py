@@ -22,7 +22,7 @@ _DECISION: Final = re.compile(r"\bDecisions?\b(?:,? (?:where|about) [^:]*)?:?\s+
 _COMMENT: Final = re.compile(r"/\*(.*?)\*/", re.DOTALL)
 _UNDERLINE: Final = re.compile(r"^[-=]{3,}\s+")
 _ITEM: Final = re.compile(r"^[-*] ", re.MULTILINE)
-_END: Final = re.compile(r"\.(?= [A-Z]|$)|[;:](?= |$)")
+_END: Final = re.compile(r"\.(?= [A-Z`]|$)|[;:](?= |$)")
 _ROLE: Final = re.compile(r":\w+:`[~!]?([^`]*)`")
 
 

@@ -1,64 +1,89 @@
-"""Draw docs/run.svg, a run of ``fcu``: python building/picture.py
+"""Draw the moving picture of the README: python building/picture.py
 
-Needs rich (extra ``docs``).
+The script starts ``fcu web`` with a scenario, in slow motion, and takes screenshots of the page in Chromium. Each frame
+is shown for the virtual time until the next one, so the picture has the board's speed. It writes docs/run.webp. It needs
+Chromium, and Playwright and Pillow from the extra ``test``.
 """
 
 from __future__ import annotations
 
 import io
+import re
+import shutil
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
-from rich.console import Console
-from rich.terminal_theme import DEFAULT_TERMINAL_THEME
-from rich.text import Text
+from PIL import Image
+from playwright.sync_api import Page, ViewportSize, sync_playwright
 
 ROOT: Final = Path(__file__).parents[1]
-PICTURE: Final = ROOT / "docs" / "run.svg"
-COMMAND: Final = "run solution --scenario led_x --speed max"
-WIDTH: Final = 84
+PICTURE: Final = ROOT / "docs" / "run.webp"
+COMMAND: Final = ("web", "solution", "--scenario", "led_x", "--no-browser")
+BEGIN_S: Final = 4.9
+END_S: Final = 12.45
+STEP_S: Final = 0.12
+SIZE: Final[ViewportSize] = {"width": 1280, "height": 720}
+ARGUMENTS: Final = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
-def printed(command: str) -> tuple[list[str], list[str]]:
-    """Return the terminal's lines, and those of fcu."""
-    done = subprocess.run(
-        [sys.executable, "-m", "fcu_emulator", *command.split()],
-        cwd=ROOT,
-        capture_output=True,
-        stdin=subprocess.DEVNULL,
-        text=True,
-        check=True,
+def now_s(page: Page) -> float:
+    """Return the virtual time that the page shows."""
+    return float(page.inner_text("#time").split()[0])
+
+
+def frames(page: Page) -> list[tuple[float, Image.Image]]:
+    """Play the scenario from its start, and return screenshots with their virtual times."""
+    page.click("#tab-scenario")
+    page.select_option("#speed", value="0.1")
+    page.get_by_text("From the start").click()
+    page.wait_for_function("parseFloat(document.querySelector('#time').textContent) < 1", polling=20)
+    taken: list[tuple[float, Image.Image]] = []
+    next_s = BEGIN_S
+    while next_s < END_S:
+        page.wait_for_function(
+            f"parseFloat(document.querySelector('#time').textContent) >= {next_s}",
+            polling=20,
+            timeout=120_000,
+        )
+        taken.append((now_s(page), Image.open(io.BytesIO(page.screenshot())).convert("RGB")))
+        next_s = taken[-1][0] + STEP_S
+    return taken
+
+
+def write(taken: list[tuple[float, Image.Image]]) -> None:
+    """Write the frames as one animated image; the last frame stays for a second."""
+    times_s = [time_s for time_s, _ in taken]
+    shown_ms = [round(1000 * (after - before)) for before, after in pairwise(times_s)]
+    first, *others = (image for _, image in taken)
+    first.save(
+        PICTURE, save_all=True, append_images=others, duration=[*shown_ms, 1000], loop=0, quality=70, method=6
     )
-    terminal = [line.strip() for line in done.stdout.splitlines()]
-    return [line for line in terminal if line.strip("*")], done.stderr.splitlines()
 
 
-def shown(terminal: list[str], remarks: list[str]) -> list[tuple[str, str]]:
-    """Return selected lines with styles."""
-    seconds = [number for number, line in enumerate(terminal) if line.startswith("ACC")]
-    second, on_edge, after = seconds[1], seconds[4], seconds[5]
-    begun = next(number for number, line in enumerate(remarks) if "serial:" in line) + 1
-    return [
-        (f"$ fcu {COMMAND}", "bold green"),
-        *((line, "blue") for line in remarks[:begun]),
-        *((line, "") for line in terminal[:second]),
-        ("...", "dim"),
-        *((line, "") for line in terminal[on_edge:after]),
-        ("...", "dim"),
-        *((line, "blue") for line in remarks[begun:]),
-    ]
-
-
-def draw(lines: list[tuple[str, str]]) -> str:
-    """Return the lines as SVG."""
-    console = Console(record=True, width=WIDTH, file=io.StringIO(), force_terminal=True)
-    for line, style in lines:
-        console.print(Text(line, style=style), soft_wrap=True)
-    drawn: str = console.export_svg(title="fcu", theme=DEFAULT_TERMINAL_THEME, unique_id="run")
-    return drawn
+def main() -> None:
+    """Serve the page, record it, and write the picture."""
+    served = subprocess.Popen(
+        [sys.executable, "-m", "fcu_emulator", *COMMAND], cwd=ROOT, stderr=subprocess.PIPE, text=True
+    )
+    assert served.stderr is not None
+    address = next(found[0] for line in served.stderr if (found := re.search(r"http://\S+", line)))
+    try:
+        with sync_playwright() as driver:
+            browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=ARGUMENTS)
+            context = browser.new_context(bypass_csp=True, viewport=SIZE, color_scheme="light")
+            context.add_init_script("localStorage.setItem('fcu-tour', 'taken')")
+            page = context.new_page()
+            page.goto(address)
+            taken = frames(page)
+            browser.close()
+    finally:
+        served.terminate()
+        served.wait()
+    write(taken)
 
 
 if __name__ == "__main__":
-    PICTURE.write_text(draw(shown(*printed(COMMAND))), encoding="utf-8")
+    main()

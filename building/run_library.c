@@ -67,7 +67,7 @@ static void note(int64_t now_ps, int32_t block, int32_t kind, const char *text) 
   fprintf(stderr, "block %d: %s\n", (int)block, text);
 }
 
-static void touched(int64_t now_ps, int32_t block, uint32_t offset, int32_t what) {
+static void ignored_access(int64_t now_ps, int32_t block, uint32_t offset, int32_t what) {
   (void)now_ps;
   fprintf(stderr, "block %d, offset %x: %d\n", (int)block, (unsigned)offset, (int)what);
 }
@@ -115,7 +115,8 @@ int main(int count, char **arguments) {
   FIND(library, fcu_status);
   FIND(library, fcu_destroy);
 
-  Host host = {.advance = advance, .read = read_none, .write = write_none, .note = note, .touched = touched,
+  Host host = {.advance = advance, .read = read_none, .write = write_none, .note = note,
+               .ignored_access = ignored_access,
                .fault = fault, .locked_up = locked_up, .reset = reset, .accessed = accessed};
   Clocks clocks = {HZ, HZ, HZ, HZ, HZ, HZ};
   UsartCalls calls = {.sent = sent};

@@ -10,9 +10,10 @@ if not __name__.startswith("fcu_emulator."):  # imported by its former name
 
     redirect(__name__)
 
-import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from fcu_emulator.emulator.renamed import warn_renamed
 
 if TYPE_CHECKING:
     from fcu_emulator.emulator.assembly.board import Board
@@ -36,10 +37,10 @@ if TYPE_CHECKING:
         RecordingError,
         RubricError,
         ScenarioError,
+        SymbolError,
     )
     from fcu_emulator.emulator.scenario import (
-        Failure,
-        Finding,
+        ExpectationResult,
         Result,
         Scenario,
         check,
@@ -75,10 +76,9 @@ __all__ = [
     "CallError",
     "DeviceNote",
     "ExpectationError",
-    "Failure",
+    "ExpectationResult",
     "Fault",
     "FcuError",
-    "Finding",
     "FirmwareError",
     "FirmwareFileError",
     "GpioEdge",
@@ -98,6 +98,7 @@ __all__ = [
     "RubricError",
     "Scenario",
     "ScenarioError",
+    "SymbolError",
     "TerminalBytes",
     "TickLate",
     "TickLost",
@@ -110,13 +111,13 @@ __all__ = [
 ]
 
 
-OLD_NAMES = {"Miss": "Failure"}
+OLD_NAMES = dict.fromkeys(("Failure", "Finding", "Miss"), "ExpectationResult")
 
 
 def __getattr__(name: str) -> Any:
     if name in OLD_NAMES:
         new = OLD_NAMES[name]
-        warnings.warn(f"{name} is now called {new}; use that name", DeprecationWarning, stacklevel=2)
+        warn_renamed(name, new)
         name = new
     if name in __all__:
         for home in map(import_module, _HOMES):

@@ -8,6 +8,7 @@
     │   ├── RubricError            a rubric
     │   ├── RecordingError         a CSV recording
     │   ├── FirmwareFileError      a file that is not firmware for this board
+    │   ├── SymbolError            a C name that cannot be used; a KeyError, too
     │   └── LinkError              a serial link or output file
     ├── ExpectationError           an expectation was not met   (exit code 1)
     ├── FirmwareError              the firmware itself failed   (exit code 3)
@@ -55,7 +56,7 @@ class FcuError(Exception):
         super().__init__(*arguments)
 
     def __str__(self) -> str:
-        return visible(super().__str__(), lines=self.has_lines)
+        return visible(Exception.__str__(self), lines=self.has_lines)
 
 
 def failure_text(error: Exception) -> str:
@@ -63,11 +64,11 @@ def failure_text(error: Exception) -> str:
     if isinstance(error, FcuError):
         return str(error)
     if isinstance(error, MemoryError):
-        return "cannot do this: there is not enough memory"
+        return "cannot continue: not enough memory"
     if isinstance(error, OSError):
-        return f"cannot do this: {error.strerror or error}"
+        return f"cannot continue: {error.strerror or error}"
     what = f"{type(error).__name__}: {str(error)[:200]}"
-    return f"cannot do this: a bug in fcu-emulator ({what}); please report it"
+    return f"cannot continue: a bug in fcu-emulator ({what}); please report it"
 
 
 class InputError(FcuError):
@@ -117,6 +118,10 @@ class LinkError(InputError):
     """A serial link or an output file cannot be opened on this machine."""
 
 
+class SymbolError(InputError, KeyError):
+    """A variable or function cannot be found in the firmware by its C name, or its type is unknown."""
+
+
 class ExpectationError(FcuError):
     """An expectation of the firmware was not met.
 
@@ -131,10 +136,8 @@ class ExpectationError(FcuError):
         self.diagnosis = diagnosis
         shown = "".join(f"\n  {line}" for line in lines)
         told = "".join(f"\n  {line}" for line in diagnosis.splitlines())
-        terminal = f"\nthe terminal's last lines:{shown}" if lines else ""
-        super().__init__(
-            f"{problem}{terminal}" + (f"\nwhat is wrong with the firmware:{told}" if told else "")
-        )
+        terminal = f"\nlast lines of the terminal:{shown}" if lines else ""
+        super().__init__(f"{problem}{terminal}" + (f"\nproblems of the firmware:{told}" if told else ""))
 
 
 class FirmwareError(FcuError):

@@ -40,7 +40,7 @@ def shown(value: object) -> str:
     try:
         text = repr(value)
     except ValueError:  # an integer of more digits than Python prints
-        return "a number of thousands of digits"
+        return "(thousands of digits)"
     return text if len(text) <= _SHOWN else text[:_SHOWN] + "..."
 
 

@@ -236,6 +236,7 @@ class Trace:
         return iter(tuple(self._events))
 
     def of(self, kind: type[EventT]) -> list[EventT]:
+        """Return the kept events of one type, in order."""
         self._draw()
         return [event for event in self._events if isinstance(event, kind)]
 
@@ -296,11 +297,13 @@ class Trace:
         self._look_who_listens()
 
     def add(self, event: TraceEvent) -> None:
+        """Record a rare event."""
         self._draw()
         self._keep(event)
         self._hand_on(event, detail=False)
 
     def add_detail(self, event: TraceEvent) -> None:
+        """Record a frequent event; build and pass one only when ``detailed`` is set."""
         if self._keep_detail:
             self._keep(event)
         self._hand_on(event, detail=True)

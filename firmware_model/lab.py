@@ -66,7 +66,7 @@ class Settings:
 
     def _check(self, name: str, good: bool, right: str) -> None:
         if not good:
-            raise ValueError(f"firmware setting {name} is {getattr(self, name)!r}; it must be {right}")
+            raise ValueError(f"firmware setting {name} must be {right}, not {getattr(self, name)!r}")
 
 
 # -- LED1 on PB5, LED2 on PB4, both active low (schematic of the STEVAL-FCU001V1) ---------------------------

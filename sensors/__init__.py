@@ -14,7 +14,7 @@ front_end         signal chain before a sample: analog stage, clipping, noise
 errors            deviations of a real sensor: offset, scale, drift, noise
 declaration       a sensor's declarations: signals, bus, functions
 pin               interrupt and data-ready pins
-registry          ``PARTS``, the sensors by name
+registry          ``SENSORS``, the sensors by name
 ================  ================================================================
 """
 
@@ -23,6 +23,7 @@ if not __name__.startswith("fcu_emulator."):  # imported by its former name
 
     redirect(__name__)
 
+import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -30,24 +31,31 @@ if TYPE_CHECKING:
     from fcu_emulator.sensors.lis2mdl import LIS2MDL
     from fcu_emulator.sensors.lps22hb import LPS22HB
     from fcu_emulator.sensors.lsm6dsl import LSM6DSL
-    from fcu_emulator.sensors.part import Part
+    from fcu_emulator.sensors.part import Sensor
     from fcu_emulator.sensors.register_file import AccessError
-    from fcu_emulator.sensors.registry import PARTS
+    from fcu_emulator.sensors.registry import SENSORS
 
 _HOMES = {
     "LIS2MDL": "lis2mdl",
     "LPS22HB": "lps22hb",
     "LSM6DSL": "lsm6dsl",
-    "PARTS": "registry",
+    "SENSORS": "registry",
     "AccessError": "register_file",
-    "Part": "part",
+    "Sensor": "part",
 }
 """Names are loaded on first use: C headers are generated from register declarations without numpy."""
 
-__all__ = ["LIS2MDL", "LPS22HB", "LSM6DSL", "PARTS", "AccessError", "Part"]
+__all__ = ["LIS2MDL", "LPS22HB", "LSM6DSL", "SENSORS", "AccessError", "Sensor"]
+
+
+_OLD_NAMES = {"Part": "Sensor", "PARTS": "SENSORS"}
 
 
 def __getattr__(name: str) -> Any:
+    if name in _OLD_NAMES:
+        new = _OLD_NAMES[name]
+        warnings.warn(f"{name} is now called {new}; use that name", DeprecationWarning, stacklevel=2)
+        return __getattr__(new)
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(f"fcu_emulator.sensors.{_HOMES[name]}"), name)

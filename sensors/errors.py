@@ -13,6 +13,7 @@ Published sensors have +3.7, +1 and -1 % (LSM6DSL family), and +4 % (ISM330DHCX)
 
 from __future__ import annotations
 
+import warnings
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
@@ -23,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Vec3: TypeAlias = tuple[float, float, float]
-Grade: TypeAlias = Literal["ideal", "typical", "worst"]
-GRADES: tuple[Grade, ...] = get_args(Grade)
+Quality: TypeAlias = Literal["ideal", "typical", "worst"]
+QUALITIES: tuple[Quality, ...] = get_args(Quality)
 ZERO: Vec3 = (0.0, 0.0, 0.0)
 
 Kind: TypeAlias = Literal["limit", "sigma", "typical"]
@@ -89,12 +90,12 @@ def drawn(
 
 def rate_deviation() -> Any:
     """Return the field ``odr_percent`` of a sensor with an oscillator."""
-    return drawn("by how much every rate is faster", "%", 2.5, "measured parts", "typical", (-20.0, 20.0))
+    return drawn("relative error of every rate", "%", 2.5, "measured parts", "typical", (-20.0, 20.0))
 
 
 def heating_share() -> Any:
     """Return the field ``heating_percent``, see :mod:`fcu_emulator.emulator.world.warmth`."""
-    doc = "by how much more than the board it is warmed at its place"
+    doc = "warming at its place, above that of the board"
     return drawn(doc, "%", 8.0, "the board's size and copper", "typical", (-100.0, 100.0))
 
 
@@ -135,7 +136,9 @@ class PartErrors:
                 continue
             (low, high), value = figure.allowed, getattr(self, name)
             if not low <= value <= high:
-                raise ValueError(f"{type(self).__name__}.{name} is {value:g}; give {low:g} to {high:g}")
+                raise ValueError(
+                    f"{type(self).__name__}.{name} must be from {low:g} to {high:g}, not {value:g}"
+                )
 
     @classmethod
     def figures(cls) -> dict[str, Figure]:
@@ -155,9 +158,9 @@ class PartErrors:
         return float(getattr(self, "heating_percent", 0.0)) / 100.0
 
     @classmethod
-    def of_grade(cls, grade: Grade, seed: int) -> Self:
+    def of_quality(cls, quality: Quality, seed: int) -> Self:
         """Return one sensor, equal for equal seeds. Raises ValueError for an unknown quality."""
-        draw = GradeDraw(grade, cls.PART, seed)
+        draw = QualityDraw(quality, cls.PART, seed)
         numbers: dict[str, float | Vec3] = {}
         for name, figure in cls.figures().items():
             if figure.deviation:
@@ -167,23 +170,29 @@ class PartErrors:
         factory: Callable[..., Self] = cls
         return factory(**numbers)
 
+    @classmethod
+    def of_grade(cls, quality: Quality, seed: int) -> Self:
+        """Return :meth:`of_quality`, by its name of the previous release."""
+        warnings.warn("of_grade is now called of_quality; use that name", DeprecationWarning, stacklevel=2)
+        return cls.of_quality(quality, seed)
 
-class GradeDraw:
+
+class QualityDraw:
     """Draws of one sensor's deviations."""
 
-    def __init__(self, grade: Grade, part: str, seed: int) -> None:
-        if grade not in GRADES:
-            raise ValueError(f"unknown error grade {grade!r}; known: {', '.join(GRADES)}")
-        self._grade = grade
+    def __init__(self, quality: Quality, part: str, seed: int) -> None:
+        if quality not in QUALITIES:
+            raise ValueError(f"unknown quality {quality!r}; known: {', '.join(QUALITIES)}")
+        self._quality = quality
         self._random = np.random.default_rng([seed & (2**63 - 1), zlib.crc32(part.encode())])
 
     def scalar(self, sigma: float) -> float:
         normal, is_positive = self._random.standard_normal(), self._random.integers(2)
         while abs(normal) > SIGMAS:
             normal = self._random.standard_normal()
-        if self._grade == "ideal":
+        if self._quality == "ideal":
             return 0.0
-        if self._grade == "worst":
+        if self._quality == "worst":
             return SIGMAS * sigma if is_positive else -SIGMAS * sigma
         return normal * sigma
 
@@ -191,4 +200,4 @@ class GradeDraw:
         return self.scalar(sigma), self.scalar(sigma), self.scalar(sigma)
 
     def strength(self, typical: float) -> float:
-        return typical * STRENGTHS[self._grade]
+        return typical * STRENGTHS[self._quality]

@@ -6,6 +6,7 @@ say "not accessible" (AN5040 5.7, AN5069 3).
 
 from __future__ import annotations
 
+import warnings
 from array import array
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Protocol, Self, TypeAlias, cast, runtime_checkable
@@ -77,7 +78,7 @@ class Prefetch(Protocol):
 _PS_PER_MS = PS_PER_S // 1000
 
 
-class Part:
+class Sensor:
     """One sensor behind its bus.
 
     Methods of the register file are instance attributes, to save a call. While a pin is wired, nothing is prefetched,
@@ -274,7 +275,7 @@ class SelfClearingBits:
 class _IncrementBit:
     """A sensor whose address bit enables the increment."""
 
-    def __init__(self, part: Part, bit: int) -> None:
+    def __init__(self, part: Sensor, bit: int) -> None:
         self._part = part
         self._bit = bit
 
@@ -318,15 +319,15 @@ class _IncrementBit:
         return lambda now_ps: (self.read(address, count, now_ps), 0)
 
 
-def with_increment_bit(part: Part, bit: int) -> Part:
+def with_increment_bit(part: Sensor, bit: int) -> Sensor:
     """Return the sensor with an address ``bit`` that enables the increment."""
-    return cast("Part", _IncrementBit(part, bit)) if bit else part
+    return cast("Sensor", _IncrementBit(part, bit)) if bit else part
 
 
 class SubaddressTarget:
     """I2C interface of one sensor."""
 
-    def __init__(self, part: Part, now_ps: Callable[[], int]) -> None:
+    def __init__(self, part: Sensor, now_ps: Callable[[], int]) -> None:
         bit = part.BUS.i2c_increment_bit
         self.part = with_increment_bit(part, bit)
         self._now_ps = now_ps
@@ -417,3 +418,11 @@ class SubaddressTarget:
         if self._booting:
             self._booting = not self.part.accessible(self._now_ps())
         return not self._booting and not self.part.i2c_off
+
+
+def __getattr__(name: str) -> type[Sensor]:
+    """Return :class:`Sensor` by its name of the previous release."""
+    if name != "Part":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    warnings.warn("Part is now called Sensor; use that name", DeprecationWarning, stacklevel=2)
+    return Sensor

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from typing import Final
 
 from fcu_emulator.sensors.declaration import Mode, Wires
-from fcu_emulator.sensors.part import Part, with_increment_bit
+from fcu_emulator.sensors.part import Sensor, with_increment_bit
 from fcu_emulator.sensors.register_file import NOTHING_PREFETCHED, Prefetched
 
 READ: Final = 0x80
@@ -23,7 +23,7 @@ UNDRIVEN: Final = 0xFF
 class SpiTarget:
     """SPI interface of one sensor, between two edges of its chip select."""
 
-    def __init__(self, part: Part, now_ps: Callable[[], int]) -> None:
+    def __init__(self, part: Sensor, now_ps: Callable[[], int]) -> None:
         bit = part.BUS.spi_increment_bit
         self.part = with_increment_bit(part, bit)
         self._now_ps = now_ps

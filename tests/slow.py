@@ -5,8 +5,8 @@ under 90 seconds on two cores, and the full one stays the default. Measured is t
 processes that a test starts as well, so that a busy machine gives the same list. All cases of a parametrised
 test count together: a thousand cases of 5 ms are as slow as one of 5 s.
 
-Decision: a list beside the tests, made by measuring, and not a mark on each test, which nobody would take
-away when the test has become fast. Entries of tests that are gone are refused by a test.
+Decision: slow tests are in a list from measured times, not marked in the code, because marks of tests that have
+become fast would stay. Entries of tests that are gone are refused by a test.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ import serial
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.scenario.renamed import with_current_keys
+from fcu_emulator.emulator.renamed import with_current_keys
 from fcu_emulator.emulator.time.clock import PS_PER_MS, to_ps
 
 SILENCE_S = 60.0
@@ -87,7 +87,7 @@ class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
             left_ps = deadline_ps - board.clock.now_ps
             if left_ps <= 0:
                 if self._timeout is None:
-                    silent = f"{missing} of {size} bytes have not come in {limit_s:g} s of virtual time"
+                    silent = f"{missing} of {size} bytes did not arrive within {limit_s:g} s of virtual time"
                     raise serial.SerialException(f"{silent}; read with a timeout")
                 break
             board.run_until_ps(board.clock.now_ps + min(_STEP_PS, left_ps))
@@ -145,7 +145,7 @@ def _board(url: str) -> Board:
         raise InputError(f"unknown option {min(unknown)!r}; known: {', '.join(sorted(_KNOWN))}")
     seed = options.get("seed")
     if seed is not None and not seed.removeprefix("-").isdigit():
-        raise InputError(f"seed is {seed!r}; give a whole number")
+        raise InputError(f"seed must be a whole number, not {seed!r}")
     scenario = options.get("scenario")
     return Board(
         unquote(firmware) or (FCU001V1.default_firmware if scenario is None else None),

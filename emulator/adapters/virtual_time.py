@@ -34,7 +34,8 @@ def virtual_time(board: Board, *modules: ModuleType) -> Iterator[None]:
     taken = _in_use.intersection(found)
     if taken:
         raise InputError(
-            f"{min(taken)} runs on a board's time already; leave that block first", kind="time_in_use"
+            f"cannot use the board's time for {min(taken)}: another block uses it; leave that block first",
+            kind="time_in_use",
         )
     replacements = _replacements(board)
     replaced: list[tuple[dict[str, Any], str, Any]] = []

@@ -50,10 +50,10 @@ def _cause(constant: Numbers, iron: Numbers, radius: float, off: NDArray[np.bool
     if _alike(constant[off], iron[off]):
         return (
             f"MAG still has the board's hard iron on {names}",
-            f"Likely this axis is left out, or another one is named in its place: {_SUBTRACT}",
+            f"Likely this axis is omitted, or another axis is used: {_SUBTRACT}",
         )
     if _alike(constant[magnetic], 2 * iron[magnetic]):
-        return "MAG has the board's hard iron twice", f"Likely it is added: {_SUBTRACT}"
+        return "MAG has the board's hard iron twice", f"Likely it is added instead of subtracted: {_SUBTRACT}"
     outside = magnetic & (np.abs(iron) > radius)
     from_zero = (iron + np.sign(iron) * radius) / 2
     if outside.any() and _alike(centre[outside], from_zero[outside]):

@@ -107,7 +107,7 @@ def _of_factor(rows: _Rows) -> Hint | None:
         return None
     look = (
         "Each axis may be off by a constant, the board's hard iron; the changes are wrong by this factor.",
-        "Look at the factor between the raw value and the unit: the LIS2MDL has 1.5 mgauss/LSB.",
+        "Check the factor between the raw value and the unit: the LIS2MDL has 1.5 mgauss/LSB.",
     )
     return Hint(f"MAG changes {factor:.3g} times as much as the truth", look, rows.seen[-1], factor)
 

@@ -161,7 +161,7 @@ def _tilt(field: str) -> tuple[Formula, list[Formula], str]:
     wrong = [
         Formula(
             lambda row: _deg(math.atan2(up(row), root(row) ** 2)),
-            f"{field} is as without sqrt(), or with the root of the wrong thing",
+            f"{field} is as without sqrt(), or with a wrong root",
             f"The sum of the squares needs its root: {text}.",
         ),
         Formula(
@@ -202,7 +202,7 @@ def _deg(radians: float) -> float:
     return math.degrees(radians)
 
 
-_NOT_CALLED = "Is eCompass() called in the callback, and does it write the variables that are printed?"
+_NOT_CALLED = "Call eCompass() in the callback, and let it write the printed variables."
 
 
 def tilt_hint(lines: Sequence[LabLine]) -> Hint | None:
@@ -294,7 +294,7 @@ _WRONG_YAW = (
     ),
 )
 _NO_YAW = Formula(
-    lambda _: 0.0, "Yaw is always 0", "Is it computed in eCompass(), and is azimuth the variable printed?"
+    lambda _: 0.0, "Yaw is always 0", "Compute it in eCompass(), and print the variable azimuth."
 )
 _STRONG_MGAUSS = 100.0
 _YAW_IN_RADIANS = Formula(

@@ -35,10 +35,10 @@ def led_hints(board: Board, recorder: TruthRecorder) -> Iterator[Diagnosis]:
         if board.chip is not None and _is_no_output(board.chip, pin):
             yield Diagnosis(
                 "led",
-                f"{name} is switched and its pin P{pin[0]}{pin[1]} is no output",
+                f"{name} is switched, but its pin P{pin[0]}{pin[1]} is not an output",
                 (
-                    f"The bit in GPIO{pin[0]}_ODR is set, and MODER has the pin as an input, as after reset.",
-                    f"BSP_LED_Init({name}) is missing; it belongs before the first BSP_LED_Off().",
+                    f"The bit in GPIO{pin[0]}_ODR is set, but MODER has the pin as an input, as after reset.",
+                    f"BSP_LED_Init({name}) is missing; call it before the first BSP_LED_Off().",
                 ),
                 fatal=False,
             )
@@ -91,7 +91,7 @@ def _sides(name: str, angle: str, looks: Sequence[_LedCondition]) -> Iterator[Di
             "led",
             f"{name} is dark when {angle} is beyond 80 degrees, and lit otherwise",
             (
-                "Are BSP_LED_On() and BSP_LED_Off() exchanged?",
+                "Check whether BSP_LED_On() and BSP_LED_Off() are exchanged.",
                 "The LEDs are lit while their pins are low: GPIO_PIN_RESET lights them.",
             ),
             fatal=False,
@@ -126,9 +126,9 @@ def _toggled(board: Board, name: str, angle: str, looks: Sequence[_LedCondition]
             "led",
             f"{name} is toggled every {every}{', in each callback,' if each else ''} {when}",
             (
-                *_who_toggles(board.chip, each),
+                *_toggling_lines(board.chip, each),
                 "A LED that is toggled is wrong half of the time.",
-                f"BSP_LED_On({name}) where fabsf({angle}) > 80, BSP_LED_Off({name}) otherwise.",
+                f"Call BSP_LED_On({name}) if fabsf({angle}) > 80, BSP_LED_Off({name}) otherwise.",
             ),
             fatal=False,
         )
@@ -148,7 +148,7 @@ def _regular_interval(edges_s: Sequence[float]) -> float | None:
     return usual_s if alike >= _MOSTLY * len(intervals_s) else None
 
 
-def _who_toggles(arm: ArmFirmware | None, in_callback: bool) -> Iterator[str]:
+def _toggling_lines(arm: ArmFirmware | None, in_callback: bool) -> Iterator[str]:
     if arm is None:
         return
     places = Places(arm.image)

@@ -89,7 +89,7 @@ def _exclusive_or(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]
         yield Diagnosis(
             "numbers",
             f"{place}: ^ in C is an exclusive or, not a power",
-            ("A square is Gy * Gy, any other power pow(x, y), and its numbers are float or double.",),
+            ("Write a square as Gy * Gy, and any other power as pow(x, y) with float or double.",),
             fatal=False,
         )
 
@@ -152,12 +152,10 @@ def _beyond_a_half_turn(lines: Sequence[LabLine], where: _Where) -> Iterator[Dia
     ]
     right = sum(one < YAW.far for one in apart) >= len(bad) / 2
     if right:
-        likely = "A whole turn too much: leave out what makes negative angles positive."
+        likely = "A full turn too much: remove the code that makes negative angles positive."
     else:
-        likely = (
-            "Likely the wrap is wrong: beyond 180 degrees 360 are subtracted, below -180 added, nothing else."
-        )
-    details = _shown(bad[-1]), "atan2 gives -180 to 180 degrees, and so the slides have the yaw.", likely
+        likely = "Likely the wrap is wrong: subtract 360 above 180 degrees, add 360 below -180, nothing else."
+    details = _shown(bad[-1]), "atan2 returns -180 to 180 degrees, like the yaw of the slides.", likely
     yield Diagnosis("numbers", f"{where.printed(bad[-1])}Yaw is beyond 180 degrees", details, fatal=False)
 
 
@@ -181,7 +179,7 @@ def _full_scale(board: Board, group: Group, factor: float) -> tuple[str, ...]:
             name = "CTRL1_XL" if group is ACC else "CTRL2_G"
             return (
                 f"{name} is 0x{register:02X}: full scale +-{scale} {unit}, {right:g} {group.unit}/LSB.",
-                f"The numbers are as with {used:g} {group.unit}/LSB, which belongs to +-{other} {unit}.",
+                f"The numbers are as with {used:g} {group.unit}/LSB, the factor of +-{other} {unit}.",
             )
     return ()
 
@@ -208,11 +206,13 @@ def _not_a_number(board: Board, lines: Sequence[LabLine], where: _Where) -> Iter
         if any(name[:4] in ("asin", "acos") for name in called):
             sentences.append(
                 "asin and acos take -1 to 1: an acceleration in mg, or one that noise makes a little larger "
-                "than 1 g, is outside. The slides' atan2 has no such limit."
+                "than 1 g, is outside. Use the slides' atan2, which has no such limit."
             )
         if called:
-            sentences.append(f"Of the functions that can give it the program has {', '.join(called)}.")
-        sentences.append("A root or a logarithm of a negative number and 0 / 0 give nan, x / 0 gives inf.")
+            sentences.append(f"The program calls these functions that can return it: {', '.join(called)}.")
+        sentences.append(
+            "A root or a logarithm of a negative number and 0 / 0 return nan, x / 0 returns inf."
+        )
         what = "nan" if "nan" in bad[-1].text else "inf"
         summary = f"{where.printed(bad[-1])}{what} is printed, which is not a number"
         yield Diagnosis("numbers", summary, tuple(sentences), fatal=False)
@@ -234,10 +234,10 @@ def _misprinted_ints(lines: Sequence[LabLine], where: _Where) -> Iterator[Diagno
             name = group.label[:3]
             yield Diagnosis(
                 "printing",
-                f"{where.printed(wrong[-1])}likely %f for an int: {name} is printed with a point, and wrong",
+                f"{where.printed(wrong[-1])}likely %f for an int: {name} is printed with a decimal point and is wrong",
                 (
                     _shown(wrong[-1]),
-                    "%f takes the bits of two ints for a double; print int32_t with %d.",
+                    "%f reads the bits of two ints as a double; print int32_t with %d.",
                     "The compiler warns about it (-Wall, -Wformat).",
                 ),
                 fatal=False,
@@ -259,9 +259,9 @@ def _misread(board: Board) -> Iterator[Diagnosis]:
         if first % 2 and len(one.read) > 1 and first in _PAIRS.get(one.device, ()):
             yield Diagnosis(
                 "bus",
-                f"{one.device} is read from {one.register} (0x{first:02X}) on, the high byte of a value",
+                f"{one.device} is read from {one.register} (0x{first:02X}), the high byte of a value",
                 (
-                    "So each number is made of the high byte of one value and the low byte of the next.",
+                    "So each number has the high byte of one value and the low byte of the next.",
                     f"The low byte comes first, at 0x{first - 1:02X}.",
                 ),
                 fatal=False,
@@ -277,7 +277,7 @@ def _same_twice(reads: Sequence[BusTransfer]) -> Iterator[Diagnosis]:
         if bursts.count(twice) >= 3 and never not in bursts and len(bursts) == len(reads) - _others(reads):
             yield Diagnosis(
                 "bus",
-                f"the {what}'s registers (0x{never:02X}) are not read; those from 0x{twice:02X} are, twice",
+                f"the {what}'s registers (0x{never:02X}) are not read; those at 0x{twice:02X} are, twice",
                 ("The gyroscope's begin at OUTX_L_G (0x22), the accelerometer's at OUTX_L_XL (0x28).",),
                 fatal=False,
             )
@@ -302,8 +302,8 @@ def _switched_off(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]
                 "sensor",
                 f"the {what} is not switched on, and {label[:3]} is printed",
                 (
-                    f"{field} is {wanted}: its output registers keep what they have.",
-                    "Is enableAllSensors() called, after initializeAllSensors()?",
+                    f"{field} is {wanted}: its output registers do not change.",
+                    "Call enableAllSensors() after initializeAllSensors().",
                 ),
                 fatal=False,
             )
@@ -326,7 +326,7 @@ def _blocks(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]:
             "sensor",
             f"block data update is off in the {' and the '.join(without)}",
             (
-                "A sample may come between low and high byte: now and then a value is wrong by 256 steps.",
+                "A new sample can arrive between low and high byte: some values are wrong by 256 steps.",
                 "With BDU = 1 the sensor keeps a value until both bytes have been read.",
             ),
             fatal=False,

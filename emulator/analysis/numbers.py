@@ -101,8 +101,8 @@ def shows_another(lines: Sequence[LabLine], group: Group, others: Sequence[Group
         if len(pairs) >= _FEW_PAIRS and len(wrong) >= _FEWEST and fitting >= _SHARE * len(pairs):
             name, what = group.label[:3], other.label[:3]
             sentences = (
-                f"Is the variable of {what} printed in the line of {name}?",
-                "Or are the arguments exchanged: ReadSensorRawData(&acc, &gyro, &mag, &press).",
+                f"Check whether the line of {name} prints the variable of {what}.",
+                "Or arguments are exchanged: ReadSensorRawData(&acc, &gyro, &mag, &press).",
             )
             return Hint(f"{name} shows the numbers of {what}", sentences, wrong[-1].seen)
     return None
@@ -166,9 +166,9 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
             lambda _values, _truth: 0.0,
             f"{name} is always 0",
             (
-                f"The {sensor} measures something else: is it switched on, and is it read?",
-                "Is the variable that is printed the one that is written?"
-                + (" Is it divided? In C 950 / 1000 is 0; ACC is in mg." if group is ACC else ""),
+                f"The {sensor} measures other values: check that it is switched on and read.",
+                "Check that the printed variable is the one that is written."
+                + (" Check divisions: in C 950 / 1000 is 0; ACC is in mg." if group is ACC else ""),
             ),
         )
         return
@@ -176,7 +176,7 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
         yield Change(
             lambda values, truth: max(map(_from_whole_g, values, truth)),
             "ACC is cut to whole g",
-            ("In C 950 / 1000 is 0; ACC is in mg, as ReadSensorRawData() gives it.",),
+            ("In C 950 / 1000 is 0; ACC is in mg, as returned by ReadSensorRawData().",),
         )
     yield from _signed_axes(name)
     factor = _factor(rows, group.far)
@@ -184,7 +184,7 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
         yield Change(
             lambda values, truth: _plain(values, [one.scaled(factor) for one in truth]) / max(factor, 1.0),
             f"{name} is {factor:.3g} times the truth",
-            ("Look at the factor between the raw value and the unit.",),
+            ("Check the factor between the raw value and the unit.",),
             factor,
         )
     raw_wrap = 65_536 * group.per_lsb
@@ -193,7 +193,7 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
             min(one.distance(value), one.distance(value - raw_wrap))
             for value, one in zip(values, truth, strict=True)
         ),
-        f"{name} is {raw_wrap:.0f} {group.unit} too large where it is negative",
+        f"{name} is {raw_wrap:.0f} {group.unit} too large if it is negative",
         (
             "The sensor's values are signed 16 bits: (int16_t)(low | high << 8).",
             "As uint16_t, or as int without the cast, -1 becomes 65535.",
@@ -211,7 +211,7 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
             f"{name} is off by multiples of 65536: a value does not fit into 16 bits",
             (
                 "An int16_t holds -32768 to 32767, and 33 dps are 33000 mdps.",
-                "Take int32_t wherever the number is computed or kept; AxesRaw_TypeDef has int32_t.",
+                "Use int32_t wherever the number is computed or stored; AxesRaw_TypeDef has int32_t.",
             ),
         )
     yield Change(
@@ -222,8 +222,8 @@ def _of_vector(group: Group, rows: Sequence[_Row]) -> Iterator[Change]:
         (
             "The sensors give the low byte first: (int16_t)(bytes[0] | bytes[1] << 8).",
             (
-                "Or bytes are taken one place too far: from an odd register on, or out of a struct in which "
-                "the compiler leaves a hole before an int16_t."
+                "Or bytes are read at an offset of one: from an odd register, or from a struct with "
+                "padding before an int16_t."
             ),
         ),
     )
@@ -321,19 +321,21 @@ def _of_tilt() -> Iterator[Change]:
         yield Change(
             _rearranged((0, 1), (pitch, roll)),
             f"{what} negated",
-            (f"Look at the signs: {_LOOK_TILT}", "Or are axes of ACC negated?"),
+            (f"Check the signs: {_LOOK_TILT}", "Or axes of ACC are negated."),
         )
     yield Change(
         lambda values, truth: _plain((values[1], values[0]), truth),
         "Pitch and Roll are exchanged",
-        ("Look at the order of PRINTF's arguments, and at which axis each formula takes.", _LOOK_TILT),
+        ("Check the order of PRINTF's arguments, and the axes in each formula.", _LOOK_TILT),
     )
     ways = ((math.pi / 180, "57.3 times too small, as in radians"), (180 / math.pi, "57.3 times too large"))
     for factor, what in ways:
         yield Change(
             _scaled(factor),
             f"Pitch and Roll are {what}",
-            ("Likely the conversion: atan2 gives radians, times 180 / pi once, after sines and cosines.",),
+            (
+                "Likely the conversion: atan2 returns radians; multiply by 180 / pi once, after sines and cosines.",
+            ),
             factor,
         )
 
@@ -350,7 +352,7 @@ def _of_yaw() -> Iterator[Change]:
         yield Change(
             _turned(sign, offset),
             f"Yaw is {what}",
-            ("yaw = atan2(By2, Bx3); By2 = Bz sin(roll) - By cos(roll). Is MAG right?",),
+            ("yaw = atan2(By2, Bx3); By2 = Bz sin(roll) - By cos(roll). Check MAG, too.",),
         )
 
 
@@ -385,7 +387,7 @@ def _of_altitude(rows: Sequence[_Row]) -> Iterator[Change]:
     elif first < -20_000:
         yield Change(
             lambda values, _truth: 0.0 if values[0] < -20_000 else math.inf,
-            "Altitude is that of a floor without air",
+            "Altitude is as with a pressure of 0 at the floor",
             (
                 "Likely the pressure at the floor is 0: the LPS22HB was read before its first sample.",
                 "Wait for P_DA in its STATUS register (27h), as LPS22HB_WaitForData() does, then read it.",
@@ -394,6 +396,6 @@ def _of_altitude(rows: Sequence[_Row]) -> Iterator[Change]:
     yield Change(
         lambda values, truth: truth[0].scaled(-1).distance(values[0]),
         "Altitude is negated",
-        ("The ratio is P0 / P: the floor's pressure over the one up here.",),
+        ("The ratio is P0 / P: the floor's pressure divided by the measured one.",),
         -1.0,
     )

@@ -63,13 +63,13 @@ def observe(
         kept.close()
     if kept.exceeded():
         raise NotJudgedError(
-            f"{board.now_s:.3g} s of this firmware are too much to compare; give a shorter time",
+            f"{board.now_s:.3g} s of this firmware have too many events to compare; give a shorter time",
             kind="too_many_events",
         )
     if runner.limit.endswith("limits.wall"):
-        raise NotJudgedError(f"the run was stopped, it exceeded {runner.limit}")
+        raise NotJudgedError(f"the run was stopped: it exceeded {runner.limit}")
     if runner.limit:
-        ending.append(ObservedItem(board.clock.now_ps, f"stopped by the limit of {runner.limit}"))
+        ending.append(ObservedItem(board.clock.now_ps, f"stopped at the limit of {runner.limit}"))
     return Observation(
         board.clock.now_ps if runner.limit else end_ps,
         {

@@ -47,7 +47,7 @@ def replay(board: Board, firmware: Callable[[Any], HostedApplication]) -> Observ
     hal = _ReplayHal(_Recording(board))
     application = firmware(hal)
     hal.callback = application.HAL_TIM_PeriodElapsedCallback
-    with suppress(_OverError):
+    with suppress(_EndOfRecordingError):
         application.main()
     return Observation(
         board.clock.now_ps,
@@ -59,7 +59,7 @@ def replay(board: Board, firmware: Callable[[Any], HostedApplication]) -> Observ
     )
 
 
-class _OverError(Exception):
+class _EndOfRecordingError(Exception):
     """The end of the recording has been reached."""
 
 
@@ -164,7 +164,7 @@ class _ReplayHal(HalGpio):
 
     def _end(self) -> None:
         self._run_callbacks(self._recording.end_ps)
-        raise _OverError
+        raise _EndOfRecordingError
 
     def _run_callbacks(self, until_ps: int) -> None:
         reads = self._recording.reads
@@ -191,10 +191,10 @@ class _ReplayHal(HalGpio):
             if self._timer_runs:
                 raise InputError(
                     f"cannot be replayed: at {read.t_ps / PS_PER_S:.6f} s register 0x{read.register:02X} of "
-                    f"{read.device} was read, where this firmware reads 0x{register:02X} of {device}",
+                    f"{read.device} was read, but this firmware reads 0x{register:02X} of {device}",
                     kind="other_register",
                 )
-        raise _OverError
+        raise _EndOfRecordingError
 
     def HAL_I2C_Mem_Write(self, dev_address: int, mem_address: int, data: bytes) -> int:
         """Accept the data without comparing it."""

@@ -21,7 +21,6 @@ Boards share nothing. A board belongs to the thread that first runs it.
 from __future__ import annotations
 
 import math
-import warnings
 import weakref
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
@@ -56,17 +55,17 @@ from fcu_emulator.emulator.errors import FcuError, InputError
 from fcu_emulator.emulator.python_cpu.cpu import PythonCpu
 from fcu_emulator.emulator.python_cpu.hal import VirtualHal
 from fcu_emulator.emulator.python_cpu.timer import IntervalTimer
+from fcu_emulator.emulator.renamed import OldName, warn_renamed
 from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, to_ps
 from fcu_emulator.emulator.time.ticks import TickCounts
 from fcu_emulator.emulator.trace import BusTransfer, Trace
 from fcu_emulator.emulator.world import World
-from fcu_emulator.sensors.errors import Grade
+from fcu_emulator.sensors.errors import Quality
 
 if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.calls import Caller, Scratch
     from fcu_emulator.emulator.chip.firmware import ArmFirmware
     from fcu_emulator.emulator.scenario import Scenario
-
 
 LONGEST_RUN_S = 1_000_000  # eleven days
 _TRIAL_STEP_S, _LONGEST_TRIAL_S = 0.02, 2.0
@@ -92,6 +91,7 @@ class Board:
     InputError (ScenarioError) when a name, a file or a value cannot be used.
     """
 
+    arm = OldName("chip")
     description: ClassVar[BoardDescription] = FCU001V1
     """The kind of board; a subclass may have another description."""
 
@@ -108,7 +108,7 @@ class Board:
     ) -> None:
         wiring = wiring if profile is None else _given_as_profile(profile)
         if seed is not None and not isinstance(seed, int):
-            raise InputError(f"seed is {seed!r}; give an integer")
+            raise InputError(f"seed must be an integer, not {seed!r}")
         board = self.description
         plan = _load(scenario, board, seed)
         if firmware is None and plan is not None:
@@ -122,8 +122,8 @@ class Board:
         self.trace = Trace()
         parts = plan.sensor_settings() if plan else SensorSettings()
         if ideal:
-            parts = replace(parts, grade="ideal")
-        self.world, own = _world_of(plan, parts.grade, self.seed, clock)
+            parts = replace(parts, quality="ideal")
+        self.world, own = _world_of(plan, parts.quality, self.seed, clock)
         powered_on_ps = 0 if cold_start else plan.powered_on_ps if plan else None
         powered_for_s = math.inf if powered_on_ps is None else -powered_on_ps / PS_PER_S
         self.world.warm_up(own.heating_degc, own.thermal_s, powered_for_s)
@@ -151,7 +151,7 @@ class Board:
         self._spi = {name: SpiMaster(bus, run.until_ps) for name, bus in spi.items()}
         self.terminal = Terminal(uart, clock, run.until_ps)
         self.terminal.diagnosis = _diagnosis_of(self.chip)
-        self.ideal = parts.grade == "ideal"
+        self.ideal = parts.quality == "ideal"
         """Whether the sensors have no noise, offset or scale error."""
         self._named = {**self.leds, **self._i2c, **self._spi, board.timer.peripheral: self.timer}
         vars(self).update((name.lower(), one) for name, one in self._named.items())
@@ -195,7 +195,7 @@ class Board:
         """Run for exactly this much virtual time. Raises FirmwareError when the firmware itself fails."""
         if not isinstance(seconds, int | float) or not 0 <= seconds <= LONGEST_RUN_S:
             raise InputError(
-                f"cannot run for {seconds!r} s; give a number of seconds from 0 to {LONGEST_RUN_S}",
+                f"cannot run for {seconds!r} s: the duration must be from 0 to {LONGEST_RUN_S}",
                 kind="duration",
             )
         self.run_until_ps(self.clock.now_ps + to_ps(seconds))
@@ -204,7 +204,7 @@ class Board:
         """Run until this virtual time since power-on; a past time has no effect. Raises FirmwareError."""
         if not isinstance(seconds, int | float) or not 0 <= seconds <= LONGEST_RUN_S:
             raise InputError(
-                f"cannot run until {seconds!r} s; give the seconds since power-on, from 0 to {LONGEST_RUN_S}",
+                f"end must be from 0 to {LONGEST_RUN_S} s since power-on, not {seconds!r}",
                 kind="time",
             )
         if to_ps(seconds) > self.clock.now_ps:
@@ -291,12 +291,6 @@ class Board:
         """Return a copy of the chip for a series of calls, without effect on the board."""
         return self._calls("scratch").scratch()
 
-    @property
-    def arm(self) -> ArmFirmware | None:
-        """Name of :attr:`chip` in the previous release."""
-        warnings.warn("board.arm is now called board.chip; use that name", DeprecationWarning, stacklevel=2)
-        return self.chip
-
     def _calls(self, what: str) -> Caller:
         if self._caller is None:
             self._caller = self._built(what).caller(self._restoring)
@@ -378,7 +372,7 @@ class _RunState:
 
     def until_ps(self, at_ps: int) -> None:
         if self.closed:
-            raise InputError("this board has been closed and runs no more; make another one")
+            raise InputError("cannot run a closed board; create another one")
         before, self.running = self.running, True
         try:
             self.backend.run_until_ps(at_ps)
@@ -389,11 +383,11 @@ class _RunState:
 _One = TypeVar("_One")
 
 
-def _world_of(plan: Scenario | None, grade: Grade, seed: int, clock: Clock) -> tuple[World, BoardErrors]:
+def _world_of(plan: Scenario | None, quality: Quality, seed: int, clock: Clock) -> tuple[World, BoardErrors]:
     if plan:
-        own = plan.board_errors(grade, seed)
+        own = plan.board_errors(quality, seed)
         return plan.create_world(clock, own), own
-    own = BoardErrors.of_grade(grade, seed)
+    own = BoardErrors.of_quality(quality, seed)
     world = World(clock)
     world.set_iron(own.hard_iron_mgauss, own.soft_iron())
     return world, own
@@ -409,7 +403,7 @@ def _named(ones: Mapping[str, _One], name: str | None, what: str) -> _One:
 
 
 def _given_as_profile(wiring: str) -> str:
-    warnings.warn("profile is now called wiring; use that name", DeprecationWarning, stacklevel=3)
+    warn_renamed("profile", "wiring", stacklevel=3)
     return wiring
 
 

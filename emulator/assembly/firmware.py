@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 FirmwareFactory: TypeAlias = Callable[[VirtualHal], HostedApplication]
 Settings: TypeAlias = Mapping[str, Any]
 
-_SETTINGS_IGNORED = "the scenario's [firmware_settings] are for firmware in Python and not used here"
+_SETTINGS_IGNORED = "the scenario's [firmware_settings] are ignored: they are for firmware in Python"
 
 
 # -- selection of the firmware and its wiring ---------------------------------------------------------------
@@ -68,7 +68,9 @@ def choose(
         choice = _built(board, firmware, wiring, reaches_sensors if name is None else None)
         return replace(choice, notes=(*choice.notes, _SETTINGS_IGNORED)) if settings else choice
     if not callable(firmware):
-        raise InputError(f"firmware is {firmware!r}; give a name, a file, or a callable that takes the HAL")
+        raise InputError(
+            f"firmware must be a name, a file, or a callable that takes the HAL, not {firmware!r}"
+        )
     return _python(board, firmware, getattr(firmware, "__name__", "own firmware"), wiring)
 
 
@@ -92,8 +94,8 @@ def _python(board: BoardDescription, factory: FirmwareFactory, name: str, wiring
         use = " or ".join(f'wiring "{one.name}"' for one in fitting) or "a board with such a bus"
         buses = ", ".join(one.bus for one in fitting) or "an I2C bus"
         raise InputError(
-            f"firmware in Python talks to the sensors on {buses}, where they are not with wiring "
-            f"{wiring.name!r}; use {use}, or no firmware",
+            f"cannot run firmware in Python with wiring {wiring.name!r}: it uses the sensors on {buses}; "
+            f"use {use}, or no firmware",
             kind="wrong_wiring",
         )
     return Choice(wiring, name, factory=factory)
@@ -143,7 +145,7 @@ def _wanted_wiring(board: BoardDescription, symbols: Symbols | None) -> tuple[Wi
         return None, ""
     wiring, symbol = found[0]
     others = " or ".join(other.bus for other in board.wirings if other.symbols and other is not wiring)
-    return wiring, f"it has {symbol}, a handle of {wiring.bus}, and none of {others or 'another bus'}"
+    return wiring, f"it has {symbol}, a handle of {wiring.bus}, and no handle of {others or 'another bus'}"
 
 
 def _tried_out(
@@ -154,7 +156,7 @@ def _tried_out(
         return None, ""
     for wiring in others:
         if reaches_sensors(wiring):
-            return wiring, f"on trial a sensor answered it on {wiring.bus}, and none on {usual.bus}"
+            return wiring, f"in a trial run a sensor answered on {wiring.bus}, none on {usual.bus}"
     return None, ""
 
 

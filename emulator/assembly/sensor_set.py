@@ -13,7 +13,7 @@ from typing import Any
 from fcu_emulator.emulator.boards.description import (
     BoardDescription,
     Matrix,
-    MountedPart,
+    MountedSensor,
     Numbers,
     SensorSettings,
     Wiring,
@@ -25,7 +25,7 @@ from fcu_emulator.emulator.time.clock import NEVER_PS, Clock, Event
 from fcu_emulator.emulator.trace import DeviceNote, GpioEdge, RegisterWrite, Trace
 from fcu_emulator.emulator.world import World
 from fcu_emulator.sensors.errors import PartErrors
-from fcu_emulator.sensors.part import Part, Signal, SubaddressTarget
+from fcu_emulator.sensors.part import Sensor, Signal, SubaddressTarget
 from fcu_emulator.sensors.pin import Pin
 from fcu_emulator.sensors.register_file import NoteCallback, WriteLog
 
@@ -47,25 +47,25 @@ class SensorSet:
     ) -> None:
         _refuse_unknown(settings, board)
         self._clock = clock
-        self.parts: tuple[Part, ...] = tuple(
+        self.parts: tuple[Sensor, ...] = tuple(
             _build(mounted, world, settings, seed, powered_on_ps) for mounted in board.parts
         )
         self._by_name = {part.NAME: part for part in self.parts}
         vars(self).update((part.NAME.lower(), part) for part in self.parts)
         world.on_change(self._world_changed)
 
-    def __getitem__(self, name: str) -> Part:
+    def __getitem__(self, name: str) -> Sensor:
         try:
             return self._by_name[name]
         except KeyError:
             raise InputError(f"unknown sensor {name!r}; known: {', '.join(self._by_name)}") from None
 
-    def __iter__(self) -> Iterator[Part]:
+    def __iter__(self) -> Iterator[Sensor]:
         return iter(self.parts)
 
     def __getattr__(self, name: str) -> Any:
         known = ", ".join(part.NAME.lower() for part in self.__dict__.get("parts", ()))
-        raise AttributeError(f"this board has no sensor {name!r}; known: {known}")
+        raise AttributeError(f"unknown sensor {name!r} on this board; known: {known}")
 
     def attach(self, i2c: Mapping[str, I2CBus], spi: Mapping[str, SpiBus], wiring: Wiring) -> None:
         """Connect the sensors to their addresses and chip selects."""
@@ -93,10 +93,10 @@ class SensorSet:
 
 
 def _build(
-    mounted: MountedPart, world: World, settings: SensorSettings, seed: int, powered_on_ps: int | None
-) -> Part:
+    mounted: MountedSensor, world: World, settings: SensorSettings, seed: int, powered_on_ps: int | None
+) -> Sensor:
     part = mounted.part
-    errors = _replace(part.ERRORS.of_grade(settings.grade, seed), settings.figures.get(mounted.key, {}))
+    errors = _replace(part.ERRORS.of_quality(settings.quality, seed), settings.figures.get(mounted.key, {}))
     signals: dict[str, Signal] = {}
     for quantity in part.SIGNALS:
         signal = world.sensed(quantity.name, one_row=quantity.one_row, heating=errors.heating)
@@ -106,7 +106,7 @@ def _build(
     return part.build(signals, errors, seed, powered_on_ps=powered_on_ps)
 
 
-def _mounting(mounted: MountedPart, chosen: Mapping[str, str]) -> Matrix:
+def _mounting(mounted: MountedSensor, chosen: Mapping[str, str]) -> Matrix:
     usual = next(iter(mounted.mountings))
     name = chosen.get(mounted.mounting_key, usual)
     if name not in mounted.mountings:
@@ -151,7 +151,7 @@ def _replace(errors: PartErrors, numbers: Numbers) -> PartErrors:
 class PinWatch:
     """Delivers the edges of one sensor's pins in time, and records them in the trace."""
 
-    def __init__(self, part: Part, clock: Clock, trace: Trace) -> None:
+    def __init__(self, part: Sensor, clock: Clock, trace: Trace) -> None:
         self._part = part
         self._clock = clock
         self._trace = trace

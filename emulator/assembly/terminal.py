@@ -86,7 +86,9 @@ class Terminal:
         try:
             compiled = re.compile(pattern)
         except re.error as error:
-            raise InputError(f"{pattern!r} is not a regular expression: {error}", kind="pattern") from error
+            raise InputError(
+                f"pattern must be a regular expression, not {pattern!r}: {error}", kind="pattern"
+            ) from error
         deadline_ps = self._clock.now_ps + to_ps(timeout_s)
         start = self._start() if since is None else since
         while True:

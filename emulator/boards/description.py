@@ -18,10 +18,11 @@ from fcu_emulator.emulator.buses.i2c import I2CBus
 from fcu_emulator.emulator.buses.spi import SpiBus
 from fcu_emulator.emulator.buses.uart import Uart
 from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.renamed import warn_renamed
 from fcu_emulator.emulator.time.clock import Clock
 from fcu_emulator.emulator.trace import Trace
-from fcu_emulator.sensors.errors import Grade, PartErrors, Vec3, drawn, drawn_by_axis, fixed, strength
-from fcu_emulator.sensors.part import Part
+from fcu_emulator.sensors.errors import PartErrors, Quality, Vec3, drawn, drawn_by_axis, fixed, strength
+from fcu_emulator.sensors.part import Sensor
 
 Matrix: TypeAlias = NDArray[np.float64]
 Numbers: TypeAlias = Mapping[str, Any]
@@ -35,14 +36,14 @@ PinFunction: TypeAlias = tuple[str, int, int]
 
 
 @dataclass(frozen=True)
-class MountedPart:
+class MountedSensor:
     """A sensor that measures matrix @ a vector in the board's axes.
 
     ``mountings``: matrices by name, the usual one first. ``mounting_key``: name of the choice in a scenario
     file.
     """
 
-    part: type[Part]
+    part: type[Sensor]
     mountings: Mapping[str, Matrix] = field(default_factory=dict)
     mounting_key: str = ""
 
@@ -50,7 +51,7 @@ class MountedPart:
         measures_vectors = any(quantity.axes == 3 for quantity in self.part.SIGNALS)
         if measures_vectors and not self.mountings:
             raise InputError(
-                f"the {self.part.NAME} measures vectors: give its mounting on the board", kind="no_mounting"
+                f"the {self.part.NAME} must have a mounting, because it measures vectors", kind="no_mounting"
             )
 
     @property
@@ -102,7 +103,7 @@ class AbsentPart:
 class Wiring:
     """One way to connect the sensors, all to ``bus``.
 
-    ``places``: 7-bit address or chip select ("PA8"). ``symbols``: names found only in its firmware.
+    ``places``: 7-bit address or chip select ("PA8"). ``symbols``: names that only firmware for this wiring has.
     """
 
     name: str
@@ -129,7 +130,7 @@ class BoardDescription:
     """
 
     name: str
-    parts: tuple[MountedPart, ...]
+    parts: tuple[MountedSensor, ...]
     wirings: tuple[Wiring, ...]
     serial: SerialLine
     timer: CallbackTimer
@@ -147,13 +148,13 @@ class BoardDescription:
         for wiring in self.wirings:
             what = f"board {self.name}, wiring {wiring.name}"
             if wiring.bus not in (*self.i2c, *self.spi):
-                raise InputError(f"{what}: there is no bus {wiring.bus}; known: {', '.join(self.buses())}")
+                raise InputError(f"{what}: unknown bus {wiring.bus}; known: {', '.join(self.buses())}")
             for part, place in wiring.places.items():
                 if part not in names:
-                    raise InputError(f"{what}: there is no part {part}; known: {', '.join(names)}")
+                    raise InputError(f"{what}: unknown part {part}; known: {', '.join(names)}")
                 if isinstance(place, int) is not (wiring.bus in self.i2c):
                     wanted = "a 7-bit address" if wiring.bus in self.i2c else 'a chip select such as "PA8"'
-                    raise InputError(f"{what}: {part} is at {place!r} of {wiring.bus}; give {wanted}")
+                    raise InputError(f"{what}: {part} on {wiring.bus} must be at {wanted}, not {place!r}")
 
     def buses(self) -> Iterator[str]:
         yield from self.i2c
@@ -194,10 +195,10 @@ class BoardDescription:
 class SensorSettings:
     """Deviation of the sensors from ideal ones.
 
-    ``figures`` replaces numbers of the ``grade``: ``{"lps22hb": {"pressure_bias_hpa": 0.5}}``.
+    ``figures`` replaces numbers of the ``quality``: ``{"lps22hb": {"pressure_bias_hpa": 0.5}}``.
     """
 
-    grade: Grade = "typical"
+    quality: Quality = "typical"
     figures: Mapping[str, Numbers] = field(default_factory=dict)
     mountings: Mapping[str, str] = field(default_factory=dict)
 
@@ -226,25 +227,21 @@ class BoardErrors(PartErrors):
         "field of the board's own magnetised steel", "mgauss", 300.0, _CALIBRATIONS
     )
     soft_iron_percent: Vec3 = drawn_by_axis(
-        "by how much steel strengthens the field along X, Y, Z", "%", 9.0, _CALIBRATIONS
+        "factor by which steel strengthens the field along X, Y, Z", "%", 9.0, _CALIBRATIONS
     )
     soft_iron_across_percent: Vec3 = drawn_by_axis(
-        "between X and Y, X and Z, Y and Z: part of the field along the other axis", "%", 6.0, _CALIBRATIONS
+        "coupling between X and Y, X and Z, Y and Z, as a part of the field", "%", 6.0, _CALIBRATIONS
     )
 
     hsi_percent: float = drawn(
-        "by how much the internal oscillator is faster", "%", 1.0, "STM32F401xB/C datasheet, HSI, 25 degC"
+        "frequency error of the internal oscillator", "%", 1.0, "STM32F401xB/C datasheet, HSI, 25 degC"
     )
-    hse_ppm: float = fixed(
-        "by how much the quartz is faster", "ppm", 0.0, "not documented", (-1000.0, 1000.0)
-    )
+    hse_ppm: float = fixed("frequency error of the quartz", "ppm", 0.0, "not documented", (-1000.0, 1000.0))
 
     heating_degc: float = strength(
-        "by how much the board is warmer than the air", "degC", 5.0, "its size and supply current"
+        "temperature of the board above the air", "degC", 5.0, "its size and supply current"
     )
-    thermal_s: float = strength(
-        "time constant with which it becomes so", "s", 200.0, "its size and thickness"
-    )
+    thermal_s: float = strength("time constant of its warming", "s", 200.0, "its size and thickness")
 
     def soft_iron(self) -> Matrix:
         """Matrix (3, 3) applied to the outer field, symmetric as of steel without hysteresis."""
@@ -273,3 +270,11 @@ class BoardSignals:
     spi: Mapping[str, SpiBus]
     number: int = 0
     errors: BoardErrors = field(default_factory=BoardErrors)
+
+
+def __getattr__(name: str) -> type[MountedSensor]:
+    """Return :class:`MountedSensor` by its name of the previous release."""
+    if name != "MountedPart":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    warn_renamed(name, "MountedSensor")
+    return MountedSensor

@@ -13,7 +13,7 @@ from fcu_emulator.emulator.boards.description import (
     BoardDescription,
     CallbackTimer,
     I2cPins,
-    MountedPart,
+    MountedSensor,
     SerialLine,
     Wiring,
 )
@@ -28,13 +28,13 @@ _LEFT_HANDED = np.diag([1.0, -1.0, 1.0]) @ _MOUNTING
 FCU001V1 = BoardDescription(
     name="STEVAL-FCU001V1",
     parts=(
-        MountedPart(LSM6DSL, {"parallel": _MOUNTING}),
-        MountedPart(
+        MountedSensor(LSM6DSL, {"parallel": _MOUNTING}),
+        MountedSensor(
             LIS2MDL,
             {"parallel": _MOUNTING, "left_handed": _LEFT_HANDED},
             mounting_key="magnetometer_mounting",
         ),
-        MountedPart(LPS22HB),
+        MountedSensor(LPS22HB),
     ),
     i2c={"I2C2": I2cPins(scl=("B", 10, 4), sda=("B", 3, 9))},
     spi=("SPI2",),
@@ -47,7 +47,7 @@ FCU001V1 = BoardDescription(
             "BlueNRG",
             spi="SPI1",
             chip_select=("B", 0),
-            note="the Bluetooth module is absent on the virtual board; firmware goes on after its time-outs",
+            note="the Bluetooth module is absent on the virtual board; firmware continues after its time-outs",
             held={("A", 4): 0},  # its interrupt
         ),
     ),

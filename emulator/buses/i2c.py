@@ -48,13 +48,19 @@ class I2CTarget(Protocol):
         """Return the number of acknowledged bytes."""
         ...
 
-    def read(self, count: int) -> bytes: ...
+    def read(self, count: int) -> bytes:
+        """Return bytes for the master."""
+        ...
 
-    def stop(self) -> None: ...
+    def stop(self) -> None:
+        """End the transfer after the master's stop."""
+        ...
 
     def name(self) -> str: ...
 
-    def register_name(self, address: int) -> str: ...
+    def register_name(self, address: int) -> str:
+        """Return the name of the byte at a sub-address for the trace."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +89,8 @@ class I2CFault:
             raise InputError(f"unknown fault {self.kind!r}; known: {', '.join(get_args(FaultKind))}")
         if not 0 <= self.from_s <= self.until_s:
             raise InputError(
-                f"a fault from {self.from_s!r} s until {self.until_s!r} s cannot be; "
-                "give 0 or more, and an end that is not before the beginning"
+                f"fault window {self.from_s!r} s to {self.until_s!r} s is invalid: "
+                "from_s must be at least 0, and until_s must not be before from_s"
             )
         object.__setattr__(self, "from_ps", to_ps(self.from_s))
         object.__setattr__(self, "until_ps", to_ps(self.until_s) if self.until_s < _FOR_GOOD_S else NEVER_PS)
@@ -154,6 +160,7 @@ class I2CBus:
         self.set_speed(speed_hz)
 
     def set_speed(self, speed_hz: int) -> None:
+        """Set another clock rate, from the next transfer on."""
         self.speed_hz = speed_hz
         self._kept.clear()  # they contain durations
 
@@ -166,22 +173,29 @@ class I2CBus:
         return self._trace.detailed
 
     def attach(self, address: int, target: I2CTarget) -> None:
+        """Attach a device at a 7-bit address."""
         self._targets[address] = target
         self._kept.clear()
         for changed in self.when_changed:
             changed()
 
     def inject(self, fault: I2CFault) -> None:
+        """Break transfers according to the rule."""
         self._faults.append(fault)
         self.has_faults = True
         self._kept.clear()
         for changed in self.when_changed:
             changed()
-        until = "for good" if fault.until_ps >= PS_PER_S * 10**6 else f"until {fault.until_ps / PS_PER_S:g} s"
+        until = (
+            "until the end"
+            if fault.until_ps >= PS_PER_S * 10**6
+            else f"until {fault.until_ps / PS_PER_S:g} s"
+        )
         where = "" if fault.address is None else f" at 0x{fault.address:02X}"
         self._trace.add(Fault(fault.from_ps, self.name, f"{fault.kind}{where} {until}"))
 
     def duration_ps(self, bits: int) -> int:
+        """Return the time of ``bits`` clock periods on the wire."""
         return bits * PS_PER_S // self.speed_hz
 
     @property
@@ -192,6 +206,7 @@ class I2CBus:
         return self._targets.get(address)
 
     def faults(self, at_ps: int) -> list[I2CFault]:
+        """Return the rules active at ``at_ps``, for all addresses."""
         return [fault for fault in self._faults if fault.from_ps <= at_ps < fault.until_ps]
 
     # -- transfers --------------------------------------------------------------------------------------
@@ -382,14 +397,14 @@ def checked_data(data: object) -> bytes:
         return bytes(data)
     if isinstance(data, list | tuple) and all(isinstance(byte, int) and 0 <= byte <= 0xFF for byte in data):
         return bytes(data)
-    raise InputError(f"cannot send {data!r}; give bytes, such as b'\\x0f'", kind="not_bytes")
+    raise InputError(f"data must be bytes, such as b'\\x0f', not {data!r}", kind="not_bytes")
 
 
 def checked_count(count: object, least: int) -> int:
     """Return a checked number of bytes."""
     if not isinstance(count, int) or not least <= count <= _LONGEST:
         raise InputError(
-            f"cannot read {count!r} bytes in one transfer; give {least} to {_LONGEST}", kind="read_length"
+            f"number of bytes to read must be from {least} to {_LONGEST}, not {count!r}", kind="read_length"
         )
     return count
 
@@ -402,6 +417,6 @@ def checked_address(number: object) -> int:
         )
     if not 0 <= number <= 0x7F:
         raise InputError(
-            f"I2C address {number:#x} has more than 7 bits; give 0x00 to 0x7F, no R/W bit", kind="i2c_address"
+            f"I2C address must be from 0x00 to 0x7F without the R/W bit, not {number:#x}", kind="i2c_address"
         )
     return number

@@ -52,7 +52,7 @@ class I2CWire:
         return "nack"
 
     def write_byte(self, value: int) -> bool:
-        assert self._target is not None, "a byte after an address that nobody acknowledged"
+        assert self._target is not None, "a byte after an unacknowledged address"
         self._written.append(value)
         index = len(self._written)
         if index == self._nack_at or not self._target.write(bytes((value,))):
@@ -61,7 +61,7 @@ class I2CWire:
         return True
 
     def read_byte(self) -> int:
-        assert self._target is not None, "a byte after an address that nobody acknowledged"
+        assert self._target is not None, "a byte after an unacknowledged address"
         value = self._target.read(1)[0]
         self._received.append(value)
         return value

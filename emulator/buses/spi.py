@@ -14,7 +14,7 @@ from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.time.clock import PS_PER_S, Clock
 from fcu_emulator.emulator.trace import BusTransfer, Trace
 from fcu_emulator.sensors.declaration import Mode, Wires
-from fcu_emulator.sensors.part import Part
+from fcu_emulator.sensors.part import Sensor
 from fcu_emulator.sensors.spi import READ, SpiTarget
 
 USUAL_HZ = 2_625_000
@@ -43,9 +43,9 @@ class SpiBus:
         """Called before both are read: a master that keeps messages itself adds them."""
         self._clock = clock
         self._trace = trace
-        self._targets: dict[str, tuple[Part, SpiTarget]] = {}
+        self._targets: dict[str, tuple[Sensor, SpiTarget]] = {}
 
-    def attach(self, chip_select: str, part: Part) -> None:
+    def attach(self, chip_select: str, part: Sensor) -> None:
         """Connect a sensor to a chip select such as ``"PA8"``."""
         self._targets[chip_select] = part, SpiTarget(part, lambda: self._clock.now_ps)
 
@@ -54,9 +54,11 @@ class SpiBus:
         return tuple(self._targets)
 
     def target(self, chip_select: str) -> SpiTarget:
+        """Return the SPI interface of the sensor at a chip select."""
         return self._targets[chip_select][1]
 
     def transfer(self, chip_select: str, data: bytes, count: int = 0) -> bytes:
+        """Select, write ``data``, read ``count`` bytes, deselect."""
         target = self.target(chip_select)
         start_ps = self._clock.now_ps
         target.select()
@@ -71,6 +73,7 @@ class SpiBus:
             self._trace.add_transfer(*self._fields(start_ps, self.end_ps, chip_select, written, received))
 
     def recent_transfers(self) -> list[BusTransfer]:
+        """Return the messages of ``recent`` as trace events."""
         self.take_messages()
         return [
             BusTransfer(*self._fields(start_ps, end_ps, chip_select, bytes(written), bytes(received)))
@@ -102,7 +105,9 @@ class SpiMaster:
     def configure(self, mode: Mode, wires: Wires) -> None:
         """Set the mode (0 to 3) and the wires (3 or 4)."""
         if mode not in (0, 1, 2, 3) or wires not in (3, 4):
-            raise InputError(f"SPI mode {mode} with {wires} wires: give mode 0 to 3, and 3 or 4 wires")
+            raise InputError(
+                f"SPI must have mode 0 to 3 and 3 or 4 wires, not mode {mode} with {wires} wires"
+            )
         self.bus.mode, self.bus.wires = mode, wires
 
     def write(self, chip_select: str, data: bytes) -> None:

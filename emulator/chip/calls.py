@@ -29,7 +29,7 @@ from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, CoreRegist
 from fcu_emulator.emulator.chip.image.c_types import Array, Boolean, CType, CValue, Integer, Structure
 from fcu_emulator.emulator.chip.image.c_values import alignment, floats_of, load_into, store
 from fcu_emulator.emulator.chip.memory_map import RAM, RAM_SIZE
-from fcu_emulator.emulator.errors import CallError, InputError
+from fcu_emulator.emulator.errors import CallError, InputError, SymbolError
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
 if TYPE_CHECKING:
@@ -52,14 +52,14 @@ _SET: Final = _CORE + _FLOATS
 _NEEDS_TIME: Final = frozenset({Stop.WFI, Stop.WFE, Stop.SVC, Stop.BKPT, Stop.EXCEPTION_RETURN, Stop.SLICE})
 _WHY: Final = {
     Stop.UNDEFINED: "executed an undefined instruction",
-    Stop.INVALID_STATE: "left Thumb state (a function pointer that is not set?)",
+    Stop.INVALID_STATE: "left Thumb state, as with a function pointer that is not set",
     Stop.NO_COPROCESSOR: "used a coprocessor that this chip does not have",
     Stop.UNALIGNED: "made an unaligned access",
     Stop.DIVIDE_BY_ZERO: "divided by zero",
-    Stop.FETCH: "went where there is no memory",
-    Stop.EXECUTE_NEVER: "went where nothing can be executed (a function pointer that is not set?)",
-    Stop.READ: "read where nothing is",
-    Stop.WRITE: "wrote where nothing can be written",
+    Stop.FETCH: "executed an address without memory",
+    Stop.EXECUTE_NEVER: "executed an address without code, as with a function pointer that is not set",
+    Stop.READ: "read an address without memory",
+    Stop.WRITE: "wrote to an address that cannot be written",
 }
 _WITH_ADDRESS: Final = (Stop.UNALIGNED, Stop.READ, Stop.WRITE)
 
@@ -135,7 +135,8 @@ class Frame:
             target = Array(Integer(1, signed=False), len(argument))
         if target is None:
             raise InputError(
-                f"{name}: it is not known what this points to; give an address, or bytes", kind="unknown_size"
+                f"{name} must be an address or bytes, because its type has no known target",
+                kind="unknown_size",
             )
         if isinstance(argument, list | tuple) and not _is_one(target, argument):
             target = Array(target, len(argument))
@@ -196,10 +197,11 @@ class Scratch:
         copy.read_python, copy.write_python = self._register_read, self._register_written
 
     def refresh(self) -> None:
+        """Copy the present state of the chip."""
         core, copy = self._core, self._copy
         if core.retired == 0:
             raise InputError(
-                "the firmware has not begun; run its start-up code first: board.run_for(0.1)",
+                "cannot call functions before start-up; run the start-up code first: board.run_for(0.1)",
                 kind="not_started",
             )
         copy.ram[:] = core.ram
@@ -210,10 +212,11 @@ class Scratch:
         self._everything.write(*self._of_core.read())
 
     def variable(self, name: str) -> CValue:
+        """Return a global variable by its C name. Raises SymbolError."""
         return _symbols(self._image).read_variable(name, self._read)
 
     def set_variable(self, name: str, value: Any) -> None:
-        """Raises KeyError, and InputError if the value does not fit."""
+        """Raises SymbolError, and InputError if the value does not fit."""
         set_variable(self._image, name, value, self._read, self._write)
 
     def call(self, name: str, *arguments: Any, max_instructions: int = INSTRUCTIONS) -> Any:
@@ -249,6 +252,7 @@ class Scratch:
         return result
 
     def keep(self) -> None:
+        """Copy the RAM of the copy to the chip."""
         self._core.ram[:] = self._copy.ram
 
     def _problem(self, name: str, stop: Stop, max_instructions: int) -> Exception:
@@ -264,7 +268,8 @@ class Scratch:
     def _read(self, address: int, size: int) -> bytes:
         content = self._copy.memory(address, size)
         if content is None:
-            raise KeyError(f"{size} bytes at 0x{address:08X} are neither in flash nor in RAM")
+            problem = f"{size} bytes at 0x{address:08X} are neither in flash nor in RAM"
+            raise SymbolError(problem, kind="outside_memory")
         return bytes(content)
 
     def _write(self, address: int, raw: bytes) -> None:
@@ -272,7 +277,7 @@ class Scratch:
             return
         content = self._copy.memory(address, len(raw)) if address >= RAM else None
         if content is None:
-            raise InputError(f"{len(raw)} bytes at 0x{address:08X} are not in RAM (is the stack full?)")
+            raise InputError(f"{len(raw)} bytes at 0x{address:08X} are not in RAM (the stack may be full)")
         content[:] = raw
 
     def _register_read(self, address: int, _size: int) -> int:
@@ -306,6 +311,7 @@ class Caller:
     def call(
         self, name: str, arguments: Sequence[Any], keep: bool, max_instructions: int, timeout_s: float
     ) -> Any:
+        """Call a function like :meth:`fcu_emulator.emulator.Board.call`."""
         address, signature = find_function(self._image, name, arguments)
         scratch = self._scratch
         scratch.refresh()
@@ -325,7 +331,7 @@ class Caller:
         held = core.halted
         if held:
             raise InputError(
-                f"{name}() reaches a peripheral, and a debugger holds the chip; let it go on first",
+                f"{name}() reaches a peripheral, but a debugger holds the chip; continue it first",
                 kind="chip_held",
             )
         everything, pc, chosen = CoreRegisters(core, EVERYTHING), core.pc, CoreRegisters(core, _SET)
@@ -373,7 +379,7 @@ class Caller:
     def _store(self, address: int, raw: bytes) -> None:
         content = self._core.memory(address, len(raw)) if RAM <= address <= RAM + RAM_SIZE else None
         if content is None:
-            raise InputError(f"{len(raw)} bytes at 0x{address:08X} are not in RAM (is the stack full?)")
+            raise InputError(f"{len(raw)} bytes at 0x{address:08X} are not in RAM (the stack may be full)")
         content[:] = raw
 
 
@@ -384,11 +390,11 @@ def set_variable(
     read: Callable[[int, int], bytes],
     write: Callable[[int, bytes], None],
 ) -> None:
-    """Raises KeyError, and InputError if the value does not fit."""
+    """Raises SymbolError, and InputError if the value does not fit."""
     address, kind = _symbols(image).variable_type(name)
     if address < RAM:
         raise InputError(
-            f"{name} is a constant in flash (0x{address:08X}); it cannot be changed", kind="constant"
+            f"cannot change {name}: it is a constant in flash (0x{address:08X})", kind="constant"
         )
     raw = bytearray(read(address, kind.size))
     store(kind, value, raw, 0, name)
@@ -400,11 +406,11 @@ def find_function(image: FirmwareImage, name: str, arguments: Sequence[Any]) -> 
     symbols = _symbols(image)
     try:
         address, signature = symbols.function(name)
-    except KeyError as problem:
-        raise InputError(problem.args[0], kind="not_callable") from None
+    except SymbolError as problem:
+        raise InputError(str(problem), kind="not_callable") from None
     if signature.is_variadic:
         raise InputError(
-            f"{name}() takes a variable number of arguments, which cannot be called from here",
+            f"cannot call {name}(): it takes a variable number of arguments",
             kind="variadic",
         )
     if len(arguments) != len(signature.parameters):
@@ -426,7 +432,7 @@ def place(image: FirmwareImage, address: int) -> str:
 def _symbols(image: FirmwareImage) -> Symbols:
     if image.symbols is None:
         raise InputError(
-            f"{image.path} has no symbols; give the ELF that was not stripped", kind="no_symbols"
+            f"{image.path} must have symbols; give the ELF that was not stripped", kind="no_symbols"
         )
     return image.symbols
 

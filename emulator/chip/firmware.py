@@ -29,7 +29,7 @@ from fcu_emulator.emulator.chip.diagnosis import Diagnosis, diagnose, findings
 from fcu_emulator.emulator.chip.diagnosis.hang import exception_name
 from fcu_emulator.emulator.chip.image import FirmwareImage
 from fcu_emulator.emulator.chip.peripherals.tim import Timer
-from fcu_emulator.emulator.errors import InputError, LimitError
+from fcu_emulator.emulator.errors import InputError, LimitError, SymbolError
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, Clock
 from fcu_emulator.emulator.trace import LARGEST_FILE
 
@@ -86,13 +86,14 @@ class ArmFirmware:
         return [exception_name(number) for number in bits(self.chip.core.active)]
 
     def variable(self, name: str) -> Any:
-        """Raises KeyError for an unknown variable."""
+        """Raises SymbolError for an unknown variable."""
         if self.image.symbols is None:
-            raise KeyError(f"{self.image.path} has no symbols, so no variable {name!r}")
+            problem = f"{self.image.path} must have symbols for the variable {name!r}"
+            raise SymbolError(problem, kind="no_symbols")
         return self.image.symbols.read_variable(name, self._memory)
 
     def set_variable(self, name: str, value: Any) -> None:
-        """Raises KeyError, and InputError if the value does not fit."""
+        """Raises SymbolError, and InputError if the value does not fit."""
         from fcu_emulator.emulator.chip.calls import set_variable
 
         set_variable(self.image, name, value, self._memory, self._store)
@@ -105,13 +106,14 @@ class ArmFirmware:
     def _store(self, address: int, raw: bytes) -> None:
         content = self.chip.core.memory(address, len(raw))
         if content is None:
-            raise KeyError(f"{len(raw)} bytes at 0x{address:08X} are not in RAM")
+            raise SymbolError(f"{len(raw)} bytes at 0x{address:08X} are not in RAM", kind="outside_memory")
         content[:] = raw
 
     def _memory(self, address: int, size: int) -> bytes:
         content = self.chip.core.memory(address, size)
         if content is None:
-            raise KeyError(f"{size} bytes at 0x{address:08X} are neither in flash nor in RAM")
+            problem = f"{size} bytes at 0x{address:08X} are neither in flash nor in RAM"
+            raise SymbolError(problem, kind="outside_memory")
         return bytes(content)
 
 
@@ -143,12 +145,10 @@ class Limits:
         for field in fields(self):
             value = getattr(self, field.name)
             if not value > 0:
-                raise InputError(
-                    f"limit {field.name} is {value!r}; give a number above 0", kind="out_of_range"
-                )
+                raise InputError(f"limit {field.name} must be above 0, not {value!r}", kind="out_of_range")
         if self.resets_per_s >= RESETS_KEPT:
             raise InputError(
-                f"limit resets_per_s is {self.resets_per_s}; give less than {RESETS_KEPT}",
+                f"limit resets_per_s must be below {RESETS_KEPT}, not {self.resets_per_s}",
                 kind="out_of_range",
             )
 
@@ -172,13 +172,14 @@ def parse_limits(settings: Iterable[str]) -> Limits:
         name, _, number = setting.partition("=")
         if name not in types:
             raise InputError(
-                f"limit {setting}: known are {', '.join(types)}, such as wall_s=60", kind="unknown_limit"
+                f"unknown limit {setting}; known: {', '.join(types)}; for example wall_s=60",
+                kind="unknown_limit",
             )
         try:
             chosen[name] = types[name](number)
         except ValueError:
             raise InputError(
-                f"limit {setting}: give a number, such as {name}=1000", kind="not_a_number"
+                f"limit {name} must be a number, such as {name}=1000, not {setting}", kind="not_a_number"
             ) from None
     return Limits(**chosen)
 

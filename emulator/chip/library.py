@@ -235,7 +235,7 @@ def load() -> Any:
 
 
 class _Owner:
-    """Keeps the chip in C alive while referenced."""
+    """The chip in C is freed when no object refers to this one."""
 
 
 class FcuChip:

@@ -1,7 +1,7 @@
-"""Entry point of the command line ``fcu``; it reports every error in one line and an exit code.
+"""Entry point of ``fcu``; every error becomes one line and an exit code.
 
-Large modules are imported inside functions. So ``fcu --help`` answers at once, and a lack of memory for them
-is reported like any other error (:mod:`fcu_emulator.emulator.cli.exit_codes`).
+Large modules are imported inside functions: ``fcu --help`` answers at once, and a lack of memory for them is
+reported.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
 _OUT_OF_RESOURCES = {errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.ENOSPC, errno.EDQUOT, errno.EAGAIN}
 _COMPLETION = "_FCU_COMPLETE"
-"""Variable by which a shell requests completions; click derives the name from the program's."""
+"""Variable by which a shell requests completions; click derives its name."""
 _LEAST_ADDRESS_SPACE = 256 << 20
-"""Minimum address space in bytes: with less, numpy's linear algebra ends the process at once with exit code 1."""
+"""Bytes; with less, numpy's linear algebra exits at once with code 1."""
 _NOT_JUDGED, _INTERRUPTED, _READER_GONE = 4, 130, 141
-"""Copies of codes in emulator.cli.exit_codes, because the import of that module may fail."""
+"""Copies of exit codes, because importing exit_codes may fail."""
 
 
 def main() -> None:
@@ -41,7 +41,7 @@ def main() -> None:
     end_in_order()
     try:
         code = int(execute(sys.argv[1:]))
-    except Terminated:  # while another request to end was reported
+    except Terminated:  # during the report of another signal
         code = _INTERRUPTED
     end_at_once()
     for stream in (sys.stdout, sys.stderr):
@@ -52,17 +52,15 @@ def main() -> None:
 
 
 def _start_quickly() -> None:
-    """Change two default settings of libraries that take a sixth of each command's start without benefit."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # numpy's threads: matrices here are 3 x 3
-    gc.set_threshold(20_000)  # new objects before the next garbage collection; loaded modules stay
+    """Change library defaults that cost a sixth of each start without benefit."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices here are 3 x 3
+    gc.set_threshold(20_000)  # loaded modules stay
 
 
 def _write_what_can_be_written() -> None:
-    """Replace characters that the system's encoding lacks by question marks, instead of failing.
+    """Print question marks for characters that the system's encoding lacks.
 
-    On Windows, files and pipes use the country's legacy encoding, which has no Greek, and a different code
-    for the degree sign. Rejected alternative: UTF-8 on every system, which other programs on that system
-    could not read.
+    Rejected alternative: UTF-8 everywhere, which other programs on Windows could not read.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper) and stream.errors == "strict":
@@ -79,16 +77,16 @@ def execute(arguments: Sequence[str]) -> ExitCode | int:
         return _interrupted(error)
     except MemoryError:
         _complain(
-            "there is not enough memory for this; close other programs, or raise the limit (ulimit -v,"
+            "cannot continue: not enough memory; close other programs, or raise the limit (ulimit -v,"
             " or with --isolate --limit memory_bytes=NUMBER)"
         )
     except OSError as error:
         if _was_printing(error) and _is_broken_pipe(error):
             return _READER_GONE
         if _was_printing(error):
-            _complain(f"standard output: {error.strerror or error}; what was printed is not complete")
+            _complain(f"standard output: {error.strerror or error}; the output is incomplete")
         elif error.errno in _OUT_OF_RESOURCES:
-            _complain(f"this machine has run out of something: {error}")
+            _complain(f"cannot continue: this machine has run out of a resource: {error}")
         else:
             _report_bug()
     except Exception as error:
@@ -100,17 +98,13 @@ def execute(arguments: Sequence[str]) -> ExitCode | int:
 
 
 def _interrupted(request: BaseException) -> int:
-    """Report the signal that ended the command, unless it was Ctrl-C; return the exit code."""
     if isinstance(request, Terminated):
         _complain(f"ended by {request}")
     return _INTERRUPTED
 
 
 def _request_inside(error: BaseException) -> BaseException | None:
-    """Return the request to end that ``error`` was raised from, if there is one.
-
-    Before version 3.12 Python raises RuntimeError for a request during ``__set_name__``.
-    """
+    """Return the request to end inside ``error``: before Python 3.12 ``__set_name__`` wraps it in RuntimeError."""
     found: BaseException | None = error
     while found is not None and not isinstance(found, KeyboardInterrupt | Terminated):
         found = found.__cause__ or found.__context__
@@ -122,20 +116,21 @@ def _execute(arguments: Sequence[str]) -> ExitCode | int:
 
     from fcu_emulator.emulator.cli.commands import cli
     from fcu_emulator.emulator.cli.exit_codes import ExitCode, code_of
+    from fcu_emulator.emulator.cli.screen import say
     from fcu_emulator.emulator.errors import FcuError, OutputError
 
     warnings.showwarning = _show_warning
     try:
         if sys.stdout is None and _prints(arguments):
-            raise OutputError(f"standard output is closed; give it somewhere to go, such as > {os.devnull}")
+            raise OutputError(
+                f"cannot print: standard output is closed; redirect it, for example > {os.devnull}"
+            )
         try:
             code = cli.main(list(arguments), prog_name="fcu", standalone_mode=False, obj=arguments)
         except SystemExit as error:
-            if _COMPLETION in os.environ:  # a shell requests completions; click answers and exits
+            if _COMPLETION in os.environ:  # click answers and exits
                 return int(error.code or 0)
-            return (
-                ExitCode.READER_GONE
-            )  # click's own reaction to a broken pipe: exit code 1 without a message
+            return ExitCode.READER_GONE  # click exits with 1 on a broken pipe
         return code if isinstance(code, int) else ExitCode.PASSED
     except click.ClickException as error:
         with suppress(OSError):
@@ -144,8 +139,12 @@ def _execute(arguments: Sequence[str]) -> ExitCode | int:
     except click.Abort:
         return ExitCode.INTERRUPTED
     except FcuError as error:
-        for line in str(error).splitlines():  # most have one line; a diagnosis has more
-            _complain(line)
+        summary, *details = str(error).splitlines() or [
+            ""
+        ]  # a diagnosis and a compiler's output have details
+        say(summary, "fail")
+        for line in details:
+            say(line)
         return code_of(error)
 
 
@@ -157,14 +156,16 @@ def _show_warning(
     file: TextIO | None = None,
     line: str | None = None,
 ) -> None:
-    """Print a warning for users, such as a key's old name, in one line; ignore warnings for programmers."""
+    """Print warnings for users, such as a key's old name, in one line; ignore others."""
     del filename, lineno, file, line
     if issubclass(category, FutureWarning):
-        _complain(f"warning: {message}")
+        from fcu_emulator.emulator.cli.screen import say
+
+        say(f"warning: {message}", "warning")
 
 
 def _address_space() -> float:
-    """Return the number of bytes that this process may use, as far as the system reports a limit."""
+    """Return the address space limit in bytes."""
     limit = math.inf
     if sys.platform != "win32":
         import resource
@@ -175,12 +176,11 @@ def _address_space() -> float:
 
 
 def _prints(arguments: Sequence[str]) -> bool:
-    """Return whether a command needs standard output; ``run`` has an option for its text."""
+    """Return whether a command needs standard output; ``run`` can print its text elsewhere."""
     return arguments[:1] != ["run"] or not {"-h", "--help"}.isdisjoint(arguments)
 
 
 def _was_printing(error: OSError) -> bool:
-    """Return whether ``error`` occurred while writing to standard output; errors on stderr are ignored."""
     frames = traceback.walk_tb(error.__traceback__)
     return any(frame.f_globals.get("__name__") == "click.utils" for frame, _ in frames)
 
@@ -188,11 +188,11 @@ def _was_printing(error: OSError) -> bool:
 def _report_bug() -> None:
     with suppress(OSError):
         traceback.print_exc()
-    _complain("the lines above are a bug in fcu-emulator; please report them")
+    _complain("this is a bug in fcu-emulator; please report the lines above")
 
 
 def _complain(line: str) -> None:
-    if sys.stderr is None:  # closed before this process started
+    if sys.stderr is None:
         return
     from fcu_emulator.emulator.text import visible
 
@@ -201,14 +201,13 @@ def _complain(line: str) -> None:
 
 
 def _is_broken_pipe(error: BaseException) -> bool:
-    """Return whether the reader of standard output has closed it, which is not an error."""
     from fcu_emulator.emulator.links.writer import is_broken_pipe
 
     return is_broken_pipe(error)
 
 
 def _lost(stream: TextIO) -> Exception | None:
-    """Flush the stream; on failure redirect it, so that the interpreter does not try again, and return the error."""
+    """Flush the stream and return the error, if any; redirect it then, so that Python does not try again."""
     try:
         stream.flush()
     except (OSError, ValueError) as error:

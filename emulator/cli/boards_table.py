@@ -1,7 +1,4 @@
-"""Table of ``--boards N``: a line for each board, with the lost points or expectations.
-
-``fcu check`` counts points, ``fcu run`` the expectations of a scenario; both use this table.
-"""
+"""Table of ``--boards N``, for the points of ``fcu check`` and the expectations of ``fcu run``."""
 
 from __future__ import annotations
 
@@ -10,6 +7,7 @@ from dataclasses import dataclass
 import click
 
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
+from fcu_emulator.emulator.cli.screen import paint
 from fcu_emulator.emulator.grading.verdict import Verdict
 from fcu_emulator.emulator.text import visible
 
@@ -19,10 +17,10 @@ _SEEDS_SHOWN = 10
 
 @dataclass(frozen=True)
 class BoardResult:
-    """Result of one program on the board ``seed``.
+    """Result on the board ``seed``.
 
-    ``score``: the part that passed, such as "18 of 20". ``lost``: names of the failed checks or expectations.
-    ``why``: reason for an early end of the run, or "".
+    ``score``: such as "18 of 20". ``lost``: failed checks or expectations. ``why``: reason for an early end,
+    or "".
     """
 
     seed: int
@@ -33,7 +31,7 @@ class BoardResult:
 
 
 def points_on_board(seed: int, verdict: Verdict, code: ExitCode) -> BoardResult:
-    """Return the points of a verdict on the board ``seed``."""
+    """Return a verdict's points as a board's result."""
     lost = [one.check for one in verdict.checks if one.outcome in ("failed", "partial") and one.max_points]
     points = f"{verdict.points:g} of {verdict.max_points:g}"
     if verdict.unjudged_points:
@@ -42,10 +40,10 @@ def points_on_board(seed: int, verdict: Verdict, code: ExitCode) -> BoardResult:
 
 
 class BoardsTable:
-    """Prints the results on several boards, one after the other, on standard output.
+    """Prints results as they are added.
 
-    ``title`` names the program; ``all_right`` describes boards without losses ("have all points"),
-    ``is_lost`` the lost checks ("loses points").
+    ``all_right`` describes boards without losses ("have all points"), ``is_lost`` the lost checks ("loses
+    points").
     """
 
     def __init__(self, title: str, all_right: str, is_lost: str) -> None:
@@ -55,16 +53,21 @@ class BoardsTable:
         self._results: list[BoardResult] = []
 
     def add(self, result: BoardResult) -> None:
-        """Print one board's line."""
         self._results.append(result)
         more = "; ".join(filter(None, (", ".join(result.lost), result.why)))
-        click.echo(visible(f"  board {result.seed:<6} {result.score:<12} {more}".rstrip()))
+        if result.code == ExitCode.NOT_JUDGED:
+            mark = paint("----", "warning")
+        else:
+            mark = paint("PASS", "pass") if result.code == ExitCode.PASSED else paint("FAIL", "fail")
+        click.echo(f"  {mark}  board {result.seed:<6} {visible(f'{result.score:<12} {more}').rstrip()}")
 
     def conclude(self, command: str) -> ExitCode:
-        """Print the summary, with the ``command`` that shows one board; return the worst exit code."""
+        """Print the summary and the ``command`` for one board; return the worst exit code."""
         codes = [one.code for one in self._results]
         passed = codes.count(ExitCode.PASSED)
-        click.echo(visible(f"{self._title}: {passed} of {len(codes)} boards {self._all_right}"))
+        click.echo()
+        click.echo(paint(visible(self._title), "heading"))
+        click.echo(f"  {passed} of {len(codes)} boards {self._all_right}")
         lost: dict[str, list[int]] = {}
         for one in self._results:
             for name in one.lost:
@@ -75,5 +78,7 @@ class BoardsTable:
             click.echo(visible(f"  {name} {self._is_lost} on board {shown}{more}"))
         wrong = [one.seed for one in self._results if one.code != ExitCode.PASSED]
         if wrong:
-            click.echo(visible(f"Show one: {command} --seed {wrong[0]}"))
+            click.echo()
+            click.echo(paint("Next", "heading"))
+            click.echo(visible(f"    {command} --seed {wrong[0]}"))
         return next(code for code in _WORST_FIRST if code in codes)

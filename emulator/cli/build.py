@@ -1,13 +1,7 @@
-"""``fcu build``: build a project of ``fcu new`` like ``make``, but without make.
+"""``fcu build``: build a project of ``fcu new`` without make, to the same bytes.
 
-The options are files beside the sources (``support/*.options``), which the Makefile also passes to the
-compiler. The variables BUS, OPT, EXTRA_CFLAGS and PREFIX are read from the project's Makefile. So both
-commands build the same bytes, and each uses the other's objects.
-
-Decision: the program's own files are compiled in every build, so that the compiler's warnings appear; files
-of ``support/`` are compiled again if one of them or the Makefile is newer than an object, or has other contents
-than at the last build: a file that is restored from a copy is older. Rejected alternative: reading the
-compiler's dependency lists, which saves a fifth of a second for most changes.
+Decision: the program's own files are compiled in every build, so that the compiler's warnings appear;
+``support/`` only if a file is newer than an object or has changed.
 """
 
 from __future__ import annotations
@@ -26,6 +20,7 @@ from pathlib import Path
 import click
 
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.cli.screen import WIDTH, ProgressLine, paint
 from fcu_emulator.emulator.cli.toolchain import COMPILER, find_compiler
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.host.install_hints import command_line, how_to_install
@@ -33,23 +28,22 @@ from fcu_emulator.emulator.text import visible
 
 ELF = "lab3.elf"
 _BUSES = [wiring.bus for wiring in FCU001V1.wirings]
-"""Possible buses of the sensors; the first is the default if the Makefile sets none."""
+"""Possible buses, the default first."""
 _BUILD_S = 300.0
 _LONGEST_LOG = 1 << 20
-_WIDTH = 98
 _ERRORS_SHOWN = 3  # errors of the compiler
 _MARKS = (
     re.compile("undefined reference|multiple definition|overflowed by"),  # collect2's "error:" has no details
     re.compile("error:"),
     re.compile("Error "),
 )
-"""Patterns of the important lines of a build; the first one that matches any line is used."""
+"""Patterns of important lines; the first that matches any line is used."""
 _OPTIONS = ("cpu.options", "compile.options", "link.options")
 _ASSIGNMENT = re.compile(r"(?m)^(BUS|OPT|EXTRA_CFLAGS|PREFIX)[ \t]*[?:]?=[ \t]*(.*?)[ \t]*$")
 
 
 class ProjectBuildError(InputError):
-    """A project does not build; the text has the compiler's first errors, each on a line."""
+    """A project does not build; the text has the compiler's first errors."""
 
     has_lines = True
 
@@ -64,17 +58,15 @@ class BuildError(Exception):
 
 def build_and_say(folder: Path) -> None:
     """Build the project, print the compiler's warnings and the name of the file. Raises InputError."""
-    log = build_project(folder)
+    with ProgressLine(f"building {folder}"):
+        log = build_project(folder)
     if log:
         click.echo(visible(log, lines=True), err=True)
-    click.echo(visible(f"built {folder / ELF}"))
+    click.echo(f"{paint('built', 'pass')} {visible(str(folder / ELF))}")
 
 
 def build_project(folder: Path, command: str = "build") -> str:
-    """Build ``lab3.elf`` in a project of ``fcu new`` and return the compiler's output.
-
-    ``command``: the command to repeat after an error. Raises InputError.
-    """
+    """Build ``lab3.elf`` and return the compiler's output; ``command`` is repeated in errors. Raises InputError."""
     if not (folder / "Makefile").exists():
         raise InputError(f"{folder} must be a project of `fcu new`, with a Makefile")
     try:
@@ -84,7 +76,7 @@ def build_project(folder: Path, command: str = "build") -> str:
 
 
 def build_with_make(folder: Path, command: str) -> str:
-    """Build with make, for any project with a Makefile, and return its output."""
+    """Build any project with a Makefile and return make's output."""
     sources = sorted(path.name for path in folder.glob("*.c"))
     changed = [argument for name in sources for argument in ("-W", name)]
     compiler = find_compiler()
@@ -96,7 +88,7 @@ def build_with_make(folder: Path, command: str) -> str:
 
 
 def _run(command: Sequence[str], folder: Path) -> tuple[int, str]:
-    """Return exit code and output of a program of the build. Raises InputError if it cannot end normally."""
+    """Return exit code and output. Raises InputError if the program cannot end normally."""
     try:
         done = subprocess.run(
             command,
@@ -108,30 +100,27 @@ def _run(command: Sequence[str], folder: Path) -> tuple[int, str]:
             check=False,
         )
     except subprocess.TimeoutExpired as error:
-        raise InputError(f"{folder}: {command[0]} has not ended after {_BUILD_S:g} s") from error
+        raise InputError(f"{folder}: {command[0]} did not end within {_BUILD_S:g} s") from error
     except OSError as error:
         raise InputError(f"cannot run {command[0]}: {error.strerror or error}") from error
     return done.returncode, done.stdout[:_LONGEST_LOG].decode("utf-8", "replace")
 
 
 def _build_failed(folder: Path, log: str, command: str) -> str:
-    """Return the first errors of a build, and advice."""
     lines = [visible(line) for line in log.splitlines() if line.strip()]
     if any("not found" in line or "No such file" in line for line in lines if "arm-none-eabi" in line):
-        return f"{folder}: the chip's compiler is missing; `fcu doctor` says how to get it"
+        return f"{folder}: the chip's compiler is missing; to install it, see: fcu doctor"
     here = f"{folder.resolve()}/"  # prefix of sources in the linker's messages
     found = ([line.removeprefix(here) for line in lines if mark.search(line)] for mark in _MARKS)
     errors = next(filter(None, found), lines[-_ERRORS_SHOWN:])
-    shown = [f"  {line[:_WIDTH]}" for line in dict.fromkeys(errors)][:_ERRORS_SHOWN]
+    shown = [f"  {line[:WIDTH]}" for line in dict.fromkeys(errors)][:_ERRORS_SHOWN]
     again = command_line(["fcu", command, *([] if folder == Path() else [str(folder)])])
     title = f"{visible(str(folder))} does not build:"
-    return "\n".join([title, *shown, f"  fix the first error, then: {visible(again)}"])
+    return "\n".join([title, *shown, f"Fix the first error, then: {visible(again)}"])
 
 
 @dataclass(frozen=True)
 class _Unit:
-    """A source file and its object file, both relative to the project."""
-
     source: str
     object: str
 
@@ -146,7 +135,7 @@ class _Build:
         missing = [name for name in _OPTIONS if not (self._support / name).is_file()]
         if missing:
             raise InputError(
-                f"{self._support} must have {missing[0]}, which `fcu new` writes; build with make, "
+                f"{self._support} must have {missing[0]}, as written by `fcu new`; build with make, "
                 "or copy support/ from a new project"
             )
         try:
@@ -169,7 +158,7 @@ class _Build:
         inputs, stamp = self._inputs(), self._folder / "build" / self._bus / "inputs.sha256"
         changed = not stamp.is_file() or stamp.read_text(encoding="ascii", errors="replace") != inputs
         stale = [unit for unit in units if changed or self._is_stale(unit)]
-        stamp.unlink(missing_ok=True)  # objects of a build that fails may be of other contents
+        stamp.unlink(missing_ok=True)  # objects of a failed build may be outdated
         for unit in stale:
             (self._folder / unit.object).parent.mkdir(parents=True, exist_ok=True)
         with ThreadPoolExecutor(os.cpu_count()) as pool:
@@ -191,14 +180,14 @@ class _Build:
         return log + text
 
     def _forget_the_old_file(self) -> None:
-        """Delete the old ELF file, so that ``fcu run lab3.elf`` does not run it after a failed build."""
+        """Delete the old ELF file, which ``fcu run`` could otherwise run after a failed build."""
         try:
             (self._folder / ELF).unlink(missing_ok=True)
         except OSError as error:
             raise InputError(f"cannot replace {self._folder / ELF}: {error.strerror or error}") from error
 
     def _units(self) -> Iterator[_Unit]:
-        """Yield the units in the Makefile's link order."""
+        """Yield units in the Makefile's link order."""
         for path in sorted(self._folder.glob("*.c")):
             yield _Unit(path.name, f"build/{self._bus}/{path.stem}.o")
         buses = [f"sensor_bus_{bus.lower()}" for bus in _BUSES]
@@ -215,7 +204,7 @@ class _Build:
         return max(path.stat().st_mtime for path in inputs) > made.stat().st_mtime
 
     def _inputs(self) -> str:
-        """Return a digest of the files on which all objects of support/ depend."""
+        """Return a digest of the files on which support/ depends."""
         digest = sha256(str(self._gcc).encode())
         for path in [self._makefile, *sorted(self._support.iterdir())]:
             if path.is_file():
@@ -239,7 +228,7 @@ def _write_text(file: Path, text: str) -> None:
 
 
 def _chosen(prefix: str) -> Path:
-    """Return the compiler of the Makefile's or the environment's PREFIX, otherwise the first one found."""
+    """Return the compiler of the Makefile's or environment's PREFIX, else the first found."""
     prefix = os.environ.get("PREFIX", "") or prefix
     if prefix and prefix != "arm-none-eabi-":
         return Path(f"{prefix}gcc")
@@ -250,5 +239,4 @@ def _chosen(prefix: str) -> Path:
 
 
 def _prefix(compiler: Path) -> str:
-    """Return make's PREFIX for this compiler."""
     return (compiler.parent / "arm-none-eabi-").as_posix()

@@ -1,7 +1,7 @@
-"""Diagnoses that explain failed checks, for the screen of ``fcu check`` and for the live page.
+"""Diagnoses that explain failed checks.
 
-Decision: a diagnosis that names a LED is omitted if no failed check is about this LED. The run of an exercise
-shows both LEDs, but the student works on one exercise.
+Decision: a diagnosis that names a LED is omitted if no failed check is about this LED, because an exercise's
+run shows both.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ _LED = re.compile(r"\bLED\d*\b")
 
 
 def relevant_causes(causes: Iterable[DiagnosedCause], failed: Iterable[CheckResult]) -> list[DiagnosedCause]:
-    """Return the causes that can explain the failed checks, each once, the fatal ones first."""
+    """Return the distinct causes of the failed checks, fatal ones first."""
     about = {led for check in failed for led in _leds(f"{check.title} {check.expected} {check.actual}")}
     found: dict[str, DiagnosedCause] = {}
     for cause in causes:
@@ -30,6 +30,6 @@ def _leds(text: str) -> set[str]:
 
 
 def _without_numbers(text: str) -> str:
-    """Return a key for equal causes: the text without numbers, except the LED's."""
+    """Return a key for equal causes: only the LED keeps its number."""
     leds = sorted(_leds(text))
     return " ".join([*leds, "".join(char for char in text if not char.isdigit())])

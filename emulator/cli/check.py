@@ -1,23 +1,16 @@
-"""``fcu check``: show in one screen which exercises of the lab are done, and the next step.
-
-A folder is built first, with make if it is installed, otherwise by :mod:`fcu_emulator.emulator.cli.build`.
-Its own sources are always compiled, so that the compiler's warnings are known. The screen shows details of
-the first exercise that is not done, the one to work on next; ``--exercise`` selects another.
+"""``fcu check``: show which exercises are done, and details of the next one.
 
 Decision: a problem that keeps samples from the program, or main() from running, is shown before the failed
-checks, whose hints are then omitted: a hint about a formula would distract from a callback that is too slow.
-Other causes follow the checks, because they make the hints more precise.
+checks without their hints, which would distract from it.
 """
 
 from __future__ import annotations
 
 import re
 import shutil
-import sys
-import textwrap
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
+from typing import cast
 
 import click
 
@@ -30,6 +23,7 @@ from fcu_emulator.emulator.cli.causes import relevant_causes
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.options import CheckOptions
 from fcu_emulator.emulator.cli.project import rubric_of
+from fcu_emulator.emulator.cli.screen import Look, ProgressLine, paint, say, wrapped
 from fcu_emulator.emulator.errors import FirmwareError, InputError, LinkError, NotJudgedError, OutputError
 from fcu_emulator.emulator.grading.checks import Property
 from fcu_emulator.emulator.grading.judge import JudgeProgress, judge
@@ -40,26 +34,25 @@ from fcu_emulator.emulator.host.install_hints import command_line
 from fcu_emulator.emulator.scenario.expectations import Expectation
 from fcu_emulator.emulator.text import visible
 
-_WIDTH = 98
 _WRONG = ("failed", "partial")
-_CHECKS_SHOWN = 4  # failed checks of an exercise
+_CHECKS_SHOWN = 4  # of an exercise
 _CAUSES_SHOWN = 2
 _SENTENCES_SHOWN = 4  # of one cause
 _COMPARED = 60  # characters of a warning
+_COMMAND = 66  # widest column of commands
 _FUNCTION = re.compile(r"(\w+)\(")
 _NOT_BEGUN = frozenset({"missing", "stopped", "never lit", "blinks", "prerequisite"})
-"""Findings of an exercise for which the student has not written code yet."""
+"""Findings of an exercise without the student's code."""
 _NOT_OF_THE_FORMULA = frozenset({"wrong format", "stopped", "prerequisite"})
-"""Findings for which the further steps of a hint do not help."""
+"""Findings for which a hint's further steps do not help."""
 
 
 def _rubric_of(options: CheckOptions) -> str:
-    """Return the name or file of the rubric: the option's, otherwise the project's, otherwise LAB3's."""
     return options.rubric if options.rubric is not None else rubric_of(options.target)
 
 
 def _again(options: CheckOptions) -> str:
-    """Return the command without the options for exercises, boards and hints."""
+    """Return the command without options for exercises, boards and hints."""
     words = ["fcu", "check", *([options.target] if options.target != "." else [])]
     return command_line(
         [*words, *(["--rubric", options.rubric] if options.rubric not in (None, "lab3") else [])]
@@ -67,12 +60,9 @@ def _again(options: CheckOptions) -> str:
 
 
 def check_program(options: CheckOptions) -> ExitCode:
-    """Build a folder, judge the program, and print successes, problems and the next step.
-
-    Raises InputError.
-    """
+    """Build a folder, judge the program, and print the result. Raises InputError."""
     if options.boards is not None and (options.json is not None or options.save is not None or options.hints):
-        raise InputError("--boards shows a table alone; leave out --json, --save and --hint")
+        raise InputError("--boards must be used without --json, --save and --hint")
     rubric = load_rubric(_rubric_of(options))
     for name in options.exercises:
         rubric.exercise(name)  # fails before the build
@@ -84,34 +74,35 @@ def check_program(options: CheckOptions) -> ExitCode:
         _write(options.json, shown)
     laws, saved = _save(options.save, shown, rubric, firmware) if options.save is not None else ({}, [])
     if options.save is not None:
-        click.echo(visible(f"fcu: saved in {options.save}: {', '.join(saved) or 'nothing'}"), err=True)
+        say(f"saved in {options.save}: {', '.join(saved) or 'nothing'}")
     warning = _first_warning(build_log or "")
     for line in _Screen(shown, rubric, options, firmware, laws, warning).lines():
-        click.echo(visible(line, lines=True))
+        click.echo(line)
     return exit_code(shown)
 
 
 def _judged(
     firmware: str, build_log: str | None, rubric: Rubric, options: CheckOptions, seed: int
 ) -> Verdict:
-    progress = _Progress()
-    try:
+    with ProgressLine(f"checking board {seed}") as line:
+
+        def show(progress: JudgeProgress) -> None:
+            share = 100 * progress.done_s / progress.total_s
+            line.text = f"checking board {seed}: run {progress.run}, {share:.0f} %"
+
         return judge(
             firmware,
             rubric,
             seed=seed,
             exercises=options.exercises or None,
             build_log=build_log,
-            progress=progress.update,
+            progress=show,
         )
-    finally:
-        progress.close()
 
 
 def _on_boards(
     firmware: str, build_log: str | None, rubric: Rubric, options: CheckOptions, count: int
 ) -> ExitCode:
-    """Judge on several boards, and show the boards on which points are lost."""
     boards = BoardsTable(f"{rubric.title}: {firmware}", "have all points", "loses points")
     for seed in range(options.seed, options.seed + count):
         shown = _judged(firmware, build_log, rubric, options, seed).for_student()
@@ -120,7 +111,7 @@ def _on_boards(
 
 
 def exit_code(verdict: Verdict) -> ExitCode:
-    """Return the exit code for a verdict's checks that give points."""
+    """Return the exit code for the checks with points."""
     outcomes = {check.outcome for check in verdict.checks if check.max_points > 0}
     if outcomes & {"failed", "partial"}:
         failed_itself = any(run.stopped or any(one.fatal for one in run.causes) for run in verdict.evidence)
@@ -132,12 +123,12 @@ def _write(path: Path, verdict: Verdict) -> None:
     try:
         path.write_text(verdict.to_json(), encoding="utf-8", newline="\n")
     except OSError as error:
-        problem = f"{error.strerror or error}; give a path that can be written"
+        problem = f"{error.strerror or error}; give a writable path"
         raise LinkError(f"--json {path}: {problem}") from error
 
 
 def _save(folder: Path, verdict: Verdict, rubric: Rubric, firmware: str) -> tuple[dict[str, Path], list[str]]:
-    """Write the motions as scenarios; return those of laws by check, and the names of all files."""
+    """Write the motions as scenarios; return those of laws by check, and all file names."""
     texts = {f"{run.run}.toml": run.replay for run in verdict.evidence if run.replay}
     laws: dict[str, Path] = {}
     for check in verdict.checks:
@@ -150,7 +141,7 @@ def _save(folder: Path, verdict: Verdict, rubric: Rubric, firmware: str) -> tupl
         for name, text in texts.items():
             write_atomically(folder / name, text)
     except OutputError as error:
-        raise LinkError(f"--save {error}; give a folder that can be written") from error
+        raise LinkError(f"--save {error}; give a writable folder") from error
     return laws, list(texts)
 
 
@@ -168,7 +159,6 @@ def _law_scenario(firmware: str, law: Property) -> str:
 
 
 def _table(rubric: Rubric, check: CheckResult) -> CheckTable:
-    """Return the rubric's table of a check."""
     tables = rubric.exercise(check.exercise).check
     return next(one for one in tables if f"{check.exercise}.{one.id}" == check.check)
 
@@ -177,7 +167,6 @@ def _table(rubric: Rubric, check: CheckResult) -> CheckTable:
 
 
 def _built(target: str) -> tuple[str, str | None]:
-    """Return the firmware of a folder or a file, and the compiler's output. Raises InputError."""
     folder = Path(target)
     if not folder.is_dir():
         return target, None
@@ -185,53 +174,24 @@ def _built(target: str) -> tuple[str, str | None]:
     if not (folder / "Makefile").exists():
         if elf.exists():
             return str(elf), None
-        problem = f"has neither a Makefile nor a {ELF}; give a project of `fcu new`, or an ELF file"
+        problem = f"must have a Makefile or a {ELF}; give a project of `fcu new`, or an ELF file"
         raise InputError(f"{folder} {problem}")
-    log = (build_with_make if shutil.which("make") else build_project)(folder, "check")
+    with ProgressLine(f"building {folder}"):
+        log = (build_with_make if shutil.which("make") else build_project)(folder, "check")
     if not elf.exists():
-        raise InputError(f"{folder}: make has made no {ELF}; give the ELF file: fcu check FILE")
+        raise InputError(f"{folder}: make did not build {ELF}; give the ELF file: fcu check FILE")
     return str(elf), log
 
 
 def _first_warning(log: str) -> str:
-    """Return the compiler's first warning about a file of the student."""
     warnings = (visible(line.strip()) for line in log.splitlines() if "warning:" in line)
     return next((line for line in warnings if not line.startswith("support/")), "")
-
-
-# -- Progress -----------------------------------------------------------------------------------------------
-
-
-class _Progress:
-    """Progress on one line of stderr, rewritten in place; silent if stderr is not a terminal."""
-
-    def __init__(self) -> None:
-        self._watched = sys.stderr is not None and sys.stderr.isatty()
-        self._shown = False
-
-    def update(self, progress: JudgeProgress) -> None:
-        """Show the current run and the percentage."""
-        if self._watched:
-            share = 100 * progress.done_s / progress.total_s
-            self._show(f"checking: {progress.run}, {share:.0f} %")
-            self._shown = True
-
-    def close(self) -> None:
-        """End the line of the progress."""
-        if self._shown:
-            self._show("")
-
-    def _show(self, text: str) -> None:
-        with suppress(OSError):  # stderr may be full or closed
-            click.echo(f"\r{text}\033[K", err=True, nl=False)
 
 
 # -- The screen ---------------------------------------------------------------------------------------------
 
 
 class _Screen:
-    """The output about a verdict."""
-
     def __init__(
         self,
         verdict: Verdict,
@@ -251,7 +211,8 @@ class _Screen:
 
     def lines(self) -> Iterator[str]:
         verdict = self._verdict
-        yield f"{verdict.rubric_title}: {visible(self._firmware)}, board {verdict.seed}"
+        yield paint(visible(verdict.rubric_title), "heading")
+        yield visible(f"{self._firmware}, board {verdict.seed}")
         yield ""
         for one in verdict.exercises:
             if one.exercise in self._names:
@@ -262,8 +223,8 @@ class _Screen:
         if open_ones:
             if self._warning:
                 yield ""
-                yield "The compiler warns of your file, which is often the mistake itself:"
-                yield from _wrapped(self._warning, "  ")
+                yield paint("Compiler warning, often the mistake itself:", "warning")
+                yield from wrapped(f"  {self._warning}", hang=0)
             for name in open_ones if self._options.exercises else open_ones[:1]:
                 yield from self._exercise(name)
         yield from self._remarks()
@@ -273,92 +234,89 @@ class _Screen:
         checks = self._verdict.of(name)
         got = sum(check.points for check in checks)
         most = sum(check.max_points for check in checks)
-        state = "done" if self._verdict.is_done(name) else ("begun" if got else "not yet")
-        return f"  {name:<3} {state:<8} {got:4g} of {most:<4g} {title}"
+        state, look = "not yet", cast(Look | None, None)
+        if self._verdict.is_done(name):
+            state, look = "done", "pass"
+        elif got:
+            state, look = "begun", "warning"
+        return f"  {name:<3} {paint(f'{state:<8}', look)} {got:4g} of {most:<4g} {visible(title)}"
 
     def _sum(self) -> str:
         verdict = self._verdict
         text = f"{verdict.points:g} of {verdict.max_points:g} points"
         if verdict.unjudged_points:
-            text += f"; {verdict.unjudged_points:g} more could not be judged"
+            text += f"; {verdict.unjudged_points:g} more not judged"
         if verdict.hidden_checks:
-            text += f"; {verdict.hidden_checks} checks are not shown"
+            text += f"; {verdict.hidden_checks} checks hidden"
         return f"{text}."
 
     def _exercise(self, name: str) -> Iterator[str]:
-        """Yield the problems of one exercise and their causes."""
         checks = [check for check in self._verdict.of(name) if check.max_points > 0]
         wrong = [check for check in checks if check.outcome in _WRONG]
         causes = self._causes(name)
         yield ""
         if causes and causes[0].fatal:
-            yield "The program is stuck:"
+            yield paint(f"Exercise {name}: the program is stuck", "heading")
             yield from _cause(causes[0])
             return
         first = [cause for cause in causes if cause.kind in KEEPS_SAMPLES_AWAY][:_CAUSES_SHOWN]
         besides = [cause for cause in causes if cause not in first][: _CAUSES_SHOWN - len(first)]
         if first:
-            yield f"Exercise {name}, fix this first, the rest may follow from it:"
+            yield paint(f"Exercise {name}: fix this first, it may cause the failed checks", "heading")
             for cause in first:
                 yield from _cause(cause)
-            yield "What is not right yet:"
-        else:
-            yield f"Exercise {name}, what is not right yet:"
+            yield ""
+        yield paint(f"Exercise {name}: failed checks", "heading")
         for check in wrong[:_CHECKS_SHOWN]:
             yield from _check(check, self._hints(check) if self._hints_are_shown(causes) else [])
         if wrong[_CHECKS_SHOWN:]:
             more = wrong[_CHECKS_SHOWN:]
             told = "; ".join(one.title for one in more) if self._options.exercises else f"{len(more)} more"
-            yield from _wrapped(f"Also not right: {told}", "  ")
+            yield from wrapped(f"  Also failed: {told}", hang=0)
         for check in checks:
             if check.outcome == "unjudged":
-                yield from _wrapped(f"{check.title}: could not be judged: {check.unjudged_because}", "  ")
+                yield from wrapped(f"  Not judged: {check.title}: {check.unjudged_because}", hang=0)
         if besides:
-            yield "What the run also shows:" if first else "What the run shows:"
+            yield ""
+            yield paint(f"Exercise {name}: diagnosis", "heading")
             for cause in besides:
                 yield from _cause(cause)
 
     def _causes(self, name: str) -> list[DiagnosedCause]:
-        """Return the diagnoses of the runs that an exercise has not passed, the fatal ones first."""
+        """Return diagnoses of the failed runs, fatal ones first."""
         causes = (cause for run in self._failed_runs(name) for cause in (*_stop(run), *run.causes))
         return relevant_causes(causes, self._not_passed(name))
 
     def _not_passed(self, name: str) -> list[CheckResult]:
-        """Return the checks of an exercise that give points and have not passed."""
         return [one for one in self._verdict.of(name) if one.max_points and one.outcome != "passed"]
 
     def _failed_runs(self, name: str) -> list[RunEvidence]:
-        """Return the evidence of the runs with failed checks of an exercise."""
         wrong = {one.check for one in self._not_passed(name)}
         table = self._rubric.exercise(name)
         runs = {self._rubric.run_of(table, one) for one in table.check if f"{name}.{one.id}" in wrong}
         return [run for run in self._verdict.evidence_of(name) if run.run in runs]
 
     def _remarks(self) -> Iterator[str]:
-        """Yield the failed checks without points; nothing for a stuck program."""
         if any(run.stopped for run in self._verdict.evidence):
             return
         remarks = [one for one in self._verdict.checks if one.max_points == 0]
         failed = [one for one in remarks if one.outcome == "failed" and not self._is_said(one)]
         if failed:
             yield ""
-            yield "Not graded:"
+            yield paint("Not graded", "heading")
             for check in failed:  # a hint about special cases distracts from a general error
                 yield from _check(check, self._hints(check) if self._verdict.is_done(check.exercise) else [])
                 if check.check in self._laws:
-                    yield f"      run: {self._run(self._laws[check.check])}"
+                    yield f"        run: {self._run(self._laws[check.check])}"
         yield from self._unjudged_remarks()
 
     @staticmethod
     def _hints_are_shown(causes: Sequence[DiagnosedCause]) -> bool:
-        """Return whether to show hints: only after the program runs and its samples arrive."""
+        """Return whether the program runs and receives samples."""
         return not any(cause.fatal or cause.kind in KEEPS_SAMPLES_AWAY for cause in causes)
 
     def _hints(self, check: CheckResult) -> list[tuple[str, str]]:
-        """Return the hint of the finding and the requested further steps, each with its label.
-
-        Empty if the check has no hint.
-        """
+        """Return labels and texts of the hint and the requested further steps."""
         if not check.hint:
             return []
         hints = [check.hint, *self._steps(check)]
@@ -368,12 +326,11 @@ class _Screen:
         return [(f"hint {number} of {len(hints)}", hint) for number, hint in enumerate(asked_for, 1)]
 
     def _steps(self, check: CheckResult) -> list[str]:
-        """Return the further steps of a hint; empty if there is no output, or only its format is wrong."""
+        """Return a hint's further steps, if a formula can be wrong."""
         wrong = check.finding not in _NOT_OF_THE_FORMULA
         return _table(self._rubric, check).hint_steps if wrong else []
 
     def _more_hints(self, name: str) -> bool:
-        """Return whether the failed checks of an exercise have a further step."""
         wrong = [
             one for one in self._verdict.of(name) if one.max_points and one.outcome in _WRONG and one.hint
         ]
@@ -384,20 +341,22 @@ class _Screen:
         return command_line([*words, "--scenario", str(scenario)] if scenario else words)
 
     def _is_said(self, remark: CheckResult) -> bool:
-        """Return whether the remark is about the compiler's warning at the top of the screen."""
+        """Return whether the compiler's shown warning says the same."""
         done = all(self._verdict.is_done(name) for name in self._names)
         return bool(self._warning) and not done and self._warning[:_COMPARED] in remark.actual
 
     def _unjudged_remarks(self) -> Iterator[str]:
-        """Yield remarks that this machine cannot check, for exercises with points, to show differences of machines."""
+        """Yield remarks on exercises with points that this machine cannot check."""
         begun = {one.exercise for one in self._verdict.checks if one.points}
         for check in self._verdict.unjudged:
             if not check.max_points and check.exercise in begun:
                 yield ""
-                yield from _wrapped(f"Not checked (no points): {check.title}: {check.unjudged_because}.", "")
+                yield from wrapped(
+                    f"Not checked (no points): {check.title}: {check.unjudged_because}.", hang=0
+                )
 
     def _is_written(self, name: str, advice: str) -> bool:
-        """Return whether an exercise has points, the functions that the advice names, or wrong lines."""
+        """Return whether an exercise has points, the advised functions, or wrong lines."""
         if any(one.points for one in self._verdict.of(name)):
             return True
         functions = _FUNCTION.findall(advice)
@@ -418,42 +377,39 @@ class _Screen:
         advice = self._rubric.exercise(name).next
         causes = self._causes(name)
         if causes or not advice or self._is_written(name, advice):
-            advice = "fix the problems above, starting with the first, and check again."
-        yield from _wrapped(f"Next: {advice}", "")
-        yield f"  {again} --exercise {name}{seed}"
-        if self._hints_are_shown(causes):
-            yield from self._next_hint(name, f"{again} --exercise {name}{seed}")
-        elif self._options.hints:
-            yield f"  Hints for exercise {name} are shown when the problem above is fixed."
-        yield f"  {self._run()}"
+            advice = "Fix the problems above, starting with the first, then check again."
+        yield paint("Next", "heading")
+        yield from wrapped(f"  {advice}", hang=0)
+        commands = [(f"{again} --exercise {name}{seed}", "check again")]
+        if self._hints_are_shown(causes) and self._more_hints(name):
+            hints = " --hint" * (self._options.hints + 1)
+            commands.append((f"{commands[0][0]}{hints}", "show the next hint"))
+        commands.append((self._run(), "run the program"))
         replays = [one.run for one in self._failed_runs(name) if one.replay]
         folder = self._options.save
         if folder is not None:
-            yield from (f"  {self._run(folder / f'{one}.toml')}" for one in replays)
-            yield from self._not_replayed(name)
+            commands += [(self._run(folder / f"{one}.toml"), "run this motion") for one in replays]
         elif replays:
-            yield f"  {again} --exercise {name}{seed} --save motions     to run its motions by hand"
-
-    def _next_hint(self, name: str, command: str) -> Iterator[str]:
-        """Yield the command for the next hint, or a note after the last one."""
-        if self._more_hints(name):
-            yield f"  {command}{' --hint' * (self._options.hints + 1)}     for the next hint"
-        elif self._options.hints:
-            yield f"  There are no more hints for exercise {name}."
+            commands.append((f"{commands[0][0]} --save motions", "save its motions as scenarios"))
+        yield from _commands(commands)
+        if self._options.hints and not self._hints_are_shown(causes):
+            yield f"  Hints for exercise {name} appear when the problem above is fixed."
+        elif self._options.hints and not self._more_hints(name):
+            yield f"  No more hints for exercise {name}."
+        if folder is not None:
+            yield from self._not_replayed(name)
 
     def _after_success(self, again: str) -> Iterator[str]:
-        """Yield the command for the exercises that were not selected, and for another board."""
+        """Yield the commands for the exercises that were not selected, and for another board."""
         asked = "".join(f" --exercise {name}" for name in self._options.exercises)
-        if asked:
-            yield "Everything asked for is right. Next, all exercises:"
-            yield f"  {again}"
-            yield "The same on another board of the class:"
-        else:
-            yield "Everything is right. On another board of the class:"
-        yield f"  {again}{asked} --seed {self._options.seed + 1}"
+        yield paint("Next", "heading")
+        yield "  All selected exercises are done." if asked else "  All exercises are done."
+        commands = [(again, "check all exercises")] if asked else []
+        yield from _commands(
+            [*commands, (f"{again}{asked} --seed {self._options.seed + 1}", "check another board")]
+        )
 
     def _not_replayed(self, name: str) -> Iterator[str]:
-        """Yield the failed checks that the saved scenarios cannot evaluate."""
         wrong = [one for one in self._verdict.of(name) if one.max_points and one.outcome in _WRONG]
         left_out = [
             one.title
@@ -461,7 +417,9 @@ class _Screen:
             if not all(isinstance(expected, Expectation) for expected in _table(self._rubric, one).expect)
         ]
         if left_out:
-            yield from _wrapped(f"These scenarios only move the board for: {'; '.join(left_out)}.", "  ")
+            yield from wrapped(
+                f"  The saved scenarios move the board, but do not check: {'; '.join(left_out)}.", hang=0
+            )
 
 
 def _has(firmware: str, function: str) -> bool:
@@ -470,18 +428,20 @@ def _has(firmware: str, function: str) -> bool:
 
 
 def _check(check: CheckResult, hints: Sequence[tuple[str, str]]) -> Iterator[str]:
-    yield from _wrapped(check.title, "  - ")
+    first, *rest = wrapped(f"        {check.title}", hang=0)
+    yield f"  {paint('FAIL', 'fail')}  {first.lstrip()}"
+    yield from rest
     seen = "; ".join(filter(None, (check.actual, check.printed and f"such as {check.printed}")))
     told = (("expected", check.expected), ("seen", seen), *hints)
     for word, text in told:
         if text:
-            yield from _wrapped(f"{word}: {text}", "      ")
+            yield from wrapped(f"        {word}: {text}", hang=0)
 
 
 def _cause(cause: DiagnosedCause) -> Iterator[str]:
-    yield from _wrapped(visible(cause.summary), "  ")
+    yield from wrapped(f"  {cause.summary}", hang=0)
     for sentence in cause.details[:_SENTENCES_SHOWN]:
-        yield from _wrapped(visible(sentence.strip()), "      ")
+        yield from wrapped(f"      {sentence.strip()}", hang=0)
 
 
 def _stop(run: RunEvidence) -> Iterator[DiagnosedCause]:
@@ -489,7 +449,7 @@ def _stop(run: RunEvidence) -> Iterator[DiagnosedCause]:
         yield DiagnosedCause(kind="reset", summary=f"the program was stopped: it {run.stopped}", fatal=True)
 
 
-def _wrapped(text: str, indent: str) -> list[str]:
-    return textwrap.wrap(
-        text, _WIDTH, initial_indent=indent, subsequent_indent=" " * len(indent), break_long_words=False
-    )
+def _commands(commands: Sequence[tuple[str, str]]) -> Iterator[str]:
+    """Yield commands with their purposes in a second column."""
+    width = min(max(len(command) for command, _ in commands), _COMMAND)
+    yield from (visible(f"    {command:<{width}}  # {purpose}") for command, purpose in commands)

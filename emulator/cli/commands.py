@@ -1,7 +1,7 @@
-"""The commands of ``fcu`` and their arguments; the modules beside this file implement them.
+"""The commands of ``fcu`` and their arguments.
 
-Large modules are imported inside the commands, so that ``fcu --help`` answers at once. A command returns its
-exit code.
+Large modules are imported inside commands, so that ``fcu --help`` answers at once. A command returns its exit
+code.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def run(options: RunOptions) -> ExitCode:
     """Run FIRMWARE on the virtual board.
 
     FIRMWARE is lab3 or template (in Python), solution or template-arm (in C, for the chip), or your own ELF,
-    HEX or BIN file. The terminal's text goes to stdout, everything else to stderr. Ctrl-C ends the run.
+    HEX or BIN file. The terminal's text goes to stdout, all else to stderr. Ctrl-C ends the run.
     """
     from fcu_emulator.emulator.cli.isolated import in_worker, limits_of_run
 
@@ -64,7 +64,7 @@ def run(options: RunOptions) -> ExitCode:
     "-o",
     "--output",
     type=PATH,
-    help="The picture, PNG, SVG or PDF by its name. Default: RUN with .png.",
+    help="The picture: a PNG, SVG or PDF file. Default: RUN with .png.",
 )
 def plot(record: Path, output: Path | None) -> None:
     """Draw a run's printed numbers with the true values at the same times.
@@ -78,12 +78,12 @@ def plot(record: Path, output: Path | None) -> None:
 
 @cli.command(short_help="Connect a terminal to a running board.")
 @click.argument("where", required=False)
-@click.option("--board", metavar="PROCESS", help="The process id of the board, if several run.")
+@click.option("--board", metavar="PROCESS", help="Process id of the board, if several run.")
 def terminal(where: str | None, board: str | None) -> ExitCode:
     """Connect a terminal to a running board: type and read, until Ctrl-].
 
-    WHERE is tcp:PORT, rfc2217:PORT, or a serial port such as /dev/ttyACM0 or COM3 (of a real board, too).
-    Default: the port of the board that runs on this machine.
+    WHERE is tcp:PORT, rfc2217:PORT, or a serial port such as /dev/ttyACM0 or COM3 (also of a real board).
+    Default: the board that runs on this machine.
     """
     from fcu_emulator.emulator.cli.terminal import converse
 
@@ -91,7 +91,7 @@ def terminal(where: str | None, board: str | None) -> ExitCode:
 
 
 @cli.command(
-    short_help="Move the running board: tilt, lift, tap, shake and so on.",
+    short_help="Move the running board: tilt, lift, tap, shake.",
     context_settings={"ignore_unknown_options": True},  # a number may be negative
 )
 @reads(MoveOptions)
@@ -167,9 +167,9 @@ def web(options: WebOptions) -> ExitCode:
     type=BUS,
     default="I2C2",
     show_default=True,
-    help="Where the sensors are: I2C2 in the lab, SPI2 on the real board.",
+    help="Bus of the sensors: I2C2 in the lab, SPI2 on the real board.",
 )
-@click.option("--rubric", metavar="NAME|FILE", help="The rubric of this project, if not LAB3's.")
+@click.option("--rubric", metavar="NAME|FILE", help="Rubric of this project. Default: LAB3's.")
 def new(directory: Path, bus: str, rubric: str | None) -> None:
     """Start a LAB3 program in C in the new folder DIR."""
     from fcu_emulator.emulator.cli.new import create_project
@@ -177,7 +177,7 @@ def new(directory: Path, bus: str, rubric: str | None) -> None:
     create_project(directory, bus, rubric)
 
 
-@cli.command(short_help="Build a project of fcu new, without make.")
+@cli.command(short_help="Build a project of fcu new without make.")
 @click.argument("folder", default=".", type=click.Path(path_type=Path, file_okay=False))
 def build(folder: Path) -> None:
     """Build lab3.elf in FOLDER, a project of `fcu new`; default: the current one.
@@ -190,13 +190,13 @@ def build(folder: Path) -> None:
     build_and_say(folder)
 
 
-@cli.command(short_help="Say which exercises are done, and what to do next.")
+@cli.command(short_help="Show completed exercises, problems and the next step.")
 @reads(CheckOptions)
 def check(options: CheckOptions) -> ExitCode:
-    """Say which exercises are done, what is wrong with the next one, and what to do.
+    """Show completed exercises, the problems of the next one, and the next step.
 
     FOLDER is a project of `fcu new`, which is built first; without it, the current one. FILE is an ELF, HEX
-    or BIN file, or a firmware's name. Exit code 0: all is right, 1: something is not, 2: it does not build or
+    or BIN file, or a firmware's name. Exit code 0: all checks passed, 1: some failed, 2: it does not build or
     cannot be used, 3: it crashed or hung, 4: something could not be judged.
     """
     from fcu_emulator.emulator.cli.isolated import in_worker, limits_of_process
@@ -210,9 +210,9 @@ def check(options: CheckOptions) -> ExitCode:
     return check_program(options)
 
 
-@cli.command(short_help="List the scenarios, and the question that each asks.")
+@cli.command(short_help="List the scenarios with the question of each.")
 def scenarios() -> None:
-    """List the scenarios that come with fcu, and the question each asks."""
+    """List the scenarios of fcu with the question of each."""
     from fcu_emulator.emulator.cli.listings import list_scenarios
 
     list_scenarios()
@@ -220,7 +220,7 @@ def scenarios() -> None:
 
 @cli.group()
 def scenario() -> None:
-    """Work on scenario files."""
+    """Check scenario files, and print their schema."""
 
 
 @scenario.command("check")
@@ -242,14 +242,14 @@ def schema() -> None:
 
 @cli.group()
 def rubric() -> None:
-    """Work on rubrics: files that say how programs are judged."""
+    """Check rubrics, and print their schema."""
 
 
 @rubric.command("check")
 @click.argument("file")
-@click.option("--file-only", is_flag=True, help="Judge no programs, only check the file.")
+@click.option("--file-only", is_flag=True, help="Only check the file; judge no programs.")
 def check_rubric_file(file: str, file_only: bool) -> None:
-    """Check a rubric FILE, and show the points that it gives away."""
+    """Check a rubric FILE, and show the points of programs that do not solve the lab."""
     from fcu_emulator.emulator.cli.rubric_check import check_rubric
 
     check_rubric(file, not file_only)
@@ -265,7 +265,7 @@ def rubric_schema() -> None:
 
 @cli.command(short_help="Print the register map of a sensor or a peripheral of the chip.")
 @click.argument("part", required=False)
-@click.option("--fidelity", is_flag=True, help="Instead, say what is modelled of each part, and how.")
+@click.option("--fidelity", is_flag=True, help="Show instead how completely each part is modelled.")
 def registers(part: str | None, fidelity: bool) -> None:
     """Print the register map of PART: a sensor (LSM6DSL) or a peripheral of the chip (TIM9), with meanings."""
     from fcu_emulator.emulator.cli.listings import print_fidelity, print_registers
@@ -278,7 +278,7 @@ def registers(part: str | None, fidelity: bool) -> None:
 
 @cli.command(short_help="Check this machine: Python packages, C compiler, serial ports.")
 def doctor() -> ExitCode:
-    """Check this machine: Python packages, C compiler, serial ports; and say what to install."""
+    """Check this machine: Python packages, C compiler, serial ports; show how to install missing parts."""
     from fcu_emulator.emulator.cli.doctor import examine
 
     return ExitCode.PASSED if examine() else ExitCode.USAGE_ERROR

@@ -1,4 +1,4 @@
-"""Options of a command, declared once: as fields of a dataclass that the command's function receives.
+"""Options of a command as fields of a dataclass, which its function receives.
 
 ::
 
@@ -10,8 +10,6 @@
     @cli.command()
     @reads(PlotOptions)
     def plot(options: PlotOptions) -> None: ...
-
-The name of the field is the name of the parameter.
 """
 
 from __future__ import annotations
@@ -23,22 +21,21 @@ from typing import Any, TypeVar
 
 import click
 
+from fcu_emulator.emulator.cli.screen import say
+
 _Options = TypeVar("_Options")
 _Result = TypeVar("_Result")
 
 
 class _Option(click.Option):
-    """An option with its name of the previous release, or None."""
-
     def __init__(self, *names: Any, renamed_from: str | None = None, **settings: Any) -> None:
         super().__init__(*names, **settings)
         self.renamed_from = renamed_from
 
 
 def option(*names: str, **settings: Any) -> Any:
-    """Return a field for an option; ``settings`` are those of :func:`click.option`.
-
-    ``renamed_from`` is the option's name of the previous release, which works with a warning.
+    """Return a field for an option with :func:`click.option`'s ``settings``; ``renamed_from``, its old name,
+    warns.
     """
     default = settings.get("default", _absent(settings))
     declare = functools.partial(click.option, *names, cls=_Option, **settings)
@@ -46,7 +43,7 @@ def option(*names: str, **settings: Any) -> Any:
 
 
 def argument(**settings: Any) -> Any:
-    """Return a field for a positional argument; ``settings`` are those of :func:`click.argument`."""
+    """Return a field for a positional argument with :func:`click.argument`'s ``settings``."""
     optional = "default" in settings or settings.get("required") is False
     declare = functools.partial(click.argument, **settings)
     default = settings.get("default") if optional else MISSING
@@ -54,7 +51,6 @@ def argument(**settings: Any) -> Any:
 
 
 def _absent(settings: dict[str, Any]) -> Any:
-    """Return the value of an option that the user has not typed."""
     if settings.get("is_flag"):
         return False
     if settings.get("count"):
@@ -63,7 +59,7 @@ def _absent(settings: dict[str, Any]) -> Any:
 
 
 def reads(options: type[_Options]) -> Callable[[Callable[[_Options], _Result]], Callable[..., _Result]]:
-    """Pass a command's arguments to its function as one object of the dataclass ``options``."""
+    """Pass a command's arguments as one object of ``options``."""
 
     def decorate(function: Callable[[_Options], _Result]) -> Callable[..., _Result]:
         @functools.wraps(function)
@@ -79,21 +75,20 @@ def reads(options: type[_Options]) -> Callable[[Callable[[_Options], _Result]], 
 
 
 class Command(click.Command):
-    """A command that accepts the old names of renamed options, with a warning that shows the new name."""
+    """A command that accepts old option names with a warning."""
 
     def renamed_options(self) -> dict[str, str]:
-        """Return the current name of each renamed option, by the old one."""
+        """Return current option names by old ones."""
         options = (one for one in self.params if isinstance(one, _Option))
         return {one.renamed_from: one.opts[0] for one in options if one.renamed_from is not None}
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Replace old names of options, then parse as click does."""
         renamed = self.renamed_options()
         for number, word in enumerate(args):
             if word == "--":
                 break
             name, equals, value = word.partition("=")
             if name in renamed:
-                click.echo(f"fcu: warning: {name} is now called {renamed[name]}; use that name", err=True)
+                say(f"warning: {name} is now called {renamed[name]}; use that name", "warning")
                 args[number] = f"{renamed[name]}{equals}{value}"
         return super().parse_args(ctx, args)

@@ -1,4 +1,4 @@
-"""``fcu diff A B``: run two firmwares on the same scenario, and show their first differences."""
+"""``fcu diff A B``: show the first differences of two firmwares on one scenario."""
 
 from __future__ import annotations
 
@@ -24,17 +24,18 @@ from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.chip.firmware import parse_limits
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.options import DiffOptions
+from fcu_emulator.emulator.cli.screen import Look, ProgressLine, paint
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.scenario import Scenario, load_scenario
 from fcu_emulator.emulator.scenario.run_view import escaped
 from fcu_emulator.emulator.text import visible
 from fcu_emulator.emulator.time.clock import PS_PER_S, parse_duration, seconds
 
-_LONGEST = 100  # maximum of shown characters of an entry
+_LONGEST = 100  # characters
 
 
 def compare_firmwares(options: DiffOptions) -> ExitCode:
-    """Run both and print the differences; PASSED if there are none and both came to the end. Raises FcuError."""
+    """Run both and print the differences; PASSED if there are none and both ended normally. Raises FcuError."""
     rules = Rules(
         _duration("--time-tolerance", options.time_tolerance),
         (SINGLE_PRECISION if options.replay else {}) | tolerances(map(_tolerance, options.tolerance)),
@@ -42,10 +43,11 @@ def compare_firmwares(options: DiffOptions) -> ExitCode:
     )
     plan = load_scenario(options.scenario, seed=options.seed)
     end_ps = plan.duration_ps if options.duration is None else _duration("--duration", options.duration)
-    observed = (_replayed if options.replay else _side_by_side)(options, plan, end_ps)
+    with ProgressLine(f"comparing {options.first} and {options.second}"):
+        observed = (_replayed if options.replay else _side_by_side)(options, plan, end_ps)
     differences = compare(*observed, rules)
     for line in _report(options, observed, rules, differences):
-        click.echo(visible(line, lines=True))
+        click.echo(paint(visible(line, lines=True), _look(line)))
     if differences:
         return ExitCode.FAILED
     ended_early = any(side.sequences[END] for side in observed)
@@ -57,7 +59,9 @@ def _tolerance(text: str) -> tuple[str, float]:
     try:
         return name, float(value)
     except ValueError:
-        raise InputError(f"--tolerance {text}: give FIELD=NUMBER, such as ACC=0.5 or Yaw=0.1") from None
+        raise InputError(
+            f"--tolerance must be FIELD=NUMBER, such as ACC=0.5 or Yaw=0.1, not {text}"
+        ) from None
 
 
 def _duration(option: str, text: str) -> int:
@@ -76,7 +80,7 @@ def _side_by_side(options: DiffOptions, plan: Scenario, end_ps: int) -> tuple[Ob
 def _replayed(options: DiffOptions, plan: Scenario, end_ps: int) -> tuple[Observation, Observation]:
     if options.first not in FCU001V1.python_firmware:
         known = " or ".join(FCU001V1.python_firmware)
-        raise InputError(f"--replay runs A on the samples of B; A is {options.first!r}, it must be {known}")
+        raise InputError(f"--replay runs A on the samples of B: A must be {known}, not {options.first!r}")
     firmware = python_firmware(options.first, plan.firmware_settings())
     board = _board(options.second, plan, options)
     second = observe(board, end_ps, partial(plan.exceeded, board), transfers=True)
@@ -121,16 +125,24 @@ def _report(
         yield f"no difference in {seconds(min(one.end_ps for one in observed))}{left_out}"
 
 
+def _look(line: str) -> Look | None:
+    """Return the look of a line: red for the first firmware, green for the second, like a text comparison."""
+    if line.startswith(("first difference", "also different")):
+        return "heading"
+    looks: dict[str, Look] = {"- ": "fail", "+ ": "pass"}
+    return looks.get(line[:2])
+
+
 def _what(difference: Difference, observed: Sequence[Observation]) -> str:
     if difference.inserted:
-        return "only one run has it; what follows is the same again"
+        return "only one run has it; the next entries agree"
     if difference.first is None or difference.second is None:
         counts = " and ".join(str(len(side.sequences[difference.sequence])) for side in observed)
         return f"only one run has it ({counts} entries)"
     if difference.only_time:
         one_s, other_s = (pace_ps / PS_PER_S for pace_ps in difference.paces_ps())
-        return f"same text, other pace: {one_s:.6f} s and {other_s:.6f} s after the entry before"
-    return "another text" if difference.sequence == TERMINAL else "another value"
+        return f"same text at another pace: {one_s:.6f} s and {other_s:.6f} s after the previous entry"
+    return "different text" if difference.sequence == TERMINAL else "different value"
 
 
 def _sides(difference: Difference) -> Iterator[str]:
@@ -143,13 +155,13 @@ def _sides(difference: Difference) -> Iterator[str]:
 
 
 def _numbers(observed: tuple[Observation, Observation], rules: Rules) -> Iterator[str]:
-    """Yield lines with the largest differences of printed numbers over the whole run, for use as tolerances."""
+    """Yield the largest differences of numbers, for use as tolerances."""
     apart = {name: value for name, value in largest_deviations(*observed).items() if value}
     if apart:
         yield ""
-        which = "numbers, which were not compared," if "numbers" in rules.ignore else "numbers"
+        which = "numbers (not compared)" if "numbers" in rules.ignore else "numbers"
         listed = ", ".join(f"{name}={value:.6g}" for name, value in apart.items())
-        yield f"{which} are apart by up to: {listed}"
+        yield f"{which} differ by up to: {listed}"
 
 
 def _time(entry: ObservedItem) -> str:

@@ -14,36 +14,37 @@ from pathlib import Path
 
 import click
 
+from fcu_emulator.emulator.cli.screen import ProgressLine, paint, wrapped
 from fcu_emulator.emulator.cli.toolchain import COMPILER, find_compiler
 from fcu_emulator.emulator.errors import FcuError
 from fcu_emulator.emulator.host.install_hints import how_to_install
-from fcu_emulator.emulator.text import visible
 
 _PACKAGES = (
     *("numpy", "greenlet", "click", "pydantic", "pygeomag", "pyserial", "regex"),
     *("websockets", "hypothesis"),
 )
 _OPTIONAL_PACKAGES = {
-    "PyYAML": ("yaml", "with it fcu grade reads downloads of Gradescope"),
-    "distributed": ("distributed", "with it fcu grade --dask judges on a cluster"),
+    "PyYAML": ("yaml", "for fcu grade with downloads of Gradescope"),
+    "distributed": ("distributed", "for fcu grade --dask on a cluster"),
 }
-"""Optional packages for grading: module and purpose."""
+"""Optional packages: module and purpose."""
 _TERMINALS = {
     **({"screen": "screen", "minicom": "minicom"} if sys.platform != "win32" else {"ttermpro": "Tera Term"}),
     "putty": "PuTTY",
     "pyserial-miniterm": "pyserial-miniterm",
 }
 _BUILD_TOOLS = {
-    "make": "fcu build does without",
+    "make": "not needed for fcu build",
     "gdb-multiarch": "the debugger for fcu run --gdb",
     "bwrap": "the sandbox in which fcu grade builds source",
 }
 _SPEED_TEST_S = 2.0
+_MARK = 11  # width of the column of marks
 
 
 @dataclass(frozen=True)
 class MachineCheck:
-    """One line of the report; the board can run if all ``needed`` checks pass."""
+    """One line of the report; ``needed`` to run the board."""
 
     ok: bool
     text: str
@@ -52,21 +53,33 @@ class MachineCheck:
 
 def examine() -> bool:
     """Print the report; return True if all needed parts are installed."""
-    findings = [_python(), *(_package(name) for name in _PACKAGES)]
-    findings += [
-        _library(),
-        *map(_boots, ("lab3", "solution")),
-        _port(),
-        *_terminals(),
-        *_build_tools(),
-        *(_optional_package(*one) for one in _OPTIONAL_PACKAGES.items()),
-    ]
-    for finding in findings:
-        mark = "ok     " if finding.ok else ("MISSING" if finding.needed else "absent ")
-        click.echo(f"{mark}  {visible(finding.text)}")
+    with ProgressLine("checking this machine"):
+        findings = [_python(), *(_package(name) for name in _PACKAGES)]
+        findings += [
+            _library(),
+            *map(_boots, ("lab3", "solution")),
+            _port(),
+            *_terminals(),
+            *_build_tools(),
+            *(_optional_package(*one) for one in _OPTIONAL_PACKAGES.items()),
+        ]
+    for title, needed in (("Required", True), ("Optional", False)):
+        click.echo(paint(title, "heading"))
+        for finding in findings:
+            if finding.needed == needed:
+                first, *rest = wrapped(f"{' ' * _MARK}{finding.text}", hang=0)
+                click.echo("\n".join([f"  {_mark(finding)}  {first[_MARK:]}", *rest]))
+        click.echo()
     healthy = all(finding.ok for finding in findings if finding.needed)
-    click.echo("\nThe board runs here: fcu run" if healthy else "\nInstall what is missing, then try again.")
+    click.echo(paint("Next", "heading"))
+    click.echo("    fcu run" if healthy else "  Install the missing parts, then run fcu doctor again.")
     return healthy
+
+
+def _mark(finding: MachineCheck) -> str:
+    if finding.ok:
+        return paint("ok     ", "pass")
+    return paint("MISSING", "fail") if finding.needed else paint("absent ", "warning")
 
 
 def _python() -> MachineCheck:
@@ -88,7 +101,7 @@ def _optional_package(name: str, of: tuple[str, str]) -> MachineCheck:
     try:
         importlib.import_module(module)
     except ImportError:
-        return MachineCheck(False, f"{name}: optional, {purpose}: pip install {name}")
+        return MachineCheck(False, f"{name}: {purpose}; pip install {name}")
     return MachineCheck(True, f"{name} {importlib.metadata.version(name)}: {purpose}")
 
 
@@ -126,7 +139,7 @@ def _port() -> MachineCheck:
         return MachineCheck(False, f"serial port for terminal programs: {error}")
     where = link.announce()[0].removeprefix("serial: ").partition(";")[0]
     link.close()
-    return MachineCheck(True, f"serial port for terminal programs: fcu run --serial port: {where}")
+    return MachineCheck(True, f"serial port for terminal programs, fcu run --serial port: {where}")
 
 
 def _terminals() -> list[MachineCheck]:
@@ -137,9 +150,7 @@ def _terminals() -> list[MachineCheck]:
         if shutil.which(command, path=path):
             findings.append(MachineCheck(True, f"terminal program {name}"))
         else:
-            findings.append(
-                MachineCheck(False, f"terminal program {name}: optional; fcu terminal does as well")
-            )
+            findings.append(MachineCheck(False, f"terminal program {name}; fcu terminal replaces it"))
     return findings
 
 
@@ -149,11 +160,11 @@ def _build_tools() -> list[MachineCheck]:
         MachineCheck(True, f"the chip's compiler: {compiler}")
         if compiler
         else MachineCheck(
-            False, f"{COMPILER}: optional, the chip's compiler, for fcu build: {how_to_install(COMPILER)}"
+            False, f"{COMPILER}: the chip's compiler, for fcu build; {how_to_install(COMPILER)}"
         )
     ] + [
         MachineCheck(True, tool)
         if shutil.which(tool)
-        else MachineCheck(False, f"{tool}: optional, {purpose}: {how_to_install(tool)}")
+        else MachineCheck(False, f"{tool}: {purpose}; {how_to_install(tool)}")
         for tool, purpose in _BUILD_TOOLS.items()
     ]

@@ -1,4 +1,4 @@
-"""Exercises of a lab beside a live board: ``fcu check`` for one exercise, in a process beside the session."""
+"""Exercises beside a live board, judged in another process."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from fcu_emulator.emulator.grading.workers import LocalWorkers
 from fcu_emulator.emulator.live.messages import Checked
 from fcu_emulator.emulator.text import visible
 
-_LONGEST_S = 600.0  # wall time of one judgement
+_LONGEST_S = 600.0  # wall time
 _MOST_CAUSES = 2
-_MOST_DETAILS = 4  # sentences of one cause
+_MOST_DETAILS = 4  # of one cause
 
 
 class LabExercises:
@@ -33,7 +33,7 @@ class LabExercises:
         self._running: tuple[str, Future[Verdict], tempfile.TemporaryDirectory[str]] | None = None
 
     def offered(self) -> list[dict[str, Any]]:
-        """Return ``id``, ``title``, ``question`` and ``next`` of each exercise that students see."""
+        """Return ``id``, ``title``, ``question`` and ``next`` of each shown exercise."""
         return [
             {
                 "id": one.id,
@@ -45,7 +45,7 @@ class LabExercises:
         ]
 
     def start(self, exercise: str, firmware: str, seed: int) -> None:
-        """Start to judge a copy of the firmware, so that the file may change meanwhile. Raises InputError."""
+        """Judge a copy of the firmware, whose file may change meanwhile. Raises InputError."""
         self._rubric.exercise(exercise)
         if self._running is not None:
             raise InputError(
@@ -65,7 +65,7 @@ class LabExercises:
         self._running = exercise, future, folder
 
     def finished(self) -> list[Checked]:
-        """Return the result of the judgement if it has ended since the last call."""
+        """Return the result if judging has ended since the last call."""
         if self._running is None or not self._running[1].done():
             return []
         exercise, future, folder = self._running
@@ -77,7 +77,6 @@ class LabExercises:
             return [Checked(exercise, "error", problem=str(error))]
 
     def close(self) -> None:
-        """End the process, and a judgement in it."""
         if self._workers is not None:
             self._workers.shutdown(cancel_futures=True)
             self._workers = None
@@ -87,23 +86,23 @@ class LabExercises:
             self._running = None
 
     def _question(self, exercise: str) -> str:
-        """Return the question of the exercise's run, otherwise of its first check's run; "" without one."""
+        """Return the question of the exercise's run, else of its first check's run, else ""."""
         table = self._rubric.exercise(exercise)
         run = table.run or self._rubric.run_of(table, table.check[0])
         question = self._rubric.scenario(run, 0).question
-        return "" if question == run else question  # for a run without a question this is its name
+        return "" if question == run else question  # a run without a question has its name
 
 
 def judged(firmware: str, rubric: str, exercise: str, seed: int) -> Verdict:
-    """Judge one exercise like ``fcu check``; called in a worker's process. Raises InputError."""
+    """Judge one exercise, in a worker's process. Raises InputError."""
     try:
         return judge(firmware, load_rubric(rubric), seed=seed, exercises=[exercise]).for_student()
-    except FcuError as error:  # some of them cannot be pickled
+    except FcuError as error:  # some cannot be pickled
         raise InputError(str(error).splitlines()[0]) from None
 
 
 def as_checked(exercise: str, verdict: Verdict) -> Checked:
-    """Return a verdict about one exercise as a message for the page."""
+    """Return a verdict as a message for the page."""
     checks = [one for one in verdict.of(exercise) if one.max_points > 0]
     points = sum(one.points for one in checks)
     state = "done" if verdict.is_done(exercise) else "begun" if points else "not yet"
@@ -132,7 +131,6 @@ def _check(check: CheckResult) -> dict[str, str]:
 
 
 def _causes(verdict: Verdict) -> list[dict[str, Any]]:
-    """Return the diagnoses of the runs, each once, the most severe first."""
     causes = (cause for run in verdict.evidence for cause in run.causes)
     failed = [one for one in verdict.checks if one.max_points and one.outcome != "passed"]
     worst_first = relevant_causes(causes, failed)[:_MOST_CAUSES]

@@ -1,4 +1,4 @@
-"""``fcu grade``: judge a class by a rubric; with ``--gradescope`` one submission, as its autograder."""
+"""``fcu grade``: judge a class by a rubric, or with ``--gradescope`` one submission."""
 
 from __future__ import annotations
 
@@ -7,18 +7,19 @@ import os
 import secrets
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, contextmanager
 from datetime import datetime
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import monotonic
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.options import GradeOptions
+from fcu_emulator.emulator.cli.screen import ProgressLine, is_terminal, paint, say, wrapped
 from fcu_emulator.emulator.cli.signals import Terminated
 from fcu_emulator.emulator.errors import FcuError, InputError
 from fcu_emulator.emulator.grading.autograder import write_autograder
@@ -42,11 +43,8 @@ from fcu_emulator.emulator.host.files import secret, write_atomically
 from fcu_emulator.emulator.host.isolation import WorkerLimits
 from fcu_emulator.emulator.text import csv_text, one_line, visible
 
-if TYPE_CHECKING:
-    from click._termui_impl import ProgressBar
-
 _OF_A_WORKER = WorkerLimits(memory_bytes=1 << 30, cpu_s=1800, file_bytes=256 << 20)
-"""LAB3's rubric takes about ten seconds of processor time and 150 MB."""
+"""LAB3's rubric takes about 10 s of processor time and 150 MB."""
 _MOST_LISTED = 20
 _TENTHS = 10
 _LINES_APART_S, _LONGEST_SILENCE_S = 10.0, 120.0
@@ -60,12 +58,12 @@ def grade(options: GradeOptions) -> ExitCode:
     if options.gradescope_zip is not None:
         return _pack_for_gradescope(options, options.gradescope_zip)
     if options.submissions is None or options.out is None:
-        raise InputError("give the folder with the submissions, and the folder for the reports: --out DIR")
+        raise InputError("SUBMISSIONS and --out must be given; for example: fcu grade SUBMISSIONS --out DIR")
     rubric = load_rubric(options.rubric)
     overrides = load_overrides(options.overrides, rubric) if options.overrides is not None else {}
     roster = load_roster(options.roster) if options.roster is not None else None
     for note in roster.notes if roster else ():
-        _say(note)
+        say(note)
     found: dict[str, Graded] = {}
     try:
         with TemporaryDirectory(prefix="fcu-class-", ignore_cleanup_errors=True) as scratch:
@@ -73,7 +71,7 @@ def grade(options: GradeOptions) -> ExitCode:
             _check_known(options.overrides, overrides, submissions)
             whole = _graded_class(options, options.out, rubric, submissions, found, overrides)
     except (KeyboardInterrupt, Terminated):
-        _say(f"interrupted; {len(found)} submissions are done and kept, the same command continues there")
+        say(f"interrupted; {len(found)} submissions are done and kept; repeat the command to continue")
         return ExitCode.INTERRUPTED
     return _conclude(whole, options.out)
 
@@ -86,7 +84,7 @@ def _graded_class(
     found: dict[str, Graded],
     overrides: Mapping[str, tuple[Override, ...]],
 ) -> GradedClass:
-    """Grade the class and write the reports; each finished result is added to ``found`` by its student's id."""
+    """Grade the class and write reports; add each result to ``found`` by student id."""
     reports = Reports(out, rubric.title, after_due_date=not options.before_due_date)
     shown = _pseudonyms(out / "kept", submissions) if options.anonymous else None
     salt = secret(options.salt or out / "kept" / "salt.key")
@@ -106,7 +104,7 @@ def _graded_class(
             advance(graded)
     lines = with_copies((one.path or one.student.id, found[one.student.id]) for one in submissions)
     if options.anonymous:
-        lines.sort(key=lambda one: one.id)  # the roster's order would identify the students
+        lines.sort(key=lambda one: one.id)  # the roster's order identifies students
     whole = GradedClass(
         rubric=rubric.name,
         rubric_title=rubric.title,
@@ -129,21 +127,16 @@ def _earlier(
     submissions: Sequence[Submission],
     shown: Mapping[str, Student] | None,
 ) -> dict[str, Graded]:
-    """Return the earlier results of all students who are not in the list ``only``, by their ids.
-
-    A student without an earlier result is graded, too. Raises InputError.
-    """
+    """Return earlier results, by id, of students who are not in the list ``only``. Raises InputError."""
     again = {student.id.casefold() for student in load_roster(only).students}
     _check_known(only, again, submissions)
     file = out / "grade.json"
     try:
         whole = GradedClass.from_json(file.read_bytes())
     except (OSError, ValueError) as error:
-        raise InputError(
-            f"cannot read {file}, which --only continues; grade the whole class first"
-        ) from error
+        raise InputError(f"cannot read {file}, which --only updates; grade the whole class first") from error
     if whole.rubric_digest != rubric.digest:
-        raise InputError(f"{file} is of another rubric; grade the whole class, without --only")
+        raise InputError(f"{file} must be of the same rubric; grade the whole class without --only")
     earlier = {one.id: one for one in whole.submissions}
     ids = [one.student.id for one in submissions if one.student.id.casefold() not in again]
     names = {name: shown[name].id if shown is not None else name for name in ids}
@@ -151,7 +144,7 @@ def _earlier(
 
 
 def _check_known(file: Path | None, ids: Iterable[str], submissions: Sequence[Submission]) -> None:
-    """Raise InputError for an unknown student, because this line of the file would be lost."""
+    """Raise InputError for an unknown student, whose line would be lost."""
     unknown = set(ids) - {one.student.id.casefold() for one in submissions}
     if unknown:
         names = ", ".join(one_line(name, 40) for name in sorted(unknown)[:3])
@@ -159,7 +152,6 @@ def _check_known(file: Path | None, ids: Iterable[str], submissions: Sequence[Su
 
 
 def _timed(graded: Graded, submission: Submission, options: GradeOptions, rubric: Rubric) -> Graded:
-    """Return the result with its time of submission, the delay, and the penalty."""
     at, deadline = submission.submitted(), options.deadline
     late_by_s = round((at - deadline).total_seconds()) if at is not None and deadline is not None else 0
     changed = {
@@ -170,7 +162,6 @@ def _timed(graded: Graded, submission: Submission, options: GradeOptions, rubric
 
 
 def _with_lateness(graded: Graded, late_by_s: float, rubric: Rubric) -> Graded:
-    """Return the result with its delay in seconds, and the late penalty of the rubric."""
     if late_by_s <= 0:
         return graded
     penalty = late_penalty(rubric.late, late_by_s, rubric.max_points) if rubric.late is not None else 0.0
@@ -179,13 +170,13 @@ def _with_lateness(graded: Graded, late_by_s: float, rubric: Rubric) -> Graded:
 
 
 def _reported(reports: Reports, graded: Graded) -> Graded:
-    """Write one student's report; an error in composing it affects only this submission."""
+    """Write one report; an error in composing it affects only this submission."""
     try:
         return reports.student(graded)
-    except FcuError:  # a full disk ends the class: no further report can be written
+    except FcuError:  # a full disk ends the class
         raise
     except Exception as error:
-        reason = f"its report cannot be composed, please report this: {type(error).__name__}: {error}"
+        reason = f"cannot write its report, please report this bug: {type(error).__name__}: {error}"
         changed = {"status": "unjudged", "reason": one_line(reason, 400), "verdict": None, "build_log": ""}
         return reports.student(graded.model_copy(update=changed))
 
@@ -198,7 +189,6 @@ def _grader(
     kept: Path | None = None,
     shown: dict[str, Student] | None = None,
 ) -> Iterator[Grader]:
-    """Yield a grader with workers; close it at the end."""
     with _workers(options) as workers:
         grader = Grader(
             rubric=rubric,
@@ -222,7 +212,7 @@ def _grader(
 
 @contextmanager
 def _workers(options: GradeOptions) -> Iterator[LocalWorkers | DaskWorkers]:
-    """Yield the workers; those of this machine leave no temporary files, even if they are killed."""
+    """Yield workers; local ones leave no temporary files, even if killed."""
     if options.dask is not None:
         with DaskWorkers(options.dask) as cluster:
             yield cluster
@@ -235,7 +225,7 @@ def _workers(options: GradeOptions) -> Iterator[LocalWorkers | DaskWorkers]:
 
 
 def _pseudonyms(kept: Path, submissions: list[Submission]) -> dict[str, Student]:
-    """Return the students' replacements in the reports, by id; write a table of both for the teacher."""
+    """Return pseudonyms by id, and write a table for the teacher."""
     key = secret(kept / "pseudonym.key")
     students = {one.student.id: one.student for one in submissions}
     shown = {name: pseudonym(student, key) for name, student in students.items()}
@@ -246,22 +236,23 @@ def _pseudonyms(kept: Path, submissions: list[Submission]) -> dict[str, Student]
 
 @contextmanager
 def _progress(length: int) -> Iterator[Callable[[Graded], None]]:
-    """Show a bar on stderr, or occasional lines if it is not a terminal, for example in a CI log."""
-    if sys.stderr is None or not sys.stderr.isatty():
+    """Show a counter on stderr, or occasional lines if it is not a terminal, for example in a CI log."""
+    if not is_terminal(sys.stderr):
         yield _ProgressLines(length).advance
         return
-    bar: ProgressBar[Graded | None]
-    with click.progressbar(
-        length=length, label="fcu: judging", file=sys.stderr, item_show_func=_progress_name
-    ) as bar:
-        yield lambda graded: bar.update(1, graded)
+    with ProgressLine(f"fcu: judging, 0 of {length}") as line:
+        done = 0
+
+        def advance(graded: Graded) -> None:
+            nonlocal done
+            done += 1
+            line.text = f"fcu: judging, {done} of {length}, last {one_line(graded.shown_name, 30)}"
+
+        yield advance
 
 
 class _ProgressLines:
-    """Prints a line at each tenth of a class and after two minutes without one, never two within ten seconds.
-
-    A log shows that work continues and how far it is; a line for each student would hide everything else.
-    """
+    """Prints a line every tenth of a class or two minutes, at most one in ten seconds, to keep logs short."""
 
     def __init__(self, length: int) -> None:
         self._length = length
@@ -269,7 +260,6 @@ class _ProgressLines:
         self._began_s = self._told_s = monotonic()
 
     def advance(self, graded: Graded) -> None:
-        """Count one more; the summary replaces the last line."""
         del graded
         self._done += 1
         now_s = monotonic()
@@ -278,44 +268,40 @@ class _ProgressLines:
         due = tenths[1] > tenths[0] or silent_s >= _LONGEST_SILENCE_S
         if due and silent_s >= _LINES_APART_S and self._done < self._length:
             self._told, self._told_s = self._done, now_s
-            _say(f"{self._done} of {self._length} submissions done after {now_s - self._began_s:.0f} s")
-
-
-def _progress_name(graded: Graded | None) -> str | None:
-    return None if graded is None else one_line(graded.shown_name, 30)
+            say(f"{self._done} of {self._length} submissions done after {now_s - self._began_s:.0f} s")
 
 
 def _conclude(whole: GradedClass, out: Path) -> ExitCode:
     """Print the summary; the exit code describes the grading, not the programs."""
+    click.echo(paint(visible(whole.rubric_title), "heading"))
     for line in summary(whole):
-        click.echo(visible(line))
+        click.echo(visible(f"  {line}"))
+    if whole.not_judged:
+        click.echo()
+        click.echo(paint("Not judged", "heading"))
     for one in whole.not_judged[:_MOST_LISTED]:
-        click.echo(visible(f"  {one_line(one.shown_name, 60)}: {one.reason}"))
+        click.echo("\n".join(wrapped(f"  {one_line(one.shown_name, 60)}: {one.reason}")))
     if len(whole.not_judged) > _MOST_LISTED:
         click.echo(f"  and {len(whole.not_judged) - _MOST_LISTED} more")
-    click.echo(visible(f"reports: {out / 'index.html'}"))
+    click.echo()
+    click.echo(f"{paint('Reports', 'heading')}: {visible(str(out / 'index.html'))}")
     again = whole.of("unjudged", "partly")
     if again:
-        _say(f"{len(again)} could not be judged, through no fault of theirs; run the same command again")
+        say(
+            f"{len(again)} not judged, through no fault of the students; run the same command again",
+            "warning",
+        )
     return ExitCode.NOT_JUDGED if again else ExitCode.PASSED
-
-
-def _say(line: str) -> None:
-    with suppress(OSError):
-        click.echo(visible(f"fcu: {line}"), err=True)
 
 
 # -- Gradescope ---------------------------------------------------------------------------------------------
 
 
 def _grade_for_gradescope(options: GradeOptions, autograder: Path) -> ExitCode:
-    """Judge the submission in ``autograder``/submission and write ``autograder``/results/results.json."""
     rubric = load_rubric(options.rubric)
     folder = autograder / "submission"
     if not folder.is_dir():
-        raise InputError(
-            f"{folder} is no folder; --gradescope runs where Gradescope has laid out its folders"
-        )
+        raise InputError(f"{folder} must be a folder; use --gradescope only inside Gradescope's autograder")
     submission = Submission(_submitter(autograder / "submission_metadata.json"), folder)
     salt = secret(options.salt) if options.salt is not None else secrets.token_bytes(32)
     with _grader(options, rubric, salt) as grader:
@@ -329,7 +315,6 @@ def _grade_for_gradescope(options: GradeOptions, autograder: Path) -> ExitCode:
 
 
 def _pack_for_gradescope(options: GradeOptions, file: Path) -> ExitCode:
-    """Write the archive that a course uploads to Gradescope as its autograder."""
     salt = secret(options.salt) if options.salt is not None else secrets.token_bytes(32)
     rubric = load_rubric(options.rubric)
     names = write_autograder(
@@ -337,12 +322,12 @@ def _pack_for_gradescope(options: GradeOptions, file: Path) -> ExitCode:
     )
     click.echo(f"{file}: {', '.join(names)}")
     if options.wheel is None:
-        _say("without --wheel FILE, Gradescope installs this version of fcu-emulator from PyPI")
+        say("Gradescope will install this version of fcu-emulator from PyPI; to change that: --wheel FILE")
     return ExitCode.PASSED
 
 
 def _submitter(metadata: Path) -> Student:
-    """Return the student that Gradescope names; of a group the one with the lowest id, which keeps the board the same."""
+    """Return Gradescope's student; of a group the lowest id, which keeps the board."""
     try:
         users = [user for user in _metadata(metadata)["users"] if isinstance(user, dict)]
         first = min(users, key=lambda user: str(user["id"]))
@@ -352,7 +337,7 @@ def _submitter(metadata: Path) -> Student:
 
 
 def _late_by_s(metadata: Path) -> float:
-    """Return the seconds after the due date; for a group the latest one with its extensions; 0 without a due date."""
+    """Return the delay in seconds, for a group after its latest due date; 0 without one."""
     try:
         table = _metadata(metadata)
         own = [user.get("assignment", {}).get("due_date") for user in table["users"]]

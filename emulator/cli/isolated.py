@@ -1,4 +1,4 @@
-"""``--isolate``: run the same command in a worker process, and report the worker's death."""
+"""``--isolate``: run the same command in a worker process."""
 
 from __future__ import annotations
 
@@ -19,27 +19,24 @@ from fcu_emulator.emulator.host.isolation import (
 
 
 def limits_of_run(settings: Sequence[str], isolate: bool) -> tuple[WorkerLimits | None, tuple[str, ...]]:
-    """Return the worker's limits (None if this process must run the board), and the settings for the board.
+    """Return the worker's limits, or None without a worker, and the settings for the board.
 
     Raises InputError for limits of a process without ``--isolate``.
     """
     limits, others = parse_limits(settings)
     if limits is not None and not isolate:
         named = next(setting for setting in settings if setting not in others)
-        raise InputError(f"limit {named}: limits a process; give --isolate as well")
+        raise InputError(f"--limit {named} must be used with --isolate, because it limits a process")
     start_worker = isolate and limits_of_worker() is None
     return (limits or WorkerLimits()) if start_worker else None, others
 
 
 def limits_of_process(settings: Sequence[str], isolate: bool) -> WorkerLimits | None:
-    """Return the worker's limits for a command in which the rubric sets the board's limits.
-
-    Raises InputError for a limit of the board.
-    """
+    """Return the worker's limits. Raises InputError for a limit of the board, which the rubric sets."""
     limits, others = limits_of_run(settings, isolate)
     if others:
         known = ", ".join(field.name for field in fields(WorkerLimits))
-        raise InputError(f"limit {others[0]}: here only a process has limits: {known}")
+        raise InputError(f"--limit must be one of {known} for this command, not {others[0]}")
     return limits
 
 
@@ -52,11 +49,11 @@ def in_worker(limits: WorkerLimits) -> ExitCode:
     if ending.interrupted:
         return ExitCode.INTERRUPTED
     cause = ending.cause or f"it exited with the unexpected status {ending.code}"
-    raise NotJudgedError(f"the worker process has died: {cause}; this says nothing about the firmware")
+    raise NotJudgedError(f"the worker process died: {cause}; this gives no verdict about the firmware")
 
 
 def announcement() -> Iterator[str]:
-    """Yield lines about a worker's limits; none in any other process."""
+    """Yield lines about this worker's limits, if any."""
     limits = limits_of_worker()
     if limits is None:
         return
@@ -68,6 +65,6 @@ def announcement() -> Iterator[str]:
     }
     missing = not_limited()
     kept = [text for name, text in shown.items() if name not in missing]
-    yield f"in a process of its own{', with at most ' if kept else ''}{', '.join(kept)}"
+    yield f"isolated in a worker process{', at most ' if kept else ''}{', '.join(kept)}"
     if missing:
-        yield f"this system does not limit {', '.join(missing)}"
+        yield f"not limited on this system: {', '.join(missing)}"

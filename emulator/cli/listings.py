@@ -1,4 +1,4 @@
-"""Commands that print lists: register maps, shipped scenarios, the schemas of scenario and rubric files."""
+"""Commands that print register maps, scenarios and schemas."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fcu_emulator.emulator.chip.registers.declaration import DeclaredPeripheral,
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.scenario import json_schema, load_scenario, scenario_names
 from fcu_emulator.emulator.text import visible
-from fcu_emulator.sensors import PARTS, Part
+from fcu_emulator.sensors import SENSORS, Sensor
 from fcu_emulator.sensors.declaration import Bus
 from fcu_emulator.sensors.errors import Figure
 from fcu_emulator.sensors.register import Bits, Register, RegisterMap
@@ -25,33 +25,29 @@ _ACCESS = {"rw": "RW", "r": "R ", "w": " W"}
 
 
 def print_fidelity() -> None:
-    """Print the modelled features of all sensors and of the chip, as Markdown tables."""
+    """Print the modelled features as Markdown tables."""
     click.echo(f"{table()}\n\n{chip_table()}")
 
 
 def print_registers(name: str | None) -> None:
-    """Print the map of the sensor or peripheral ``name``, or the registers with that name.
-
-    Raises InputError with the known names.
-    """
+    """Print a sensor's or peripheral's map, or all registers named so. Raises InputError with the known names."""
     wanted = (name or "").strip().upper()
     peripheral = next((one for own, one in DECLARED.items() if own.upper() == wanted), None)
-    if wanted in PARTS:
-        _print_part(PARTS[wanted])
+    if wanted in SENSORS:
+        _print_part(SENSORS[wanted])
     elif peripheral is not None:
         _print_peripheral(peripheral)
     elif found := list(_called(wanted)):
         click.echo("\n".join(found))
     else:
-        parts, peripherals = ", ".join(PARTS), ", ".join(DECLARED)
+        parts, peripherals = ", ".join(SENSORS), ", ".join(DECLARED)
         raise InputError(
-            f"unknown part {name or ''!r}; known: {parts}, and of the chip {peripherals}, and the registers of all"
+            f"unknown part {name or ''!r}; known: {parts}, {peripherals}, or the name of a register"
         )
 
 
 def _called(wanted: str) -> Iterator[str]:
-    """Yield the lines of all registers with that name, and their place."""
-    for part in PARTS.values():
+    for part in SENSORS.values():
         for title, bank in part.maps().items():
             for register in bank.registers:
                 if register.__name__.upper() == wanted:
@@ -65,23 +61,22 @@ def _called(wanted: str) -> Iterator[str]:
                 yield from (_word_field_line(word, field) for field in word.fields())
 
 
-def _print_part(part: type[Part]) -> None:
+def _print_part(part: type[Sensor]) -> None:
     names = without_behaviour(part)
     measured = (f"{quantity.doc} ({quantity.unit})" for quantity in part.SIGNALS)
     click.echo(f"{part.NAME} measures {', '.join(measured)}")
     click.echo("; ".join(_reached(part.BUS)))
     click.echo("\nregisters: address, access, reset value, name, meaning")
-    click.echo(f"not modelled, reported when touched: {', '.join(names) or 'nothing'}\n")
+    click.echo(f"not modelled, reported when used: {', '.join(names) or 'nothing'}\n")
     for title, bank in part.maps().items():
         if title:
             click.echo(f"\n{title}\n")
         click.echo("\n".join(_lines(bank)))
-    click.echo(f"\ndeviations of a real part, keys of [sensors.{part.NAME.lower()}] in a scenario:\n")
+    click.echo(f"\ndeviations of a real part: keys of [sensors.{part.NAME.lower()}] in a scenario:\n")
     click.echo("\n".join(_figure_line(name, figure) for name, figure in part.ERRORS.figures().items()))
 
 
 def _reached(bus: Bus) -> list[str]:
-    """Return how to access a sensor, with a sentence for each bus."""
     ways = []
     if bus.i2c_addresses:
         addresses = " or ".join(f"0x{address:02X}" for address in bus.i2c_addresses)
@@ -152,7 +147,7 @@ def _word_field_line(register: PeripheralRegister, field: Field) -> str:
 
 
 def list_scenarios() -> None:
-    """Print the shipped scenarios with their questions."""
+    """Print shipped scenarios with their questions."""
     names = scenario_names()
     width = max(len(name) for name in names)
     for name, question in names.items():
@@ -161,13 +156,13 @@ def list_scenarios() -> None:
 
 
 def check_scenario(file: str) -> None:
-    """Load a scenario; raises ScenarioError naming file and key path."""
+    """Check a scenario. Raises ScenarioError naming file and key path."""
     plan = load_scenario(file)
-    click.echo(visible(f"{file}: good; {plan.question}"))
+    click.echo(visible(f"{file}: valid; {plan.question}"))
 
 
 def print_schema() -> None:
-    """Print the JSON schema of scenario files."""
+    """Print the scenarios' JSON schema."""
     click.echo(json.dumps(json_schema(), indent=2))
 
 
@@ -175,7 +170,7 @@ def print_schema() -> None:
 
 
 def print_rubric_schema() -> None:
-    """Print the JSON schema of rubrics."""
+    """Print the rubrics' JSON schema."""
     from fcu_emulator.emulator.grading.rubric import json_schema as rubric_schema
 
     click.echo(json.dumps(rubric_schema(), indent=2))

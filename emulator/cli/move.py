@@ -1,4 +1,4 @@
-"""``fcu move``: move the running board from another terminal."""
+"""``fcu move``: move a running board."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _ANGLES = ("roll_deg", "pitch_deg", "yaw_deg")
 
 
 def move(options: MoveOptions) -> None:
-    """Move the running board and print its old attitude; without a move, print its attitude. Raises InputError.
+    """Move the running board and print its attitude before. Raises InputError.
 
-    A word of an earlier release is accepted with a warning that shows the new one.
+    Previous release's words are accepted with a warning.
     """
     new_word = OLD_WORDS.get(options.gesture or "")
     if new_word is not None:
@@ -31,11 +31,11 @@ def move(options: MoveOptions) -> None:
     planned = entries(options, truth)
     for entry in planned:
         truth = _asked(board, {"type": "do", "entry": entry})
-    click.echo(f"{visible(board.name)}: {'moves from' if planned else 'lies at'} {_shown(truth)}")
+    click.echo(f"{visible(board.name)}: {'moves from' if planned else 'is at'} {_shown(truth)}")
 
 
 def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the timeline entries for the arguments; ``truth`` is the board's current state."""
+    """Return timeline entries for the arguments; ``truth`` is the board's state."""
     if options.duration is not None:
         try:
             parse_duration(options.duration)
@@ -45,38 +45,40 @@ def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]
     turned = any(angle is not None for angle in angles.values())
     if options.gesture is None:
         if not turned and (options.duration or options.axis):
-            raise InputError("say how to move: an angle such as --roll 30, or a word such as lift")
+            raise InputError("give an angle such as --roll 30, or a gesture such as lift")
         return [_turn(angles, options.duration, truth)] if turned else []
     if turned:
-        raise InputError(f"{options.gesture} and an angle are two moves; give them one after the other")
+        raise InputError(f"{options.gesture} must be given without an angle; use two commands")
     gesture = GESTURES[options.gesture]
     if options.amount is not None and gesture.usual is None:
-        raise InputError(f"{options.gesture} takes no number")
+        raise InputError(f"{options.gesture} must be given without a number")
     if options.duration is not None and not gesture.takes_time:
-        raise InputError(f"{options.gesture} takes no --for")
+        raise InputError(f"{options.gesture} must be given without --for")
     if options.axis is not None and not gesture.takes_axis:
-        raise InputError(f"{options.gesture} takes no --axis")
+        raise InputError(f"{options.gesture} must be given without --axis")
     amount = (gesture.usual or 0.0) if options.amount is None else options.amount
     if options.gesture == "figure_eight" and amount % 1:
-        raise InputError(f"turns is {amount:g}: give a whole number")
+        raise InputError(f"turns must be a whole number, not {amount:g}")
     return gesture.entries(amount, options.duration, options.axis)
 
 
 def _turn(angles: dict[str, float | None], duration: str | None, truth: dict[str, Any]) -> dict[str, Any]:
-    """Return an entry that turns to the given angles, with all other angles unchanged."""
+    """Return an entry that keeps angles not given."""
     target = {name: truth[name] if angle is None else angle for name, angle in angles.items()}
     how = {"do": "follow_attitude"} if duration is None else {"do": "rotate_to", "for": duration}
     return how | target
 
 
 def _asked(board: RunningBoard, message: dict[str, Any]) -> dict[str, Any]:
-    """Send a message and return the board's state. Raises InputError with the board's own message."""
+    """Return the board's state after a message. Raises InputError with the board's message."""
     (answer,) = board.ask(message)
     if "error" in answer:
         raise InputError(str(answer["error"]))
     truth = answer.get("truth")
     if not isinstance(truth, dict):
-        raise InputError(f"the board {board.name} answers {str(answer)[:80]}: another version of fcu?")
+        raise InputError(
+            f"the board {board.name} answers {str(answer)[:80]}; use the same version of fcu for both"
+        )
     return {"t_s": answer.get("t_s", 0.0)} | truth
 
 

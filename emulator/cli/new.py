@@ -1,7 +1,6 @@
-"""``fcu new DIR``: create a student's project, ready to build with ``fcu build`` or make.
+"""``fcu new DIR``: create a student's project.
 
-Decision: the project gets its own copy of the support layer, so that it builds without this package, on the
-lab's computers and in CubeIDE. Students can also read all code that the chip executes.
+Decision: the project gets its own copy of the support layer, so that it builds without this package.
 """
 
 from __future__ import annotations
@@ -30,16 +29,16 @@ _MARKDOWN = re.compile(r"[\\`*_{}\[\]<>#|&]")
 
 
 def create_project(directory: Path, bus: str, rubric: str | None = None) -> None:
-    """Write the template into ``directory``, for sensors on ``bus``, and print the next steps.
+    """Write the template into ``directory``, and print the next steps.
 
-    ``rubric``: the file of the rubric that ``fcu check`` uses in the project; it and the files that it names
-    are copied. Raises InputError if the directory is not empty, or cannot be written.
+    ``rubric``: file of the project's rubric, copied with the files that it names. Raises InputError if the
+    directory is not empty or cannot be written.
     """
     lab = None if rubric is None else load_rubric(rubric)
     beside = [] if lab is None else lab.files()
     try:
         if directory.exists() and (not directory.is_dir() or any(directory.iterdir())):
-            raise InputError(f"{directory} exists and is not an empty folder; give the name of a new one")
+            raise InputError(f"{directory} must be a new or an empty folder; give another name")
         _write(directory, bus, lab)
         if lab is not None:
             _copy_rubric(lab, beside, directory)
@@ -49,13 +48,11 @@ def create_project(directory: Path, bus: str, rubric: str | None = None) -> None
 
 
 def _copy_rubric(rubric: Rubric, beside: Sequence[Path], directory: Path) -> None:
-    """Write the rubric under the name that ``fcu check`` expects, and the required files ``beside`` it."""
+    """Copy the rubric as ``fcu check`` expects it, and the files ``beside`` it."""
     for name in beside:
         target = directory / name
         if target.exists():
-            raise InputError(
-                f"the rubric names {name}, which is a file of the template; give it another name"
-            )
+            raise InputError(f"the rubric names {name}, which is a file of the template; rename it")
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(rubric.path.parent / name, target)
     shutil.copyfile(rubric.path, directory / PROJECT_RUBRIC)
@@ -93,14 +90,14 @@ def _write_text(path: Path, text: str) -> None:
 
 
 def main_of(rubric: Rubric) -> str:
-    """Return main.c of a project with its own rubric. LAB3's line after set-up stays if the rubric expects it."""
+    """Return main.c, with LAB3's line after set-up if the rubric expects it."""
     if arm.BOOT_LINE in lines_of(rubric):
         return arm.template_of(rubric.title, arm.BOOT_LINE)
     return arm.template_of(rubric.title)
 
 
 def readme_of(rubric: Rubric) -> str:
-    """Return the begin of README.md of a project with its own rubric: title, commands, exercises."""
+    """Return the first part of README.md for a rubric."""
     exercises = shown_exercises(rubric)
     rows = "".join(
         f"| {one.id} | {_markdown(one.title)} | {_points(one)} | `fcu check --exercise {one.id}` |\n"
@@ -109,17 +106,17 @@ def readme_of(rubric: Rubric) -> str:
     return f"""\
 # {_markdown(rubric.title)}
 
-Your program is `main.c`; the places for your code are marked `YOUR CODE HERE`. Everything in `support/` is there to be
-called, and to be read: drivers of the three sensors, the HAL, start-up, linker script.
+Your program is `main.c`; the places for your code are marked `YOUR CODE HERE`. `support/` has the drivers of the
+three sensors, the HAL, the start-up code and the linker script; read and call them.
 
 ```
-fcu build && fcu run lab3.elf   # builds it and runs it on the virtual board; Ctrl-C ends
-fcu check                       # builds it, says which exercises are done, and what to do next
-fcu check --boards 5            # judges it on five boards and motions
+fcu build && fcu run lab3.elf   # builds and runs it on the virtual board; Ctrl-C ends
+fcu check                       # builds it, shows completed exercises and the next step
+fcu check --boards 5            # checks it on five boards and motions
 fcu web lab3.elf                # shows the board in the browser, with the exercises
 ```
 
-`fcu check` judges by `{PROJECT_RUBRIC}` in this folder.
+`fcu check` uses the rubric `{PROJECT_RUBRIC}` in this folder.
 
 ## Exercises
 | exercise | title | points | check |
@@ -129,12 +126,11 @@ fcu web lab3.elf                # shows the board in the browser, with the exerc
 
 
 def _points(exercise: ExerciseTable) -> str:
-    """Return the points of the checks that students see."""
     return f"{sum(check.points for check in exercise.check if check.visible == 'always'):g}"
 
 
 def workflow_of(rubric: Rubric, usual: str) -> str:
-    """Return the workflow of a project with its own rubric, from that of a LAB3 project."""
+    """Adapt the LAB3 workflow ``usual`` to a rubric."""
     names = [one.id for one in shown_exercises(rubric)]
     text = usual.replace(f"name: {_WORKFLOW}\n", "name: check\n")
     if not names:
@@ -146,7 +142,6 @@ def workflow_of(rubric: Rubric, usual: str) -> str:
 
 
 def _markdown(text: str) -> str:
-    """Return a text with Markdown characters escaped."""
     return _MARKDOWN.sub(r"\\\g<0>", text)
 
 

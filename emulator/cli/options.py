@@ -1,4 +1,4 @@
-"""Options of the commands with more than three options."""
+"""Options of commands with more than three."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ BUS = click.Choice(["I2C2", "SPI2"])
 GESTURES = ("lift", "tap", "shake", "free_fall", "figure_eight", "turn_over", "pass_magnet", "flat")
 
 Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]
-"""Copy from :mod:`fcu_emulator.emulator.analysis.compare`, which ``fcu --help`` must not load."""
+"""Copy from ``analysis.compare``, which ``fcu --help`` must not load."""
 SubmissionType: TypeAlias = Literal["source", "firmware"]
-"""Copy from :mod:`fcu_emulator.emulator.grading.submissions`."""
+"""Copy from ``grading.submissions``."""
 
 # -- Options of several commands ----------------------------------------------------------------------------
 
@@ -48,7 +48,7 @@ def _gdb() -> Any:
         "--gdb",
         type=click.IntRange(0, 65535),
         metavar="PORT",
-        help="Let gdb debug the firmware, on this port of 127.0.0.1 (0: any free one).",
+        help="Serve gdb on this port of 127.0.0.1 (0: any free one).",
     )
 
 
@@ -81,7 +81,7 @@ def _file(help_text: str, *names: str) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """The arguments of ``fcu run``."""
+    """Arguments of ``fcu run``."""
 
     firmware: str | None = argument(required=False)
     wiring: str | None = _wiring()
@@ -92,7 +92,9 @@ class RunOptions:
         "--duration", metavar="TIME", help="Virtual time to run, such as 10s or 500ms."
     )
     speed: str | None = option(
-        "--speed", metavar="FACTOR|max", help="Virtual over wall time. Default: 1 with a terminal."
+        "--speed",
+        metavar="FACTOR|max",
+        help="Ratio of virtual to wall time, or max. Default: 1 with a terminal.",
     )
     serial: tuple[str, ...] = option(
         "--serial",
@@ -106,15 +108,13 @@ class RunOptions:
         "--boards",
         type=click.IntRange(1, 1000),
         metavar="N",
-        help="With --scenario: on N boards, with a summary.",
+        help="With --scenario: run on N boards, with a summary.",
     )
     ideal: bool = _ideal()
     trace: Path | None = _file("Write every event to a JSON-lines file.", "--trace")
     vcd: Path | None = _file("Write the signals on the board's wires, for logic analysers.", "--vcd")
-    perfetto: Path | None = _file("Write a time line of functions, buses and LEDs.", "--perfetto")
-    quiet: bool = option(
-        "--quiet", "-q", is_flag=True, help="Print nothing to stderr but a scenario's verdict."
-    )
+    perfetto: Path | None = _file("Write a timeline of functions, buses and LEDs.", "--perfetto")
+    quiet: bool = option("--quiet", "-q", is_flag=True, help="Print only a scenario's verdict to stderr.")
     gdb: int | None = _gdb()
     halt: bool = _halt()
     limit: tuple[str, ...] = _limit("Set a resource limit, for example wall_s=60")
@@ -130,7 +130,7 @@ class RunOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class MoveOptions:
-    """The arguments of ``fcu move``; an angle of None stays unchanged."""
+    """Arguments of ``fcu move``; None keeps an angle."""
 
     gesture: str | None = argument(
         required=False,
@@ -139,30 +139,26 @@ class MoveOptions:
     )
     amount: float | None = argument(type=float, required=False)
     roll: float | None = option(
-        "--roll", type=float, metavar="DEG", help="Turn to this angle; the others do not change."
+        "--roll", type=float, metavar="DEG", help="Turn to this angle; the other angles stay."
     )
     pitch: float | None = option("--pitch", type=float, metavar="DEG")
     yaw: float | None = option("--yaw", type=float, metavar="DEG")
     duration: str | None = option(
-        "--for", metavar="TIME", help="Duration, such as 1s. Default: as a hand would move it."
+        "--for", metavar="TIME", help="Duration, such as 1s. Default: that of a hand."
     )
     axis: str | None = option(
         "--axis", type=click.Choice(["north", "west", "up"]), help="Direction of tap and shake."
     )
-    board: str | None = option(
-        "--board", metavar="PROCESS", help="The process id of the board, if several run."
-    )
+    board: str | None = option("--board", metavar="PROCESS", help="Process id of the board, if several run.")
 
 
 @dataclass(frozen=True, kw_only=True)
 class DiffOptions:
-    """The arguments of ``fcu diff``."""
+    """Arguments of ``fcu diff``."""
 
     first: str = argument(metavar="A")
     second: str = argument(metavar="B")
-    scenario: str = option(
-        "--scenario", metavar="NAME|FILE", required=True, help="The scenario that both play."
-    )
+    scenario: str = option("--scenario", metavar="NAME|FILE", required=True, help="Scenario of both runs.")
     wiring: str | None = _wiring()
     seed: int | None = _seed()
     ideal: bool = _ideal()
@@ -175,13 +171,13 @@ class DiffOptions:
         metavar="TIME",
         default="20ms",
         show_default=True,
-        help="Greatest difference between the times of the same event.",
+        help="Largest accepted difference between the times of an event.",
     )
     tolerance: tuple[str, ...] = option(
         "--tolerance",
         multiple=True,
         metavar="FIELD=NUMBER",
-        help="Greatest difference of a printed number, such as ACC=0.5 or Yaw=0.1; may be repeated.",
+        help="Largest accepted difference of a number, such as ACC=0.5; may be repeated.",
     )
     ignore: tuple[Ignorable, ...] = option(
         "--ignore",
@@ -190,16 +186,14 @@ class DiffOptions:
         help="Leave out: the time between entries, the numbers in printed lines, the register writes or the "
         "LEDs' edges; may be repeated.",
     )
-    replay: bool = option(
-        "--replay", is_flag=True, help="A (lab3 or template) receives the samples that B read."
-    )
+    replay: bool = option("--replay", is_flag=True, help="Give A (lab3 or template) the samples that B read.")
     limit: tuple[str, ...] = _limit("Set a resource limit of each run, for example wall_s=60")
     isolate: bool = _isolate()
 
 
 @dataclass(frozen=True, kw_only=True)
 class GradeOptions:
-    """The arguments of ``fcu grade``."""
+    """Arguments of ``fcu grade``."""
 
     submissions: Path | None = argument(required=False, type=PATH)
     rubric: str = option("--rubric", required=True, metavar="NAME|FILE", help="The rubric, such as lab3.")
@@ -210,7 +204,7 @@ class GradeOptions:
         "--deadline",
         type=click.DateTime(["%Y-%m-%dT%H:%M", "%Y-%m-%d %H:%M", "%Y-%m-%dT%H:%M:%S"]),
         metavar="TIME",
-        help="Say who is late, and by how much; such as 2026-11-20T23:59, local time.",
+        help="Report late submissions; such as 2026-11-20T23:59, local time.",
     )
     only: Path | None = _file("Grade only the students of this CSV again.", "--only")
     salt: Path | None = _file("Secret that draws the boards. Default: DIR/kept/salt.key.", "--salt")
@@ -226,19 +220,19 @@ class GradeOptions:
         "--submission-type",
         renamed_from="--take",
         type=click.Choice(get_args(SubmissionType)),
-        help="Accept only source, or only built files. Default: source, else a built file.",
+        help="Which files to accept: only source, or only built files. Default: source if there is any, else a built file.",
     )
     bus: str = option(
-        "--bus", type=BUS, default="I2C2", show_default=True, help="The bus that source is built for."
+        "--bus", type=BUS, default="I2C2", show_default=True, help="The bus for which source is built."
     )
     build_without_sandbox: bool = option(
         "--build-without-sandbox",
         is_flag=True,
-        help="Let the compiler read this machine's files: for submissions that you trust.",
+        help="Build without a sandbox: only for submissions that you trust.",
     )
     anonymous: bool = option("--anonymous", is_flag=True, help="Reports with pseudonyms instead of names.")
     before_due_date: bool = option(
-        "--before-due-date", is_flag=True, help="Omit checks that students may see after the due date."
+        "--before-due-date", is_flag=True, help="Omit checks that are shown after the due date."
     )
     gradescope: bool = option(
         "--gradescope", is_flag=True, help="Judge one submission, laid out as by Gradescope's autograder."
@@ -259,11 +253,11 @@ class GradeOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class WebOptions:
-    """The arguments of ``fcu web``."""
+    """Arguments of ``fcu web``."""
 
     firmware: str | None = argument(required=False)
     scenario: str | None = option(
-        "--scenario", metavar="NAME|FILE", help="Play it from the start, and check the firmware."
+        "--scenario", metavar="NAME|FILE", help="Play this scenario from the start, and check the firmware."
     )
     wiring: str | None = _wiring()
     seed: int | None = _seed()
@@ -273,16 +267,16 @@ class WebOptions:
         type=click.IntRange(0, 65535),
         default=0,
         metavar="PORT",
-        help="The page's port. Default: any free one.",
+        help="Port of the page. Default: any free one.",
     )
     listen: str = option(
         "--listen",
         default="127.0.0.1",
         metavar="ADDRESS",
-        help="Serve the page on this address of the machine, for a phone. Default: 127.0.0.1.",
+        help="Address of the page, for example for a phone. Default: 127.0.0.1.",
     )
     no_browser: bool = option(
-        "--no-browser", is_flag=True, help="Do not open the page, only print its address."
+        "--no-browser", is_flag=True, help="Print the page's address without opening it."
     )
     record: Path | None = _file("Save each action on the board as a scenario (TOML).", "--record")
     duration: str | None = option(
@@ -302,11 +296,11 @@ class WebOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class CheckOptions:
-    """The arguments of ``fcu check``. ``rubric`` None: the project's, otherwise LAB3's."""
+    """Arguments of ``fcu check``; ``rubric`` None: the project's, else LAB3's."""
 
     target: str = argument(metavar="[FOLDER|FILE]", default=".")
     exercises: tuple[str, ...] = option(
-        "--exercise", "-e", multiple=True, metavar="N", help="Only this one; may be repeated."
+        "--exercise", "-e", multiple=True, metavar="N", help="Check only this exercise; may be repeated."
     )
     seed: int = option(
         "--seed",
@@ -316,12 +310,12 @@ class CheckOptions:
         help="Random seed: selects the board and its motions.",
     )
     boards: int | None = option(
-        "--boards", type=click.IntRange(1, 1000), metavar="N", help="On N boards, with a summary."
+        "--boards", type=click.IntRange(1, 1000), metavar="N", help="Check on N boards, with a summary."
     )
     rubric: str | None = option(
         "--rubric", metavar="NAME|FILE", help="The rubric. Default: the project's, else lab3."
     )
-    json: Path | None = _file("Write the result to a JSON file as well.", "--json")
+    json: Path | None = _file("Write the result also to a JSON file.", "--json")
     save: Path | None = option(
         "--save",
         type=click.Path(path_type=Path, file_okay=False),
@@ -331,7 +325,7 @@ class CheckOptions:
     hints: int = option(
         "--hint",
         count=True,
-        help="Show one more hint of each failure, which is more explicit; repeat it for the next.",
+        help="Show a more explicit hint for each failure; repeat for the next one.",
     )
     limit: tuple[str, ...] = _limit_of_process()
     isolate: bool = _isolate()

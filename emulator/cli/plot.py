@@ -1,4 +1,4 @@
-"""``fcu plot``: draw the record of a run as a picture."""
+"""``fcu plot``: draw a run's record."""
 
 from __future__ import annotations
 
@@ -6,21 +6,20 @@ import json
 from pathlib import Path
 from typing import Any
 
-import click
-
+from fcu_emulator.emulator.cli.screen import ProgressLine, say
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.text import visible
 
 _LARGEST_RECORD = 64 << 20
 
 
 def draw_record(record: Path, output: Path | None) -> None:
-    """Draw the file of ``fcu run --json`` and print the path of the picture. Raises InputError."""
+    """Draw a file of ``fcu run --json`` and print the picture's path. Raises InputError."""
     from fcu_emulator.emulator.views.plot import draw
 
     picture = output or record.with_suffix(".png")
-    draw(_read(record), picture)
-    click.echo(f"fcu: {visible(str(picture))}", err=True)
+    with ProgressLine(f"drawing {picture}"):
+        draw(_read(record), picture)
+    say(f"saved in {picture}")
 
 
 def _read(record: Path) -> dict[str, Any]:
@@ -31,14 +30,14 @@ def _read(record: Path) -> dict[str, Any]:
         raise InputError(f"{record}: {getattr(error, 'strerror', None) or error}") from error
     if len(text) > _LARGEST_RECORD:
         raise InputError(
-            f"{record}: larger than {_LARGEST_RECORD >> 20} MiB; fcu run --json writes smaller ones"
+            f"{record} must be a file of fcu run --json with at most {_LARGEST_RECORD >> 20} MiB"
         )
     try:
         found = json.loads(text)
     except (ValueError, RecursionError) as error:
-        problem = f"{record}: no JSON ({error}); give the file of fcu run --json"
+        problem = f"{record} must be a file of fcu run --json: {error}"
         raise InputError(problem, kind="no_json") from error
     if not isinstance(found, dict) or not isinstance(found.get("printed"), list):
-        problem = f"{record}: not the record of a run; give the file of fcu run --json"
+        problem = f"{record} must be the record of a run, written by fcu run --json"
         raise InputError(problem, kind="no_record")
     return found

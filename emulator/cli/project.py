@@ -1,4 +1,4 @@
-"""The project that a command works in, and the rubric of its exercises."""
+"""The rubric of a student's project."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ _USUAL_RUBRIC = "lab3"
 
 
 def rubric_of(target: str) -> str:
-    """Return the rubric of a project's folder, or of the folder of a firmware's file; LAB3's without one."""
+    """Return the rubric in the folder ``target`` or beside the file, else LAB3's."""
     path = Path(target)
     own = (path if path.is_dir() else path.parent) / PROJECT_RUBRIC
     return str(own) if own.is_file() else _USUAL_RUBRIC
 
 
 def shown_exercises(rubric: Rubric) -> list[ExerciseTable]:
-    """Return the exercises with a check or remark that a student sees."""
+    """Return exercises with a check or remark for students."""
     return [one for one in rubric.exercises if any(check.visible == "always" for check in one.check)]

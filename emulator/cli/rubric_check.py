@@ -1,4 +1,4 @@
-"""``fcu rubric check FILE``: check a rubric, and show the points that it gives away."""
+"""``fcu rubric check FILE``: check a rubric, and show points that it gives away."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import click
 
+from fcu_emulator.emulator.cli.screen import ProgressLine, paint
 from fcu_emulator.emulator.grading.margins import margin_warnings
 from fcu_emulator.emulator.grading.rubric import Rubric, load_rubric
 from fcu_emulator.emulator.grading.trials import Trial, trials
@@ -16,15 +17,12 @@ _TEMPLATE = "template-arm"
 
 
 def check_rubric(file: str, programs: bool) -> None:
-    """Load a rubric; with ``programs``, judge programs by it that do not solve the lab.
-
-    Raises RubricError naming file and key path.
-    """
+    """Load a rubric; with ``programs``, judge programs by it that do not solve the lab. Raises RubricError."""
     rubric = load_rubric(file)
     count = sum(len(exercise.check) for exercise in rubric.exercises)
     click.echo(
         visible(
-            f"{file}: good; {_count(len(rubric.exercises), 'exercise')}, {_count(count, 'check')}, "
+            f"{file}: valid; {_count(len(rubric.exercises), 'exercise')}, {_count(count, 'check')}, "
             f"{rubric.max_points:g} points, "
             f"{rubric.duration_s(0):g} s of virtual time"
         )
@@ -41,16 +39,17 @@ def check_rubric(file: str, programs: bool) -> None:
 
 
 def _try(file: str, rubric: Rubric) -> None:
-    click.echo("\nprograms that do not solve the lab earn:")
-    tried = []
-    for trial in trials(rubric, _TEMPLATE):
+    with ProgressLine("checking programs that do not solve the lab"):
+        tried = list(trials(rubric, _TEMPLATE))
+    click.echo()
+    click.echo(paint("Points of programs that do not solve the lab", "heading"))
+    for trial in tried:
         points = f"{trial.verdict.points:g} of {trial.verdict.max_points:g}"
         checks = ", ".join(f"{check} {points:g}" for check, points in trial.earned.items())
         click.echo(f"  {points:<10} {trial.program}{f': {checks}' if checks else ''}")
-        tried.append(trial)
     given = _given_away(tried)
     if not given:
-        click.echo("none of them earns a point")
+        click.echo("  None of them gets a point.")
         return
     click.echo()
     for check, count in given.items():
@@ -63,13 +62,12 @@ def _try(file: str, rubric: Rubric) -> None:
 
 
 def _given_away(tried: Sequence[Trial]) -> dict[str, int]:
-    """Return by check the number of programs that get points for it."""
+    """Return by check how many programs get points."""
     earned = [check for trial in tried for check in trial.earned]
     return {check: earned.count(check) for check in dict.fromkeys(earned)}
 
 
 def _failed_by_all(tried: Sequence[Trial]) -> str:
-    """Return the first check with points that none of the programs has passed; "" if there is none."""
     given = _given_away(tried)
     checks = [check for check in tried[0].verdict.checks if check.max_points and check.check not in given]
     return next((check.check for check in checks if check.outcome == "failed"), "")
@@ -80,4 +78,4 @@ def _count(number: int, what: str) -> str:
 
 
 def _warn(text: str) -> None:
-    click.echo(visible(f"warning: {text}"))
+    click.echo(paint(visible(f"warning: {text}"), "warning"))

@@ -1,4 +1,4 @@
-"""``fcu run``: announce, run, summarise; with ``--gdb PORT [--halt]`` under a debugger."""
+"""``fcu run``: run a board, with ``--gdb`` under a debugger."""
 
 from __future__ import annotations
 
@@ -12,8 +12,6 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Protocol
 
-import click
-
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.cli.exit_codes import ExitCode, code_of, with_losses
@@ -21,12 +19,13 @@ from fcu_emulator.emulator.cli.isolated import announcement as isolation_announc
 from fcu_emulator.emulator.cli.options import RunOptions
 from fcu_emulator.emulator.cli.run_record import RunRecord
 from fcu_emulator.emulator.cli.run_report import Explainer, ProgressDisplay, summary
+from fcu_emulator.emulator.cli.screen import Look, Say, gap
+from fcu_emulator.emulator.cli.screen import say as say_to_user
 from fcu_emulator.emulator.errors import FcuError, InputError, LinkError, OutputError
 from fcu_emulator.emulator.host.isolation import limits_of_worker
 from fcu_emulator.emulator.links import Addressed, ByteLink, open_link
 from fcu_emulator.emulator.links.runner import Progress, Runner
 from fcu_emulator.emulator.links.stdout import StdoutLink
-from fcu_emulator.emulator.text import visible
 from fcu_emulator.emulator.time.clock import parse_duration, seconds
 from fcu_emulator.emulator.trace import LARGEST_FILE
 
@@ -39,14 +38,13 @@ if TYPE_CHECKING:
 
 _SLOWEST, _FASTEST = 0.001, 1e6  # virtual over wall time
 _STOPPING = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
-"""Ctrl-C, kill, a closed terminal window; on Windows: Ctrl-Break, and a closed console."""
+"""Ctrl-C, kill, a closed terminal; on Windows Ctrl-Break and a closed console."""
 
 
 def run_board(options: RunOptions) -> ExitCode:
-    """Run the board with these options, evaluate the run, and print the result.
+    """Run the board and evaluate the run. Raises FcuError.
 
-    Arguments are checked before any file or port is opened; then the links are opened, and the files last.
-    Raises FcuError.
+    Arguments are checked before any file or port is opened; files are opened last.
     """
     _check_files(options)
     board = create_board(options)
@@ -54,7 +52,7 @@ def run_board(options: RunOptions) -> ExitCode:
     end_ps = run_end_ps(options, board)
     with ExitStack() as stack:
         speed = _speed(options.speed, options.serial, end_ps)
-        tell = _silently if options.quiet else to_stderr
+        tell = _silently if options.quiet else say_to_user
         links = [_open(spec, board, tell, stack) for spec in dict.fromkeys(options.serial)]
         debugger = open_debugger(board, options.gdb, options.halt, stack)
         if options.trace is not None:
@@ -62,10 +60,10 @@ def run_board(options: RunOptions) -> ExitCode:
             stack.callback(board.trace.close)
         views = _views(options, board, limits, stack)
         record = RunRecord(board, links, options.json, stack)
-        say = record.hear if options.quiet else record.hear_and(to_stderr)
+        say = record.add_line if options.quiet else record.add_line_and(say_to_user)
         for line in _announcement(options, board, speed, links, debugger):
             say(line)
-        door = _door(board, links, stack) if speed is not None else None
+        control = _control_server(board, links, stack) if speed is not None else None
         exceeded = exceeded_limit(board, limits, paced=speed is not None)
         runner = Runner(board, links, end_ps, speed, exceeded, debugger=debugger)
         show = ProgressDisplay() if speed is None and not options.quiet else None
@@ -75,8 +73,8 @@ def run_board(options: RunOptions) -> ExitCode:
         def between_slices(progress: Progress) -> None:
             explainer.look()
             runner.stopped |= end_ps is None and _unread(links)
-            if door:
-                door.serve()
+            if control:
+                control.serve()
             if show:
                 show.update(progress)
 
@@ -90,8 +88,11 @@ def run_board(options: RunOptions) -> ExitCode:
                 for link in links:
                     link.close()
                 record.wall_s = runner.wall_s
-                for line in summary(board, links, runner.wall_s, explainer.recorder, options.verbose):
-                    say(line)
+                _say_summary(
+                    summary(board, links, runner.wall_s, explainer.recorder, options.verbose),
+                    say,
+                    options.quiet,
+                )
             code = _judge_and_say(board, runner, record)
             explainer.conclude()
             board.trace.close()
@@ -104,24 +105,31 @@ def run_board(options: RunOptions) -> ExitCode:
         return code
 
 
+def _say_summary(lines: Iterator[tuple[str, Look | None]], say: Say, quiet: bool) -> None:
+    if not quiet:
+        gap()
+    for line, look in lines:
+        say(line, look)
+
+
 def _unread(links: Sequence[ByteLink]) -> bool:
-    """Return whether the only reader of the terminal's text has gone."""
     return bool(links) and all(isinstance(link, StdoutLink) and link.reader_gone for link in links)
 
 
 def _check_files(options: RunOptions) -> None:
-    """Refuse the same file for two outputs, which would destroy each other."""
     named: dict[Path, str] = {}
     for option in ("json", "trace", "vcd", "perfetto"):
         path: Path | None = getattr(options, option)
         if path is not None and path in named:
-            raise InputError(f"--{named[path]} and --{option} both name {path}; give each a file of its own")
+            raise InputError(
+                f"--{named[path]} and --{option} must not both name {path}; give each its own file"
+            )
         if path is not None:
             named[path] = option
 
 
 def create_board(options: RunOptions) -> Board:
-    """Return the board that the options describe. Raises InputError."""
+    """Return the board of the options. Raises InputError."""
     firmware = options.firmware
     if firmware is None and options.scenario is None:
         firmware = FCU001V1.default_firmware
@@ -135,7 +143,7 @@ def create_board(options: RunOptions) -> Board:
 
 
 def run_end_ps(options: RunOptions, board: Board) -> int | None:
-    """Return the end of the run in ps of virtual time; None for never. Raises InputError."""
+    """Return the run's end in virtual ps; None for never. Raises InputError."""
     if options.duration is not None:
         try:
             return parse_duration(options.duration)
@@ -145,7 +153,7 @@ def run_end_ps(options: RunOptions, board: Board) -> int | None:
 
 
 def _speed(text: str | None, serial: tuple[str, ...], end_ps: int | None) -> float | None:
-    """Return virtual over wall time; None for no pacing. The default is real time if a user watches, else no pacing."""
+    """Return virtual over wall time, None without pacing; by default 1 if a user watches."""
     if text is None:
         in_terminal = sys.stdout is not None and sys.stdout.isatty()
         watched = in_terminal or any(spec != "stdout" and not spec.startswith("file:") for spec in serial)
@@ -157,7 +165,9 @@ def _speed(text: str | None, serial: tuple[str, ...], end_ps: int | None) -> flo
     except ValueError:
         factor = 0.0
     if not _SLOWEST <= factor <= _FASTEST:
-        raise InputError(f"--speed {text}: give max, or a factor from {_SLOWEST:g} up, such as 1, 0.5 or 10")
+        raise InputError(
+            f"--speed must be max, or a factor of at least {_SLOWEST:g}, such as 1, 0.5 or 10, not {text!r}"
+        )
     return factor
 
 
@@ -167,34 +177,32 @@ def _open(spec: str, board: Board, say: Callable[[str], None], stack: ExitStack)
     return link
 
 
-def _door(board: Board, links: list[ByteLink], stack: ExitStack) -> ControlServer | None:
-    """Return the control server by which another fcu finds this board; None if it cannot be opened."""
+def _control_server(board: Board, links: list[ByteLink], stack: ExitStack) -> ControlServer | None:
     from fcu_emulator.emulator.links.control import ControlServer
-    from fcu_emulator.emulator.live.moved import Moved
+    from fcu_emulator.emulator.live.control import ControlRequests
 
     serial = [link.address for link in links if isinstance(link, Addressed)]
     try:
-        door = ControlServer(board.booted.name, serial, Moved(board).answer)
+        control = ControlServer(board.booted.name, serial, ControlRequests(board).answer)
     except LinkError as error:
-        to_stderr(f"no other fcu will find this board: {error}")
+        say_to_user(f"fcu move and fcu terminal cannot find this board: {error}")
         return None
-    stack.callback(door.close)
-    return door
+    stack.callback(control.close)
+    return control
 
 
 class View(Protocol):
-    """An output file for other tools, written during the run."""
+    """An output file written during the run."""
 
     def close(self) -> None:
         """Write the remaining data. Raises OutputError."""
 
     def report(self) -> list[str]:
-        """Return lines about data that the file lacks."""
+        """Return lines about missing data."""
         ...
 
 
 def _views(options: RunOptions, board: Board, limits: Limits | None, stack: ExitStack) -> list[View]:
-    """Return the requested views; ``stack`` closes them if the run fails."""
     most_bytes = limits.trace_bytes if limits else LARGEST_FILE
     views: list[View] = []
     if options.vcd is not None:
@@ -218,7 +226,7 @@ def _close_views(views: list[View], say: Callable[[str], None]) -> None:
 
 
 def _close(view: View) -> None:
-    with suppress(OutputError):  # the run has failed already, with its own error
+    with suppress(OutputError):  # the run has failed already
         view.close()
 
 
@@ -234,7 +242,7 @@ def _announcement(
     what = f", scenario {options.scenario}" if options.scenario else ""
     yield f"board {booted.wiring.name}, firmware {booted.name}{what}, seed {board.seed}, {pace}"
     if booted.reason:
-        yield f"wiring {booted.wiring.name} because the firmware says so: {booted.reason}"
+        yield f"wiring {booted.wiring.name}, selected by the firmware: {booted.reason}"
     yield from isolation_announcement()
     yield from booted.notes
     for link in links:
@@ -244,7 +252,7 @@ def _announcement(
 
 
 def set_limits(board: Board, settings: tuple[str, ...]) -> Limits | None:
-    """Apply ``--limit``: limits of the firmware. Firmware for the chip always has limits, by default the usual ones."""
+    """Apply ``--limit``; firmware for the chip always has limits."""
     if not settings:
         return board.chip.limits if board.chip else None
     from fcu_emulator.emulator.chip.firmware import parse_limits
@@ -256,13 +264,13 @@ def set_limits(board: Board, settings: tuple[str, ...]) -> Limits | None:
 
 
 def exceeded_limit(board: Board, limits: Limits | None, paced: bool) -> Callable[[float], str]:
-    """Return a check that is called between two slices. The chip checks its own limits more often and more exactly."""
+    """Return a check between slices; the chip checks its own limits more exactly."""
     plan = board.scenario
 
     def exceeded(wall_s: float) -> str:
         if limits is not None and board.chip is None:
             limits.check_printed(board.terminal.uart.received_count())
-            if not paced:  # a paced run spends the time waiting
+            if not paced:  # pacing waits
                 limits.check_wall(wall_s)
         return plan.exceeded(board, wall_s) if plan else ""
 
@@ -271,7 +279,7 @@ def exceeded_limit(board: Board, limits: Limits | None, paced: bool) -> Callable
 
 @dataclass(frozen=True)
 class Judgement:
-    """A run's exit code and result; ``unchecked``: why the expectations were not checked, or ""."""
+    """A run's exit code and result; ``unchecked``: why expectations were not checked, or ""."""
 
     code: ExitCode
     result: Result | None = None
@@ -279,13 +287,13 @@ class Judgement:
 
 
 def judge_run(board: Board, runner: Runner) -> Judgement:
-    """Evaluate a run by the expectations of its scenario, if it came to the scenario's end."""
+    """Evaluate the scenario's expectations, if the run reached its end."""
     plan = board.scenario
     if plan is None:
         return Judgement(ExitCode.PASSED)
     if board.clock.now_ps < plan.duration_ps and not runner.limit:
         lasts = f"the scenario lasts {seconds(plan.duration_ps)}"
-        cause = f"the run was ended at {board.now_s:.3f} s, {lasts}" if runner.stopped else lasts
+        cause = f"the run ended at {board.now_s:.3f} s, {lasts}" if runner.stopped else lasts
         return Judgement(ExitCode.NOT_JUDGED if plan.expectations else ExitCode.PASSED, unchecked=cause)
     result = plan.check(board, runner.limit)
     if runner.limit and not runner.limit.endswith("limits.wall"):
@@ -296,32 +304,45 @@ def judge_run(board: Board, runner: Runner) -> Judgement:
 
 
 def _judge_and_say(board: Board, runner: Runner, record: RunRecord) -> ExitCode:
-    """Evaluate a run and print its findings."""
     judgement = judge_run(board, runner)
     record.result, record.unchecked = judgement.result, judgement.unchecked
     if judgement.unchecked:
-        to_stderr(f"expectations not checked: {judgement.unchecked}")
-    for line in judgement.result.lines if judgement.result is not None else ():
-        to_stderr(line)
+        say_to_user(f"expectations not checked: {judgement.unchecked}", "warning")
+    if judgement.result is not None:
+        _say_result(judgement.result)
     return judgement.code
+
+
+def _say_result(result: Result) -> None:
+    if result.findings or result.reports:
+        gap()
+    for line in result.reports:
+        say_to_user(line)
+    for finding in result.findings:
+        head, *diff = finding.lines
+        say_to_user(head, "fail", "FAIL")
+        for line in diff:  # of the program
+            say_to_user(line, wrap=False)
+    if result.findings:
+        gap()
+    count = f"{result.passed_count} of {result.checks} expectations met"
+    say_to_user(count, *(("pass", "PASS") if result.passed else ("fail", "FAIL")))
 
 
 class Stoppable(Protocol):
     """A run that a signal handler can end."""
 
     def stop(self) -> None:
-        """End the run at the next opportunity."""
+        """End the run soon."""
         ...
 
 
 @contextmanager
 def interruptible(run: Stoppable) -> Iterator[list[str]]:
-    """Yield a list that contains the signal's name after a signal has ended the run.
+    """Yield a list that gets the signal's name when a signal ends the run.
 
-    Ctrl-C ends the run at the next slice, with its summary; a second one ends the program.
-
-    A signal that is ignored at the start stays ignored: ``nohup`` asks so to continue after the terminal has
-    closed, and a script's ``&`` to ignore Ctrl-C.
+    Ctrl-C ends the run with its summary, a second one the program. Ignored signals stay ignored, for
+    ``nohup`` and a script's ``&``.
     """
 
     def stop(number: int, frame: FrameType | None) -> None:
@@ -337,7 +358,7 @@ def interruptible(run: Stoppable) -> Iterator[list[str]]:
     known = [getattr(signal, name) for name in _STOPPING if hasattr(signal, name)]
     numbers = [number for number in known if signal.getsignal(number) is not signal.SIG_IGN]
     before = {number: signal.signal(number, stop) for number in numbers}
-    if limits_of_worker() is not None:  # the parent may pass on the signal that has already ended the run
+    if limits_of_worker() is not None:  # the parent may repeat the signal
         before[signal.SIGTERM] = signal.SIG_IGN
     try:
         yield ended
@@ -346,27 +367,21 @@ def interruptible(run: Stoppable) -> Iterator[list[str]]:
             signal.signal(number, handler)
 
 
-def _silently(line: str) -> None:
-    del line
-
-
-def to_stderr(line: str) -> None:
-    """Print a line for the user with the prefix ``fcu:``; control characters in names become escapes."""
-    with suppress(OSError):  # stderr may be full or closed; the run continues
-        click.echo(f"fcu: {visible(line)}", err=True)
+def _silently(line: str, look: Look | None = None) -> None:
+    del line, look
 
 
 # -- The debugger -------------------------------------------------------------------------------------------
 
 
 def open_debugger(board: Board, port: int | None, halt: bool, stack: ExitStack) -> GdbServer | None:
-    """Return the server, which ``stack`` closes; None without ``port``.
+    """Return the server, or None without ``port``; ``stack`` closes it.
 
-    Raises InputError if debugging is impossible, or the port is not available.
+    Raises InputError if debugging is impossible or the port not available.
     """
     if port is None:
         if halt:
-            raise InputError("--halt waits for a debugger; give --gdb PORT as well, such as --gdb 3333")
+            raise InputError("--halt must be used with --gdb PORT, such as --gdb 3333")
         return None
     from fcu_emulator.emulator.chip.gdb.attach import serve
 
@@ -376,6 +391,6 @@ def open_debugger(board: Board, port: int | None, halt: bool, stack: ExitStack) 
 
 
 def announcement(server: GdbServer) -> str:
-    """Return the command that the user must type in gdb."""
+    """Return the command to type in gdb."""
     waits = ", the firmware waits for it" if server.halted else ""
     return f"gdb: target remote 127.0.0.1:{server.port}{waits}"

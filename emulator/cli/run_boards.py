@@ -1,8 +1,4 @@
-"""``fcu run --scenario S --boards N``: run one program on N boards, whose sensors differ by their tolerances.
-
-Each board is a separate run at full speed, evaluated like ``fcu run``; the terminal's output is not shown.
-The table is that of ``fcu check --boards``.
-"""
+"""``fcu run --scenario S --boards N``: run a program on N boards with different sensors."""
 
 from __future__ import annotations
 
@@ -20,6 +16,7 @@ from fcu_emulator.emulator.cli.run import (
     set_limits,
 )
 from fcu_emulator.emulator.cli.run_report import Explainer
+from fcu_emulator.emulator.cli.screen import Look, ProgressLine
 from fcu_emulator.emulator.errors import FirmwareError, InputError, NotJudgedError
 from fcu_emulator.emulator.host.install_hints import command_line
 from fcu_emulator.emulator.links.runner import Runner
@@ -35,22 +32,24 @@ _OF_ONE_BOARD: dict[str, tuple[object, ...]] = {
     "halt": (False,),
     "verbose": (False,),
 }
-"""Options for a single run only, with the values that several boards allow."""
+"""Options for a single run, with the values that several boards allow."""
 
 
 def run_on_boards(options: RunOptions, count: int) -> ExitCode:
-    """Run the scenario on ``count`` boards, print a line for each and a summary. Raises FcuError."""
+    """Run on ``count`` boards; print their lines and a summary. Raises FcuError."""
     _refuse_useless(options)
     board = create_board(options)
     if board.scenario is None or not board.scenario.expectations:
-        raise InputError(f"--boards needs expectations; the scenario {options.scenario} has none")
+        raise InputError(f"--boards must have a scenario with expectations, not {options.scenario}")
     table = BoardsTable(f"{options.scenario}: {board.booted.name}", "meet all expectations", "is not met")
     first = board.seed
     for seed in range(first, first + count):
         if seed != first:
             board = create_board(replace(options, seed=seed))
         try:
-            table.add(_on_board(options, board))
+            with ProgressLine(f"running board {seed}, {seed - first} of {count} done"):
+                result = _on_board(options, board)
+            table.add(result)
         finally:
             board.close()
     return table.conclude(_again(options))
@@ -58,16 +57,15 @@ def run_on_boards(options: RunOptions, count: int) -> ExitCode:
 
 def _refuse_useless(options: RunOptions) -> None:
     if options.scenario is None:
-        raise InputError("--boards judges the same scenario on each board; give --scenario as well")
+        raise InputError("--boards must be used with --scenario")
     if options.ideal:
-        raise InputError("--boards needs sensors that differ; leave out --ideal")
+        raise InputError("--boards must be used without --ideal, because the sensors must differ")
     for name, possible in _OF_ONE_BOARD.items():
         if getattr(options, name) not in possible:
-            raise InputError(f"--boards shows a table alone; leave out --{name}")
+            raise InputError(f"--boards must be used without --{name}")
 
 
 def _on_board(options: RunOptions, board: Board) -> BoardResult:
-    """Run one board to its end and evaluate it. Raises InputError."""
     limits = set_limits(board, options.limit)
     exceeded = exceeded_limit(board, limits, paced=False)
     runner = Runner(board, [], run_end_ps(options, board), None, exceeded)
@@ -94,7 +92,6 @@ def _failed(board: Board, error: FirmwareError | NotJudgedError) -> BoardResult:
 
 
 def _again(options: RunOptions) -> str:
-    """Return the command for one board, without ``--seed``."""
     words = ["fcu", "run", *([options.firmware] if options.firmware is not None else [])]
     words += ["--scenario", str(options.scenario)]
     for name in ("wiring", "duration"):
@@ -103,5 +100,5 @@ def _again(options: RunOptions) -> str:
     return command_line([*words, *(word for limit in options.limit for word in ("--limit", limit))])
 
 
-def _silently(line: str) -> None:
-    del line
+def _silently(line: str, look: Look | None = None) -> None:
+    del line, look

@@ -1,11 +1,8 @@
-"""Figures of a run that the lab's slides ask for: bus clock, duration of a read, load of serial line and callback.
+"""Figures that the lab's slides ask for: bus clock, read duration, load of serial line and callback.
 
-The bus clock follows from the registers that the firmware has set, the duration of a read from the latest
-reads on the wire. The callback's load is estimated by sampling: the share of samples in which the callback
-runs, at moments spread over the timer's period. So that figure has two digits.
+The callback's load is estimated by sampling, to two digits.
 
-Decision: the callback's load is not given for Python firmware, whose time passes only in calls of the HAL:
-the share would be the load of the bus, but would look like that of a processor.
+Decision: the callback's load is not given for Python firmware, whose time passes only in calls of the HAL.
 """
 
 from __future__ import annotations
@@ -18,11 +15,11 @@ from fcu_emulator.emulator.buses.i2c import I2CBus
 from fcu_emulator.emulator.buses.spi import SpiBus
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
-_FEWEST_LOOKS = 100  # enough for two digits of a share
+_FEWEST_LOOKS = 100  # two digits of a share
 
 
 def figures(board: Board, recorder: TruthRecorder) -> Iterator[str]:
-    """Return the lines of the summary that have numbers."""
+    """Return the summary's lines with numbers."""
     for i2c in board.signals.i2c.values():
         yield from _bus(i2c)
     for spi in board.signals.spi.values():

@@ -1,33 +1,28 @@
-"""``fcu run --json FILE``: the results of a run, for programs.
+"""``fcu run --json FILE``: results of a run as one JSON object.
 
-One JSON object. ``schema`` is 1 and grows when a key changes its meaning or is removed; new keys may be added
-at any time. Times are in seconds, as numbers. The file is opened before the run and written after the
-verdict, so an empty file means a killed run.
+``schema`` grows when a key changes its meaning or is removed. Times are seconds. The file is opened before
+the run and written after the verdict, so an empty file means a killed run.
 
 ==============  ==========================================================================================
-exit_code       as the program's own, see :mod:`fcu_emulator.emulator.cli.exit_codes`; ``verdict`` is the same as a word
+exit_code       as :mod:`fcu_emulator.emulator.cli.exit_codes`; ``verdict`` is its word
 error           the error that ended the run, or null
-board           wiring, firmware and its notes, scenario, seed, and whether the sensors are ideal
-virtual_s       virtual time that passed; ``wall_s`` is the time that this took
-timer           the lab's timer: its rate, ticks, ticks late and lost, the longest wait
-chip            resets and similar events: text, time of the first, how many
-bus_errors      failed transfers by bus and kind; ``bytes_lost`` on the way to the firmware
-notes           operations that a sensor refuses, forbids or does not model: kind, device, text, how many
-serial          lost terminal text, for each link
-expectations    how many there are and hold, and for each that does not: key, kind, fault, expected, seen,
-                diff; null if they were not evaluated, and ``unchecked`` then says why
-printed         the lab's lines, the latest 1,000: label, time, values by field (null if the line has another
-                format), and of each field the truth, from its smallest to its largest value of the moments
-                before
-leds            when the LEDs changed, sampled 20 times a second: time, then each LED's state
-lines           all further lines on stderr, including those that ``--quiet`` hides
+timer           the lab's timer: rate, ticks, late and lost ones, longest wait
+chip            resets and similar events
+bus_errors      failed transfers; ``bytes_lost`` on the way to the firmware
+notes           refused, forbidden or unmodelled operations of sensors
+serial          lost terminal text by link
+expectations    counts and failures; null if not evaluated, then ``unchecked`` says why
+printed         the latest 1,000 lines: time, values by field (null in another format), and each field's
+                smallest and largest true value of the moments before
+leds            changes, sampled 20 times a second
+lines           further lines on stderr, including those hidden by ``--quiet``
 ==============  ==========================================================================================
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, suppress
 from io import TextIOWrapper
 from pathlib import Path
@@ -37,20 +32,18 @@ from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.run_report import chip_events, failed_transfers, notes, received_bytes_lost
+from fcu_emulator.emulator.cli.screen import Look, Say
 from fcu_emulator.emulator.errors import LinkError, OutputError
 from fcu_emulator.emulator.links import ByteLink
 
-if TYPE_CHECKING:  # pydantic, which is slow to import and not needed in a plain run
+if TYPE_CHECKING:  # pydantic is slow to import
     from fcu_emulator.emulator.scenario import Result
 
 SCHEMA = 1
 
 
 class RunRecord:
-    """Record of one run of ``board``, for the file ``path`` if it is given.
-
-    Raises LinkError if it cannot be opened.
-    """
+    """Record of one run of ``board`` for the file ``path``. Raises LinkError if it cannot be opened."""
 
     def __init__(self, board: Board, links: Sequence[ByteLink], path: Path | None, stack: ExitStack) -> None:
         self.wall_s = 0.0
@@ -66,20 +59,21 @@ class RunRecord:
             try:
                 self._file = path.open("w", encoding="utf-8", newline="\n")
             except OSError as error:
-                problem = f"{error.strerror or error}; give a path that can be written"
+                problem = f"{error.strerror or error}; give a writable path"
                 raise LinkError(f"--json {path}: {problem}") from error
             stack.callback(self._file.close)
 
-    def hear(self, line: str) -> None:
+    def add_line(self, line: str, look: Look | None = None) -> None:
         """Record a line about the run."""
+        del look
         self._lines.append(line)
 
-    def hear_and(self, say: Callable[[str], None]) -> Callable[[str], None]:
+    def add_line_and(self, say: Say) -> Say:
         """Return a function that records a line and then calls ``say``."""
 
-        def both(line: str) -> None:
-            self.hear(line)
-            say(line)
+        def both(line: str, look: Look | None = None) -> None:
+            self.add_line(line)
+            say(line, look)
 
         return both
 
@@ -92,12 +86,12 @@ class RunRecord:
             self._file.write("\n")
             self._file.flush()
         except OSError as failure:
-            with suppress(OSError):  # it would raise the same error again
+            with suppress(OSError):  # would fail again
                 self._file.close()
             raise OutputError(f"--json {self._path}: {failure.strerror or failure}") from failure
 
     def _contents(self, code: ExitCode, error: str | None) -> dict[str, Any]:
-        from importlib.metadata import version  # slow to import, and only --json needs it
+        from importlib.metadata import version  # slow to import
 
         board, timer = self._board, self._board.timer
         return {
@@ -108,7 +102,7 @@ class RunRecord:
             "error": error,
             "board": {
                 "wiring": board.booted.wiring.name,
-                "profile": board.booted.wiring.name,  # the name of the previous release
+                "profile": board.booted.wiring.name,  # previous name
                 "firmware": board.booted.name,
                 "notes": list(board.booted.notes),
                 "scenario": board.scenario.file if board.scenario else None,
@@ -153,17 +147,7 @@ class RunRecord:
             "checks": result.checks,
             "held": result.passed_count,
             "judged": result.judged,
-            "findings": [
-                {
-                    "key": finding.key,
-                    "kind": finding.kind,
-                    "fault": finding.miss.fault,
-                    "expected": finding.miss.expected,
-                    "seen": finding.miss.seen,
-                    "diff": list(finding.miss.diff),
-                }
-                for finding in result.findings
-            ],
+            "findings": [finding.to_dict() for finding in result.findings],
             "reports": list(result.reports),
         }
 

@@ -1,25 +1,20 @@
-"""Output of ``fcu run`` on stderr besides errors: progress, the explanation of a failure, the summary.
+"""Output of ``fcu run`` on stderr: progress, explanation of a failure, summary.
 
-Firmware that hangs or has crashed is explained at once if a user watches, otherwise at the end of the run.
-The firmware is diagnosed after three virtual seconds without a byte of output, and if there is no problem,
-again after twice the time.
+Firmware is diagnosed after three virtual seconds without output, again after twice the time.
 """
 
 from __future__ import annotations
 
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
-from typing import TextIO
-
-import click
+from collections.abc import Iterator, Sequence
 
 from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.chip.diagnosis.diagnose import SCANNED_ADDRESSES
 from fcu_emulator.emulator.chip.memory_map import CHIP_NAME
 from fcu_emulator.emulator.cli.run_figures import figures
+from fcu_emulator.emulator.cli.screen import Look, ProgressLine, Say, is_terminal, say
 from fcu_emulator.emulator.errors import FirmwareError, I2CNackError
 from fcu_emulator.emulator.links import ByteLink
 from fcu_emulator.emulator.links.runner import Progress
@@ -29,43 +24,33 @@ from fcu_emulator.emulator.trace import BusTransfer, DeviceNote, Fault
 # -- Progress, never mixed with the terminal's text ---------------------------------------------------------
 
 
-_FIRST_AFTER_S = 1.0  # a short run shows no progress
-_EVERY_TTY_S = 0.2
 _EVERY_LOG_S = 10.0
 
 
-def _is_terminal(stream: TextIO | None) -> bool:
-    return stream is not None and stream.isatty()
-
-
 class ProgressDisplay:
-    """Progress on one line that is rewritten in place on a terminal; a line every ten seconds in a log.
+    """Progress on one line of a terminal; a line every ten seconds in a log.
 
-    Lines are not rewritten while the board's text goes to the same terminal.
+    The line is not shown while the board's text goes to the same terminal.
     """
 
     def __init__(self) -> None:
-        self._in_place = _is_terminal(sys.stderr) and not _is_terminal(sys.stdout)
-        self._next_s = _FIRST_AFTER_S if self._in_place else _EVERY_LOG_S
-        self._shown = False
+        self._in_place = is_terminal(sys.stderr) and not is_terminal(sys.stdout)
+        self._line = ProgressLine("fcu: running", visible_if=self._in_place)
+        self._next_s = _EVERY_LOG_S
+        self._line.start()
 
     def update(self, progress: Progress) -> None:
         """Show the progress of the run, if it is due."""
-        if progress.wall_s < self._next_s:
-            return
-        self._next_s = progress.wall_s + (_EVERY_TTY_S if self._in_place else _EVERY_LOG_S)
-        factor = progress.virtual_s / progress.wall_s
+        factor = progress.virtual_s / progress.wall_s if progress.wall_s > 0 else 0.0
         whole = "" if progress.total_s is None else f" of {progress.total_s:.0f}"
-        text = f"fcu: {progress.virtual_s:.0f}{whole} s of virtual time, {factor:.1f} x real time"
-        with suppress(OSError):  # stderr may be full or closed; the run continues
-            click.echo(f"\r{text}\033[K" if self._in_place else text, err=True, nl=not self._in_place)
-        self._shown = True
+        self._line.text = f"fcu: {progress.virtual_s:.0f}{whole} s of virtual time, {factor:.1f} x real time"
+        if not self._in_place and progress.wall_s >= self._next_s:
+            self._next_s = progress.wall_s + _EVERY_LOG_S
+            say(self._line.text.removeprefix("fcu: "))
 
     def close(self) -> None:
-        """End the line of the progress."""
-        if self._shown and self._in_place:
-            with suppress(OSError):
-                click.echo("\r\033[K", err=True, nl=False)
+        """Erase the line of the progress."""
+        self._line.end()
 
 
 # -- The summary --------------------------------------------------------------------------------------------
@@ -73,18 +58,16 @@ class ProgressDisplay:
 
 def summary(
     board: Board, links: Sequence[ByteLink], wall_s: float, recorder: TruthRecorder, all_notes: bool = False
-) -> Iterator[str]:
-    """Yield the lines of the summary. ``all_notes``: also those of every correct run."""
+) -> Iterator[tuple[str, Look | None]]:
+    """Yield the lines of the summary with their looks. ``all_notes``: also those of every correct run."""
     factor = board.now_s / wall_s if wall_s > 0 else 0.0
-    yield f"{board.now_s:.3f} s of virtual time in {wall_s:.2f} s, {factor:.1f} x real time"
-    yield from _ticks(board)
-    yield from figures(board, recorder)
-    yield from _resets(board)
-    yield from _bus_errors(board)
-    yield from _notes(board, all_notes)
+    yield f"{board.now_s:.3f} s of virtual time in {wall_s:.2f} s, {factor:.1f} x real time", "heading"
+    yield from ((line, None) for line in (*_ticks(board), *figures(board, recorder)))
+    warnings = [*_lost_ticks(board), *_resets(board), *_bus_errors(board), *_notes(board, all_notes)]
+    yield from ((line, "warning") for line in warnings)
     for link in links:
         if not (isinstance(link, StdoutLink) and link.reader_gone):  # the reader wanted no more
-            yield from link.report()
+            yield from ((line, None) for line in link.report())
 
 
 def _ticks(board: Board) -> Iterator[str]:
@@ -93,10 +76,14 @@ def _ticks(board: Board) -> Iterator[str]:
         yield f"{timer.name} never ticked"
         return
     yield f"{timer.name} {timer.rate_hz:.3f} Hz: {timer.ticks} ticks, {timer.late} late, {timer.lost} lost"
+
+
+def _lost_ticks(board: Board) -> Iterator[str]:
+    timer = board.timer
     if timer.lost:
         yield (
             f"the callback takes longer than {1000 / timer.rate_hz:.3f} ms (the next one waited up to "
-            f"{1000 * timer.longest_wait_s:.3f} ms): with ticks lost, main() gets little time or none"
+            f"{1000 * timer.longest_wait_s:.3f} ms); main() gets little time or none"
         )
 
 
@@ -120,15 +107,15 @@ def _bus_errors(board: Board) -> Iterator[str]:
         yield f"{bus}: no answer at {len(addresses)} addresses, from 0x{min(addresses):02X} to 0x{max(addresses):02X}"
     for (bus, result), count in failed_transfers(board).most_common():
         if result not in {_no_answer(address) for address in scanned.get(bus, ())}:
-            yield f"{bus}: {count} failed transfers: {result}"
+            yield f"{bus}: {count} failed transfer{'s' * (count > 1)}: {result}"
     lost = received_bytes_lost(board)
     if lost:
         name = board.terminal.uart.name
-        yield f"{name}: {lost} received bytes lost, the firmware does not read them (overrun)"
+        yield f"{name}: {lost} received bytes lost: the firmware does not read them (overrun)"
 
 
 _USUAL_NOTES = {("forbidden", "LIS2MDL", "CFG_REG_A: measuring with COMP_TEMP_EN = 0")}
-"""Notes in every correct run: the lab's own start-up sets that bit after it has switched the sensor on."""
+"""Notes in every correct run: the lab sets that bit after switching the sensor on."""
 
 
 def _notes(board: Board, all_notes: bool) -> Iterator[str]:
@@ -140,7 +127,7 @@ def _notes(board: Board, all_notes: bool) -> Iterator[str]:
 
 
 def chip_events(board: Board) -> dict[str, tuple[float, int]]:
-    """Return the chip's events (resets and the like): first time in seconds, and count."""
+    """Return the chip's events: first time in seconds, and count."""
     found: dict[str, tuple[float, int]] = {}
     for event in board.trace.of(Fault):
         if event.where == CHIP_NAME:
@@ -150,18 +137,18 @@ def chip_events(board: Board) -> dict[str, tuple[float, int]]:
 
 
 def failed_transfers(board: Board) -> Counter[tuple[str, str]]:
-    """Return the number of failed transfers, by bus and result."""
+    """Return failed transfers by bus and result."""
     return Counter((event.bus, event.result) for event in board.trace.of(BusTransfer) if event.result != "ok")
 
 
 def received_bytes_lost(board: Board) -> int:
-    """Return the number of bytes that the firmware did not read in time."""
+    """Return the bytes that the firmware read too late."""
     name = board.terminal.uart.name
     return sum(1 for event in board.trace.of(Fault) if event.where == name)
 
 
 def notes(board: Board) -> Counter[tuple[str, str, str]]:
-    """Return operations that a sensor refuses, forbids or does not model (kind, device, text), with their count."""
+    """Count refused, forbidden or unmodelled operations by kind, device and text."""
     return Counter((note.what, note.device, note.text) for note in board.trace.of(DeviceNote))
 
 
@@ -172,9 +159,9 @@ _FIRST_QUESTION_S = 3.0
 
 
 class Explainer:
-    """Explains failures in one run of a board. ``say`` gets the lines of an explanation."""
+    """Explains failures of one run, line by line with ``say``."""
 
-    def __init__(self, board: Board, say: Callable[[str], None]) -> None:
+    def __init__(self, board: Board, say: Say) -> None:
         self._board = board
         self._say = say
         self.recorder = TruthRecorder(board)
@@ -184,7 +171,7 @@ class Explainer:
         self._patience_s = _FIRST_QUESTION_S
 
     def look(self) -> None:
-        """Diagnose silent firmware between two slices, and explain it if it is stuck."""
+        """Explain silent firmware that is stuck, between slices."""
         board = self._board
         if board.chip is None:
             return
@@ -199,12 +186,9 @@ class Explainer:
                 self._tell(str(diagnosis))
 
     def conclude(self) -> None:
-        """Explain every mistake of the run at its end.
-
-        Raises FirmwareError if the firmware has failed permanently.
-        """
+        """Explain every mistake of the run. Raises FirmwareError after a permanent failure."""
         from fcu_emulator.emulator.analysis.mistakes import (
-            explain,  # loads the chip's diagnosis: a later import lets runs start sooner
+            explain,  # a late import lets runs start sooner
         )
 
         for diagnosis in explain(self._board, self.recorder):
@@ -217,6 +201,8 @@ class Explainer:
 
     def _tell(self, text: str) -> None:
         if text != self._told:
-            for line in text.splitlines():
+            summary, *details = text.splitlines()
+            self._say(summary, "warning")
+            for line in details:
                 self._say(line)
         self._told = text

@@ -1,9 +1,4 @@
-"""Requests to end: ``kill`` and a closed terminal window end a command as Ctrl-C does.
-
-By default Python ends the process at once on SIGTERM and SIGHUP. Temporary folders and the files by which
-other programs find a board would remain, without a message. Here both raise :class:`Terminated`, so every
-``finally`` is executed, and the command ends with the exit code of an interruption. A command with its own
-orderly end, such as ``fcu run``, replaces this handler while its board runs.
+"""Requests to end: SIGTERM and SIGHUP raise :class:`Terminated`, so that every ``finally`` removes temporary files.
 
 Decision: a signal that is ignored at the start stays ignored, because with ``nohup`` the user wants the
 command to outlive the terminal.
@@ -20,14 +15,11 @@ from types import FrameType
 _NAMES = ("SIGTERM", "SIGHUP", "SIGBREAK")
 _AGAIN_AFTER_S = 0.02
 _raised: list[int] = []
-"""Signals for which :class:`Terminated` has been raised."""
+"""Signals that have raised :class:`Terminated`."""
 
 
 class Terminated(BaseException):
-    """The process was asked to end by signal ``number``.
-
-    It is not an Exception, so that code that handles any error does not handle it.
-    """
+    """Signal ``number`` asked the process to end; not an Exception, so that general handlers ignore it."""
 
     def __init__(self, number: int) -> None:
         self.number = number
@@ -35,7 +27,7 @@ class Terminated(BaseException):
 
 
 def end_in_order() -> None:
-    """From now on raise :class:`Terminated` in the main thread on a request to end."""
+    """Raise :class:`Terminated` in the main thread on future requests to end."""
     for name in _NAMES:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is signal.SIG_DFL:
@@ -43,7 +35,7 @@ def end_in_order() -> None:
 
 
 def end_at_once() -> None:
-    """From now on end the process at once on a request to end, because all work is done."""
+    """End at once on future requests, because all work is done."""
     for name in _NAMES:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is _raise:
@@ -51,10 +43,9 @@ def end_at_once() -> None:
 
 
 def ask_again(unraisable: sys.UnraisableHookArgs) -> None:
-    """Repeat a request to end that arrived while Python could not raise it, for example in a destructor.
+    """Repeat a request that Python could not raise, for example in a destructor.
 
-    By default Python prints the exception and continues, so the program would not end. Another thread must
-    repeat it: raised here, it would be dropped again.
+    Another thread must repeat it: raised here, it would be dropped again.
     """
     error = unraisable.exc_value
     if isinstance(error, KeyboardInterrupt | Terminated):
@@ -69,17 +60,16 @@ def ask_again(unraisable: sys.UnraisableHookArgs) -> None:
 
 def _raise(number: int, frame: FrameType | None) -> None:
     del frame
-    if _raised and _is_worker():  # the parent has passed on its signal, which the worker had already received
+    if _raised and _is_worker():  # the parent has repeated its signal
         return
     _raised.append(number)
     raise Terminated(number)
 
 
 def _is_worker() -> bool:
-    """Return whether this is a worker of :mod:`fcu_emulator.emulator.host.isolation`, which loads that module first.
+    """Return whether this is a worker of :mod:`fcu_emulator.emulator.host.isolation`.
 
-    This function must not import: a signal may come while the import system has loaded that module only in
-    part.
+    Must not import: a signal may come while that module is partly loaded.
     """
     limits_of_worker = getattr(
         sys.modules.get("fcu_emulator.emulator.host.isolation"), "limits_of_worker", None

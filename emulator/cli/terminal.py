@@ -1,11 +1,9 @@
-"""``fcu terminal``: a serial terminal for users without one. Typed keys go to the board one by one.
+"""``fcu terminal``: a serial terminal; typed keys go to the board one by one.
 
-Decision: output is passed to the console unchanged, so lines that end with LF alone do not form a staircase;
-if standard output is not a console, every byte arrives as it was sent. Rejected alternative: a translation in
-fcu, which would change recordings.
+Decision: output is passed to the console unchanged, so that recordings have every byte as sent.
 
-Decision: the keyboard has a separate thread, and the port is in the main thread, because ``select`` supports
-neither the console of Windows nor files there. A terminal needs nothing faster.
+Decision: the keyboard has a separate thread, because ``select`` supports neither Windows' console nor files
+there.
 """
 
 from __future__ import annotations
@@ -46,11 +44,11 @@ class Port(Protocol):
     """One end of the line to a board."""
 
     def read(self) -> bytes | None:
-        """Return the received bytes, b"" if there are none for a while, None if the other end has gone."""
+        """Return received bytes, b"" if there are none for a while, None if the other end has gone."""
         ...
 
     def write(self, data: bytes) -> None:
-        """Send all of ``data``; wait while the board accepts none. Raises OSError."""
+        """Send all of ``data``, waiting if necessary. Raises OSError."""
         ...
 
     def close(self) -> None:
@@ -64,9 +62,7 @@ class _TcpPort:
             self._socket = socket.create_connection((HOST, port), timeout=5)
         except OSError as error:
             problem = error.strerror or error
-            raise LinkError(
-                f"tcp:{port}: {problem}; is a board running? fcu run --serial tcp:{port}"
-            ) from error
+            raise LinkError(f"tcp:{port}: {problem}; start a board: fcu run --serial tcp:{port}") from error
 
     def read(self) -> bytes | None:
         self._socket.settimeout(_WAIT_S)
@@ -78,7 +74,7 @@ class _TcpPort:
             return None
 
     def write(self, data: bytes) -> None:
-        while data:  # not sendall: the timeout is for reading, and hides how much was sent before it
+        while data:  # sendall hides how much was sent before the timeout, which is for reading
             with contextlib.suppress(TimeoutError):
                 data = data[self._socket.send(data) :]
 
@@ -87,19 +83,17 @@ class _TcpPort:
 
 
 class _SerialPort:
-    """A pseudo-terminal, the port of a real board, or a URL of pyserial's."""
-
     def __init__(self, name: str) -> None:
         import serial
 
         self._errors = (OSError, serial.SerialException)
         try:
             self._device = serial.serial_for_url(name, _BAUD, timeout=_WAIT_S)
-        except (OSError, ValueError) as error:  # a SerialException is an OSError
+        except (OSError, ValueError) as error:  # includes SerialException
             raise LinkError(f"{name}: {getattr(error, 'strerror', None) or error}") from error
 
     def read(self) -> bytes | None:
-        try:  # only the available bytes: at the end of a port, pyserial loses the partial data of a longer read
+        try:  # available bytes only: pyserial loses the part of a longer read at the end
             data: bytes = self._device.read(max(1, min(self._device.in_waiting, _CHUNK)))
         except self._errors:
             return None
@@ -112,8 +106,8 @@ class _SerialPort:
         self._device.close()
 
 
-class _DoorPort:
-    """Terminal of a board without a port, through the board's control server."""
+class _ControlPort:
+    """Terminal through the control server of a board without a port."""
 
     def __init__(self, board: RunningBoard) -> None:
         self._conversation = ControlClient(board)
@@ -126,7 +120,7 @@ class _DoorPort:
                 answer = self._conversation.ask({"type": "text", "position": self._position})
         except LinkError:
             return None
-        if "text" not in answer:  # the answer of another version of fcu
+        if "text" not in answer:  # another version of fcu
             return None
         self._position, data = int(answer["position"]), str(answer["text"]).encode("latin-1")
         if not data:
@@ -149,11 +143,11 @@ class _DoorPort:
 
 
 def open_port(where: str | None, board: str | None = None) -> tuple[str, Port]:
-    """Return a port by its name, and its name; without one, that of the running board. Raises InputError."""
+    """Return the name and the port, by default of the running board. Raises InputError."""
     if where is None:
         running = the_running_board(board)
         if not running.serial:
-            return f"the board {running.name} (process {running.process})", _DoorPort(running)
+            return f"the board {running.name} (process {running.process})", _ControlPort(running)
         where = running.serial[0]
     kind, _, rest = where.partition(":")
     if kind == "tcp":
@@ -164,12 +158,12 @@ def open_port(where: str | None, board: str | None = None) -> tuple[str, Port]:
 
 
 def converse(where: str | None, board: str | None = None) -> ExitCode:
-    """Run a terminal until Ctrl-], or until the board has gone. Raises InputError."""
+    """Run a terminal until Ctrl-] or the board's end. Raises InputError."""
     name, port = open_port(where, board)
     over = threading.Event()
     with contextlib.closing(port), _ended_by_signals(over), Console() as console:
         if console.is_keyboard:
-            click.echo(f"fcu: {visible(name)}; Ctrl-] leaves\r", err=True)
+            click.echo(f"fcu: {visible(name)}; Ctrl-] ends the connection\r", err=True)
         typist = threading.Thread(target=_type, args=(console, port, over), daemon=True)
         typist.start()
         while not over.is_set():
@@ -178,13 +172,12 @@ def converse(where: str | None, board: str | None = None) -> ExitCode:
                 break
             console.write(data)
     if not over.is_set():
-        click.echo("\nfcu: the board has gone", err=True)
+        click.echo("\nfcu: the board has ended", err=True)
     return ExitCode.PASSED
 
 
 @contextlib.contextmanager
 def _ended_by_signals(over: threading.Event) -> Iterator[None]:
-    """Restore the console also if the terminal is killed, or its window is closed."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -198,7 +191,6 @@ def _ended_by_signals(over: threading.Event) -> Iterator[None]:
 
 
 def _type(console: Console, port: Port, over: threading.Event) -> None:
-    """Send typed data to the board, until the user leaves or the input ends."""
     with contextlib.suppress(OSError):
         while not over.is_set() and (data := console.read()):
             before, leave, _ = data.partition(LEAVE) if console.is_keyboard else (data, b"", b"")
@@ -212,12 +204,12 @@ def _type(console: Console, port: Port, over: threading.Event) -> None:
 
 
 class Console:
-    """Standard input and output: single keys on a console, otherwise unchanged bytes."""
+    """Standard input and output: single keys on a console, else unchanged bytes."""
 
     def __init__(self) -> None:
         self.is_keyboard = sys.stdin is not None and sys.stdin.isatty()
         if sys.stdout is None:
-            raise InputError("there is no standard output; give it somewhere to go, such as > FILE")
+            raise InputError("cannot print: standard output is closed; redirect it, for example > FILE")
         self._out = sys.stdout.buffer
         self._restore: Callable[[], object] = bool  # does nothing
 
@@ -234,12 +226,11 @@ class Console:
         self._restore()
 
     def write(self, data: bytes) -> None:
-        """Show output of the board."""
         self._out.write(data)
         self._out.flush()
 
     def read(self) -> bytes:
-        """Wait for typed data and return it; b"" at the end of the input."""
+        """Wait for typed data; b"" at the end."""
         if sys.stdin is None:
             return b""
         if sys.platform == "win32" and self.is_keyboard:
@@ -250,7 +241,7 @@ class Console:
 if sys.platform != "win32":
 
     def _raw(descriptor: int) -> Callable[[], None]:
-        """Make a terminal return each key at once, also Ctrl-C; return a function that undoes it. Output is unchanged."""
+        """Return each key at once, also Ctrl-C; return a function that undoes it. Output is unchanged."""
         before = termios.tcgetattr(descriptor)
         tty.setraw(descriptor, termios.TCSADRAIN)
         now = termios.tcgetattr(descriptor)
@@ -260,15 +251,13 @@ if sys.platform != "win32":
 
 
 _ESCAPES = {"H": "A", "P": "B", "M": "C", "K": "D", "G": "H", "O": "F"}
-"""For keys without a character: Windows' code, and the last character of xterm's sequence. The keys are the
-arrows up, down, right and left, Home and End.
-"""
+"""Windows' code to the last character of xterm's sequence: arrows, Home, End."""
 
 
 def key(getwch: Callable[[], str], kbhit: Callable[[], bool]) -> bytes:
-    """Return the next key of a Windows console as a serial line's bytes; keys without bytes are skipped.
+    """Return a Windows console key as a serial line's bytes; skip keys without bytes.
 
-    A key without a character arrives as two codes at once, the first of which may also be a letter.
+    A special key arrives as two codes at once, the first possibly a letter.
     """
     while True:
         character = getwch()
@@ -276,6 +265,6 @@ def key(getwch: Callable[[], str], kbhit: Callable[[], bool]) -> bytes:
             if ending := _ESCAPES.get(getwch()):
                 return f"\x1b[{ending}".encode()
             continue
-        if "\ud800" <= character <= "\udbff":  # half of a character beyond 16 bits; the other half follows
+        if "\ud800" <= character <= "\udbff":  # a surrogate; its pair follows
             character += getwch()
         return character.encode("utf-16", "surrogatepass").decode("utf-16", "replace").encode()

@@ -1,8 +1,6 @@
-"""The compiler for the chip, arm-none-eabi-gcc: on the PATH, or in the default folders of its installers.
+"""The compiler arm-none-eabi-gcc: on the PATH, or in the folders of the vendors' documentation.
 
-STM32CubeIDE, Arm's installer, xPack and PlatformIO do not change the PATH, so a machine of the lab may have a
-compiler that a shell does not find. The folders are those of the vendors' documentation; of several versions
-in one place, the newest is used.
+The installers of STM32CubeIDE, Arm, xPack and PlatformIO do not change the PATH.
 """
 
 from __future__ import annotations
@@ -53,10 +51,10 @@ _PLACES: Mapping[str, tuple[str, ...]] = {
 def find_compiler(
     environment: Mapping[str, str] = os.environ, system: str = sys.platform, root: Path = Path("/")
 ) -> Path | None:
-    """Return the path of arm-none-eabi-gcc, None if it is not installed.
+    """Return the compiler's path, None if not installed.
 
-    ``environment``: PATH, HOME and Windows' variables. ``system``: as ``sys.platform`` names it. ``root``:
-    parent of the absolute folders of Linux and macOS.
+    ``environment``: PATH, HOME and Windows' variables. ``system``: as ``sys.platform``. ``root``: of the
+    absolute folders on Linux and macOS.
     """
     name = COMPILER + (".exe" if system == "win32" else "")
     found = shutil.which(COMPILER, path=environment.get("PATH", os.defpath))
@@ -85,7 +83,7 @@ def _folders(environment: Mapping[str, str], system: str, root: Path) -> Iterato
 
 
 def _version(folder: Path) -> tuple[tuple[int, ...], str]:
-    """Return a key that sorts folders by the numbers in their names: 13.3 after 9.3."""
+    """Sort by the numbers in names: 13.3 after 9.3."""
     return tuple(map(int, re.findall(r"\d+", str(folder)))), str(folder)
 
 

@@ -10,7 +10,8 @@ from contextlib import ExitStack
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.isolated import announcement
 from fcu_emulator.emulator.cli.options import WebOptions
-from fcu_emulator.emulator.cli.run import interruptible, to_stderr
+from fcu_emulator.emulator.cli.run import interruptible
+from fcu_emulator.emulator.cli.screen import say
 from fcu_emulator.emulator.errors import InputError, LinkError
 from fcu_emulator.emulator.host.isolation import limits_of_worker
 from fcu_emulator.emulator.links import Addressed, ByteLink, open_link
@@ -26,7 +27,7 @@ from fcu_emulator.emulator.time.clock import PS_PER_S, parse_duration
 def serve_board(options: WebOptions) -> ExitCode:
     """Serve a board until the user ends it. Raises FcuError."""
     if options.halt and options.gdb is None:
-        raise InputError("--halt waits for a debugger; give --gdb PORT as well, such as --gdb 3333")
+        raise InputError("--halt must be used with --gdb PORT, such as --gdb 3333")
     setup = Setup(
         options.firmware,
         options.scenario,
@@ -37,15 +38,15 @@ def serve_board(options: WebOptions) -> ExitCode:
         halt=options.halt,
     )
     if options.record is not None and not options.record.absolute().parent.is_dir():
-        raise InputError(f"--record {options.record}: there is no folder {options.record.parent}")
+        raise InputError(f"--record {options.record}: the folder {options.record.parent} must exist")
     if options.record is not None and (options.record.is_dir() or options.record.is_fifo()):
-        raise InputError(f"--record {options.record} must be a file; give a path that can be written")
+        raise InputError(f"--record {options.record} must be a writable file")
     with ExitStack() as stack:
-        server = PageServer(options.port, to_stderr, listen=options.listen)
+        server = PageServer(options.port, say, listen=options.listen)
         stack.callback(server.close)
         links: list[ByteLink] = []
         for spec in dict.fromkeys(options.serial):
-            links.append(open_link(spec, say=to_stderr))
+            links.append(open_link(spec, say=say))
             stack.callback(links[-1].close)
         exercises = _exercises(options.firmware)
         session = LiveSession(setup, server.publish, options.record, links=links, exercises=exercises)
@@ -53,53 +54,52 @@ def serve_board(options: WebOptions) -> ExitCode:
         server.controls = session
         booted = session.board.booted
         what = f", scenario {options.scenario}" if options.scenario else ""
-        to_stderr(f"board {booted.wiring.name}, firmware {booted.name}{what}, seed {session.board.seed}")
+        say(f"board {booted.wiring.name}, firmware {booted.name}{what}, seed {session.board.seed}")
         for note in (*booted.notes, *announcement()):
-            to_stderr(note)
-        to_stderr(f"page: {server.url}")
+            say(note)
+        say(f"page: {server.url}")
         if warned := warning(options.listen):
-            to_stderr(warned)
+            say(warned, "warning")
         for line in session.ways():
-            to_stderr(line)
-        session.door = _door(session, links, stack)
-        if not options.no_browser and limits_of_worker() is None:  # a browser would have the same limits
+            say(line)
+        session.control = _control_server(session, links, stack)
+        if not options.no_browser and limits_of_worker() is None:  # a browser would inherit the limits
             threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
         with interruptible(session) as ended:
-            to_stderr("Ctrl-C ends it")
+            say("Ctrl-C ends it")
             session.run()
         if ended:
-            to_stderr(f"ended by {ended[0]} at {session.board.now_s:.3f} s of virtual time")
+            say(f"ended by {ended[0]} at {session.board.now_s:.3f} s of virtual time")
         for line in session.verdict():
-            to_stderr(line)
+            say(line)
         if options.record is not None:
-            to_stderr(f"what was done is in {options.record}")
+            say(f"the actions are saved in {options.record}")
     return ExitCode.PASSED
 
 
 def _exercises(firmware: str | None) -> Exercises | None:
-    """Return the exercises of the firmware's project; None if its rubric cannot be used."""
+    """Return the project's exercises; None if its rubric cannot be used."""
     from fcu_emulator.emulator.cli.exercises import (
-        LabExercises,  # slow: loads all of grading, so only when a board is served
+        LabExercises,  # slow: loads all of grading
     )
     from fcu_emulator.emulator.cli.project import rubric_of
 
     try:
         return LabExercises(rubric_of(firmware or ""))
     except InputError as error:
-        to_stderr(f"the page shows no exercises: {error}")
+        say(f"the page cannot show exercises: {error}")
         return None
 
 
-def _door(session: LiveSession, links: list[ByteLink], stack: ExitStack) -> ControlServer | None:
-    """Return the control server by which another fcu finds this board; None if it cannot be opened."""
+def _control_server(session: LiveSession, links: list[ByteLink], stack: ExitStack) -> ControlServer | None:
     serial = [link.address for link in links if isinstance(link, Addressed)]
     try:
-        door = ControlServer(session.board.booted.name, serial, session.answer)
+        control = ControlServer(session.board.booted.name, serial, session.answer)
     except LinkError as error:
-        to_stderr(f"no other fcu will find this board: {error}")
+        say(f"fcu move and fcu terminal cannot find this board: {error}")
         return None
-    stack.callback(door.close)
-    return door
+    stack.callback(control.close)
+    return control
 
 
 def _end_s(text: str | None) -> float:

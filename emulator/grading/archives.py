@@ -1,13 +1,10 @@
 """Untrusted archives: unpack a zip file's regular files into one folder, in bounded memory, time and space.
 
-An archive is refused as a whole, with a reason, if it has a property that no normal archive of a lab has.
-These are names that lead out of the folder, links and devices, encrypted or duplicate files, more than the
-allowed number of entries or bytes, and a compression ratio of zip bombs. The limits apply to the unpacked
-data, not to the sizes in the directory.
+An archive is refused as a whole if it has links, devices, encrypted or duplicate files, names that lead out
+of the folder, or too much data or compression.
 
 Decision: entries are counted by their signature before the directory is parsed, because parsing needs the
-memory. A file that contains the four bytes elsewhere is only counted too high. Rejected alternative:
-``shutil`` or ``ZipFile.extractall``, which change names silently and have no limits.
+memory. ``ZipFile.extractall`` was rejected: it changes names silently and has no limits.
 """
 
 from __future__ import annotations
@@ -31,13 +28,13 @@ _DIRECTORY_ENTRY = re.compile(re.escape(b"PK\x01\x02"))
 _ENCRYPTED = 0x1
 _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _PIECE = 1 << 16
-_HONEST = 1 << 20  # bytes that any archive may unpack to, independent of the ratio
+_HONEST = 1 << 20  # bytes allowed regardless of the ratio
 _LONGEST_NAME = 240
 _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\..*)?")  # Windows opens devices by these names
 
 
 class ArchiveError(InputError):
-    """Reason for refusing an archive; the message does not contain the archive's name."""
+    """Reason for refusing an archive."""
 
 
 @dataclass(frozen=True)
@@ -46,26 +43,22 @@ class Bounds:
 
     entries: int
     bytes: int
-    """Limit in bytes for the archive and for its unpacked files."""
+    """Limit for the archive, and for its unpacked files."""
     ratio: float = 200.0
-    """Unpacked size over packed size. Text has 10, an ELF file 4, a HEX file of zeros 150."""
+    """Unpacked over packed size. Text has 10, an ELF file 4, a HEX file of zeros 150."""
 
 
 SUBMISSION: Final = Bounds(entries=2_000, bytes=64 << 20)
 CLASS: Final = Bounds(entries=100_000, bytes=4 << 30)
-"""Limits for a learning platform's archive of all submissions."""
+"""Limits for a platform's archive of all submissions."""
 
 
 def unpack(archive: Path, into: Path, bounds: Bounds = SUBMISSION) -> None:
-    """Write the archive's files into the new folder ``into``.
-
-    Raises ArchiveError if the archive is at fault, NotJudgedError if this machine is (a full disk, for
-    example).
-    """
+    """Write the archive's files into the new folder ``into``. Raises ArchiveError, NotJudgedError."""
     try:
         size = archive.stat().st_size
         if size > bounds.bytes:
-            raise ArchiveError(f"is {size} bytes long; {bounds.bytes} are allowed")
+            raise ArchiveError(f"must have at most {bounds.bytes} bytes, not {size}")
         _count_entries(archive, bounds)
         with zipfile.ZipFile(archive) as opened:
             _unpack(opened, into, bounds, packed=size)
@@ -73,11 +66,11 @@ def unpack(archive: Path, into: Path, bounds: Bounds = SUBMISSION) -> None:
         raise
     except OSError as error:
         reason = one_line(error.strerror or str(error), 120)
-        if error.errno is None or is_about_the_name(error):  # None: zipfile's own error about the contents
+        if error.errno is None or is_about_the_name(error):  # None: zipfile's error about the contents
             raise ArchiveError(f"cannot be unpacked: {reason}") from error
         raise NotJudgedError(f"this machine cannot unpack the archive: {reason}") from error
     except Exception as error:  # zipfile raises a dozen kinds of errors for damaged archives
-        raise ArchiveError(f"is damaged, or no zip file: {one_line(str(error), 80)}") from error
+        raise ArchiveError(f"is damaged or not a zip file: {one_line(str(error), 80)}") from error
 
 
 def _count_entries(archive: Path, bounds: Bounds) -> None:
@@ -86,7 +79,7 @@ def _count_entries(archive: Path, bounds: Bounds) -> None:
     with archive.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as contents:
         for number, _ in enumerate(_DIRECTORY_ENTRY.finditer(contents), start=1):
             if number > bounds.entries:
-                raise ArchiveError(f"has more than {bounds.entries} files")
+                raise ArchiveError(f"must have at most {bounds.entries} files")
 
 
 def _unpack(opened: zipfile.ZipFile, into: Path, bounds: Bounds, packed: int) -> None:
@@ -108,23 +101,22 @@ def _unpack(opened: zipfile.ZipFile, into: Path, bounds: Bounds, packed: int) ->
             while piece := source.read(_PIECE):
                 left -= len(piece)
                 if left < 0:
-                    raise ArchiveError(f"unpacks to more than {bounds.bytes} bytes", kind="too_large")
+                    raise ArchiveError(f"must unpack to at most {bounds.bytes} bytes", kind="too_large")
                 if bounds.bytes - left > most:
-                    problem = f"unpacks to more than {bounds.ratio:g} times its size: a zip bomb"
+                    problem = f"must unpack to at most {bounds.ratio:g} times its size"
                     raise ArchiveError(problem, kind="zip_bomb")
                 sink.write(piece)
         _set_time(target, entry)
 
 
 def _set_time(target: Path, entry: zipfile.ZipInfo) -> None:
-    """Set a file's time to the archive's; platforms store the time of submission there."""
+    """Set the archive's time: platforms store the submission's there."""
     with suppress(OSError, ValueError, OverflowError):
         at = datetime(*entry.date_time).timestamp()
         os.utime(target, (at, at))
 
 
 def _checked_name(entry: zipfile.ZipInfo) -> tuple[str, ...]:
-    """Return the parts of an entry's path. Raises ArchiveError for a path that no normal archive has."""
     name = entry.filename.replace("\\", "/")  # some Windows programs write backslashes
     kind = stat.S_IFMT(entry.external_attr >> 16)
     if kind not in (0, stat.S_IFREG, stat.S_IFDIR):
@@ -132,16 +124,16 @@ def _checked_name(entry: zipfile.ZipInfo) -> tuple[str, ...]:
     if entry.flag_bits & _ENCRYPTED:
         raise ArchiveError(f"has {_shown(entry)}, which is encrypted")
     if entry.compress_type not in _COMPRESSIONS:
-        raise ArchiveError(f"has {_shown(entry)}, packed in an unusual way; use plain zip")
+        raise ArchiveError(f"has {_shown(entry)} with an unsupported compression; use plain zip")
     path = PurePosixPath(name)
     if not path.parts and not name.endswith("/"):  # "./" is the archive's own folder
         raise ArchiveError("has a file without a name")
     if path.is_absolute() or PureWindowsPath(name).anchor or ".." in path.parts:
-        raise ArchiveError(f"has {_shown(entry)}, which leads out of it", kind="leads_out")
+        raise ArchiveError(f"has {_shown(entry)}, a path outside of the archive", kind="leads_out")
     if len(name) > _LONGEST_NAME or any(not part.isprintable() for part in path.parts):
-        raise ArchiveError(f"has {_shown(entry)}, which is no name for a file")
+        raise ArchiveError(f"has {_shown(entry)}, an invalid file name")
     if any(_RESERVED.fullmatch(part) or ":" in part for part in path.parts):
-        raise ArchiveError(f"has {_shown(entry)}, which is no name for a file on every system")
+        raise ArchiveError(f"has {_shown(entry)}, an invalid file name on every system")
     return path.parts
 
 

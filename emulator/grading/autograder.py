@@ -1,12 +1,9 @@
 """The Gradescope autograder as one zip file: scripts, rubric, scenarios, secret, and the package.
 
-Gradescope unpacks it to ``/autograder/source``, runs ``setup.sh`` once to create an image, and for each
-submission ``run_autograder``, which writes ``/autograder/results/results.json``
-(https://gradescope-autograders.readthedocs.io/en/latest/specs/).
+Source: https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 
-Decision: the package is a wheel of the version that creates the archive, given by the teacher, or that
-version from a package index. Rejected alternative: packing the installed files into a wheel, which would put
-this system's C library into a Linux container.
+Decision: the package is a wheel of this version, from the teacher or a package index, because the installed
+files may contain another system's C library.
 """
 
 from __future__ import annotations
@@ -44,7 +41,7 @@ export PATH="/opt/fcu/bin:$PATH"
 fcu grade --gradescope --autograder /autograder --rubric /autograder/source/rubric/{rubric} \\
     --salt /autograder/source/salt.key --bus {bus} --build-without-sandbox{take}
 """
-_EPOCH = (1980, 1, 1, 0, 0, 0)  # the same contents give the same bytes
+_EPOCH = (1980, 1, 1, 0, 0, 0)  # for reproducible bytes
 
 
 def write_autograder(
@@ -52,7 +49,7 @@ def write_autograder(
 ) -> list[str]:
     """Write the archive and return the names of its files. Raises InputError, OutputError.
 
-    ``wheel``: a wheel of this version, for Linux; None: ``pip`` fetches this version from its index.
+    ``wheel``: of this version, for Linux; None: from a package index.
     """
     package = f"fcu-emulator=={version('fcu-emulator')}"
     contents: dict[str, bytes] = {}
@@ -70,7 +67,7 @@ def write_autograder(
         for name, data in contents.items():
             entry = zipfile.ZipInfo(name, _EPOCH)
             entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.create_system = 3  # Unix, so that the permissions are used
+            entry.create_system = 3  # Unix, for the permissions
             entry.external_attr = (0o100755 if name in ("setup.sh", "run_autograder") else 0o100644) << 16
             target.writestr(entry, data)
     write_atomically(file, sink.getvalue(), private=True)
@@ -81,23 +78,23 @@ def _wheel(file: Path) -> bytes:
     name, number, *_ = [*file.name.split("-"), "", ""]
     right = f"a wheel of fcu-emulator {version('fcu-emulator')} for Linux"
     if file.suffix != ".whl" or name != "fcu_emulator" or number != version("fcu-emulator"):
-        raise InputError(f"{file}: must be {right}; pip wheel --no-deps makes one in a clone")
+        raise InputError(f"{file} must be {right}; build it in a clone: pip wheel --no-deps .")
     if any(system in file.name for system in ("win", "macosx")):
-        raise InputError(f"{file}: must be {right}: Gradescope runs Linux")
+        raise InputError(f"{file} must be {right}: Gradescope runs Linux")
     return _contents(file)
 
 
 def _contents(file: Path) -> bytes:
     try:
         if file.stat().st_size > _LARGEST_FILE:
-            raise InputError(f"{file}: must have at most {_LARGEST_FILE >> 20} MiB")
+            raise InputError(f"{file} must have at most {_LARGEST_FILE >> 20} MiB")
         return file.read_bytes()
     except OSError as error:
-        raise InputError(f"{file}: cannot be read: {error.strerror or error}") from error
+        raise InputError(f"cannot read {file}: {error.strerror or error}") from error
 
 
 def _files_of(rubric: Rubric) -> Mapping[str, bytes]:
-    """Return the rubric and all files that it and its scenarios name, by their paths relative to its folder."""
+    """Return the contents of all named files."""
     folder = rubric.path.resolve().parent
     found: dict[str, bytes] = {}
     waiting = [rubric.path.resolve()]
@@ -115,7 +112,6 @@ def _files_of(rubric: Rubric) -> Mapping[str, bytes]:
 
 
 def _named(path: Path) -> Iterator[Path]:
-    """Yield the files that the values of a TOML file name."""
     for text in _texts(read_toml(path, "a rubric or scenario")):
         if 0 < len(text) < 256 and "\n" not in text and "\0" not in text and "." in text:
             named = (path.parent / text).resolve()

@@ -1,20 +1,14 @@
 """Build submitted source: the student's C files with our Makefile, in a sandbox.
 
-The compiler reads untrusted source, and ``#include`` and ``.incbin`` can name any file. So it runs under
-bubblewrap without network. It sees only the tools, read-only, and a folder for the build, and has limits on
-time, memory and file size. A student's Makefile is never run. Only ``sandbox=False`` runs the compiler
-without bubblewrap. The limits still apply, and root compiles as user nobody, who reads only public files.
+Untrusted source can include any file, so the compiler runs under bubblewrap with limits and without network.
+With ``sandbox=False`` only the limits apply, and root compiles as user nobody, who reads only public files.
 
-Decision: the support layer is compiled once and its objects are copied into each build, which takes a tenth
-of the time. The paths in the debug information are always the same, so the same source gives the same bytes,
-and an earlier build can be found by content. Rejected alternative: a container for each build, which needs a
-privileged service.
+Decision: the support layer is compiled once and copied into each build, which takes a tenth of the time. A
+container for each build was rejected: it needs a privileged service.
 
-Decision: the result "does not compile" is final and kept, so it must never be caused by the machine (a full
-disk, a compiler that the system kills). After a failure a control program is compiled in the same way, and
-then the submission a second time. The submission is at fault only if the control program compiles and the
-submission fails again. Rejected alternative: searching the compiler's messages for "No space left", which
-source can forge.
+Decision: after a failed build, a control program and then the submission are compiled again, because the kept
+result "does not compile" must never be caused by the machine. Searching the messages for "No space left" was
+rejected: source can forge them.
 """
 
 from __future__ import annotations
@@ -47,15 +41,15 @@ from fcu_emulator.firmware_model import arm
 
 COMPILER: Final = "arm-none-eabi-gcc"
 SANDBOX: Final = "bwrap"
-_LONGEST_S = 60  # of wall time; the lab takes one second
-_CPU_S = 30  # of processor time, for each process of the build
-_MEMORY_KIB = 1 << 20  # of address space, for each process of the build
-_FILE_BLOCKS = 65_536  # of 512 bytes: 32 MiB for a file
-_LONGEST_LOG = 16_000  # characters kept of the compiler's output
+_LONGEST_S = 60  # wall time; the lab takes one second
+_CPU_S = 30  # processor time of each process
+_MEMORY_KIB = 1 << 20  # address space of each process
+_FILE_BLOCKS = 65_536  # of 512 bytes for a file: 32 MiB
+_LONGEST_LOG = 16_000  # characters kept
 _NOBODY = 65534
 _OF_MAKE = ("make:", "make[", "  CC", "  LINK", "collect2: ")
 _FORMAT = 3  # of kept builds
-_HERE = "/build"  # the paths that the compiler sees
+_HERE = "/build"  # paths that the compiler sees
 _TEMPLATE = "/template"
 _FAILURE = re.compile(
     r"(?i)error:|undefined reference|multiple definition|out of memory|memory exhausted|overflowed by|stopped"
@@ -65,28 +59,28 @@ _TWICE = re.compile(
     r" (\S+\.o:)?(?P<there>[\w+.-]+\.c)?"
 )
 _UNDEFINED = re.compile(r"(?m)^(?P<where>[\w+.-]+\.c(:\d+)?)?\S* undefined reference to [`'](?P<name>[^']+)'")
-_A_FILE = "another file"  # errors for which the linker names no file
+_A_FILE = "another file"  # if the linker names no file
 _LINKER = re.compile(r"(?m)^(?:/\S*/)?(?:arm-none-eabi-)?ld: (?:in function [`'].*:$\n?)?")
 _OBJECT = re.compile(r"\bbuild/\w+/(\w[\w+.-]*)\.o\b")
 _LIMITED = (
     f"ulimit -S -t {_CPU_S}; ulimit -H -t {_CPU_S + 3}; ulimit -v {_MEMORY_KIB} 2>/dev/null; "
     f'ulimit -f {_FILE_BLOCKS}; ulimit -c 0; exec "$@"'
 )
-"""The hard limit of time is later than the soft one, so that SIGXCPU ends a process, not SIGKILL."""
+"""The soft limit of time comes first, so that SIGXCPU ends a process, not SIGKILL."""
 _SYSTEM = ("/usr", "/bin", "/lib", "/lib32", "/lib64", "/etc/alternatives")
-"""Folders that a distribution's compiler needs; on Debian math.h is found only with /etc/alternatives."""
+"""Folders that a compiler needs; Debian finds math.h only with /etc/alternatives."""
 _OF_A_TOOLCHAIN = (
     *(f"bin/{COMPILER.removesuffix('gcc')}*", "arm-none-eabi", "lib/arm-none-eabi"),
     *("lib/gcc/arm-none-eabi", "libexec/gcc/arm-none-eabi", "lib/*.so*", "libexec/*.so*"),
 )
-"""Files and folders of a toolchain outside the system's folders. Its prefix may be a home folder."""
+"""Contents of a toolchain outside the system's folders, because its prefix may be a home folder."""
 _WATCH = """\
 "$@"
 code=$?
 [ $code -le 128 ] || echo $((code - 128)) >>signals
 exit $code
 """
-"""Script that runs each program of the compiler and records the signal that ends it. Source can forge only the message."""
+"""Script around each compiler program that records the ending signal; source can forge only messages."""
 _MADE_ERRORS = 2  # make's exit code for a failed command
 _CONTROL = {"main.c": b"int main(void) { return 0; }\n"}
 _STOPS = {
@@ -96,21 +90,20 @@ _STOPS = {
         ("SIGSEGV", "SIGABRT", "SIGILL", "SIGFPE"), "error: the compiler crashed on this program"
     ),
 }
-"""Effect of the source on the compiler, by signal; other signals come from outside."""
+"""Signals that the source causes; others come from outside."""
 
 
 class CompileError(RejectedError):
-    """The program does not compile; ``log`` holds the compiler's messages."""
+    """The program does not compile; ``log``: the compiler's messages."""
 
     def __init__(self, log: str) -> None:
-        # lines of an excerpt begin with a space: they quote the student's source
+        # a line with a space quotes the student's source
         first = next((line for line in log.splitlines() if line[:1] != " " and _FAILURE.search(line)), "")
         super().__init__(_link_error(log) or "does not compile" + (f": {one_line(first)}" if first else ""))
         self.log = log
 
 
 def _link_error(log: str) -> str:
-    """Describe in one sentence why the files cannot be linked to one program; "" if there is no linker error."""
     twice = list(_TWICE.finditer(log))
     if twice:
         match = next((one for one in twice if one["name"] == "main"), twice[0])
@@ -121,28 +114,26 @@ def _link_error(log: str) -> str:
         if first == second:
             return f"does not link: {name} is defined twice in {first}; leave one definition"
         if name == "main":
-            return f"has two programs: {first} and {second} both define main(); hand in one of them"
+            return f"must have one main(), but {first} and {second} both define it; hand in one of them"
         return f"does not link: {name} is defined in {first} and in {second}; leave one definition"
     if undefined := _UNDEFINED.search(log):
         name = one_line(undefined["name"], 60)
         if name == "main":
-            return "has no main(): no file that was handed in defines it; hand in the whole program"
+            return "must have a main(), but no submitted file defines it; hand in the whole program"
         where = f"{undefined['where']} uses" if undefined["where"] else "the program uses"
-        return f"does not link: {where} {name}, which no file that was handed in defines"
+        return f"does not link: {where} {name}, which no submitted file defines"
     return ""
 
 
 @dataclass(frozen=True)
 class Built:
-    """A program built from source. ``log``: warnings; empty for none."""
+    """A program built from source, and the compiler's warnings."""
 
     firmware: SubmittedFirmware
     log: str
 
 
 class _Made(NamedTuple):
-    """Result of one run of make. ``stop``: how the source stopped the compiler, by a limit or a crash."""
-
     folder: Path
     code: int
     log: str
@@ -150,16 +141,18 @@ class _Made(NamedTuple):
 
 
 class Builder:
-    """Builder for one wiring. ``kept``: a folder in which programs are kept by content; None: nowhere.
+    """Builder for one wiring. ``kept``: folder of earlier builds; None: nowhere.
 
-    The constructor and the first build raise InputError with installation hints if this machine cannot build.
+    Raises InputError, also in the first build, if this machine cannot build.
     """
 
     def __init__(
         self, bus: str = FCU001V1.wiring().bus, *, sandbox: bool = True, kept: Path | None = None
     ) -> None:
         if os.name != "posix":
-            raise InputError("source is built on Linux and macOS; hand in ELF files, or grade there")
+            raise InputError(
+                "cannot build source on this system; hand in ELF files, or grade on Linux or macOS"
+            )
         missing = [
             name for name in (COMPILER, "make", *([SANDBOX] if sandbox else [])) if not shutil.which(name)
         ]
@@ -184,20 +177,18 @@ class Builder:
         self._objects = Path(self._folder.name) / "objects"
 
     def _lay_out_template(self) -> None:
-        """Copy the files that all builds share to a folder that user nobody can read."""
         sources = arm.sources()
         shutil.copytree(sources / "support", self._template / "support")
         shutil.copyfile(sources / "scaffold" / "Makefile", self._template / "Makefile")
         (self._template / "watch").write_text(_WATCH)
 
     def close(self) -> None:
-        """Remove the temporary folder of the builds."""
         self._folder.cleanup()
 
     def build(self, source: SubmittedSource) -> Built:
-        """Return the program; a known source is not built again. Safe to call in several threads.
+        """Return the program, from an earlier build if possible. Thread-safe.
 
-        Raises CompileError if the source is at fault, NotJudgedError or InputError if this machine is.
+        Raises CompileError if the source is at fault, NotJudgedError or InputError if the machine is.
         """
         key = hashlib.sha256(f"{_FORMAT} {self._toolchain} {source.digest}".encode()).hexdigest()
         built = self._known(key)
@@ -207,14 +198,14 @@ class Builder:
                 built = self._build(source.files)
             except OSError as error:  # shutil.Error, too
                 reason = one_line(error.strerror or str(error), 120)
-                raise NotJudgedError(f"this machine cannot build source: {reason}") from error
+                raise NotJudgedError(f"cannot build source on this machine: {reason}") from error
             self._keep(key, built)
         if built.firmware.data:
             return built
         raise CompileError(built.log)
 
     def stop(self) -> None:
-        """Stop all compilers, now and from now on; their programs are not judged."""
+        """Stop all compilers for good."""
         self._stopped = True
         with self._processes_lock:
             for process in self._processes:
@@ -240,17 +231,17 @@ class Builder:
     # -- the compiler
 
     def _compile_support(self) -> None:
-        """Compile the support layer, which every program is linked with, once. Raises InputError."""
+        """Compile the support layer once. Raises InputError."""
         with self._support:
             if self._objects.exists():
                 return
             with self._attempt(_CONTROL, with_support=False) as made:
                 if made.code and "bwrap:" in made.log:
-                    how = "in a container that is thrown away, give --build-without-sandbox"
+                    how = "in a disposable container: --build-without-sandbox"
                     reason = f"bubblewrap cannot create a sandbox on this machine ({_last_line(made.log)})"
                     raise InputError(f"{reason}; {how}")
                 if made.code:
-                    raise InputError(f"this machine cannot build LAB3's template: {_last_line(made.log)}")
+                    raise InputError(f"cannot build LAB3's template on this machine: {_last_line(made.log)}")
                 objects = made.folder / "build" / self._bus / "support"
                 half = self._objects.with_suffix(".half")
                 shutil.rmtree(half, ignore_errors=True)
@@ -266,28 +257,28 @@ class Builder:
         return built
 
     def _build_once(self, files: Mapping[str, bytes], *, final: bool = False) -> Built | None:
-        """Build once. Return None for a failure that the machine may have caused, unless ``final``."""
+        """Build once; None if the machine may have caused the failure."""
         with self._attempt(files) as made:
             elf = made.folder / "lab3.elf"
             if made.code == 0 and elf.is_file():
                 return Built(SubmittedFirmware("lab3.elf", elf.read_bytes()), made.log)
             if not (final or made.stop):
                 return None
-            log = "\n".join(filter(None, (made.log, made.stop))) or "error: the compiler gave no reason"
+            log = "\n".join(filter(None, (made.log, made.stop))) or "error: the compiler printed no reason"
             return Built(SubmittedFirmware("lab3.elf", b""), log)
 
     def _check_machine(self) -> None:
-        """Compile the control program with enough space for the largest file. Raises NotJudgedError."""
+        """Compile the control program beside a large file. Raises NotJudgedError."""
         with self._attempt(_CONTROL, ballast=_FILE_BLOCKS * 512) as made:
             if made.code:
                 reason = _last_line(made.log)
-                raise NotJudgedError(f"this machine cannot compile any program just now: {reason}")
+                raise NotJudgedError(f"cannot compile any program on this machine at present: {reason}")
 
     @contextmanager
     def _attempt(
         self, files: Mapping[str, bytes], *, with_support: bool = True, ballast: int = 0
     ) -> Iterator[_Made]:
-        """Run make on ``files`` in a folder of the build; ``ballast``: bytes that fill its disk meanwhile."""
+        """Run make in a new folder; ``ballast``: bytes that fill its disk."""
         with TemporaryDirectory(dir=self._folder.name, ignore_cleanup_errors=True) as folder:
             work = Path(folder)
             (work / "tmp").mkdir()
@@ -300,7 +291,7 @@ class Builder:
             yield self._make(work)
 
     def _make(self, work: Path) -> _Made:
-        """Run make in ``work``. Raises NotJudgedError if make did not start or was killed from outside."""
+        """Run make. Raises NotJudgedError if it did not start or was killed from outside."""
         here, template = (_HERE, _TEMPLATE) if self.sandbox else (str(work), str(self._template))
         compiler = _toolchain_of_path().compiler
         command = [
@@ -328,11 +319,10 @@ class Builder:
         outside = [name for name in signals if name not in _STOPS]
         if outside or code not in (0, _MADE_ERRORS):
             cause = outside[0] if outside else f"exit code {code}, {_last_line(log)}"
-            raise NotJudgedError(f"the compiler was ended from outside ({cause})")
+            raise NotJudgedError(f"the compiler was killed ({cause})")
         return _Made(work, code, log, next((_STOPS[name] for name in signals), ""))
 
     def _run(self, command: Sequence[str], work: Path, output: Path) -> int | None:
-        """Return the exit code of a command of the build; None if it took too long."""
         environment = {"PATH": os.environ.get("PATH", os.defpath), "LC_ALL": "C"}
         if not self.sandbox:
             environment["TMPDIR"] = str(work / "tmp")
@@ -345,7 +335,7 @@ class Builder:
                 stdin=subprocess.DEVNULL,
                 stdout=sink,
                 stderr=subprocess.STDOUT,
-                start_new_session=True,  # so that all its processes can be ended
+                start_new_session=True,  # to end all its processes
                 **as_nobody,
             )
         with self._processes_lock:
@@ -366,19 +356,16 @@ class Builder:
 
 
 def _quoted(path: str) -> str:
-    """Return a path quoted for a recipe of make."""
     return shlex.quote(path).replace("$", "$$")
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End a process and all its child processes."""
     if sys.platform != "win32":
         with suppress(OSError):
             os.killpg(process.pid, signal.SIGKILL)
 
 
 def _signals(file: Path) -> list[str]:
-    """Return the names of the signals that ended programs of the compiler."""
     if not file.exists():
         return []
     known = {one.value: one.name for one in signal.Signals}
@@ -386,7 +373,6 @@ def _signals(file: Path) -> list[str]:
 
 
 def _as_nobody(work: Path) -> dict[str, Any]:
-    """Prepare ``work`` for user nobody and return the process arguments, if this process is root; otherwise {}."""
     if sys.platform != "win32" and os.geteuid() == 0:
         for path in (work, *work.rglob("*")):
             os.chown(path, _NOBODY, _NOBODY)
@@ -395,7 +381,6 @@ def _as_nobody(work: Path) -> dict[str, Any]:
 
 
 def _sandbox(work: Path, template: Path) -> list[str]:
-    """Return the bubblewrap arguments that precede a command."""
     tools = [*_SYSTEM, *_toolchain_of_path().files]
     return [
         SANDBOX,
@@ -405,14 +390,12 @@ def _sandbox(work: Path, template: Path) -> list[str]:
         *("--tmpfs", "/tmp"),
         *(part for path in tools for part in ("--ro-bind-try", path, path)),
         *("--ro-bind", str(template), _TEMPLATE),
-        *("--dir", "/dev", "--dev-bind", "/dev/null", "/dev/null"),  # a read of /dev/ptmx never ends
+        *("--dir", "/dev", "--dev-bind", "/dev/null", "/dev/null"),  # reading /dev/ptmx never ends
         *("--bind", str(work), _HERE, "--chdir", _HERE),
     ]
 
 
 class _Toolchain(NamedTuple):
-    """``compiler``: its path; ``files``: files and folders outside the system's own that it needs."""
-
     compiler: str
     files: tuple[str, ...]
 
@@ -421,8 +404,7 @@ class _Toolchain(NamedTuple):
 def _toolchain_of_path() -> _Toolchain:
     """Return the toolchain of the compiler on the PATH, which may be a link or a script.
 
-    Never return its prefix as a whole: for a compiler in ``~/bin`` that is the home folder. GCC, "Directory
-    Options": the first line of ``-print-search-dirs`` names ``PREFIX/lib/gcc/arm-none-eabi/VERSION``.
+    Never return its whole prefix: for ``~/bin`` that is the home folder.
     """
     found = Path(shutil.which(COMPILER) or COMPILER).resolve()
     said = subprocess.run([found, "-print-search-dirs"], capture_output=True, text=True, check=False).stdout
@@ -438,7 +420,7 @@ def _toolchain_of_path() -> _Toolchain:
 
 
 def _toolchain(template: Path, bus: str) -> str:
-    """Return a digest of everything except the source that decides the built program."""
+    """Return a digest of all that decides the program, except source."""
     digest = hashlib.sha256(bus.encode())
     digest.update(_compiler_version().encode())
     for path in sorted(template.rglob("*")):
@@ -454,7 +436,6 @@ def _compiler_version() -> str:
 
 
 def _readable(said: str, here: str, template: str) -> str:
-    """Return the compiler's output without internal paths and make's own lines."""
     text = visible(said, lines=True)
     for folder in (here, template, _HERE, _TEMPLATE):
         text = text.replace(f"{folder}/", "")
@@ -467,16 +448,15 @@ def _readable(said: str, here: str, template: str) -> str:
 
 
 def _last_line(log: str) -> str:
-    return next(reversed([line for line in log.splitlines() if line.strip()]), "no reason given")
+    return next(reversed([line for line in log.splitlines() if line.strip()]), "no reason printed")
 
 
 def _to_install(missing: Sequence[str]) -> str:
-    """Return installation hints and alternatives; the sandbox exists on Linux only."""
     to_be_had = [name for name in missing if name != SANDBOX or sys.platform.startswith("linux")]
-    what = f"building source needs {' and '.join(missing)}"
+    what = f"cannot build source without {' and '.join(missing)}"
     ways = [f"{what}: {how_to_install_all(to_be_had)}" if to_be_had else what]
     if SANDBOX not in to_be_had and SANDBOX in missing:
-        ways.append(f"{SANDBOX} is there on Linux alone, in a container, too")
+        ways.append(f"{SANDBOX} exists on Linux only, also in a container")
     ways.append("or grade ELF files only: --submission-type firmware")
     if SANDBOX in missing:
         ways.append("or, if you trust every submission, --build-without-sandbox")

@@ -1,13 +1,11 @@
 """Kinds of checks that a rubric has in addition to a scenario's expectations.
 
-One class holds the schema and the evaluation of a kind, as in
-:mod:`fcu_emulator.emulator.scenario.expectations`. To add a kind, write a class and add its name to the union
-at the end. :meth:`Check.watch` observes the run; :class:`Judged` holds all other data.
+A new kind is a class, added to the union at the end.
 """
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -23,8 +21,9 @@ from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis, Kind
 from fcu_emulator.emulator.chip.firmware import ArmFirmware
 from fcu_emulator.emulator.errors import FirmwareError, NotJudgedError
-from fcu_emulator.emulator.scenario.expectations import Failure, RunView
-from fcu_emulator.emulator.scenario.fields import Duration, Length, Table
+from fcu_emulator.emulator.scenario.expectations import RunView
+from fcu_emulator.emulator.scenario.fields import Duration, Length
+from fcu_emulator.emulator.scenario.result import ExpectationResult, Expected
 from fcu_emulator.emulator.scenario.run_view import escaped
 from fcu_emulator.emulator.scenario.schema import Kinds
 from fcu_emulator.emulator.text import shown
@@ -34,32 +33,24 @@ from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
 
 
 @dataclass(frozen=True)
-class Judged:
-    """A finished run: the board, its run view for scenarios, and the diagnosis.
-
-    ``watched``: result of the check's own :meth:`Check.watch`.
-    """
+class FinishedRun:
+    """A finished run. ``watched``: result of :meth:`Check.watch`."""
 
     firmware: str | Path | FirmwareFactory
     board: Board
-    seen: RunView
+    view: RunView
     recorder: TruthRecorder
     diagnoses: tuple[Diagnosis, ...]
     build_log: str | None
     watched: Any
 
 
-class Check(Table, ABC):
-    """An entry of ``expect`` of a kind that scenarios do not have."""
-
-    def watch(self, board: Board) -> Any:
-        """Start watching before the run; the result is ``watched`` at the end."""
-        del board
-        return None
+class Check(Expected):
+    """An entry of ``expect`` that scenarios do not have."""
 
     @abstractmethod
-    def judge(self, run: Judged) -> Failure | None:
-        """Return the failure, or None if the check is met. Raises NotJudgedError if it cannot be evaluated."""
+    def evaluate(self, run: FinishedRun) -> ExpectationResult:
+        """Return the result. Raises NotJudgedError if it cannot be evaluated."""
 
 
 # -- The program as a whole: no fault, no diagnosis, no compiler warnings -----------------------------------
@@ -70,28 +61,26 @@ class NoFault(Check):
 
     kind: Literal["no_fault"]
 
-    def judge(self, run: Judged) -> Failure | None:
-        """Check the diagnosis at the end of the run."""
+    def describe(self) -> str:
+        return "a program that keeps running"
+
+    def evaluate(self, run: FinishedRun) -> ExpectationResult:
         fatal = next((one for one in run.diagnoses if one.fatal), None)
-        return None if fatal is None else Failure("wrong value", "a program that runs on", fatal.summary)
+        return self.met() if fatal is None else self.failed("wrong value", fatal.summary)
 
 
 class NoDiagnosis(Check):
-    """The diagnosis at the end of the run contains none of these kinds.
-
-    The diagnosis of a stuck program contains only the reason for that, so such a program does not pass
-    either.
-    """
+    """The final diagnosis contains none of these kinds, and no fatal one."""
 
     kind: Literal["no_diagnosis"]
     of: list[Kind] = Field(min_length=1)
 
-    def judge(self, run: Judged) -> Failure | None:
-        """Return the first of these diagnoses as the failure."""
+    def describe(self) -> str:
+        return f"no diagnosis of: {', '.join(self.of)}"
+
+    def evaluate(self, run: FinishedRun) -> ExpectationResult:
         found = next((one for one in run.diagnoses if one.fatal or one.kind in self.of), None)
-        if found is None:
-            return None
-        return Failure("wrong value", f"nothing to be said about: {', '.join(self.of)}", found.summary)
+        return self.met() if found is None else self.failed("wrong value", found.summary)
 
 
 class NoWarnings(Check):
@@ -102,18 +91,20 @@ class NoWarnings(Check):
     kind: Literal["no_warnings"]
     max: int = Field(0, ge=0)
 
-    def judge(self, run: Judged) -> Failure | None:
-        """Count the lines with ``warning:`` in the build's output."""
+    def describe(self) -> str:
+        return f"at most {self.max} warnings" if self.max else "no warning"
+
+    def evaluate(self, run: FinishedRun) -> ExpectationResult:
         if run.build_log is None:
-            raise NotJudgedError("the program was not built here")
+            raise NotJudgedError("the program was not built from source")
         lines = run.build_log.splitlines()
         warnings = [
             line for line in lines if "warning:" in line and line[:1] != " "
-        ]  # a line with a space is an excerpt
+        ]  # an excerpt begins with a space
         if len(warnings) <= self.max:
-            return None
+            return self.met()
         count = f"{len(warnings)} warning{'s' * (len(warnings) > 1)}, the first: {escaped(warnings[0])[:200]}"
-        return Failure("wrong value", f"at most {self.max} warnings" if self.max else "no warning", count)
+        return self.failed("wrong value", count)
 
 
 # -- The callback -------------------------------------------------------------------------------------------
@@ -121,18 +112,21 @@ class NoWarnings(Check):
 
 _LOOK_PS = Fraction(PS_PER_MS, 10)
 _FEW = 8  # polls, 0.8 ms
-_BYTES = 4  # sent during these polls, all inside the callback: a byte takes 0.09 ms, and main() is suspended
+_BYTES = 4  # sent during these polls, all in the callback: main() is suspended
 
 
 class QuietCallback(Check):
-    """The timer's callback prints nothing: the serial line becomes idle while it runs."""
+    """The timer's callback prints nothing."""
 
     kind: Literal["quiet_callback"]
     from_: Duration = Field(2 * PS_PER_S, alias="from")
     for_: Length = Field(1_200 * PS_PER_MS, alias="for")
 
+    def describe(self) -> str:
+        return "no print in the timer's callback"
+
     def watch(self, board: Board) -> list[float]:
-        """Poll every 0.1 ms for bytes sent while the timer's interrupt is handled."""
+        """Poll every 0.1 ms for bytes sent in the timer's interrupt."""
         caught: list[float] = []
         counts: list[int] = []
 
@@ -155,17 +149,15 @@ class QuietCallback(Check):
         board.clock.schedule(self.from_, begin)
         return caught
 
-    def judge(self, run: Judged) -> Failure | None:
-        """Return the first such moment as the failure."""
+    def evaluate(self, run: FinishedRun) -> ExpectationResult:
         if not run.watched:
-            return None
+            return self.met()
         place = _print_in_callback(run.board)
         seen = f"one at {run.watched[0]:.3f} s" + (f", from {place}" if place else "")
-        return Failure("wrong value", "no print in the timer's callback", seen)
+        return self.failed("wrong value", seen)
 
 
 def _print_in_callback(board: Board) -> str:
-    """Return the print call in the HAL's callback and its place; "" if none is found."""
     if board.chip is None:
         return ""
     places = Places(board.chip.image)
@@ -175,7 +167,6 @@ def _print_in_callback(board: Board) -> str:
 
 
 def _sends_by_itself(arm: ArmFirmware) -> bool:
-    """Return whether DMA or the USART's own interrupt feeds the terminal, so that text continues in the callback."""
     usart = arm.chip.core.peripherals[arm.signals.board.serial.peripheral]
     interrupt, dma = usart.peek(0x0C) >> 7, usart.peek(0x14) >> 7  # CR1.TXEIE, CR3.DMAT
     return bool((interrupt | dma) & 1)
@@ -199,15 +190,14 @@ PROPERTIES = (
 
 def _known_property(name: str) -> str:
     if name not in PROPERTIES:
-        raise ValueError(f"is {shown(name)}; known: {', '.join(PROPERTIES)}")
+        raise ValueError(f"must be one of {', '.join(PROPERTIES)}, not {shown(name)}")
     return name
 
 
 class Property(Check):
-    """A law of the lab's arithmetic holds for the compiled functions (:mod:`fcu_emulator.emulator.testing.lab3`).
+    """The compiled functions obey a law of :mod:`fcu_emulator.emulator.testing.lab3`.
 
-    All students get the same ``examples``. Unjudged if the firmware lacks the function, or Hypothesis is not
-    installed.
+    Unjudged without the function, or without Hypothesis.
     """
 
     kind: Literal["property"]
@@ -216,22 +206,23 @@ class Property(Check):
     ]
     examples: int = Field(100, ge=1, le=10_000)
 
-    def judge(self, run: Judged) -> Failure | None:
-        """Search for a counter-example with Hypothesis, and minimise it."""
+    def describe(self) -> str:
+        return self.property.replace("_", " ")
+
+    def evaluate(self, run: FinishedRun) -> ExpectationResult:
         if not isinstance(run.firmware, str | Path):
             raise NotJudgedError("firmware in Python has no compiled functions")
         try:
             from fcu_emulator.emulator.testing.counterexample import counterexample
         except ModuleNotFoundError as error:
-            raise NotJudgedError(f"{error.name} is not installed; pip install {error.name}") from error
+            raise NotJudgedError(
+                f"{error.name} is not installed; install it: pip install {error.name}"
+            ) from error
         try:
             found = counterexample(str(run.firmware), self.property, self.examples)
         except FirmwareError as error:
-            return Failure("wrong value", self._text(), str(error).splitlines()[0])
-        return None if found is None else Failure("wrong value", self._text(), found)
-
-    def _text(self) -> str:
-        return self.property.replace("_", " ")
+            return self.failed("wrong value", str(error).splitlines()[0])
+        return self.met() if found is None else self.failed("wrong value", found)
 
 
 AnyCheck = Annotated[

@@ -1,12 +1,7 @@
 """Copies: identical programs and sources in a class, and submissions of the template or solution of fcu.
 
-Two programs are identical if the same bytes are loaded into the chip's memories: an ELF, a HEX and a BIN file
-of one build are identical, whatever debug information they contain. Two sources are identical if their C
-tokens are: comments and layout, names and order of the files do not count. Similar programs are not reported.
-
-Decision: each program has a digest of its normal form, so a class of hundreds needs one pass. Rejected
-alternative: a measure of similarity, which finds more copies, but accuses students who wrote the few lines of
-a lab alike.
+Decision: each program has a digest of its normal form (loaded bytes, or C tokens), so that a large class
+needs one pass. A measure of similarity was rejected: it accuses students who wrote a few lines alike.
 """
 
 from __future__ import annotations
@@ -34,11 +29,11 @@ _TOKEN = re.compile(
     re.DOTALL,
 )
 _OF_SOLUTION: Final = arm.sources() / "prebuilt" / "solution-source.sha256"
-"""Digest of the solution's source, which a wheel does not contain; a test keeps it current."""
+"""Digest of the solution's source, which a wheel lacks; a test keeps it current."""
 
 
 def program_digest(firmware: SubmittedFirmware) -> str:
-    """Return a digest of the loaded bytes; "" for a file that is not firmware."""
+    """Return a digest of the loaded bytes; "" if not firmware."""
     try:
         image = parse_firmware(firmware.data, firmware.name)
     except FcuError:
@@ -50,7 +45,7 @@ def program_digest(firmware: SubmittedFirmware) -> str:
 
 
 def source_digest(source: SubmittedSource) -> str:
-    """Return a digest of the C tokens of all files, without comments and layout."""
+    """Return a digest of all files' C tokens."""
     forms = sorted(filter(None, map(_normal_form, source.files.values())))
     return hashlib.sha256(b"\0".join(forms)).hexdigest()
 
@@ -62,7 +57,7 @@ def _normal_form(data: bytes) -> bytes:
 
 @functools.cache
 def shipped_digests() -> Mapping[str, str]:
-    """Return "template" or "solution" by the digests of the programs and sources that come with fcu."""
+    """Return "template" or "solution" by the digests of fcu's programs and sources."""
     found = {}
     for program in arm.PROGRAMS:
         for bus in arm.BUSES:
@@ -77,9 +72,9 @@ def shipped_digests() -> Mapping[str, str]:
 
 
 def with_copies(graded: Iterable[tuple[Hashable, Graded]]) -> list[Graded]:
-    """Return the results with the ids of identical submissions. Each pair has a key of the submitted files and a result.
+    """Add the ids of identical submissions to the results.
 
-    Students of a team have submitted the same program, which does not count as a copy.
+    Each pair has a key of the submitted files; equal keys are a team's submission, not a copy.
     """
     pairs = list(graded)
     sources: dict[str, list[tuple[Hashable, str]]] = {}

@@ -1,8 +1,6 @@
 """Grading of a class: every submission from its file to its verdict.
 
-A thread follows each submission: it reads the submission, has it built, requests the verdict from a worker,
-and waits. Only a few more submissions than workers are in progress, so memory does not grow with the size of
-the class.
+A thread follows each submission; few are in progress at a time, to bound the memory.
 """
 
 from __future__ import annotations
@@ -28,19 +26,16 @@ from fcu_emulator.emulator.grading.verdict import Verdict
 from fcu_emulator.emulator.host.isolation import WorkerLimits
 from fcu_emulator.emulator.text import one_line
 
-_MORE_THREADS = 2  # submissions in progress beyond the parallel tasks: read and built while the workers judge
+_MORE_THREADS = 2  # submissions read and built while the workers judge
 
 
 @dataclass(frozen=True)
 class Grader:
     """Grader with its settings for a class.
 
-    ``rubric_name``: the name by which workers load the rubric. ``builder``: returns the builder when the
-    first source is found, so that a class of ELF files needs no compiler. ``slots``: number of parallel tasks
-    of the workers. ``store``: None to judge everything again. ``salt``: the teacher's secret, from which
-    boards and motions are drawn (:meth:`fcu_emulator.emulator.grading.rubric.Rubric.seed_for`). ``limits``:
-    of each worker process; None leaves them to the cluster. ``shown``: the student under the name that the
-    reports show; if it is not the submission's name, the seed is hidden.
+    ``rubric_name``: for the workers. ``builder``: called for the first source, so that ELF files need no
+    compiler. ``slots``: parallel tasks. ``store``: None to judge again. ``salt``: the teacher's secret.
+    ``limits``: None: the cluster's. ``shown``: returns the student that reports show.
     """
 
     rubric: Rubric
@@ -57,10 +52,7 @@ class Grader:
     _made: list[Builder] = field(default_factory=list)
 
     def grade(self, submissions: Iterable[Submission]) -> Generator[tuple[Submission, Graded]]:
-        """Grade each submission once and yield results with evidence, in the order of completion.
-
-        Closing the generator before its end also stops the workers and the compilers.
-        """
+        """Yield results with evidence as they complete; closing the generator stops workers and compilers."""
         pool = ThreadPoolExecutor(self.slots + _MORE_THREADS, thread_name_prefix="fcu-grade")
         try:
             for done in as_completed({pool.submit(self._grade, one) for one in submissions}):
@@ -75,7 +67,7 @@ class Grader:
             pool.shutdown()
 
     def close(self) -> None:
-        """Remove the temporary files of building."""
+        """Remove the builds' temporary files."""
         while self._made:
             self._made.pop().close()
 
@@ -83,7 +75,6 @@ class Grader:
         return submission, self._graded(submission)
 
     def _graded(self, submission: Submission) -> Graded:
-        """Grade one submission. Every error becomes its result."""
         task, log, verdict = None, "", None
         digests: dict[str, str] = {}
         status: Status = "unjudged"
@@ -98,11 +89,11 @@ class Grader:
         except FcuError as error:
             reason = str(error)
         except OSError as error:
-            reason = f"this machine has run out of something: {error.strerror or error}"
+            reason = f"this machine has run out of a resource: {error.strerror or error}"
         except (
             Exception
         ) as error:  # a worker's memory, an error of Dask, a bug of fcu: not caused by the program
-            reason = f"fcu failed at it, please report this: {type(error).__name__}: {error}"
+            reason = f"fcu failed, please report this bug: {type(error).__name__}: {error}"
         else:
             reason = "; ".join(dict.fromkeys(check.unjudged_because for check in verdict.unjudged))
             if verdict.counts:
@@ -112,7 +103,6 @@ class Grader:
         return self._result(submission, status, reason, task, verdict, log).model_copy(update=digests)
 
     def _task(self, submission: Submission, digests: dict[str, str]) -> tuple[Task, str]:
-        """Return the program as a task, and the compiler's messages; the call fills ``digests``."""
         with TemporaryDirectory(prefix="fcu-", ignore_cleanup_errors=True) as scratch:
             content = submission.content(Path(scratch), self.take)
         log = None

@@ -1,7 +1,6 @@
 """Evaluation of one program by a rubric, in this process.
 
-Limits are virtual time and the firmware's activity (work, instructions, bytes, resets), never wall time: the
-verdict is the same on a loaded machine. Each run that the selected exercises need is simulated once.
+Limits are never in wall time: load must not change a verdict.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.assembly.firmware import FirmwareFactory, choose
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 from fcu_emulator.emulator.errors import FirmwareError, NotJudgedError
-from fcu_emulator.emulator.grading.checks import AnyCheck, Check, Judged
+from fcu_emulator.emulator.grading.checks import AnyCheck, Check, FinishedRun
 from fcu_emulator.emulator.grading.prerequisites import PREREQUISITE
 from fcu_emulator.emulator.grading.rubric import CheckTable, ExerciseTable, Rubric
 from fcu_emulator.emulator.grading.verdict import (
@@ -40,31 +39,30 @@ from fcu_emulator.emulator.scenario.expectations import (
     Expectation,
     ExpectField,
     ExpectText,
-    Failure,
     RunView,
     Windowed,
 )
 from fcu_emulator.emulator.scenario.following import ExpectLineFollows
 from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
+from fcu_emulator.emulator.scenario.result import ExpectationResult
 from fcu_emulator.emulator.scenario.run_view import unit_of
-from fcu_emulator.emulator.scenario.scenario import judged
 from fcu_emulator.emulator.scenario.schema import ReportTable
 from fcu_emulator.emulator.scenario.toml_writer import names_files, scenario_text
 from fcu_emulator.emulator.time.clock import PS_PER_S, seconds, to_ps
 
-_SLICE_S = 0.25  # of virtual time, between two progress reports
+_SLICE_S = 0.25  # virtual time between progress reports
 _NO_WALL_S = 1e12
 _NOT_REPLAYED = frozenset({"expect", "report", "firmware"})
-"""Keys of a scenario's file that a rubric's checks and a student's program replace."""
+"""Keys that the rubric's checks and the student's program replace."""
 
 
 Program: TypeAlias = str | Path | FirmwareFactory
-"""Firmware: a name, a file, or a function that creates Python firmware for a HAL."""
+"""Firmware: a name, a file, or a factory of Python firmware."""
 
 
 @dataclass(frozen=True)
 class JudgeProgress:
-    """Progress of an evaluation: the current run, and virtual seconds done of all runs together."""
+    """The current run, and virtual seconds of all runs together."""
 
     run: str
     done_s: float
@@ -82,9 +80,8 @@ def judge(
 ) -> Verdict:
     """Judge a firmware (a file, a shipped one by name, or one in Python) on the board ``seed``.
 
-    ``exercises``: ids of the exercises to judge; None for all. ``build_log``: the compiler's output if the
-    program was built here; without it, checks about it are unjudged. A check that a selected one requires is
-    judged as well. Raises InputError for a file that is not firmware for this board, or an unknown exercise.
+    ``exercises``: ids; None for all. ``build_log``: the compiler's output; without it, checks of it are
+    unjudged. Raises InputError for invalid firmware or an unknown exercise.
     """
     wanted = [rubric.exercise(name) for name in exercises] if exercises is not None else rubric.exercises
     digest = firmware_digest(firmware)
@@ -130,7 +127,7 @@ def judge(
 
 
 def reworded(verdict: Verdict, rubric: Rubric) -> Verdict:
-    """Return a verdict with titles, hints, visibility and detail of a rubric with the same judging digest."""
+    """Return a verdict with the texts of a rubric with the same judging digest."""
     tables = {f"{exercise.id}.{check.id}": check for exercise in rubric.exercises for check in exercise.check}
     checks = (
         result.model_copy(
@@ -158,16 +155,12 @@ def reworded(verdict: Verdict, rubric: Rubric) -> Verdict:
 
 
 def _actual(result: CheckResult, tables: Mapping[str, CheckTable]) -> str:
-    """Return the observation, with the current titles of the checks that it names."""
     unmet = [(one, tables[one].title) for one in result.requires_unmet]
     return requires_text(unmet) if unmet else result.actual
 
 
 def firmware_digest(firmware: Program) -> str:
-    """Return the SHA-256 of the file; for Python firmware, of its name and fcu's version.
-
-    Raises InputError for a file that is not firmware.
-    """
+    """Return a SHA-256; for Python firmware, of name and version. Raises InputError."""
     choice = choose(Board.description, firmware, None)
     if choice.image is None:
         return hashlib.sha256(f"{choice.name} {version('fcu-emulator')}".encode()).hexdigest()
@@ -176,8 +169,6 @@ def firmware_digest(firmware: Program) -> str:
 
 @dataclass
 class _JudgedRun:
-    """One run of the board, for all checks that use it."""
-
     firmware: Program
     rubric: Rubric
     name: str
@@ -209,7 +200,6 @@ class _JudgedRun:
         self.recorder = TruthRecorder(self.board)
 
     def make(self, told: Callable[[float], None]) -> None:
-        """Run the board to its end, or until it stops."""
         board = self.board
         if board.chip is not None:
             from fcu_emulator.emulator.chip.firmware import Limits
@@ -232,38 +222,37 @@ class _JudgedRun:
         except NotJudgedError as error:
             self.unjudged = str(error).splitlines()[0]
         self.diagnoses = explain(board, self.recorder, after_failure=True)
-        self.seen: RunView = self.scenario.seen(board)
+        self.view: RunView = self.scenario.run_view(board)
         self.died_ps = self._died_ps()
         board.close()
 
     def _died_ps(self) -> int | None:
-        """Return the time at which the program crashed, hung or was stopped; None if it ran to the end."""
+        """Return when the program crashed, hung or was stopped, or None."""
         if self.stopped:
             return self.board.clock.now_ps
         fatal = next((one for one in self.diagnoses if one.fatal), None)
         if fatal is None:
             return None
         return (
-            fatal.at_ps if fatal.at_ps is not None else max((one.at_ps for one in self.seen.lines), default=0)
+            fatal.at_ps if fatal.at_ps is not None else max((one.at_ps for one in self.view.lines), default=0)
         )
 
     def result(self, exercise: ExerciseTable, check: CheckTable) -> CheckResult:
-        """Return the result of one check in this run."""
         outcome: Outcome = "passed"
         share, unjudged = 1.0, self.unjudged
-        misses: list[Failure | None] = []
+        results: list[ExpectationResult] = []
         for one in check.expect:
             try:
-                misses.append(self._judged(one, check.enough))
+                results.append(self._evaluated(one, check.enough))
             except NotJudgedError as error:
                 unjudged = unjudged or str(error).splitlines()[0]
-        failed = [miss for miss in misses if miss is not None]
+        failed = [one for one in results if one.fault]
         if failed and not check.partial and not self.unjudged:
-            unjudged = ""  # one failed expectation decides, independent of the rest
+            unjudged = ""  # one failed expectation decides
         if unjudged:
             outcome, share, failed = "unjudged", 0.0, []
         elif failed:
-            share = 1 - len(failed) / len(misses) if check.partial else 0.0
+            share = 1 - len(failed) / len(results) if check.partial else 0.0
             outcome = "partial" if share else "failed"
         first = failed[0] if failed else None
         return CheckResult(
@@ -276,27 +265,25 @@ class _JudgedRun:
             expected=_expected(failed, check),
             actual=first.seen if first else "",
             printed=next(filter(None, map(_first_printed, failed)), ""),
-            finding=first.kind if first else "",
-            fault=first.fault if first else "",
-            hint=check.hint_for(first.kind, first.fault) if first else "",
+            finding=first.reason if first else "",
+            fault=(first.fault or "") if first else "",
+            hint=check.hint_for(first.reason, first.fault or "") if first else "",
             visibility=check.visible,
             detail=check.detail,
             unjudged_because=unjudged,
         )
 
-    def _judged(self, check: AnyCheck, enough_ps: int | None) -> Failure | None:
-        """Return the failure of one expectation; None if it is met.
-
-        Raises NotJudgedError, also for an unexpected error inside the check: only this check is lost.
-        """
+    def _evaluated(self, check: AnyCheck, enough_ps: int | None) -> ExpectationResult:
+        """Return one expectation's result. Raises NotJudgedError, also for an unexpected error in the check."""
         enough = self.died_ps is None or (enough_ps is not None and self.died_ps >= enough_ps)
         on_terminal = isinstance(check, Expectation) and check.ON_TERMINAL
         if not enough and (self.stopped or on_terminal):
-            return Failure("stopped", f"a run of {seconds(self.scenario.duration_ps)}", self._stop())
+            expected = f"a run of {seconds(self.scenario.duration_ps)}"
+            return check.failed("stopped", self._stop(), expected=expected)
         if enough and enough_ps is not None and on_terminal:
             check = self._seen_before_the_end(check, enough_ps)
         try:
-            return self._judged_here(check, enough)
+            return self._evaluated_here(check, enough)
         except NotJudgedError:
             raise
         except Exception as error:
@@ -304,31 +291,30 @@ class _JudgedRun:
             raise NotJudgedError(f"the check {check.kind} failed: {type(error).__name__}: {said}") from error
 
     def _seen_before_the_end(self, check: AnyCheck, enough_ps: int) -> AnyCheck:
-        """Return the check with its window begun at ``enough_ps``, if the program died before a print in the window."""
         if self.died_ps is None or not isinstance(check, Windowed):
             return check
-        begun = any(check.covers(line.at_ps) and line.at_ps < self.died_ps for line in self.seen.lines)
+        begun = any(check.covers(line.at_ps) and line.at_ps < self.died_ps for line in self.view.lines)
         return check if begun else check.model_copy(update={"from_": enough_ps})
 
-    def _judged_here(self, check: AnyCheck, enough: bool) -> Failure | None:
+    def _evaluated_here(self, check: AnyCheck, enough: bool) -> ExpectationResult:
         if isinstance(check, Check):
-            run = Judged(
+            run = FinishedRun(
                 firmware=self.firmware,
                 board=self.board,
-                seen=self.seen,
+                view=self.view,
                 recorder=self.recorder,
                 diagnoses=tuple(one for one in self.diagnoses if not (one.fatal and enough)),
                 build_log=self.build_log,
                 watched=self._watched[id(check)],
             )
-            return check.judge(run)
-        seen = self.seen
+            return check.evaluate(run)
+        view = self.view
         if self.died_ps is not None and check.ON_TERMINAL:
-            seen = replace(seen, end_ps=min(seen.end_ps, self.died_ps))
-        miss = judged(check, seen)
-        if miss is not None and miss.fault == "stopped":
-            raise NotJudgedError(miss.seen)
-        return miss
+            view = replace(view, end_ps=min(view.end_ps, self.died_ps))
+        result = check.result(view)
+        if result.fault == "stopped":
+            raise NotJudgedError(result.seen)
+        return result
 
     def _stop(self) -> str:
         if self.stopped:
@@ -337,12 +323,10 @@ class _JudgedRun:
         return f"the program ran until {seconds(self.died_ps or 0)}: {fatal.summary}"
 
     def _shown_diagnoses(self) -> list[Diagnosis]:
-        """Return the diagnosis that ended the program, otherwise all of them."""
         fatal = [one for one in self.diagnoses if one.fatal]
         return fatal[:1] or self.diagnoses
 
     def evidence(self, exercises: tuple[str, ...]) -> RunEvidence:
-        """Return the evidence that a reader needs to understand the run."""
         timer = self.board.timer
         return RunEvidence(
             run=self.name,
@@ -365,14 +349,13 @@ class _JudgedRun:
         )
 
     def _following(self) -> tuple[Following, ...]:
-        """Return the LEDs and lines with the conditions that they must follow, each once."""
         expected = (one for check in self.checks for one in check.expect)
         kinds = (ExpectLedFollows, ExpectLineFollows)
         followed = []
         for one in expected:
             if isinstance(one, kinds):
-                with suppress(TimeoutError):  # the check reports a pattern that takes too long
-                    followed.append(one.followed(self.seen))
+                with suppress(TimeoutError):  # reported by the check
+                    followed.append(one.followed(self.view))
         return tuple(
             Following(
                 name=one.name, condition=one.condition, wanted=_in_s(one.wanted), shown=_in_s(one.shown)
@@ -381,9 +364,8 @@ class _JudgedRun:
         )
 
     def _replay(self) -> str:
-        """Return the run as a scenario: drawn numbers, and those of the checks that scenarios can evaluate."""
         if names_files(self.scenario.contents.timeline):
-            return ""  # only the rubric's author has these files
+            return ""  # only the author has these files
         expected = [one for check in self.checks for one in check.expect]
         known = [one for one in expected if isinstance(one, Expectation) and not isinstance(one, ExpectText)]
         others = dict.fromkeys(one.kind for one in expected if one not in known)
@@ -393,14 +375,14 @@ class _JudgedRun:
         table |= {"report": [{"field": name, "against": "truth"} for name in self.fields]}
         comment = f"# {self.rubric.name}, run {self.name}, board {self.seed}\n"
         if others:
-            comment += f"# The rubric also looks at what no scenario expects: {', '.join(others)}\n"
+            comment += f"# The rubric also checks, outside of the scenario: {', '.join(others)}\n"
         return comment + scenario_text({key: value for key, value in table.items() if value != []})
 
     def _series(self, number: ExpectField) -> Series:
         line_format = number.number_format()
         points = []
-        with suppress(TimeoutError):  # the check reports a pattern that takes too long
-            for line in self.seen.lines:
+        with suppress(TimeoutError):  # reported by the check
+            for line in self.view.lines:
                 if line_format.is_begun_by(line.text) and number.quantity in line.truth:
                     value = line_format.number(line.text)
                     printed = None if value is None or value - value != 0 else value
@@ -421,21 +403,19 @@ def _in_s(spans: Sequence[tuple[int, int]]) -> tuple[tuple[float, float], ...]:
     return tuple((begin / PS_PER_S, end / PS_PER_S) for begin, end in spans[:MOST_PRINTS])
 
 
-def _first_printed(miss: Failure) -> str:
-    """Return the first wrong line; another text reports its deviation."""
-    line = next((line[1:] for line in miss.diff if line.startswith("+")), "")
+def _first_printed(failure: ExpectationResult) -> str:
+    line = next((line[1:] for line in failure.diff if line.startswith("+")), "")
     text, _, when = line.partition("  (off by")[0].rpartition("  at ")
     return f'"{text}" at {when}' if text else f'"{when}"' if when else ""
 
 
-def _expected(failed: Sequence[Failure], check: CheckTable) -> str:
-    """Name the expectations of a check that are not met; of a partial one, with the points of the further ones."""
-    texts = list(dict.fromkeys(miss.expected for miss in failed))
+def _expected(failed: Sequence[ExpectationResult], check: CheckTable) -> str:
+    texts = list(dict.fromkeys(one.expected for one in failed))
     if check.partial and len(texts) > 1:
         share = f"{check.points / len(check.expect):g} of {check.points:g} points"
-        return f"{texts[0]}; nor, for {share}, {'; '.join(texts[1:])}"
+        return f"{texts[0]}; for {share} also: {'; '.join(texts[1:])}"
     if failed and failed[0].fault == "missing":
-        return texts[0]  # what else is expected of lines that are not printed says nothing
+        return texts[0]  # other expectations of missing lines say nothing
     return "; also not met: ".join(texts)
 
 
@@ -443,4 +423,4 @@ def _shortened(text: str) -> str:
     if len(text) <= MOST_TERMINAL:
         return text
     half = MOST_TERMINAL // 2
-    return f"{text[:half]}\n[... {len(text) - 2 * half} characters left out ...]\n{text[-half:]}"
+    return f"{text[:half]}\n[... {len(text) - 2 * half} characters omitted ...]\n{text[-half:]}"

@@ -3,14 +3,13 @@
 ::
 
     [late]
-    penalty_per_day = "10 %"   # of all points of the rubric, for each day that has begun; or points, such as 2
-    grace_minutes = 15         # a submission this late is still in time
-    max_penalty = "50 %"       # upper limit of the penalty
-    at_most_days = 7           # later than this: no points
+    penalty_per_day = "10 %"   # of all points, for each day that has begun; or points, such as 2
+    grace_minutes = 15
+    max_penalty = "50 %"
+    at_most_days = 7           # later: no points
 
-Decision: a percentage refers to all points of the rubric, as in Canvas and MarkUs, not to the earned points.
-So a day costs every student the same, and the penalty reveals nothing about checks that a student does not
-see.
+Decision: a percentage refers to all points of the rubric, not to the earned points, so that the penalty
+reveals nothing about hidden checks.
 """
 
 from __future__ import annotations
@@ -31,13 +30,12 @@ _PERCENTAGE = re.compile(r"(100|[0-9]{1,2}([.][0-9]+)?) ?%")
 
 
 def _amount(value: object) -> float | str:
-    """Return the value of a key, if it is points or a percentage. Raises ValueError."""
     if isinstance(value, str) and _PERCENTAGE.fullmatch(value):
         return value
     if isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= _MOST_POINTS:
         return value
     raise ValueError(
-        f'is {shown(value)}; give points from 0 to {_MOST_POINTS:g}, or a percentage such as "10 %"'
+        f'must be points from 0 to {_MOST_POINTS:g}, or a percentage such as "10 %", not {shown(value)}'
     )
 
 
@@ -53,11 +51,11 @@ Amount = Annotated[
         }
     ),
 ]
-"""Number of points, or a percentage of all points of the rubric."""
+"""Points, or a percentage of all points."""
 
 
 class LateTable(Table):
-    """The table ``[late]``. Without ``max_penalty`` all points can be lost; ``at_most_days`` None: no limit."""
+    """The table ``[late]``. ``at_most_days`` None: no limit."""
 
     penalty_per_day: Amount
     grace_minutes: float = Field(0.0, ge=0, le=100_000)
@@ -66,11 +64,7 @@ class LateTable(Table):
 
 
 def late_penalty(rule: LateTable, late_by_s: float, max_points: float) -> float:
-    """Return the points that a submission loses, from 0 to ``max_points``.
-
-    ``late_by_s``: seconds after the deadline; ``max_points``: all points of the rubric. Each day that has
-    begun counts from the deadline, also with a grace period.
-    """
+    """Return the lost points, up to ``max_points``; days count from the deadline, also with a grace period."""
     if late_by_s <= rule.grace_minutes * _MINUTE_S:
         return 0.0
     days = max(1, -(-late_by_s // _DAY_S))

@@ -1,12 +1,7 @@
 """Warnings about margins with which a rubric's threshold checks test nothing, or fail correct programs.
 
-A condition is undefined within its margin. A threshold lets the board rest at a margin from its value. If the
-first margin is not smaller than the second, the check ignores the rests at the threshold. If the sensors
-deviate by more than a margin, a correct program can be wrong there.
-
-Decision: the sensors' error is the largest of :data:`BOARDS` boards, drawn like the boards of a class, with
-noise at three standard deviations. Rejected alternative: the sum of all limits, an error that no board of a
-class has.
+Decision: the sensors' error is the largest of :data:`BOARDS` drawn boards, with noise at three standard
+deviations. The sum of all limits was rejected: no board of a class has it.
 """
 
 from __future__ import annotations
@@ -35,8 +30,8 @@ from fcu_emulator.sensors.lps22hb.declaration import LPS22HBErrors
 from fcu_emulator.sensors.lsm6dsl.declaration import LSM6DSLErrors
 
 BOARDS = 200
-"""Number of drawn boards for the largest error: those of the seeds from 0 on."""
-_TEMPLATE_ACC_HZ = 20.0  # noise bandwidth of the accelerometer with the template's settings: ODR / 400
+"""Number of drawn boards, with seeds from 0."""
+_TEMPLATE_ACC_HZ = 20.0  # noise bandwidth with the template's settings: ODR / 400
 _TEMPLATE_BAROMETER = BarometerSettings(Fraction(25), low_current=False, divisor=0)
 _METRES_PER_HPA = 8.4
 _ON_BOARD = next(
@@ -44,17 +39,14 @@ _ON_BOARD = next(
     for mounted in FCU001V1.parts
     if mounted.part.ERRORS is LSM6DSLErrors
 )
-"""Rotation from the board's axes to those of the accelerometer."""
+"""Rotation from board to accelerometer axes."""
 
 
 # -- Error of a correct program -----------------------------------------------------------------------------
 
 
 def sensor_error(quantity: str, value: float, settings: SensorSettings) -> float | None:
-    """Return the largest error of a correct program's quantity near ``value``, to either side of 0.
-
-    In the quantity's unit; None for a quantity without an estimate.
-    """
+    """Return a correct program's largest error near plus or minus ``value``; None without an estimate."""
     if quantity.lower() in ("pitch", "roll"):
         return _largest(LSM6DSLErrors, "lsm6dsl", settings, lambda one: _tilt_error(one, quantity, value))
     if quantity == "Pre":
@@ -66,12 +58,11 @@ def sensor_error(quantity: str, value: float, settings: SensorSettings) -> float
 
 def _largest(part: Any, key: str, settings: SensorSettings, error: Callable[[Any], float]) -> float:
     figures: Mapping[str, Any] = settings.figures.get(key, {})
-    boards = (replace(part.of_grade(settings.grade, seed), **figures) for seed in range(BOARDS))
+    boards = (replace(part.of_quality(settings.quality, seed), **figures) for seed in range(BOARDS))
     return round(max(map(error, boards)), 6)
 
 
 def _tilt_error(errors: LSM6DSLErrors, quantity: str, value: float) -> float:
-    """Return the error in degrees, at plus and at minus the value, with the other inclination 0."""
     column = 0 if quantity.lower() == "pitch" else 1
     angles = np.radians([value, -value])
     force_g = np.zeros((2, 3))
@@ -92,12 +83,12 @@ def _pressure_noise(errors: LPS22HBErrors) -> float:
 
 
 def _pressure_error(errors: LPS22HBErrors) -> float:
-    """Return the error in hPa of the offset, of the line through the range at its ends, and of the noise."""
+    """Return the error in hPa: offset, slope at the range's ends, and noise."""
     return abs(errors.pressure_bias_hpa) + abs(errors.pressure_relative_hpa) + _pressure_noise(errors)
 
 
 def _altitude_error(errors: LPS22HBErrors) -> float:
-    """Return the error in metres of the noise, now and in the pressure at the floor; an offset cancels."""
+    """Return the noise in metres; an offset cancels."""
     return _METRES_PER_HPA * math.sqrt(2) * _pressure_noise(errors)
 
 
@@ -105,8 +96,6 @@ def _altitude_error(errors: LPS22HBErrors) -> float:
 
 
 class _Margin(NamedTuple):
-    """A margin around a value of a quantity, and its place for messages."""
-
     quantity: str
     value: float
     least: float
@@ -115,7 +104,7 @@ class _Margin(NamedTuple):
 
 
 def margin_warnings(rubric: Rubric) -> Iterator[str]:
-    """Yield a warning for each margin that makes a check useless, and for each run with too small margins."""
+    """Yield a warning for each useless or unfair margin."""
     for run in rubric.runs:
         thresholds = [
             _of_threshold(run, number, *ends) for number, ends in enumerate(_thresholds(rubric, run))
@@ -145,9 +134,9 @@ def _unfair(run: str, margins: list[_Margin], settings: SensorSettings) -> Itera
         if small:
             size = f"{error:.2g}{unit_text(quantity)}"
             yield (
-                f"in run {run} the {settings.grade} sensors show {quantity} {value:g} up to {size} wrong "
+                f"in run {run} the {settings.quality} sensors show {quantity} {value:g} up to {size} wrong "
                 f"(the largest of {BOARDS} boards), so correct programs can fail with the margin of "
-                f'{", ".join(small)}; give larger margins, or the run sensors = {{ grade = "ideal" }}'
+                f'{", ".join(small)}; give larger margins, or the run sensors = {{ quality = "ideal" }}'
             )
 
 
@@ -161,7 +150,6 @@ def _of_threshold(run: str, number: int, low: ThresholdTable, high: ThresholdTab
 
 
 def _conditions(rubric: Rubric, run: str) -> Iterator[_Margin]:
-    """Yield the margins of the conditions in the checks of a run, each once."""
     for exercise in rubric.exercises:
         for check in exercise.check:
             if rubric.run_of(exercise, check) == run:

@@ -1,9 +1,7 @@
 """The teacher's overrides: points with a comment that replace those of the rubric.
 
-A CSV file with the columns ``id`` (the student's), ``what`` (``total``, an exercise such as ``2``, a check
-such as ``2.pitch``, or ``late penalty``), ``points`` and ``comment``. An override of a check counts in its
-exercise, and an override of an exercise in the total. An override of the total replaces all points, also of
-an unjudged submission.
+A CSV file with the columns ``id``, ``what`` (``total``, ``late penalty``, an exercise such as ``2``, a check
+such as ``2.pitch``), ``points`` and ``comment``.
 """
 
 from __future__ import annotations
@@ -25,7 +23,7 @@ _COLUMNS = ("id", "what", "points", "comment")
 
 
 def load_overrides(path: Path, rubric: Rubric) -> dict[str, tuple[Override, ...]]:
-    """Return the overrides by students' ids in lower case. Raises InputError that names file and line."""
+    """Return the overrides by lower-case student id. Raises InputError naming file and line."""
     text, _ = read_csv(path)
     lines = csv.DictReader(io.StringIO(text, newline=""), delimiter=delimiter(text), strict=True)
     found: dict[str, tuple[Override, ...]] = {}
@@ -42,11 +40,11 @@ def load_overrides(path: Path, rubric: Rubric) -> dict[str, tuple[Override, ...]
             earlier = found.get(student, ())
             if any(one.what == override.what for one in earlier):
                 raise InputError(
-                    f"{where}: {override.what} of {one_line(student, 40)} is there twice; give it once"
+                    f"{where}: {override.what} of {one_line(student, 40)} must be given once, not twice"
                 )
             found[student] = (*earlier, override)
     except csv.Error as error:
-        raise InputError(f"{path}:{lines.line_num}: is not CSV: {one_line(str(error), 80)}") from error
+        raise InputError(f"{path}:{lines.line_num}: must be CSV: {one_line(str(error), 80)}") from error
     return found
 
 
@@ -69,7 +67,7 @@ def _override(where: str, row: Mapping[str, str | None], rubric: Rubric) -> tupl
 
 
 def with_overrides(graded: Graded, overrides: tuple[Override, ...]) -> Graded:
-    """Return a result with its overrides; overrides of checks are in the verdict, too."""
+    """Return a result, and its verdict, with the overrides."""
     points = {one.what: one.points for one in overrides}
     verdict = graded.verdict
     if verdict is not None:
@@ -77,9 +75,7 @@ def with_overrides(graded: Graded, overrides: tuple[Override, ...]) -> Graded:
         verdict = verdict.model_copy(update={"checks": checks})
     changed: dict[str, object] = {"overrides": overrides, "verdict": verdict}
     changed["late_penalty"] = points.get(LATE_PENALTY, graded.late_penalty)
-    if (
-        graded.status == "partly" and verdict is not None and verdict.counts
-    ):  # the missing points are now given
+    if graded.status == "partly" and verdict is not None and verdict.counts:  # missing points are now given
         changed |= {"status": "judged", "reason": ""}
     return graded.model_copy(update=changed)
 

@@ -1,20 +1,16 @@
 """Layouts of class folders: the submitted entries, and the student whom each entry names.
 
-A class folder is collected by hand, with an entry named after each student, or it is a download:
+A class folder is collected by hand, with an entry named after each student, or downloaded:
 
-- Moodle: ``Full Name_1234_assignsubmission_file_/...``, or all files in one folder,
-  ``Full Name_1234_assignsubmission_file_main.c``; typed text is in ``..._assignsubmission_onlinetext_...``;
-- Canvas: all files in one folder, ``lovelaceada_1234_5678_main.c``, or ``lovelaceada_LATE_1234_5678_main.c``;
-  the second number is different for each file;
-- Blackboard: all files in one folder, ``Lab 3_ada_attempt_2026-11-20-10-11-12_main.c``, and a text with the
-  student's name and comment for each attempt, ``Lab 3_ada_attempt_2026-11-20-10-11-12.txt``;
-- Ilias: ``Lovelace_Ada_login_1234/...``, in a folder such as ``Submissions``, beside a table; those of a team
-  in ``Team 12/``; late files begin with ``Late Submission - ``;
-- Gradescope: ``submission_1234/...`` with ``submission_metadata.yml`` beside them (needs PyYAML).
+- Moodle: ``Full Name_1234_assignsubmission_file_/...`` or ``Full Name_1234_assignsubmission_file_main.c``;
+  typed text: ``..._assignsubmission_onlinetext_...``;
+- Canvas: ``lovelaceada_1234_5678_main.c``, ``lovelaceada_LATE_1234_5678_main.c``; 5678 is the file's;
+- Blackboard: ``Lab 3_ada_attempt_2026-11-20-10-11-12_main.c``, and ``.txt`` with name and comment;
+- Ilias: ``Lovelace_Ada_login_1234/...``, teams in ``Team 12/``, late files ``Late Submission - ...``;
+- Gradescope: ``submission_1234/...`` beside ``submission_metadata.yml`` (needs PyYAML).
 
-Decision: only the platform's parts of a name identify the student, because students choose file names, and on
-some platforms also the name in the profile. A name that can be read in two ways is a problem, and its entry
-becomes a submission under its whole name: a guess could take another student's place.
+Decision: only the platform's parts of a name identify the student, because students choose file names. An
+ambiguous name is kept whole: a guess could take another student's place.
 """
 
 from __future__ import annotations
@@ -34,13 +30,13 @@ from fcu_emulator.emulator.text import one_line
 
 _METADATA = "submission_metadata.yml"
 _LARGEST_METADATA = 16 << 20
-_LARGEST_TEXT = 1 << 16  # bytes read of a Blackboard text
+_LARGEST_TEXT = 1 << 16  # bytes read
 _OF_SYSTEMS: Final = {
     *(_METADATA, "thumbs.db", "desktop.ini", ".ds_store", ".localized", ".directory"),
     *(".gitignore", ".gitattributes", ".gitkeep"),
 }
 _TABLES: Final = {".xlsx", ".xls", ".csv", ".md"}
-"""Kinds of files that Ilias puts next to the students' folders."""
+"""Files that Ilias puts beside the students' folders."""
 _MOODLE = re.compile(r"(?P<name>.*?)_(?P<id>\d+)_assignsubmission_", re.DOTALL | re.ASCII)
 _MOODLES_FILE = re.compile(r".*?_assignsubmission_(file|onlinetext)_(?P<file>.+)", re.DOTALL)
 _CANVAS = re.compile(
@@ -52,19 +48,17 @@ _ATTEMPT = re.compile(r"_attempt_(?P<at>\d{4}-\d\d-\d\d-\d\d-\d\d-\d\d)(?=[_.]|$
 _BLACKBOARDS_NAME = re.compile(r"Name:\s*(?P<name>.*)\((?P<login>[^()\s]+)\)\s*")
 _ILIAS = re.compile(r"(?P<last>[^_]+)_(?P<rest>.+)_(?P<id>\d+)", re.DOTALL | re.ASCII)
 _LATE_MARK = re.compile(r"^(Late Submission|Versp(ä|ae|a)tete Abgabe) - ")
-"""Ilias' prefix of a late file, in English and German."""
+"""Ilias' prefix of a late file."""
 _TEAM = re.compile(r"\w+ \d+")
 _GRADESCOPE = re.compile(r"submission_(?P<id>\d+)", re.ASCII)
 
 
 @dataclass(frozen=True)
-class HandedIn:
+class SubmittedEntry:
     """One submitted file or folder, or one that a platform lists but that is missing.
 
-    ``ids`` and ``names``: possible keys of the student in a roster; the platform gives ids, a student may
-    have chosen the name. ``group``: equal for the entries of one submission; "" for a separate entry.
-    ``own_name``: the student's name of a file that the platform has renamed. ``attempt``: the last one of a
-    group is judged.
+    ``ids`` and ``names``: keys in a roster; students can choose names. ``group``: of one submission, or "".
+    ``own_name``: the student's name of a renamed file. ``attempt``: the last of a group is judged.
     """
 
     path: Path
@@ -76,38 +70,35 @@ class HandedIn:
     attempt: str = ""
     problem: str = ""
     team: str = ""
-    """The student whose board is the team's, for a submission that several students share."""
+    """The student whose board the team shares."""
     handed_in: datetime | None = field(default=None, compare=False)
-    """Time of submission in this machine's time zone; None if the platform does not say."""
+    """Local time of submission; None if unknown."""
     late: bool = False
-    """Whether the platform marks it as late."""
     is_there: bool = True
 
     @property
     def has_own_time(self) -> bool:
-        """Return whether the platform or the file gives the time of submission."""
         return self.is_there and not self.group.startswith("canvas")
 
     @property
     def is_renamed(self) -> bool:
-        """Return whether the platform may have put a mark before the student's own file names in this folder."""
+        """Return whether the platform may have marked file names."""
         return self.group.startswith("ilias")
 
     def without_mark(self, name: str) -> str:
-        """Return the student's own name of a file in this folder."""
         return _LATE_MARK.sub("", name) if self.is_renamed else name
 
 
-def entries(folder: Path) -> list[HandedIn]:
+def entries(folder: Path) -> list[SubmittedEntry]:
     """Return the entries of a class folder in alphabetical order. Raises InputError."""
     folder = _ilias_folder(folder)
-    paths = _handed_in(folder)
+    paths = _submitted_paths(folder)
     told = _gradescope_submitters(folder)
     blackboard, ilias = _blackboard(paths), _ilias(paths)
     canvas = _canvas([path for path in paths if path not in blackboard])
     if ilias.entries:
         paths = [path for path in paths if not _is_table(path)]
-    found: list[HandedIn] = []
+    found: list[SubmittedEntry] = []
     for path in paths:
         if path in ilias.teams:
             found += (ilias.entries[member] for member in ilias.teams[path])
@@ -124,26 +115,23 @@ def entries(folder: Path) -> list[HandedIn]:
     there = {path.name for path in paths}
     for name, submitters in told.items():
         if name not in there:
-            reason = (
-                f"the download lists the folder {one_line(name, 60)}, which is not in it; download it again"
-            )
+            reason = f"the download lacks the folder {one_line(name, 60)} that it lists; download it again"
             found += (replace(one, path=folder / name, problem=reason, is_there=False) for one in submitters)
     return found
 
 
 def stem(path: Path) -> str:
-    """Return the name of an entry without platform marks; for a file, without suffix."""
+    """Return an entry's name without platform marks and suffix."""
     name = path.name if path.is_dir() else path.stem
     return name if name.strip() else repr(name)
 
 
 def shown_name(name: str) -> str:
-    """Return the name of a file or folder as reports show it; a name of spaces is quoted."""
+    """Return a name as reports show it; spaces are quoted."""
     return one_line(name, 200) or repr(name)
 
 
-def _handed_in(folder: Path) -> list[Path]:
-    """Return all paths in a class folder except files of operating systems, version control and platforms."""
+def _submitted_paths(folder: Path) -> list[Path]:
     return [path for path in sorted(folder.iterdir()) if not _is_of_a_system(path)]
 
 
@@ -152,24 +140,25 @@ def _is_of_a_system(path: Path) -> bool:
     return name in _OF_SYSTEMS or name.startswith(("._", "__macosx")) or (name[0] == "." and path.is_dir())
 
 
-def _by_name(path: Path) -> HandedIn:
-    """Return an entry of a folder that was collected by hand, or a Gradescope folder without its table."""
+def _by_name(path: Path) -> SubmittedEntry:
     name = stem(path)
     if match := _GRADESCOPE.fullmatch(name):
-        return HandedIn(path, Student(match["id"]), ids=(match["id"],))
-    return HandedIn(path, Student(name))
+        return SubmittedEntry(path, Student(match["id"]), ids=(match["id"],))
+    return SubmittedEntry(path, Student(name))
 
 
-def _moodle(path: Path) -> HandedIn | None:
+def _moodle(path: Path) -> SubmittedEntry | None:
     name = stem(path)
     heads = _MOODLE.findall(path.name)
     if len(heads) + (bool(heads) and _CANVAS.fullmatch(path.name) is not None) > 1:
-        problem = f"the name {one_line(path.name)!r} has two ids in it; download the submissions again"
-        return HandedIn(path, Student(name), problem=problem)
+        problem = (
+            f"the name {one_line(path.name)!r} must have one id, not two; download the submissions again"
+        )
+        return SubmittedEntry(path, Student(name), problem=problem)
     if not (match := _MOODLE.match(name)):
         return None
     own = _MOODLES_FILE.fullmatch(path.name) if not path.is_dir() else None
-    return HandedIn(
+    return SubmittedEntry(
         path,
         Student(match["id"], match["name"]),
         ids=(match["id"],),
@@ -179,15 +168,15 @@ def _moodle(path: Path) -> HandedIn | None:
     )
 
 
-def _canvas(paths: Sequence[Path]) -> dict[Path, HandedIn]:
-    """Return the entries of Canvas: each id has one name, and each file a unique number."""
+def _canvas(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
+    """Return Canvas' entries: each id has one name, each file a unique number."""
     matches = {path: match for path in paths if (match := _CANVAS.fullmatch(path.name)) and not path.is_dir()}
     names: dict[str, set[str]] = {}
     for match in matches.values():
         names.setdefault(match["id"], set()).add(match["name"].casefold())
     files = Counter(match["file_id"] for match in matches.values() if match["file_id"] != "_")
     return {
-        path: HandedIn(
+        path: SubmittedEntry(
             path,
             Student(match["id"], match["name"]),
             ids=(match["id"],),
@@ -201,8 +190,8 @@ def _canvas(paths: Sequence[Path]) -> dict[Path, HandedIn]:
     }
 
 
-def _blackboard(paths: Sequence[Path]) -> dict[Path, HandedIn]:
-    """Return the entries of Blackboard. The login follows the assignment's name, with which all names begin."""
+def _blackboard(paths: Sequence[Path]) -> dict[Path, SubmittedEntry]:
+    """Return Blackboard's entries; the login follows the assignment's name."""
     found = {path: list(_ATTEMPT.finditer(path.name)) for path in paths if not path.is_dir()}
     found = {path: matches for path, matches in found.items() if matches}
     sure = {path: matches[0] for path, matches in found.items() if len(matches) == 1}
@@ -210,14 +199,12 @@ def _blackboard(paths: Sequence[Path]) -> dict[Path, HandedIn]:
     entries = {}
     for path in found:
         if path not in sure:
-            problem = (
-                f"the name {one_line(path.name)!r} has two attempts in it; download the submissions again"
-            )
-            entries[path] = HandedIn(path, Student(path.stem), problem=problem)
+            problem = f"the name {one_line(path.name)!r} must have one attempt, not two; download the submissions again"
+            entries[path] = SubmittedEntry(path, Student(path.stem), problem=problem)
             continue
         match, rest = sure[path], path.name[sure[path].end() :]
         who = logins[path.name[: match.start()]]
-        entries[path] = HandedIn(
+        entries[path] = SubmittedEntry(
             path,
             Student(who.logins[0], who.name),
             ids=who.logins,
@@ -230,20 +217,17 @@ def _blackboard(paths: Sequence[Path]) -> dict[Path, HandedIn]:
     return entries
 
 
-class _Who(NamedTuple):
-    """Student of a file. ``logins``: the likely one, and further ones if the name can be read in several ways."""
-
+class _Owner(NamedTuple):
     logins: tuple[str, ...]
     name: str = ""
 
 
-def _logins(heads: Mapping[Path, str]) -> dict[str, _Who]:
-    """Return the student of each beginning of Blackboard's names; two beginnings never share a login."""
+def _logins(heads: Mapping[Path, str]) -> dict[str, _Owner]:
     said = {}
     for path, head in heads.items():
         match = _BLACKBOARDS_NAME.match(_beginning(path)) if path.suffix == ".txt" else None
         if match and path.stem.startswith(f"{head}_attempt_") and head.endswith(f"_{match['login']}"):
-            said[head] = _Who((match["login"],), match["name"].strip())
+            said[head] = _Owner((match["login"],), match["name"].strip())
     different = sorted(set(heads.values()))
     common = _common_words(different)
     found = {}
@@ -251,16 +235,15 @@ def _logins(heads: Mapping[Path, str]) -> dict[str, _Who]:
         words = head.split("_")
         rests = ["_".join(words[number:]) for number in range(1, len(words))] or [head]
         likely = head.removeprefix(f"{common}_") if common else rests[-1]
-        found[head] = said.get(head) or _Who(tuple(dict.fromkeys((likely, *rests))))
+        found[head] = said.get(head) or _Owner(tuple(dict.fromkeys((likely, *rests))))
     times = Counter(who.logins[0].casefold() for who in found.values())
     return {
-        head: who if times[who.logins[0].casefold()] == 1 else _Who((head,), who.name)
+        head: who if times[who.logins[0].casefold()] == 1 else _Owner((head,), who.name)
         for head, who in found.items()
     }
 
 
 def _common_words(names: Sequence[str]) -> str:
-    """Return the words that all names begin with, joined by underscores; "" for fewer than two names."""
     if len(names) < 2:
         return ""
     columns = zip(*(name.split("_")[:-1] for name in names), strict=False)
@@ -268,7 +251,6 @@ def _common_words(names: Sequence[str]) -> str:
 
 
 def _beginning(path: Path) -> str:
-    """Return the first lines of a text; "" if it cannot be read."""
     try:
         if path.is_symlink() or not path.is_file():
             return ""
@@ -279,14 +261,16 @@ def _beginning(path: Path) -> str:
 
 
 class _Ilias(NamedTuple):
-    entries: dict[Path, HandedIn]
+    entries: dict[Path, SubmittedEntry]
     teams: dict[Path, list[Path]]
-    """Folders of the members, in the folder of each team."""
+    """Members' folders by team."""
 
 
 def _ilias(paths: Sequence[Path]) -> _Ilias:
-    """Return the entries of Ilias, if most folders have its names, each with a unique number at the end."""
-    teams = {path: _handed_in(path) for path in paths if _TEAM.fullmatch(path.name) and _is_folder(path)}
+    """Return Ilias' entries, if most folders have its names."""
+    teams = {
+        path: _submitted_paths(path) for path in paths if _TEAM.fullmatch(path.name) and _is_folder(path)
+    }
     teams = {
         path: members
         for path, members in teams.items()
@@ -301,12 +285,11 @@ def _ilias(paths: Sequence[Path]) -> _Ilias:
     return _Ilias({path: _iliass_entry(path, match) for path, match in matches.items()}, teams)
 
 
-def _iliass_entry(path: Path, match: re.Match[str]) -> HandedIn:
-    """Parse ``Last_First_login_id``. Names and logins may have underscores: each way to read them is tried."""
+def _iliass_entry(path: Path, match: re.Match[str]) -> SubmittedEntry:
     words = match["rest"].split("_")
     first = " ".join(words[: max(1, len(words) - 1)])
     logins = tuple("_".join(words[number:]) for number in range(1, len(words)))
-    return HandedIn(
+    return SubmittedEntry(
         path,
         Student(match["id"], f"{first} {match['last']}"),
         ids=(match["id"], *logins),
@@ -316,7 +299,7 @@ def _iliass_entry(path: Path, match: re.Match[str]) -> HandedIn:
 
 
 def _is_ilias(path: Path) -> bool:
-    if path.name.startswith("multi_feedback_"):  # the common parent folder
+    if path.name.startswith("multi_feedback_"):  # the common parent
         return False
     return path.name.count("_") >= 3 and bool(_ILIAS.fullmatch(path.name)) and _is_folder(path)
 
@@ -326,10 +309,10 @@ def _is_folder(path: Path) -> bool:
 
 
 def _ilias_folder(folder: Path) -> Path:
-    """Return the folder with the students' folders: in an Ilias download at most two levels below the top."""
+    """Return the folder of the students' folders, at most two levels down."""
     here = folder
     for _ in range(3):
-        paths = _handed_in(here)
+        paths = _submitted_paths(here)
         if _ilias(paths).entries:
             return here
         folders = [path for path in paths if _is_folder(path)]
@@ -346,13 +329,12 @@ def _is_table(path: Path) -> bool:
 # -- Gradescope's table -------------------------------------------------------------------------------------
 
 
-def _gradescope_submitters(folder: Path) -> dict[str, list[HandedIn]]:
-    """Return the students, all of a team, by the names of their folders; empty without a table."""
+def _gradescope_submitters(folder: Path) -> dict[str, list[SubmittedEntry]]:
     file = folder / _METADATA
     if not file.is_file():
         return {}
     table = _yaml(file)
-    found: dict[str, list[HandedIn]] = {}
+    found: dict[str, list[SubmittedEntry]] = {}
     for name, entry in table.items() if isinstance(table, dict) else ():
         submitters = entry.get(":submitters") if isinstance(entry, dict) else None
         listed = [one for one in submitters if isinstance(one, dict)] if isinstance(submitters, list) else []
@@ -360,7 +342,7 @@ def _gradescope_submitters(folder: Path) -> dict[str, list[HandedIn]]:
         board = min((student.id for student in students), default="")
         at = _time(str(entry.get(":created_at")) if isinstance(entry, dict) else "")
         found[str(name)] = [
-            HandedIn(
+            SubmittedEntry(
                 folder / str(name),
                 student,
                 ids=tuple(filter(None, (student.id, student.email))),
@@ -375,18 +357,18 @@ def _gradescope_submitters(folder: Path) -> dict[str, list[HandedIn]]:
 
 def _yaml(file: Path) -> Any:
     if file.stat().st_size > _LARGEST_METADATA:
-        raise InputError(f"{file}: must have at most {_LARGEST_METADATA >> 20} MiB")
+        raise InputError(f"{file} must have at most {_LARGEST_METADATA >> 20} MiB")
     try:
         import yaml
     except ImportError as error:  # without PyYAML, grades would go to numbers instead of students
-        problem = f"{file}: reading it needs PyYAML; install it with: pip install PyYAML"
+        problem = f"cannot read {file} without PyYAML; install it: pip install PyYAML"
         raise InputError(problem, kind="not_installed") from error
     try:
         return yaml.safe_load(file.read_bytes())
     except MemoryError:
         raise
     except Exception as error:  # PyYAML raises many kinds of errors for damaged files
-        raise InputError(f"{file}: is not YAML: {one_line(str(error), 80)}") from error
+        raise InputError(f"{file} must be YAML: {one_line(str(error), 80)}") from error
 
 
 def _submitter(folder: str, entry: Mapping[object, object]) -> Student:
@@ -395,12 +377,12 @@ def _submitter(folder: str, entry: Mapping[object, object]) -> Student:
 
 
 def _word(value: object) -> str:
-    """Return text or a number of a YAML file as text; nested values are ignored, because they could be huge."""
+    """Return text or number as text; nested values could be huge."""
     return str(value) if isinstance(value, str | int) else ""
 
 
 def _time(text: str, form: str = "") -> datetime | None:
-    """Return a platform's time in this machine's time zone; None if it is invalid."""
+    """Return a platform's time in local time, or None."""
     try:
         at = datetime.strptime(text, form) if form else datetime.fromisoformat(text)
     except ValueError:

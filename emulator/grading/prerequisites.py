@@ -5,12 +5,9 @@
     [[exercise.check]]
     id = "quiet"
     title = "no alarm while the board is flat"
-    requires = ["alarm", "2"]   # a check of the same exercise; every check of exercise 2 that gives points
-    expect = [{ kind = "never", pattern = "ALARM", to = "2s" }]
+    requires = ["alarm", "2"]   # a check of the same exercise; all checks of exercise 2 with points
 
-Decision: a rubric names the checks that a check requires. Rejected alternative: no points for a check that
-the template passes. Then a grade would depend on a second program, and the reason would be hard to explain to
-a student.
+Decision: a rubric names the checks that a check requires; a grade must not depend on the template's results.
 """
 
 from __future__ import annotations
@@ -21,11 +18,11 @@ from fcu_emulator.emulator.grading.verdict import CheckResult, requires_text
 from fcu_emulator.emulator.text import shown
 
 PREREQUISITE = "prerequisite"
-"""Kind of finding for a check without points because a required check has not passed."""
+"""Kind of finding if a required check has not passed."""
 
 
 class PrerequisiteError(ValueError):
-    """A check requires an unknown check, or itself: entry ``number`` of the check ``check``."""
+    """Entry ``number`` of ``check`` requires an unknown check, or itself."""
 
     def __init__(self, check: str, number: int, problem: str) -> None:
         super().__init__(problem)
@@ -34,11 +31,7 @@ class PrerequisiteError(ValueError):
 
 
 class Prerequisites:
-    """Required checks of each check, by the full names of checks such as "1.alarm".
-
-    ``requires``: by check, as the rubric has it; ``counted``: the checks that give points; the id of an
-    exercise means all of its counted checks. Raises PrerequisiteError.
-    """
+    """Required checks of each check, by full names such as "1.alarm"; an exercise names its ``counted`` ones."""
 
     def __init__(self, requires: Mapping[str, Sequence[str]], counted: Collection[str]) -> None:
         self._requires = requires
@@ -48,7 +41,7 @@ class Prerequisites:
             self._refuse_circle(check)
 
     def needed(self, checks: Iterable[str]) -> set[str]:
-        """Return these checks and all checks that they require, directly or indirectly."""
+        """Return these checks and all that they require."""
         found: set[str] = set()
         waiting = list(checks)
         while waiting:
@@ -59,11 +52,7 @@ class Prerequisites:
         return found
 
     def applied(self, results: Mapping[str, CheckResult], hint: Mapping[str, str]) -> dict[str, CheckResult]:
-        """Return the results with no points for checks whose prerequisites have not passed.
-
-        ``hint``: by check, the hint for this finding. A prerequisite that could not be judged leaves the
-        check unjudged.
-        """
+        """Return the results without points for unmet prerequisites; unjudged ones leave checks unjudged."""
         done: dict[str, CheckResult] = {}
 
         def result_of(check: str) -> CheckResult:
@@ -79,20 +68,18 @@ class Prerequisites:
         for number, name in enumerate(self._requires[check]):
             named = self._named(name, check.partition(".")[0])
             if not named:
-                problem = f"is {shown(name)}; known: {', '.join(self._names(check))}"
+                problem = f"must be one of {', '.join(self._names(check))}, not {shown(name)}"
                 raise PrerequisiteError(check, number, problem)
             found += named
         return tuple(dict.fromkeys(found))
 
     def _named(self, name: str, exercise: str) -> list[str]:
-        """Return the checks that an entry names: one, or those of an exercise."""
         one = next((full for full in (name, f"{exercise}.{name}") if full in self._requires), None)
         if one is not None:
             return [one]
         return [check for check in self._counted if check.partition(".")[0] == name]
 
     def _names(self, check: str) -> list[str]:
-        """Return the valid names for an entry of this check."""
         exercises = dict.fromkeys(one.partition(".")[0] for one in self._counted)
         others = (one for one in exercises if one != check.partition(".")[0])
         return [*(one for one in self._requires if one != check), *others]
@@ -100,12 +87,11 @@ class Prerequisites:
     def _refuse_circle(self, check: str) -> None:
         for number, name in enumerate(self._requires[check]):
             if check in self.needed(self._named(name, check.partition(".")[0])):
-                problem = f"is {shown(name)}, which requires {check}; a check must not require itself"
+                problem = f"must not be {shown(name)}, because that check requires {check}"
                 raise PrerequisiteError(check, number, problem)
 
 
 def _withheld(result: CheckResult, required: Sequence[CheckResult], hint: str) -> CheckResult:
-    """Return the result of a check, given the results of its required checks."""
     if result.outcome == "failed":
         return result
     missing = [one for one in required if one.outcome in ("failed", "partial")]

@@ -1,8 +1,6 @@
 """Results of grading a class: a line for each student, and the whole as ``grade.json``.
 
-``grade.json`` is versioned (``schema``): the number grows when a key changes its meaning or is removed; new
-keys may be added at any time. The evidence of each judgement (terminal, plots, diagnosis) is in separate
-files, ``students/NAME.json``, written by :class:`fcu_emulator.emulator.grading.verdict.Verdict`.
+The version ``schema`` grows when a key is removed or changes its meaning.
 """
 
 from __future__ import annotations
@@ -12,53 +10,44 @@ import hmac
 import re
 from typing import Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from fcu_emulator.emulator.grading.late import after_penalty
 from fcu_emulator.emulator.grading.roster import Student
 from fcu_emulator.emulator.grading.rubric import is_shipped
-from fcu_emulator.emulator.grading.verdict import ExerciseTitle, Verdict
+from fcu_emulator.emulator.grading.verdict import ExerciseTitle, ResultModel, Verdict
 from fcu_emulator.emulator.host.install_hints import command_line
 from fcu_emulator.emulator.text import visible
 
 Status: TypeAlias = Literal["judged", "partly", "unjudged", "rejected", "missing"]
-"""Status of a submission. judged: all checks have a result. partly: some checks could not be judged. unjudged:
-no check could be judged, through no fault of the program. rejected: the submission cannot be judged. missing:
-there is none. Only "judged" has points that count.
+"""Status of a submission; only "judged" has points that count.
+
+partly, unjudged: some or all checks could not be judged, through no fault of the program. rejected: the
+submission cannot be judged.
 """
 
 
-class _ResultModel(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
-
-
 TOTAL = "total"
-"""Value of :attr:`Override.what` for all points."""
+""":attr:`Override.what` for all points."""
 LATE_PENALTY = "late penalty"
-"""Value of :attr:`Override.what` for the late penalty."""
+""":attr:`Override.what` for the late penalty."""
 
 
-class Override(_ResultModel):
-    """Points that the teacher gives for a check, an exercise or everything (:data:`TOTAL`).
-
-    For :data:`LATE_PENALTY`, points that the teacher takes off.
-    """
+class Override(ResultModel):
+    """Points that the teacher gives, or takes off for :data:`LATE_PENALTY`."""
 
     what: str
     points: float
     comment: str = ""
 
 
-class Graded(_ResultModel):
-    """Result of one student. ``verdict`` is None if nothing was judged, and has no evidence here.
+class Graded(ResultModel):
+    """Result of one student, without evidence.
 
-    ``reason``: why it is not judged, or only partly. ``report``: the name of the student's files, without
-    suffix. ``on_roster``: whether the roster has the student; None without a roster. ``files``: the names of
-    the submitted files; empty in anonymous reports, so ``handed_in`` counts them. ``submitted``: ISO 8601, in
-    local time, from the platform or the file. ``late``: after the deadline, or marked late by the platform;
-    ``late_by_s``: None if the delay is unknown. ``late_penalty``: in points, by the rubric or by the teacher;
-    :attr:`lost_by_lateness` is its effect. ``shipped``: "template" or "solution" if the submission is fcu's.
-    ``same_source``, ``same_program``: the ids of students with an identical submission.
+    ``reason``: why it is not fully judged. ``report``: file name without suffix. ``on_roster``: None without
+    a roster. ``files``: empty in anonymous reports; ``handed_in`` counts them. ``submitted``: ISO 8601, local
+    time. ``late_by_s``: None if unknown. ``late_penalty``: in points. ``shipped``: "template" or "solution"
+    of fcu. ``same_source``, ``same_program``: ids of identical submissions.
     """
 
     id: str
@@ -88,7 +77,7 @@ class Graded(_ResultModel):
 
     @property
     def points(self) -> float | None:
-        """Return the points that count; None if the submission was not fully judged, never zero instead."""
+        """Return the points that count; None, never zero, if not fully judged."""
         if (total := self._given(TOTAL)) is not None:
             return total
         earned = self._earned
@@ -96,21 +85,20 @@ class Graded(_ResultModel):
 
     @property
     def lost_by_lateness(self) -> float:
-        """Return the points that the late penalty has cost; 0 if the teacher has given the total."""
+        """Return the late penalty's cost; 0 if the teacher gave the total."""
         if self._given(TOTAL) is not None or self._earned is None:
             return 0.0
         return round(self._earned - after_penalty(self._earned, self.late_penalty), 4)
 
     @property
     def _earned(self) -> float | None:
-        """Return the points before the late penalty."""
         if self.verdict is None or self.status != "judged":
             return None
         points = (self.points_of(one.exercise) for one in self.verdict.exercises)
         return round(sum(one for one in points if one is not None), 4)
 
     def points_of(self, exercise: str) -> float | None:
-        """Return the points of an exercise; None if it was not fully judged."""
+        """Return the points; None if not fully judged."""
         given = self._given(exercise)
         return given if given is not None or self.verdict is None else self.verdict.points_of(exercise)
 
@@ -119,14 +107,14 @@ class Graded(_ResultModel):
 
     @property
     def late_by(self) -> str:
-        """Describe the delay: "3 d 4 h", or "late" if it is unknown; "" for in time."""
+        """Describe the delay: "3 d 4 h", "late" if unknown, "" if in time."""
         if not self.late:
             return ""
         return duration_text(self.late_by_s) if self.late_by_s is not None else "late"
 
     @property
     def late_words(self) -> str:
-        """Describe the delay and its points: "1 d 2 h: 2 points less"; "" for in time."""
+        """Describe delay and penalty: "1 d 2 h: 2 points less", or ""."""
         if self._given(TOTAL) is None and (self._given(LATE_PENALTY) is not None or self.late_penalty):
             less = f"{self.late_penalty:g} {'point' if self.late_penalty == 1 else 'points'} less"
             return f"{self.late_by}: {less}" if self.late else less
@@ -134,7 +122,7 @@ class Graded(_ResultModel):
 
     @property
     def copies(self) -> str:
-        """Describe the submissions and shipped programs that are identical; "" if there are none."""
+        """Describe identical submissions and programs, or ""."""
         if self.shipped:
             return f"is the {self.shipped} that comes with fcu"
         said = []
@@ -146,7 +134,7 @@ class Graded(_ResultModel):
 
     @property
     def again(self) -> str:
-        """Return the command that judges the firmware again; "" for a rubric that only the teacher has."""
+        """Return the command that judges again, or ""."""
         verdict = self.verdict
         if verdict is None or verdict.seed is None or not is_shipped(verdict.rubric, verdict.rubric_digest):
             return ""
@@ -155,12 +143,11 @@ class Graded(_ResultModel):
 
     @property
     def shown_name(self) -> str:
-        """Return name and id on one line, as far as they are known."""
         return visible(f"{self.name} ({self.id})" if self.name and self.name != self.id else self.id)
 
 
-class GradedClass(_ResultModel):
-    """Contents of the file ``grade.json``."""
+class GradedClass(ResultModel):
+    """Contents of ``grade.json``."""
 
     schema_: Literal[1] = Field(default=1, alias="schema")
     rubric: str
@@ -171,25 +158,21 @@ class GradedClass(_ResultModel):
     exercises: tuple[ExerciseTitle, ...]
     anonymous: bool = False
     handed_in: int = 0
-    """Number of submitted files and folders; one of a team counts once."""
+    """Number of submitted files and folders; a team's counts once."""
     submissions: tuple[Graded, ...]
 
     def of(self, *statuses: Status) -> list[Graded]:
-        """Return the submissions with one of these statuses, in order."""
         return [one for one in self.submissions if one.status in statuses]
 
     @property
     def not_judged(self) -> list[Graded]:
-        """Submissions without a grade, with reasons; reports list them separately."""
         return [one for one in self.submissions if one.status != "judged" and one.points is None]
 
     def to_json(self) -> str:
-        """Return the text of the file."""
         return self.model_dump_json(indent=1, by_alias=True) + "\n"
 
     @classmethod
     def from_json(cls, text: str | bytes) -> GradedClass:
-        """Read the text of :meth:`to_json`. Raises ValueError for any other text."""
         return cls.model_validate_json(text)
 
 
@@ -206,7 +189,7 @@ def duration_text(seconds: int) -> str:
 
 
 def report_name(student: str) -> str:
-    """Return a file name for an id: the same on every system, and unique for each id."""
+    """Return a file name for an id, unique and valid on every system."""
     plain = re.sub(r"[^A-Za-z0-9_-]+", "-", student).strip("-")[:60]
     if plain == student and plain.islower() | plain.isdigit():
         return plain
@@ -214,6 +197,6 @@ def report_name(student: str) -> str:
 
 
 def pseudonym(student: Student, key: bytes) -> Student:
-    """Return the student without name and email; only ``key`` links the new id to the student."""
+    """Return an anonymous student; only ``key`` links the id."""
     digest = hmac.new(key, student.id.encode("utf-8", "surrogatepass"), hashlib.sha256).hexdigest()
     return Student(f"student-{digest[:10]}")

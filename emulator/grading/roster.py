@@ -1,11 +1,7 @@
 """Roster of a class: a CSV file with a line for each student, as learning platforms export it.
 
-Columns are found by their names, in any order and case: an id (``id``, ``sid``, ``student id``,
-``identifier``, ``username``), a name (``name``, ``full name``, or ``first name`` and ``last name``) and an
-``email``. If files have other names, the column ``submission`` has the name of the student's file or folder.
-Only the id is required. All further columns are ignored.
-
-A file that is not UTF-8 is read as Windows-1252, which spreadsheets write; a note says so.
+Columns are found by name; only the id is required. A file that is not UTF-8 is read as Windows-1252, as
+spreadsheets write it.
 """
 
 from __future__ import annotations
@@ -31,22 +27,18 @@ _COLUMNS: Final = {
     "email": ("email", "e-mail", "email address", "mail"),
     "submission": ("submission", "file", "folder"),
 }
-_IDENTIFIER_PREFIX = "Participant "  # Moodle's grading worksheet writes "Participant 1234"
+_IDENTIFIER_PREFIX = "Participant "  # as in "Participant 1234" of Moodle
 
 
 @dataclass(frozen=True)
 class Student:
-    """One line of the roster. Seeds and file names are derived from ``id``.
-
-    Each field is valid Unicode: a byte of a file name that is not UTF-8, and a lone surrogate of a JSON or
-    YAML file, become an escape sequence.
-    """
+    """One line of the roster, in valid Unicode. Seeds and file names are derived from ``id``."""
 
     id: str
     name: str = ""
     email: str = ""
     submission: str = ""
-    """Name of the student's file or folder, if it differs from id, name and email."""
+    """The student's file or folder, if its name differs."""
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -55,7 +47,7 @@ class Student:
 
 
 class Roster:
-    """All students of a class, in the order of the file."""
+    """All students, in the order of the file."""
 
     def __init__(self, students: Iterable[Student], notes: Iterable[str] = ()) -> None:
         self.students = tuple(students)
@@ -65,21 +57,21 @@ class Roster:
             ids = {student.id, student.id.removeprefix(_IDENTIFIER_PREFIX)}
             for key in ids | {student.name, student.email, student.email.partition("@")[0]} - {""}:
                 known = self._by_key.setdefault(_key(key), student)
-                if known is not student:  # two students have this name: it identifies neither
+                if known is not student:  # two students have this name
                     self._by_key[_key(key)] = None
-        for student in self.students:  # ids and explicit names win over equal student names
+        for student in self.students:  # ids and explicit names win
             self._by_key[_key(student.id)] = student
             if student.submission:
                 self._by_key[_key(student.submission)] = student
 
     def find(self, *keys: str) -> Student | None:
-        """Return the student for the first of ``keys`` that identifies exactly one student."""
+        """Return the student for the first unambiguous key."""
         found = (self._by_key.get(_key(key)) for key in keys if key.strip())
         return next(filter(None, found), None)
 
 
 def load_roster(path: Path) -> Roster:
-    """Read the roster in a CSV file. Raises InputError with file, line and correct values."""
+    """Read a CSV file. Raises InputError with file, line and correct values."""
     text, notes = read_csv(path)
     lines = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter(text), strict=True)
     students: dict[str, Student] = {}
@@ -90,37 +82,37 @@ def load_roster(path: Path) -> Roster:
                 continue
             student = _student(path, lines.line_num, columns, row)
             if student.id.casefold() in students:
-                problem = f"the id {one_line(student.id, 40)!r} stands there twice; ids are unique"
+                problem = f"id must be unique, but {one_line(student.id, 40)!r} is given twice"
                 raise InputError(f"{path}:{lines.line_num}: {problem}", kind="same_id")
             students[student.id.casefold()] = student
             if len(students) > _MOST_ROWS:
-                raise InputError(f"{path}: has more than {_MOST_ROWS} students")
+                raise InputError(f"{path}: must have at most {_MOST_ROWS} students")
     except csv.Error as error:
-        raise InputError(f"{path}:{lines.line_num}: is no CSV: {one_line(str(error), 80)}") from error
+        raise InputError(f"{path}:{lines.line_num}: must be CSV: {one_line(str(error), 80)}") from error
     return Roster(students.values(), notes)
 
 
 def read_csv(path: Path) -> tuple[str, list[str]]:
-    """Return the text of a CSV file with a column for ids, and notes for the user. Raises InputError."""
+    """Return a CSV file's text, and notes for the user. Raises InputError."""
     try:
         if path.exists() and not path.is_file():
-            raise InputError(f"{path}: is no ordinary file; give a CSV file with a column id")
+            raise InputError(f"{path}: must be a regular file; give a CSV file with a column id")
         with path.open("rb") as file:
             data = file.read(_LARGEST + 1)
     except OSError as error:
-        problem = f"cannot be read: {error.strerror or error}; give a CSV file with a column id"
+        problem = f"cannot read the roster: {error.strerror or error}; give a CSV file with a column id"
         raise InputError(f"{path}: {problem}") from error
     if len(data) > _LARGEST:
-        raise InputError(f"{path}: is larger than {_LARGEST >> 20} MiB; give a CSV file with a column id")
+        raise InputError(f"{path}: must have at most {_LARGEST >> 20} MiB; give a CSV file with a column id")
     try:
         return data.decode("utf-8-sig"), []
     except UnicodeDecodeError:
-        note = f"{path}: is no UTF-8; read as Windows-1252, so look whether the names are right"
+        note = f"{path}: is not UTF-8 and was read as Windows-1252; check the names"
         return data.decode("cp1252", errors="replace"), [note]
 
 
 def delimiter(text: str) -> str:
-    """Return the comma, or semicolon or tab if the header has more of them, as some spreadsheets write."""
+    """Return the header's most frequent separator."""
     header = text.partition("\n")[0]
     return max(",;\t", key=header.count)
 
@@ -135,7 +127,7 @@ def _columns(path: Path, header: list[str]) -> dict[str, int]:
     }
     if "id" not in found:
         has = ", ".join(filter(None, names)) or "nothing"
-        problem = f"{path}:1: has no column for ids (it has {has}); call one of them id"
+        problem = f"{path}:1: must have a column id (its columns: {has}); rename one"
         raise InputError(problem, kind="no_id_column")
     return found
 
@@ -145,11 +137,11 @@ def _student(path: Path, line: int, columns: dict[str, int], row: list[str]) -> 
         index = columns.get(what)
         text = row[index] if index is not None and index < len(row) else ""
         if len(text) > _LONGEST_FIELD:
-            raise InputError(f"{path}:{line}: {what} has more than {_LONGEST_FIELD} signs; shorten it")
+            raise InputError(f"{path}:{line}: {what} must have at most {_LONGEST_FIELD} characters")
         return text.strip()
 
     if not field("id"):
-        raise InputError(f"{path}:{line}: has no id; give each student one")
+        raise InputError(f"{path}:{line}: must have an id")
     name = field("name") or f"{field('first')} {field('last')}".strip()
     return Student(field("id"), name, field("email"), field("submission"))
 

@@ -2,18 +2,13 @@
 
 ::
 
-    from fcu_emulator.emulator.grading.judge import judge
-    from fcu_emulator.emulator.grading.rubric import load_rubric
-
     verdict = judge("lab3.elf", load_rubric("lab3"), seed=7)
     print(verdict.points, "of", verdict.max_points)
 
-A rubric has runs (scenarios, by name, by file, or inline) and exercises with checks. A check evaluates one
-run; a run is simulated once for all of its checks. The seed selects the board's offsets and noise, so each
-submission may have another board (:meth:`Rubric.seed_for`).
+A rubric has runs (scenarios by name, by file, or inline), simulated once, and exercises with checks.
 
-Decision: checks reuse the scenario's expectations, key for key, instead of a separate language, so a teacher
-can copy an expectation that was tried with ``fcu run --scenario`` into a rubric unchanged.
+Decision: checks reuse the scenario's expectations, key for key, so that a teacher can copy one that was tried
+with ``fcu run --scenario``.
 """
 
 from __future__ import annotations
@@ -55,16 +50,16 @@ from fcu_emulator.emulator.scenario.schema import json_schema as scenario_schema
 from fcu_emulator.emulator.text import shown
 
 PROJECT_RUBRIC = "rubric.toml"
-"""Default rubric of `fcu check`: a file in the project."""
+"""Default rubric of `fcu check`, in the project."""
 MOST_EXERCISES = 50
-MOST_CHECKS = 100  # of one exercise
+MOST_CHECKS = 100  # per exercise
 MOST_POINTS = 1_000.0
 _NOT_OF_A_RUN = frozenset({"schema", "expect", "report", "firmware", "seed"})
-"""Keys of a scenario's file that the rubric replaces."""
+"""Scenario keys that the rubric replaces."""
 _FILE_KEYS = frozenset({"csv", "file"})
-"""Keys of a scenario that name a file beside it."""
+"""Scenario keys that name a file."""
 _WORDS = frozenset({"title", "hint", "hint_steps", "next", "visible", "detail"})
-"""Keys that affect the display of a check, but not its outcome."""
+"""Keys that affect only a check's display."""
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,39}$")]
 Title = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f-\x9f]+$")]
@@ -86,9 +81,7 @@ FindingKind: TypeAlias = Literal[
     "seldom read",
     "prerequisite",
 ]
-"""Kinds of failure of an expectation, with details for LEDs and for reads on the bus; and the kind for a
-required check that has not passed.
-"""
+"""Kinds of failure of an expectation, in general, of LEDs and of bus reads; and of a prerequisite."""
 
 _TABLES_OF_A_RUN = ("board", "bus", "firmware_settings", "sensors", "world")
 _ARRAYS_OF_A_RUN = ("threshold", "timeline")
@@ -105,7 +98,7 @@ _OF_A_CHECK = {
     **{name: f"{name} = ... in [[exercise.check]]" for name in ("points", "requires")},
 }
 _CHECK = {"check": "[[exercise.check]]"}
-"""Correct tables of keys that are often written in another table."""
+"""Correct tables of often misplaced keys."""
 
 # -- The file -----------------------------------------------------------------------------------------------
 
@@ -113,13 +106,9 @@ _CHECK = {"check": "[[exercise.check]]"}
 class CheckTable(Table):
     """One ``[[exercise.check]]``: expectations of one run, and their points.
 
-    ``partial``: points for the share of met expectations, instead of all or nothing. ``hint``: a text for
-    every finding except a missing prerequisite, or a table of texts by kind of finding. ``hint_steps``:
-    further texts; `fcu check` shows one more of them each time. ``enough``: the time at which the run has
-    shown all that the check needs; a program that crashes later is judged by its output until then.
-    ``requires``: the checks or exercises that must have passed, otherwise this check has no points
-    (:mod:`fcu_emulator.emulator.grading.prerequisites`). Without ``expect`` the check uses the expectations
-    of the scenario that its run names.
+    ``partial``: points for the share of met expectations. ``hint``: a text, or texts by finding.
+    ``hint_steps``: texts that `fcu check` adds one by one. ``enough``: a crash after this time does not
+    count. ``requires``: checks or exercises that must have passed. Default of ``expect``: the scenario's.
     """
 
     MISPLACED: ClassVar[Mapping[str, str]] = {**_OF_A_RUN, **_OF_THE_TOP}
@@ -138,11 +127,7 @@ class CheckTable(Table):
     hint_steps: list[Hint] = Field(default_factory=list, max_length=10)
 
     def hint_for(self, finding: str, fault: str = "") -> str:
-        """Return the hint for a kind of finding; "" if there is none.
-
-        A table without the finding uses the hint of its ``fault``, the general kind. A text is about the
-        check itself, so it is not used if only a prerequisite is missing.
-        """
+        """Return the hint for a finding or its ``fault``; a plain text is not for missing prerequisites."""
         if isinstance(self.hint, str):
             return "" if finding == PREREQUISITE else self.hint
         texts: dict[str, str] = dict(self.hint.items())
@@ -150,7 +135,7 @@ class CheckTable(Table):
 
 
 class ExerciseTable(Table):
-    """One ``[[exercise]]``; ``next``: instruction until it is done; ``run``: default run of its checks."""
+    """One ``[[exercise]]``; ``next``: instruction until it is done; ``run``: default of its checks."""
 
     MISPLACED: ClassVar[Mapping[str, str]] = {**_OF_A_RUN, **_OF_THE_TOP, **_OF_A_CHECK}
 
@@ -162,7 +147,7 @@ class ExerciseTable(Table):
 
 
 class RubricLimits(Table):
-    """[limits]: limits of each run, in the firmware's own measures and never in wall time."""
+    """[limits]: limits of each run, in the firmware's measures, never in wall time."""
 
     instructions: int = Field(10**11, ge=1)
     terminal_bytes: int = Field(1 << 20, ge=1, le=8 << 20)
@@ -188,7 +173,7 @@ class RubricFile(Table):
     def _refuse_run_without_name(cls, runs: Any) -> Any:
         for key, value in runs.items() if isinstance(runs, dict) else ():
             if not isinstance(value, dict):
-                problem = f"is {shown(value)}; give each run a name: [run.NAME]"
+                problem = f"must be tables [run.NAME], not {shown(value)}"
                 raise PydanticCustomError("unknown_key", "{problem}", {"key": str(key), "problem": problem})
         return runs
 
@@ -203,18 +188,16 @@ class RubricFile(Table):
 def _refuse_twice(names: list[str], what: str) -> None:
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise ValueError(f'has the {what} "{twice[0]}" twice; give each an id of its own')
+        raise ValueError(f'must have unique ids, but has the {what} "{twice[0]}" twice')
 
 
 # -- A checked rubric ---------------------------------------------------------------------------------------
 
 
 class Rubric:
-    """A checked rubric: its runs can be created and its checks fit them.
+    """A checked rubric, whose runs can be created.
 
-    ``name`` is the file's name without ``.toml``. ``digest`` changes with all of its contents and with the
-    scenario files that it names; ``judging_digest`` only with contents that decide an outcome. Verdicts with
-    the same judging digest differ in text only (:meth:`fcu_emulator.emulator.grading.judge.reworded`).
+    ``digest`` covers all contents and scenario files, ``judging_digest`` only those that decide an outcome.
     """
 
     def __init__(self, contents: RubricFile, table: dict[str, Any], path: Path) -> None:
@@ -238,7 +221,7 @@ class Rubric:
         for name in contents.run:
             self.scenario(name, 0)
         self.uncounted: dict[str, int] = {}
-        """By run, the number of expectations in the scenario's file that no check uses."""
+        """Number of expectations that no check uses, by run."""
         self.exercises = self._with_expectations()
 
     @property
@@ -254,9 +237,8 @@ class Rubric:
         raise InputError(f"unknown exercise {name!r}; the rubric {self.name} has {known}")
 
     def run_of(self, exercise: ExerciseTable, check: CheckTable) -> str:
-        """Return the name of the run that a check evaluates."""
         name = check.run or exercise.run
-        assert name is not None  # guaranteed by the constructor
+        assert name is not None  # checked by the constructor
         return name
 
     @property
@@ -264,7 +246,6 @@ class Rubric:
         return list(self._runs)
 
     def table_of(self, run: str) -> dict[str, Any]:
-        """Return the table of a run's scenario, as its file has it."""
         named: dict[str, Any] | None = self._source(run)
         return self._runs[run] if named is None else named
 
@@ -274,10 +255,10 @@ class Rubric:
         return isinstance(self._seed, int)
 
     def seed_for(self, student: str, firmware: bytes, salt: bytes) -> int:
-        """Return the seed of a submission's board and motions; the rubric's own number if it has one.
+        """Return the seed of a submission's board and motions, or the rubric's own number.
 
-        ``student``: the id; ``firmware``: the program's bytes; ``salt``: the teacher's secret. A program
-        cannot contain a recording of the run that judges it, because other bytes get another run.
+        It depends on the bytes, so that a program cannot contain a recording of its run; ``salt``: the
+        teacher's secret.
         """
         if isinstance(self._seed, int):
             return self._seed
@@ -285,15 +266,14 @@ class Rubric:
         return int.from_bytes(hmac.digest(salt, message, "sha256")[:4], "big")
 
     def scenario(self, run: str, seed: int) -> Scenario:
-        """Return the scenario of a run on the board ``seed``. Raises RubricError."""
-        if seed != self._seed_of_scenarios:  # students are judged one after the other
+        """Return a run's scenario on the board ``seed``. Raises RubricError."""
+        if seed != self._seed_of_scenarios:  # students are judged one by one
             self._scenarios, self._seed_of_scenarios = {}, seed
         if run not in self._scenarios:
             self._scenarios[run] = self._load(run, seed)
         return self._scenarios[run]
 
     def duration_s(self, seed: int) -> float:
-        """Return the virtual time of all runs together."""
         return sum(self.scenario(name, seed).duration_s for name in self._runs)
 
     def _load(self, run: str, seed: int) -> Scenario:
@@ -301,7 +281,7 @@ class Rubric:
         named = table.get("scenario")
         if named is None:
             for key in sorted(_NOT_OF_A_RUN & table.keys()):
-                problem = "is no key of a run; the rubric has it, or its checks"
+                problem = "must not be a key of a run; write it in the rubric or its checks"
                 raise RubricError(self.file, f"run.{run}.{key}", problem, kind="misplaced_key")
             try:
                 return scenario_of({"schema": 1, "question": run, **table}, self.path, name=run, seed=seed)
@@ -309,7 +289,7 @@ class Rubric:
                 key = ".".join(filter(None, ("run", run, error.key)))
                 raise RubricError(self.file, key, error.problem, kind=error.kind) from error
         if len(table) > 1 or not isinstance(named, str):
-            problem = 'has "scenario" and other keys; give a scenario by name, or one written out'
+            problem = 'must have either "scenario" or the keys of a scenario, not both'
             raise RubricError(self.file, f"run.{run}", problem, kind="scenario_and_keys")
         try:
             return load_scenario(self._beside(named), seed=seed)
@@ -320,7 +300,6 @@ class Rubric:
         return self.path.parent / name if is_path(name) else name
 
     def _source(self, run: str) -> Any:
-        """Return the contents of the file that a run names, for the digest."""
         named = self._runs[run].get("scenario")
         if not isinstance(named, str):
             return None
@@ -335,14 +314,13 @@ class Rubric:
                 name, key = check.run or exercise.run, f"exercise[{number}].check[{index}].run"
                 if name is None:
                     raise RubricError(
-                        self.file, key, "is missing; name a run here, or in the exercise", kind="missing"
+                        self.file, key, "is missing; name a run here or in the exercise", kind="missing"
                     )
                 if name not in self._runs:
-                    problem = f"is {shown(name)}; known: {', '.join(self._runs)}"
+                    problem = f"must be one of {', '.join(self._runs)}, not {shown(name)}"
                     raise RubricError(self.file, key, problem, kind="unknown_run")
 
     def _with_expectations(self) -> list[ExerciseTable]:
-        """Return the exercises; checks without expectations get those of the scenario. Raises RubricError."""
         taken: set[str] = set()
         changed = []
         for number, exercise in enumerate(self.exercises):
@@ -355,7 +333,7 @@ class Rubric:
                     raise RubricError(
                         self.file,
                         key,
-                        f"is missing, and the run {run} expects nothing either",
+                        f"is missing, and the run {run} has no expectations",
                         kind="missing",
                     )
                 if not check.expect:
@@ -369,10 +347,7 @@ class Rubric:
         return changed
 
     def files(self) -> list[Path]:
-        """Return the files that the rubric needs beside it, by their paths relative to its folder.
-
-        Raises RubricError for a file outside the folder.
-        """
+        """Return the needed files, relative to the rubric's folder. Raises RubricError for one outside."""
         found: list[Path] = []
         for run, table in self._runs.items():
             named = table.get("scenario")
@@ -383,9 +358,7 @@ class Rubric:
                 names = [Path(one) for one in _named_files(table)]
             for name in names:
                 if name.is_absolute() or ".." in name.parts:
-                    problem = (
-                        f"names {shown(str(name))}, outside of the rubric's folder; put it beside the rubric"
-                    )
+                    problem = f"must be a file in the rubric's folder, not {shown(str(name))}"
                     raise RubricError(self.file, f"run.{run}", problem, kind="outside_folder")
             found += names
         for exercise in self.exercises:
@@ -394,7 +367,6 @@ class Rubric:
         return [name for name in dict.fromkeys(found) if (self.path.parent / name).is_file()]
 
     def _prerequisites(self) -> Prerequisites:
-        """Return the prerequisites of all checks. Raises RubricError."""
         tables = {f"{one.id}.{check.id}": check for one in self.exercises for check in one.check}
         requires = {name: check.requires for name, check in tables.items()}
         try:
@@ -411,7 +383,6 @@ class Rubric:
 
 
 def _named_files(value: Any) -> list[str]:
-    """Yield the files that a scenario's table names, in any of its tables."""
     if isinstance(value, list):
         return [name for one in value for name in _named_files(one)]
     if not isinstance(value, dict):
@@ -421,10 +392,7 @@ def _named_files(value: Any) -> list[str]:
 
 
 def load_rubric(name: str | os.PathLike[str]) -> Rubric:
-    """Load a shipped rubric by name, or a file by path: a path ends in ``.toml`` or has a separator.
-
-    Raises RubricError naming file and key path, InputError for an unknown name.
-    """
+    """Load a shipped rubric by name, or a file by path. Raises RubricError, InputError."""
     path = Path(name) if is_path(name) else _shipped(str(name))
     try:
         table = _with_rules(read_toml(path, "a rubric"), str(path))
@@ -439,7 +407,6 @@ def load_rubric(name: str | os.PathLike[str]) -> Rubric:
 
 
 def _with_rules(table: dict[str, Any], file: str) -> dict[str, Any]:
-    """Return a rubric in which the rules that its checks name are replaced by their tables. Raises ScenarioError."""
     exercises = table.get("exercise")
     if not isinstance(exercises, list):
         return table
@@ -466,7 +433,7 @@ def rubric_names() -> list[str]:
 
 
 def is_shipped(name: str, digest: str) -> bool:
-    """Return whether this package contains the rubric with that name and digest."""
+    """Return whether this package contains the rubric."""
     return name in rubric_names() and _shipped_digest(name) == digest
 
 
@@ -476,7 +443,7 @@ def _shipped_digest(name: str) -> str:
 
 
 def json_schema() -> dict[str, Any]:
-    """Return the file's JSON schema (draft 2020-12), for an editor's completion and checks."""
+    """Return the file's JSON schema (draft 2020-12), for editors."""
     scenario = scenario_schema(FCU001V1)
     rubric = as_written(RubricFile.model_json_schema(by_alias=True), FCU001V1)
     keys = [key for key in scenario["properties"] if key not in _NOT_OF_A_RUN]

@@ -1,8 +1,6 @@
-"""Verdicts stored by content: a judged program is not judged again, neither today nor after an interruption.
+"""Verdicts stored by content: a judged program is not judged again, also after an interruption.
 
-The key of a verdict is everything that decides it: the firmware's bytes, the rubric's judging part, the seed,
-the compiler's messages, and the version of the emulator. Texts of the rubric (titles, hints, visibility) are
-not part of the key; they are inserted into the stored verdict.
+The rubric's texts are not part of the key; they are inserted later.
 """
 
 from __future__ import annotations
@@ -27,7 +25,7 @@ class Store:
         self._rubric = rubric
 
     def find(self, task: Task) -> Verdict | None:
-        """Return the verdict on a task, with the rubric's current texts; None if there is none that can be read."""
+        """Return the verdict with current texts; None without a readable one."""
         from fcu_emulator.emulator.grading.judge import reworded
 
         try:
@@ -39,7 +37,7 @@ class Store:
             return None
 
     def keep(self, task: Task, verdict: Verdict) -> None:
-        """Store a verdict, unless it is not a grade because a check could not be judged."""
+        """Store a verdict if it is a grade."""
         if verdict.counts:
             write_atomically(self._path(task), verdict.to_json())
 

@@ -1,17 +1,10 @@
 """Submissions: find each student's program among folders, archives and files.
 
-SUBMISSIONS is a folder with an entry for each student (a folder, a zip file, a ``.c``, ``.elf``, ``.hex`` or
-``.bin`` file), collected by hand or downloaded from a learning platform
-(:mod:`fcu_emulator.emulator.grading.platforms`). Every entry belongs to one submission, which is graded or
-rejected with a reason. Only a team's entry belongs to the submission of each member.
+A submission is **source** if there is one ``main.c`` or just one C file: this file, with the C files and
+headers beside it. Otherwise it is **firmware**, the one ELF, HEX or BIN file. All other files, and build
+folders, are ignored.
 
-The contents decide the type of a submission. It is **source** if there is one ``main.c`` or just one C file:
-this file, with the C files and headers beside it. Otherwise it is **firmware**, the one ELF, HEX or BIN file.
-Build folders (``build``, ``support``), system files (``__MACOSX``, names with a dot) and all other files are
-ignored.
-
-Decision: source takes precedence over firmware, because an ELF file in a student's folder is as old as the
-last ``make``. A submission that cannot be read gets a reason of one line and does not affect the rest.
+Decision: source takes precedence over firmware, because a student's ELF file is as old as the last ``make``.
 """
 
 from __future__ import annotations
@@ -30,7 +23,7 @@ from typing import Final, Literal, NamedTuple, TypeAlias
 from fcu_emulator.emulator.errors import InputError, NotJudgedError
 from fcu_emulator.emulator.grading import platforms
 from fcu_emulator.emulator.grading.archives import CLASS, ArchiveError, unpack
-from fcu_emulator.emulator.grading.platforms import HandedIn
+from fcu_emulator.emulator.grading.platforms import SubmittedEntry
 from fcu_emulator.emulator.grading.roster import Roster, Student
 from fcu_emulator.emulator.host.files import is_about_the_name
 from fcu_emulator.emulator.text import one_line
@@ -38,24 +31,24 @@ from fcu_emulator.emulator.text import one_line
 Take: TypeAlias = Literal["source", "firmware"]
 
 _FIRMWARE: Final = (".elf", ".axf", ".out", ".hex", ".bin")
-"""Suffixes in the order of preference, if one build made several files."""
+"""Suffixes in the order of preference."""
 _SOURCE: Final = (".c", ".h")
 _MADE = {"build", "support"}
 _FOREIGN_ARCHIVES = {".rar", ".7z", ".tar", ".gz", ".tgz", ".xz", ".bz2"}
 _OTHER_LANGUAGES = {".cpp", ".cc", ".cxx", ".ino", ".py", ".rs"}
-_MOST_ENTRIES = 5_000  # limit for one submission's folders
+_MOST_ENTRIES = 5_000  # per submission
 _DEEPEST = 12
 _LARGEST = 64 << 20  # bytes of one file
-_LARGEST_SOURCE = 4 << 20  # bytes of all C files together
+_LARGEST_SOURCE = 4 << 20  # bytes of all C files
 
 
 class RejectedError(InputError):
-    """A submission that cannot be judged as it was handed in; the message tells the student why."""
+    """A submission that cannot be judged; the message tells the student why."""
 
 
 @dataclass(frozen=True)
 class SubmittedFirmware:
-    """A built program: the file's bytes and its name."""
+    """A built program: the file's name and bytes."""
 
     name: str
     data: bytes = field(repr=False)
@@ -63,7 +56,7 @@ class SubmittedFirmware:
 
 @dataclass(frozen=True)
 class SubmittedSource:
-    """A program to build: its C files and headers by name."""
+    """A program to build: C files and headers by name."""
 
     files: Mapping[str, bytes] = field(repr=False)
 
@@ -78,50 +71,48 @@ class SubmittedSource:
 
 @dataclass(frozen=True)
 class Submission:
-    """Submission of one student. ``path`` is None if it is missing."""
+    """Submission of one student; ``path``: None if missing."""
 
     student: Student
     path: Path | None
     known: bool | None = None
-    """Whether the student is on the roster; None without a roster."""
+    """Whether the roster has the student; None without a roster."""
     problem: str = ""
-    """Reason for a rejection that is known from the file's place alone."""
-    entries: tuple[HandedIn, ...] = ()
-    """All files and folders of the student, if they have more data than ``path``."""
+    """Reason for a rejection, known from the file's place."""
+    entries: tuple[SubmittedEntry, ...] = ()
+    """All entries of the student."""
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Return the names of the submitted files and folders."""
         if self.entries:
             return tuple(entry.path.name for entry in self.entries if entry.is_there)
         return (self.path.name,) if self.path is not None else ()
 
     @property
     def board(self) -> str:
-        """Return the id that selects the board: the student's, or one for all students of a team."""
+        """Return the id that selects the board, one for a team."""
         return next((entry.team for entry in self.entries if entry.team), self.student.id)
 
     @property
     def note(self) -> str:
-        """Return a note for student and teacher about the judged files; or ""."""
+        """Return a note on the judged files, or ""."""
         attempts = {entry.attempt for entry in self.entries}
-        return f"the last of {len(attempts)} attempts is judged" if len(attempts) > 1 else ""
+        return f"the last of {len(attempts)} attempts is graded" if len(attempts) > 1 else ""
 
     @property
-    def counted(self) -> list[HandedIn]:
-        """Return the judged entries: of several attempts the last."""
+    def counted(self) -> list[SubmittedEntry]:
+        """Return the judged entries: the last attempt."""
         last = max((entry.attempt for entry in self.entries), default="")
         return [entry for entry in self.entries if entry.attempt == last and entry.is_there]
 
     @property
     def is_marked_late(self) -> bool:
-        """Whether the platform marks the submission as late."""
         return any(entry.late for entry in self.counted)
 
     def submitted(self) -> datetime | None:
-        """Return the time of submission in local time: from the platform, otherwise from the newest file.
+        """Return the local time of submission, the platform's or the newest file's.
 
-        None if neither is known: Canvas gives its files the time of the download.
+        None for Canvas, whose files have the time of the download.
         """
         times = []
         for entry in self.counted:
@@ -133,8 +124,8 @@ class Submission:
     def content(self, scratch: Path, take: Take | None = None) -> SubmittedFirmware | SubmittedSource:
         """Return the submitted program; archives are unpacked into ``scratch``, an empty folder.
 
-        ``take``: only source, or only firmware; None: either, source first. Raises RejectedError if the
-        submission is at fault, NotJudgedError if this machine is.
+        ``take``: None for either, source first. Raises RejectedError if the submission is at fault,
+        NotJudgedError if this machine is.
         """
         if self.problem:
             raise RejectedError(self.problem, kind="problem")
@@ -158,15 +149,14 @@ class Submission:
 
 
 def _newest(path: Path) -> datetime:
-    """Return the time of a file, or of the newest file in a folder. Raises ValueError for an empty folder."""
     files = _walk(path) if path.is_dir() else [path]
     return datetime.fromtimestamp(max(one.lstat().st_mtime for one in files))
 
 
 class _Resolved(NamedTuple):
-    """An entry and its student. ``sure``: False if found by a name alone, which a student may have chosen."""
+    """``sure``: False if found by a name alone, which a student may have chosen."""
 
-    entry: HandedIn
+    entry: SubmittedEntry
     student: Student
     known: bool | None
     problem: str
@@ -174,9 +164,9 @@ class _Resolved(NamedTuple):
 
 
 def find_submissions(where: Path, roster: Roster | None, scratch: Path) -> list[Submission]:
-    """Return all submissions, in the roster's order, then by name. Raises InputError if there are none.
+    """Return all submissions, in the roster's order, then by name. Raises InputError without any.
 
-    ``where`` may be the archive of a class, which is unpacked into ``scratch``.
+    An archive ``where`` is unpacked into ``scratch``.
     """
     handed_in = platforms.entries(_class_folder(where, scratch))
     found: dict[str, Submission] = {}
@@ -190,21 +180,18 @@ def find_submissions(where: Path, roster: Roster | None, scratch: Path) -> list[
             first = found.get(student.id.casefold())
         found[one.student.id.casefold()] = _joined(first, one)
     if not found:
-        problem = f"{where}: has no submissions; give a folder with an entry for each student"
+        problem = f"{where} must have an entry for each student, but is empty"
         raise InputError(problem, kind="no_submissions")
     if roster is None:
         return sorted(found.values(), key=lambda one: one.student.id.casefold())
     listed = [
-        found.pop(
-            student.id.casefold(), Submission(student, None, known=True, problem="nothing was handed in")
-        )
+        found.pop(student.id.casefold(), Submission(student, None, known=True, problem="no submission"))
         for student in roster.students
     ]
     return [*listed, *sorted(found.values(), key=lambda one: one.student.id.casefold())]
 
 
 def _joined(first: Submission | None, one: _Resolved) -> Submission:
-    """Add an entry to a student's submission, or begin one."""
     entry = one.entry
     if first is None:
         return Submission(
@@ -215,14 +202,14 @@ def _joined(first: Submission | None, one: _Resolved) -> Submission:
         return replace(first, entries=together, problem=first.problem or one.problem)
     names = [repr(one_line(other.path.name, 60)) for other in together]
     shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-    return replace(first, entries=together, problem=f"two submissions for one student: {shown}; leave one")
+    return replace(first, entries=together, problem=f"two submissions for one student: {shown}; keep one")
 
 
 def _class_folder(where: Path, scratch: Path) -> Path:
     if where.is_dir():
         return where
     if where.suffix.casefold() != ".zip" or not where.is_file():
-        problem = f"{where}: is no folder and no zip file; give the folder with the submissions"
+        problem = f"{where} must be a folder or a zip file with the submissions"
         raise InputError(problem, kind="no_such_folder")
     try:
         unpack(where, scratch, CLASS)
@@ -232,10 +219,10 @@ def _class_folder(where: Path, scratch: Path) -> Path:
     return inside[0] if len(inside) == 1 and inside[0].is_dir() else scratch
 
 
-def _resolved(entry: HandedIn, roster: Roster | None) -> _Resolved:
-    """Find the student of an entry: the teacher's table counts first, then the platform's ids, then names."""
+def _resolved(entry: SubmittedEntry, roster: Roster | None) -> _Resolved:
+    """Find an entry's student by the teacher's table, the platform's ids, then names."""
     unknown = Student(platforms.stem(entry.path))
-    if entry.problem and entry.is_there:  # the name can be read in two ways
+    if entry.problem and entry.is_there:  # ambiguous name
         return _Resolved(entry, unknown, None if roster is None else False, entry.problem)
     if roster is None:
         return _Resolved(entry, entry.student, None, entry.problem)
@@ -246,7 +233,7 @@ def _resolved(entry: HandedIn, roster: Roster | None) -> _Resolved:
     students = list(dict.fromkeys((*by_id, *by_name)))
     if len(students) > 1:
         could_be = " or ".join(map(_shown, students[:3]))
-        problem = f"its name could be that of {could_be}; say whose it is in the roster's column submission"
+        problem = f"its name is ambiguous: {could_be}; add the file to the roster's column submission"
         return _Resolved(entry, unknown, False, problem)
     if students:
         return _Resolved(entry, students[0], True, entry.problem, sure=bool(by_id))
@@ -257,14 +244,15 @@ def _shown(student: Student) -> str:
     return one_line(f"{student.name} ({student.id})" if student.name else student.id, 60)
 
 
-def _gathered(handed_in: Sequence[HandedIn], folder: Path) -> Path:
-    """Copy the entries of one student into a folder, under the student's own names."""
+def _gathered(handed_in: Sequence[SubmittedEntry], folder: Path) -> Path:
     folder.mkdir(parents=True)
     left = _LARGEST
     for source, name in _own_files(handed_in):
         target = folder / name
         if target.exists():
-            raise RejectedError(f"has two files {one_line(target.name, 60)!r}; hand in one", kind="same_name")
+            raise RejectedError(
+                f"must have one file {one_line(target.name, 60)!r}, not two", kind="same_name"
+            )
         target.parent.mkdir(parents=True, exist_ok=True)
         data = _read(source, left)
         left -= len(data)
@@ -272,8 +260,7 @@ def _gathered(handed_in: Sequence[HandedIn], folder: Path) -> Path:
     return folder
 
 
-def _own_files(handed_in: Sequence[HandedIn]) -> Iterator[tuple[Path, str]]:
-    """Yield each ordinary file with the student's own name. Raises RejectedError for a link or a device."""
+def _own_files(handed_in: Sequence[SubmittedEntry]) -> Iterator[tuple[Path, str]]:
     for entry in handed_in:
         kind = entry.path.lstat().st_mode
         if stat.S_ISLNK(kind) or not (stat.S_ISREG(kind) or stat.S_ISDIR(kind)):
@@ -307,7 +294,7 @@ def _content(path: Path, scratch: Path, take: Take | None) -> SubmittedFirmware 
 
 
 def _choose(folder: Path, scratch: Path | None, take: Take | None) -> SubmittedFirmware | SubmittedSource:
-    """Return the only program in a folder. ``scratch``: folder for unpacking an archive in it; None: not allowed."""
+    """Return the only program in a folder. ``scratch``: for unpacking; None: not allowed."""
     files = list(_walk(folder))
     own = [path for path in files if not _MADE & set(path.relative_to(folder).parts[:-1])]
     if take != "firmware":
@@ -331,7 +318,7 @@ def _choose(folder: Path, scratch: Path | None, take: Take | None) -> SubmittedF
 
 
 def _walk(folder: Path) -> Iterator[Path]:
-    """Yield ordinary files in alphabetical order without following links; number and depth are bounded."""
+    """Yield a bounded number of ordinary files, without following links."""
     count = 0
     for where, folders, files in os.walk(folder, onerror=_raise):
         here = Path(where)
@@ -340,7 +327,7 @@ def _walk(folder: Path) -> Iterator[Path]:
         folders[:] = sorted(name for name in folders if not name.startswith((".", "__MACOSX")))
         count += len(folders) + len(files)
         if count > _MOST_ENTRIES:
-            problem = f"has more than {_MOST_ENTRIES} files; hand in main.c, or the ELF file"
+            problem = f"must have at most {_MOST_ENTRIES} files; hand in main.c, or the ELF file"
             raise RejectedError(problem, kind="too_many")
         for name in sorted(files):
             path = here / name
@@ -349,12 +336,12 @@ def _walk(folder: Path) -> Iterator[Path]:
 
 
 def _raise(error: OSError) -> None:
-    """Make :func:`os.walk` fail for an unreadable folder, which it takes for an empty one by default."""
+    """Make :func:`os.walk` fail for an unreadable folder."""
     raise error
 
 
 def _source(main: Path) -> SubmittedSource:
-    """Return ``main`` with the C files and headers beside it, as ``main.c`` if make cannot take its name."""
+    """Return ``main`` with the files beside it, renamed if make cannot take its name."""
     left = _LARGEST_SOURCE
     files = {}
     for path in sorted(main.parent.iterdir()):
@@ -364,12 +351,14 @@ def _source(main: Path) -> SubmittedSource:
                 files["main.c"] = _read(path, left)
                 left -= len(files["main.c"])
                 continue
-            problem = f"the file {one_line(path.name, 60)!r} has a name that make cannot take"
+            problem = (
+                f"the file {one_line(path.name, 60)!r} must have a name without spaces or special characters"
+            )
             raise RejectedError(problem, kind="file_name")
         if wanted:
             data = _read(path, left)
             if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-                problem = f"{one_line(path.name, 60)} is saved as UTF-16; save it as UTF-8"
+                problem = f"{one_line(path.name, 60)} must be UTF-8, not UTF-16"
                 raise RejectedError(problem, kind="encoding")
             left -= len(data)
             files[path.name if path != main or path.suffix == ".c" else "main.c"] = data
@@ -377,7 +366,6 @@ def _source(main: Path) -> SubmittedSource:
 
 
 def _firmware(images: list[Path], folder: Path) -> SubmittedFirmware:
-    """Return the only program in ``images``: a build may have made several forms and copies of it."""
     kinds = {path.suffix.casefold() for path in images}
     preferred = next(suffix for suffix in _FIRMWARE if suffix in kinds)
     of_kind = [path for path in images if path.suffix.casefold() == preferred]
@@ -392,7 +380,9 @@ def _read(path: Path, most: int) -> bytes:
     with path.open("rb") as file:
         data = file.read(most + 1)
     if len(data) > most:
-        problem = f"{one_line(path.name, 60)} is too large: {most >> 20} MiB are allowed in all"
+        problem = (
+            f"{one_line(path.name, 60)} is too large: all files together must have at most {most >> 20} MiB"
+        )
         raise RejectedError(problem, kind="too_large")
     return data
 
@@ -407,14 +397,14 @@ def _nothing(take: Take | None, paths: list[Path]) -> RejectedError:
     wanted = _wanted(take)
     foreign = next((path for path in paths if path.suffix.casefold() in _FOREIGN_ARCHIVES), None)
     if foreign is not None:
-        problem = (
-            f"{one_line(foreign.name, 60)} is an archive of another kind; hand in a zip file, or {wanted}"
-        )
+        problem = f"{one_line(foreign.name, 60)} must be a zip archive; hand in a zip file, or {wanted}"
         return RejectedError(problem, kind="archive_type")
     other = next((path for path in paths if path.suffix.casefold() in _OTHER_LANGUAGES), None)
     if other is not None and take != "firmware":
-        return RejectedError(f"{one_line(other.name, 60)} is not C; hand in {wanted}", kind="language")
-    return RejectedError(f"has no program in it; hand in {wanted}", kind="no_program")
+        return RejectedError(
+            f"{one_line(other.name, 60)} must be a C file; hand in {wanted}", kind="language"
+        )
+    return RejectedError(f"has no program; hand in {wanted}", kind="no_program")
 
 
 def _wanted(take: Take | None) -> str:

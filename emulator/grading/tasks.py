@@ -1,4 +1,4 @@
-"""One judgement as a task: the data sent to a worker process or a cluster, and the returned verdict."""
+"""One judgement as a task for a worker process or a cluster."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ _ROOT = Path(__file__).parents[2]
 _DECIDING = ("emulator", "sensors", "firmware_model", "scenarios")
 _CODE = {".py", ".toml", ".csv", ".so", ".dylib", ".dll"}
 _SHOWING = ("emulator/cli", "emulator/links", "emulator/testing", "emulator/grading/reports")
-"""Folders of the emulator whose code cannot change a verdict."""
+"""Folders whose code cannot change a verdict."""
 
 
 @dataclass(frozen=True)
 class Task:
     """A program and the data for judging it.
 
-    ``rubric``: a shipped rubric's name, or a path that the worker has, too. ``code``: :func:`code_digest` of
-    the sender, so that a worker with another version refuses the task.
+    ``rubric``: a name, or a path of the worker. ``code``: the sender's :func:`code_digest`, to refuse other
+    versions.
     """
 
     firmware: bytes = field(repr=False)
@@ -42,11 +42,11 @@ class Task:
 
 
 def judge_task(task: Task) -> str:
-    """Return the verdict as JSON. Raises RejectedError for a file that is not firmware for this board, NotJudgedError."""
+    """Return the verdict as JSON. Raises RejectedError, NotJudgedError."""
     if task.limits is not None:
         task.limits.apply()
     if task.code != code_digest():
-        problem = "the worker has another version of fcu-emulator; install the same everywhere"
+        problem = "the worker has another version of fcu-emulator; install the same version everywhere"
         raise NotJudgedError(problem, kind="version_differs")
     rubric = _rubric(task.rubric, task.rubric_digest)
     from fcu_emulator.emulator.grading.judge import judge
@@ -61,22 +61,22 @@ def judge_task(task: Task) -> str:
                 if isinstance(error.__cause__, OSError):  # a temporary file, which is always readable
                     raise error.__cause__ from None
                 raise RejectedError(str(error).replace(f"{path}", path.name)) from None
-            except InputError as error:  # an error of this machine, such as a missing C library
+            except InputError as error:  # caused by this machine, such as a missing C library
                 raise NotJudgedError(str(error), kind=error.kind) from error
     except OSError as error:
-        raise NotJudgedError(f"this machine has run out of something: {error}") from error
+        raise NotJudgedError(f"this machine has run out of a resource: {error}") from error
     finally:
-        gc.collect()  # boards have reference cycles; without an explicit collection, memory use doubles
+        gc.collect()  # boards have reference cycles, which would double the memory use
 
 
 def use_temporary_folder(folder: str) -> None:
-    """Set the folder of this process' temporary files; its parent removes ``folder``."""
+    """Set this process' folder for temporary files; its parent removes it."""
     tempfile.tempdir = folder
 
 
 @functools.cache
 def code_digest() -> str:
-    """Return the version with a digest of all that can change a verdict: code, scenarios, the C library."""
+    """Return a digest of all that can change a verdict."""
     digest = hashlib.sha256()
     for package in _DECIDING:
         for path in sorted((_ROOT / package).rglob("*")):
@@ -97,6 +97,6 @@ def _rubric(name: str, digest: str) -> Rubric:
 
 
 def _file_name(name: str) -> str:
-    """Return a valid file name on every system, similar to the submitted name that messages show."""
+    """Return a valid file name, similar to the submitted one."""
     plain = "".join(sign if sign.isalnum() or sign in "._-" else "_" for sign in name)[-60:].lstrip(".-")
     return plain or "firmware"

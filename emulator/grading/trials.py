@@ -1,12 +1,9 @@
 """Trial programs that do not solve a lab: a rubric gives away the points that they earn.
 
-The programs are the lab's template and four programs that read no sensor. These print nothing, or repeatedly
-every line that the rubric asks for with the number 0; and their LEDs are off or on. A check that one of them
-passes says nothing about a student's program, unless it requires another one
-(:mod:`fcu_emulator.emulator.grading.prerequisites`).
+They are the template and programs that print nothing or zeros. A check that one passes must require another.
 
-Decision: the trial programs are generated for each rubric, because they print the lines of its checks. They
-are Python firmware, which needs no compiler.
+Decision: the trial programs are generated for each rubric, because they print its lines. They are Python
+firmware, which needs no compiler.
 """
 
 from __future__ import annotations
@@ -46,20 +43,16 @@ class Trial:
 
     @property
     def earned(self) -> dict[str, float]:
-        """Return the earned points by check."""
         return {check.check: check.points for check in self.verdict.checks if check.points}
 
 
 class _Constant:
-    """Firmware that switches the LEDs once and prints the same lines repeatedly."""
-
     def __init__(self, hal: VirtualHal, lines: Sequence[str], lit: bool) -> None:
         self._hal = hal
         self._lines = lines
         self._lit = lit
 
     def main(self) -> None:
-        """Print the lines in an endless loop."""
         for port, pin in Board.description.leds.values():
             self._hal.HAL_GPIO_Init(port, pin)
             self._hal.HAL_GPIO_WritePin(port, pin, 0 if self._lit else 1)
@@ -69,7 +62,7 @@ class _Constant:
             self._hal.HAL_Delay(_EVERY_MS)
 
     def HAL_TIM_PeriodElapsedCallback(self) -> None:
-        """Do nothing: no timer is started."""
+        """Do nothing: no timer runs."""
 
 
 def _constant(lines: Sequence[str], lit: bool) -> FirmwareFactory:
@@ -77,16 +70,16 @@ def _constant(lines: Sequence[str], lit: bool) -> FirmwareFactory:
 
 
 def trials(rubric: Rubric, template: str, seed: int = 0) -> Iterator[Trial]:
-    """Judge the firmware ``template`` and the programs without sensors, one after the other."""
+    """Judge the firmware ``template`` and the trial programs."""
     yield Trial("the template", judge(template, rubric, seed=seed))
-    for printing, lines in (("prints nothing", []), ("prints each line all the time", lines_of(rubric))):
+    for printing, lines in (("prints nothing", []), ("prints each line continuously", lines_of(rubric))):
         for lit in (False, True):
             name = f"{printing}, LEDs {'on' if lit else 'off'}"
             yield Trial(name, judge(_constant(lines, lit), rubric, seed=seed))
 
 
 def lines_of(rubric: Rubric) -> list[str]:
-    """Return the lines that the checks of a rubric ask for, each once, with 0 for every number."""
+    """Return the expected lines, each once, with zeros as numbers."""
     found: dict[str, None] = {}
     for exercise in rubric.exercises:
         for check in exercise.check:
@@ -98,7 +91,6 @@ def lines_of(rubric: Rubric) -> list[str]:
 
 
 def _line(expectation: object) -> str:
-    """Return a line that meets an expectation; "" if none is expected, or the pattern is too complex."""
     if isinstance(expectation, ExpectLine):
         return expectation.text.strip()
     if isinstance(expectation, ExpectField | ExpectPrinted | ExpectWithin):
@@ -113,7 +105,6 @@ def _line(expectation: object) -> str:
 
 
 def _matching(pattern: TextPattern) -> str:
-    """Return a line that matches a simple pattern, for example one of plain words and one number."""
     plain = re.sub(r"\(\?P<\w+>", "(", _ANCHORS.sub("", pattern.text))
     plain = re.sub(r"\((?:[^()]*\\d[^()]*|[^()]*\[0-9\][^()]*)\)", "0", plain)
     plain = re.sub(r"(?:-\?)?(?:\\d|\[0-9\])[+*]?", "0", plain).replace("\\", "")

@@ -1,13 +1,8 @@
-"""Workers that judge programs: processes on this machine or the workers of a Dask cluster, behind one interface.
-
-Both are executors like those of :mod:`concurrent.futures`: ``submit(function, *arguments)`` returns a future.
-It holds the result, the error that the function raised, or a NotJudgedError if it was not the function's
-fault.
+"""Workers that judge programs: local processes or a Dask cluster, behind one interface.
 
 Decision: each job has one warm process with one pipe, so a submission that exhausts the memory ends only its
-own process. The task is tried once more in a new process and then given up, while all further tasks continue.
-Rejected alternative: ``ProcessPoolExecutor``, which breaks as a whole when one of its processes dies.
-Processes are spawned, not forked, because the parent has threads.
+own process; the task is tried once more. ``ProcessPoolExecutor`` was rejected: it breaks as a whole when one
+process dies. Processes are spawned, not forked, because the parent has threads.
 """
 
 from __future__ import annotations
@@ -26,7 +21,7 @@ from fcu_emulator.emulator.errors import InputError, NotJudgedError
 from fcu_emulator.emulator.text import one_line
 
 _ATTEMPTS: Final = 2
-_END_S: Final = 5.0  # time for a process to end by itself
+_END_S: Final = 5.0  # for a process to end by itself
 
 
 @dataclass(frozen=True)
@@ -39,15 +34,15 @@ class _Task:
 class LocalWorkers(Executor):
     """Executor with ``jobs`` processes on this machine.
 
-    ``initializer``: called in each new process, for example to limit it. ``longest_s``: maximum wall time of
-    one task, the last resort against an endless loop of fcu; the firmware has separate limits.
+    ``initializer``: called in each process. ``longest_s``: wall time of one task, against an endless loop of
+    fcu.
     """
 
     def __init__(
         self, jobs: int, initializer: Callable[[], None] | None = None, longest_s: float = 1800.0
     ) -> None:
         if jobs < 1:
-            raise InputError(f"jobs is {jobs}; give 1 or more")
+            raise InputError(f"jobs must be at least 1, not {jobs}")
         self._tasks: queue.SimpleQueue[_Task | None] = queue.SimpleQueue()
         self._initializer = initializer
         self._longest_s = longest_s
@@ -65,16 +60,15 @@ class LocalWorkers(Executor):
 
     @property
     def pids(self) -> list[int]:
-        """Return the ids of the current processes."""
         with self._lock:
             return [worker.pid for worker in self._workers]
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Submit a task as :meth:`concurrent.futures.Executor.submit` does; function and arguments are pickled."""
+        """Submit a task; function and arguments are pickled."""
         if kwargs:
-            raise TypeError("arguments are given by position")
+            raise TypeError("arguments must be given by position")
         if self._closed:
-            raise RuntimeError("these workers have been shut down")
+            raise RuntimeError("cannot start a task: the workers have been shut down")
         future: Future[Any] = Future()
         self._tasks.put(_Task(future, fn, args))
         return future
@@ -101,14 +95,13 @@ class LocalWorkers(Executor):
                 thread.join()
 
     def _serve(self) -> None:
-        """Thread function: send tasks to its process, and replace the process if it dies."""
         worker: _Worker | None = None
         while (task := self._tasks.get()) is not None:
             if not task.future.set_running_or_notify_cancel():
                 continue
             try:
                 worker = self._do(task, worker)
-            except Exception as error:  # without this the caller would wait for the future forever
+            except Exception as error:  # otherwise the caller would wait forever
                 task.future.set_exception(error)
                 worker = None
         if worker is not None:
@@ -116,14 +109,13 @@ class LocalWorkers(Executor):
             self._end(worker)
 
     def _do(self, task: _Task, worker: _Worker | None) -> _Worker | None:
-        """Let a process do a task; return that process, or None if it has ended."""
         kind = problem = ""
         for _ in range(_ATTEMPTS):
             try:
                 worker = worker or self._new_worker()
-            except Exception as error:  # process or pipe cannot be created
+            except Exception as error:  # no process or pipe
                 reason = one_line(getattr(error, "strerror", None) or str(error))
-                kind, problem = "no_worker", f"this machine cannot start a worker process: {reason}"
+                kind, problem = "no_worker", f"cannot start a worker process on this machine: {reason}"
                 continue
             try:
                 done, value = worker.call(task.function, task.arguments, self._longest_s)
@@ -133,11 +125,11 @@ class LocalWorkers(Executor):
                 worker = None
                 if self._closed or error.out_of_time:
                     break
-            except TimeoutError:  # not tried again: it would take as long
+            except TimeoutError:  # a second try would take as long
                 kind, problem = "wall_time", f"took more than {self._longest_s:g} s of wall time"
                 self._end(worker)
                 break
-            except Exception as error:  # arguments that cannot be pickled
+            except Exception as error:  # arguments cannot be pickled
                 task.future.set_exception(error)
                 return worker
             else:
@@ -156,19 +148,18 @@ class LocalWorkers(Executor):
         worker = _Worker(self._initializer)
         with self._lock:
             self._workers.add(worker)
-            if self._cancelled:  # during the start of the process
+            if self._cancelled:  # during the start
                 worker.kill()
         return worker
 
     def _end(self, worker: _Worker) -> None:
-        """Ensure that a process has ended."""
         worker.kill()
         with self._lock:
             self._workers.discard(worker)
 
 
 class _DiedError(Exception):
-    """The process ended before it answered; ``out_of_time``: at its limit of processor time."""
+    """The process ended before it answered; ``out_of_time``: at its processor limit."""
 
     def __init__(self, cause: str) -> None:
         self.out_of_time = cause == "SIGXCPU"
@@ -176,8 +167,6 @@ class _DiedError(Exception):
 
 
 class _Worker:
-    """One worker process and the pipe to it."""
-
     def __init__(self, initializer: Callable[[], None] | None) -> None:
         context = multiprocessing.get_context("spawn")
         self._pipe, theirs = context.Pipe()
@@ -193,7 +182,6 @@ class _Worker:
     def call(
         self, function: Callable[..., Any], arguments: tuple[Any, ...], longest_s: float
     ) -> tuple[bool, Any]:
-        """Return whether the function returned, and its result or exception."""
         try:
             self._pipe.send((function, arguments))
             if not self._pipe.poll(longest_s):
@@ -207,20 +195,17 @@ class _Worker:
         return answer
 
     def close(self) -> None:
-        """Let an idle process end."""
         self._pipe.close()
         self._process.join(_END_S)
 
     def kill(self) -> None:
-        """End the process at once, even during a task."""
         if self._process.is_alive():
             self._process.kill()
             self._process.join(_END_S)
 
 
 def _work(pipe: Connection, initializer: Callable[[], None] | None) -> None:
-    """Process function: do one task after the other, until the pipe is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C and ends this process
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
     if initializer is not None:
         initializer()
     while True:
@@ -236,7 +221,7 @@ def _work(pipe: Connection, initializer: Callable[[], None] | None) -> None:
             pipe.send(answer)
         except OSError:
             return
-        except Exception as error:  # an answer that cannot be pickled
+        except Exception as error:  # the answer cannot be pickled
             pipe.send((False, NotJudgedError(f"{type(error).__name__}: {error}")))
 
 
@@ -253,34 +238,27 @@ def _cause(code: int | None) -> str:
 
 
 class DaskWorkers(Executor):
-    """The workers of the Dask cluster whose scheduler is at ``address`` ("tcp://host:8786").
-
-    Dask repeats tasks that were lost with a worker, by default three times
-    (``distributed.scheduler.allowed-failures``). Raises InputError without Dask or without an answer.
-    """
+    """Workers of the Dask cluster at ``address`` ("tcp://host:8786"). Raises InputError."""
 
     def __init__(self, address: str, answer_s: float = 15.0) -> None:
         try:
             from distributed import Client
         except ImportError as error:
-            raise InputError('--dask needs Dask: pip install "fcu-emulator[cluster]"') from error
+            raise InputError('--dask needs Dask; install it: pip install "fcu-emulator[cluster]"') from error
         try:
             self._client = Client(address, timeout=answer_s, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
-            problem = (
-                f"no Dask scheduler answers there; start one with dask scheduler ({type(error).__name__})"
-            )
+            problem = f"no Dask scheduler answers ({type(error).__name__}); start one: dask scheduler"
             raise InputError(f"--dask {address}: {problem}", kind="no_answer") from error
         self._executor = self._client.get_executor(pure=False)
 
     @property
     def slots(self) -> int:
-        """Number of parallel tasks of the current workers."""
+        """Parallel tasks of the current workers."""
         threads: dict[str, int] = self._client.nthreads()
         return max(1, sum(threads.values()))
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Submit a task as :meth:`concurrent.futures.Executor.submit` does."""
         future: Future[Any] = self._executor.submit(fn, *args, **kwargs)
         return future
 

@@ -48,24 +48,24 @@ def write_atomically(path: Path, data: bytes | str, *, private: bool = False) ->
                 Path(name).unlink()
             raise
     except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+        raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
 
 
 def secret(path: Path) -> bytes:
     """Return a file's secret, created with 32 random bytes. Raises InputError if it cannot be a secret, OutputError."""
     try:
         if path.exists() and not path.is_file():
-            raise InputError(f"{path}: a secret must be an ordinary file")
+            raise InputError(f"{path}: a secret must be a regular file")
         with path.open("rb") as file:
             contents = file.read(_LONGEST_SECRET)
     except FileNotFoundError:
         contents = secrets.token_bytes(32)
         write_atomically(path, contents, private=True)
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
     if len(contents) < _SHORTEST_SECRET:
         problem = f"must have at least {_SHORTEST_SECRET} bytes, not {len(contents)}"
-        raise InputError(f"{path}: a secret {problem}; delete the file, and a new one is made")
+        raise InputError(f"{path}: a secret {problem}; delete the file to create a new one")
     return contents
 
 
@@ -78,7 +78,7 @@ def _is_device(path: Path) -> bool:
     if stat.S_ISCHR(mode):
         return True
     if not stat.S_ISREG(mode):
-        raise OutputError(f"{path}: cannot be written: it is not a file")
+        raise OutputError(f"cannot write {path}: it is not a file")
     return False
 
 
@@ -92,7 +92,7 @@ class BoundedFile:
             self._file = Path(path).open("w", buffering=_BUFFER, encoding="ascii", newline="\n")
         except (OSError, ValueError) as error:  # ValueError: a null character
             problem = getattr(error, "strerror", None) or error
-            raise LinkError(f"{what}: {problem}; give a path that can be written") from error
+            raise LinkError(f"{what}: {problem}; give a writable path") from error
 
     def write(self, text: str) -> int:
         """Append all of the text or nothing. Raises OutputError."""

@@ -22,8 +22,8 @@ _INSTALL: Mapping[str, Mapping[str, str]] = {
     },
     "bwrap": {
         "linux": _DEBIAN.format("bubblewrap"),
-        "darwin": "a container of Linux, with bubblewrap in it",
-        "win32": "WSL, with bubblewrap in it",
+        "darwin": "use a Linux container with bubblewrap",
+        "win32": "use WSL with bubblewrap",
     },
     "gdb-multiarch": {
         "linux": _DEBIAN.format("gdb-multiarch"),

@@ -57,11 +57,11 @@ class WorkerLimits:
         for field in fields(self):
             value = getattr(self, field.name)
             if not value > 0:
-                raise InputError(f"limit {field.name} is {value!r}; give a number above 0")
+                raise InputError(f"limit {field.name} must be above 0, not {value!r}")
             if value > _MOST:
                 raise InputError(f"limit {field.name} must be at most {_MOST}, not {shown(value)}")
         if self.memory_bytes < _LEAST_MEMORY:
-            problem = f"is {self.memory_bytes}; Python and numpy alone need {_LEAST_MEMORY}"
+            problem = f"must be at least {_LEAST_MEMORY} for Python and numpy, not {self.memory_bytes}"
             raise InputError(f"limit memory_bytes {problem}")
 
     def apply(self) -> tuple[str, ...]:
@@ -102,7 +102,7 @@ def parse_limits(settings: Sequence[str]) -> tuple[WorkerLimits | None, tuple[st
         try:
             chosen[name] = int(number)
         except ValueError:
-            problem = f"give a whole number, such as {name}={getattr(WorkerLimits, name)}"
+            problem = f"must be a whole number, such as {name}={getattr(WorkerLimits, name)}"
             raise InputError(f"limit {setting}: {problem}") from None
     return WorkerLimits(**chosen) if chosen else None, tuple(others)
 
@@ -123,8 +123,8 @@ _ENDED = 100
 """Added to the exit code of a worker that has ended normally."""
 _REQUESTS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 _CAUSES = {
-    "SIGKILL": "it was killed, as the system does with one that takes too much memory",
-    "SIGTERM": "it was told to end (SIGTERM)",
+    "SIGKILL": "it was killed, usually by the system because of its memory use",
+    "SIGTERM": "it was terminated (SIGTERM)",
 }
 
 
@@ -171,10 +171,10 @@ def _ending(status: int, limits: WorkerLimits, interrupted: bool) -> WorkerExit:
 
 def _cause(status: int, limits: WorkerLimits) -> str:
     if status >= 0:
-        return f"it ended with {status} and no verdict, as happens where memory or open files are too few"
+        return f"it exited with the unexpected status {status}, usually because memory or open files ran out"
     name = signal.Signals(-status).name if -status in set(signal.Signals) else f"signal {-status}"
     if name == "SIGXCPU":
-        return f"it took more than {limits.cpu_s} s of processor time; to allow more: --limit cpu_s=NUMBER"
+        return f"it used more than {limits.cpu_s} s of processor time; raise --limit cpu_s=NUMBER"
     return _CAUSES.get(name, f"it crashed ({name})")
 
 

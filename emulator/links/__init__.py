@@ -45,7 +45,7 @@ def open_link(
         from fcu_emulator.emulator.links.rfc2217 import Rfc2217Link  # pyserial: 30 ms
 
         return Rfc2217Link(port, firmware_baud, say)
-    raise LinkError(f"--serial {spec}: unknown link; choose {CHOICES}", kind="unknown_link")
+    raise LinkError(f"--serial must be {CHOICES}, not {spec!r}", kind="unknown_link")
 
 
 def _open_pty(link_path: Path | None) -> ByteLink:
@@ -53,4 +53,6 @@ def _open_pty(link_path: Path | None) -> ByteLink:
         from fcu_emulator.emulator.links.pty import PtyLink  # needs termios and fcntl, which Windows lacks
 
         return PtyLink(link_path)
-    raise LinkError("--serial pty: Windows has no pseudo-terminals; use --serial tcp", kind="no_pty")
+    raise LinkError(
+        "cannot open --serial pty: Windows has no pseudo-terminals; use --serial tcp", kind="no_pty"
+    )

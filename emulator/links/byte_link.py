@@ -136,7 +136,7 @@ STALL_S = 2.0
 
 
 class Patience:
-    """The time limit for a reader: ``timeout_s`` seconds, or ``STALL_S`` after its last progress."""
+    """The time limit for a reader: it ends after ``timeout_s`` seconds, or ``STALL_S`` seconds after the last byte read."""
 
     def __init__(self, timeout_s: float) -> None:
         now_s = time.monotonic()

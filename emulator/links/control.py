@@ -169,7 +169,7 @@ class _Client:
         try:
             message = _parsed(line)
         except ValueError as error:
-            return {"error": f"no message: {error}"} if self.known else None
+            return {"error": f"invalid message: {error}"} if self.known else None
         if self.known:
             try:
                 return answer(message)
@@ -207,21 +207,22 @@ def the_running_board(wanted: str | None = None) -> RunningBoard:
         boards = [one for one in boards if str(one.process) == wanted]
         if not boards:
             raise InputError(
-                f"no board runs in process {wanted}; without the number, the running ones are named",
+                f"cannot find a running board in process {wanted}; omit --board for a list of the running ones",
                 kind="no_such_process",
             )
     if not boards:
         raise InputError(
-            "no board runs; start one in another terminal, such as: fcu run --serial port", kind="no_board"
+            "cannot find a running board; start one in another terminal: fcu run --serial port",
+            kind="no_board",
         )
     if len(boards) > 1:
         known = ", ".join(f"{one.process} ({one.name})" for one in boards)
-        raise InputError(f"{len(boards)} boards run: {known}; say which one with --board PROCESS")
+        raise InputError(f"{len(boards)} boards run: {known}; select one with --board PROCESS")
     return boards[0]
 
 
 def _folder() -> Path:
-    return runtime_folder("finding a running board", "it needs a folder that is yours alone")
+    return runtime_folder("finding a running board", "it needs a private folder")
 
 
 def _age(file: Path) -> float:
@@ -244,7 +245,7 @@ def _read(file: Path) -> RunningBoard:
         and isinstance(serial, list)
         and all(isinstance(one, str) for one in serial)
     ):
-        raise ValueError(f"{file} is not the file of a running board")
+        raise ValueError(f"{file} must be the file of a running board")
     return RunningBoard(port, token, process, name, tuple(serial))
 
 
@@ -255,5 +256,5 @@ def _parsed(line: bytes) -> dict[str, Any]:
     except RecursionError as error:
         raise ValueError("nested too deeply") from error
     if not isinstance(message, dict):
-        raise ValueError(f"no JSON object: {line[:40]!r}")
+        raise ValueError(f"a message must be a JSON object, not {line[:40]!r}")
     return message

@@ -17,13 +17,13 @@ class FileLink:
         try:
             if path.exists() and not _takes_bytes(path):
                 raise LinkError(
-                    f"--serial file:{path}: not a file; give the path of one, or a name for a new one",
+                    f"--serial file:PATH must be a regular or a new file, not {path}",
                     kind="no_file",
                 )
             self._file = path.open("wb", buffering=0)
         except (OSError, ValueError) as error:  # ValueError: a null character
             problem = getattr(error, "strerror", None) or error
-            text = f"--serial file:{path}: {problem}; give a path that can be written"
+            text = f"--serial file:{path}: {problem}; give a writable path"
             raise LinkError(text, kind="not_writable") from error
         self._writer = BackgroundWriter(self._file, "serial-file")
         self._closed = False

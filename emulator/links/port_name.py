@@ -37,7 +37,7 @@ class PortName:
             fresh.symlink_to(device)
             fresh.replace(self.path)
         except OSError as error:
-            raise LinkError(f"--serial pty: cannot make the link {self.path}: {error.strerror}") from error
+            raise LinkError(f"--serial pty: cannot create the link {self.path}: {error.strerror}") from error
         self._device = device
 
     def release(self) -> None:
@@ -56,7 +56,7 @@ def claim_port(path: Path | None = None) -> PortName:
     """
     if path is not None:
         if not path.name or "\0" in str(path):
-            raise LinkError(f"--serial pty:{path}: not a name for a link; use --serial pty:/path/of/a/link")
+            raise LinkError(f"--serial pty:LINK must be a path such as /path/of/a/link, not {path}")
         name = _claim(path.absolute())
         if name is None:
             raise LinkError(
@@ -75,7 +75,7 @@ def _claim(path: Path) -> PortName | None:
         lock_fd = _lock(_lock_path(path))
     except OSError as error:
         raise LinkError(
-            f"--serial pty: cannot make {path}: {error.strerror}; use another link", kind="cannot_create"
+            f"--serial pty: cannot create {path}: {error.strerror}; use another link", kind="cannot_create"
         ) from error
     if lock_fd is None:
         return None
@@ -83,7 +83,7 @@ def _claim(path: Path) -> PortName | None:
     if _is_foreign(path):
         name.release()
         raise LinkError(
-            f"--serial pty: {path} exists and is no link to a terminal; choose another name",
+            f"--serial pty: {path} must not exist, or be a link to a terminal; choose another name",
             kind="not_a_terminal",
         )
     return name

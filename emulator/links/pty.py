@@ -129,7 +129,7 @@ class PtyLink:
     def report(self) -> list[str]:
         return losses(
             self.path,
-            (self._lost_absent, "while nobody had it open"),
+            (self._lost_absent, "while no program had it open"),
             (self._lost_slow, "because its reader was too slow"),
         )
 
@@ -207,7 +207,7 @@ def _open_device(name: PortName) -> PtyDevice:
     try:
         device = PtyDevice()
     except OSError as error:
-        raise LinkError(f"--serial pty: no pty to be had ({error.strerror}); use --serial tcp") from error
+        raise LinkError(f"cannot open --serial pty: {error.strerror}; use --serial tcp") from error
     try:
         name.point_to(device.path)
     except LinkError:

@@ -105,9 +105,7 @@ class Negotiated(Coding):
         asked, sends = self._line.baudrate, self._firmware_baud()
         if abs(asked / sends - 1) <= TOLERANCE:
             return
-        told = (
-            f"the terminal is set to {asked} baud and the firmware to {sends:.0f}; on a wire, that is garbage"
-        )
+        told = f"the terminal is set to {asked} baud and the firmware to {sends:.0f}; a real line would show garbage"
         self._say(told)
 
 

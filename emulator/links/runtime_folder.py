@@ -57,7 +57,7 @@ def _posix_folder(user: int, option: str, instead: str) -> Path:
         folder = Path(tempfile.gettempdir()) / f"{NAME}-{user}"
     folder.mkdir(mode=0o700, exist_ok=True)
     if not _belongs_to(user, folder):
-        raise LinkError(f"{option}: {folder} is somebody else's; {instead}", kind="foreign_folder")
+        raise LinkError(f"{option}: {folder} belongs to another user; {instead}", kind="foreign_folder")
     folder.chmod(0o700)
     return folder
 

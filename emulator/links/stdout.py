@@ -86,7 +86,7 @@ def _raw_stdout() -> RawFile:
     buffer = getattr(sys.stdout, "buffer", None)
     if buffer is None:
         raise LinkError(
-            "--serial stdout: this process has no standard output; use --serial port", kind="no_stdout"
+            "cannot open --serial stdout: standard output is closed; use --serial port", kind="no_stdout"
         )
     with contextlib.suppress(OSError):  # the first write finds and reports a reader that is already gone
         sys.stdout.flush()

@@ -202,13 +202,13 @@ class TcpLink:
     def report(self) -> list[str]:
         lines = losses(
             self.address,
-            (self._lost_absent, "while nobody was connected"),
+            (self._lost_absent, "while no terminal was connected"),
             (self._lost_slow, "because a reader was too slow"),
-            (self._left_unread, "that readers left unread"),
+            (self._left_unread, "left unread by readers"),
         )
         if self._refused:
             lines.append(
-                f"serial: {self.address} has turned {self._refused} away: {MOST_READERS} were connected"
+                f"serial: {self.address} refused connections: {self._refused}; {MOST_READERS} were open"
             )
         return lines
 
@@ -267,6 +267,6 @@ def _listen(kind: str, first_port: int, port: int | None) -> socket.socket:
 def parse_port(kind: str, text: str) -> int:
     """Return the port in ``tcp:PORT``. Raises LinkError."""
     if not text.isascii() or not text.isdigit() or len(text) > 5 or int(text) > LARGEST_PORT:
-        problem = f"no port; give a number up to {LARGEST_PORT}, 0 for a free one"
+        problem = f"the port must be from 0 (a free one) to {LARGEST_PORT}"
         raise LinkError(f"--serial {kind}:{text}: {problem}", kind="no_port")
     return int(text)

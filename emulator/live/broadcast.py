@@ -45,9 +45,9 @@ class Broadcast:
         self._run_number = run_number
         self._publish = publish
         self._clients = clients
-        self._witness = TruthRecorder(board)
+        self._recorder = TruthRecorder(board)
         self._transfers = transfers.Transfers(board)
-        self._load = view.Load(board, self._witness)
+        self._load = view.Load(board, self._recorder)
         self.changed = True
         """Whether a frame would show a change."""
         self._done = 0
@@ -68,7 +68,7 @@ class Broadcast:
 
     def close(self) -> None:
         self._transfers.close()
-        self._witness.close()
+        self._recorder.close()
 
     # -- called by the session ------------------------------------------------------------------------------
 
@@ -119,10 +119,10 @@ class Broadcast:
             self._show_slowly()
         if wall_s >= self._next_verdicts_s:
             self._next_verdicts_s = wall_s + _VERDICTS_S
-            self._look_for_verdicts()
+            self._publish_verdicts()
         if wall_s >= self._next_findings_s or self._has_failed(wall_s):
             self._next_findings_s = wall_s + _FINDINGS_S
-            self.look_for_findings()
+            self.publish_findings()
 
     def _keep_unseen(self, wall_s: float, running: bool) -> None:
         self.show_text()
@@ -217,7 +217,7 @@ class Broadcast:
         if any(watch.pins for watch in watches):
             self._publish(messages.Pins(pins.pins(board)), None)
 
-    def _look_for_verdicts(self) -> None:
+    def _publish_verdicts(self) -> None:
         board, plan = self._board, self._board.scenario
         if plan is None:
             return
@@ -227,21 +227,21 @@ class Broadcast:
                 "kind": one.kind,
                 "says": one.says,
                 "state": one.state,
-                "found": str(one.miss or ""),
+                "found": one.summary if one.state == "failed" else "",
             }
-            for one in plan.verdicts(board)
+            for one in plan.results(board)
         ]
         verdicts = messages.Verdicts(shown, plan.is_over(board))
         if verdicts != self._verdicts:
             self._verdicts = verdicts
             self._publish(verdicts, None)
 
-    def look_for_findings(self) -> None:
+    def publish_findings(self) -> None:
         from fcu_emulator.emulator.analysis.mistakes import explain  # slow import: loads the diagnosis
 
         found = [
             {"kind": one.kind, "summary": one.summary, "details": list(one.details), "fatal": one.fatal}
-            for one in explain(self._board, self._witness)
+            for one in explain(self._board, self._recorder)
         ]
         if found != self._findings:
             self._findings = found

@@ -82,14 +82,14 @@ OLD_WORDS = {
 
 _BUTTONS: tuple[tuple[str, float | None, str | None, str], ...] = (
     ("flat", None, None, "Lay the board flat on the floor, X to the north"),
-    ("tap", None, None, "A blow of 3 g from above"),
-    ("shake", None, None, "To and fro for a second, 0.5 g at 5 Hz"),
-    ("lift", 1.0, "2s", "Up by a metre in two seconds"),
-    ("lift", -1.0, "2s", "Down by a metre in two seconds"),
-    ("turn_over", None, None, "Half round about the board's X axis in a second"),
-    ("free_fall", None, None, "Let go for 0.3 s, then caught"),
-    ("figure_eight", 3.0, "12s", "Three figures-of-eight in 12 s, for the calibration"),
-    ("pass_magnet", None, None, "A magnet of 1 A m\N{SUPERSCRIPT TWO} passes 0.1 m to the east"),
+    ("tap", None, None, "A tap of 3 g from above"),
+    ("shake", None, None, "Shake for one second, 0.5 g at 5 Hz"),
+    ("lift", 1.0, "2s", "Lift by 1 m in 2 s"),
+    ("lift", -1.0, "2s", "Lower by 1 m in 2 s"),
+    ("turn_over", None, None, "Turn by 180 degrees about the board's X axis in 1 s"),
+    ("free_fall", None, None, "Drop for 0.3 s, then catch"),
+    ("figure_eight", 3.0, "12s", "Three figures of eight in 12 s, for the calibration"),
+    ("pass_magnet", None, None, "A magnet of 1 A m\N{SUPERSCRIPT TWO} passes at 0.1 m to the east"),
 )
 
 

@@ -98,16 +98,16 @@ class Upload(PageCommand):
 
     def __post_init__(self) -> None:
         if len(self.name) > _LONGEST_NAME or not self.name.lower().endswith(FIRMWARE_FILES):
-            raise MessageError(f"{self.name[:40]!r} is no firmware file; drop an ELF, HEX or BIN")
+            raise MessageError(f"{self.name[:40]!r} must be an ELF, HEX or BIN file")
 
     def content(self) -> bytes:
         """Return the file's bytes. Raises MessageError for invalid base64, or a file that is too large."""
         try:
             content = b64decode(self.data, validate=True)
         except (binascii.Error, ValueError) as error:
-            raise MessageError(f"the upload is no base64: {error}") from error
+            raise MessageError(f"the upload must be base64: {error}") from error
         if len(content) > LARGEST_FIRMWARE:
-            raise MessageError(f"{self.name} is larger than {LARGEST_FIRMWARE >> 20} MiB")
+            raise MessageError(f"{self.name} must have at most {LARGEST_FIRMWARE >> 20} MiB")
         return content
 
 
@@ -129,7 +129,7 @@ class Watch(PageCommand):
 
     def __post_init__(self) -> None:
         if len(self.variables) > MOST_VARIABLES or any(len(one) > _LONGEST_NAME for one in self.variables):
-            raise MessageError(f"give at most {MOST_VARIABLES} names of variables")
+            raise MessageError(f"variables must be at most {MOST_VARIABLES} names")
 
 
 @dataclass(frozen=True)
@@ -347,9 +347,9 @@ def decode(text: str) -> PageCommand:
     try:
         table = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise MessageError(f"no JSON: {str(error)[:80]}") from error
+        raise MessageError(f"a message must be JSON: {str(error)[:80]}") from error
     if not isinstance(table, dict):
-        raise MessageError("a message is an object with a type")
+        raise MessageError("a message must be an object with a type")
     kind = commands().get(str(table.pop("type", ""))[:40])
     if kind is None:
         raise MessageError(f"unknown type; known: {', '.join(commands())}")

@@ -27,7 +27,7 @@ def _of_chip(board: Board) -> Iterator[dict[str, Any]]:
         mode = f"AF{function}" if function is not None else "output" if driven else "input"
         yield {
             "name": _name(where),
-            "use": uses.get(where, "connected to nothing"),
+            "use": uses.get(where, "not connected"),
             "mode": mode,
             "level": gpio.level(*where),
         }

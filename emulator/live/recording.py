@@ -48,7 +48,7 @@ class SessionRecording:
         board, plan = self._board, self._board.scenario
         entries = [(step.at_ps, step.entry) for step in plan.steps] if plan else []
         if names_files(entry for _, entry in entries):
-            raise InputError(f"{plan and plan.file}: a scenario that plays recordings cannot be recorded")
+            raise InputError(f"{plan and plan.file}: cannot record a scenario that plays recordings")
         duration_ps = -(-max(board.clock.now_ps, PS_PER_MS) // PS_PER_MS) * PS_PER_MS
         happened = [(at_ps, entry) for at_ps, entry in (*entries, *self._entries) if at_ps <= duration_ps]
         name, wiring = board.booted.name or "FIRMWARE", board.booted.wiring.name
@@ -58,7 +58,7 @@ class SessionRecording:
             f"# {self._source} of {board.description.name}. It gives the same bytes again with\n",
             f"# fcu run {name} --wiring {wiring} --scenario THIS_FILE\n\n",
             key_text("schema", 1),
-            key_text("question", f"What happens to the board? ({self._source})"),
+            key_text("question", f"What does the board measure? ({self._source})"),
             key_text("duration", format_duration(duration_ps)),
             key_text("seed", board.seed),
             key_text("firmware", name) if shipped else "",
@@ -69,7 +69,7 @@ class SessionRecording:
         if self.world:
             tables["world"] = {**tables.get("world", {}), **self.world}
         if self._ideal:
-            tables["sensors"] = {**tables.get("sensors", {}), "grade": "ideal"}
+            tables["sensors"] = {**tables.get("sensors", {}), "quality": "ideal"}
         if plan is not None:
             serial = plan.contents.model_dump(mode="json", by_alias=True, exclude_unset=True)
             tables = {**tables, "bus": serial.get("bus")}

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from fcu_emulator.emulator.assembly.board import Board
-from fcu_emulator.sensors.part import Part
+from fcu_emulator.sensors.part import Sensor
 from fcu_emulator.sensors.register import RegisterMap
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def note(board: Board, name: str) -> str:
     return f"{name} has no clock: its enable bit in RCC is not set"
 
 
-def _part(board: Board, name: str) -> Part | None:
+def _part(board: Board, name: str) -> Sensor | None:
     return next((one for one in board.sensors if name == one.NAME), None)
 
 
@@ -91,7 +91,7 @@ def _peripheral(board: Board, name: str) -> Peripheral | None:
     return next((one for one in board.chip.core.all_peripherals if one.name == place), None)
 
 
-def _place(board: Board, part: Part) -> str:
+def _place(board: Board, part: Sensor) -> str:
     wiring = board.booted.wiring
     place = wiring.places.get(part.NAME)
     return f"{wiring.bus}, {f'0x{place:02X}' if isinstance(place, int) else place}"

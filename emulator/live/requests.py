@@ -48,7 +48,7 @@ class Requests:
         """Return the answer to a request, or None to open a socket if the server ``has_room``."""
         hosts = headers.get_all("Host")
         if len(hosts) != 1 or hosts[0].lower() not in self._hosts:
-            return self._refuse(HTTPStatus.FORBIDDEN, f"this server answers {self._hosts[0]} only")
+            return self._refuse(HTTPStatus.FORBIDDEN, f"the host must be {self._hosts[0]}")
         if method != "GET":
             return self._refuse(HTTPStatus.METHOD_NOT_ALLOWED, "the method must be GET", ("Allow", "GET"))
         path = target.partition("?")[0]
@@ -66,9 +66,9 @@ class Requests:
         why = ""
         status = HTTPStatus.FORBIDDEN
         if any(origin not in self._origins for origin in headers.get_all("Origin")):
-            why = "another page may not move this board"
+            why = "another page must not move this board"
         elif not self._knows_token(headers):
-            why = "open the address that fcu web has printed"
+            why = "open the address that fcu web printed"
         elif not has_room:
             status, why = HTTPStatus.SERVICE_UNAVAILABLE, "too many pages are open"
         return self._refuse(status, why, because=why) if why else None

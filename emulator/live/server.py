@@ -99,7 +99,7 @@ class PageServer:
         reason = problem.strerror or problem
         if problem.errno == errno.EADDRNOTAVAIL:
             return LinkError(f"cannot listen on {self._listen_on}: it is not an address of this machine")
-        return LinkError(f"--port {port}: {reason}; give another one, or 0 for any")
+        return LinkError(f"--port {port}: {reason}; give another one, or 0 for any free one")
 
     @property
     def url(self) -> str:
@@ -139,7 +139,7 @@ class PageServer:
         from websockets.asyncio.server import serve
 
         self._stop = asyncio.Event()
-        self._loop.set_exception_handler(self._hear_of_failure)
+        self._loop.set_exception_handler(self._handle_failure)
         server = await serve(
             self._talk,
             self._listen_on,
@@ -171,7 +171,7 @@ class PageServer:
         self._requests = Requests(self.address, listening.hosts(self._listen_on, port))
         self._ready.set()
 
-    def _hear_of_failure(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    def _handle_failure(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         del loop
         self._say(f"page: {_failure(str(context.get('message')), context.get('exception'))}")
 
@@ -227,9 +227,9 @@ class PageServer:
             async for message in connection:
                 try:
                     if isinstance(message, bytes):
-                        raise messages.MessageError("messages are text")
+                        raise messages.MessageError("messages must be text")
                     if not controls.post(client, messages.decode(message)):
-                        raise messages.MessageError("too many messages wait; this one was dropped")
+                        raise messages.MessageError("this message was dropped: too many wait")
                 except Exception as error:
                     outbox.put("refused", messages.encode(messages.failure(error)))
                 now_s = time.monotonic()

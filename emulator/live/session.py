@@ -24,14 +24,13 @@ from fcu_emulator.emulator.errors import FcuError, FirmwareError, InputError, fa
 from fcu_emulator.emulator.links import ByteLink
 from fcu_emulator.emulator.live import messages, registers, view
 from fcu_emulator.emulator.live.broadcast import Broadcast, Publish
+from fcu_emulator.emulator.live.control import answer_message
 from fcu_emulator.emulator.live.exercises import Exercises
 from fcu_emulator.emulator.live.files import FileWatch, UploadedFile
 from fcu_emulator.emulator.live.messages import PageCommand
-from fcu_emulator.emulator.live.moved import answered
 from fcu_emulator.emulator.live.recording import SessionRecording
-from fcu_emulator.emulator.live.setup import CollectedErrors, Setup, as_it_is
+from fcu_emulator.emulator.live.setup import Setup, pose_entries
 from fcu_emulator.emulator.scenario import scenario_names
-from fcu_emulator.emulator.scenario.scenario import perform_at
 from fcu_emulator.emulator.scenario.timeline import TimelineAction
 from fcu_emulator.emulator.scenario.toml_writer import parse_entry
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
@@ -80,7 +79,7 @@ class LiveSession:
         exercises: Exercises | None = None,
     ) -> None:
         self._publish = publish
-        self.door: ControlServer | None = None
+        self.control: ControlServer | None = None
         """Control server for other programs; its creator closes it."""
         self._debugger: GdbServer | None = None
         self._halted = False
@@ -147,11 +146,11 @@ class LiveSession:
             while not self.stopped and self.board.now_s < self.end_s:
                 self._advance()
                 self._guard(self._serve_links)
-                if self.door is not None:
-                    self._guard(self.door.serve)
+                if self.control is not None:
+                    self._guard(self.control.serve)
                 self._take_commands()
                 self._guard(self._follow_file)
-                self._guard(self._tell_checked)
+                self._guard(self._publish_checked)
                 self._guard(self._show)
                 self._wait()
 
@@ -266,7 +265,7 @@ class LiveSession:
         self.state, self.problem = "failed", problem
         self._guard(self._broadcast.show_text)  # before the status marks the end
         self._guard(self._say_status)
-        self._guard(self._broadcast.look_for_findings)
+        self._guard(self._broadcast.publish_findings)
 
     def _set_origin(self) -> None:
         self._origin_wall_s, self._origin_s = self._wall_s(), self.board.now_s
@@ -280,7 +279,7 @@ class LiveSession:
         board = setup.power_on()
         held = []
         if hold and setup.scenario is None and self.setup.scenario is None:
-            held = as_it_is(self.board)
+            held = pose_entries(self.board)
         is_first = not self.run_number
         if not is_first:
             self.save()
@@ -331,9 +330,9 @@ class LiveSession:
     def _take_commands(self) -> None:
         for _ in range(len(self._commands)):
             client, command = self._commands.popleft()
-            self._guard(partial(self._obey, client, command), client)
+            self._guard(partial(self._execute, client, command), client)
 
-    def _obey(self, client: object, command: PageCommand) -> None:  # noqa: PLR0912 one case for each command
+    def _execute(self, client: object, command: PageCommand) -> None:  # noqa: PLR0912 one case for each command
         self._broadcast.changed = True
         match command:
             case messages.Do(entry=entry, id=number):
@@ -391,11 +390,11 @@ class LiveSession:
         if self._exercises is None:
             raise InputError("cannot check exercises: this board has no lab")
         if callable(self.setup.firmware):
-            raise InputError("cannot check a firmware that is neither a file nor a shipped one")
+            raise InputError("cannot check exercises: the firmware must be a file or a shipped program")
         self._exercises.start(exercise, self.board.booted.name, self.setup.seed or 0)
         self._tell(messages.Checked(exercise, "checking"))
 
-    def _tell_checked(self) -> None:
+    def _publish_checked(self) -> None:
         for checked in self._exercises.finished() if self._exercises is not None else ():
             self._tell(replace(checked, outdated=self._checked[checked.exercise].outdated))
 
@@ -404,26 +403,26 @@ class LiveSession:
         self._publish(checked, None)
 
     def answer(self, message: Mapping[str, Any]) -> dict[str, Any]:
-        """Answer a request of :attr:`door`. Raises InputError."""
-        return answered(self.board, message, lambda table: self._perform(self._entry(table)))
+        """Answer a request of :attr:`control`. Raises InputError."""
+        return answer_message(self.board, message, lambda table: self._perform(self._entry(table)))
 
     def _entry(self, table: Mapping[str, Any]) -> TimelineAction:
         return parse_entry(table, self.board.description)
 
-    def _refuse_if_it_stands(self) -> None:
+    def _refuse_if_stopped(self) -> None:
         if self.state == "failed":
             raise InputError("the firmware has failed; reset the board, or load another firmware")
         if self._halted:
-            raise InputError("gdb holds the board; let it go on there (continue), or end gdb")
+            raise InputError("gdb holds the board; type continue in gdb, or end gdb")
 
     def _perform(self, entry: TimelineAction) -> None:
         """Perform an entry one picosecond from now. Raises InputError."""
         board = self.board
-        self._refuse_if_it_stands()
+        self._refuse_if_stopped()
         if not self.recording.room and not self._full:
             self._full = True
             self._publish(
-                messages.Notice("error", "the recording is full; what follows is not recorded"), None
+                messages.Notice("error", "the recording is full; later actions are not recorded"), None
             )
         clock = board.clock
         at_ps = max(clock.now_ps + 1, self._last_ps)
@@ -431,14 +430,21 @@ class LiveSession:
             at_ps += 1  # a recording would not have the same order of events at that time
         self._last_ps = at_ps
         refused: list[FcuError] = []
-        perform_at(board, CollectedErrors(entry, refused), at_ps)
+
+        def perform() -> None:
+            try:
+                entry.perform(board, at_ps)
+            except InputError as error:  # it must not end the run
+                refused.append(error)
+
+        clock.schedule(at_ps, perform)
         self._run_until(at_ps)
         if refused:
             raise refused[0]
         self.recording.add(at_ps, entry)
 
     def _step(self, of: str) -> None:
-        self._refuse_if_it_stands()
+        self._refuse_if_stopped()
         board, began_s = self.board, self._wall_s()
         end_ps = board.clock.now_ps + _STEP_PS[of]
         ticks, position = board.timer.ticks, board.terminal.position

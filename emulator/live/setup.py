@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.assembly.firmware import FirmwareFactory
-from fcu_emulator.emulator.errors import FcuError, InputError
 from fcu_emulator.emulator.live import view
 from fcu_emulator.emulator.live.files import FileWatch
 from fcu_emulator.emulator.scenario import load_scenario
-from fcu_emulator.emulator.scenario.run_view import BoardView
-from fcu_emulator.emulator.scenario.timeline import TimelineAction
-from fcu_emulator.emulator.world import World
 
 if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.gdb.server import GdbServer
@@ -67,27 +61,7 @@ class Setup:
         return self.firmware
 
 
-class CollectedErrors:
-    """A timeline action that collects the world's errors instead of ending the run."""
-
-    def __init__(self, entry: TimelineAction, refused: list[FcuError]) -> None:
-        self._entry = entry
-        self._refused = refused
-
-    def plan(self, world: World, start_s: float) -> None:
-        self._try(partial(self._entry.plan, world, start_s))
-
-    def act(self, board: BoardView, from_ps: int) -> None:
-        self._try(partial(self._entry.act, board, from_ps))
-
-    def _try(self, action: Callable[[], None]) -> None:
-        try:
-            action()
-        except InputError as error:
-            self._refused.append(error)
-
-
-def as_it_is(board: Board) -> list[dict[str, Any]]:
+def pose_entries(board: Board) -> list[dict[str, Any]]:
     """Return the entries that move another board to the position of this one."""
     now = view.instant(board)
     world = board.world

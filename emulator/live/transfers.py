@@ -10,7 +10,7 @@ from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.time.clock import PS_PER_S
 from fcu_emulator.emulator.trace import BusTransfer
 from fcu_emulator.sensors.declaration import Quantity
-from fcu_emulator.sensors.part import Part
+from fcu_emulator.sensors.part import Sensor
 from fcu_emulator.sensors.register import ADDRESSES, RegisterMap
 
 _REMEMBERED = 16  # transfers of Python firmware: those of a few ticks
@@ -48,7 +48,7 @@ def outputs(board: Board) -> list[dict[str, Any]]:
     ]
 
 
-def _id(part: Part, quantity: Quantity) -> str:
+def _id(part: Sensor, quantity: Quantity) -> str:
     return f"{part.NAME}.{quantity.name}"
 
 
@@ -138,7 +138,7 @@ def decoded(board: Board, transfer: BusTransfer) -> Iterator[Sample]:
             yield Sample(_id(part, quantity), values, unit)
 
 
-def _passed(board: Board, part: Part, transfer: BusTransfer, first: int) -> Iterable[int]:
+def _passed(board: Board, part: Sensor, transfer: BusTransfer, first: int) -> Iterable[int]:
     bit = part.BUS.i2c_increment_bit if transfer.bus in board.description.i2c else part.BUS.spi_increment_bit
     stays = bit and not (transfer.written and transfer.written[0] & bit)
     while True:

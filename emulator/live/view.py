@@ -122,7 +122,7 @@ def why_not_watched(board: Board, path: str) -> str:
     if name in names:
         members = list(_numbers(board, name))
         if not members:
-            return f"variable {name} has no numbers to plot"
+            return f"cannot plot the variable {name}: it has no numbers"
         return f"variable {name} has no {shown(path)}; it has {', '.join(members[:_MOST_LEAVES])}"
     if not names:
         return f"cannot plot {shown(path)}: the firmware has no symbols"
@@ -163,7 +163,7 @@ class Load:
 
     def __init__(self, board: Board, recorder: TruthRecorder) -> None:
         self._board = board
-        self._witness = recorder
+        self._recorder = recorder
         self._before = 0, 0
         self._share = 0.0
         self._printed = 0, 0
@@ -172,7 +172,7 @@ class Load:
     def figures(self) -> dict[str, float]:
         """Return the timer's numbers, the callback's time in ms, and the busy share of the line."""
         board, timer = self._board, self._board.timer
-        looks, seen = self._witness.looks_at_callback, self._witness.callback_seen
+        looks, seen = self._recorder.looks_at_callback, self._recorder.callback_seen
         if looks - self._before[0] >= _LOOKS_OF_LOAD:
             self._share = (seen - self._before[1]) / (looks - self._before[0])
             self._before = looks, seen

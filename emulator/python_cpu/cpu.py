@@ -63,7 +63,7 @@ class PythonCpu:
             self._context.parent = self._caller
         except ValueError as error:
             raise InputError(
-                "firmware in Python cannot go on in another thread than the one in which it first ran; "
+                "firmware in Python cannot continue in another thread than the one in which it first ran; "
                 "run the board there, or use firmware built for the chip",
                 kind="other_thread",
             ) from error

@@ -1,4 +1,4 @@
-"""Scenarios: TOML files with the events on the board and the expectations of its firmware.
+"""Scenarios: TOML files with the events on a board and the expectations of its firmware.
 
 ::
 
@@ -6,12 +6,11 @@
     from fcu_emulator.emulator.scenario import run
 
     result = run(Board(scenario="stairs"))
-    print("\\n".join(result.lines))
+    print("\n".join(result.lines))
     assert result.passed
 
-A timeline entry calls the world's method of the same name, so tests in Python and in files cannot disagree.
-
-Names are loaded on first use: schemas need pydantic, the reader of printed numbers does not.
+A timeline entry calls the world's method of the same name. Names are loaded on first use, because schemas
+need pydantic.
 """
 
 from __future__ import annotations
@@ -20,17 +19,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fcu_emulator.emulator.scenario.expectations import Failure
     from fcu_emulator.emulator.scenario.loader import load_scenario, scenario_names
-    from fcu_emulator.emulator.scenario.scenario import Finding, Result, Scenario, check, run
+    from fcu_emulator.emulator.scenario.result import ExpectationResult, Result
+    from fcu_emulator.emulator.scenario.scenario import Scenario, check, run
     from fcu_emulator.emulator.scenario.schema import ScenarioFile, json_schema
 
 _HOMES = {
     "load_scenario": "loader",
     "scenario_names": "loader",
-    "Failure": "expectations",
-    "Finding": "scenario",
-    "Result": "scenario",
+    "ExpectationResult": "result",
+    "Result": "result",
     "Scenario": "scenario",
     "check": "scenario",
     "run": "scenario",
@@ -39,8 +37,7 @@ _HOMES = {
 }
 
 __all__ = [
-    "Failure",
-    "Finding",
+    "ExpectationResult",
     "Result",
     "Scenario",
     "ScenarioFile",

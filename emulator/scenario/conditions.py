@@ -6,8 +6,7 @@
     when = { quantity = "Altitude", above = 3, margin = 0.3 }
     when = { led = "led1" }
 
-Within ``margin`` of the threshold the condition is undefined: the LED or line that follows it may be in
-either state.
+Within ``margin`` of the threshold the LED or line may be in either state.
 """
 
 from __future__ import annotations
@@ -31,18 +30,18 @@ from fcu_emulator.emulator.trace import GpioEdge
 def _known_led(name: str, info: ValidationInfo) -> str:
     known = [led.lower() for led in board_of(info).leds]
     if name not in known:
-        raise ValueError(f"is {shown(name)}; give {' or '.join(map(repr, known))}")
+        raise ValueError(f"must be {' or '.join(map(repr, known))}, not {shown(name)}")
     return name
 
 
 LedName = Annotated[str, AfterValidator(_known_led), Field(json_schema_extra={"enum": LED_NAMES})]
 
 
-def led_states(seen: RunView, led: str) -> Iterator[tuple[int, int, bool]]:
-    """Yield (from, until, lit) in order of time, from the edges of the pin; the LED is dark at first."""
-    pin = seen.board.led(led.upper()).pin
+def led_states(run: RunView, led: str) -> Iterator[tuple[int, int, bool]]:
+    """Yield (from, until, lit) in order of time; the LED is dark at first."""
+    pin = run.board.led(led.upper()).pin
     begin_ps, lit = 0, False
-    for edge in seen.board.trace.of(GpioEdge):
+    for edge in run.board.trace.of(GpioEdge):
         if edge.pin == pin:
             yield begin_ps, edge.t_ps, lit
             begin_ps, lit = edge.t_ps, edge.level == 0
@@ -53,7 +52,7 @@ def led_states(seen: RunView, led: str) -> Iterator[tuple[int, int, bool]]:
 
 
 class Stretch(NamedTuple):
-    """A part of a run in which a condition holds, does not hold, or is within its margin (None)."""
+    """A part of a run; None is within the margin."""
 
     begin_ps: int
     end_ps: int
@@ -61,10 +60,7 @@ class Stretch(NamedTuple):
 
 
 class Followed(NamedTuple):
-    """Input of a check that something follows a condition: periods of the condition, and of the LED or line.
-
-    Times in ps, from and until; for a printed line both are the begin of printing.
-    """
+    """Periods of a condition and of the LED or line that follows it, in ps; for a line only the begin of printing."""
 
     name: str
     condition: str
@@ -73,7 +69,7 @@ class Followed(NamedTuple):
 
 
 def unit_text(quantity: str) -> str:
-    """Return the unit of a quantity as it follows a number in a message: " degrees", " hPa"."""
+    """Return a quantity's unit to follow a number: " degrees", " hPa"."""
     return " degrees" if quantity.lower() in ("pitch", "roll", "yaw") else f" {unit_of(quantity)}"
 
 
@@ -90,21 +86,20 @@ class Condition(Table):
     @model_validator(mode="after")
     def _one_of_each(self) -> Condition:
         if (self.quantity is None) == (self.led is None):
-            raise ValueError("needs either quantity = ... or led = ...")
+            raise ValueError("must have either quantity = ... or led = ...")
         limits = sum(limit is not None for limit in (self.beyond, self.above, self.below))
         if self.quantity is not None and limits != 1:
-            raise ValueError("needs one of beyond, above and below")
+            raise ValueError("must have exactly one of beyond, above and below")
         if self.led is not None and (limits or self.margin):
-            raise ValueError("has a LED, which has no threshold and no margin; leave them out")
+            raise ValueError("must have no threshold and no margin, because it has a LED")
         return self
 
     @property
     def limit(self) -> float:
-        """Return the threshold, or None for a LED."""
+        """Return the threshold, None for a LED."""
         return next(one for one in (self.beyond, self.above, self.below, 0.0) if one is not None)
 
     def text(self) -> str:
-        """Describe the condition for findings."""
         if self.led is not None:
             return f"{self.led.upper()} is lit"
         if self.beyond is not None:
@@ -112,36 +107,35 @@ class Condition(Table):
         return f"{self.quantity} is {'above' if self.above is not None else 'below'} {self.limit:g}"
 
     def holds(self, value: float) -> bool | None:
-        """Return whether the condition holds for a value of the quantity; None within the margin."""
+        """Return whether the condition holds; None within the margin."""
         over = (abs(value) if self.beyond is not None else value) - self.limit
         if abs(over) < self.margin:
             return None
         return over < 0 if self.below is not None else over > 0
 
-    def stretches(self, seen: RunView) -> Iterator[Stretch]:
-        """Yield the parts of a run in order of time, up to its end."""
+    def stretches(self, run: RunView) -> Iterator[Stretch]:
         if self.led is not None:
-            for begin_ps, until_ps, lit in led_states(seen, self.led):
-                if begin_ps < seen.end_ps:
-                    yield Stretch(begin_ps, min(until_ps, seen.end_ps), lit)
+            for begin_ps, until_ps, lit in led_states(run, self.led):
+                if begin_ps < run.end_ps:
+                    yield Stretch(begin_ps, min(until_ps, run.end_ps), lit)
             return
         at_ps = 0
-        for holds, samples in groupby(seen.samples[self.quantity or ""], key=self.holds):
+        for holds, samples in groupby(run.samples[self.quantity or ""], key=self.holds):
             end_ps = at_ps + SAMPLE_STEP_PS * sum(1 for _ in samples)
-            if at_ps < seen.end_ps:
-                yield Stretch(at_ps, min(end_ps, seen.end_ps), holds)
+            if at_ps < run.end_ps:
+                yield Stretch(at_ps, min(end_ps, run.end_ps), holds)
             at_ps = end_ps
 
-    def held(self, seen: RunView) -> tuple[tuple[int, int], ...]:
-        """Return the periods in which the condition holds, in ps."""
-        return tuple((one.begin_ps, one.end_ps) for one in self.stretches(seen) if one.holds)
+    def held(self, run: RunView) -> tuple[tuple[int, int], ...]:
+        """Return the periods, in ps, in which the condition holds."""
+        return tuple((one.begin_ps, one.end_ps) for one in self.stretches(run) if one.holds)
 
-    def value_text(self, seen: RunView, at_ps: int) -> str:
-        """Describe the state at a moment for findings: " with a true roll of 44.2 degrees"."""
+    def value_text(self, run: RunView, at_ps: int) -> str:
+        """Describe a moment for findings: " with a true roll of 44.2 degrees"."""
         if self.led is not None:
             return ""
         name = self.quantity or ""
-        samples = seen.samples[name]
+        samples = run.samples[name]
         index, rest_ps = divmod(at_ps, SAMPLE_STEP_PS)
         before, after = (samples[min(one, len(samples) - 1)] for one in (index, index + 1))
         value = before + deviation(name, after, before) * rest_ps / SAMPLE_STEP_PS

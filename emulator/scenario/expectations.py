@@ -1,16 +1,14 @@
-"""Expectations about terminal output, printed numbers and hardware.
+"""Expectations about terminal output and printed numbers.
 
-One class holds the schema and the evaluation of a kind of expectation. To add a kind, write a class and add
-its name to ``Kinds`` of :mod:`fcu_emulator.emulator.scenario.schema`. Expectations about LEDs and timers are
-in :mod:`fcu_emulator.emulator.scenario.hardware`.
+A class holds the schema and the evaluation of one kind; its name is listed in ``schema.Kinds``.
 """
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -22,7 +20,6 @@ from fcu_emulator.emulator.scenario.fields import (
     Duration,
     Length,
     PatternText,
-    Table,
     TextFile,
     TextPattern,
     TimeBudget,
@@ -37,6 +34,7 @@ from fcu_emulator.emulator.scenario.formats import (
     PrintfFormat,
     shown_format,
 )
+from fcu_emulator.emulator.scenario.result import ExpectationResult, Expected, Fault
 from fcu_emulator.emulator.scenario.run_view import (
     FIELDS,
     MAX_SETTLE_PS,
@@ -51,7 +49,6 @@ from fcu_emulator.emulator.scenario.run_view import (
     unit_of,
 )
 from fcu_emulator.emulator.scenario.text_diff import (
-    Fault,
     difference,
     fault_between,
     first_difference,
@@ -61,78 +58,62 @@ from fcu_emulator.emulator.scenario.text_diff import (
 from fcu_emulator.emulator.text import shown, visible
 from fcu_emulator.emulator.time.clock import PS_PER_MS, seconds
 
-# -- Shared by all expectations: failure, view of the run, window -------------------------------------------
-
-
-@dataclass(frozen=True)
-class Failure:
-    """Reason for a failed expectation."""
-
-    fault: Fault
-    expected: str
-    seen: str
-    diff: tuple[str, ...] = ()
-    """Lines in the style of a unified diff: "-" expected, "+" printed, " " around them."""
-    for_good: bool = False
-    """Whether the failure is final: no later output or LED state can correct it, so it is reported during the run."""
-    finding: str = ""
-    """Details beyond ``fault``: for a LED "never lit", "one side", "late" and so on. They select a rubric's hint."""
-
-    @property
-    def kind(self) -> str:
-        """Return the finding, or the fault if there is no finding."""
-        return self.finding or self.fault
-
-    def __str__(self) -> str:
-        return f"expected {self.expected}; seen: {self.seen}"
+# -- Shared by all expectations: view of the run, evaluation, window -------------------------------------------
 
 
 @dataclass(frozen=True)
 class RunView:
-    """A run as expectations see it: its lines, and the board after ``end_ps``."""
+    """A run as expectations see it, until ``end_ps``."""
 
     board: BoardView
     lines: list[PrintedLine]
     end_ps: int
     patience: TimeBudget = field(default_factory=TimeBudget)
     tilts: Sequence[TiltSample] = ()
-    """The board's inclination in steps of 10 ms, if an expectation needs it."""
+    """Inclination in steps of 10 ms, if needed."""
     samples: Mapping[str, Sequence[float]] = field(default_factory=dict)
-    """The quantities that conditions need, in the same steps."""
+    """Quantities of conditions, in the same steps."""
     watched: Mapping[int, Any] = field(default_factory=dict)
-    """Results of :meth:`Expectation.watch`, by the identity of the expectation."""
+    """Results of :meth:`Expectation.watch` by identity of the expectation."""
 
 
-class Expectation(Table, ABC):
-    """One ``[[expect]]`` table: schema and evaluation in one class.
-
-    ``ON_TERMINAL``: whether it reads terminal output, which ends with a crash.
-    """
+class Expectation(Expected):
+    """One ``[[expect]]`` table; ``ON_TERMINAL``: reads terminal output, which ends with a crash."""
 
     ON_TERMINAL: ClassVar[bool] = False
 
-    def watch(self, board: BoardView) -> Any:
-        """Start watching at power-on, for expectations that observe the run; the result is kept in ``Seen.watched``."""
-        del board
-        return None
-
     @abstractmethod
-    def wording(self) -> str:
-        """Describe the expectation for verdicts and for the page."""
+    def evaluate(self, run: RunView) -> ExpectationResult: ...
 
-    @abstractmethod
-    def judge(self, seen: RunView) -> Failure | None:
-        """Return the failure, or None if the expectation is met."""
+    def result(self, run: RunView) -> ExpectationResult:
+        """Evaluate the expectation; too long a search is "stopped"."""
+        try:
+            return self.evaluate(run)
+        except TimeoutError:
+            expected = "a pattern that can be searched in reasonable time"
+            return self.failed("stopped", "the search took too long", expected=expected)
 
 
 class Windowed(Window, Expectation):
-    """Expectation about one part of the run: only lines whose printing began in the window count."""
+    """Expectation about lines whose printing began in the window."""
 
     ON_TERMINAL = True
 
-    def lines_in_window(self, seen: RunView) -> list[PrintedLine]:
-        """Return the lines whose printing began in the window."""
-        return [line for line in seen.lines if self.covers(line.at_ps)]
+    def lines_in_window(self, run: RunView) -> list[PrintedLine]:
+        return [line for line in run.lines if self.covers(line.at_ps)]
+
+    def nearly_printed(
+        self, wanted: str, lines: Sequence[str], patience: TimeBudget
+    ) -> ExpectationResult | None:
+        """Return the difference to the most similar line, if any."""
+        near = None
+        if not patience.exhausted:
+            with patience.limited():
+                near = nearest(wanted, lines)
+        if near is None:
+            return None
+        diff = (f"-{escaped(wanted)}", f"+{escaped(near)}")
+        return self.failed(fault_between(wanted, near), shown_line(near), diff)
 
 
 # -- The terminal's text: a line, a pattern, a pattern never, the whole text --------------------------------
@@ -142,46 +123,33 @@ class ExpectLine(Windowed):
     """A line with exactly this text appears; with ``count`` exactly so often."""
 
     kind: Literal["line"]
-    text: str = Field(max_length=255)  # longest text of one PRINTF
+    text: str = Field(max_length=255)  # longest PRINTF
     count: int | None = Field(None, ge=1)
 
-    def wording(self) -> str:
+    def describe(self) -> str:
         times = "" if self.count is None else " once" if self.count == 1 else f" {self.count} times"
         return f"the line {shown_line(same_banner(self.text.strip()))}{times}{self.window_text()}"
 
-    def judge(self, seen: RunView) -> Failure | None:
-        """Compare whole lines without leading and trailing blanks."""
+    def evaluate(self, run: RunView) -> ExpectationResult:
         wanted = same_banner(self.text.strip())
-        lines = [same_banner(line.text) for line in self.lines_in_window(seen)]
+        lines = [same_banner(line.text) for line in self.lines_in_window(run)]
         found = lines.count(wanted)
         if found == self.count or (found and self.count is None):
-            return None
+            return self.met()
         if found:
             too_often = found > (self.count or found)
-            return Failure("wrong value", self.wording(), f"{found} times", for_good=too_often)
-        nearly = nearly_printed(wanted, lines, self.wording(), seen.patience)
-        return nearly or Failure("missing", self.wording(), f"{len(lines)} other lines")
-
-
-def nearly_printed(wanted: str, lines: Sequence[str], expected: str, patience: TimeBudget) -> Failure | None:
-    """Describe the difference to the most similar line; None if no line is similar."""
-    near = None
-    if not patience.exhausted:
-        with patience.limited():
-            near = nearest(wanted, lines)
-    if near is None:
-        return None
-    diff = (f"-{escaped(wanted)}", f"+{escaped(near)}")
-    return Failure(fault_between(wanted, near), expected, shown_line(near), diff)
+            return self.failed("wrong value", f"{found} times", final=too_often)
+        nearly = self.nearly_printed(wanted, lines, run.patience)
+        return nearly or self.failed("missing", f"{len(lines)} other lines")
 
 
 class _Matching(Windowed):
     pattern: PatternText
 
-    def matches(self, seen: RunView) -> list[PrintedLine]:
-        """Return the lines in the window that contain the pattern."""
-        lines = self.lines_in_window(seen)
-        return [line for line in lines if self._found_in(line.text, seen.patience)]
+    def matches(self, run: RunView) -> list[PrintedLine]:
+        """Return the window's lines that contain the pattern."""
+        lines = self.lines_in_window(run)
+        return [line for line in lines if self._found_in(line.text, run.patience)]
 
     def _found_in(self, line: str, patience: TimeBudget) -> bool:
         texts = dict.fromkeys((line, same_banner(line)))
@@ -194,18 +162,17 @@ class ExpectRegex(_Matching):
     kind: Literal["regex"]
     count: int | None = Field(None, ge=1)
 
-    def wording(self) -> str:
-        """Describe the pattern and the number of lines."""
+    def describe(self) -> str:
         times = "" if self.count is None else f" in {self.count} line{'s' * (self.count > 1)}"
         return f'a match of "{visible(self.pattern.text)}"{times}{self.window_text()}'
 
-    def judge(self, seen: RunView) -> Failure | None:
-        found = len(self.matches(seen))
+    def evaluate(self, run: RunView) -> ExpectationResult:
+        found = len(self.matches(run))
         if found == self.count or (found and self.count is None):
-            return None
+            return self.met()
         too_many = found > (self.count or found)
         fault: Fault = "wrong value" if found else "missing"
-        return Failure(fault, self.wording(), f"{found} matches", for_good=too_many)
+        return self.failed(fault, f"{found} matches", final=too_many)
 
 
 class ExpectNever(_Matching):
@@ -213,16 +180,16 @@ class ExpectNever(_Matching):
 
     kind: Literal["never"]
 
-    def wording(self) -> str:
+    def describe(self) -> str:
         return f'no match of "{visible(self.pattern.text)}"{self.window_text()}'
 
-    def judge(self, seen: RunView) -> Failure | None:
-        found = self.matches(seen)
+    def evaluate(self, run: RunView) -> ExpectationResult:
+        found = self.matches(run)
         if not found:
-            return None
+            return self.met()
         first = found[0]
-        seen_text = f"{len(found)} lines, first line {first.number} at {seconds(first.at_ps)}"
-        return Failure("wrong value", self.wording(), seen_text, (f"+{escaped(first.text)}",), for_good=True)
+        seen = f"{len(found)} lines, first line {first.number} at {seconds(first.at_ps)}"
+        return self.failed("wrong value", seen, (f"+{escaped(first.text)}",), final=True)
 
 
 class ExpectText(Expectation):
@@ -233,16 +200,16 @@ class ExpectText(Expectation):
     kind: Literal["text"]
     file: TextFile
 
-    def wording(self) -> str:
+    def describe(self) -> str:
         expected = same_banner(decoded(self.file.content))
         lines = len(expected.split("\n"))
         return f"{self.file.path} ({lines} lines, {len(expected)} bytes)"
 
-    def judge(self, seen: RunView) -> Failure | None:
+    def evaluate(self, run: RunView) -> ExpectationResult:
         expected = same_banner(decoded(self.file.content))
-        printed = same_banner(seen.board.terminal.text)
+        printed = same_banner(run.board.terminal.text)
         if printed == expected:
-            return None
+            return self.met()
         wanted_lines, printed_lines = expected.split("\n"), printed.split("\n")
         index = first_difference(wanted_lines, printed_lines)
         fault = fault_between(
@@ -250,8 +217,8 @@ class ExpectText(Expectation):
             printed_lines[index] if index < len(printed_lines) else None,
         )
         count = f"{len(printed_lines)} lines, {len(printed)} bytes"
-        ended = index < len(printed_lines) - 1  # the first different line that is complete
-        return Failure(fault, self.wording(), count, difference(wanted_lines, printed_lines), for_good=ended)
+        ended = index < len(printed_lines) - 1  # the first different complete line
+        return self.failed(fault, count, difference(wanted_lines, printed_lines), final=ended)
 
 
 def shown_line(text: str) -> str:
@@ -262,19 +229,19 @@ def shown_line(text: str) -> str:
 # -- Printed numbers ----------------------------------------------------------------------------------------
 
 
-SETTLE_PS = 50 * PS_PER_MS  # one period of the slowest sensor (the LPS22HB at 25 Hz) and ten of the timer's
-_DIFF_LINES = 3  # deviating lines that a finding shows
+SETTLE_PS = 50 * PS_PER_MS  # a period of the slowest sensor (LPS22HB, 25 Hz), ten of the timer's
+_DIFF_LINES = 3  # in a finding
 
 
 def _known_field(name: str) -> str:
     if name not in FIELDS:
-        raise ValueError(f"is {shown(name)}; known: {', '.join(FIELDS)}")
+        raise ValueError(f"must be one of {', '.join(FIELDS)}, not {shown(name)}")
     return name
 
 
 def _known_quantity(name: str) -> str:
     if name not in QUANTITIES:
-        raise ValueError(f"is {shown(name)}; known: {', '.join(QUANTITIES)}")
+        raise ValueError(f"must be one of {', '.join(QUANTITIES)}, not {shown(name)}")
     return name
 
 
@@ -285,9 +252,9 @@ FieldName = Annotated[str, AfterValidator(_known_field), Field(json_schema_extra
 
 
 class _Number(Windowed):
-    """A printed number: a number of the slides by ``name``, or one of a lab by ``format`` string or ``pattern``.
+    """A number of the slides by ``name``, or of a lab by ``format`` or ``pattern``.
 
-    ``number``: index of the number in the format, counted from 1.
+    ``number``: index in the format, from 1.
     """
 
     name: FieldName | None = None
@@ -298,29 +265,46 @@ class _Number(Windowed):
     @model_validator(mode="after")
     def _one_number(self) -> Self:
         if sum(one is not None for one in (self.name, self.format, self.pattern)) != 1:
-            raise ValueError("needs one of name, format and pattern")
+            raise ValueError("must have exactly one of name, format and pattern")
         if self.format is not None:
             PrintfFormat(self.format, self.number)
         elif self.number != 1:
-            raise ValueError("has number without format; leave it out")
+            raise ValueError("must not have number without format")
         return self
 
     def number_format(self, patience: TimeBudget | None = None) -> NumberFormat:
-        """Return the format that finds the number in a line."""
         if self.format is not None:
             return PrintfFormat(self.format, self.number, patience)
         return NamedFormat(self.name) if self.name else PatternFormat(self._pattern(), patience)
 
     @property
     def title(self) -> str:
-        """Name the number for findings."""
         if self.name is not None:
             return self.name
         which = f" (number {self.number})" if self.number > 1 else ""
         return shown_format(self.format or self._pattern().text) + which
 
+    def _not_printed(self, number: NumberFormat, run: RunView) -> ExpectationResult:
+        lines = self.lines_in_window(run)
+        near = [line for line in lines if number.is_meant_by(line.text)]
+        if near:
+            return self._malformed(number, near, len(near))
+        text = f'no line "{number.text}" among {len(lines)} lines'
+        outside = [line for line in run.lines if number.is_begun_by(line.text)]
+        if outside:
+            text += f"; the last one outside the window is at {seconds(outside[-1].at_ps)}"
+        return self.failed("missing", text)
+
+    def _malformed(
+        self, number: NumberFormat, wrong: Sequence[PrintedLine], count: int, final: bool = False
+    ) -> ExpectationResult:
+        what = format_difference(number.text, wrong[0].text)
+        seen = f"{len(wrong)} of {count} lines have another format" + (f": {what}" if what else "")
+        diff = (f"-{number.text}", *map(_printed, wrong[:_DIFF_LINES]))
+        return self.failed("wrong format", seen, diff, final=final)
+
     def _pattern(self) -> TextPattern:
-        assert self.pattern is not None  # guaranteed by the validator
+        assert self.pattern is not None  # by the validator
         return self.pattern
 
 
@@ -342,22 +326,21 @@ class ExpectField(_Number):
     @model_validator(mode="after")
     def _one_reference(self) -> ExpectField:
         if (self.value is None) == (not self.truth):
-            raise ValueError("needs either value = ... or truth = true")
+            raise ValueError("must have either value = ... or truth = true")
         if self.truth is True and self.name is None:
-            raise ValueError('has truth = true without a name; give a quantity, such as truth = "Roll"')
+            raise ValueError('must have truth = QUANTITY, such as truth = "Roll", because it has no name')
         if self.scale == 0 or (self.scale != 1 and not self.truth):
-            raise ValueError("has a scale that nothing can be compared by; give one above 0, and truth")
+            raise ValueError("must have a scale above 0, together with truth")
         if self.settle > MAX_SETTLE_PS:
-            raise ValueError(f'settle is {seconds(self.settle)}; give at most "1s"')
+            raise ValueError(f'settle must be at most "1s", not {seconds(self.settle)}')
         return self
 
     @property
     def quantity(self) -> str:
-        """Return the name of the true quantity; "" for a comparison with a value."""
+        """Return the true quantity's name; "" if compared with a value."""
         return (self.name or "") if self.truth is True else self.truth or ""
 
-    def wording(self) -> str:
-        """Describe the reference and the tolerance."""
+    def describe(self) -> str:
         unit = f" {unit_of(self.name)}" if self.name else ""
         return f"{self.title} within {self.tolerance:g}{unit} of {self._target()}{self.window_text()}"
 
@@ -370,38 +353,36 @@ class ExpectField(_Number):
         scaled = f" times {self.scale:g}" if self.scale != 1 else ""
         return f"the true {self.quantity}{scaled}" + (f" ({recent})" if recent else "")
 
-    def judge(self, seen: RunView) -> Failure | None:
-        """Fail as missing if the number is never printed; also fail for a line that begins like it in another format."""
-        line_format = self.number_format(seen.patience)
-        lines = [line for line in self.lines_in_window(seen) if line_format.is_begun_by(line.text)]
+    def evaluate(self, run: RunView) -> ExpectationResult:
+        """Fail as missing without a print; also fail for a line in another format."""
+        line_format = self.number_format(run.patience)
+        lines = [line for line in self.lines_in_window(run) if line_format.is_begun_by(line.text)]
         if not lines:
-            return _not_printed(line_format, self.wording(), self.lines_in_window(seen), seen)
+            return self._not_printed(line_format, run)
         numbers = [(line, line_format.number(line.text)) for line in lines]
         malformed = [line for line, number in numbers if number is None]
         if malformed:
-            return replace(_malformed(line_format, self.wording(), malformed, len(lines)), for_good=True)
+            return self._malformed(line_format, malformed, len(lines), final=True)
         errors = [(line, number, self._error(line, number)) for line, number in numbers if number is not None]
         wrong = [one for one in errors if not abs(one[2]) <= self.tolerance]
         if not wrong:
-            return None
+            return self.met()
         wrong.sort(key=lambda one: -abs(one[2]) if math.isfinite(one[2]) else math.inf)
         finite = [one for one in wrong if math.isfinite(one[2])]
-        seen_text = (
-            f"{len(finite)} of {len(lines)} prints off, {self._compared(*finite[0])}" if finite else ""
-        )
+        seen = f"{len(finite)} of {len(lines)} prints are off, {self._compared(*finite[0])}" if finite else ""
         if len(finite) < len(wrong):
             none = f"{len(wrong) - len(finite)} of {len(lines)}"
-            seen_text += f", {none} are nan or inf" if finite else f"{none} prints are nan or inf"
+            seen += f"; {none} are nan or inf" if finite else f"{none} prints are nan or inf"
         diff = tuple(
             f"{_printed(line)}  (off by {error:+.6g}{self._reference(printed, error)})"
             for line, printed, error in wrong[:_DIFF_LINES]
         )
-        return Failure("wrong value", self.wording(), seen_text, diff, for_good=True)
+        return self.failed("wrong value", seen, diff, final=True)
 
     def _compared(self, line: PrintedLine, printed: float, error: float) -> str:
         """Return the worst print and its reference."""
-        what = "the truth is" if self.truth else "expected is"
-        worst = f"{self.title} is {printed:.6g} and {what} {self._wanted(printed, error):.6g}"
+        what = "the truth is" if self.truth else "expected"
+        worst = f"{self.title} is {printed:.6g}, {what} {self._wanted(printed, error):.6g}"
         return f"the worst by {abs(error):.6g} at {seconds(line.at_ps)}: {worst}"
 
     def _reference(self, printed: float, error: float) -> str:
@@ -430,30 +411,28 @@ class ExpectPrinted(_Number):
     kind: Literal["printed"]
     max_gap: Length
 
-    def wording(self) -> str:
-        """Describe the format of the line and its interval."""
+    def describe(self) -> str:
         every = f"at least every {seconds(self.max_gap)}"
         return f'a line "{self.number_format().text}" {every}{self.window_text()}'
 
-    def judge(self, seen: RunView) -> Failure | None:
-        """Check from the window's begin to its end, or to the run's end."""
-        line_format, expected = self.number_format(seen.patience), self.wording()
-        lines = [line for line in self.lines_in_window(seen) if line_format.is_begun_by(line.text)]
-        earlier = [line for line in seen.lines if line.at_ps < self.from_]
+    def evaluate(self, run: RunView) -> ExpectationResult:
+        line_format = self.number_format(run.patience)
+        lines = [line for line in self.lines_in_window(run) if line_format.is_begun_by(line.text)]
+        earlier = [line for line in run.lines if line.at_ps < self.from_]
         before = [line for line in earlier if line_format.number(line.text) is not None]
         if not lines and before:
-            return Failure("missing", expected, f"none after {seconds(before[-1].at_ps)}")
+            return self.failed("missing", f"none after {seconds(before[-1].at_ps)}")
         if not lines:
-            return _not_printed(line_format, expected, self.lines_in_window(seen), seen)
+            return self._not_printed(line_format, run)
         wrong = [line for line in lines if line_format.number(line.text) is None]
         if wrong:
-            return _malformed(line_format, expected, wrong, len(lines))
-        end_ps = seen.end_ps if self.to is None else min(self.to, seen.end_ps)
+            return self._malformed(line_format, wrong, len(lines))
+        end_ps = run.end_ps if self.to is None else min(self.to, run.end_ps)
         times = [self.from_, *(line.at_ps for line in lines), end_ps]
         gap, since = max((after - before, before) for before, after in pairwise(times))
         if gap <= self.max_gap:
-            return None
-        return Failure("missing", expected, f"none for {seconds(gap)} from {seconds(since)} on")
+            return self.met()
+        return self.failed("missing", f"none for {seconds(gap)} after {seconds(since)}")
 
 
 class ExpectWithin(_Number):
@@ -466,48 +445,28 @@ class ExpectWithin(_Number):
     max: float
     min_difference: float = Field(0.0, ge=0)
 
-    def wording(self) -> str:
+    def describe(self) -> str:
         apart = f", two of them {self.min_difference:g} apart" if self.min_difference else ""
         return f"{self.title} from {self.min:g} to {self.max:g}{apart}{self.window_text()}"
 
-    def judge(self, seen: RunView) -> Failure | None:
-        """Fail as missing if the number is never printed."""
-        line_format, expected = self.number_format(seen.patience), self.wording()
-        parsed = [(line, line_format.number(line.text)) for line in self.lines_in_window(seen)]
+    def evaluate(self, run: RunView) -> ExpectationResult:
+        line_format = self.number_format(run.patience)
+        parsed = [(line, line_format.number(line.text)) for line in self.lines_in_window(run)]
         values = [(line, number) for line, number in parsed if number is not None]
         if not values:
-            return _not_printed(line_format, expected, self.lines_in_window(seen), seen)
+            return self._not_printed(line_format, run)
         wrong = [line for line, value in values if not self.min <= value <= self.max]
         if wrong:
-            text, diff = f"{len(wrong)} of {len(values)} prints outside", map(_printed, wrong[:_DIFF_LINES])
-            return Failure("wrong value", expected, text, tuple(diff), for_good=True)
+            text, diff = (
+                f"{len(wrong)} of {len(values)} prints are outside",
+                map(_printed, wrong[:_DIFF_LINES]),
+            )
+            return self.failed("wrong value", text, tuple(diff), final=True)
         apart = np.ptp([value for _, value in values])
         if apart < self.min_difference:
             text = f"all {len(values)} within {apart:g}"
-            return Failure("wrong value", expected, text, (_printed(values[0][0]),))
-        return None
-
-
-def _not_printed(
-    line_format: NumberFormat, expected: str, lines: Sequence[PrintedLine], seen: RunView
-) -> Failure:
-    """Report that no line of the window begins like the format: the output has another form, or none."""
-    near = [line for line in lines if line_format.is_meant_by(line.text)]
-    if not near:
-        text = f'no line "{line_format.text}" among {len(lines)} lines'
-        outside = [line for line in seen.lines if line_format.is_begun_by(line.text)]
-        if outside:
-            text += f", the last one is at {seconds(outside[-1].at_ps)}"
-        return Failure("missing", expected, text)
-    return _malformed(line_format, expected, near, len(near))
-
-
-def _malformed(line_format: NumberFormat, expected: str, wrong: Sequence[PrintedLine], count: int) -> Failure:
-    """Report lines with the format's beginning that do not follow it, and the difference."""
-    what = format_difference(line_format.text, wrong[0].text)
-    seen_text = f"{len(wrong)} of {count} lines in another format" + (f": {what}" if what else "")
-    diff = (f"-{line_format.text}", *map(_printed, wrong[:_DIFF_LINES]))
-    return Failure("wrong format", expected, seen_text, diff)
+            return self.failed("wrong value", text, (_printed(values[0][0]),))
+        return self.met()
 
 
 def _printed(line: PrintedLine) -> str:

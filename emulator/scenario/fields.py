@@ -1,19 +1,10 @@
-"""Field types of scenario tables: strict types, quantities with units, files next to the scenario, patterns.
+"""Field types of scenario tables: strict types, quantities with units, files, patterns.
 
-Unknown keys are errors that name the key. A scenario may come from an untrusted author, and its error
-messages may show parts of a named file. So a file name is relative, has no ``..``, and no link on its path
-leads out of the scenario's folder: a scenario can only show files that were sent with it. Rejected
-alternative: a setting that allows other paths, which every grader would have to know.
+A scenario may be untrusted, and its errors show parts of files. So file names are relative, without ``..`` or
+a link out of its folder. Reading the largest recording takes 180 MB and ten seconds.
 
-Limits: a text has at most 1 MiB, a recording 64 MiB and ten million numbers. All files of one scenario have
-at most 64 MiB together. Reading a recording of ten million numbers takes 180 MB of memory and about ten
-seconds.
-
-Compiling a pattern costs memory: the compiler repeats an element n times if it must match at least n times,
-at about 500 bytes each (``regex`` 2026; ``(?:a?){9999999}`` took 4 GB). An upper bound of the elements is
-computed before compiling, as if all repeated groups were nested. The limit is 10,000 in one pattern and
-100,000 in a scenario, which cost 50 MB and a tenth of a second. A search may never end, so the search of a
-line and all searches of a run have a time limit (:class:`TimeBudget`).
+Compiling a pattern repeats an element as often as it must match, at about 500 bytes each (``regex`` 2026). So
+an upper bound of the elements is computed first; a scenario's limit costs 50 MB and 0.1 s.
 """
 
 from __future__ import annotations
@@ -47,7 +38,7 @@ from pydantic_core import PydanticCustomError
 from fcu_emulator.emulator.boards.description import BoardDescription
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.errors import RecordingError
-from fcu_emulator.emulator.scenario.renamed import with_current_keys
+from fcu_emulator.emulator.renamed import with_current_keys
 from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.time.clock import (
     DURATION,
@@ -64,19 +55,19 @@ from fcu_emulator.emulator.world.limits import Range
 
 
 class Table(BaseModel):
-    """Base class of all tables. Strict: strings do not become numbers; NaN, infinity and unknown keys are errors."""
+    """Base class of all tables: no conversion of strings, no NaN, infinity or unknown keys."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
     RENAMED: ClassVar[Mapping[str, str]] = {}
-    """Current names of keys, by the names of the previous release."""
+    """Current names of keys by previous ones."""
     MISPLACED: ClassVar[Mapping[str, str]] = {}
-    """Correct tables of keys that are often written in this table."""
+    """Correct tables of keys often misplaced here."""
 
     @model_validator(mode="before")
     @classmethod
     def _refuse_unknown_keys(cls, data: Any) -> Any:
-        """Refuse unknown keys with a list of the known ones (pydantic's message has none); replace renamed keys."""
+        """Refuse unknown keys with a list of the known ones; replace renamed keys."""
         if not isinstance(data, dict):
             return data
         if data.keys() & cls.RENAMED.keys():
@@ -88,13 +79,13 @@ class Table(BaseModel):
                 hint = f"did you mean {near[0]}? " if near else ""
                 problem = f"unknown key; {hint}known here: {', '.join(known)}"
                 if key in cls.MISPLACED:
-                    problem = f"is not a key of this table; write {cls.MISPLACED[key]}"
+                    problem = f"must not be in this table; write {cls.MISPLACED[key]}"
                 raise PydanticCustomError("unknown_key", "{problem}", {"key": str(key), "problem": problem})
         return data
 
 
 LED_NAMES, PART_NAMES = ["a LED of the board"], ["a part of the board"]
-"""Placeholders in the JSON schema for names from a board's file, until the board is known."""
+"""Placeholders in the JSON schema for a board's names."""
 
 
 def board_of(info: ValidationInfo) -> BoardDescription:
@@ -107,12 +98,12 @@ def board_of(info: ValidationInfo) -> BoardDescription:
 
 
 def within(allowed: Range) -> FieldInfo:
-    """Return the world's own range of a quantity, so that file and world accept the same values."""
+    """Return the world's own range, so that file and world accept the same values."""
     info: FieldInfo = Field(ge=allowed.low, le=allowed.high)
     return info
 
 
-# TOML has arrays, not tuples: only the outer type is lenient, its elements stay strict.
+# TOML has no tuples: only the outer type is lenient.
 Vector = Annotated[tuple[float, float, float], Strict(False)]
 
 
@@ -131,7 +122,7 @@ def parse_length(value: Any) -> int:
     """Return a duration of at least 1 us, in ps."""
     length_ps = parse_duration(value)
     if length_ps < PS_PER_US:
-        raise ValueError(f'is {shown(value)}; give at least "1us"')
+        raise ValueError(f'must be at least "1us", not {shown(value)}')
     return length_ps
 
 
@@ -148,7 +139,7 @@ Length = Annotated[
 
 
 class Window(Table):
-    """A part of a run; without ``to`` it lasts until the end."""
+    """A part of a run; without ``to`` until the end."""
 
     from_: Duration = Field(0, alias="from")
     to: Duration | None = None
@@ -156,15 +147,14 @@ class Window(Table):
     @model_validator(mode="after")
     def _in_order(self) -> Self:
         if self.to is not None and self.to <= self.from_:
-            raise ValueError("has a window that ends before it begins; give a later to")
+            raise ValueError("to must be later than from")
         return self
 
     def covers(self, at_ps: int) -> bool:
-        """Return whether the window contains this moment."""
         return self.from_ <= at_ps and (self.to is None or at_ps <= self.to)
 
     def window_text(self) -> str:
-        """Describe the window for messages; empty for the whole run."""
+        """Describe the window; empty for the whole run."""
         if self.from_ == 0 and self.to is None:
             return ""
         end = "the end" if self.to is None else seconds(self.to)
@@ -176,21 +166,21 @@ class Window(Table):
 
 _HZ_PER_UNIT = {"Hz": 1, "kHz": 1000, "MHz": 1_000_000}
 _FREQUENCY = rf"({NUMBER}) ?({'|'.join(_HZ_PER_UNIT)})"
-_FREQUENCY_HELP = 'give a number and a unit (Hz, kHz, MHz) in quotes, such as "400kHz"'
+_FREQUENCY_RIGHT = 'a number and a unit (Hz, kHz, MHz) in quotes, such as "400kHz"'
 _SLOWEST_BUS_HZ = 10_000
 _FASTEST_BUS_HZ = 1_000_000
 
 
 def parse_bus_speed(value: Any) -> int:
-    """Return a bus speed in Hz, 10 kHz to 1 MHz; ValueError names the valid values."""
+    """Return a bus speed, 10 kHz to 1 MHz, in Hz. Raises ValueError."""
     if isinstance(value, int | float) and not isinstance(value, bool):
-        raise ValueError(f"is the bare number {shown(value)}; {_FREQUENCY_HELP}")
+        raise ValueError(f"must be {_FREQUENCY_RIGHT}, not the bare number {shown(value)}")
     match = re.fullmatch(_FREQUENCY, value) if isinstance(value, str) else None
     if match is None:
-        raise ValueError(f"is {shown(value)}; {_FREQUENCY_HELP}")
+        raise ValueError(f"must be {_FREQUENCY_RIGHT}, not {shown(value)}")
     hertz = int(Decimal(match[1]) * _HZ_PER_UNIT[match[2]])
     if not _SLOWEST_BUS_HZ <= hertz <= _FASTEST_BUS_HZ:
-        raise ValueError(f'is {shown(value)}; give a speed from "10kHz" to "1MHz"')
+        raise ValueError(f'must be from "10kHz" to "1MHz", not {shown(value)}')
     return hertz
 
 
@@ -203,14 +193,14 @@ BusSpeed = Annotated[
 
 
 def _parse_address(value: object, info: ValidationInfo) -> int:
-    """Return the address for a sensor's name or a 7-bit address; ValueError names the valid values."""
+    """Return the address of a sensor's name or 7-bit address. Raises ValueError."""
     known = board_of(info).addresses
     if isinstance(value, str) and value in known:
         return known[value]
     if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= 0x7F:
         return value
     names = ", ".join(f'"{name}"' for name in known)
-    raise ValueError(f"is {shown(value)}; give {names}, or a 7-bit address such as 0x6B")
+    raise ValueError(f"must be {names}, or a 7-bit address such as 0x6B, not {shown(value)}")
 
 
 Address = Annotated[
@@ -223,17 +213,14 @@ Address = Annotated[
 # -- Limits while a scenario is read ------------------------------------------------------------------------
 
 
-_MAX_FILE_BYTES = 1 << 20  # of a scenario or of a text file that it names
-_MAX_TOTAL_BYTES = 64 << 20  # of all files that a scenario names
-_MAX_ELEMENTS = 10_000  # of one compiled pattern
-_MAX_TOTAL_ELEMENTS = 100_000  # of all patterns of a scenario
+_MAX_FILE_BYTES = 1 << 20  # of one text file
+_MAX_TOTAL_BYTES = 64 << 20  # of a scenario's files
+_MAX_ELEMENTS = 10_000  # of one pattern
+_MAX_TOTAL_ELEMENTS = 100_000  # of a scenario's patterns
 
 
 class Resources:
-    """Files next to a scenario, and limits on their total use.
-
-    All methods raise ValueError with the reason if a file or pattern cannot be used.
-    """
+    """Files next to a scenario, and limits on their use. All methods raise ValueError with the reason."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -243,7 +230,7 @@ class Resources:
         self._recordings: dict[Path, Recording] = {}
 
     def text(self, name: str, what: str) -> bytes:
-        """Return the bytes of a small file; ``what`` names the file in errors."""
+        """Return a small file; ``what`` names it in errors."""
         path = self._inside(name)
         if path not in self._texts:
             self._count(path, name)
@@ -251,7 +238,7 @@ class Resources:
         return self._texts[path]
 
     def recording(self, name: str) -> Recording:
-        """Return a CSV recording; the same object for every use of its name."""
+        """Return a CSV recording, the same object for each use."""
         path = self._inside(name)
         if path not in self._recordings:
             self._count(path, name)
@@ -262,61 +249,60 @@ class Resources:
         return self._recordings[path]
 
     def allow_pattern(self, pattern: str) -> None:
-        """Count a pattern before it is compiled."""
+        """Count a pattern before compiling."""
         elements = _elements(pattern)
         self._elements_left -= elements
         if elements > _MAX_ELEMENTS:
-            raise ValueError(f"is {shown(pattern)}, which repeats too much; let its counts multiply to less")
+            raise ValueError(f"must repeat at most {_MAX_ELEMENTS} elements, not as {shown(pattern)}")
         if self._elements_left < 0:
-            raise ValueError(f"is {shown(pattern)}, with which the patterns are too long; give fewer of them")
+            raise ValueError(f"exceeds the limit on all patterns with {shown(pattern)}; give fewer patterns")
 
     def _inside(self, name: str) -> Path:
-        """Return the path of the file with all links resolved."""
         if "\0" in name:
-            raise ValueError(f'is {shown(name)}; give a path in quotes, such as "golden.txt"')
+            raise ValueError(f'must be a path in quotes, such as "golden.txt", not {shown(name)}')
         for flavour in (
             PurePosixPath(name),
             PureWindowsPath(name),
-        ):  # a name means the same file on every system
+        ):  # the same on every system
             if flavour.is_absolute() or flavour.anchor or ".." in flavour.parts:
-                raise ValueError(f"is {shown(name)}; give the name of a file in the scenario's folder")
+                raise ValueError(f"must be a file in the scenario's folder, not {shown(name)}")
         try:
             path = (self._folder / name).resolve()
             inside = path.is_relative_to(self._folder.resolve())
         except (OSError, RuntimeError) as error:  # RuntimeError: a link that leads to itself
-            raise ValueError(f"is {shown(name)}, which cannot be read: {error}") from error
+            raise ValueError(f"cannot read {shown(name)}: {error}") from error
         if not inside:
-            raise ValueError(f"is {shown(name)}, a link out of the scenario's folder; give the file itself")
+            raise ValueError(f"must be a file in the scenario's folder, not the link {shown(name)}")
         return path
 
     def _count(self, path: Path, name: str) -> None:
         try:
             size = path.stat().st_size
         except OSError:
-            return  # the read reports the error
+            return  # reading reports it
         self._bytes_left -= size
         if self._bytes_left < 0:
             most = f"{_MAX_TOTAL_BYTES >> 20} MiB"
-            raise ValueError(f"is {shown(name)}, with which the scenario's files exceed {most}; shorten them")
+            raise ValueError(f"the scenario's files must have at most {most}; {shown(name)} exceeds it")
 
 
 def resources_of(info: ValidationInfo) -> Resources:
-    """Return the resources of the scenario that is being read; without a file, those of the working directory."""
+    """Return the resources of the scenario being read, or of the working directory."""
     resources = (info.context or {}).get("resources")
     return resources if isinstance(resources, Resources) else Resources(Path())
 
 
 def read_bounded(path: Path, name: str, what: str) -> bytes:
-    """Return the bytes of a small regular file; ValueError says why ``name`` cannot be used."""
+    """Return a small regular file. Raises ValueError with the reason."""
     try:
         if path.exists() and not path.is_file():  # opening a pipe or a terminal would block
-            raise ValueError(f"{name} is not a regular file; give {what}")
+            raise ValueError(f"{name} must be a regular file: {what}")
         with path.open("rb") as stream:
             data = stream.read(_MAX_FILE_BYTES + 1)
     except OSError as error:
-        raise ValueError(f"{name} cannot be read: {error.strerror or error}; give {what}") from error
+        raise ValueError(f"cannot read {name}: {error.strerror or error}; give {what}") from error
     if len(data) > _MAX_FILE_BYTES:
-        raise ValueError(f"{name} is larger than {_MAX_FILE_BYTES >> 20} MiB; give {what}")
+        raise ValueError(f"{name} must have at most {_MAX_FILE_BYTES >> 20} MiB: {what}")
     return data
 
 
@@ -328,7 +314,7 @@ Content = TypeVar("Content")
 
 @dataclass(frozen=True, eq=False)
 class Named(Generic[Content]):
-    """Contents of a file, and its path as the scenario names it."""
+    """Contents of a file, and its name in the scenario."""
 
     path: str
     content: Content
@@ -336,7 +322,7 @@ class Named(Generic[Content]):
 
 def _named_text(value: object, info: ValidationInfo) -> Named[bytes]:
     name = _name(value, "golden.txt")
-    return Named(name, resources_of(info).text(name, "the text the board is to print"))
+    return Named(name, resources_of(info).text(name, "the expected text of the terminal"))
 
 
 def _named_recording(value: object, info: ValidationInfo) -> Named[Recording]:
@@ -346,7 +332,7 @@ def _named_recording(value: object, info: ValidationInfo) -> Named[Recording]:
 
 def _name(value: object, example: str) -> str:
     if not isinstance(value, str):
-        raise ValueError(f'is {shown(value)}; give a path in quotes, such as "{example}"')
+        raise ValueError(f'must be a path in quotes, such as "{example}", not {shown(value)}')
     return value
 
 
@@ -360,15 +346,15 @@ RecordingFile = Annotated[Named[Recording], PlainValidator(_named_recording), _A
 
 
 _LONGEST_PATTERN = 500
-_LINE_PATIENCE_S = 0.5  # for one line; a normal pattern takes microseconds
-_RUN_PATIENCE_S = 10.0  # for all patterns of a scenario on all lines of a run
+_LINE_PATIENCE_S = 0.5  # per line; usually microseconds
+_RUN_PATIENCE_S = 10.0  # per run
 
-_COUNT = re.compile(r"(\)?)\{(\d+)")  # a repetition's minimum count, and whether it repeats a group
-_SCATTERED = re.compile(r"\(\?(#|[\w-]*x)")  # comments and spaces may separate a group and its count
+_COUNT = re.compile(r"(\)?)\{(\d+)")  # a group's end, minimum count
+_SCATTERED = re.compile(r"\(\?(#|[\w-]*x)")  # may separate a group and its count
 
 
 def _elements(pattern: str) -> int:
-    """Return an upper bound of the elements of ``pattern`` after compiling."""
+    """Return an upper bound of the compiled elements."""
     counts = [(bool(group), max(int(count), 1)) for group, count in _COUNT.findall(pattern)]
     if _SCATTERED.search(pattern):
         counts = [(True, count) for _, count in counts]
@@ -377,7 +363,7 @@ def _elements(pattern: str) -> int:
 
 
 class TimeBudget:
-    """Remaining wall time for searches in a run's text: an untrusted pattern may never end."""
+    """Remaining wall time for searches, because an untrusted pattern may never end."""
 
     def __init__(self, clock_s: Callable[[], float] = time.monotonic) -> None:
         self._clock_s = clock_s
@@ -389,7 +375,7 @@ class TimeBudget:
 
     @contextmanager
     def limited(self) -> Iterator[float]:
-        """Return the time limit of the enclosed search. Raises TimeoutError when no time is left."""
+        """Return the enclosed search's time limit. Raises TimeoutError if none is left."""
         if self.exhausted:
             raise TimeoutError
         began_s = self._clock_s()
@@ -407,7 +393,7 @@ class TextPattern:
         self._compiled = regex.compile(text)
 
     def found_in(self, line: str, patience: TimeBudget) -> bool:
-        """Search one line. Raises TimeoutError if the search takes too long."""
+        """Search one line. Raises TimeoutError."""
         with patience.limited() as timeout_s:
             return self._compiled.search(line, timeout=timeout_s) is not None
 
@@ -417,7 +403,7 @@ class TextPattern:
         return names.keys()
 
     def group_in(self, line: str, name: str, patience: TimeBudget) -> str | None:
-        """Return the text of a group in a line, None if the pattern is not found. Raises TimeoutError."""
+        """Return a group's text, or None. Raises TimeoutError."""
         with patience.limited() as timeout_s:
             match = self._compiled.search(line, timeout=timeout_s)
         return None if match is None else match[name]
@@ -426,12 +412,12 @@ class TextPattern:
 def _parse_pattern(value: object, info: ValidationInfo) -> TextPattern:
     if not isinstance(value, str) or len(value) > _LONGEST_PATTERN:
         longest = f"of at most {_LONGEST_PATTERN} characters"
-        raise ValueError(f"is {shown(value)}; give a regular expression {longest}")
+        raise ValueError(f"must be a regular expression {longest}, not {shown(value)}")
     resources_of(info).allow_pattern(value)
     try:
         return TextPattern(value)
     except (regex.error, OverflowError, RecursionError) as error:
-        raise ValueError(f"is {shown(value)}: {error}; give a regular expression") from error
+        raise ValueError(f"must be a regular expression, not {shown(value)}: {error}") from error
 
 
 PatternText = Annotated[

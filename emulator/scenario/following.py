@@ -1,4 +1,4 @@
-"""Expectation for lines that follow a condition: printed repeatedly while it holds, and not otherwise."""
+"""Expectation for lines that follow a condition."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ from typing import ClassVar, Literal
 from pydantic import Field, model_validator
 
 from fcu_emulator.emulator.scenario.conditions import Condition, Followed, Stretch
-from fcu_emulator.emulator.scenario.expectations import Failure, RunView, Windowed, nearly_printed, shown_line
+from fcu_emulator.emulator.scenario.expectations import RunView, Windowed, shown_line
 from fcu_emulator.emulator.scenario.fields import Duration, Length, PatternText
 from fcu_emulator.emulator.scenario.rests import Rest, is_printed, mistake, resting
+from fcu_emulator.emulator.scenario.result import ExpectationResult
 from fcu_emulator.emulator.scenario.run_view import SAMPLE_STEP_PS, PrintedLine, escaped, same_banner
 from fcu_emulator.emulator.text import visible
 from fcu_emulator.emulator.time.clock import PS_PER_MS, seconds
 
-_DIFF_LINES = 3  # wrong lines that a finding shows
+_DIFF_LINES = 3  # in a finding
 
 
 class ExpectLineFollows(Windowed):
@@ -40,18 +41,18 @@ class ExpectLineFollows(Windowed):
     @model_validator(mode="after")
     def _one_line(self) -> ExpectLineFollows:
         if (self.text is None) == (self.pattern is None):
-            raise ValueError("needs either text = ... or pattern = ...")
+            raise ValueError("must have either text = ... or pattern = ...")
         return self
 
-    def wording(self) -> str:
+    def describe(self) -> str:
         """Describe the line, its interval and the condition."""
-        every = f"at least every {seconds(self.max_gap)} while {self.when.text()}, and not otherwise"
+        every = f"at least every {seconds(self.max_gap)} while {self.when.text()}, otherwise never"
         return f"{self._line()} {every}{self.window_text()}"
 
-    def judge(self, seen: RunView) -> Failure | None:
-        """Return the first missing line as a failure, otherwise the first line at a wrong time."""
-        lines = [line for line in self.lines_in_window(seen) if self._is_it(line, seen)]
-        stretches = list(self._settled(seen))
+    def evaluate(self, run: RunView) -> ExpectationResult:
+        """Return the first missing line as a failure, else the first wrong one."""
+        lines = [line for line in self.lines_in_window(run) if self._is_it(line, run)]
+        stretches = list(self._settled(run))
         wrong = [
             line
             for begin_ps, end_ps, holds in stretches
@@ -60,38 +61,38 @@ class ExpectLineFollows(Windowed):
         ]
         missing = self._longest_silence(stretches, lines)
         if missing is None and not wrong:
-            return None
-        nearly = self._nearly(seen) if missing is not None and not lines else None
+            return self.met()
+        nearly = self._nearly(run) if missing is not None and not lines else None
         if nearly is not None:
             return nearly
-        finding, mistake = self._mistake(seen, stretches, lines)
+        mistake, more = self._mistake(run, stretches, lines)
         if missing is not None:
-            text = self._missing(seen, missing, lines) + mistake
-            return Failure("missing", self.wording(), text, for_good=True, finding=finding)
-        when = f"{seconds(wrong[0].at_ps)}{self.when.value_text(seen, wrong[0].at_ps)}"
+            text = self._missing(run, missing, lines) + more
+            return self.failed("missing", text, final=True, mistake=mistake)
+        when = f"{seconds(wrong[0].at_ps)}{self.when.value_text(run, wrong[0].at_ps)}"
         times = "once" if len(wrong) == 1 else f"{len(wrong)} times"
-        text = f"printed {times} otherwise, first at {when}{mistake}"
+        text = f"printed {times} otherwise, first at {when}{more}"
         diff = tuple(f"+{escaped(line.text)}  at {seconds(line.at_ps)}" for line in wrong[:_DIFF_LINES])
-        return Failure("wrong value", self.wording(), text, diff, for_good=True, finding=finding)
+        return self.failed("wrong value", text, diff, final=True, mistake=mistake)
 
-    def followed(self, seen: RunView) -> Followed:
-        """Return the periods of the line and of the condition, with margin and settling time applied."""
-        at_ps = (line.at_ps for line in seen.lines if self._is_it(line, seen))
+    def followed(self, run: RunView) -> Followed:
+        """Return periods of line and condition, with margin and settling time."""
+        at_ps = (line.at_ps for line in run.lines if self._is_it(line, run))
         shown = tuple((one, one) for one in at_ps)
-        return Followed(self._line(), self.when.text(), self.when.held(seen), shown)
+        return Followed(self._line(), self.when.text(), self.when.held(run), shown)
 
-    def _settled(self, seen: RunView) -> list[Stretch]:
-        """Yield the parts of the window in which the line is mandatory or forbidden."""
-        last_ps = seen.end_ps if self.to is None else min(self.to, seen.end_ps)
+    def _settled(self, run: RunView) -> list[Stretch]:
+        """Yield parts in which the line is mandatory or forbidden."""
+        last_ps = run.end_ps if self.to is None else min(self.to, run.end_ps)
         cut = (
             Stretch(max(one.begin_ps + self.settle, self.from_), min(one.end_ps, last_ps), one.holds)
-            for one in self.when.stretches(seen)
+            for one in self.when.stretches(run)
             if one.holds is not None
         )
         return [one for one in cut if one.begin_ps < one.end_ps]
 
     def _longest_silence(self, stretches: list[Stretch], lines: list[PrintedLine]) -> tuple[int, int] | None:
-        """Return (length, begin) of the longest time without the line while the condition holds; None if short enough."""
+        """Return (length, begin) of the longest silence while the condition holds; None if short enough."""
         silences = [
             (after - before, before)
             for begin_ps, end_ps, holds in stretches
@@ -103,48 +104,47 @@ class ExpectLineFollows(Windowed):
         longest = max(silences, default=(0, 0))
         return longest if longest[0] > self.max_gap else None
 
-    def _missing(self, seen: RunView, silence: tuple[int, int], lines: list[PrintedLine]) -> str:
+    def _missing(self, run: RunView, silence: tuple[int, int], lines: list[PrintedLine]) -> str:
         length_ps, since_ps = silence
-        where = f"none for {seconds(length_ps)} from {seconds(since_ps)} on"
-        value = self.when.value_text(seen, since_ps + length_ps // 2)
-        count = f"; {len(lines)} in all" if lines else "; never printed"
+        where = f"none for {seconds(length_ps)} after {seconds(since_ps)}"
+        value = self.when.value_text(run, since_ps + length_ps // 2)
+        count = f"; {len(lines)} in total" if lines else "; never printed"
         return f"{where}{value}{count}"
 
-    def _nearly(self, seen: RunView) -> Failure | None:
-        """Return a line that is similar to the wanted line and printed instead of it."""
+    def _nearly(self, run: RunView) -> ExpectationResult | None:
         if self.text is None:
             return None
-        lines = [same_banner(line.text) for line in self.lines_in_window(seen)]
-        miss = nearly_printed(same_banner(self.text.strip()), lines, self.wording(), seen.patience)
-        return None if miss is None else replace(miss, for_good=True)
+        lines = [same_banner(line.text) for line in self.lines_in_window(run)]
+        nearly = self.nearly_printed(same_banner(self.text.strip()), lines, run.patience)
+        return None if nearly is None else replace(nearly, is_final=True)
 
-    def _mistake(self, seen: RunView, stretches: list[Stretch], lines: list[PrintedLine]) -> tuple[str, str]:
-        """Return kind and message text of the mistake that the rests of the board show; "" for an unknown one."""
+    def _mistake(self, run: RunView, stretches: list[Stretch], lines: list[PrintedLine]) -> tuple[str, str]:
+        """Return kind and text of the mistake at the board's rests, or ""."""
         if self.when.quantity is None:
             return "", ""
         at_ps = [line.at_ps for line in lines]
         rests = [
             Rest(
                 value,
-                self._other(seen, begin_ps),
+                self._other(run, begin_ps),
                 bool(stretch.holds),
                 is_printed(at_ps, begin_ps, end_ps, self.max_gap),
             )
             for stretch in stretches
-            for value, begin_ps, end_ps in resting(seen.samples[self.when.quantity], stretch)
+            for value, begin_ps, end_ps in resting(run.samples[self.when.quantity], stretch)
             if end_ps - begin_ps > self.max_gap
         ]
         return mistake(rests, self.when)
 
-    def _other(self, seen: RunView, at_ps: int) -> float:
-        """Return the other inclination at a moment; 0 for a quantity without one."""
+    def _other(self, run: RunView, at_ps: int) -> float:
+        """Return the other inclination, 0 for other quantities."""
         other = {"pitch": "roll", "roll": "pitch"}.get(self.when.quantity or "")
-        return seen.samples[other][at_ps // SAMPLE_STEP_PS] if other is not None else 0.0
+        return run.samples[other][at_ps // SAMPLE_STEP_PS] if other is not None else 0.0
 
-    def _is_it(self, line: PrintedLine, seen: RunView) -> bool:
+    def _is_it(self, line: PrintedLine, run: RunView) -> bool:
         if self.text is not None:
             return same_banner(line.text) == same_banner(self.text.strip())
-        return self.pattern is not None and self.pattern.found_in(line.text, seen.patience)
+        return self.pattern is not None and self.pattern.found_in(line.text, run.patience)
 
     def _line(self) -> str:
         if self.text is not None:

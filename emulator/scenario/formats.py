@@ -1,11 +1,8 @@
-"""Formats of printed numbers: rules that find a number in a line of terminal output.
+"""Formats that find a number in a line of terminal output: a name of the slides, a ``printf`` format string,
+or a regular expression with a group ``number``.
 
-A number of the slides has a name (``name = "Pitch"``). A lab with other lines gives the format string of its
-``printf`` (``format = "tilt=%d cdeg"``), or a regular expression with a group called ``number``.
-
-Decision: a format string is exact from the beginning of a line to its end: "%.2f" means two decimals. A line
-in another form is a finding, as for the lines of the slides. For lines that may vary, a rubric gives a
-pattern.
+Decision: a format string is exact from the beginning of a line to its end: "%.2f" means two decimals. For
+lines that may vary, a rubric gives a pattern.
 """
 
 from __future__ import annotations
@@ -26,23 +23,21 @@ class NumberFormat(Protocol):
     """Print format of one number."""
 
     text: str
-    """The format as findings show it."""
+    """The format in findings."""
 
-    def is_begun_by(self, line: str) -> bool:
-        """Return whether a line begins like this format."""
-        ...
+    def is_begun_by(self, line: str) -> bool: ...
 
     def is_meant_by(self, line: str) -> bool:
-        """Return whether a line with another beginning has the same number in another form."""
+        """Return whether a line has the same number in another form."""
         ...
 
     def number(self, line: str) -> float | None:
-        """Return the number; None if the line does not have the format. Raises TimeoutError."""
+        """Return the number; None without the format. Raises TimeoutError."""
         ...
 
 
 class NamedFormat:
-    """A number of the slides, identified by its name."""
+    """A number of the slides."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -50,15 +45,12 @@ class NamedFormat:
         self.text = self._line.text
 
     def is_begun_by(self, line: str) -> bool:
-        """Return whether the line begins with the format's first word."""
         return line.startswith(self._line.label)
 
     def is_meant_by(self, line: str) -> bool:
-        """Return whether the line has the name of one of the format's numbers."""
         return self._line.is_meant_by(line)
 
     def number(self, line: str) -> float | None:
-        """Return the number with this name."""
         fields = self._line.parse(line)
         return None if fields is None else fields[self._name]
 
@@ -77,9 +69,9 @@ _MOST_DIGITS = 2  # of a width
 
 
 class PrintfFormat:
-    """A format string of ``printf`` and the index of the number, counted from 1. Raises ValueError.
+    """A ``printf`` format string and the number's index, from 1. Raises ValueError.
 
-    The conversions of a format may be ambiguous, such as "%s%s", so a search in a line has a time limit.
+    Searches have a time limit, because conversions such as "%s%s" are ambiguous.
     """
 
     def __init__(self, text: str, number: int = 1, patience: TimeBudget | None = None) -> None:
@@ -94,17 +86,19 @@ class PrintfFormat:
             pattern += re.escape(bare[place : match.start()]) + self._conversion(match)
             place = match.end()
         if "%" in bare[place:]:
-            raise ValueError(f"is {shown(text)}, which ends within a conversion; write %% for a percent sign")
+            raise ValueError(
+                f"must not end inside a conversion, as {shown(text)} does; write %% for a percent sign"
+            )
         if not 1 <= number <= self._numbers:
             count = f"{self._numbers} number{'s' * (self._numbers != 1)}"
             raise ValueError(f"is {shown(text)}, which prints {count}; number {number} is not among them")
         self._line = TextPattern(rf"\A{pattern}{re.escape(bare[place:])}\Z")
-        word = re.search(r"[^\W\d_]{3}", self._label)  # three letters by which another form is recognised
+        word = re.search(r"[^\W\d_]{3}", self._label)  # to recognise another form
         meant = rf"\b{word[0]}\w*[^\w\n][^\n]*?\d" if word else ""
         self._meant = re.compile(meant, re.IGNORECASE) if meant else None
 
     def _conversion(self, match: re.Match[str]) -> str:
-        """Return a pattern for the output of one conversion; the wanted number is a group."""
+        """Return a pattern for one conversion; the wanted number is a group."""
         kind = match["kind"]
         if kind not in _KINDS:
             raise ValueError(
@@ -139,15 +133,14 @@ class PrintfFormat:
         return rf"(?:[0-9]+{decimals}{exponent}|inf|nan|INF|NAN)"
 
     def is_begun_by(self, line: str) -> bool:
-        """Return whether the line begins with the text before the first conversion; without one, with the whole format."""
+        """Compare the text before the first conversion; without conversion, the whole format."""
         return line.startswith(self._label) if self._label else self.number(line) is not None
 
     def is_meant_by(self, line: str) -> bool:
-        """Return whether the line has the first word before the first conversion, and a number after it."""
+        """Return whether the label's first word appears before a number."""
         return self._meant is not None and self._meant.search(line[:_LONGEST_MEANT]) is not None
 
     def number(self, line: str) -> float | None:
-        """Return the number at its place in the format."""
         found = self._line.group_in(line, "number", self._patience)
         if found is None:
             return None
@@ -156,7 +149,7 @@ class PrintfFormat:
 
 
 def printed_with_zeros(text: str) -> str:
-    """Return the output of a format string with 0 for every number, and "x" for every text."""
+    """Return the format's output with 0 for numbers and "x" for texts."""
 
     def printed(match: re.Match[str]) -> str:
         kind = match["kind"]
@@ -172,7 +165,7 @@ def printed_with_zeros(text: str) -> str:
 
 
 class PatternFormat:
-    """A regular expression whose group ``number`` is the number."""
+    """A regular expression with a group ``number``."""
 
     def __init__(self, pattern: TextPattern, patience: TimeBudget | None = None) -> None:
         self.text = visible(pattern.text)
@@ -180,7 +173,6 @@ class PatternFormat:
         self._patience = TimeBudget() if patience is None else patience
 
     def is_begun_by(self, line: str) -> bool:
-        """Return whether the line contains the pattern."""
         return self.number(line) is not None
 
     def is_meant_by(self, line: str) -> bool:
@@ -189,7 +181,6 @@ class PatternFormat:
         return False
 
     def number(self, line: str) -> float | None:
-        """Return the group, if it is a number."""
         text = self._pattern.group_in(line, "number", self._patience)
         try:
             return None if text is None else float(text)

@@ -1,4 +1,4 @@
-"""Expectations about hardware: LEDs, timer ticks, hard-iron calibration, sensor reads."""
+"""Expectations about LEDs, timer ticks, hard-iron calibration and sensor reads."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from fcu_emulator.emulator.scenario.conditions import Condition, Followed, LedName, led_states, unit_text
-from fcu_emulator.emulator.scenario.expectations import Expectation, Failure, RunView, Windowed
+from fcu_emulator.emulator.scenario.expectations import Expectation, RunView, Windowed
 from fcu_emulator.emulator.scenario.fields import Duration, Length
+from fcu_emulator.emulator.scenario.result import ExpectationResult
 from fcu_emulator.emulator.scenario.run_view import SAMPLE_STEP_PS, BoardView
 from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, seconds
 from fcu_emulator.emulator.time.ticks import TickCounts
 from fcu_emulator.emulator.trace import BusTransfer, TraceEvent
-from fcu_emulator.sensors import PARTS
+from fcu_emulator.sensors import SENSORS
 
 # -- LEDs ---------------------------------------------------------------------------------------------------
 
@@ -32,25 +33,25 @@ class ExpectLed(Windowed):
     led: LedName
     state: Literal["on", "off"]
 
-    def wording(self) -> str:
+    def describe(self) -> str:
         return f"{self.led} {self.state}{self.window_text()}"
 
-    def judge(self, seen: RunView) -> Failure | None:
-        """Check the edges of the pin in the trace; the LED is dark until the pin is configured."""
+    def evaluate(self, run: RunView) -> ExpectationResult:
+        """Check the pin's edges; the LED is dark until configured."""
         wanted = self.state == "on"
-        end_ps = seen.end_ps if self.to is None else min(self.to, seen.end_ps)
-        for begin_ps, until_ps, lit in led_states(seen, self.led):
+        end_ps = run.end_ps if self.to is None else min(self.to, run.end_ps)
+        for begin_ps, until_ps, lit in led_states(run, self.led):
             first_ps, last_ps = max(begin_ps, self.from_), min(until_ps, end_ps)
             if first_ps < last_ps and lit is not wanted:
-                seen_text = f"{'on' if lit else 'off'} from {seconds(first_ps)} to {seconds(last_ps)}"
-                return Failure("wrong value", self.wording(), seen_text, for_good=True)
-        return None
+                seen = f"{'on' if lit else 'off'} from {seconds(first_ps)} to {seconds(last_ps)}"
+                return self.failed("wrong value", seen, final=True)
+        return self.met()
 
 
-class _LedLook(NamedTuple):
-    """A moment at which the LED must have a definite state: lit if ``steep`` is true.
+class _LedSample(NamedTuple):
+    """A moment when the LED must have a definite state: lit if ``steep``.
 
-    ``angle``: the inclination, or another quantity that the LED follows.
+    ``angle``: the quantity that the LED follows.
     """
 
     at_ps: int
@@ -60,12 +61,11 @@ class _LedLook(NamedTuple):
     other_steep: bool
     """Whether the other angle is beyond the threshold."""
     since_ps: int
-    """Time at which the board reached this side of the threshold."""
+    """When the board reached this side of the threshold."""
     changed: tuple[int, float]
-    """Time and angle of the LED's change to this state; this moment if it has not changed since the previous sample."""
+    """Time and angle of the LED's change since the previous sample, else of this sample."""
 
-    def at_change(self) -> _LedLook:
-        """Return the sample with time and angle of the LED's change."""
+    def at_change(self) -> _LedSample:
         return self._replace(at_ps=self.changed[0], angle=self.changed[1])
 
 
@@ -90,22 +90,20 @@ class ExpectLedFollows(Windowed):
     @model_validator(mode="after")
     def _one_condition(self) -> ExpectLedFollows:
         if (self.angle is None) == (self.when is None):
-            raise ValueError("needs either angle = ... or when = { ... }")
+            raise ValueError("must have either angle = ... or when = { ... }")
         if self.when is not None and self.when.quantity is None:
-            raise ValueError("has a condition on a LED; give a quantity")
+            raise ValueError("must have a condition on a quantity, not on a LED")
         if self.when is not None and self.model_fields_set & {"beyond_deg", "margin_deg"}:
-            raise ValueError("has beyond_deg or margin_deg beside when; put them into when")
+            raise ValueError("must not have beyond_deg or margin_deg beside when; put them into when")
         return self
 
     @property
     def condition(self) -> Condition:
-        """Return the condition under which the LED must be lit."""
         if self.when is not None:
             return self.when
         return Condition(quantity=self.angle, beyond=self.beyond_deg, margin=self.margin_deg)
 
-    def wording(self) -> str:
-        """Describe the condition under which the LED must be lit."""
+    def describe(self) -> str:
         if self.when is not None:
             return (
                 f"{self.led.upper()} lit while {self.when.text()} and dark otherwise, "
@@ -116,69 +114,65 @@ class ExpectLedFollows(Windowed):
             f"and dark otherwise, at most {seconds(self.settle)} late{self.window_text()}"
         )
 
-    def followed(self, seen: RunView) -> Followed:
-        """Return the periods of at least 1 ms in which the LED is lit, and those in which it must be lit.
-
-        Margin and settling time are applied.
-        """
-        states = ((begin, min(until, seen.end_ps)) for begin, until, lit in led_states(seen, self.led) if lit)
+    def followed(self, run: RunView) -> Followed:
+        """Return periods, at least 1 ms, of the lit LED and of the condition, with margin and settling time."""
+        states = ((begin, min(until, run.end_ps)) for begin, until, lit in led_states(run, self.led) if lit)
         lit = tuple((begin, until) for begin, until in states if until - begin >= PS_PER_MS)
-        return Followed(self.led.upper(), self.condition.text(), self.condition.held(seen), lit)
+        return Followed(self.led.upper(), self.condition.text(), self.condition.held(run), lit)
 
-    def judge(self, seen: RunView) -> Failure | None:
-        """Compare the LED with the true inclination every 10 ms."""
-        looks = list(self._looks(seen))
-        wrong = _wrong(looks, self.settle)
+    def evaluate(self, run: RunView) -> ExpectationResult:
+        samples = list(self._samples(run))
+        wrong = _wrong(samples, self.settle)
         if not wrong:
-            return None
-        one_sided = _one_sided(looks, self.settle)
-        finding = _finding(looks, wrong, one_sided, self._growing(looks))
+            return self.met()
+        one_sided = _one_sided(samples, self.settle)
+        finding = _finding(samples, wrong, one_sided, self._growing(samples))
         if one_sided is not None and finding == "one side":
-            text = self._seen(finding, one_sided.first, one_sided.late_ps, looks)
+            text = self._observed(finding, one_sided.first, one_sided.late_ps, samples)
         else:
-            text = self._seen(finding, wrong[0], _latest_ps(wrong), looks)
-        return Failure("wrong value", self.wording(), text, for_good=True, finding=finding)
+            text = self._observed(finding, wrong[0], _latest_ps(wrong), samples)
+        return self.failed("wrong value", text, final=True, mistake=finding)
 
-    def _looks(self, seen: RunView) -> Iterator[_LedLook]:
-        """Yield the samples in the window that are away from the threshold."""
+    def _samples(self, run: RunView) -> Iterator[_LedSample]:
+        """Yield the window's samples away from the threshold."""
         condition = self.condition
-        changes = list(led_states(seen, self.led))
+        changes = list(led_states(run, self.led))
         begins = [begin for begin, _, _ in changes]
         side: bool | None = None
         since_ps = 0
         before_ps, before = 0, 0.0
-        for at_ps, value, other in self._values(seen):
+        for at_ps, value, other in self._values(run):
             steep = condition.holds(value)
             if steep is not side:
                 side, since_ps = steep, at_ps
-            if steep is not None and self.covers(at_ps) and at_ps < seen.end_ps:
+            if steep is not None and self.covers(at_ps) and at_ps < run.end_ps:
                 begin_ps, _, lit = changes[bisect_right(begins, at_ps) - 1]
                 other_steep = condition.beyond is not None and abs(other) > condition.beyond
                 changed = at_ps, value
                 if begin_ps > before_ps:
                     share = (begin_ps - before_ps) / (at_ps - before_ps)
                     changed = round(begin_ps / PS_PER_MS) * PS_PER_MS, before + share * (value - before)
-                yield _LedLook(at_ps, value, steep, lit, other_steep, since_ps, changed)
+                yield _LedSample(at_ps, value, steep, lit, other_steep, since_ps, changed)
             before_ps, before = at_ps, value
 
-    def _growing(self, looks: Sequence[_LedLook]) -> Sequence[_LedLook]:
-        """Return the samples of a LED that is lit above the threshold; invert them if this LED must be lit below it."""
+    def _growing(self, samples: Sequence[_LedSample]) -> Sequence[_LedSample]:
+        """Return samples as for a LED lit above the threshold."""
         if self.condition.below is None:
-            return looks
-        return [look._replace(lit=not look.lit, steep=not look.steep) for look in looks]
+            return samples
+        return [one._replace(lit=not one.lit, steep=not one.steep) for one in samples]
 
-    def _values(self, seen: RunView) -> Iterator[tuple[int, float, float]]:
+    def _values(self, run: RunView) -> Iterator[tuple[int, float, float]]:
         """Yield (time, value, the other inclination or 0) every 10 ms."""
         name = self.condition.quantity or ""
         if name in ("pitch", "roll"):
-            for tilt in seen.tilts:
+            for tilt in run.tilts:
                 value, other = (tilt.pitch, tilt.roll) if name == "pitch" else (tilt.roll, tilt.pitch)
                 yield tilt.at_ps, value, other
             return
-        for number, value in enumerate(seen.samples[name]):
+        for number, value in enumerate(run.samples[name]):
             yield number * SAMPLE_STEP_PS, value, 0.0
 
-    def _seen(self, finding: str, first: _LedLook, late_ps: int, looks: Sequence[_LedLook]) -> str:
+    def _observed(self, finding: str, first: _LedSample, late_ps: int, samples: Sequence[_LedSample]) -> str:
         first = first.at_change()
         state = "lit" if first.lit else "dark"
         quantity = self.condition.quantity or ""
@@ -188,151 +182,146 @@ class ExpectLedFollows(Windowed):
         where = f"at {seconds(first.at_ps)} with a true {quantity} of {first.angle:.1f}{unit_text(quantity)}"
         here = f"{self.led.upper()} is {state} {where}"
         more = {
-            "never lit": f", and is never lit: is its condition true for this {quantity}{degrees and ', in degrees'}?",
-            "never dark": ", and is never dark again: where is it switched off?",
-            "inverted": ": it is lit and dark the wrong way round",
-            "blinks": ", and changes while the board rests",
-            "late": f": it follows up to {seconds(late_ps)} late, as from main's loop, not in the callback",
-            "threshold": f": its threshold is {_threshold_text(self._growing(looks), self.condition)}",
+            "never lit": f" and never lit; check its condition for this {quantity}{degrees and ', in degrees'}",
+            "never dark": " and never dark again; check that the program switches it off",
+            "inverted": ": lit where it must be dark, and dark where it must be lit",
+            "blinks": " and changes while the board rests",
+            "late": f": it follows up to {seconds(late_ps)} late, as if set in main's loop instead of the callback",
+            "threshold": f": its threshold is {_threshold_text(self._growing(samples), self.condition)}",
             "other axis": f": it follows {'roll' if quantity == 'pitch' else 'pitch'}",
             "one side": f": it is lit for {side} {'angles' if degrees else 'values'} only{late}",
         }
         return here + more.get(finding, "")
 
 
-_SLOW_PS = 1_300 * PS_PER_MS  # period of one second, plus the time for the text
-_STALE_PS = 2_400 * PS_PER_MS  # two passes of main's loop: read the angle in one, show it in the next
+_SLOW_PS = 1_300 * PS_PER_MS  # a second, and the text
+_STALE_PS = 2_400 * PS_PER_MS  # one loop of main reads, the next shows
 _PROMPT_PS = 300 * PS_PER_MS
-_RESTING_DEG = 0.01  # change in 10 ms; the LED of a moving board lags behind
+_RESTING_DEG = 0.01  # in 10 ms; in motion the LED lags
 _MOSTLY = 0.8
 _FEWEST_CHANGES = 3
 
 
 class _OneSided(NamedTuple):
-    """A LED that is right beyond one end of the scale, on time or late, and dark beyond the other."""
+    """A LED that is right beyond one end of the scale and dark beyond the other."""
 
-    first: _LedLook
+    first: _LedSample
     """First sample beyond the other end."""
     late_ps: int
-    """Delay of the LED on the correct side; 0 if it is on time."""
+    """Delay on the correct side, 0 if on time."""
 
 
 def _finding(
-    looks: Sequence[_LedLook],
-    wrong: Sequence[_LedLook],
+    samples: Sequence[_LedSample],
+    wrong: Sequence[_LedSample],
     one_sided: _OneSided | None,
-    growing: Sequence[_LedLook],
+    growing: Sequence[_LedSample],
 ) -> str:
-    """Return the kind of mistake; "" if unknown. ``growing``: the samples of a LED that is lit above the threshold."""
-    settled = _settled(looks)
-    inverted = sum(look.lit is not look.steep for look in settled)
+    """Return the kind of mistake, or ""; ``growing``: samples as for a LED lit above the threshold."""
+    settled = _settled(samples)
+    inverted = sum(one.lit is not one.steep for one in settled)
     kinds = (
-        ("never lit", not any(look.lit for look in looks)),
-        ("never dark", _stays_lit(looks)),
+        ("never lit", not any(one.lit for one in samples)),
+        ("never dark", _stays_lit(samples)),
         ("inverted", bool(settled) and inverted >= _MOSTLY * len(settled)),
-        ("other axis", _follows_other(looks)),
+        ("other axis", _follows_other(samples)),
         ("one side", one_sided is not None),
         ("threshold", _threshold(growing) is not None),
-        ("blinks", _blinks(looks)),
-        ("late", _is_late(looks, wrong)),
+        ("blinks", _blinks(samples)),
+        ("late", _is_late(samples, wrong)),
     )
     return next((kind for kind, holds in kinds if holds), "")
 
 
-def _wrong(looks: Sequence[_LedLook], settle_ps: int) -> list[_LedLook]:
-    """Return the samples with a wrong LED state after the settling time."""
-    return [look for look in looks if look.at_ps - look.since_ps >= settle_ps and look.lit is not look.steep]
+def _wrong(samples: Sequence[_LedSample], settle_ps: int) -> list[_LedSample]:
+    return [one for one in samples if one.at_ps - one.since_ps >= settle_ps and one.lit is not one.steep]
 
 
-def _settled(looks: Sequence[_LedLook]) -> list[_LedLook]:
-    """Return the samples at which a LED that is updated once a second must be right."""
-    return [look for look in looks if look.at_ps - look.since_ps >= _SLOW_PS]
+def _settled(samples: Sequence[_LedSample]) -> list[_LedSample]:
+    """Return samples at which a LED updated every second must be right."""
+    return [one for one in samples if one.at_ps - one.since_ps >= _SLOW_PS]
 
 
-def _latest_ps(wrong: Sequence[_LedLook]) -> int:
-    return max((look.at_ps - look.since_ps for look in wrong), default=0)
+def _latest_ps(wrong: Sequence[_LedSample]) -> int:
+    return max((one.at_ps - one.since_ps for one in wrong), default=0)
 
 
-def _is_late(looks: Sequence[_LedLook], wrong: Sequence[_LedLook]) -> bool:
-    """Return whether the LED follows with the delay of a LED that main's loop updates."""
-    catches_up = all(look.lit is look.steep for look in _settled(looks)) and _catches_up(looks, wrong)
-    return catches_up or _shows_the_past(looks)
+def _is_late(samples: Sequence[_LedSample], wrong: Sequence[_LedSample]) -> bool:
+    """Return whether the LED lags like one updated in main's loop."""
+    catches_up = all(one.lit is one.steep for one in _settled(samples)) and _catches_up(samples, wrong)
+    return catches_up or _shows_the_past(samples)
 
 
-def _catches_up(looks: Sequence[_LedLook], wrong: Sequence[_LedLook]) -> bool:
-    """Return whether the LED became right before the board left the side on which it was wrong."""
-    last = {look.since_ps: look for look in looks}
-    return all(last[look.since_ps].lit is look.steep for look in wrong)
+def _catches_up(samples: Sequence[_LedSample], wrong: Sequence[_LedSample]) -> bool:
+    """Return whether the LED became right before the board left that side."""
+    last = {one.since_ps: one for one in samples}
+    return all(last[one.since_ps].lit is one.steep for one in wrong)
 
 
-def _shows_the_past(looks: Sequence[_LedLook]) -> bool:
-    """Return whether the LED always shows a side on which the board was shortly before."""
+def _shows_the_past(samples: Sequence[_LedSample]) -> bool:
+    """Return whether the LED always shows a recent side."""
     last_ps: dict[bool, int] = {}
-    for look in looks:
-        last_ps[look.steep] = look.at_ps
-        if look.at_ps - last_ps.get(look.lit, -NEVER_PS) > _STALE_PS:
+    for one in samples:
+        last_ps[one.steep] = one.at_ps
+        if one.at_ps - last_ps.get(one.lit, -NEVER_PS) > _STALE_PS:
             return False
     return True
 
 
-def _threshold(looks: Sequence[_LedLook]) -> tuple[float, float] | None:
-    """Return the angles between which the LED changes, if it is lit above and dark below, to both sides.
+def _threshold(samples: Sequence[_LedSample]) -> tuple[float, float] | None:
+    """Return the angles between which the LED changes, on both sides; None if they may include the correct threshold.
 
-    Return None if the correct threshold may be between them. A LED that is switched on while the angle grows,
-    or off while it falls, shows an earlier angle: its threshold is not beyond the angle at that moment.
+    A change in motion shows an earlier angle: the threshold is not beyond the present one.
     """
-    sure = [look for before, look in pairwise(looks) if _is_sure(before, look)]
-    lit = min((look for look in sure if look.lit), key=lambda look: abs(look.angle), default=None)
-    dark = max((look for look in sure if not look.lit), key=lambda look: abs(look.angle), default=None)
+    sure = [one for before, one in pairwise(samples) if _is_sure(before, one)]
+    lit = min((one for one in sure if one.lit), key=lambda one: abs(one.angle), default=None)
+    dark = max((one for one in sure if not one.lit), key=lambda one: abs(one.angle), default=None)
     if lit is None or dark is None or (lit.steep and not dark.steep):
         return None
     return (abs(dark.angle), abs(lit.angle)) if abs(dark.angle) < abs(lit.angle) else None
 
 
-def _is_sure(before: _LedLook, look: _LedLook) -> bool:
-    """Return whether a sample limits the LED's threshold: the board rests, or the LED has just changed in a motion."""
-    grows = abs(look.angle) - abs(before.angle)
+def _is_sure(before: _LedSample, sample: _LedSample) -> bool:
+    """Return whether a sample limits the threshold: at rest, or just changed."""
+    grows = abs(sample.angle) - abs(before.angle)
     if abs(grows) < _RESTING_DEG:
-        return look.at_ps - look.since_ps >= _PROMPT_PS
-    return look.lit is not before.lit and look.lit is (grows > 0)
+        return sample.at_ps - sample.since_ps >= _PROMPT_PS
+    return sample.lit is not before.lit and sample.lit is (grows > 0)
 
 
-def _threshold_text(growing: Sequence[_LedLook], condition: Condition) -> str:
+def _threshold_text(growing: Sequence[_LedSample], condition: Condition) -> str:
     dark, lit = _threshold(growing) or (0.0, 90.0)
     beyond = condition.beyond
     is_integer = beyond is not None and beyond < dark < beyond + 1
-    integers = ", as with abs() of an int for fabsf()" if is_integer else ""
+    integers = ", as with abs() of an int instead of fabsf()" if is_integer else ""
     return f"between {dark:.1f} and {lit:.1f}{unit_text(condition.quantity or '')}{integers}"
 
 
-def _follows_other(looks: Sequence[_LedLook]) -> bool:
-    """Return whether the LED is lit while the other angle is beyond the threshold, and rarely otherwise."""
-    lit = [look for look in looks if look.lit]
-    other = sum(look.other_steep for look in looks)
-    return bool(other) and sum(look.other_steep for look in lit) >= _MOSTLY * max(len(lit), other)
+def _follows_other(samples: Sequence[_LedSample]) -> bool:
+    """Return whether mostly the other angle lights the LED."""
+    lit = [one for one in samples if one.lit]
+    other = sum(one.other_steep for one in samples)
+    return bool(other) and sum(one.other_steep for one in lit) >= _MOSTLY * max(len(lit), other)
 
 
-def _stays_lit(looks: Sequence[_LedLook]) -> bool:
-    """Return whether the LED, once lit, stays lit to the end although the board leaves the steep side."""
-    since = next((number for number, look in enumerate(looks) if look.lit), len(looks))
-    rest = looks[since:]
-    return all(look.lit for look in rest) and any(a.steep and not b.steep for a, b in pairwise(rest))
+def _stays_lit(samples: Sequence[_LedSample]) -> bool:
+    since = next((number for number, one in enumerate(samples) if one.lit), len(samples))
+    rest = samples[since:]
+    return all(one.lit for one in rest) and any(a.steep and not b.steep for a, b in pairwise(rest))
 
 
-def _blinks(looks: Sequence[_LedLook]) -> bool:
-    """Return whether the LED changes repeatedly while the board stays on one side."""
-    stretches = groupby(looks, key=lambda look: look.since_ps)
+def _blinks(samples: Sequence[_LedSample]) -> bool:
+    stretches = groupby(samples, key=lambda one: one.since_ps)
     changes = (sum(one.lit is not other.lit for one, other in pairwise(stretch)) for _, stretch in stretches)
     return any(count >= _FEWEST_CHANGES for count in changes)
 
 
-def _one_sided(looks: Sequence[_LedLook], settle_ps: int) -> _OneSided | None:
-    """Return the details if the LED follows one end of the scale only; None if it follows both or neither."""
+def _one_sided(samples: Sequence[_LedSample], settle_ps: int) -> _OneSided | None:
     for positive in (True, False):
-        of_side = _with_one_side(looks, positive)
+        of_side = _with_one_side(samples, positive)
         wrong = _wrong(of_side, settle_ps)
-        dark = [look for look in _wrong(looks, settle_ps) if look.steep and (look.angle > 0) is not positive]
-        is_shown = any(look.steep for look in of_side) and any(look.lit for look in looks)
+        dark = [one for one in _wrong(samples, settle_ps) if one.steep and (one.angle > 0) is not positive]
+        is_shown = any(one.steep for one in of_side) and any(one.lit for one in samples)
         if not dark or not is_shown:
             continue
         if not wrong or (_settled(dark) and _is_late(of_side, wrong)):
@@ -340,13 +329,12 @@ def _one_sided(looks: Sequence[_LedLook], settle_ps: int) -> _OneSided | None:
     return None
 
 
-def _with_one_side(looks: Sequence[_LedLook], positive: bool) -> list[_LedLook]:
-    """Return the samples of a LED that must be lit beyond one end of the scale only."""
-    found: list[_LedLook] = []
-    for look in looks:
-        steep = look.steep and (look.angle > 0) is positive
+def _with_one_side(samples: Sequence[_LedSample], positive: bool) -> list[_LedSample]:
+    found: list[_LedSample] = []
+    for one in samples:
+        steep = one.steep and (one.angle > 0) is positive
         same = bool(found) and found[-1].steep is steep
-        found.append(look._replace(steep=steep, since_ps=found[-1].since_ps if same else look.since_ps))
+        found.append(one._replace(steep=steep, since_ps=found[-1].since_ps if same else one.since_ps))
     return found
 
 
@@ -369,11 +357,13 @@ class ExpectTicks(Expectation):
     def _something(self) -> ExpectTicks:
         bounds = {self.late_min, self.late_max, self.late_percent_max, self.lost_min, self.lost_max}
         if bounds | {self.rate_hz} == {None}:
-            raise ValueError("needs one of late_min, late_max, late_percent_max, lost_min, lost_max, rate_hz")
+            raise ValueError(
+                "must have one of late_min, late_max, late_percent_max, lost_min, lost_max, rate_hz"
+            )
         return self
 
-    def wording(self) -> str:
-        """Describe the rate and the limits of late and lost ticks; a failure names only its own part."""
+    def describe(self) -> str:
+        """Describe rate and limits; a failure names only its part."""
         rate = [] if self.rate_hz is None else [f"ticks at {self.rate_hz:g} Hz"]
         bounds = (
             ("at least", self.late_min, "late"),
@@ -385,30 +375,31 @@ class ExpectTicks(Expectation):
         counts = [f"{which} {count} ticks {what}" for which, count, what in bounds if count is not None]
         return ", ".join(rate + share + counts)
 
-    def judge(self, seen: RunView) -> Failure | None:
-        """Check the timer of the callback at the end of the run."""
-        timer = seen.board.timer
+    def evaluate(self, run: RunView) -> ExpectationResult:
+        timer = run.board.timer
         if timer.ticks == 0:
-            return Failure("missing", f"ticks of {timer.name}", "the timer was never started")
+            return self.failed("missing", "the timer was never started", expected=f"ticks of {timer.name}")
         if self.rate_hz is not None and abs(timer.rate_hz - self.rate_hz) > self.rate_tolerance_hz:
-            return Failure("wrong value", f"{timer.name} at {self.rate_hz:g} Hz", f"{timer.rate_hz:.6g} Hz")
-        late = _outside("late", timer.late, self.late_min, self.late_max) or self._too_many_late(timer)
-        return late or _outside("lost", timer.lost, self.lost_min, self.lost_max)
+            expected = f"{timer.name} at {self.rate_hz:g} Hz"
+            return self.failed("wrong value", f"{timer.rate_hz:.6g} Hz", expected=expected)
+        late = self._outside("late", timer.late, self.late_min, self.late_max) or self._too_many_late(timer)
+        return late or self._outside("lost", timer.lost, self.lost_min, self.lost_max) or self.met()
 
-    def _too_many_late(self, timer: TickCounts) -> Failure | None:
+    def _too_many_late(self, timer: TickCounts) -> ExpectationResult | None:
         if self.late_percent_max is None or timer.late * 100 <= self.late_percent_max * timer.ticks:
             return None
         text = f"{timer.late} of {timer.ticks} ticks late, by up to {1000 * timer.longest_wait_s:.2f} ms"
         longer = f": the callback takes longer than its {1000 / timer.rate_hz:.3g} ms"
-        return Failure("wrong value", f"at most {self.late_percent_max:g} % of the ticks late", text + longer)
+        expected = f"at most {self.late_percent_max:g} % of the ticks late"
+        return self.failed("wrong value", text + longer, expected=expected)
 
-
-def _outside(what: str, count: int, low: int | None, high: int | None) -> Failure | None:
-    if low is not None and count < low:
-        return Failure("wrong value", f"at least {low} ticks {what}", f"{count}")
-    if high is not None and count > high:
-        return Failure("wrong value", f"at most {high} ticks {what}", f"{count}", for_good=True)
-    return None
+    def _outside(self, what: str, count: int, low: int | None, high: int | None) -> ExpectationResult | None:
+        if low is not None and count < low:
+            return self.failed("wrong value", f"{count}", expected=f"at least {low} ticks {what}")
+        if high is not None and count > high:
+            expected = f"at most {high} ticks {what}"
+            return self.failed("wrong value", f"{count}", expected=expected, final=True)
+        return None
 
 
 class ExpectHardIron(Expectation):
@@ -417,22 +408,19 @@ class ExpectHardIron(Expectation):
     kind: Literal["hard_iron"]
     within_mgauss: float = Field(ge=0)
 
-    def wording(self) -> str:
-        """Describe the tolerance of the centre."""
+    def describe(self) -> str:
         return f"hard iron found within {self.within_mgauss:g} mgauss on each axis"
 
-    def judge(self, seen: RunView) -> Failure | None:
-        """Compare (mag_min + mag_max) / 2 of the firmware's variables with the world."""
-        expected = self.wording()
+    def evaluate(self, run: RunView) -> ExpectationResult:
         try:
-            low, high = (_axes(seen.board.variable(name)) for name in ("mag_min", "mag_max"))
+            low, high = (_axes(run.board.variable(name)) for name in ("mag_min", "mag_max"))
         except (KeyError, AttributeError):
-            return Failure("missing", expected, "the firmware has no variables mag_min and mag_max")
+            return self.failed("missing", "the firmware has no variables mag_min and mag_max")
         centre = (low + high) / 2.0
-        true = seen.board.world.hard_iron_mgauss(seen.end_ps / PS_PER_S)[0]
+        true = run.board.world.hard_iron_mgauss(run.end_ps / PS_PER_S)[0]
         if np.all(np.abs(centre - true) <= self.within_mgauss):
-            return None
-        return Failure("wrong value", expected, f"{_vector(centre)}, and the board has {_vector(true)}")
+            return self.met()
+        return self.failed("wrong value", f"{_vector(centre)}; the board has {_vector(true)}")
 
 
 def _axes(axes: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -448,7 +436,7 @@ def _vector(values: np.ndarray[Any, np.dtype[np.float64]]) -> str:
 
 @cache
 def _outputs() -> dict[str, tuple[str, int, str]]:
-    """Return the readable outputs by their names in files: sensor, address of the first byte, datasheet name."""
+    """Return sensor, first byte's address and datasheet name by name in files."""
     found = {}
     for name, part, first in (
         ("accelerometer", "LSM6DSL", "OUTX_L_XL"),
@@ -456,7 +444,7 @@ def _outputs() -> dict[str, tuple[str, int, str]]:
         ("magnetometer", "LIS2MDL", "OUTX_L_REG"),
         ("barometer", "LPS22HB", "PRESS_OUT_XL"),
     ):
-        registers = next(iter(PARTS[part].maps().values())).registers
+        registers = next(iter(SENSORS[part].maps().values())).registers
         register = next(one for one in registers if first in one.names)
         found[name] = part, register.addr, first
     return found
@@ -477,47 +465,46 @@ class ExpectReads(Expectation):
     from_: Duration = Field(2 * PS_PER_S, alias="from")
     for_: Length = Field(PS_PER_S // 4, alias="for")
 
-    def wording(self) -> str:
+    def describe(self) -> str:
         part, address, register = _outputs()[self.sensor]
         bounds = f"at least {self.min_hz:g}" if self.min_hz else f"at most {self.max_hz:g}"
         return f"{part} {register} (0x{address:02X}) read {bounds} times a second"
 
     def watch(self, board: BoardView) -> list[int]:
-        """Count from ``from`` on. Watching every transfer costs time, so only a part of the run is watched."""
+        """Count from ``from`` on, because watching costs time."""
         part, address, _ = _outputs()[self.sensor]
         counted = [0]
 
-        def look(event: TraceEvent) -> None:
+        def count(event: TraceEvent) -> None:
             if isinstance(event, BusTransfer) and event.device == part and event.result == "ok":
                 counted[0] += _reaches(event, address)
 
         def begin() -> None:
-            stop = board.trace.subscribe(look)
+            stop = board.trace.subscribe(count)
             board.clock.schedule(self.from_ + self.for_, stop, last=True)
 
         board.clock.schedule(self.from_, begin)
         return counted
 
-    def judge(self, seen: RunView) -> Failure | None:
-        """Compare the rate (count divided by the window's length) with the limits, after the window's end."""
+    def evaluate(self, run: RunView) -> ExpectationResult:
         part, address, register = _outputs()[self.sensor]
-        watched: list[int] = seen.watched.get(id(self), [0])
-        if seen.end_ps < self.from_ + self.for_:
-            return None
+        watched: list[int] = run.watched.get(id(self), [0])
+        if run.end_ps < self.from_ + self.for_:
+            return self.met()
         rate_hz = watched[0] / (self.for_ / PS_PER_S)
         if self.min_hz <= rate_hz <= self.max_hz:
-            return None
+            return self.met()
         wanted = f"at least {self.min_hz:g}" if rate_hz < self.min_hz else f"at most {self.max_hz:g}"
         place = f"{part} {register} (0x{address:02X})"
         expected, text = f"{place} read {wanted} times a second", f"{rate_hz:.0f} times a second"
         if rate_hz >= self.min_hz:
-            return Failure("wrong value", expected, text, for_good=True)
-        text += ": is it read in each call of the timer's callback?"
-        return Failure("wrong value", expected, text, for_good=True, finding="seldom read")
+            return self.failed("wrong value", text, expected=expected, final=True)
+        text += "; read it in each call of the timer's callback"
+        return self.failed("wrong value", text, expected=expected, final=True, mistake="seldom read")
 
 
 def _reaches(transfer: BusTransfer, address: int) -> bool:
-    """Return whether a read includes the byte at ``address``; the sub-address's top bit is not part of it."""
+    """Return whether a read includes ``address``; the sub-address's top bit is a flag."""
     if not transfer.written or not transfer.read:
         return False
     first = transfer.written[0] & 0x7F

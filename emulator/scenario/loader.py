@@ -1,22 +1,16 @@
-"""Loading of scenarios: find and read the file, draw its numbers from the seed, report errors.
+"""Loading of scenarios: read the file, draw its numbers, report errors.
 
-A scenario file may come from an untrusted source (a student, a download), so reading it is bounded in bytes
-and in time. Every error in it is a ScenarioError of one line.
-
-Some motions must stay unknown until the board is created. Every number and duration in a scenario's
-``[world]``, ``[[timeline]]`` and ``[[threshold]]`` can be a draw instead::
+A file may be untrusted: reading is bounded in bytes and time. Every number and duration in ``[world]``,
+``[[timeline]]`` and ``[[threshold]]`` can be a draw::
 
     pitch_deg = { uniform = [20, 70], random_sign = true }   # 20 to 70, or -70 to -20
     for = { uniform = ["1s", "3s"] }
     metres = { one_of = [3, 4.5] }
 
-Drawn values are checked like written values, and the world refuses impossible ones. So a scenario with draws
-is also tried with the lowest and highest value of all draws when it is read.
+A scenario with draws is also tried with the lowest and highest values when it is read.
 
-Decision: each drawn number is computed from the seed, the scenario's name and the number's key path by
-SHA-512 (:class:`random.Random` with a text as seed), so it is the same on every machine and version of
-Python, and later entries do not change it. Rejected alternative: an entry for a motion of random poses. Such
-an entry cannot say which of its numbers matter.
+Decision: each drawn number is computed from the seed, the scenario's name and the number's key path, by
+SHA-512, so that later entries do not change it.
 """
 
 from __future__ import annotations
@@ -37,8 +31,8 @@ from pydantic import ValidationError
 from fcu_emulator.emulator.boards.description import BoardDescription
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.errors import InputError, ScenarioError
+from fcu_emulator.emulator.renamed import with_current_keys
 from fcu_emulator.emulator.scenario.fields import Resources, read_bounded
-from fcu_emulator.emulator.scenario.renamed import with_current_keys
 from fcu_emulator.emulator.scenario.rules import with_rules
 from fcu_emulator.emulator.scenario.scenario import Scenario
 from fcu_emulator.emulator.scenario.schema import scenario_file
@@ -55,10 +49,10 @@ from fcu_emulator.emulator.time.clock import PS_PER_MS, format_duration, parse_d
 def load_scenario(
     name: str | os.PathLike[str], board: BoardDescription = FCU001V1, seed: int | None = None
 ) -> Scenario:
-    """Load a shipped scenario by name, or a file by path: a path ends in ``.toml`` or has a separator.
+    """Load a shipped scenario by name, or a file by path, which ends in ``.toml`` or has a separator.
 
-    ``board``: defines the sensors, LEDs and firmware that the file may name. ``seed``: replaces the
-    scenario's own seed for draws. Raises ScenarioError with file and key path.
+    ``board``: defines the names of sensors, LEDs and firmware. ``seed``: replaces the scenario's own for
+    draws. Raises ScenarioError with file and key path.
     """
     path = Path(name) if is_path(name) else _shipped(str(name))
     return scenario_of(read_toml(path, "a scenario file"), path, board, seed=seed)
@@ -71,17 +65,14 @@ def scenario_of(
     name: str | None = None,
     seed: int | None = None,
 ) -> Scenario:
-    """Create a scenario from the contents of a file at ``path``; ``name`` replaces the file's name.
-
-    ``seed``: replaces the scenario's own seed for draws. Raises ScenarioError with file and key path.
-    """
+    """Create a scenario from a file's contents, as :func:`load_scenario`; ``name`` replaces the file's name."""
     if "expect" in table:
         table = {**table, "expect": with_rules(table["expect"], str(path), "expect")}
     if not _has_draws(table):
         return _scenario(table, path, board, name)
     if seed is None:
         given = table.get("seed", 0)
-        seed = given if isinstance(given, int) else 0  # a value of another type is refused below
+        seed = given if isinstance(given, int) else 0  # other types are refused below
     for pick in (_lowest, _highest):
         _drawn_scenario(table, pick, path, board, name)
     return _drawn_scenario(table, _by_seed(seed, name or path.stem), path, board, name)
@@ -102,16 +93,14 @@ def _drawn_scenario(
         of = [one.number for one in parts if entry is not None and int(entry[1]) in one.entries]
         if not of:
             raise
-        raise ScenarioError(
-            error.file, f"threshold[{of[0]}]", error.problem, kind=error.kind
-        ) from error  # as written in the file
+        raise ScenarioError(error.file, f"threshold[{of[0]}]", error.problem, kind=error.kind) from error
     for part in parts:
         _refuse_disturbed(part, scenario)
     return scenario
 
 
 def thresholds_at_ends(table: Mapping[str, Any], file: str) -> list[tuple[ThresholdTable, ThresholdTable]]:
-    """Return each threshold of a scenario's table with both ends of its draws. Raises ScenarioError."""
+    """Return each threshold with both ends of its draws. Raises ScenarioError."""
     low, high = (_thresholds(drawn(table, pick, file), file) for pick in (_lowest, _highest))
     return list(zip(low, high, strict=True))
 
@@ -127,13 +116,13 @@ def _thresholds(table: Mapping[str, Any], file: str) -> list[ThresholdTable]:
 
 
 def _refuse_disturbed(part: ThresholdSection, scenario: Scenario) -> None:
-    """Refuse other motions of the board while it rests at a threshold. Raises ScenarioError."""
+    """Refuse other motions during a threshold's rests. Raises ScenarioError."""
     for step in scenario.steps:
         if step.number in part.entries or not step.entry.moves & {"attitude", "altitude"}:
             continue
         if step.at_ps < part.end_ps and max(step.end_ps, step.at_ps + 1) > part.begin_ps:
             rests = f"rests from {seconds(part.begin_ps)} to {seconds(part.end_ps)}"
-            problem = f"{rests}, while {step.name} moves the board; let one of them begin later"
+            problem = f"{rests}, while {step.name} moves the board; start one of them later"
             raise ScenarioError(scenario.file, f"threshold[{part.number}]", problem, kind="disturbed")
 
 
@@ -149,11 +138,11 @@ def _scenario(table: dict[str, Any], path: Path, board: BoardDescription, name: 
 # -- Find the file ------------------------------------------------------------------------------------------
 
 
-_SHOWN = 80  # characters of an unknown name that a message repeats
+_SHOWN = 80  # characters of an unknown name
 
 
 def scenario_names() -> dict[str, str]:
-    """Return the shipped scenarios with their questions, in alphabetical order."""
+    """Return shipped scenarios with their questions, sorted by name."""
     names = {}
     for path in sorted(_folder().glob("*.toml")):
         names[path.stem] = str(_parse(path.read_bytes(), str(path))["question"])
@@ -165,7 +154,7 @@ def _folder() -> Path:
 
 
 def is_path(name: str | os.PathLike[str]) -> bool:
-    """Return whether the text is a path, not the name of a shipped scenario."""
+    """Return whether the text is a path, not a name."""
     text = os.fspath(name)
     return not isinstance(name, str) or text.endswith(".toml") or "/" in text or os.sep in text
 
@@ -185,16 +174,16 @@ def _shipped(name: str) -> Path:
 # -- Read the file ------------------------------------------------------------------------------------------
 
 
-_MOST_DOTS = 64  # in one line; tomllib takes cubic time for keys of thousands of dotted parts
+_MOST_DOTS = 64  # per line; tomllib's time is cubic in a key's parts
 _MOST_LINES = 20_000
 
 
 def read_toml(path: Path, what: str) -> dict[str, Any]:
-    """Read a TOML file; ``what`` names the file in errors. Raises ScenarioError."""
+    """Read a TOML file; ``what`` names it in errors. Raises ScenarioError."""
     file = str(path)
     try:
         data = read_bounded(path, file, what)
-    except ValueError as error:  # the message already names the path
+    except ValueError as error:  # already names the path
         raise ScenarioError(file, "", str(error).removeprefix(f"{file} "), kind="unusable_file") from error
     return _parse(data, file)
 
@@ -203,25 +192,23 @@ def _parse(data: bytes, file: str) -> dict[str, Any]:
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
-        problem = f"is no text in UTF-8 (byte {error.start}); give a TOML file"
+        problem = f"must be UTF-8 text, unlike byte {error.start}; give a TOML file"
         raise ScenarioError(file, "", problem, kind="not_utf8") from error
     lines = text.split("\n")
     if len(lines) > _MOST_LINES:
-        raise ScenarioError(file, "", f"has more than {_MOST_LINES} lines; shorten it", kind="too_many_lines")
+        raise ScenarioError(file, "", f"must have at most {_MOST_LINES} lines", kind="too_many_lines")
     for number, line in enumerate(lines, start=1):
         if line.count(".") > _MOST_DOTS:
             raise ScenarioError(
-                file, "", f"line {number} has more than {_MOST_DOTS} dots; break it up", kind="too_many_dots"
+                file, "", f"line {number} must have at most {_MOST_DOTS} dots", kind="too_many_dots"
             )
     try:
         return tomllib.loads(text)
     except RecursionError as error:
-        raise ScenarioError(
-            file, "", "is nested too deeply; a scenario needs four levels", kind="too_deep"
-        ) from error
+        raise ScenarioError(file, "", "must have at most four levels of tables", kind="too_deep") from error
     except ValueError as error:  # TOMLDecodeError, or ValueError for a number of thousands of digits
         problem = re.sub(r"\s+", " ", str(error))
-        raise ScenarioError(file, "", f"is not valid TOML: {problem}", kind="invalid_toml") from error
+        raise ScenarioError(file, "", f"must be valid TOML: {problem}", kind="invalid_toml") from error
 
 
 # -- Draw its numbers ---------------------------------------------------------------------------------------
@@ -231,36 +218,32 @@ _DRAWN_IN = ("world", "timeline", "threshold")
 _DRAW_KEYS = {"uniform", "one_of", "random_sign"}
 _RENAMED = {"draw": "uniform", "either_sign": "random_sign"}
 _DRAWN_DIGITS = 2  # decimals of a drawn number: people read it, too
-_DRAW_HELP = "give uniform = [min, max], two numbers or two durations, or one_of = [...]"
+_DRAW_RIGHT = "uniform = [min, max] with two numbers or two durations, or one_of = [...]"
 
 Pick: TypeAlias = Callable[[str, int], float]
-"""Function of key path and purpose: a position in a range, from 0 to 1."""
+"""From key path and purpose to a position in a range, 0 to 1."""
 
 
 def _by_seed(seed: int, name: str) -> Pick:
-    """Return the draws of a seed in the scenario ``name``."""
     return lambda path, purpose: random.Random(f"{seed}/{name}/{path}/{purpose}").random()
 
 
 def _lowest(path: str, purpose: int) -> float:
-    """Return the lowest value of each draw."""
     del path, purpose
     return 0.0
 
 
 def _highest(path: str, purpose: int) -> float:
-    """Return the highest value of each draw."""
     del path, purpose
     return 1.0 - 2**-53
 
 
 def _has_draws(table: Mapping[str, Any]) -> bool:
-    """Return whether any value of a scenario's table depends on the seed."""
     return "threshold" in table or any(_any_draw(table.get(place)) for place in _DRAWN_IN)
 
 
 def drawn(table: Mapping[str, Any], pick: Pick, file: str) -> dict[str, Any]:
-    """Return a scenario's table with numbers instead of draws. Raises ScenarioError for an invalid draw."""
+    """Replace draws by numbers. Raises ScenarioError for an invalid draw."""
     changed = dict(table)
     for place in _DRAWN_IN:
         if place in table:
@@ -295,26 +278,26 @@ def _draw(value: dict[str, Any], pick: Callable[[int], float]) -> Any:
     if value.keys() & _RENAMED.keys():
         value = with_current_keys(value, _RENAMED)
     if len(value.keys() & {"uniform", "one_of"}) != 1 or not value.keys() <= _DRAW_KEYS:
-        raise ValueError(f"is {shown(value)}; {_DRAW_HELP}")
+        raise ValueError(f"must be {_DRAW_RIGHT}, not {shown(value)}")
     if not isinstance(value.get("random_sign", False), bool):
-        raise ValueError(f"has random_sign = {shown(value['random_sign'])}; give true or false")
+        raise ValueError(f"random_sign must be true or false, not {shown(value['random_sign'])}")
     if "one_of" in value:
         choices = value["one_of"]
         if not isinstance(choices, list) or not choices:
-            raise ValueError(f"has one_of = {shown(choices)}; give an array of what may be chosen")
+            raise ValueError(f"one_of must be an array with at least one value, not {shown(choices)}")
         result = choices[int(pick(0) * len(choices))]
     else:
         result = _between(value["uniform"], pick(0))
     if value.get("random_sign", False):
         if not _is_number(result):
-            raise ValueError("has random_sign, and what is drawn is no number")
+            raise ValueError("must draw a number, because random_sign is given")
         result = result if pick(1) < 0.5 else -result
     return result
 
 
 def _between(ends: Any, share: float) -> Any:
     if not isinstance(ends, list) or len(ends) != 2:
-        raise ValueError(f"has uniform = {shown(ends)}; {_DRAW_HELP}")
+        raise ValueError(f"must be {_DRAW_RIGHT}, not uniform = {shown(ends)}")
     low, high = ends
     if all(isinstance(end, str) for end in ends):
         least, most = (parse_duration(end) for end in ends)
@@ -322,14 +305,14 @@ def _between(ends: Any, share: float) -> Any:
         step = PS_PER_MS if (most - least) >= PS_PER_MS else 1
         return format_duration(least + int(share * (most - least)) // step * step)
     if not all(map(_is_number, ends)):
-        raise ValueError(f"has uniform = {shown(ends)}; {_DRAW_HELP}")
+        raise ValueError(f"must be {_DRAW_RIGHT}, not uniform = {shown(ends)}")
     _refuse_order(low <= high, ends)
     return min(max(round(low + share * (high - low), _DRAWN_DIGITS), low), high)
 
 
 def _refuse_order(in_order: bool, ends: Any) -> None:
     if not in_order:
-        raise ValueError(f"has uniform = {shown(ends)}, the larger one first; give the least first")
+        raise ValueError(f"uniform must have the smaller value first, not {shown(ends)}")
 
 
 def _is_number(value: Any) -> bool:
@@ -339,24 +322,24 @@ def _is_number(value: Any) -> bool:
 # -- Report errors: pydantic's errors as one line with a key path -------------------------------------------
 
 
-_TAGGED = {"timeline", "expect"}  # arrays whose entries pydantic's path names by index and tag
+_TAGGED = {"timeline", "expect"}  # pydantic's path has index and tag
 
 _WANTED = {
-    "float_type": "give a number",
-    "int_type": "give a whole number",
-    "string_type": "give a text in quotes",
-    "bool_type": "give true or false",
-    "date_type": "give a date without quotes, such as 2026-03-01",
-    "finite_number": "give a finite number",
-    "list_type": "give an array of tables",
-    "tuple_type": "give an array of numbers",
-    "model_type": "give a table",
-    "model_attributes_type": "give a table",
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "string_type": "text in quotes",
+    "bool_type": "true or false",
+    "date_type": "a date without quotes, such as 2026-03-01",
+    "finite_number": "a finite number",
+    "list_type": "an array of tables",
+    "tuple_type": "an array of numbers",
+    "model_type": "a table",
+    "model_attributes_type": "a table",
 }
 
 
 def scenario_error(file: str, error: ValidationError) -> ScenarioError:
-    """Return the first problem and the number of further ones."""
+    """Return the first problem and the number of others."""
     problems = error.errors(include_url=False)
     path, text = _explain(problems[0])
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
@@ -389,17 +372,27 @@ def _value_problem(kind: str, context: dict[str, Any], problem: Any) -> str:
     if kind == "missing":
         return "is missing"
     if kind == "too_long":
-        return f"has more than {context['max_length']} entries"
+        return f"must have at most {context['max_length']} entries"
     wanted = _WANTED.get(kind)
     if kind == "literal_error":
-        wanted = f"give {context['expected']}"
+        wanted = f"{context['expected']}"
     elif kind in ("greater_than_equal", "greater_than"):
-        wanted = f"give {context.get('ge', context.get('gt'))} or more"
+        wanted = _bound(context, "ge", "at least", "gt", "above")
     elif kind in ("less_than_equal", "less_than"):
-        wanted = f"give {context.get('le', context.get('lt'))} or less"
+        wanted = _bound(context, "le", "at most", "lt", "below")
+    elif kind == "string_pattern_mismatch":
+        wanted = f"text that matches {context['pattern']}"
+    elif kind in ("string_too_short", "string_too_long"):
+        length = _bound(context, "min_length", "at least", "max_length", "at most")
+        wanted = f"{length} characters long"
     elif wanted is None:
-        wanted = problem["msg"][0].lower() + problem["msg"][1:]
-    return f"is {shown(problem['input'])}; {wanted}"
+        return f"must not be {shown(problem['input'])}: {problem['msg']}"
+    return f"must be {wanted}, not {shown(problem['input'])}"
+
+
+def _bound(context: Mapping[str, Any], key: str, word: str, other_key: str, other_word: str) -> str:
+    """Return a limit of pydantic in words."""
+    return f"{word} {context[key]:g}" if key in context else f"{other_word} {context[other_key]:g}"
 
 
 def _tag_problem(problem: Any) -> str:
@@ -407,7 +400,7 @@ def _tag_problem(problem: Any) -> str:
     if problem["type"] == "union_tag_not_found":
         return "is missing"
     known = context["expected_tags"].replace("'", "")
-    return f"is {shown(context['tag'])}; known: {known}"
+    return f"must be one of {known}, not {shown(context['tag'])}"
 
 
 def _without_tags(path: list[str | int]) -> list[str | int]:
@@ -420,5 +413,4 @@ def _without_tags(path: list[str | int]) -> list[str | int]:
 
 
 def _printable(part: str) -> str:
-    """Return a key of the file, shortened and on one line."""
     return part if part.isidentifier() and len(part) <= 40 else shown(part)

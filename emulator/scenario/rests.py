@@ -1,9 +1,7 @@
-"""Classification of mistakes in lines that follow a condition, from the rests of the board.
+"""Mistakes in lines that follow a condition, with the kinds of LEDs, from the board's rests.
 
-The kinds of mistakes are those of LEDs (:mod:`fcu_emulator.emulator.scenario.hardware`).
-
-Decision: lines are evaluated at rests longer than their longest gap, LEDs at all moments. A LED has a state
-at each moment, but a missing line shows only when it is due.
+Decision: lines are evaluated at rests longer than their longest gap, LEDs at all moments, because a missing
+line shows only when it is due.
 """
 
 from __future__ import annotations
@@ -15,7 +13,7 @@ from typing import NamedTuple
 from fcu_emulator.emulator.scenario.conditions import Condition, Stretch
 from fcu_emulator.emulator.scenario.run_view import SAMPLE_STEP_PS
 
-_RESTING = 1e-3  # largest change of the quantity in 10 ms; the true value has no noise
+_RESTING = 1e-3  # change in 10 ms of a noiseless value
 
 
 class Rest(NamedTuple):
@@ -26,11 +24,11 @@ class Rest(NamedTuple):
     """The other inclination of the board."""
     holds: bool
     printed: bool | None
-    """Whether the line is printed all the time (True), not at all (False), or part of the time (None)."""
+    """True: all the time, False: never, None: part of the time."""
 
 
 def resting(samples: Sequence[float], stretch: Stretch) -> Iterator[tuple[float, int, int]]:
-    """Yield (value, from, until in ps) of each rest in a part of a run."""
+    """Yield (value, from, until in ps) of each rest."""
     first = -(-stretch.begin_ps // SAMPLE_STEP_PS)
     last = min(stretch.end_ps // SAMPLE_STEP_PS, len(samples) - 1)
     changes = ((index, abs(samples[index + 1] - samples[index])) for index in range(first, last))
@@ -41,7 +39,7 @@ def resting(samples: Sequence[float], stretch: Stretch) -> Iterator[tuple[float,
 
 
 def is_printed(lines_ps: Sequence[int], begin_ps: int, end_ps: int, max_gap_ps: int) -> bool | None:
-    """Return :attr:`Rest.printed` for a line that is printed at these times."""
+    """Return :attr:`Rest.printed` for these times."""
     within = [at_ps for at_ps in lines_ps if begin_ps <= at_ps < end_ps]
     if not within:
         return False
@@ -50,14 +48,14 @@ def is_printed(lines_ps: Sequence[int], begin_ps: int, end_ps: int, max_gap_ps: 
 
 
 def mistake(rests: Sequence[Rest], condition: Condition) -> tuple[str, str]:
-    """Return the kind of mistake and the end of its message; both "" for an unknown one."""
+    """Return kind and message end of the mistake; both "" if unknown."""
     wrong = [rest for rest in rests if rest.printed is not rest.holds]
     shown = [rest for rest in rests if rest.printed]
     silent = [rest for rest in rests if rest.printed is False]
     if not wrong or not shown or not silent or len(shown) + len(silent) < len(rests):
         return "", ""
     if len(wrong) == len(rests):
-        return "inverted", ": it is printed when it must not be, and only then"
+        return "inverted", ": it is printed exactly when it must not be"
     if condition.beyond is not None and _follows_other(rests, condition.beyond):
         return "other axis", f": it follows {'roll' if condition.quantity == 'pitch' else 'pitch'}"
     if _is_one_sided(wrong, shown):
@@ -72,12 +70,11 @@ def mistake(rests: Sequence[Rest], condition: Condition) -> tuple[str, str]:
 
 
 def _follows_other(rests: Sequence[Rest], beyond: float) -> bool:
-    """Return whether the line is printed if and only if the other inclination is beyond the threshold."""
     return all((abs(rest.other) > beyond) is rest.printed for rest in rests)
 
 
 def _is_one_sided(wrong: Sequence[Rest], shown: Sequence[Rest]) -> bool:
-    """Return whether the line is right beyond one end of the scale, and never printed beyond the other."""
+    """Return whether the line is right beyond one end and missing beyond the other."""
     silent_sides = {rest.value > 0 for rest in wrong}
     shown_sides = {rest.value > 0 for rest in shown}
     return all(rest.holds for rest in wrong) and len(silent_sides) == 1 and not silent_sides & shown_sides

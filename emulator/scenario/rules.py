@@ -1,16 +1,13 @@
-"""Rules of the lab: correct values of a fact, in one place for scenarios, rubrics and the page.
-
-An entry of ``expect`` may name a rule instead of a kind::
+"""Rules of the lab, in one place for scenarios, rubrics and the page::
 
     [[expect]]
     rule = "Yaw"
     from = "12.1s"
 
-The entry is replaced by the rule's table, with the entry's other keys added or replaced. The rules are in
-``scenarios/rules/lab3.toml``.
+The entry's other keys are added to the rule's table in ``scenarios/rules/lab3.toml``.
 
-Decision: a rule is a table of data that replaces the entry when a file is read. Rejected alternative: a
-default tolerance in each kind of expectation, which would hide the lab's numbers in the code.
+Decision: a rule is a table of data that replaces the entry when a file is read, so that the lab's numbers are
+not hidden in code.
 """
 
 from __future__ import annotations
@@ -37,9 +34,9 @@ def rule_names() -> list[str]:
 
 
 def with_rules(entries: Any, file: str, key: str) -> Any:
-    """Return the entries of ``expect`` with each rule replaced by its table; the schema checks all else.
+    """Return ``expect`` with each rule replaced by its table.
 
-    ``key``: the place of the entries in ``file``. Raises ScenarioError for an unknown rule.
+    ``key``: place in ``file``. Raises ScenarioError for an unknown rule.
     """
     if not isinstance(entries, Sequence) or isinstance(entries, str):
         return entries
@@ -51,7 +48,7 @@ def _resolved(entry: Any, file: str, key: str) -> Any:
         return entry
     name = entry["rule"]
     if not isinstance(name, str) or name not in _rules():
-        raise ScenarioError(file, f"{key}.rule", f"is {shown(name)}; known: {', '.join(_rules())}")
+        raise ScenarioError(file, f"{key}.rule", f"must be one of {', '.join(_rules())}, not {shown(name)}")
     if "kind" in entry:
-        raise ScenarioError(file, f"{key}.kind", "is given beside a rule, which has its own; leave it out")
+        raise ScenarioError(file, f"{key}.kind", "must not be given together with a rule; leave it out")
     return _rules()[name] | {one: value for one, value in entry.items() if one != "rule"}

@@ -1,31 +1,17 @@
-"""The scenario's view of a board and its printed lines, for playing the timeline and evaluating the run.
+"""The scenario's view of a board and its printed lines.
 
-:class:`BoardView` lists the parts of a board that are needed for this. A printed line has a format, numbers,
-the time of printing and the truth at that time; a table for people compares the numbers with the truth.
+A number is a field of a line in its exact format. A line that only begins like a format is malformed, not
+wrong.
 
-A number is a field of a line that has its exact format from beginning to end, not any text that looks right:
-"4" is not found in "164", and a sign cannot get lost. A line that begins like a format but does not follow it
-is malformed, which is a different fault from a wrong value.
-
-The truth is the value that the firmware would print if sensors, firmware and formulas were perfect: the
-world's value in the printed unit, with yaw from magnetic north like a compass. The lab's firmware cannot
-reach two of these: its roll stays within 90 degrees, and MAG (after MagCalibration) is the field without the
-board's hard iron.
-
-The board keeps text without times, and the world forgets its past when it is changed. So a recorder polls the
-terminal every millisecond of virtual time (SysTick's period, a fraction of a line's time on the wire). It
-takes the truth of new lines once a second, well within the world's memory. Polling changes nothing on the
-board.
+The truth is the output of perfect sensors, firmware and formulas, with yaw from magnetic north.
 
 Decision: a scenario knows a board only as a protocol, because the board loads the scenario by its name and
-passes itself to it. Rejected alternative: a board that knows a scenario only as a protocol. Then
-``Board(scenario="stairs")`` would need a third package above both, only to turn the name into a file.
+passes itself to it.
 
-Decision: blanks and carriage returns around a line are ignored, because terminals do not show them. A
-whole-text comparison checks every byte.
+Decision: blanks and carriage returns around a line are ignored, because terminals do not show them.
 
-Decision: the length of the terminal's text is polled, because recording an event for every byte would also
-record every bus transfer, a hundred times as many events.
+Decision: the length of the terminal's text is polled every virtual millisecond, because an event for every
+byte would also record every bus transfer, a hundred times as many.
 """
 
 from __future__ import annotations
@@ -54,51 +40,47 @@ from fcu_emulator.emulator.world.track import Array
 
 
 class TerminalView(SerialEnd, Protocol):
-    """The end of the serial line, with all received text."""
+    """The serial line's end, with all received text."""
 
     uart: Uart
 
     @property
     def text(self) -> str:
-        """Return all text printed since power-on, in Latin-1."""
+        """Return all text since power-on, in Latin-1."""
         ...
 
 
 class BoardView(RunnableBoard, Protocol):
-    """A board that plays a scenario; :class:`fcu_emulator.emulator.assembly.board.Board` is one."""
+    """A board that plays a scenario."""
 
     world: World
     trace: Trace
 
     def i2c(self) -> I2CMaster:
-        """The controller of the board's first I2C bus; a scenario may inject faults into it."""
+        """The controller of the first I2C bus, for faults."""
         ...
 
-    def led(self, name: str) -> Led:
-        """Return a LED by its name in the board's file."""
-        ...
+    def led(self, name: str) -> Led: ...
 
     @property
-    def terminal(self) -> TerminalView:
-        """The terminal at the other end of the serial line."""
-        ...
+    def terminal(self) -> TerminalView: ...
 
     @property
     def timer(self) -> TickCounts: ...
 
     def motor_duties(self) -> tuple[float, ...]:
-        """Return the PWM duty of each motor, 0 to 1."""
+        """Return each motor's PWM duty, 0 to 1."""
         ...
 
     def variable(self, name: str) -> Any:
-        """Return a global variable of the firmware by its C name. Raises KeyError."""
+        """Return the firmware's global variable. Raises KeyError."""
         ...
 
 
 # -- The formats of lines -----------------------------------------------------------------------------------
 
 
-_LONGEST_MEANT = 200  # characters of a line that are searched for a field's name
+_LONGEST_MEANT = 200  # characters searched for a field's name
 _CONVERSIONS = {"%d": r"(-?\d+)", "%f": r"(-?(?:\d+\.\d{6}|inf|nan))"}
 ANGLES = frozenset({"Pitch", "Roll", "Yaw"})
 
@@ -113,7 +95,7 @@ _FORMATS: tuple[tuple[str, tuple[str, ...]], ...] = (
 
 
 class LineFormat:
-    """Format of one kind of line: its format string, its beginning, and its fields."""
+    """Format string, beginning and fields of one kind of line."""
 
     def __init__(self, text: str, fields: tuple[str, ...]) -> None:
         self.text = text
@@ -127,11 +109,10 @@ class LineFormat:
         self._meant = re.compile(rf"\b(?:{names})\w*[^\w\n][^\n]*?\d", re.ASCII | re.IGNORECASE)
 
     def is_meant_by(self, line: str) -> bool:
-        """Return whether a line has the name of one of the fields, and a number after it."""
+        """Return whether a number follows one of the fields' names."""
         return self._meant.search(line[:_LONGEST_MEANT]) is not None
 
     def parse(self, line: str) -> dict[str, float] | None:
-        """Return the values of the fields; None if the line does not follow the format."""
         match = self._pattern.fullmatch(line)
         return dict(zip(self.fields, map(float, match.groups()), strict=True)) if match else None
 
@@ -144,12 +125,12 @@ _BANNER = re.compile(r"STEVAL-FCU001V1 FW(?= rev\.)")
 
 
 def same_banner(text: str) -> str:
-    """Replace ST's "FW" banner by the slides' "FH": every comparison accepts both."""
+    """Replace ST's "FW" banner by the slides' "FH": comparisons accept both."""
     return _BANNER.sub("STEVAL-FCU001V1 FH", text)
 
 
 def escaped(text: str) -> str:
-    """Return a line as an escaped string: all bytes are distinguishable, including backslashes."""
+    """Return a line with all bytes distinguishable, also backslashes."""
     return text.encode("unicode_escape").decode("ascii")
 
 
@@ -157,7 +138,7 @@ def escaped(text: str) -> str:
 
 
 _Law: TypeAlias = Callable[[World, Array], Array]
-MOVING_G = "moving"  # never printed; tells whether the accelerometer is a tilt sensor at that moment
+MOVING_G = "moving"  # not printed; whether the accelerometer measures tilt
 
 
 def _compass(column: int) -> _Law:
@@ -196,13 +177,11 @@ QUANTITIES: dict[str, _Law] = {
     "pitch": _inclination(0),
     "roll": _inclination(1),
 }
-"""Quantities for comparison with printed numbers and for conditions: the numbers of the slides by their names,
-and the inclination of the X axis (``pitch``) and of the Y axis (``roll``) for LEDs.
-"""
+"""Quantities of printed numbers and conditions by name; ``pitch`` and ``roll`` are the X and Y axes' inclinations."""
 
 
 class TiltSample(NamedTuple):
-    """Pitch and roll in degrees at a moment, from the true force by the slides' formulas."""
+    """Pitch and roll in degrees, by the slides' formulas."""
 
     at_ps: int
     pitch: float
@@ -213,7 +192,7 @@ TILT_STEP_PS = SAMPLE_STEP_PS = 10 * PS_PER_MS
 
 
 def tilts_of(world: World, at_ps: Sequence[int]) -> list[TiltSample]:
-    """Return the inclination at these moments, which must be within the world's memory."""
+    """Return the inclination at moments within the world's memory."""
     if not at_ps:
         return []
     pitch, roll = lab_angles(world.specific_force_g(np.array(at_ps) / PS_PER_S))
@@ -221,7 +200,7 @@ def tilts_of(world: World, at_ps: Sequence[int]) -> list[TiltSample]:
 
 
 def lab_angles(force: Array, mu: float = 1.0) -> tuple[Array, Array]:
-    """Return the lab's pitch and roll in degrees for forces (N, 3); ``mu`` weighs X in the roll."""
+    """Return pitch and roll in degrees for forces (N, 3); ``mu`` weighs X in the roll."""
     x, y, z = force.T
     pitch = np.degrees(np.arctan2(-x, np.hypot(y, z)))
     roll = np.degrees(np.arctan2(y, np.sqrt(mu * x * x + z * z)))
@@ -229,18 +208,18 @@ def lab_angles(force: Array, mu: float = 1.0) -> tuple[Array, Array]:
 
 
 def deviation(field: str, printed: float, wanted: float) -> float:
-    """Return ``printed`` minus ``wanted``, signed; for angles the shorter way round, within +-180 degrees."""
+    """Return ``printed`` minus ``wanted``; angles within +-180 degrees."""
     difference = printed - wanted
     return (difference + 180.0) % 360.0 - 180.0 if field in ANGLES else difference
 
 
 def nearest_truth(settle_ps: int) -> str:
-    """Describe the reference value of :meth:`PrintedLine.error`."""
+    """Describe the reference of :meth:`PrintedLine.error`."""
     return f"the truth of the last {settle_ps / PS_PER_MS:g} ms"
 
 
 def unit_of(field: str) -> str:
-    """Return a field's unit; the lab prints MAG in mgauss and calls it mg."""
+    """Return a field's unit; the lab calls mgauss mg."""
     return "mgauss" if field.startswith("MAG") else FORMAT_OF_FIELD[field].text.split()[-1]
 
 
@@ -249,29 +228,29 @@ def unit_of(field: str) -> str:
 
 _LOOK_PS = Fraction(PS_PER_MS)
 _COLLECT_PS = Fraction(PS_PER_S)
-_TRUTH_STEPS = 21  # instants at which the truth is taken in a settling time
-MAX_SETTLE_PS = PS_PER_S  # the world remembers five seconds
+_TRUTH_STEPS = 21  # instants in a settling time
+MAX_SETTLE_PS = PS_PER_S  # the world remembers 5 s
 
 
 @dataclass(frozen=True)
 class PrintedLine:
-    """A line of the terminal: its text without surrounding blanks, and the time at which its printing began."""
+    """A line without surrounding blanks, and the time when its printing began."""
 
     number: int  # counted from 1
     text: str
     at_ps: int
     truth: Mapping[str, tuple[Array, Array]] = field(default_factory=dict)
-    """For each field of interest: instants (N,) in s up to the moment of printing, and true values (N,)."""
+    """By field: instants (N,) in s up to printing, and true values (N,)."""
 
     def error(self, name: str, printed: float, settle_ps: int) -> float:
-        """Return the smallest deviation from the truth of the last ``settle_ps`` before the line was printed."""
+        """Return the smallest deviation from the truth of the last ``settle_ps``."""
         t_s, values = self.truth[name]
         recent = values[t_s >= t_s[-1] - settle_ps / PS_PER_S - 1e-9]
         return min((deviation(name, printed, float(value)) for value in recent), key=abs)
 
 
 class Wanted(NamedTuple):
-    """A quantity whose truth is recorded with each line that ``is_begun_by`` accepts."""
+    """A quantity recorded with each line that ``is_begun_by`` accepts."""
 
     quantity: str
     settle_ps: int
@@ -279,9 +258,9 @@ class Wanted(NamedTuple):
 
 
 class Recorder:
-    """Recorder of one board until ``until_ps``; ``wanted``: quantities recorded with the lines.
+    """Recorder of a board until ``until_ps``; ``wanted``: quantities recorded with lines.
 
-    ``tilts``: whether to record the inclination. ``sampled``: quantities to record every ``SAMPLE_STEP_PS``.
+    ``tilts``: record the inclination. ``sampled``: quantities recorded every ``SAMPLE_STEP_PS``.
     """
 
     def __init__(
@@ -296,9 +275,9 @@ class Recorder:
         self._world, self._uart, self._clock = board.world, board.terminal.uart, board.clock
         self._wanted = wanted
         self._lines: list[PrintedLine] = []
-        self._looks: list[tuple[int, int]] = [(0, 0)]  # (bytes received, time of the previous poll)
+        self._looks: list[tuple[int, int]] = [(0, 0)]  # (bytes, time of the previous poll)
         self._last_look_ps = 0
-        self._collected = 0  # bytes, counted from power-on
+        self._collected = 0  # bytes since power-on
         self._stopped = False
         self._tilts: list[TiltSample] | None = [] if tilts else None
         self._samples: dict[str, list[float]] = {name: [] for name in sampled}
@@ -309,19 +288,18 @@ class Recorder:
         self._clock.schedule(until_ps, self._stop, last=True)
 
     def lines(self) -> list[PrintedLine]:
-        """Return the complete lines printed so far, until ``until_ps`` at the latest."""
+        """Return the complete lines until now or ``until_ps``."""
         if not self._stopped:
             self._collect()
         return self._lines
 
     def tilts(self) -> Sequence[TiltSample]:
-        """Return the inclination so far; empty if it is not recorded."""
         if not self._stopped:
             self._collect()
         return self._tilts or ()
 
     def samples(self) -> Mapping[str, Sequence[float]]:
-        """Return the sampled quantities so far, from power-on in steps of ``SAMPLE_STEP_PS``."""
+        """Return quantities so far, in steps of ``SAMPLE_STEP_PS``."""
         if not self._stopped:
             self._collect()
         return self._samples
@@ -355,7 +333,7 @@ class Recorder:
         self._looks = [look for look in self._looks if look[0] > self._collected] or self._looks[-1:]
 
     def _add(self, raw: bytes, position: int) -> None:
-        """Add one line. In "\\n\\r" the return comes before the next line, and is not part of it."""
+        """Add one line; the return of "\n\r" is not part of the next."""
         begin = position + len(raw) - len(raw.lstrip(b"\r"))
         first_seen = bisect_right(self._looks, begin, key=lambda look: look[0])
         at_ps = self._looks[first_seen][1]
@@ -386,14 +364,10 @@ _STILL_G = 0.05
 
 
 def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, window: str = "") -> list[str]:
-    """Return a table of prints: time, printed, truth at that time, error (printed - truth); then a summary.
-
-    ``window``: the part of the run that the lines are from, for the title.
+    """Return a table of prints, truth and error, and a summary; ``window`` is for the title.
 
     Decision: the error in the table is the error at the moment of printing, which shows the age of a moving
-    board's number. Expectations use the nearest truth of the time ``settle_ps`` before instead. If that gives
-    another largest error, an extra line says so. One definition for both would hide the delay, or blame a
-    filter for it.
+    board's number. An extra line says if the nearest truth, as in expectations, gives another largest error.
     """
     rows, judged = [], []
     for line in lines:
@@ -418,30 +392,29 @@ def against_truth(field: str, lines: Sequence[PrintedLine], settle_ps: int, wind
     counted = f"{_largest(judged):+.3f}"
     if counted != f"{largest:+.3f}":
         which = nearest_truth(settle_ps)
-        table.append(f"judged is the error against {which}: largest {counted}")
+        table.append(f"the check uses the error against {which}: largest {counted}")
     return table
 
 
 def _largest(errors: Iterable[float]) -> float:
-    """Return the error farthest from 0, ignoring values that are not numbers; NaN if there are none."""
+    """Return the error farthest from 0; NaN if there are none."""
     return max(filter(math.isfinite, errors), key=abs, default=math.nan)
 
 
 def _flag(field: str, line: PrintedLine) -> str:
-    """Return a note for an angle that was printed while the board accelerated: the accelerometer measures no tilt then.
+    """Return a note for an angle printed while the board accelerated, which is not a tilt.
 
-    The slides ("eCompass math") check the modulus, the only measure that firmware has. It hides sideways
-    acceleration: 0.36 g turns the vertical by 20 degrees but makes the modulus only 1.06 g. Here the motion
-    is known.
+    The slides check the modulus, which hides sideways acceleration: 0.36 g turns the vertical by 20 degrees
+    but gives 1.06 g.
     """
     if field not in ANGLES:
         return ""
     moving_g = float(line.truth[MOVING_G][1][-1])
-    return "" if moving_g <= _STILL_G else f"   accelerated by {moving_g:.2f} g: no tilt sensor now"
+    return "" if moving_g <= _STILL_G else f"   accelerated by {moving_g:.2f} g: tilt is not measurable"
 
 
 def _chosen(count: int, worst: int) -> list[int]:
-    """Return the indices of at most a dozen rows: the first, the last, ``worst``, and evenly spaced ones."""
+    """Return at most a dozen rows: first, last, ``worst``, and evenly spaced ones."""
     if count <= _MOST_ROWS:
         return list(range(count))
     chosen = [index * (count - 1) // (_MOST_ROWS - 1) for index in range(_MOST_ROWS)]

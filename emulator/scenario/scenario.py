@@ -1,17 +1,10 @@
-"""Scenarios ready to be played on any number of boards, runs of a board through a scenario, and the verdict.
+"""Scenarios that any number of boards can play, and their runs.
 
-Playing: motions are planned on the world when the board is created, with absolute start times, so that the
-truth can be computed ahead of time. From the first jump of the world (``set_...``), every step is performed
-at its time: a jump drops the plans for its quantity, and a motion begins from the current state. Bus faults
-and typing are always performed at their time.
+Motions are planned on the world when the board is created. From the first jump (``set_...``) on, every step
+is performed at its time, because a jump drops the plans for its quantity.
 
-Every step is tried on a separate world before the scenario is used. If the world refuses a step, this is an
-error of the file with its key path, not a surprise during the run.
-
-Limits are checked between slices of virtual time. Python firmware that loops without any call of the HAL lets
-no virtual time pass, so these checks cannot stop it.
-
-The verdict contains the findings of a run, for people and for programs.
+Limits are checked between slices of virtual time, which does not pass in Python firmware that never calls the
+HAL.
 """
 
 from __future__ import annotations
@@ -21,23 +14,24 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Any, Protocol
 from weakref import WeakKeyDictionary
 
 from fcu_emulator.emulator.boards.description import BoardErrors, SensorSettings
 from fcu_emulator.emulator.errors import InputError, ScenarioError
 from fcu_emulator.emulator.links.runner import Runner
-from fcu_emulator.emulator.scenario.expectations import SETTLE_PS, Expectation, ExpectField, Failure, RunView
+from fcu_emulator.emulator.scenario.expectations import SETTLE_PS, ExpectField, RunView
 from fcu_emulator.emulator.scenario.fields import Window
 from fcu_emulator.emulator.scenario.following import ExpectLineFollows
 from fcu_emulator.emulator.scenario.formats import NamedFormat, NumberFormat
 from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
+from fcu_emulator.emulator.scenario.result import ExpectationResult, Result
 from fcu_emulator.emulator.scenario.run_view import BoardView, Recorder, TerminalView, Wanted, against_truth
 from fcu_emulator.emulator.scenario.schema import AnyExpectation, LimitsTable, ReportTable, ScenarioFile
 from fcu_emulator.emulator.scenario.timeline import TimelineAction
 from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, format_duration, seconds
 from fcu_emulator.emulator.world import World, earth_field
-from fcu_emulator.sensors.errors import Grade
+from fcu_emulator.sensors.errors import Quality
 
 # -- Steps with absolute times, from timeline entries -------------------------------------------------------
 
@@ -47,7 +41,7 @@ CreateWorld = Callable[[Clock], World]
 
 @dataclass(frozen=True)
 class TimelineStep:
-    """Entry ``number`` (its index in the file), active from ``at_ps`` to ``end_ps``."""
+    """Entry ``number`` of the file, active from ``at_ps`` to ``end_ps``."""
 
     number: int
     entry: TimelineAction
@@ -60,13 +54,12 @@ class TimelineStep:
 
     @property
     def name(self) -> str:
-        """Place and kind of the step, for messages about other steps."""
         kind = getattr(self.entry, "do", "")
         return f"{self.key} ({kind})"
 
 
 def steps_of(entries: Sequence[TimelineAction], duration_ps: int, file: str) -> list[TimelineStep]:
-    """Return the steps in order of time; raises ScenarioError for a step after the end, or two motions at once."""
+    """Return steps in order of time. Raises ScenarioError for a step after the end, or two motions at once."""
     steps = []
     end_ps = 0
     for number, entry in enumerate(entries):
@@ -74,8 +67,8 @@ def steps_of(entries: Sequence[TimelineAction], duration_ps: int, file: str) -> 
         end_ps = at_ps + entry.length_ps
         if at_ps > duration_ps:
             problem = (
-                f"begins at {seconds(at_ps)}, after the scenario's end at {seconds(duration_ps)}; "
-                "let it begin earlier or give a longer duration"
+                f"must begin before the scenario's end at {seconds(duration_ps)}, not at {seconds(at_ps)}; "
+                "start it earlier or give a longer duration"
             )
             raise ScenarioError(file, f"timeline[{number}].at", problem, kind="after_end")
         steps.append(TimelineStep(number, entry, at_ps, end_ps))
@@ -99,7 +92,7 @@ def _refuse_overlaps(steps: Sequence[TimelineStep], file: str) -> None:
 
 
 def rehearse(steps: Sequence[TimelineStep], create_world: CreateWorld, file: str) -> None:
-    """Perform all steps on a separate world; an error of that world becomes a ScenarioError."""
+    """Perform all steps on a separate world. Raises ScenarioError."""
     clock = Clock()
     world = create_world(clock)
     for step in steps:
@@ -114,10 +107,9 @@ def rehearse(steps: Sequence[TimelineStep], create_world: CreateWorld, file: str
 
 
 class Scenario:
-    """One checked file: its board's settings, its timeline, its expectations.
+    """One checked file: settings, timeline and expectations; messages call it ``file``.
 
-    ``name`` is the file's name without ``.toml``, unless another is given; messages name the file by
-    ``file``. Raises ScenarioError if the parts do not fit together or the world cannot perform the timeline.
+    Raises ScenarioError if parts do not fit together or the world cannot perform the timeline.
     """
 
     def __init__(
@@ -134,24 +126,21 @@ class Scenario:
         self.seed = contents.seed
         self.firmware = contents.firmware
         self.powered_on_ps = None if contents.uptime is None else -contents.uptime
-        """Time at which board and sensors got their supply; None: long ago."""
+        """When the power came on; None: long ago."""
         self.duration_ps = contents.duration
         self.i2c_speed_hz = contents.bus.speed
         self.limits: LimitsTable = contents.limits
         self.expectations: list[AnyExpectation] = contents.expect
         self.reports: list[ReportTable] = contents.report
         self.table = table or {}
-        """The file's table, with drawn values in place of draws."""
+        """The file's table with values drawn."""
         self.contents = contents
-        """The file's table as it was read."""
         self.ahead = True
-        """Whether motions may be planned ahead of their time. False on a live board: a user's motion would drop
-        the plans.
-        """
+        """False on a live board: a user's motion would drop plans."""
         self._recorders: WeakKeyDictionary[TerminalView, Recorder] = WeakKeyDictionary()
         self._watched: WeakKeyDictionary[TerminalView, dict[int, Any]] = WeakKeyDictionary()
         if self.duration_ps > self.limits.duration:
-            problem = "is longer than limits.duration; shorten it or raise that limit"
+            problem = "must be at most limits.duration; shorten it or raise that limit"
             raise ScenarioError(self.file, "duration", problem, kind="too_long")
         self._refuse_windows_after_the_end()
         self._field_ut = self._magnetic_field()
@@ -160,23 +149,20 @@ class Scenario:
 
     @property
     def duration_s(self) -> float:
-        """Return the length of the run in seconds of virtual time."""
         return self.duration_ps / PS_PER_S
 
     def firmware_settings(self) -> dict[str, Any]:
-        """Return the file's firmware settings."""
         return self.contents.firmware_settings.model_dump(exclude_unset=True)
 
     def sensor_settings(self) -> SensorSettings:
-        """Return the file's deviations of the sensors."""
         return self.contents.sensors.settings()
 
-    def board_errors(self, grade: Grade, seed: int) -> BoardErrors:
-        """Return the deviations of the board itself: values from the file, drawn values for the rest."""
-        return replace(BoardErrors.of_grade(grade, seed), **self.contents.board)
+    def board_errors(self, quality: Quality, seed: int) -> BoardErrors:
+        """Return the board's deviations: the file's values, else drawn ones."""
+        return replace(BoardErrors.of_quality(quality, seed), **self.contents.board)
 
     def create_world(self, clock: Clock, own: BoardErrors | None = None) -> World:
-        """Create the world at power-on. ``own``: deviations of the board, used for values that the file does not give."""
+        """Create the world at power-on; ``own``: deviations that the file does not give."""
         table = self.contents.world
         own = own or BoardErrors()
         try:
@@ -194,17 +180,16 @@ class Scenario:
                 world.set_temperature(table.temperature_degc)
             if table.humidity_percent is not None:
                 world.set_humidity(table.humidity_percent)
-            if table.pressure_hpa is not None:  # after the temperature, which sets the air's density
+            if table.pressure_hpa is not None:  # needs the temperature, which sets the density
                 world.set_pressure(table.pressure_hpa)
         except InputError as error:
             raise ScenarioError(self.file, "world", str(error), kind=error.kind) from error
         return world
 
     def play(self, board: BoardView) -> None:
-        """Schedule the timeline on a board at power-on, and record the board.
+        """Schedule the timeline and record the board, at power-on.
 
-        The board may be a weak proxy, so that scheduled calls do not keep it alive. A proxy cannot be a key,
-        so the terminal, which is unique to the board, is the key.
+        The board may be a weak proxy, which cannot be a key: its terminal is used as key.
         """
         tilts = any(isinstance(one, ExpectLedFollows) for one in self.expectations)
         recorder = Recorder(board, self.duration_ps, self._truth_wanted(), tilts, self._sampled())
@@ -214,13 +199,13 @@ class Scenario:
         for step in self.steps:
             jumped = jumped or step.entry.LIVE
             if jumped:
-                perform_at(board, step.entry, step.at_ps)
+                board.clock.schedule(step.at_ps, partial(step.entry.perform, board, step.at_ps))
             else:
                 step.entry.plan(board.world, step.at_ps / PS_PER_S)
                 board.clock.schedule(step.at_ps, partial(step.entry.act, board, step.at_ps))
 
     def exceeded(self, board: BoardView, wall_s: float) -> str:
-        """Return the limit that a run of ``wall_s`` seconds of wall time has exceeded by now; "" if none."""
+        """Return the limit exceeded after ``wall_s`` seconds of wall time, or ""."""
         if board.terminal.uart.received_count() > self.limits.terminal_bytes:
             return f"{self.limits.terminal_bytes} bytes of text, limits.terminal_bytes"
         if wall_s > self.limits.wall / PS_PER_S:
@@ -228,36 +213,31 @@ class Scenario:
         return ""
 
     def check(self, board: BoardView, limit: str = "") -> Result:
-        """Evaluate all expectations and reports now, for a board that plays this scenario.
+        """Evaluate all expectations and reports now, on a board that plays this scenario.
 
-        A board that has not reached the end is evaluated up to now, with a finding that says so; ``limit`` is
-        the reason. Raises InputError for a board that plays another scenario.
+        Before the end, a finding says so, with the reason ``limit``. Raises InputError for another scenario's
+        board.
         """
-        seen = self.seen(board)
-        now_ps = board.clock.now_ps
-        findings = []
+        run = self.run_view(board)
+        early_end = None
         if limit or not self.is_over(board):
             cause = f"; the run exceeded {limit}" if limit else ""
-            miss = Failure("stopped", f"a run of {seconds(self.duration_ps)}", f"{seconds(now_ps)}{cause}")
-            findings.append(Finding("duration", "run", miss))
-        for number, expectation in enumerate(self.expectations):
-            failure = judged(expectation, seen)
-            if failure is not None:
-                findings.append(Finding(f"expect[{number}]", expectation.kind, failure))
+            expected, seen = f"a run of {seconds(self.duration_ps)}", f"{seconds(board.clock.now_ps)}{cause}"
+            early_end = ExpectationResult(expected, "stopped", seen, key="duration", kind="run")
         settle_ps = {report.field: SETTLE_PS for report in self.reports}
         for one in self._truth_wanted():
             settle_ps[one.quantity] = max(one.settle_ps, settle_ps.get(one.quantity, 0))
         reports: list[str] = []
         for report in self.reports:
-            lines = [line for line in seen.lines if report.covers(line.at_ps)]
+            lines = [line for line in run.lines if report.covers(line.at_ps)]
             reports += against_truth(report.field, lines, settle_ps[report.field], report.window_text())
-        return Result(len(self.expectations), tuple(findings), tuple(reports))
+        return Result(self._results(run, self.is_over(board)), tuple(reports), early_end)
 
-    def seen(self, board: BoardView) -> RunView:
-        """Return the run view of a board that plays this scenario. Raises InputError if it plays another one."""
+    def run_view(self, board: BoardView) -> RunView:
+        """Return the run view of a board. Raises InputError for another scenario's board."""
         recorder = self._recorders.get(board.terminal)
         if recorder is None:
-            raise InputError(f"this board does not play the scenario {self.name}", kind="other_scenario")
+            raise InputError(f"this board must play the scenario {self.name}", kind="other_scenario")
         end_ps = min(self.duration_ps, board.clock.now_ps)
         watched = self._watched[board.terminal]
         return RunView(
@@ -270,36 +250,45 @@ class Scenario:
         )
 
     def asking(self, expectations: Sequence[AnyExpectation], reports: Sequence[ReportTable] = ()) -> Scenario:
-        """Return the same scenario with other expectations and reports. Raises ScenarioError."""
+        """Return this scenario with other expectations and reports. Raises ScenarioError."""
         changed = {"expect": list(expectations), "report": list(reports)}
         return Scenario(self.contents.model_copy(update=changed), self.path, self.name, self.table)
 
-    def verdicts(self, board: BoardView) -> list[ExpectationResult]:
-        """Return the current state of every expectation on a board that plays this scenario. Raises InputError."""
-        seen, over = self.seen(board), self.is_over(board)
-        return [
-            _verdict(f"expect[{number}]", one, seen, over) for number, one in enumerate(self.expectations)
-        ]
+    def results(self, board: BoardView) -> tuple[ExpectationResult, ...]:
+        """Return every expectation's current result. Raises InputError for another scenario's board."""
+        return self._results(self.run_view(board), self.is_over(board))
+
+    def _results(self, run: RunView, over: bool) -> tuple[ExpectationResult, ...]:
+        results = []
+        for number, one in enumerate(self.expectations):
+            result = one.result(run)
+            end_ps = getattr(one, "to", None)
+            is_final = over or bool(result.is_final) or (end_ps is not None and run.end_ps >= end_ps)
+            results.append(
+                replace(
+                    result, says=one.describe(), key=f"expect[{number}]", kind=one.kind, is_final=is_final
+                )
+            )
+        return tuple(results)
 
     def is_over(self, board: BoardView) -> bool:
-        """Return whether a board that plays this scenario has reached the end."""
         return board.clock.now_ps >= self.duration_ps
 
     def standing(self, board: BoardView) -> list[str]:
-        """Return the result's lines for people; before the end, the final failures and the number of open expectations.
+        """Return the result for people; before the end, final failures and the number of open expectations.
 
-        Raises InputError for a board that plays another scenario.
+        Raises InputError for another scenario's board.
         """
         if self.is_over(board):
             return self.check(board).lines
-        verdicts = self.verdicts(board)
-        met, still_open = (sum(one.state == state for one in verdicts) for state in ("met", "open"))
+        results = self.results(board)
+        met, still_open = (sum(one.state == state for one in results) for state in ("met", "open"))
         when = f"{seconds(board.clock.now_ps)} of {seconds(self.duration_ps)}"
-        count = f"{met} of {len(verdicts)} expectations met, {still_open} still open at {when}"
-        return [*(line for one in verdicts for line in one.lines), count]
+        count = f"{met} of {len(results)} expectations met, {still_open} still open at {when}"
+        return [*(line for one in results if one.state == "failed" for line in one.lines), count]
 
     def _refuse_windows_after_the_end(self) -> None:
-        """Refuse windows after the end: an expectation without lines must not pass, nor a report be empty."""
+        """Refuse windows after the end, which would pass without lines."""
         tables = [
             *((f"expect[{number}]", one) for number, one in enumerate(self.expectations)),
             *((f"report[{number}]", one) for number, one in enumerate(self.reports)),
@@ -313,7 +302,6 @@ class Scenario:
                 raise ScenarioError(self.file, f"{name}.from", problem, kind="after_end")
 
     def _truth_wanted(self) -> list[Wanted]:
-        """Return the quantities that printed lines are compared with, and the time before each print."""
         compared = [one for one in self.expectations if isinstance(one, ExpectField) and one.truth]
         return [
             *(Wanted(one.field, SETTLE_PS, NamedFormat(one.field).is_begun_by) for one in self.reports),
@@ -324,13 +312,11 @@ class Scenario:
         found = [one.condition for one in self.expectations if isinstance(one, ExpectLedFollows)]
         found += [one.when for one in self.expectations if isinstance(one, ExpectLineFollows)]
         names = [one.quantity for one in found if one.quantity is not None]
-        both = (
-            ["pitch", "roll"] if {"pitch", "roll"} & {*names} else []
-        )  # findings name the followed condition
+        both = ["pitch", "roll"] if {"pitch", "roll"} & {*names} else []  # findings name it
         return list(dict.fromkeys([*names, *both]))
 
     def _magnetic_field(self) -> tuple[float, float, float] | None:
-        """Return the field, NED in uT; None for the world's default."""
+        """Return the field, NED in uT; None for the default."""
         table = self.contents.world
         if table.field is not None:
             return table.field.north_ut, table.field.east_ut, table.field.down_ut
@@ -345,135 +331,18 @@ class Scenario:
 
 
 def _may_be(number: NumberFormat, line: str) -> bool:
-    """Return whether a line needs the truth; True if the pattern takes too long, which the verdict reports."""
+    """Return whether a line needs the truth; True after a timeout, which the verdict reports."""
     try:
         return number.is_begun_by(line)
     except TimeoutError:
         return True
 
 
-# -- Performing an entry at its time ------------------------------------------------------------------------
-
-
-class TimelineAct(Protocol):
-    """Actions of a timeline entry at its time."""
-
-    def plan(self, world: World, start_s: float) -> None:
-        """Change the world from the action's time on."""
-        ...
-
-    def act(self, board: BoardView, from_ps: int) -> None:
-        """Perform the part of the action outside the world."""
-        ...
-
-
-def perform_at(board: BoardView, entry: TimelineAct, at_ps: int) -> None:
-    """Schedule an entry on a board for its time ``at_ps``, in order with all other events."""
-    board.clock.schedule(at_ps, partial(_perform, board, entry, at_ps))
-
-
-def _perform(board: BoardView, entry: TimelineAct, at_ps: int) -> None:
-    entry.plan(board.world, at_ps / PS_PER_S)
-    entry.act(board, at_ps)
-
-
-# -- Results of the checks, for people and for programs -----------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Finding:
-    """A failed expectation: ``key`` is its place in the file, such as ``expect[2]``."""
-
-    key: str
-    kind: str
-    miss: Failure
-
-    @property
-    def lines(self) -> list[str]:
-        head = f"{self.miss.fault}: {self.miss}"
-        return [head, *(f"    {line}" for line in self.miss.diff)]
-
-    def __str__(self) -> str:
-        return "\n".join(self.lines)
-
-
-Standing = Literal["open", "met", "failed"]
-
-
-@dataclass(frozen=True)
-class ExpectationResult:
-    """State of an expectation during the run: place, kind, text, status, failure."""
-
-    key: str
-    kind: str
-    says: str
-    state: Standing
-    miss: Failure | None = None
-
-    @property
-    def lines(self) -> list[str]:
-        """Return the failure as lines for people, as in the final result."""
-        return Finding(self.key, self.kind, self.miss).lines if self.miss else []
-
-
-@dataclass(frozen=True)
-class Result:
-    """Result of a run: ``checks`` is the number of expectations, ``reports`` are texts for people."""
-
-    checks: int
-    findings: tuple[Finding, ...]
-    reports: tuple[str, ...] = ()
-
-    @property
-    def passed(self) -> bool:
-        """Whether the run came to its end and met every expectation."""
-        return not self.findings
-
-    @property
-    def judged(self) -> bool:
-        """Whether every expectation could be evaluated: the run came to its end, no search took too long."""
-        return all(finding.miss.fault != "stopped" for finding in self.findings)
-
-    @property
-    def failed_count(self) -> int:
-        """Number of failed expectations; a stopped run does not count as one."""
-        return sum(finding.miss.fault != "stopped" for finding in self.findings)
-
-    @property
-    def passed_count(self) -> int:
-        return self.checks - self.failed_count
-
-    @property
-    def lines(self) -> list[str]:
-        """Return the whole result for people: reports, findings, and the count last."""
-        found = [line for finding in self.findings for line in finding.lines]
-        return [*self.reports, *found, f"{self.passed_count} of {self.checks} expectations met"]
-
-
-def judged(expectation: Expectation, seen: RunView) -> Failure | None:
-    """Return the failure of an expectation, None if it is met; a search that takes too long is "stopped"."""
-    try:
-        return expectation.judge(seen)
-    except TimeoutError:
-        return Failure(
-            "stopped", "a pattern that can be searched in reasonable time", "the search took too long"
-        )
-
-
-def _verdict(key: str, expectation: AnyExpectation, seen: RunView, over: bool) -> ExpectationResult:
-    miss, says = judged(expectation, seen), expectation.wording()
-    end_ps = getattr(expectation, "to", None)
-    over = over or (end_ps is not None and seen.end_ps >= end_ps)
-    if miss and (over or miss.for_good):
-        return ExpectationResult(key, expectation.kind, says, "failed", miss)
-    return ExpectationResult(key, expectation.kind, says, "met" if over else "open")
-
-
 # -- Running a board through its scenario -------------------------------------------------------------------
 
 
 class ScenarioBoard(BoardView, Protocol):
-    """A board that knows which scenario it plays."""
+    """A board that knows its scenario."""
 
     @property
     def scenario(self) -> Scenario | None: ...
@@ -490,8 +359,8 @@ def run(board: ScenarioBoard, wall_clock_s: Callable[[], float] = time.monotonic
     return plan.check(board, runner.limit)
 
 
-def check(board: ScenarioBoard) -> list[Finding]:
-    """Return the failed expectations of a board's scenario as of now; see Scenario.check."""
+def check(board: ScenarioBoard) -> list[ExpectationResult]:
+    """Return the scenario's failed expectations as of now."""
     return list(_scenario(board).check(board).findings)
 
 

@@ -1,9 +1,7 @@
-"""Schema of a scenario file, version 1, and its JSON schema for editors.
+"""Schema of scenario files, version 1.
 
 Decision: scenarios are TOML, because the standard library reads it, and it has comments and no implicit
-typing. The schema is written with pydantic, whose errors carry the key path, and which exports the JSON
-schema. The tables are data; the class of a timeline entry or expectation, with the same keys, holds its
-behaviour.
+typing. Pydantic's errors carry the key path, and it exports the JSON schema.
 """
 
 from __future__ import annotations
@@ -63,14 +61,12 @@ from fcu_emulator.emulator.scenario.timeline import AnyEntry
 from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.time.clock import PS_PER_S, format_duration
 from fcu_emulator.emulator.world import limits
-from fcu_emulator.sensors.errors import Figure, Grade, PartErrors
+from fcu_emulator.sensors.errors import Figure, PartErrors, Quality
 
 # -- Tables about the board at power-on: firmware, bus, world, sensors; and the run's limits ----------------
 
 
-LARGEST_FIGURE = (
-    1e6  # limit of any sensor's deviation, in its unit: beyond every full scale, without overflow
-)
+LARGEST_FIGURE = 1e6  # beyond every full scale, without overflow
 LONGEST_RUN_PS = 24 * 3600 * PS_PER_S
 
 Row = Annotated[tuple[float, float, float], Strict(False)]
@@ -78,10 +74,7 @@ Matrix = Annotated[tuple[Row, Row, Row], Strict(False)]
 
 
 class Figures:
-    """Marker for a table whose keys are the fields of a sensor's error class; only the given keys are kept.
-
-    The table's model is generated from the declared figures, so a new figure of a sensor is a new key here.
-    """
+    """Marker for a table generated from a sensor's declared figures; only given keys are kept."""
 
     def __init__(self, errors: type[PartErrors]) -> None:
         ideal = errors()
@@ -92,7 +85,6 @@ class Figures:
         self._model: type[BaseModel] = create_model(errors.__name__, __base__=Table, **fields)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Pydantic's hook: validate by the model, keep the given keys."""
         model = handler.generate_schema(self._model)
         given = core_schema.plain_serializer_function_ser_schema(dict)
         return core_schema.no_info_after_validator_function(_as_given, model, serialization=given)
@@ -103,12 +95,10 @@ def _as_given(table: BaseModel) -> dict[str, Any]:
 
 
 def _meaning(figure: Figure) -> str:
-    """Return the description of a key for editors."""
     return f"{figure.doc}, {figure.unit}; {figure.size} ({figure.source})"
 
 
 def _number(figure: Figure) -> Any:
-    """Return the type of a key: one number or three, within plausible limits."""
     lowest = 0.0 if figure.is_strength else -LARGEST_FIGURE
     low, high = figure.allowed or (lowest, LARGEST_FIGURE)
     number = Annotated[float, Field(ge=low, le=high)]
@@ -148,7 +138,7 @@ class PlaceTable(Table):
 class WorldTable(Table):
     """[world]: the state at power-on; missing values are the world's defaults (Zurich, flat, 25 degC).
 
-    Missing iron values are drawn by the sensors' grade; an ideal board has none.
+    Missing iron values are drawn by the sensors' quality; an ideal board has none.
     """
 
     roll_deg: Annotated[float, within(limits.ANGLE)] = 0.0
@@ -167,31 +157,32 @@ class WorldTable(Table):
     @model_validator(mode="after")
     def _refuse_contradictions(self) -> WorldTable:
         if self.field is not None and self.place is not None:
-            raise ValueError("has both field and place; give one of them")
+            raise ValueError("must not have both field and place; give one of them")
         if self.pressure_hpa is not None and self.floor_altitude_m is not None:
-            raise ValueError("has both pressure_hpa and floor_altitude_m; give one of them")
+            raise ValueError("must not have both pressure_hpa and floor_altitude_m; give one of them")
         return self
 
 
 class SensorsTable(Table):
-    """[sensors]: the grade sets all figures, the sensors' tables replace single ones.
+    """[sensors]: the quality sets all figures, the sensors' tables replace single ones.
 
     The board defines the tables of the sensors, and the keys for mountings that can be chosen:
     :func:`sensors_table`.
     """
 
-    grade: Grade = "typical"
+    RENAMED: ClassVar[Mapping[str, str]] = {"grade": "quality"}
+
+    quality: Quality = "typical"
 
     def settings(self) -> SensorSettings:
-        """Return all settings in the form that a board takes."""
-        given = {name: getattr(self, name) for name in type(self).model_fields if name != "grade"}
+        given = {name: getattr(self, name) for name in type(self).model_fields if name != "quality"}
         figures = {name: value for name, value in given.items() if isinstance(value, dict)}
         mountings = {name: value for name, value in given.items() if isinstance(value, str)}
-        return SensorSettings(self.grade, figures, mountings)
+        return SensorSettings(self.quality, figures, mountings)
 
 
 def sensors_table(board: BoardDescription) -> type[SensorsTable]:
-    """Return the class of [sensors] for a board: a table for each sensor, a key for each choice of mounting."""
+    """Return [sensors] of a board: tables of its sensors, keys for choices of mounting."""
     keys: dict[str, Any] = {}
     for mounted in board.parts:
         if mounted.mounting_key:
@@ -211,20 +202,20 @@ class LimitsTable(Table):
     """
 
     duration: Length = 600 * PS_PER_S
-    terminal_bytes: int = Field(4 << 20, ge=1, le=8 << 20)  # the board always keeps 8 MiB of text
+    terminal_bytes: int = Field(4 << 20, ge=1, le=8 << 20)  # the board keeps 8 MiB
     wall: Length = 300 * PS_PER_S
 
     @model_validator(mode="after")
     def _bound(self) -> LimitsTable:
         if self.duration > LONGEST_RUN_PS:
-            raise ValueError('duration is longer than a day; give at most "24h"')
+            raise ValueError('duration must be at most "24h"')
         return self
 
 
 # -- The file -----------------------------------------------------------------------------------------------
 
 
-MOST_ENTRIES = 10_000  # entries of the timeline: five minutes of mouse motion on a live board
+MOST_ENTRIES = 10_000  # five minutes of mouse motion
 MOST_EXPECTATIONS = 1_000
 
 Kinds = (
@@ -242,7 +233,7 @@ Kinds = (
     | ExpectPrinted
     | ExpectWithin
 )
-"""All kinds of expectations, distinguished by ``kind``."""
+"""All expectations, distinguished by ``kind``."""
 
 AnyExpectation = Annotated[Kinds, Field(discriminator="kind")]
 
@@ -262,7 +253,7 @@ class ScenarioFile(Table):
     schema_: Literal[1] = Field(alias="schema")
     question: str = Field(
         min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f-\x9f]+$"
-    )  # read by people in the list of scenarios
+    )  # for the list of scenarios
     firmware: str = ""
     seed: int = Field(0, ge=0, lt=2**63)
     uptime: Duration | None = None
@@ -274,7 +265,7 @@ class ScenarioFile(Table):
     board: Annotated[dict[str, Any], Figures(BoardErrors)] = Field(default_factory=dict)
     timeline: list[AnyEntry] = Field(default_factory=list, max_length=MOST_ENTRIES)
     threshold: list[ThresholdTable] = Field(default_factory=list, max_length=MOST_THRESHOLDS)
-    """Put into the timeline when a file is read."""
+    """Becomes part of the timeline."""
     expect: list[AnyExpectation] = Field(default_factory=list, max_length=MOST_EXPECTATIONS)
     report: list[ReportTable] = Field(default_factory=list, max_length=MOST_EXPECTATIONS)
     limits: LimitsTable = Field(default_factory=lambda: LimitsTable.model_validate({}))
@@ -282,11 +273,11 @@ class ScenarioFile(Table):
 
 @cache
 def scenario_file(board: BoardDescription) -> type[ScenarioFile]:
-    """Return the class of the file for a board: with its firmware, sensors and mountings."""
+    """Return the file's class with the board's firmware, sensors and mountings."""
 
     def known(name: str) -> str:
         if name not in board.firmware:
-            raise ValueError(f"is {shown(name)}; known: {', '.join(board.firmware)}")
+            raise ValueError(f"unknown firmware {shown(name)}; known: {', '.join(board.firmware) or 'none'}")
         return name
 
     names = Field(json_schema_extra={"enum": list(board.firmware)})
@@ -301,7 +292,7 @@ def scenario_file(board: BoardDescription) -> type[ScenarioFile]:
 
 
 def json_schema(board: BoardDescription = FCU001V1) -> dict[str, Any]:
-    """Return the file's JSON schema (draft 2020-12), for an editor's completion and checks."""
+    """Return the JSON schema (draft 2020-12) for editors."""
     schema = as_written(scenario_file(board).model_json_schema(by_alias=True), board)
     parts = schema["$defs"]
     with_draws = [WorldTable, PlaceTable, FieldTable, ThresholdTable, *get_args(get_args(AnyEntry)[0])]
@@ -330,7 +321,7 @@ _DRAW = {
 
 
 def may_be_rule(table: dict[str, Any]) -> None:
-    """Let the entries of a table's ``expect`` name a rule instead of a kind."""
+    """Let entries of ``expect`` name a rule."""
     rule = {
         "description": "A rule of the lab, by name; other keys add to it or replace its own.",
         "type": "object",
@@ -342,7 +333,6 @@ def may_be_rule(table: dict[str, Any]) -> None:
 
 
 def _may_be_drawn(schema: Any) -> Any:
-    """Return the schema of a table in which each number and duration can be a draw."""
     if isinstance(schema, list):
         return [_may_be_drawn(one) for one in schema]
     if not isinstance(schema, dict):
@@ -354,7 +344,7 @@ def _may_be_drawn(schema: Any) -> Any:
 
 
 def as_written(schema: Any, board: BoardDescription) -> Any:
-    """Return the schema with the board's names, and with defaults of durations and speeds in the file's notation."""
+    """Return the schema with the board's names, and defaults in the file's notation."""
     if isinstance(schema, list):
         return [as_written(entry, board) for entry in schema]
     if not isinstance(schema, dict):

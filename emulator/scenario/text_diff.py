@@ -1,33 +1,29 @@
-"""Differences between texts and lines, computed in bounded time for texts of any length."""
+"""Differences between texts, computed in bounded time."""
 
 from __future__ import annotations
 
 import difflib
 import re
 from collections.abc import Sequence
-from typing import Literal, TypeAlias
 
+from fcu_emulator.emulator.scenario.result import Fault
 from fcu_emulator.emulator.scenario.run_view import escaped
 
-Fault: TypeAlias = Literal["missing", "wrong value", "wrong format", "stopped"]
-"""Missing; present with another value; present in another form; not evaluated because the run ended too soon."""
-
-
 _CONTEXT = 3
-_SHOWN = 6  # lines of each side after the first difference
-_CANDIDATES = 500  # distinct lines in the search for a similar one
-_LONGEST = 300  # characters of a line that are compared for similarity
+_SHOWN = 6  # lines after the first difference
+_CANDIDATES = 500  # distinct lines
+_LONGEST = 300  # characters compared
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 
 
 def first_difference(expected: Sequence[str], printed: Sequence[str]) -> int:
-    """Return the index of the first different line."""
+    """Return the first different line's index."""
     common = min(len(expected), len(printed))
     return next((index for index in range(common) if expected[index] != printed[index]), common)
 
 
 def difference(expected: Sequence[str], printed: Sequence[str]) -> tuple[str, ...]:
-    """Return the first difference as a unified diff with a few lines of context."""
+    """Return the first difference as a unified diff with context."""
     index = first_difference(expected, printed)
     begin, end = max(index - _CONTEXT, 0), index + _SHOWN
     old, new = (list(map(escaped, side[begin:end])) for side in (expected, printed))
@@ -36,7 +32,7 @@ def difference(expected: Sequence[str], printed: Sequence[str]) -> tuple[str, ..
 
 
 def nearest(wanted: str, lines: Sequence[str]) -> str | None:
-    """Return the most similar line, preferably one that differs only in numbers; None if none is similar."""
+    """Return the most similar line, preferably with other numbers only, or None."""
     distinct = list(dict.fromkeys(line[:_LONGEST] for line in lines if line))[:_CANDIDATES]
     same_form = [line for line in distinct if _form(line) == _form(wanted)]
     folded = {line.casefold(): line for line in same_form or distinct}
@@ -45,7 +41,7 @@ def nearest(wanted: str, lines: Sequence[str]) -> str | None:
 
 
 def fault_between(wanted: str, found: str | None) -> Fault:
-    """Return the fault that describes ``found`` instead of ``wanted``."""
+    """Return the fault that describes ``found`` in place of ``wanted``."""
     if found is None:
         return "missing"
     return "wrong value" if _form(wanted) == _form(found) else "wrong format"
@@ -63,15 +59,15 @@ _MOST_DIFFERENCES = 3
 
 
 def format_difference(wanted: str, line: str) -> str:
-    """Describe the difference between a printed line and a format string; "" if there is no description."""
+    """Describe how a line differs from a format string, or ""."""
     tokens, printed = _TOKEN.findall(wanted), _TOKEN.findall(line[:_LONGEST])
     found = dict.fromkeys(filter(None, map(_token_difference, tokens, printed)))
     if not found and len(tokens) == len(printed):
-        return "the blanks are others" if _squeezed(wanted) == wanted else ""
+        return "the blanks differ" if _squeezed(wanted) == wanted else ""
     if len(printed) < len(tokens) and not found:
         return f'"{tokens[len(printed)]}" is missing at the end'
     if len(printed) > len(tokens) and not found:
-        return f'"{printed[len(tokens)]}" is too much at the end'
+        return f'"{printed[len(tokens)]}" is surplus at the end'
     return ", ".join(list(found)[: _MOST_DIFFERENCES if len(tokens) == len(printed) else 1])
 
 

@@ -1,4 +1,4 @@
-"""Threshold tables: in the run, the board rests just inside and just outside of each threshold.
+"""Threshold tables: the board rests just inside and just outside of each threshold.
 
 ::
 
@@ -7,13 +7,11 @@
     value = 45
     margin = 1
 
-becomes motions of the timeline: the board rests for ``rest`` at 44, 46, -44 and -46 degrees of roll, once ten
-margins beyond, and once with the pitch at 46 degrees instead. The order is drawn from the seed. A program
-with another threshold, for one side only or for the other axis is wrong at one of these rests.
+becomes motions to rests at 44, 46, -44 and -46 degrees of roll, ten margins beyond, and 46 degrees of pitch
+instead, in an order drawn from the seed.
 
-Decision: a threshold becomes entries of the timeline when a file is read, as a rule becomes an expectation,
-so a saved run shows them, and no other module needs to know thresholds. Rejected alternative: random poses,
-in the hope that one is near the threshold. They passed a threshold of 40 degrees for 45.
+Decision: a threshold becomes entries of the timeline when a file is read. Rejected alternative: random poses,
+which passed a threshold of 40 degrees for 45.
 """
 
 from __future__ import annotations
@@ -29,7 +27,7 @@ from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, format_duratio
 
 _STEEPEST_DEG = 90.0
 _DIGITS = 6
-_FAR = 10  # margins beyond a threshold
+_FAR = 10  # in margins
 
 
 class ThresholdTable(Table):
@@ -51,16 +49,16 @@ class ThresholdTable(Table):
     @model_validator(mode="after")
     def _can_rest_there(self) -> ThresholdTable:
         if self.margin >= self.value:
-            raise ValueError(f"has a margin of {self.margin:g}; give less than the value, {self.value:g}")
+            raise ValueError(f"margin must be less than the value, {self.value:g}, not {self.margin:g}")
         if self.is_angle and self.value + self.margin >= _STEEPEST_DEG:
             raise ValueError(
-                f"ends at {self.value + self.margin:g} degrees; give less than 90 with the margin"
+                f"value and margin together must be less than 90 degrees, not {self.value + self.margin:g}"
             )
         return self
 
     @property
     def is_angle(self) -> bool:
-        """Return whether the quantity is an inclination of the board."""
+        """Return whether the quantity is an inclination."""
         return self.quantity != "Altitude"
 
     def poses(self) -> list[tuple[str, float]]:
@@ -75,23 +73,23 @@ class ThresholdTable(Table):
         return [(name, round(value, _DIGITS)) for name, value in poses]
 
     def _far(self) -> float:
-        """Return a value well beyond the threshold, where a wrong threshold differs from a missing one."""
+        """Return a value where a wrong threshold differs from a missing one."""
         far = self.value + _FAR * self.margin
         return min(far, (self.value + self.margin + _STEEPEST_DEG) / 2) if self.is_angle else far
 
 
-MOST_THRESHOLDS = 20  # limit for one scenario
+MOST_THRESHOLDS = 20  # per scenario
 _Tables = Annotated[list[ThresholdTable], Field(max_length=MOST_THRESHOLDS)]
 _TABLES: TypeAdapter[list[ThresholdTable]] = TypeAdapter(_Tables)
 
 
 def parse_thresholds(value: Any) -> list[ThresholdTable]:
-    """Return the tables of a file. Raises pydantic's ValidationError."""
+    """Return a file's tables. Raises pydantic's ValidationError."""
     return _TABLES.validate_python(value)
 
 
 class ThresholdSection(NamedTuple):
-    """The part of a run for threshold ``number``, and its entries of the timeline, by their index."""
+    """The part of a run for threshold ``number``, and its entries' indices."""
 
     number: int
     begin_ps: int
@@ -105,10 +103,9 @@ def put_in_place(
     pick: Callable[[str, int], float],
     file: str,
 ) -> tuple[dict[str, Any], list[ThresholdSection]]:
-    """Return a scenario's table with motions for its thresholds, and the part of the run for each.
+    """Return the table with motions for thresholds, and their parts of the run; ``pick`` draws the order.
 
-    ``pick`` draws the order of the rests. Without a ``duration`` the run ends after the last rest. Raises
-    ScenarioError.
+    Without ``duration`` the run ends after the last rest. Raises ScenarioError.
     """
     timeline = table.get("timeline", [])
     others = [entry for entry in timeline if isinstance(entry, dict)] if isinstance(timeline, list) else []
@@ -117,7 +114,7 @@ def put_in_place(
     at_ps, height_m = 2 * PS_PER_S, 0.0
     for number, one in enumerate(thresholds):
         if not one.is_angle and any(entry.get("do") in _LIFTING for entry in others):
-            problem = "is Altitude, and the timeline lifts the board as well; give each a run"
+            problem = "must not be Altitude if the timeline lifts the board; give each its run"
             raise ScenarioError(file, f"threshold[{number}].quantity", problem)
         at_ps = begin_ps = at_ps if one.at is None else one.at
         first = len(timeline) + len(added)
@@ -140,7 +137,7 @@ def _lift(metres: float) -> dict[str, Any]:
 
 
 def _turn(angle: str, value: float, table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a motion with the other angle at 0, so that both angles are the inclinations of the board's axes."""
+    """Return a motion with the other angle at 0, so that both are inclinations."""
     world = table.get("world")
     yaw_deg = world.get("yaw_deg", 0.0) if isinstance(world, dict) else 0.0
     return {"do": "rotate_to", f"{angle}_deg": value, "yaw_deg": yaw_deg}
@@ -153,9 +150,9 @@ def _lasting(table: Mapping[str, Any], end_ps: int, last: int, file: str) -> dic
     try:
         duration_ps = parse_duration(kept["duration"])
     except ValueError:
-        return kept  # refused with its key by the schema
+        return kept  # the schema refuses it
     if duration_ps < end_ps:
-        problem = f"ends at {seconds(end_ps)}, after the scenario's end at {seconds(duration_ps)}"
-        hint = "give a longer duration, or none"
+        problem = f"must end before the scenario's end at {seconds(duration_ps)}, not at {seconds(end_ps)}"
+        hint = "give a longer duration, or omit it"
         raise ScenarioError(file, f"threshold[{last}]", f"{problem}; {hint}")
     return kept

@@ -1,13 +1,13 @@
-"""Timeline entries: motions of the board and of magnets near it, jumps of the world, bus faults, typing.
+"""Timeline entries: motions, jumps of the world, bus faults, typing.
 
-One class holds schema and behaviour of a kind of entry. To add a kind, write a class and add its name to the
-union at the end. A motion calls the world's motion of the same name.
+An entry names a method of :class:`fcu_emulator.emulator.world.World`, and its keys are the arguments. Each
+kind is a class in the union at the end.
 """
 
 from __future__ import annotations
 
 from functools import partial
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
     BeforeValidator,
@@ -20,6 +20,7 @@ from pydantic import (
 )
 
 from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
+from fcu_emulator.emulator.renamed import current_name
 from fcu_emulator.emulator.scenario.fields import (
     Address,
     Duration,
@@ -30,7 +31,6 @@ from fcu_emulator.emulator.scenario.fields import (
     Vector,
     within,
 )
-from fcu_emulator.emulator.scenario.renamed import with_current_action
 from fcu_emulator.emulator.scenario.run_view import BoardView
 from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_S, to_ps
@@ -46,32 +46,60 @@ class TimelineAction(Table):
     """One ``[[timeline]]`` table."""
 
     LIVE: ClassVar[bool] = False
-    """Whether the action can only be performed at its time (a jump of the world)."""
+    """Whether the action must be performed at its time (a jump)."""
 
     MOVES: ClassVar[frozenset[str]] = frozenset()
-    """The quantities that every entry of this kind moves."""
+    """Quantities that every such entry moves."""
 
     at: Duration | None = None
-    """Virtual time since power-on; without it, the end of the previous entry in the file."""
+    """Virtual time; by default the end of the previous entry."""
 
     interrupts: bool = False
-    """Whether the entry may cut short a motion in progress; otherwise this is refused."""
+    """Whether the entry may cut short a motion."""
 
     @property
     def length_ps(self) -> int:
-        """Return the duration; 0 for an instantaneous action."""
+        """Return the duration, 0 for a jump."""
         return 0
 
     @property
     def moves(self) -> frozenset[str]:
-        """Return the moved quantities; each can follow only one motion at a time."""
+        """Return the moved quantities, each by one motion at a time."""
         return self.MOVES
 
     def plan(self, world: World, start_s: float) -> None:
         """Change the world from ``start_s`` on. Raises InputError."""
 
     def act(self, board: BoardView, from_ps: int) -> None:
-        """Perform the part of the action outside the world; the time is ``from_ps``."""
+        """Perform the action outside the world."""
+
+    def perform(self, board: BoardView, at_ps: int) -> None:
+        """Perform the whole action now. Raises InputError."""
+        self.plan(board.world, at_ps / PS_PER_S)
+        self.act(board, at_ps)
+
+
+DURATIONS = {"for_": "duration_s", "catch": "catch_s", "time_constant": "time_constant_s"}
+"""Keys of durations, and the world's arguments in seconds."""
+
+
+class WorldAction(TimelineAction):
+    """An action that calls the world's method of the same name."""
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the method's arguments without the time."""
+        found: dict[str, Any] = {}
+        for key, value in self:
+            if isinstance(value, FieldTable):
+                found.update(value)
+            elif key in DURATIONS:
+                found[DURATIONS[key]] = value / PS_PER_S
+            elif key != "do" and key not in TimelineAction.model_fields:
+                found[key] = value
+        return found
+
+    def plan(self, world: World, start_s: float) -> None:
+        getattr(world, dict(self)["do"])(**self.arguments(), start_s=start_s)
 
 
 # -- Motions ------------------------------------------------------------------------------------------------
@@ -85,8 +113,8 @@ TAP_PS = 10 * PS_PER_S // 1000
 HAND_PS = 100 * PS_PER_S // 1000
 
 
-class MotionAction(TimelineAction):
-    """Base class of actions with a given duration."""
+class MotionAction(WorldAction):
+    """An action with a given duration."""
 
     for_: Length = Field(alias="for")
 
@@ -94,16 +122,14 @@ class MotionAction(TimelineAction):
     def length_ps(self) -> int:
         return self.for_
 
-    @property
-    def for_s(self) -> float:
-        """Return the duration in seconds, as the world takes it."""
-        return self.for_ / PS_PER_S
-
 
 class Hold(MotionAction):
     """Let time pass without a motion."""
 
     do: Literal["hold"]
+
+    def plan(self, world: World, start_s: float) -> None:
+        """Change nothing: time passes."""
 
 
 class RotateTo(MotionAction):
@@ -115,11 +141,8 @@ class RotateTo(MotionAction):
     pitch_deg: Annotated[float, within(limits.ANGLE)] = 0.0
     yaw_deg: Annotated[float, within(limits.ANGLE)] = 0.0
 
-    def plan(self, world: World, start_s: float) -> None:
-        world.rotate_to(self.roll_deg, self.pitch_deg, self.yaw_deg, self.for_s, start_s)
 
-
-class SweepAction(MotionAction):
+class Sweep(MotionAction):
     """Change one Euler angle over time."""
 
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
@@ -128,18 +151,12 @@ class SweepAction(MotionAction):
     to_deg: Annotated[float, within(limits.ANGLE)]
     profile: Literal["linear", "minimum_jerk"] = "linear"
 
-    def plan(self, world: World, start_s: float) -> None:
-        world.sweep(self.axis, self.to_deg, self.for_s, start_s, self.profile)
-
 
 class TurnOver(MotionAction):
     """Rotate by half a turn about the board's own X axis."""
 
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
     do: Literal["turn_over"]
-
-    def plan(self, world: World, start_s: float) -> None:
-        world.turn_over(self.for_s, start_s)
 
 
 class FigureEight(MotionAction):
@@ -150,22 +167,16 @@ class FigureEight(MotionAction):
     turns: int = Field(1, ge=1, le=100)
     by: Literal["field", "hand"] = "field"
 
-    def plan(self, world: World, start_s: float) -> None:
-        world.figure_eight(self.for_s, self.turns, start_s, self.by)
 
-
-class LiftAction(MotionAction):
+class Lift(MotionAction):
     """Raise the board, or lower it by negative metres."""
 
     MOVES: ClassVar[frozenset[str]] = ALTITUDE
     do: Literal["lift"]
     metres: Annotated[float, within(limits.ALTITUDE)]
 
-    def plan(self, world: World, start_s: float) -> None:
-        world.lift(self.metres, self.for_s, start_s)
 
-
-class FreeFallAction(MotionAction):
+class FreeFall(MotionAction):
     """Drop the board for a time, then catch it within the time ``catch``."""
 
     MOVES: ClassVar[frozenset[str]] = ALTITUDE
@@ -176,11 +187,8 @@ class FreeFallAction(MotionAction):
     def length_ps(self) -> int:
         return self.for_ + self.catch
 
-    def plan(self, world: World, start_s: float) -> None:
-        world.free_fall(self.for_s, self.catch / PS_PER_S, start_s)
 
-
-class ShakeAction(MotionAction):
+class Shake(MotionAction):
     """Accelerate back and forth along a world axis, in addition to every other motion."""
 
     do: Literal["shake"]
@@ -188,20 +196,14 @@ class ShakeAction(MotionAction):
     amplitude_g: Annotated[float, within(limits.AMPLITUDE)]
     frequency_hz: Annotated[float, within(limits.FREQUENCY)]
 
-    def plan(self, world: World, start_s: float) -> None:
-        world.shake(self.axis, self.amplitude_g, self.frequency_hz, self.for_s, start_s)
 
-
-class TapAction(MotionAction):
+class Tap(MotionAction):
     """Tap with a fingertip along a world axis, in addition to every other motion."""
 
     do: Literal["tap"]
     for_: Length = Field(TAP_PS, alias="for")
     axis: Literal["north", "west", "up"] = "up"
     amplitude_g: Annotated[float, within(limits.AMPLITUDE)] = 3.0
-
-    def plan(self, world: World, start_s: float) -> None:
-        world.tap(self.axis, self.amplitude_g, self.for_s, start_s)
 
 
 class DisturbField(MotionAction):
@@ -210,12 +212,8 @@ class DisturbField(MotionAction):
     do: Literal["disturb_field"]
     field: FieldTable
 
-    def plan(self, world: World, start_s: float) -> None:
-        field = self.field
-        world.disturb_field(field.north_ut, field.east_ut, field.down_ut, self.for_s, start_s)
 
-
-class PassMagnet(TimelineAction):
+class PassMagnet(WorldAction):
     """Move a magnet past the board; distance and speed set the duration."""
 
     do: Literal["pass_magnet"]
@@ -225,46 +223,34 @@ class PassMagnet(TimelineAction):
 
     @property
     def length_ps(self) -> int:
-        """Return the time from one end of the magnet's range to the other."""
+        """Return the time within the magnet's range."""
         magnet = Magnet.starting_at(0.0, self.moment_am2, self.distance_m, self.speed_m_s)
         return to_ps(2.0 * magnet.closest_s)
 
-    def plan(self, world: World, start_s: float) -> None:
-        world.pass_magnet(self.moment_am2, self.distance_m, self.speed_m_s, start_s)
 
-
-class Weather(MotionAction):
+class ChangePressure(MotionAction):
     """Raise or lower the air's pressure smoothly."""
 
     MOVES: ClassVar[frozenset[str]] = frozenset({"weather"})
     do: Literal["change_pressure"]
     change_hpa: Annotated[float, within(limits.PRESSURE_CHANGE)]
 
-    def plan(self, world: World, start_s: float) -> None:
-        world.change_weather(self.change_hpa, self.for_s, start_s)
 
-
-class Blow(MotionAction):
+class BlowWind(MotionAction):
     """Add pressure noise of a gusty wind."""
 
     do: Literal["blow_wind"]
     speed_m_s: Annotated[float, within(limits.WIND)]
 
-    def plan(self, world: World, start_s: float) -> None:
-        world.blow(self.speed_m_s, self.for_s, start_s)
 
-
-class ShutDoor(TimelineAction):
+class SlamDoor(WorldAction):
     """Shut a door, or tear it open with a negative push."""
 
     do: Literal["slam_door"]
     push_hpa: Annotated[float, within(limits.PUSH)] = DOOR_HPA
 
-    def plan(self, world: World, start_s: float) -> None:
-        world.shut_door(self.push_hpa, start_s)
 
-
-class Replay(TimelineAction):
+class Replay(WorldAction):
     """Replay a recording's signals, or follow its attitude; the path is relative to the scenario's folder."""
 
     do: Literal["replay"]
@@ -276,14 +262,14 @@ class Replay(TimelineAction):
 
     @property
     def moves(self) -> frozenset[str]:
-        """Return the quantities of its columns; measured signals count as separate motions."""
+        """Return the columns' quantities; measured signals are separate motions."""
         return frozenset(self.csv.content.groups)
 
     def plan(self, world: World, start_s: float) -> None:
         world.replay(self.csv.content, start_s)
 
 
-class TakeInHand(TimelineAction):
+class TakeInHand(WorldAction):
     """Let a hand hold the board from now on: it turns about the wrist, and trembles."""
 
     MOVES: ClassVar[frozenset[str]] = ALTITUDE
@@ -292,25 +278,19 @@ class TakeInHand(TimelineAction):
     tremor_mg: Annotated[float, within(limits.TREMOR)] = TREMOR_MG
     tremor_hz: Annotated[float, within(limits.TREMOR_FREQUENCY)] = TREMOR_HZ
 
-    def plan(self, world: World, start_s: float) -> None:
-        world.take_in_hand(self.wrist_m, self.tremor_mg, self.tremor_hz, start_s)
 
-
-class PutDown(TimelineAction):
+class PutDown(WorldAction):
     """Put the board down: it is not held by a hand from now on."""
 
     MOVES: ClassVar[frozenset[str]] = ALTITUDE
     do: Literal["put_down"]
-
-    def plan(self, world: World, start_s: float) -> None:
-        world.put_down(start_s)
 
 
 Share = Annotated[float, within(limits.THROTTLE)]
 FOLLOWED_EVERY_PS = 10 * PS_PER_S // 1000
 
 
-class RunMotors(TimelineAction):
+class RunMotors(WorldAction):
     """Run the four motors from now on: one throttle for all, four, or the firmware's PWM."""
 
     LIVE: ClassVar[bool] = True
@@ -319,7 +299,7 @@ class RunMotors(TimelineAction):
     throttle: Share | Annotated[tuple[Share, Share, Share, Share], Strict(False)] | Literal["firmware"]
 
     def plan(self, world: World, start_s: float) -> None:
-        """Call World.run_motors for given throttles; the firmware's PWM is not known ahead."""
+        """Plan given throttles; the firmware's PWM is not known ahead."""
         world.run_motors(0.0 if self.throttle == "firmware" else self.throttle, start_s)
 
     def act(self, board: BoardView, from_ps: int) -> None:
@@ -329,7 +309,7 @@ class RunMotors(TimelineAction):
 
 
 def follow_motors(board: BoardView, at_ps: int, before: tuple[float, ...]) -> None:
-    """Set the motors to the PWM at ``at_ps`` and keep following it, until another action sets the motors."""
+    """Set the motors to the PWM until another action sets them."""
     if board.world.throttle != before:
         return
     duties = board.motor_duties()
@@ -342,16 +322,25 @@ def follow_motors(board: BoardView, at_ps: int, before: tuple[float, ...]) -> No
 # -- What happens at one moment -----------------------------------------------------------------------------
 
 
-LONGEST_INPUT = 4096  # limit for the text of one send
+LONGEST_INPUT = 4096  # of one send
 
 
-class Jump(TimelineAction):
+class Jump(WorldAction):
     """A change of the world at one moment."""
 
     LIVE: ClassVar[bool] = True
 
 
-class SetAttitude(Jump):
+class Setter(Jump):
+    """A value that changes without a motion."""
+
+    def plan(self, world: World, start_s: float) -> None:
+        """Call the setter with short argument names."""
+        del start_s
+        getattr(world, dict(self)["do"])(*self.arguments().values())
+
+
+class SetAttitude(Setter):
     """Set another attitude without a motion in between."""
 
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
@@ -360,23 +349,15 @@ class SetAttitude(Jump):
     pitch_deg: Annotated[float, within(limits.ANGLE)] = 0.0
     yaw_deg: Annotated[float, within(limits.ANGLE)] = 0.0
 
-    def plan(self, world: World, start_s: float) -> None:
-        del start_s
-        world.set_attitude(self.roll_deg, self.pitch_deg, self.yaw_deg)
 
-
-class Hand(Jump):
-    """A motion by hand: rate and acceleration are continuous over successive commands."""
+class FollowAction(Jump):
+    """A motion by hand, continuous over successive commands."""
 
     interrupts: bool = True
     time_constant: Length = HAND_PS
 
-    @property
-    def time_constant_s(self) -> float:
-        return self.time_constant / PS_PER_S
 
-
-class FollowAttitude(Hand):
+class FollowAttitude(FollowAction):
     """Turn towards an attitude until another one is given."""
 
     MOVES: ClassVar[frozenset[str]] = ATTITUDE
@@ -385,23 +366,16 @@ class FollowAttitude(Hand):
     pitch_deg: Annotated[float, within(limits.ANGLE)] = 0.0
     yaw_deg: Annotated[float, within(limits.ANGLE)] = 0.0
 
-    def plan(self, world: World, start_s: float) -> None:
-        angles = self.roll_deg, self.pitch_deg, self.yaw_deg
-        world.follow_attitude(*angles, self.time_constant_s, start_s)
 
-
-class FollowAltitude(Hand):
+class FollowAltitude(FollowAction):
     """Rise or sink towards a height above the floor until another one is given."""
 
     MOVES: ClassVar[frozenset[str]] = ALTITUDE
     do: Literal["follow_altitude"]
     metres: Annotated[float, within(limits.ALTITUDE)]
 
-    def plan(self, world: World, start_s: float) -> None:
-        world.follow_altitude(self.metres, self.time_constant_s, start_s)
 
-
-class FollowMagnet(Hand):
+class FollowMagnet(FollowAction):
     """Move a magnet to a place relative to the board until another one is given."""
 
     MOVES: ClassVar[frozenset[str]] = MAGNET
@@ -411,10 +385,6 @@ class FollowMagnet(Hand):
     up_m: Annotated[float, within(limits.PLACE)] = 0.0
     moment_am2: Annotated[float, within(limits.MOMENT)] = MOMENT_AM2
 
-    def plan(self, world: World, start_s: float) -> None:
-        place = self.north_m, self.west_m, self.up_m
-        world.follow_magnet(*place, self.moment_am2, self.time_constant_s, start_s)
-
 
 class TakeMagnetAway(Jump):
     """Take the hand-held magnet away from the board."""
@@ -422,44 +392,29 @@ class TakeMagnetAway(Jump):
     MOVES: ClassVar[frozenset[str]] = MAGNET
     do: Literal["take_magnet_away"]
 
-    def plan(self, world: World, start_s: float) -> None:
-        world.take_magnet_away(start_s)
 
-
-class SetPressure(Jump):
+class SetPressure(Setter):
     """Set the weather's pressure at the board's current altitude."""
 
     do: Literal["set_pressure"]
     pressure_hpa: Annotated[float, within(limits.PRESSURE)]
 
-    def plan(self, world: World, start_s: float) -> None:
-        del start_s
-        world.set_pressure(self.pressure_hpa)
 
-
-class SetTemperature(Jump):
+class SetTemperature(Setter):
     """Set the air's temperature."""
 
     do: Literal["set_temperature"]
     temperature_degc: Annotated[float, within(limits.TEMPERATURE)]
 
-    def plan(self, world: World, start_s: float) -> None:
-        del start_s
-        world.set_temperature(self.temperature_degc)
 
-
-class SetHumidity(Jump):
+class SetHumidity(Setter):
     """Set the air's relative humidity."""
 
     do: Literal["set_humidity"]
     humidity_percent: Annotated[float, within(limits.HUMIDITY)]
 
-    def plan(self, world: World, start_s: float) -> None:
-        del start_s
-        world.set_humidity(self.humidity_percent)
 
-
-class SetField(Jump):
+class SetField(Setter):
     """Set another field of the Earth."""
 
     do: Literal["set_field"]
@@ -467,10 +422,10 @@ class SetField(Jump):
 
     def plan(self, world: World, start_s: float) -> None:
         del start_s
-        world.set_magnetic_field(self.field.north_ut, self.field.east_ut, self.field.down_ut)
+        world.set_magnetic_field(**self.arguments())
 
 
-class FaultAction(TimelineAction):
+class InjectFault(TimelineAction):
     """Break the sensor bus, for a time or permanently; see I2CFault for the kinds."""
 
     do: Literal["inject_fault"]
@@ -481,7 +436,7 @@ class FaultAction(TimelineAction):
 
     @property
     def length_ps(self) -> int:
-        """Return the given duration; a permanent fault counts as a moment, so that the timeline continues."""
+        """Return the duration; a permanent fault counts as a moment."""
         return self.for_ or 0
 
     def act(self, board: BoardView, from_ps: int) -> None:
@@ -495,7 +450,7 @@ def _parse_hex(value: object) -> bytes:
             return bytes.fromhex(value)
     except ValueError:
         pass
-    raise ValueError(f'is {shown(value)}; give bytes in hexadecimal, such as "0d 0a"')
+    raise ValueError(f'must be bytes in hexadecimal, such as "0d 0a", not {shown(value)}')
 
 
 class Send(TimelineAction):
@@ -516,9 +471,9 @@ class Send(TimelineAction):
     @model_validator(mode="after")
     def _one_input(self) -> Send:
         if (self.text is None) == (self.hex is None):
-            raise ValueError('needs either text = "..." or hex = "0d 0a"')
+            raise ValueError('must have either text = "..." or hex = "0d 0a"')
         if self.text is not None and any(ord(character) > 0xFF for character in self.text):
-            raise ValueError("text has a character that is not Latin-1; send its bytes with hex")
+            raise ValueError("text must have Latin-1 characters only; send other bytes with hex")
         return self
 
     def act(self, board: BoardView, from_ps: int) -> None:
@@ -526,21 +481,30 @@ class Send(TimelineAction):
         board.terminal.write(self.text or self.hex or b"")
 
 
+_RENAMED = {"weather": "change_pressure", "wind": "blow_wind", "door": "slam_door", "fault": "inject_fault"}
+
+
+def _with_current_action(entry: Any) -> Any:
+    if isinstance(entry, dict) and str(entry.get("do")) in _RENAMED:
+        return {**entry, "do": current_name(entry["do"], _RENAMED)}
+    return entry
+
+
 AnyEntry = Annotated[
     Hold
     | RotateTo
-    | SweepAction
+    | Sweep
     | TurnOver
     | FigureEight
-    | LiftAction
-    | FreeFallAction
-    | ShakeAction
-    | TapAction
+    | Lift
+    | FreeFall
+    | Shake
+    | Tap
     | DisturbField
     | PassMagnet
-    | Weather
-    | Blow
-    | ShutDoor
+    | ChangePressure
+    | BlowWind
+    | SlamDoor
     | Replay
     | TakeInHand
     | PutDown
@@ -554,8 +518,8 @@ AnyEntry = Annotated[
     | SetTemperature
     | SetHumidity
     | SetField
-    | FaultAction
+    | InjectFault
     | Send,
     Field(discriminator="do"),
-    BeforeValidator(with_current_action),
+    BeforeValidator(_with_current_action),
 ]

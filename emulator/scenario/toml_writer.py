@@ -1,8 +1,8 @@
-"""Scenarios as text: a timeline entry from data, and a file from the entries that a live board records.
+"""Scenarios as text.
 
 Decision: this module writes TOML itself, in the few forms that a scenario needs, because a general TOML
-writer would be one more package to install. Basic strings of TOML are those of JSON except for one control
-character, so the standard library's JSON encoder does the quoting.
+writer would be one more package to install. JSON's encoder quotes strings; only one control character
+differs.
 """
 
 from __future__ import annotations
@@ -26,31 +26,30 @@ _ENTRY: TypeAdapter[TimelineAction] = TypeAdapter(AnyEntry)
 
 
 def parse_entry(table: Mapping[str, Any], board: BoardDescription = FCU001V1) -> TimelineAction:
-    """Check a timeline entry such as ``{"do": "lift", "metres": 2, "for": "1s"}`` like an entry of a file.
+    """Check a timeline entry such as ``{"do": "lift", "metres": 2, "for": "1s"}``, without ``at``.
 
-    ``at`` is omitted: the caller sets the time when it performs the entry. Raises ScenarioError of one line.
-    Raises InputError for an entry that reads a file: a remote client must not name files on this machine.
+    Raises ScenarioError; InputError for an entry that reads a file, which a remote client must not name.
     """
     if isinstance(table, Mapping) and table.get("do") == "replay":
-        raise InputError("a live board plays no recordings; put the replay into a scenario")
+        raise InputError("cannot play a recording on a live board; put the replay into a scenario")
     if isinstance(table, Mapping) and "at" in table:
-        raise InputError("a live entry has no time of its own; leave out at")
+        raise InputError("a live entry must not have a time; leave out at")
     try:
         return _ENTRY.validate_python(dict(table), context={"board": board})
     except (ValidationError, TypeError, ValueError) as error:
         if isinstance(error, ValidationError):
             raise _of_entry(error) from error
-        raise InputError(f"a timeline entry is a table: {error}") from error
+        raise InputError(f"a timeline entry must be a table: {error}") from error
 
 
 def _of_entry(error: ValidationError) -> InputError:
-    """Return pydantic's path without the kind of the entry, with which it begins."""
+    """Return an error without the entry's kind in its path."""
     problem = scenario_error("", error)
     return InputError(f"{problem.key.partition('.')[2] or problem.key}: {problem.problem}")
 
 
 def entry_line(entry: TimelineAction, at_ps: int, interrupts: bool = False) -> str:
-    """Return the entry as an inline table of one line, with the time ``at_ps``."""
+    """Return the entry as one inline table, at ``at_ps``."""
     table = entry.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
     table = {"do": table.pop("do"), "at": format_duration(at_ps), **table}
     if interrupts:
@@ -59,7 +58,7 @@ def entry_line(entry: TimelineAction, at_ps: int, interrupts: bool = False) -> s
 
 
 def timeline(entries: Iterable[tuple[int, TimelineAction]]) -> str:
-    """Return ``timeline = [...]`` with one line for each (time in ps, entry); an entry that cuts a motion short says so."""
+    """Return ``timeline = [...]``, a line for each (time in ps, entry); one that cuts a motion short says so."""
     busy_until: dict[str, int] = {}
     lines = []
     for at_ps, entry in sorted(entries, key=lambda one: one[0]):
@@ -71,7 +70,7 @@ def timeline(entries: Iterable[tuple[int, TimelineAction]]) -> str:
 
 
 def scenario_text(table: Mapping[str, Any]) -> str:
-    """Return a whole file from its table, such as ``Scenario.table``; each table of an array has one line."""
+    """Return a whole file from its table; tables of arrays have one line."""
     keys = {key: value for key, value in table.items() if not isinstance(value, Mapping)}
     tables = {key: value for key, value in table.items() if isinstance(value, Mapping)}
     return "".join((*map(_top_level, keys, keys.values()), *map(table_text, tables, tables.values())))
@@ -85,12 +84,12 @@ def _top_level(key: str, value: Any) -> str:
 
 
 def names_files(entries: Iterable[TimelineAction]) -> bool:
-    """Return whether an entry reads a file next to its scenario."""
+    """Return whether an entry reads a file."""
     return any(isinstance(entry, Replay) for entry in entries)
 
 
 def table_text(name: str, table: Mapping[str, Any]) -> str:
-    """Return ``[name]`` with its keys; inner tables are inline."""
+    """Return ``[name]`` with inline inner tables."""
     return f"\n[{name}]\n" + "".join(f"{_key(key)} = {_value(value)}\n" for key, value in table.items())
 
 
@@ -116,7 +115,7 @@ def _value(value: Any) -> str:
         return str(value)
     if isinstance(value, float):
         if not math.isfinite(value):
-            raise ValueError(f"{value} has no place in a scenario")
+            raise ValueError(f"a scenario cannot contain {value}")
         return repr(value)
     if isinstance(value, Mapping):
         return "{ " + ", ".join(f"{_key(key)} = {_value(one)}" for key, one in value.items()) + " }"

@@ -1,12 +1,7 @@
 """A recording of a test's actions on its board, as a scenario for ``fcu run``.
 
-It contains the world's setters and motions, the text typed on the terminal and the faults of the I2C bus,
-each with its virtual time. Actions without an entry in scenarios, such as setting a variable, are listed, so
-that the reader knows how the scenario differs from the test.
-
-Decision: a test's actions are recorded by subclasses of the board's objects, which record a call and pass it
-on. Hooks in world, terminal and buses were rejected, because every board would run them, although only
-failing tests need them.
+Decision: a test's actions are recorded by subclasses of the board's objects. Hooks in world, terminal and
+buses were rejected: every board would run them, although only failing tests need them.
 """
 
 from __future__ import annotations
@@ -21,20 +16,13 @@ from fcu_emulator.emulator.buses.i2c import I2CFault
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.host.install_hints import command_line
 from fcu_emulator.emulator.live.recording import SessionRecording
-from fcu_emulator.emulator.scenario.timeline import LONGEST_INPUT, RunMotors
+from fcu_emulator.emulator.scenario.timeline import DURATIONS, LONGEST_INPUT, RunMotors
 from fcu_emulator.emulator.scenario.toml_writer import parse_entry
 from fcu_emulator.emulator.time.clock import NEVER_PS, format_duration, to_ps
 from fcu_emulator.emulator.world import World
 
-_NAMES = {
-    "change_weather": "change_pressure",
-    "blow": "blow_wind",
-    "shut_door": "slam_door",
-    "set_magnetic_field": "set_field",
-}
-"""Entries whose name differs from the world's method."""
 _KEYS = {"hpa": "pressure_hpa", "degc": "temperature_degc", "percent": "humidity_percent"}
-_DURATIONS = {"duration_s": "for", "catch_s": "catch", "time_constant_s": "time_constant"}
+_LENGTHS = {argument: key.rstrip("_") for key, argument in DURATIONS.items()}
 _FIELD = ("north_ut", "east_ut", "down_ut")
 _NO_ENTRY = frozenset(
     {"set_altitude", "warm_up", "replay", "set_hard_iron", "set_soft_iron", "set_iron", "set_gravity"}
@@ -54,11 +42,11 @@ _AT_POWER_ON: Mapping[str, Callable[[Mapping[str, Any]], dict[str, object]]] = {
     },
     "set_gravity": lambda given: {"gravity": float(given["m_s2"])},
 }
-"""Methods without an entry, but with a key of [world] at power-on."""
+"""Methods with only a key of [world] at power-on."""
 
 
 class BoardRecording:
-    """Records ``board`` from now on, its power-on; ``cold``: whether its sensors were also powered on then."""
+    """Recorder of ``board`` from power-on; ``cold``: its sensors start then, too."""
 
     def __init__(self, board: Board, cold: bool = False) -> None:
         self._board = board
@@ -86,16 +74,16 @@ class BoardRecording:
 
     @property
     def missing(self) -> list[str]:
-        """The actions on the board that are not in the scenario."""
+        """The actions that are not in the scenario."""
         return [f"{name}{f', {count} times' * (count > 1)}" for name, count in self._missing.items()]
 
     @property
     def needed(self) -> bool:
-        """Whether ``fcu run`` needs a scenario for this board: an action was recorded, or it was cold."""
+        """Whether ``fcu run`` needs a scenario: an action was recorded, or it was cold."""
         return self._done or self._cold
 
     def text(self) -> str:
-        """Return the scenario until now. Raises InputError if the test's scenario plays recordings."""
+        """Return the scenario. Raises InputError if the test's scenario plays recordings."""
         return self._recording.text()
 
     # -- recorded actions ------------------------------------------------------------------------------
@@ -111,12 +99,12 @@ class BoardRecording:
             else:
                 self._lose(f"board.world.{name}")
             return
-        table: dict[str, Any] = {"do": _NAMES.get(name, name)}
+        table: dict[str, Any] = {"do": "set_field" if name == "set_magnetic_field" else name}
         if all(key in given for key in _FIELD):
             table["field"] = {key: given.pop(key) for key in _FIELD}
         for key, value in given.items():
-            if key in _DURATIONS:
-                table[_DURATIONS[key]] = format_duration(to_ps(value))
+            if key in _LENGTHS:
+                table[_LENGTHS[key]] = format_duration(to_ps(value))
             else:
                 table[_KEYS.get(key, key)] = _plain(value)
         self._add(at_ps, table, f"board.world.{name}")
@@ -168,7 +156,7 @@ class BoardRecording:
     def _watch(
         self, owner: object, names: Iterable[str], note: Callable[[str, int, dict[str, Any]], None]
     ) -> None:
-        """Call ``note`` at each call of these methods, with its time and its arguments by name."""
+        """Call ``note`` at each call of these methods."""
         kind: Any = type(owner)
         methods = {name: self._noting(getattr(kind, name), name, note) for name in names}
         owner.__class__ = type(kind.__name__, (kind,), {"__module__": kind.__module__, **methods})
@@ -195,10 +183,7 @@ class BoardRecording:
         return called
 
     def _time_ps(self, name: str) -> int | None:
-        """Return the time of a call; None for a call that the test has not made.
-
-        Between two runs all due events have happened, so a call is an event after them.
-        """
+        """Return the time of the test's call, which follows all events already due; None for other calls."""
         now_ps = self._board.clock.now_ps
         if self._inside:
             return None
@@ -209,12 +194,12 @@ class BoardRecording:
 
 
 def by_hand(board: Board, recording: BoardRecording | None, save: Callable[[str], str]) -> Iterator[str]:
-    """Return the command that runs this board, and the differences from the test, in lines.
+    """Yield the command that runs this board, and the differences from the test.
 
     ``save``: writes a scenario and returns its path.
     """
     if not board.booted.name:
-        yield "no command: fcu run has no name for this firmware"
+        yield "no command: this firmware has neither a name nor a file for fcu run"
         return
     words = ["fcu", "run", str(board.booted.name)]
     missing = list(recording.missing) if recording else []
@@ -227,7 +212,7 @@ def by_hand(board: Board, recording: BoardRecording | None, save: Callable[[str]
         yield command_line(
             [*words, "--wiring", board.booted.wiring.name, "--scenario", scenario, "--speed", "max"]
         )
-        yield "The scenario has what the test did to the board, and no expectations."
+        yield "The scenario has the test's actions on the board, without expectations."
     else:
         words += ["--scenario", str(board.scenario.file)] if board.scenario else []
         words += ["--wiring", board.booted.wiring.name, "--seed", str(board.seed)]
@@ -235,11 +220,10 @@ def by_hand(board: Board, recording: BoardRecording | None, save: Callable[[str]
         words += ["--duration", f"{max(board.now_s, 0.001):.3f}s", "--speed", "max"]
         yield command_line(words)
     if missing:
-        yield f"Not in it: {'; '.join(missing)}."
+        yield f"It lacks: {'; '.join(missing)}."
 
 
 def _plain(value: Any) -> Any:
-    """Convert numbers of numpy and tuples to TOML values."""
     if isinstance(value, str | bool) or value is None:
         return value
     if hasattr(value, "tolist"):

@@ -1,9 +1,8 @@
 """One law of the lab's arithmetic, checked on a compiled firmware by a grader, outside pytest.
 
-Unlike in a test, the examples are the same for all students and runs, and no database stores them.
+All students get the same examples.
 
-Decision: only one counter-example is reported, the first that Hypothesis has minimised. Several distinct ones
-would come as an exception group, from which no single line could be reported.
+Decision: only the first counter-example is reported, because several come as an exception group.
 """
 
 from __future__ import annotations
@@ -21,19 +20,16 @@ from fcu_emulator.emulator.testing.lab3 import Compiled, lab3_properties
 
 
 def counterexample(firmware: str, law: str, examples: int) -> str | None:
-    """Return the violation of the property ``test_<law>`` of ``lab3_properties``, in one line; None if it holds.
+    """Return the violation of the property ``test_<law>`` in one line; None if it holds.
 
-    Raises NotJudgedError for a firmware without the function, CallError if the call fails.
+    Raises NotJudgedError without the function, CallError if the call fails.
     """
     error = _failure(_laws(firmware, examples), law)
     return None if error is None else _in_a_line(error)
 
 
 def counterexample_scenario(firmware: str, law: str, examples: int) -> str:
-    """Return the same counter-example as a scenario that fails on ``firmware``; "" if no board shows it.
-
-    Raises the same errors as :func:`counterexample`.
-    """
+    """Return the counter-example as a scenario that fails on ``firmware``, or "". Raises the same errors."""
     laws = _laws(firmware, examples)
     if _failure(laws, law) is None:
         return ""
@@ -43,12 +39,11 @@ def counterexample_scenario(firmware: str, law: str, examples: int) -> str:
 
 def _laws(firmware: str, examples: int) -> Any:
     laws = lab3_properties(Compiled(firmware), max_examples=examples, derandomize=True, database=None)()
-    laws.on_board = False  # boards run only if their scenario is requested
+    laws.on_board = False  # only a requested scenario runs boards
     return laws
 
 
 def _failure(laws: Any, law: str) -> Exception | None:
-    """Return the failed assertion, one of several; None if the law holds."""
     try:
         with _nothing_stored():
             getattr(laws, f"test_{law}")()
@@ -66,7 +61,7 @@ def _failure(laws: Any, law: str) -> Exception | None:
 
 @contextmanager
 def _nothing_stored() -> Iterator[None]:
-    """Prevent Hypothesis from creating a folder in the student's project: it stores tables even without a database."""
+    """Keep Hypothesis' folder, created even without a database, out of the student's project."""
     before = vars(configuration).get("__hypothesis_home_directory")
     with TemporaryDirectory(prefix="fcu-hypothesis-") as folder:
         configuration.set_hypothesis_home_dir(folder)

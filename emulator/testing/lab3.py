@@ -1,22 +1,15 @@
 """The laws of the lab's arithmetic, as properties of every correct implementation.
 
-One line creates a test class with all of them for a student's firmware::
-
-    from fcu_emulator.emulator.testing.lab3 import Compiled, lab3_properties
+One line creates a test class for a student's firmware::
 
     TestMyLab = lab3_properties(Compiled("build/mylab.elf"))
 
-pytest then finds counter-examples with Hypothesis, and prints a scenario that shows the same on the board.
-The scenario fails on this firmware and passes on a correct one. If no scenario can show it, the report says
-so. The expected angles are computed here from vectors, not by the formulas of the slides:
+pytest prints counter-examples, if possible with a scenario that shows them on the board. The expected angles
+are computed from vectors, not by the slides' formulas:
 
-* pitch and roll are the inclinations of the X and the Y axis against the horizontal plane, which is the
-  meaning of the slides' formulas with mu = 1;
-* yaw is the direction of the X axis' projection on the horizontal plane against the field's, where pitch or
-  roll is 0. With both away from 0 the slides' roll is an approximation, and only the range of the yaw is
-  checked.
-
-Functions that a subject does not have (the template has no ``eCompass``) are skipped with a message.
+* pitch and roll are the inclinations of the X and the Y axis (mu = 1);
+* yaw is the X axis' horizontal direction against the field's. With both pitch and roll the slides' roll is an
+  approximation, and only the range is checked.
 """
 
 from __future__ import annotations
@@ -33,7 +26,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from fcu_emulator import Board
-from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.errors import InputError, SymbolError
 from fcu_emulator.emulator.testing.law_scenarios import (
     FILE,
     LEAST_DEG,
@@ -68,13 +61,13 @@ from fcu_emulator.firmware_model.sensor_data import AxesRaw_TypeDef
 _Method = TypeVar("_Method", bound=Callable[..., None])
 
 ANGLE_TOLERANCE_DEG = 0.01
-"""Difference between an angle in single precision and the one computed here in double, from the same integers."""
+"""Difference between an angle in single precision and in double."""
 _LEAST_HORIZONTAL_MGAUSS = 50.0
 _STARTED_S = 0.1
 
 
 class Angles(NamedTuple):
-    """Degrees."""
+    """Angles in degrees."""
 
     pitch: float
     roll: float
@@ -90,7 +83,7 @@ class Subject(Protocol):
         ...
 
     def missing(self, what: str) -> str:
-        """The reason why ``what`` ("angles", "calibration", "altitude") is not available; "" if it is."""
+        """The reason why ``what`` ("angles", "calibration", "altitude") is missing, or ""."""
         ...
 
     def angles(self, acc: Vector, mag: Vector) -> Angles:
@@ -98,11 +91,11 @@ class Subject(Protocol):
         ...
 
     def calibrated(self, field_mgauss: Sequence[Vector]) -> list[Vector]:
-        """The samples after hard-iron calibration, in this order from power-on."""
+        """The samples after hard-iron calibration, in order from power-on."""
         ...
 
     def altitude(self, press_hpa: float, temperature_degc: float, press_zero_level_hpa: float) -> float:
-        """Metres above the place with the pressure ``press_zero_level_hpa``."""
+        """The altitude in m above the place with the pressure ``press_zero_level_hpa``."""
         ...
 
 
@@ -112,16 +105,13 @@ class PythonModel:
     name = "lab3"
 
     def missing(self, what: str) -> str:
-        """Return nothing: the model has every function."""
         del what
         return ""
 
     def angles(self, acc: Vector, mag: Vector) -> Angles:
-        """Return the angles of eCompass() with mu = 1."""
         return Angles(*eCompass(AxesRaw_TypeDef(*acc), AxesRaw_TypeDef(*mag), 1.0))
 
     def calibrated(self, field_mgauss: Sequence[Vector]) -> list[Vector]:
-        """Return the calibrated field, as MagCalibration() does for each sample."""
         low, high = (AxesRaw_TypeDef(start, start, start) for start in (MAG_MIN_START, MAG_MAX_START))
         done = []
         for sample in field_mgauss:
@@ -131,17 +121,14 @@ class PythonModel:
         return done
 
     def altitude(self, press_hpa: float, temperature_degc: float, press_zero_level_hpa: float) -> float:
-        """Return the altitude in m, as getAltitude() computes it."""
         return getAltitude(press_hpa, temperature_degc, press_zero_level_hpa)
 
 
 class Compiled:
     """Functions of a compiled firmware, called on the emulated processor.
 
-    ``firmware``: an ELF file, or the name of an included program. ``names``: the firmware's names where they
-    differ from the slides: ``{"yaw": "heading", "eCompass": "compute_angles"}``. Functions without parameters
-    read their arguments from the global variables ``acc``, ``mag``, ``press`` ..., and write their results to
-    ``pitch``, ``roll``, ``azimuth``.
+    ``firmware``: an ELF file, or a name. ``names``: names that differ, as in ``{"yaw": "heading"}``.
+    Functions without parameters use globals such as ``acc`` and ``pitch``.
     """
 
     USUAL: Mapping[str, str] = {
@@ -154,7 +141,7 @@ class Compiled:
         unknown = set(names or {}) - set(self.USUAL)
         if unknown:
             raise InputError(
-                f"names: unknown {sorted(unknown)}; there are {', '.join(self.USUAL)}", kind="unknown_name"
+                f"unknown names {sorted(unknown)}; known: {', '.join(self.USUAL)}", kind="unknown_name"
             )
         self.name = str(firmware)
         self._names = {**self.USUAL, **(names or {})}
@@ -162,32 +149,31 @@ class Compiled:
 
     @property
     def board(self) -> Board:
-        """The board for function calls, after its start-up code."""
+        """The board after its start-up code."""
         if self._board is None:
             self._board = Board(firmware=self.name)
             self._board.run_for(_STARTED_S)
         return self._board
 
     def missing(self, what: str) -> str:
-        """Return which functions and variables the firmware lacks."""
+        """Return the missing function or variable, or ""."""
         functions = {"angles": "eCompass", "calibration": "MagCalibration", "altitude": "getAltitude"}
         variables = {"angles": ("acc", "mag", "pitch", "roll", "yaw"), "calibration": ("mag",)}
         arm = self.board.chip
         symbols = None if arm is None else arm.image.symbols
         if symbols is None:
-            return f"{self.name} has no symbols"
+            return f"{self.name} must have symbols"
         for name, find in (
             (functions[what], symbols.function),
             *((variable, symbols.variable_type) for variable in variables.get(what, ("press_zero_level",))),
         ):
             try:
                 find(self._names[name])
-            except KeyError as problem:
-                return f"{problem.args[0]}; if it has another name: Compiled(..., names={{{name!r}: ...}})"
+            except SymbolError as problem:
+                return f"{problem}; if it has another name: Compiled(..., names={{{name!r}: ...}})"
         return ""
 
     def angles(self, acc: Vector, mag: Vector) -> Angles:
-        """Return pitch, roll and yaw, as eCompass() computes them."""
         of = self._names
         with self.board.scratch() as copy:
             copy.set_variable(of["acc"], acc)
@@ -197,7 +183,6 @@ class Compiled:
         return Angles(_number(pitch), _number(roll), _number(yaw))
 
     def calibrated(self, field_mgauss: Sequence[Vector]) -> list[Vector]:
-        """Return the results of ``MagCalibration()``, sample by sample."""
         of, done = self._names, []
         with self.board.scratch() as copy:
             for sample in field_mgauss:
@@ -208,20 +193,19 @@ class Compiled:
         return done
 
     def altitude(self, press_hpa: float, temperature_degc: float, press_zero_level_hpa: float) -> float:
-        """Return the altitude in m, as getAltitude() computes it."""
         with self.board.scratch() as copy:
             copy.set_variable(self._names["press_zero_level"], press_zero_level_hpa)
             return float(copy.call(self._names["getAltitude"], press_hpa, temperature_degc))
 
 
 def lab3_properties(subject: Subject, **chosen: Any) -> type[Any]:
-    """Return a test class for pytest: the properties of ``subject``. Bind it to a name that begins with Test.
+    """Return a test class for pytest; its name must begin with Test.
 
     ``chosen``: settings of Hypothesis, such as ``max_examples=1000``.
     """
     body: dict[str, Any] = {"subject": subject}
     for name, method in vars(_Properties).items():
-        if name.startswith("test_"):  # a separate function for each class, as Hypothesis requires
+        if name.startswith("test_"):  # Hypothesis requires a separate function for each class
             wanted: tuple[st.SearchStrategy[Any], ...] = method.strategies
             law = settings(**{"deadline": None, "report_multiple_bugs": False, **chosen})
             body[name] = _told(law(given(*wanted)(method)))
@@ -229,7 +213,6 @@ def lab3_properties(subject: Subject, **chosen: Any) -> type[Any]:
 
 
 def _of(*strategies: st.SearchStrategy[Any]) -> Callable[[_Method], _Method]:
-    """Return a decorator with the arguments of a property."""
 
     def noted(method: _Method) -> _Method:
         method.strategies = strategies  # type: ignore[attr-defined]
@@ -239,7 +222,6 @@ def _of(*strategies: st.SearchStrategy[Any]) -> Callable[[_Method], _Method]:
 
 
 def _told(test: Callable[[_Properties], None]) -> Callable[[_Properties], None]:
-    """Wrap a test so that its failure shows the counter-example on the board."""
 
     @functools.wraps(test)
     def told(self: _Properties) -> None:
@@ -254,7 +236,6 @@ def _told(test: Callable[[_Properties], None]) -> Callable[[_Properties], None]:
 
 
 def _by_hand(firmware: str, scenario: str) -> str:
-    """Return the instructions to reproduce a failure on the board."""
     if scenario:
         return f"On the board: save as {FILE}, then\n\n    {command(firmware)}\n\n{scenario}# end of {FILE}"
     return (
@@ -264,21 +245,19 @@ def _by_hand(firmware: str, scenario: str) -> str:
 
 
 class _Properties:
-    """The properties."""
-
     subject: Subject
     on_board = True
-    """Whether a failure includes a scenario for the board, which requires runs of boards."""
+    """Whether a failure runs boards to show a scenario."""
     coarse = False
-    """Whether only errors count that are larger than the resolution of the board's sensors."""
+    """Whether only errors count that the board's sensors resolve."""
     counterexample = ""
     """The latest example as a scenario; after a failure, the failing one."""
 
     def board_scenario(self, test: Callable[[_Properties], None]) -> str:
-        """Return the scenario in which a board shows the failure of ``test``; "" if no scenario does.
+        """Return the scenario in which a board shows the failure of ``test``, or "".
 
-        Hypothesis minimises an example, and with it perhaps its error. If the board does not show the
-        minimised example, a second search accepts only errors that its sensors resolve.
+        A minimised example may have too small an error, so a second search accepts only errors that sensors
+        resolve.
         """
         if not isinstance(self.subject, Compiled) or shows(self.subject.name, self.counterexample):
             return self.counterexample
@@ -296,7 +275,7 @@ class _Properties:
 
     @_of(samples())
     def test_roll_is_the_inclination_of_the_y_axis(self, sample: MotionSample) -> None:
-        """The slides' formula with mu = 1; a firmware with another mu is compared at pitch 0."""
+        """The slides' formula with mu = 1; another mu is compared at pitch 0."""
         level = sample.acc[0] == 0
         self._compare("roll", sample, _inclination(sample.acc, 1) if level else None)
 
@@ -309,7 +288,6 @@ class _Properties:
 
     @_of(samples(noise_mg=30, noise_mgauss=30))
     def test_angles_stay_within_their_ranges(self, sample: MotionSample) -> None:
-        """Pitch and roll are within +-90 degrees, yaw within +-180; never a NaN."""
         found = self._angles(sample)
         self.counterexample = pose_scenario(sample.pose, {})
         for name, limit_deg in (("pitch", 90.0), ("roll", 90.0), ("yaw", 180.0)):
@@ -321,7 +299,6 @@ class _Properties:
     def test_angles_do_not_depend_on_the_vectors_lengths(
         self, sample: MotionSample, acc: int, mag: int
     ) -> None:
-        """A stronger field or a scale factor of the accelerometer does not change the angles."""
         longer = MotionSample(sample.pose, _times(sample.acc, acc), _times(sample.mag, mag))
         found, scaled = self._angles(sample), self._angles(longer)
         apart = {
@@ -350,7 +327,7 @@ class _Properties:
 
     @_of(hard_irons(), st.integers(100, 600), st.permutations(range(6)))
     def test_calibration_finds_any_offset(self, offset: Vector, field: int, order: list[int]) -> None:
-        """After each axis has pointed along the field both ways, offsets are removed except for C's rounding."""
+        """After turns of all axes along the field, only C's rounding remains."""
         self._require("calibration")
         ends = [_axis(axis, sign * field) for axis in range(3) for sign in (1, -1)]
         turned = [_plus(ends[index], offset) for index in order]
@@ -366,7 +343,6 @@ class _Properties:
 
     @_of(st.floats(300.0, 1100.0, width=32), st.floats(-20.0, 40.0, width=32))
     def test_altitude_is_0_where_it_was_zeroed(self, press_hpa: float, temperature_degc: float) -> None:
-        """The altitude is 0 at the pressure of the floor."""
         self._require("altitude")
         found = self.subject.altitude(press_hpa, temperature_degc, press_hpa)
         self.counterexample = altitude_scenario(press_hpa, press_hpa, temperature_degc, 0.0, abs(found))
@@ -381,7 +357,7 @@ class _Properties:
         st.floats(-20.0, 40.0, width=32),
     )
     def test_less_pressure_is_more_altitude(self, press_hpa: float, less: float, temperature: float) -> None:
-        """Less pressure is more altitude, by the hypsometric formula (ISO 2533, lapse rate 6.5 K/km)."""
+        """By the hypsometric formula (ISO 2533, lapse rate 6.5 K/km)."""
         self._require("altitude")
         zero = np.float32(press_hpa + less)
         found = self.subject.altitude(press_hpa, temperature, float(zero))
@@ -401,7 +377,7 @@ class _Properties:
     def _require(self, what: str) -> None:
         missing = self.subject.missing(what)
         if missing:
-            raise SkipTest(missing)  # pytest reports it as skipped, and a grader can catch it without pytest
+            raise SkipTest(missing)  # a grader can catch it without pytest
 
     def _angles(self, sample: MotionSample) -> Angles:
         self._require("angles")
@@ -429,10 +405,7 @@ class _Properties:
 
 
 def replay(pose: Pose) -> str:
-    """Return a scenario in which the board takes the pose, its compass calibrated, and its angles are expected.
-
-    Roll and yaw are compared with the truth only where the lab's formulas are exact.
-    """
+    """Return a scenario that takes the pose and expects its angles where the lab is exact."""
     fields = ["Pitch"]
     fields += ["Roll"] if pose.pitch_deg == 0 and abs(pose.roll_deg) < 90 else []
     fields += ["Yaw"] if pose.is_about_one_axis and max(abs(pose.roll_deg), abs(pose.pitch_deg)) < 80 else []
@@ -440,7 +413,7 @@ def replay(pose: Pose) -> str:
 
 
 def _inclination(acc: Vector, axis: int) -> float | None:
-    """Return the angle of an axis to the horizontal plane, positive for X down, and for Y up; None without gravity."""
+    """Return an axis' inclination, positive for X down, and Y up."""
     length = math.sqrt(sum(component * component for component in acc))
     if length == 0:
         return None
@@ -449,7 +422,7 @@ def _inclination(acc: Vector, axis: int) -> float | None:
 
 
 def _heading(sample: MotionSample) -> float | None:
-    """Return the heading of the X axis, in degrees; None if field or axis are nearly vertical."""
+    """Return the X axis' heading in degrees, or None if vertical."""
     up = np.array(sample.acc, dtype=float)
     field = np.array(sample.mag, dtype=float)
     if not up.any():
@@ -464,7 +437,7 @@ def _heading(sample: MotionSample) -> float | None:
 
 
 def _apart(one_deg: float, other_deg: float) -> float:
-    """Return the angle between two directions, 0 to 180."""
+    """Return the angle between directions, 0 to 180."""
     return abs((one_deg - other_deg + 180.0) % 360.0 - 180.0)
 
 
@@ -484,7 +457,6 @@ def _axis(axis: int, value: int) -> Vector:
 
 
 def _axes(vector: Vector) -> str:
-    """``x 1, y 2, z 3``."""
     return ", ".join(f"{name} {value}" for name, value in zip("xyz", vector, strict=True))
 
 

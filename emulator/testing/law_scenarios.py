@@ -1,12 +1,7 @@
 """Counter-examples of the lab's laws as scenarios: the actions that make a board show them.
 
-Each scenario expects the value that the law requires. It therefore fails on the firmware that violates the
-law and passes on a correct one. The expected values come from the law, not from the firmware's results.
-
 Decision: the scenario of a counter-example is shown only after a run of it, on the student's firmware and on
-the lab's. A counter-example gives a function its arguments directly, but on the board they come from sensors
-with finite resolution. A small error, or an error at a single value, may not appear there. The report then
-says so; it does not show a scenario that the firmware passes.
+the lab's, because sensors with finite resolution may hide an error.
 """
 
 from __future__ import annotations
@@ -27,32 +22,32 @@ from fcu_emulator.emulator.world.truth import ZURICH_FIELD_UT
 
 FILE = "replay.toml"
 REFERENCE = "lab3"
-"""A correct firmware: a scenario that it fails is not used for another one."""
+"""A correct firmware: a scenario that it fails is not used."""
 
 Table: TypeAlias = dict[str, Any]
 
 RANGES_DEG = {"Pitch": 90.0, "Roll": 90.0, "Yaw": 180.0}
 LEAST_DEG = {"Pitch": 0.2, "Roll": 0.2, "Yaw": 1.0}
-"""Smallest errors of angles that a board with ideal sensors resolves: raw values are integers."""
+"""Smallest errors that ideal sensors resolve: raw values are integers."""
 _MOST_DEG = 2.0
 LEAST_MGAUSS = 5.0
-_LEAST_AT_ZERO_M = 0.01  # the difference between two equal readings
-_LEAST_HPA = 0.02  # the firmware truncates pressures to 0.01 hPa, here and at the floor
-_LEAST_OF_HEIGHT = 5e-4  # and temperatures to 0.1 K
-_MOST_GRAVITY = 3.5  # of the accelerometer's full scale of 4 g
+_LEAST_AT_ZERO_M = 0.01  # difference of equal readings
+_LEAST_HPA = 0.02  # pressures are truncated to 0.01 hPa, twice
+_LEAST_OF_HEIGHT = 5e-4  # temperatures are truncated to 0.1 K
+_MOST_GRAVITY = 3.5  # full scale is 4 g
 
 
 def angle_tolerance_deg(name: str, error_deg: float) -> float:
-    """Return how close a printed angle must be so that an error of this size is detected."""
+    """Return the tolerance that detects an error of this size."""
     return min(max(error_deg / 2, LEAST_DEG[name]), _MOST_DEG) if math.isfinite(error_deg) else _MOST_DEG
 
 
 def pose_scenario(
     pose: Pose, expected_deg: Mapping[str, tuple[float, float]], *, gravity: float = 1, field: float = 1
 ) -> str:
-    """Return a scenario: calibrate the compass and take the pose; ``expected_deg``: value and tolerance by field.
+    """Return a scenario that takes the pose, with a calibrated compass.
 
-    ``gravity`` and ``field``: multiples of the usual specific force and the usual magnetic field.
+    ``expected_deg``: value and tolerance by field. ``gravity`` and ``field``: multiples of the usual ones.
     """
     expectations = [
         {"kind": "field", "name": name, "value": round(value, 3) + 0.0, "tolerance": tolerance, "from": "19s"}
@@ -62,7 +57,7 @@ def pose_scenario(
 
 
 def pose_against_truth(pose: Pose, names: Sequence[str]) -> str:
-    """Return a scenario like the previous one, whose fields are compared with the truth of the world."""
+    """Return such a scenario that compares fields with the truth."""
     expectations = [
         {"kind": "field", "name": name, "truth": True, "tolerance": _MOST_DEG, "from": "19s"}
         for name in names
@@ -92,16 +87,15 @@ def _pose_table(pose: Pose, expectations: list[Table], gravity: float, field: fl
             {"do": "set_attitude", "at": "17500ms", **vars(pose)},
         ],
         "expect": [*expectations, *ranges],
-        "sensors": {"grade": "ideal"},
+        "sensors": {"quality": "ideal"},
         **({"world": world} if world else {}),
     }
 
 
 def calibration_scenario(offset: Vector, field_mgauss: int, order: Sequence[int], end: Vector) -> str:
-    """Return a scenario: each axis points along a horizontal field, both ways; then one of them again, with
-    MAG expected.
+    """Return a scenario: turn each axis both ways along a horizontal field, then expect MAG at ``end``.
 
-    ``order``: of the six, X, Y and Z, both ways for each. ``end``: the field without iron at the end.
+    ``order``: of X, -X, Y, -Y, Z and -Z.
     """
     turns = [*(_ALONG[index] for index in order), _ALONG[_direction(end)]]
     steps = [
@@ -121,7 +115,7 @@ def calibration_scenario(offset: Vector, field_mgauss: int, order: Sequence[int]
             "duration": "9s",
             "timeline": steps,
             "expect": expectations,
-            "sensors": {"grade": "ideal"},
+            "sensors": {"quality": "ideal"},
             "world": {
                 "hard_iron_mgauss": list(offset),
                 "field": {"north_ut": north_ut, "east_ut": 0, "down_ut": 0},
@@ -133,7 +127,7 @@ def calibration_scenario(offset: Vector, field_mgauss: int, order: Sequence[int]
 def altitude_scenario(
     zero_hpa: float, press_hpa: float, temperature_degc: float, altitude_m: float, error_m: float
 ) -> str:
-    """Return a scenario with one pressure at the floor and later another one; it expects the altitude of the law."""
+    """Return a scenario with two pressures, the first at the floor."""
     tolerance = least_m(zero_hpa, press_hpa, temperature_degc, altitude_m)
     if math.isfinite(error_m):
         tolerance = max(error_m / 2, tolerance)
@@ -145,27 +139,27 @@ def altitude_scenario(
             "duration": "8s",
             "timeline": [{"do": "set_pressure", "at": "3s", "pressure_hpa": press_hpa}],
             "expect": [altitude | {"tolerance": tolerance}],
-            "sensors": {"grade": "ideal"},
+            "sensors": {"quality": "ideal"},
             "world": {"pressure_hpa": zero_hpa, "temperature_degc": temperature_degc},
         }
     )
 
 
 def least_m(zero_hpa: float, press_hpa: float, temperature_degc: float, altitude_m: float = 0.0) -> float:
-    """Return the smallest error of an altitude, in metres, that a board with ideal sensors resolves."""
+    """Return the smallest altitude error in m that ideal sensors resolve."""
     if zero_hpa == press_hpa:
         return _LEAST_AT_ZERO_M
-    metres_per_hpa = 29.27 * (temperature_degc + 273.15) / press_hpa  # R / (M g), the isothermal atmosphere
+    metres_per_hpa = 29.27 * (temperature_degc + 273.15) / press_hpa  # R / (M g), isothermal
     return _LEAST_HPA * metres_per_hpa + _LEAST_OF_HEIGHT * abs(altitude_m)
 
 
 def command(firmware: str) -> str:
-    """Return the command that runs a scenario saved as ``replay.toml``."""
+    """Return the command that runs the saved scenario."""
     return command_line(["fcu", "run", firmware, "--scenario", FILE, "--speed", "max"])
 
 
 def shows(firmware: str, scenario: str) -> bool:
-    """Return whether the scenario fails on ``firmware`` and passes on the lab's. Raises InputError."""
+    """Return whether the scenario fails only on ``firmware``. Raises InputError."""
     return _passes(REFERENCE, scenario) and not _passes(firmware, scenario)
 
 
@@ -182,10 +176,9 @@ _ALONG: tuple[Table, ...] = (
     {"pitch_deg": 90},
     {"pitch_deg": -90},
 )
-"""Attitudes with X, -X, Y, -Y, Z, -Z along a horizontal field to the north."""
+"""Attitudes with X, -X, Y, -Y, Z, -Z along a field to the north."""
 
 
 def _direction(end: Vector) -> int:
-    """Return the index in ``_ALONG`` of the axis along which ``end`` points."""
     axis = next(index for index, component in enumerate(end) if component)
     return 2 * axis + (end[axis] < 0)

@@ -1,6 +1,6 @@
 """The pytest plugin: a board for each test, expectations in virtual time, and evidence for failures.
 
-Installed with the package (entry point ``pytest11``)::
+::
 
     @pytest.mark.board("build/mylab.elf", scenario="flat")
     def test_pitch_follows_the_board(board, dut):
@@ -8,12 +8,8 @@ Installed with the package (entry point ``pytest11``)::
         dut.expect(r"Pitch: (29|30)[.]")
         dut.not_matching(r"nan", timeout=3)
 
-``firmware`` is the value of ``--firmware FILE``, else the marker's first argument, else ``lab3``. Parametrise
-this fixture to run one test with several programs. All times are virtual seconds: tests never wait, and do
-not depend on the speed of the machine. A failed test shows the end of the terminal, the last transfers before
-it, the diagnosis, and the command that runs the same board. The test's actions on the board are saved as a
-scenario, with a list of actions that a scenario cannot contain. With ``junit_logging = "system-out"`` all of
-it is also in the JUnit file. Boards share nothing, so tests run in any number of processes.
+A failed test shows terminal, transfers, diagnosis, and the command that repeats it. The JUnit file has them
+with ``junit_logging = "system-out"``, too.
 """
 
 from __future__ import annotations
@@ -37,15 +33,15 @@ _STEP_S = 0.01
 _TERMINAL_LINES = 40
 _TRANSFERS = 12
 _MARKER = ("scenario", "wiring", "seed", "ideal", "cold_start")
-"""The keyword arguments of the marker."""
-_RECORDING = pytest.StashKey[Any]()  # a BoardRecording, whose module is loaded with the first board
+"""Keyword arguments of the marker."""
+_RECORDING = pytest.StashKey[Any]()  # a BoardRecording, imported with the first board
 _FOLDERS = pytest.StashKey[pytest.TempPathFactory]()
 
 
 class Dut:
     """The device under test, seen through its serial line.
 
-    Each expectation searches the output after the previous match; the first one searches all of it.
+    Each expectation searches the output after the previous match.
     """
 
     def __init__(self, board: Board) -> None:
@@ -64,10 +60,10 @@ class Dut:
         expect_all: bool = False,
         not_matching: Pattern | None = None,
     ) -> Any:
-        """Run until the pattern, or one of several, is printed; return its match.
+        """Run until a pattern is printed, and return its match.
 
-        ``expect_all``: until each of them is printed, in any order; return a list of matches.
-        ``not_matching`` must not be printed before. Fails after ``timeout`` virtual seconds.
+        ``expect_all``: until all are printed; return their matches. ``not_matching`` must not be printed
+        before. Fails after ``timeout`` virtual seconds.
         """
         __tracebackhide__ = True
         many = [pattern] if isinstance(pattern, str | re.Pattern) else list(pattern)
@@ -76,19 +72,19 @@ class Dut:
         return matches if expect_all else matches[0]
 
     def expect_exact(self, text: str | Sequence[str], timeout: float = TIMEOUT_S) -> Any:
-        """The same for a literal text, or one of several."""
+        """Run until a literal text is printed."""
         __tracebackhide__ = True
         many = [text] if isinstance(text, str) else text
         return self.expect([re.escape(one) for one in many], timeout)
 
     def expect_all(self, patterns: Sequence[Pattern], timeout: float = TIMEOUT_S) -> list[re.Match[str]]:
-        """Run until each pattern has been printed, in any order; return their matches."""
+        """Run until all patterns are printed; return their matches."""
         __tracebackhide__ = True
         matches: list[re.Match[str]] = self.expect(patterns, timeout, expect_all=True)
         return matches
 
     def not_matching(self, pattern: Pattern, timeout: float = TIMEOUT_S) -> None:
-        """Run for ``timeout`` virtual seconds, in which the pattern must not be printed."""
+        """Run for ``timeout`` virtual seconds; the pattern must not be printed."""
         __tracebackhide__ = True
         end_s = self.board.now_s + timeout
         while True:
@@ -147,7 +143,7 @@ def firmware(request: pytest.FixtureRequest) -> str | Path | None:
     if marker is not None and marker.kwargs.get("scenario"):
         return None
     from fcu_emulator.emulator.boards.fcu001v1 import (
-        FCU001V1,  # a pytest run without boards does not import one
+        FCU001V1,  # not needed without boards
     )
 
     return FCU001V1.default_firmware
@@ -157,9 +153,9 @@ def firmware(request: pytest.FixtureRequest) -> str | Path | None:
 def board(
     request: pytest.FixtureRequest, firmware: str | Path | None, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Board]:
-    """A board with ``firmware``; the marker ``board`` may set scenario, wiring, seed, ideal, cold_start."""
+    """A board with ``firmware``; its marker may set scenario, wiring, seed, ideal, cold_start."""
     from fcu_emulator.emulator.assembly.board import (
-        Board,  # a pytest run without boards does not import one
+        Board,  # not needed without boards
     )
     from fcu_emulator.emulator.errors import InputError
 
@@ -173,7 +169,7 @@ def board(
     try:
         made = Board(firmware, **asked)
     except InputError as error:
-        pytest.fail(str(error), pytrace=False)  # the test is wrong: frames of this package do not help
+        pytest.fail(str(error), pytrace=False)  # this package's frames do not help
     from fcu_emulator.emulator.testing.board_recording import BoardRecording
 
     request.node.stash[_RECORDING] = BoardRecording(made, cold=bool(asked.get("cold_start")))
@@ -193,19 +189,19 @@ def dut(board: Board) -> Dut:
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the option ``--firmware FILE``."""
-    what = "what the fixture 'board' runs: an ELF, HEX or BIN file, or a name"
+    what = "firmware of the fixture 'board': an ELF, HEX or BIN file, or a name"
     parser.getgroup("fcu", "virtual boards").addoption("--firmware", metavar="FILE", help=what)
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Register the marker ``board`` with pytest."""
+    """Register the marker ``board``."""
     arguments = f"firmware=None, *, {', '.join(_MARKER)}"
-    config.addinivalue_line("markers", f"board({arguments}): what the fixture 'board' is made of")
+    config.addinivalue_line("markers", f"board({arguments}): arguments of the fixture 'board'")
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> None:
-    """Add the evidence of the board to the report of a failed test."""
+    """Report a failed test with evidence."""
     if call.when != "call" or call.excinfo is None or call.excinfo.errisinstance(pytest.skip.Exception):
         return
     board: Any = getattr(item, "funcargs", {}).get("board")
@@ -227,8 +223,8 @@ def _by_hand(item: pytest.Item, board: Board) -> str:
 
 def evidence(board: Board, by_hand: str = "") -> Iterator[tuple[str, str]]:
     """Return the evidence for a failure, by title; ``by_hand``: the command that runs the same board."""
-    lines = board.terminal.text.replace("\r", "").splitlines() or ["(nothing was printed)"]
-    dropped = [f"... {len(lines) - _TERMINAL_LINES} lines before"] if len(lines) > _TERMINAL_LINES else []
+    lines = board.terminal.text.replace("\r", "").splitlines() or ["(no output)"]
+    dropped = [f"... {len(lines) - _TERMINAL_LINES} earlier lines"] if len(lines) > _TERMINAL_LINES else []
     shown = [*dropped, *(visible(line) for line in lines[-_TERMINAL_LINES:])]
     yield f"terminal at {board.now_s:.3f} s", "\n".join(shown)
     latest = board.recent_transfers()[-_TRANSFERS:]

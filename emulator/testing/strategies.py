@@ -2,28 +2,16 @@
 
 ::
 
-    from hypothesis import given
-    from fcu_emulator.emulator.testing.strategies import samples
-
     @given(samples())
     def test_pitch_stays_within_90_degrees(sample):
-        ...                                    # sample.acc in mg, sample.mag in mgauss, as the lab has them
-
-Motions are whole scenarios, for a board that runs its firmware. A failure prints the scenario file that
-reproduces it::
-
-    from fcu_emulator.emulator.testing.strategies import motions
+        ...  # sample.acc in mg, sample.mag in mgauss
 
     @given(motions(firmware="lab3.elf"))
     def test_altitude_is_printed_as_a_number(motion):
         board = Board("lab3.elf", scenario=motion.scenario)
-        board.run_for(motion.scenario.duration_s)
-        assert "nan" not in board.terminal.text
 
-Frames: the board's axes are X right, Y forward, Z up; an accelerometer at rest shows +1000 mg on the axis
-that points up. Attitudes are yaw, then pitch, then roll about the board's own axes, in degrees, as
-``board.world.set_attitude`` has them. Edge cases (multiples of 90 degrees, and values close to them) are
-frequent. Every example shrinks towards a board that lies flat and points north.
+The board's axes are X right, Y forward, Z up; at rest +1000 mg is on the axis that points up. Attitudes are
+yaw, then pitch, then roll. Examples shrink towards a flat board that points north.
 """
 
 from __future__ import annotations
@@ -50,7 +38,7 @@ Vector: TypeAlias = tuple[int, int, int]
 
 ONE_G_MG = 1000
 MGAUSS_PER_UT = 10
-_NEAR = 0.01  # degrees: the distance from an edge case
+_NEAR = 0.01  # degrees from an edge case
 
 
 @dataclass(frozen=True)
@@ -69,7 +57,7 @@ class Pose:
 
 @dataclass(frozen=True)
 class MotionSample:
-    """The values of ideal sensors at a pose: ``acc`` in mg, ``mag`` in mgauss, integers as in the lab."""
+    """Values of ideal sensors at a pose: ``acc`` in mg, ``mag`` in mgauss."""
 
     pose: Pose
     acc: Vector
@@ -79,7 +67,7 @@ class MotionSample:
 def attitudes(
     max_roll_deg: float = 180.0, max_pitch_deg: float = 90.0, *, one_axis: bool = False
 ) -> st.SearchStrategy[Pose]:
-    """Return poses; ``one_axis``: roll or pitch is 0. Yaw is any angle from -180 to 180 degrees."""
+    """Return poses; ``one_axis``: roll or pitch is 0."""
     rolls, pitches, yaws = angles(max_roll_deg), angles(max_pitch_deg), angles(180.0)
     level = st.just(0.0)
     if one_axis:
@@ -88,7 +76,7 @@ def attitudes(
 
 
 def angles(limit_deg: float) -> st.SearchStrategy[float]:
-    """Return angles from -limit to limit, often quarters of a turn and values close to them."""
+    """Return angles up to the limit, often near quarters of a turn."""
     quarters = [at * 90.0 + beside for at in range(-2, 3) for beside in (0.0, _NEAR, -_NEAR)]
     edges = sorted(
         {angle for angle in (*quarters, -limit_deg, limit_deg) if abs(angle) <= limit_deg}, key=abs
@@ -98,10 +86,9 @@ def angles(limit_deg: float) -> st.SearchStrategy[float]:
 
 
 def fields() -> st.SearchStrategy[tuple[float, float, float]]:
-    """Return the earth's field at places on earth: north, east (0) and down in microtesla.
+    """Return the earth's field: north, east (0) and down in microtesla.
 
-    A total of 22 to 67 uT (World Magnetic Model, the extremes at the surface), and at least 10 uT of it
-    horizontal. A compass does not work close to the magnetic poles.
+    A total of 22 to 67 uT (World Magnetic Model), at least 10 uT of it horizontal.
     """
     return (
         st.tuples(st.floats(22.0, 67.0), st.floats(-80.0, 80.0))
@@ -123,10 +110,7 @@ def samples(
     noise_mg: int = 0,
     noise_mgauss: int = 0,
 ) -> st.SearchStrategy[MotionSample]:
-    """Return samples at these poses (default: any) in this field (north, east, down).
-
-    Noise changes each component by at most this value.
-    """
+    """Return samples at these poses (default: any) in this field (north, east, down); noise: at most this."""
     acc_noise, mag_noise = (st.tuples(*[st.integers(-most, most)] * 3) for most in (noise_mg, noise_mgauss))
     return st.builds(
         lambda pose, acc, mag: MotionSample(pose, *_shown(pose, field_ut, acc, mag)),
@@ -137,32 +121,31 @@ def samples(
 
 
 def hard_irons(most_mgauss: int = 500) -> st.SearchStrategy[Vector]:
-    """Return fields of the board's own magnets, in board axes."""
+    """Return fields of the board's magnets, in board axes."""
     return st.tuples(*[st.integers(-most_mgauss, most_mgauss)] * 3)
 
 
 def soft_irons(most: float = 0.2) -> st.SearchStrategy[tuple[tuple[float, ...], ...]]:
-    """Return symmetric matrices that distort the field: the unit matrix, each element changed by up to ``most``."""
+    """Return symmetric matrices: the unit matrix, each element changed by up to ``most``."""
     six = st.tuples(*[st.floats(-most, most).map(lambda number: round(number, 3) + 0.0)] * 6)
     return six.map(lambda s: ((1 + s[0], s[1], s[2]), (s[1], 1 + s[3], s[4]), (s[2], s[4], 1 + s[5])))
 
 
 def zero_vectors() -> st.SearchStrategy[tuple[Vector, Vector]]:
-    """Return accelerations and fields, at least one of them zero, as from a sensor that is switched off."""
+    """Return accelerations and fields, at least one of them zero."""
     anything = st.tuples(*[st.integers(-2000, 2000)] * 3)
     zero = st.just((0, 0, 0))
     return st.tuples(zero, zero) | st.tuples(zero, anything) | st.tuples(anything, zero)
 
 
 class GeneratedMotion:
-    """A generated motion of the board: ``scenario`` is for ``Board(firmware, scenario=...)``, ``text`` its file."""
+    """A generated motion: ``scenario`` for ``Board(firmware, scenario=...)``, ``text`` its file."""
 
     def __init__(self, scenario: Scenario, text: str) -> None:
         self.scenario = scenario
         self.text = text
 
     def __repr__(self) -> str:
-        """Return a short text; the file is noted beside the failing example."""
         return f"Motion of {self.scenario.duration_s:g} s"
 
 
@@ -176,15 +159,12 @@ def motions(
     most_moves: int = 4,
     expect: Sequence[Mapping[str, Any]] = (),
 ) -> GeneratedMotion:
-    """Return motions of a board in some seconds, as a hand can do them.
+    """Return motions of a board in some seconds; a failure prints the scenario and the command for
+    ``firmware``.
 
-    Without ``scenario``: up to ``most_moves`` turns to ``poses`` (default: any) and lifts, each followed by a
-    rest of 1.5 s, on a board with ideal sensors; ``expect`` are expectations as in a scenario. With the name
-    or the file of a scenario that has random values (``{ uniform = [20, 70] }``): that scenario, with values
-    chosen by Hypothesis instead of the seed, the lower ends first.
-
-    When the test fails, the scenario file and the command that runs ``firmware`` with it are printed. Raises
-    ScenarioError, InputError.
+    Without ``scenario``: up to ``most_moves`` turns to ``poses`` (default: any) and lifts, with rests and
+    ideal sensors; ``expect``: expectations. Otherwise: that scenario, with random values chosen by
+    Hypothesis. Raises ScenarioError, InputError.
     """
     if scenario is None:
         path = Path("motion.toml")
@@ -202,7 +182,6 @@ def motions(
 
 
 def _moves(poses: st.SearchStrategy[Pose]) -> st.SearchStrategy[list[dict[str, Any]]]:
-    """Return a turn or a lift, and a rest, so that the output can follow."""
     lengths = st.integers(500, 2000).map(lambda ms: f"{ms}ms")
     turns = st.builds(lambda pose, length: {"do": "rotate_to", "for": length, **vars(pose)}, poses, lengths)
     metres = st.floats(-5.0, 5.0).map(lambda height: round(height, 2) + 0.0)
@@ -211,15 +190,15 @@ def _moves(poses: st.SearchStrategy[Pose]) -> st.SearchStrategy[list[dict[str, A
 
 
 def _table(timeline: list[dict[str, Any]], expect: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    start = {"do": "hold", "for": "2500ms"}  # time for the firmware's start, and the first second of output
+    start = {"do": "hold", "for": "2500ms"}  # start-up and the first second of output
     length_ms = sum(int(entry["for"].removesuffix("ms")) for entry in (start, *timeline))
     table = {
         "schema": 1,
-        "question": "Is it right while the board is moved?",
+        "question": "Is the output right while the board moves?",
         "duration": f"{length_ms}ms",
         "timeline": [start, *timeline],
         "expect": [dict(one) for one in expect],
-        "sensors": {"grade": "ideal"},
+        "sensors": {"quality": "ideal"},
     }
     return {key: value for key, value in table.items() if value != []}
 

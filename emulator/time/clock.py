@@ -57,7 +57,7 @@ _Entry: TypeAlias = tuple[int, int, Event]
 class Clock:
     """Virtual time. ``next_ps`` is the earliest event's time, or ``NEVER_PS``.
 
-    Deferred calls are events that do not stop a run. They keep their time and order, but are executed later: with the
+    Deferred calls are events that do not stop a run. Each has its planned time and order, but is executed later: with the
     next event, or by ``settle()``. ``deferred_ps`` is the earliest one's time.
     """
 
@@ -195,22 +195,23 @@ _PS_PER_UNIT = {
 }
 NUMBER: Final = r"[0-9]{1,9}(?:\.[0-9]{1,12})?"  # limited, against numbers of a million digits
 DURATION: Final = rf"({NUMBER}) ?({'|'.join(_PS_PER_UNIT)})"
-_HELP = 'give a number and a unit (us, ms, s, min, h), such as "50ms" or "1.5s"'
+_RIGHT = 'a number and a unit (us, ms, s, min, h), such as "50ms" or "1.5s"'
 _LONGEST_PS = 1_000_000 * PS_PER_S  # eleven days of virtual time
 
 
 def parse_duration(value: Any) -> int:
     """Return a duration in ps. Raises ValueError with the correct form."""
     if isinstance(value, int | float) and not isinstance(value, bool):
-        raise ValueError(f"is the bare number {shown(value)}; {_HELP} in quotes")
+        units = ", ".join(_PS_PER_UNIT)
+        raise ValueError(f"must be text in quotes with a unit ({units}), not the bare number {shown(value)}")
     match = re.fullmatch(DURATION, value) if isinstance(value, str) else None
     if isinstance(value, str) and re.fullmatch(f"-{DURATION}", value):
-        raise ValueError(f'is {shown(value)}; it cannot be negative, give a time such as "50ms" or "1.5s"')
+        raise ValueError(f'must be a time of 0 or more, such as "50ms" or "1.5s", not {shown(value)}')
     if match is None:
-        raise ValueError(f"is {shown(value)}; {_HELP}")
+        raise ValueError(f"must be {_RIGHT}, not {shown(value)}")
     duration_ps = int(Decimal(match[1]) * _PS_PER_UNIT[match[2]])
     if duration_ps > _LONGEST_PS:
-        raise ValueError(f"is {shown(value)}; the longest is {_LONGEST_PS // _PS_PER_UNIT['h']}h")
+        raise ValueError(f"must be at most {_LONGEST_PS // _PS_PER_UNIT['h']}h, not {shown(value)}")
     return duration_ps
 
 

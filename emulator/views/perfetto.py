@@ -53,7 +53,7 @@ class PerfettoFile:
         self._buses = {name: _FIRST_BUS + at for at, name in enumerate((*signals.i2c, *signals.spi))}
         self._file.write('{"displayTimeUnit":"ms","traceEvents":[\n')
         self._name_rows()
-        self._unsubscribe = board.trace.subscribe(self._hear)
+        self._unsubscribe = board.trace.subscribe(self._handle)
         self._looking = Periodic(board.clock, board.clock.now_ps, Fraction(LOOK_PS), self._look)
 
     def close(self) -> None:
@@ -110,7 +110,7 @@ class PerfettoFile:
 
     # -- other rows -----------------------------------------------------------------------------------------
 
-    def _hear(self, event: TraceEvent) -> None:
+    def _handle(self, event: TraceEvent) -> None:
         board = self._board
         if isinstance(event, BusTransfer):
             name = f"{event.device or f'0x{event.address:02X}'} {event.register}".strip()

@@ -28,12 +28,12 @@ def draw(record: Mapping[str, Any], picture: Path) -> None:
     Raises InputError if there is nothing to draw or no matplotlib, LinkError for the file.
     """
     if picture.suffix.lower() not in KINDS:
-        raise InputError(f"{picture}: give a name that ends in {', '.join(KINDS)}", kind="picture_type")
+        raise InputError(f"{picture}: the name must end in {', '.join(KINDS)}", kind="picture_type")
     try:
         import matplotlib as mpl
     except ImportError as error:
         raise InputError(
-            "fcu plot needs the package matplotlib: pip install 'fcu-emulator[views]'"
+            "fcu plot needs matplotlib; install it: pip install 'fcu-emulator[views]'"
         ) from error
     try:
         panels = _panels(record["printed"])
@@ -42,10 +42,10 @@ def draw(record: Mapping[str, Any], picture: Path) -> None:
         if not math.isfinite(end_s):
             raise ValueError("the end of the run must be a finite time")
     except (TypeError, ValueError, KeyError, AttributeError, OverflowError) as error:
-        problem = "the record is damaged; make it again with fcu run --json"
+        problem = "the record is damaged; write it again: fcu run --json FILE"
         raise InputError(problem, kind="damaged") from error
     if not panels:
-        problem = "nothing in this run's lines could be read, so there is nothing to draw"
+        problem = "cannot draw this run: its lines have no known numbers"
         raise InputError(problem, kind="nothing_to_draw")
     settings: Any = {
         "svg.hashsalt": "fcu",
@@ -59,9 +59,7 @@ def draw(record: Mapping[str, Any], picture: Path) -> None:
             metadata = {"Date": None} if picture.suffix.lower() == ".svg" else None
             figure.savefig(picture, dpi=120, metadata=metadata)
         except OSError as error:
-            raise LinkError(
-                f"{picture}: {error.strerror or error}; give a path that can be written"
-            ) from error
+            raise LinkError(f"{picture}: {error.strerror or error}; give a writable path") from error
 
 
 class _Field:
@@ -137,7 +135,7 @@ def _signs() -> list[Any]:
     bar = {"marker": "|", "markersize": 10, "markeredgewidth": _BAR["linewidth"]}
     return [
         Line2D([], [], color="black", **_PRINTED, label="printed"),
-        Line2D([], [], color="black", **_TRUTH, **bar, label="truth, a bar for the moments before a print"),
+        Line2D([], [], color="black", **_TRUTH, **bar, label="truth, a bar for the time before a print"),
     ]
 
 

@@ -50,7 +50,7 @@ class VcdFile:
         self.left_out = 0
         """Messages that were broken or took too long."""
         self._declare()
-        self._unsubscribe = board.trace.subscribe(self._hear)
+        self._unsubscribe = board.trace.subscribe(self._handle)
         self._looking = Periodic(board.clock, board.clock.now_ps, Fraction(LOOK_PS), self._look)
         self._closed = False
 
@@ -72,9 +72,7 @@ class VcdFile:
         if not self.left_out:
             return []
         most = f"{HELD_PS // PS_PER_S} s"
-        return [
-            f"--vcd: {self.left_out} messages are not drawn: they were broken, or took longer than {most}"
-        ]
+        return [f"--vcd: {self.left_out} messages are omitted: incomplete, or longer than {most}"]
 
     # -- the wires --------------------------------------------------------------------------------------
 
@@ -109,7 +107,7 @@ class VcdFile:
 
     # -- the events -------------------------------------------------------------------------------------
 
-    def _hear(self, event: TraceEvent) -> None:
+    def _handle(self, event: TraceEvent) -> None:
         if isinstance(event, BusTransfer):
             self._add(self._drawn(event))
         elif isinstance(event, TerminalBytes):
@@ -176,5 +174,5 @@ def _writer_class() -> Any:
     try:
         from vcd import VCDWriter
     except ImportError as error:
-        raise InputError("--vcd needs the package pyvcd: pip install 'fcu-emulator[views]'") from error
+        raise InputError("--vcd needs pyvcd; install it: pip install 'fcu-emulator[views]'") from error
     return VCDWriter

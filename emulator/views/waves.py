@@ -9,14 +9,13 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import TypeAlias
 
+from fcu_emulator.emulator.errors import I2CNackError
 from fcu_emulator.emulator.trace import BusTransfer
 
 Edge: TypeAlias = tuple[int, str, int]
 """Time in ps, the wire's name, and its level from this time."""
 
 _READ = 1
-_NACK_OF_ADDRESS = "no acknowledge of its address"
-_NACK_OF_BYTE = "no acknowledge of data byte "
 
 
 def i2c(transfer: BusTransfer, scl: str, sda: str) -> Iterator[Edge] | None:
@@ -37,12 +36,10 @@ def _i2c_parts(transfer: BusTransfer) -> list[list[tuple[int, int]]] | None:
             read = [(byte, 0) for byte in transfer.read]
             parts.append([(address | _READ, 0), *read[:-1], (read[-1][0], 1)])
         return parts
-    if result.endswith(_NACK_OF_ADDRESS):
-        return [[(address if written else address | _READ, 1)]]
-    _, found, number = result.partition(_NACK_OF_BYTE)
-    if found and number.isdigit() and int(number) <= len(written):
-        heard = written[: int(number)]
-        return [[(address, 0), *((byte, 0) for byte in heard[:-1]), (heard[-1], 1)]]
+    for index in range(len(written) + 1):
+        if result == str(I2CNackError(transfer.address, index)):
+            *heard, refused = (address if written else address | _READ, *written)[: index + 1]
+            return [[*((byte, 0) for byte in heard), (refused, 1)]]
     return None
 
 

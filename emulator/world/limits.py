@@ -26,7 +26,7 @@ class Range:
         except (TypeError, ValueError, OverflowError):
             number = math.nan
         if not self.low <= number <= self.high:
-            raise InputError(f"{name} is {value!r}: give a number from {self}", kind="out_of_range")
+            raise InputError(f"{name} must be a number from {self}, not {value!r}", kind="out_of_range")
         return number
 
     def __str__(self) -> str:

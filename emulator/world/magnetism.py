@@ -46,7 +46,7 @@ def earth_field(
     altitude = limits.MODEL_ALTITUDE.check("altitude_m", altitude_m)
     year = _decimal_year(date)
     if north not in ("magnetic", "true"):
-        raise InputError(f'north is {north!r}: give "magnetic" or "true"', kind="choice")
+        raise InputError(f'north must be "magnetic" or "true", not {north!r}', kind="choice")
     from pygeomag import GeoMag  # only scenarios that name a place need it
 
     model = GeoMag(coefficients_file="wmm/WMM_2025.COF")
@@ -54,7 +54,7 @@ def earth_field(
     if not first <= year <= last:
         valid = f"{first:.0f}-01-01 to {last:.0f}-01-01"
         raise InputError(
-            f"date is {date}: the World Magnetic Model 2025 is valid from {valid}", kind="outside_model"
+            f"date must be from {valid} for the World Magnetic Model 2025, not {date}", kind="outside_model"
         )
     result = model.calculate(glat=latitude, glon=longitude, alt=altitude / 1000.0, time=year)
     x, y, z = result.x / 1000.0, result.y / 1000.0, result.z / 1000.0
@@ -63,7 +63,7 @@ def earth_field(
 
 def _decimal_year(date: dt.date) -> float:
     if not isinstance(date, dt.date):
-        raise InputError(f"date is {date!r}: give a date such as 2026-03-01", kind="not_a_date")
+        raise InputError(f"date must be a date such as 2026-03-01, not {date!r}", kind="not_a_date")
     days = 366 if calendar.isleap(date.year) else 365
     return date.year + (date.timetuple().tm_yday - 1) / days
 

@@ -66,7 +66,7 @@ class Recording:
             row = int(bad.argmax())
             found = f"alt_m accelerates by {climb[row]:.0f} m/s2"
             raise RecordingError(
-                self.file, row + 2, f"{found}: smooth it to {limits.CLIMB}, or leave it out", kind="climb"
+                self.file, row + 2, f"{found}, more than {limits.CLIMB}; smooth it or omit it", kind="climb"
             )
         return climb
 
@@ -97,7 +97,7 @@ def load_recording(path: str | PathLike[str], name: str = "") -> Recording:
             table = _rows(lines, names, file)
     except OSError as error:
         raise RecordingError(
-            file, 0, f"cannot be read: {error.strerror or error}", kind="unreadable"
+            file, 0, f"cannot read the recording: {error.strerror or error}", kind="unreadable"
         ) from error
     column = dict(zip(names, table.T, strict=True))
     _check_range(column["t_s"], "t_s", limits.TIME, file)
@@ -113,10 +113,13 @@ def load_recording(path: str | PathLike[str], name: str = "") -> Recording:
 
 def _check_size(path: Path, file: str) -> None:
     if path.exists() and not path.is_file():  # a pipe or a terminal would block
-        raise RecordingError(file, 0, "is not a regular file", kind="not_a_file")
+        raise RecordingError(file, 0, "must be a regular file", kind="not_a_file")
     if path.stat().st_size > MAX_BYTES:
         raise RecordingError(
-            file, 0, f"is larger than {MAX_BYTES // 2**20} MiB: shorten it or thin its rows", kind="too_large"
+            file,
+            0,
+            f"must have at most {MAX_BYTES // 2**20} MiB; shorten it or thin its rows",
+            kind="too_large",
         )
 
 
@@ -126,7 +129,10 @@ def _lines(stream: BinaryIO, file: str) -> Iterator[bytes]:
         number += 1
         if len(line) > MAX_LINE_BYTES:
             raise RecordingError(
-                file, number, f"is longer than {MAX_LINE_BYTES} bytes: not a CSV recording", kind="long_line"
+                file,
+                number,
+                f"must have at most {MAX_LINE_BYTES} bytes as a line of a CSV recording",
+                kind="long_line",
             )
         yield line
 
@@ -136,7 +142,7 @@ def _header(line: bytes, file: str) -> list[str]:
     text = line.decode("ascii", errors="backslashreplace").strip()
     if not text:
         raise RecordingError(
-            file, 1, "has no header: the first line names the columns, such as t_s,p_hPa", kind="no_header"
+            file, 1, "must have a header with the names of the columns, such as t_s,p_hPa", kind="no_header"
         )
     names = [name.strip() for name in text.split(",")]
     known = {"t_s"}.union(*(members for members, _ in GROUPS.values()))
@@ -144,7 +150,7 @@ def _header(line: bytes, file: str) -> list[str]:
         if name not in known:
             names_known = ", ".join(sorted(known))
             raise RecordingError(
-                file, 1, f"unknown column '{_visible(name)}': known are {names_known}", kind="unknown_column"
+                file, 1, f"unknown column '{_visible(name)}'; known: {names_known}", kind="unknown_column"
             )
         if names.count(name) > 1:
             raise RecordingError(file, 1, f"column {name} appears twice", kind="column_twice")
@@ -162,21 +168,21 @@ def _check_groups(names: set[str], file: str) -> None:
             raise RecordingError(
                 file,
                 1,
-                f"column {missing[0]} is missing: {together} belong together",
+                f"column {missing[0]} is missing; give {together} together",
                 kind="incomplete_group",
             )
     measured = any(members[0] in names for members, _ in MEASURED.values())
     followed = any(members[0] in names for members, _ in FOLLOWED.values())
     if measured and followed:
         raise RecordingError(
-            file, 1, "mixes measured signals with an attitude: give one kind in a file", kind="mixed_columns"
+            file, 1, "must have either measured signals or an attitude, not both", kind="mixed_columns"
         )
     if "alt_m" in names and "roll_deg" not in names:
         raise RecordingError(
-            file, 1, "alt_m needs roll_deg, pitch_deg, yaw_deg beside it", kind="altitude_alone"
+            file, 1, "column alt_m must be together with roll_deg, pitch_deg, yaw_deg", kind="altitude_alone"
         )
     if not measured and not followed:
-        raise RecordingError(file, 1, "has no column beside t_s", kind="no_column")
+        raise RecordingError(file, 1, "must have a column beside t_s", kind="no_column")
 
 
 def _rows(lines: Iterator[bytes], names: list[str], file: str) -> Array:
@@ -184,16 +190,22 @@ def _rows(lines: Iterator[bytes], names: list[str], file: str) -> Array:
     for number, line in enumerate(lines, start=2):
         if number - 1 > MAX_ROWS:
             raise RecordingError(
-                file, number, f"has more than {MAX_ROWS} rows: thin them", kind="too_many_rows"
+                file, number, f"must have at most {MAX_ROWS} rows; thin them", kind="too_many_rows"
             )
         if len(values) > MAX_NUMBERS:
             raise RecordingError(
-                file, number, f"comes after {MAX_NUMBERS} numbers: thin the rows", kind="too_many_numbers"
+                file,
+                number,
+                f"exceeds the limit of {MAX_NUMBERS} numbers; thin the rows",
+                kind="too_many_numbers",
             )
         cells = line.split(b",")
         if len(cells) != len(names):
             raise RecordingError(
-                file, number, f"has {len(cells)} cells where the header has {len(names)}", kind="cell_count"
+                file,
+                number,
+                f"must have {len(names)} cells like the header, not {len(cells)}",
+                kind="cell_count",
             )
         if b"_" in line:  # float() would accept 1_0 as 10
             _refuse_number(cells, names, number, file)
@@ -202,7 +214,7 @@ def _rows(lines: Iterator[bytes], names: list[str], file: str) -> Array:
         except ValueError:
             _refuse_number(cells, names, number, file)
     if not values:
-        raise RecordingError(file, 1, "has no rows after its header", kind="no_rows")
+        raise RecordingError(file, 1, "must have rows after its header", kind="no_rows")
     return np.frombuffer(values, dtype=np.float64).reshape(-1, len(names))
 
 
@@ -210,7 +222,7 @@ def _refuse_number(cells: list[bytes], names: list[str], number: int, file: str)
     name, cell = next((name, cell) for name, cell in zip(names, cells, strict=True) if not _is_number(cell))
     shown = _visible(cell.strip().decode("ascii", errors="backslashreplace"))
     raise RecordingError(
-        file, number, f"{name} is '{shown}': give a number such as 0.25", kind="not_a_number"
+        file, number, f"{name} must be a number such as 0.25, not '{shown}'", kind="not_a_number"
     )
 
 
@@ -232,7 +244,7 @@ def _check_range(values: Array, name: str, allowed: Range, file: str) -> None:
     if bad.any():
         row = int(bad.argmax())
         raise RecordingError(
-            file, row + 2, f"{name} is {values[row]:g}: give a number from {allowed}", kind="out_of_range"
+            file, row + 2, f"{name} must be from {allowed}, not {values[row]:g}", kind="out_of_range"
         )
 
 
@@ -243,7 +255,7 @@ def _check_time(t_s: Array, file: str) -> None:
         raise RecordingError(
             file,
             row + 2,
-            f"t_s is {t_s[row]:g} after {t_s[row - 1]:g}: time must increase",
+            f"t_s must increase, but {t_s[row]:g} follows {t_s[row - 1]:g}",
             kind="time_order",
         )
 

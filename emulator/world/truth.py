@@ -92,7 +92,7 @@ class Truth:
         self._hard_iron = Track(Constant(np.zeros(3)))
         self._soft_iron = Track(Constant(np.eye(3)))
         self._floor_pressure: Track[Constant | Drift] = Track(Constant(floor_hpa))
-        self._puffs: Overlays[PressureDisturbance] = Overlays(width=1)
+        self._pressure_disturbances: Overlays[PressureDisturbance] = Overlays(width=1)
         self._temperature = Track(Constant(ROOM_DEGC))
         self._heating = Warmth()
         self._lag = Track(Warmth())
@@ -167,7 +167,7 @@ class Truth:
         board's heating. Raises InputError for an unknown quantity.
         """
         if quantity not in QUANTITIES:
-            raise InputError(f"the world has no {quantity!r}; it has {', '.join(QUANTITIES)}")
+            raise InputError(f"unknown quantity {quantity!r}; known: {', '.join(QUANTITIES)}")
         name = QUANTITIES[quantity]
         value_of = partial(self._warmed, heating) if heating and name == "warmth" else _of_signal
         return Sensed(self._signals[name], self._agitation[name], one_row, value_of)
@@ -206,7 +206,7 @@ class Truth:
         """Drop the older half of the history when one quantity has changed more than `HISTORY_CHANGES` times."""
         spans: tuple[Spans[Any], ...] = (
             self._shakes,
-            self._puffs,
+            self._pressure_disturbances,
             self._disturbances,
             *self._agitation.values(),
         )
@@ -303,7 +303,7 @@ class Truth:
 
     def _pressure_hpa(self, t_s: Array) -> Array:
         floor_hpa = self._floor_pressure.evaluate(t_s, lambda piece, t: piece.value(t))
-        floor_hpa = floor_hpa + self._puffs.total(t_s, lambda puff, t: puff.value(t))[:, 0]
+        floor_hpa = floor_hpa + self._pressure_disturbances.total(t_s, lambda one, t: one.value(t))[:, 0]
         return floor_hpa * pressure_ratio(self._altitude_m(t_s), self._temperature_degc(t_s))
 
     def _temperature_degc(self, t_s: Array) -> Array:

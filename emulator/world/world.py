@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fcu_emulator.emulator.errors import InputError
+from fcu_emulator.emulator.renamed import OldName
 from fcu_emulator.emulator.time.clock import Clock
 from fcu_emulator.emulator.world import limits
 from fcu_emulator.emulator.world.air import (
@@ -61,6 +62,8 @@ class World(Truth):
     It begins flat and still on the floor, board X to the north, in the air and field of Zurich. A setter acts
     now, as a jump. Invalid values raise `InputError`.
     """
+
+    change_weather, blow, shut_door = map(OldName, ("change_pressure", "blow_wind", "slam_door"))
 
     def __init__(self, clock: Clock | None = None, floor_altitude_m: float = ZURICH_ALTITUDE_M) -> None:
         super().__init__(floor_altitude_m)
@@ -123,7 +126,9 @@ class World(Truth):
         # Unconverted, so that the check can name an entry that is not a number.
         rows = np.asarray(matrix, dtype=object)
         if rows.shape != (3, 3):
-            raise InputError(f"soft iron has the shape {rows.shape}: give 3 rows of 3 numbers", kind="shape")
+            raise InputError(
+                f"soft iron must be 3 rows of 3 numbers, not of shape {rows.shape}", kind="shape"
+            )
         checked = [[limits.SOFT_IRON.check("soft iron", value) for value in row] for row in rows]
         self._set(self._soft_iron, checked, "mag")
 
@@ -227,7 +232,7 @@ class World(Truth):
         """
         arm = np.asarray(wrist_m, dtype=object)
         if arm.shape != (3,):
-            raise InputError(f"wrist_m is {wrist_m!r}: give three numbers, where the wrist is in board axes")
+            raise InputError(f"wrist_m must be three numbers in board axes, not {wrist_m!r}")
         wrist = np.array([limits.ARM.check("wrist_m", value) for value in arm])
         peak = limits.TREMOR.check("tremor_mg", tremor_mg) / 1000.0 * STANDARD_GRAVITY
         frequency = limits.TREMOR_FREQUENCY.check("tremor_hz", tremor_hz)
@@ -274,7 +279,7 @@ class World(Truth):
         """Run the motors at this share of the full voltage, 0 to 1: one value, or four; 0 stops them."""
         each = [throttle] * MOTORS if isinstance(throttle, int | float) else list(throttle)
         if len(each) != MOTORS:
-            raise InputError(f"throttle is {throttle!r}: give one number from 0 to 1, or {MOTORS}")
+            raise InputError(f"throttle must be one number from 0 to 1, or {MOTORS}, not {throttle!r}")
         shares = [limits.THROTTLE.check("throttle", share) for share in each]
         start = self._start(start_s)
         before = self._motors.at(start)
@@ -317,9 +322,9 @@ class World(Truth):
     ) -> float:
         """Change one Euler angle to ``to_deg``, also by more than 180 degrees."""
         if axis not in EULER_AXES:
-            raise InputError(f"axis is {axis!r}: give one of {', '.join(EULER_AXES)}", kind="choice")
+            raise InputError(f"axis must be one of {', '.join(EULER_AXES)}, not {axis!r}", kind="choice")
         if profile not in ("linear", "minimum_jerk"):
-            raise InputError(f"profile is {profile!r}: give one of linear, minimum_jerk", kind="choice")
+            raise InputError(f"profile must be linear or minimum_jerk, not {profile!r}", kind="choice")
         start, end = self._span(start_s, duration_s)
         pace = (Linear if profile == "linear" else MinimumJerk)(start, end - start)
         start_deg = self._euler_deg_at(start)
@@ -339,9 +344,9 @@ class World(Truth):
         By "field", the calibration is exact; by "hand", nearly so after two turns.
         """
         if limits.TURNS.check("turns", turns) % 1.0:
-            raise InputError(f"turns is {turns!r}: give a whole number", kind="not_whole")
+            raise InputError(f"turns must be a whole number, not {turns!r}", kind="not_whole")
         if by not in ("field", "hand"):
-            raise InputError(f"by is {by!r}: give one of field, hand", kind="choice")
+            raise InputError(f"by must be field or hand, not {by!r}", kind="choice")
         start, end = self._span(start_s, duration_s)
         first, last = self._rotation_at(start), (end, Held(self._euler_deg_at(start)))
         if by == "hand":
@@ -360,8 +365,7 @@ class World(Truth):
     def lift(self, metres: float, duration_s: float, start_s: float | None = None) -> float:
         """Raise the board by ``metres`` (negative: lower), from rest to rest."""
         start, end = self._span(start_s, duration_s)
-        from_m = self._height_at(start)
-        way_m = limits.ALTITUDE.check("metres", metres)
+        from_m, way_m = self._height_at(start), limits.ALTITUDE.check("metres", metres)
         to_m = limits.ALTITUDE.check("altitude after the lift", from_m + way_m)
         lift = Lift(from_m, way_m, MinimumJerk(start, end - start))
         return self._plan_height((start, lift), (end, RestSegment(to_m)))
@@ -388,14 +392,16 @@ class World(Truth):
     ) -> float:
         """Accelerate by ``amplitude_g`` cos(2 pi f t) along a world axis, for the whole periods in ``duration_s``."""
         if axis not in SHAKE_DIRECTIONS:
-            raise InputError(f"axis is {axis!r}: give one of {', '.join(SHAKE_DIRECTIONS)}", kind="choice")
+            raise InputError(
+                f"axis must be one of {', '.join(SHAKE_DIRECTIONS)}, not {axis!r}", kind="choice"
+            )
         frequency = limits.FREQUENCY.check("frequency_hz", frequency_hz)
         amplitude = limits.AMPLITUDE.check("amplitude_g", amplitude_g) * STANDARD_GRAVITY
         start, end = self._span(start_s, duration_s)
         periods = int((end - start) * frequency + 1e-6)
         if periods < 1:
-            least = f"give at least one period, {1.0 / frequency:g} s"
-            raise InputError(f"duration_s is {duration_s!r}: {least}", kind="too_short")
+            least = f"at least one period, {1.0 / frequency:g} s"
+            raise InputError(f"duration_s must be {least}, not {duration_s!r}", kind="too_short")
         angular = 2.0 * np.pi * frequency
         limits.EXCURSION.check("way of the shake (lower g or higher Hz)", 2.0 * amplitude / angular**2)
         direction = np.array(SHAKE_DIRECTIONS[axis])
@@ -461,7 +467,7 @@ class World(Truth):
 
     # -- the air --------------------------------------------------------------------------------------------
 
-    def change_weather(self, change_hpa: float, duration_s: float, start_s: float | None = None) -> float:
+    def change_pressure(self, change_hpa: float, duration_s: float, start_s: float | None = None) -> float:
         """Change the pressure at the floor smoothly (negative: fall)."""
         change = limits.PRESSURE_CHANGE.check("change_hpa", change_hpa)
         start, end = self._span(start_s, duration_s)
@@ -474,21 +480,20 @@ class World(Truth):
         self._changed(start, ("pressure",))
         return end
 
-    def blow(self, speed_m_s: float, duration_s: float, start_s: float | None = None) -> float:
+    def blow_wind(self, speed_m_s: float, duration_s: float, start_s: float | None = None) -> float:
         """Let a gusty wind press on the windows."""
         speed = limits.WIND.check("speed_m_s", speed_m_s)
         start, end = self._span(start_s, duration_s)
-        return self._puff(start, end, Wind(start, end, speed))
+        return self._disturb_pressure(start, end, Wind(start, end, speed))
 
-    def shut_door(self, push_hpa: float = DOOR_HPA, start_s: float | None = None) -> float:
+    def slam_door(self, push_hpa: float = DOOR_HPA, start_s: float | None = None) -> float:
         """Push air into the room for about a second; negative: a door is torn open."""
-        push = limits.PUSH.check("push_hpa", push_hpa)
-        start = self._start(start_s)
-        return self._puff(start, start + DOOR_LASTS_S, SlammedDoor(start, push))
+        start, push = self._start(start_s), limits.PUSH.check("push_hpa", push_hpa)
+        return self._disturb_pressure(start, start + DOOR_LASTS_S, SlammedDoor(start, push))
 
-    def _puff(self, start_s: float, end_s: float, puff: PressureDisturbance) -> float:
-        self._puffs.add(start_s, end_s, puff)
-        self._agitation["pressure"].add(start_s, end_s, puff.pace_s)
+    def _disturb_pressure(self, start_s: float, end_s: float, disturbance: PressureDisturbance) -> float:
+        self._pressure_disturbances.add(start_s, end_s, disturbance)
+        self._agitation["pressure"].add(start_s, end_s, disturbance.pace_s)
         self._changed(start_s, ("pressure",))
         return end_s
 
@@ -509,9 +514,8 @@ class World(Truth):
             return now
         start = limits.TIME.check("start_s", start_s)
         if start < now - NOW_TOLERANCE_S:
-            raise InputError(
-                f"start_s is {start_s!r}: it is {now:g} s already, give a later time", kind="past"
-            )
+            problem = f"start_s must be at least {now:g} s, the current time, not {start_s!r}"
+            raise InputError(problem, kind="past")
         return max(start, now)
 
     def _span(self, start_s: float | None, duration_s: float) -> tuple[float, float]:

@@ -37,7 +37,7 @@ from fcu_emulator.sensors.lis2mdl.registers import (
     OUT,
     STATUS_REG,
 )
-from fcu_emulator.sensors.part import Part, SelfClearingBits, Signal
+from fcu_emulator.sensors.part import SelfClearingBits, Sensor, Signal
 from fcu_emulator.sensors.pin import Pin
 from fcu_emulator.sensors.register import RegisterMap
 from fcu_emulator.sensors.register_file import NEVER_PS, WriteHook
@@ -47,7 +47,7 @@ _SOFT_RST_PS = 5 * PS_PER_S // 10**6  # datasheet 8.5
 _BURST_WRAP = {0x6D: 0x68}  # after Z a burst continues at X, never at the temperature (PX4's driver)
 
 
-class LIS2MDL(Part):
+class LIS2MDL(Sensor):
     """Magnetometer with thermometer; ``magnetic_field_mgauss``: (n, 3) in the sensor's axes.
 
     ``powered_on_ps``: None for long ago; registers answer 20 ms later. ``int_idle_level``: bit INT while IEN = 0 and

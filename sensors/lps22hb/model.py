@@ -41,7 +41,7 @@ from fcu_emulator.sensors.lps22hb.registers import (
     TEMP_OUT,
     THS_P,
 )
-from fcu_emulator.sensors.part import Part, SelfClearingBits, Signal, Write
+from fcu_emulator.sensors.part import SelfClearingBits, Sensor, Signal, Write
 from fcu_emulator.sensors.pin import Pin
 from fcu_emulator.sensors.register import RegisterMap
 from fcu_emulator.sensors.register_file import NEVER_PS, RegisterFile
@@ -129,7 +129,7 @@ _TEMP_OUT_H = TEMP_OUT.addr + 1
 _BURST_WRAP = {_TEMP_OUT_H: PRESS_OUT.addr}  # a burst wraps within the output (datasheet 5.8)
 
 
-class LPS22HB(Part):
+class LPS22HB(Sensor):
     """Barometer with thermometer; ``pressure_hpa`` and ``temperature_degc``: (n,).
 
     ``rpds_counts_per_lsb``: 256, or 1 as in ST's driver; ``powered_on_ps``: None for long ago; ``trimming_ps``:

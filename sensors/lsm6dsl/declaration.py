@@ -74,7 +74,11 @@ class LSM6DSLErrors(PartErrors):
     acc_bias_instability_ug: float = strength("bias instability", "ug", 40.0, "an assumption")
     gyro_bias_instability_dph: float = strength("bias instability", "deg/h", 3.0, _SISTER)
     acc_cross_axis_percent: Vec3 = drawn_by_axis(
-        "between X and Y, X and Z, Y and Z: part of what the other axis feels", "%", 0.5, _SISTER, "typical"
+        "between X and Y, X and Z, Y and Z: part of the acceleration along the other axis",
+        "%",
+        0.5,
+        _SISTER,
+        "typical",
     )
     gyro_cross_axis_percent: Vec3 = drawn_by_axis(
         "between X and Y, X and Z, Y and Z: part of the rate about the other one",

@@ -5,8 +5,8 @@ driver's safe wait. The first samples, as many as Table 16 gives, follow the ste
 Approximation: from 1666 Hz on they settle within a few periods, not 81 ms (Table 16).
 
 One low-pass and the filter before decimation give the overall cut-off of Table 19; the rest of the documented phase at
-20 Hz is a delay (3.8). Where the filter before decimation alone has more delay (12.5 to 208 Hz), its cut-off is higher. LPF1 switched off has no
-phase table: it is delayed as FTYPE = 3.
+20 Hz is a delay (3.8). Where the filter before decimation alone has more delay (12.5 to 208 Hz), its cut-off is
+higher. LPF1 switched off has no phase table: it is delayed as FTYPE = 3.
 
 Decision: out of sleep into low power, as many samples are to be discarded as out of power-down.
 """

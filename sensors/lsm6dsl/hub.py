@@ -37,7 +37,7 @@ from fcu_emulator.sensors.lsm6dsl.registers import (
     SENSORHUB,
     SENSORHUB_EXT,
 )
-from fcu_emulator.sensors.part import Part, SubaddressTarget
+from fcu_emulator.sensors.part import Sensor, SubaddressTarget
 from fcu_emulator.sensors.register import Register, RegisterMap
 from fcu_emulator.sensors.register_file import NEVER_PS
 from fcu_emulator.sensors.sampling import PS_PER_S, to_int16
@@ -67,7 +67,7 @@ class AuxiliaryBus:
         self._targets: dict[int, SubaddressTarget] = {}
         self._now_ps = 0
 
-    def attach(self, address: int, device: Part) -> None:
+    def attach(self, address: int, device: Sensor) -> None:
         """Connect a sensor; ValueError if the address is wrong or in use."""
         if not 0 <= address < 0x80:
             raise ValueError(f"auxiliary bus: address 0x{address:02X} is not in 0x00 to 0x7F")

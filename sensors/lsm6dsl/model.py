@@ -42,7 +42,7 @@ from fcu_emulator.sensors.lsm6dsl.registers import (
     Z_OFS_USR,
 )
 from fcu_emulator.sensors.lsm6dsl.timestamp import Timestamp
-from fcu_emulator.sensors.part import Part, SelfClearingBits, Signal, Write
+from fcu_emulator.sensors.part import SelfClearingBits, Sensor, Signal, Write
 from fcu_emulator.sensors.pin import Pin
 from fcu_emulator.sensors.register import Register, RegisterMap
 from fcu_emulator.sensors.register_file import NEVER_PS, RegisterFile
@@ -113,7 +113,7 @@ class Features:
         return min((feature.next_event_ps() for feature in self._all if feature.active), default=NEVER_PS)
 
 
-class LSM6DSL(Part):
+class LSM6DSL(Sensor):
     """Accelerometer, gyroscope and thermometer; signals in the sensor's right-handed axes.
 
     Signals (:data:`fcu_emulator.sensors.part.Signal`): ``acceleration_g`` is the specific force (n, 3),
@@ -204,7 +204,7 @@ class LSM6DSL(Part):
         """Whether the host's I2C reaches the auxiliary bus (AN5040 7.3)."""
         return self._features.hub.pass_through
 
-    def attach_auxiliary(self, address: int, device: Part) -> None:
+    def attach_auxiliary(self, address: int, device: Sensor) -> None:
         """Connect ``device`` to the sensor hub at a 7-bit address."""
         self._features.hub.bus.attach(address, device)
 

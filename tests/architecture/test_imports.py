@@ -48,6 +48,7 @@ ORDER = (
     "firmware_model",
     "text",
     "errors",
+    "renamed",
     "host",
     "time",
     "trace",

@@ -1,4 +1,4 @@
-"""Guides, docstrings and comments are in plain technical English.
+"""Guides, docstrings, comments, messages and the page are in plain technical English; commit subjects are imperative.
 
 Patterns of a private idiom must occur at most so many times in 10,000 words; pages of well-known projects have such rates.
 """
@@ -8,6 +8,8 @@ from __future__ import annotations
 import ast
 import io
 import re
+import shutil
+import subprocess
 import tokenize
 from collections.abc import Callable, Iterator
 from functools import cache
@@ -35,6 +37,14 @@ PATTERNS = {
     "is no": (r"\b(?:is|are|was|were) no\b", 2),
 }
 """Each pattern with the most times that it may occur in 10,000 words."""
+REGISTERS = {"registers", "registers.py", "memory_map.py"}
+"""Folder and files with the descriptions of registers, in the words of the manuals."""
+SUBJECTS_SINCE = "f1e11b6fbbd1584a6c399f6d284c2e1f9a152b89"
+"""Commit after which each subject is in the imperative."""
+LONGEST_SUBJECT = 72
+NOT_IMPERATIVE = re.compile(
+    r"(?!Bring\b)(?:An?|The|This|These|All|Every|No|What|How|It|[A-Z]\w*(?:[^e]ed|[^s]s|ing))\b"
+)
 
 
 def product_files() -> Iterator[Path]:
@@ -75,7 +85,34 @@ def comments() -> str:
     return "\n".join(found)
 
 
-@pytest.mark.parametrize("text_of", [guides, docstrings, comments], ids=lambda one: one.__name__)
+@cache
+def messages() -> str:
+    """Return the texts of at least three words in the code that are not docstrings: errors, findings, help, reports."""
+    found = []
+    for path in product_files():
+        if REGISTERS & {path.name, path.parent.name}:
+            continue
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        statements = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+        strings = (
+            node for node in ast.walk(tree) if isinstance(node, ast.Constant) and id(node) not in statements
+        )
+        found += [one.value for one in strings if isinstance(one.value, str) and len(one.value.split()) >= 3]
+    return "\n".join(found)
+
+
+@cache
+def labels() -> str:
+    """Return the texts of the page of ``fcu web``, and of the scenarios and rubrics that come with it."""
+    found = [page.read_text(encoding="utf-8") for page in sorted((ROOT / "web" / "src").glob("*.ts"))]
+    found += [file.read_text(encoding="utf-8") for file in sorted((ROOT / "scenarios").rglob("*.toml"))]
+    quoted = (re.findall(r'"([^"\n]+)"', text) for text in found)
+    return "\n".join(text for texts in quoted for text in texts if len(text.split()) >= 3)
+
+
+@pytest.mark.parametrize(
+    "text_of", [guides, docstrings, comments, messages, labels], ids=lambda one: one.__name__
+)
 @pytest.mark.parametrize("name", PATTERNS)
 def test_pattern_is_rare(name: str, text_of: Callable[[], str]) -> None:
     pattern, most = PATTERNS[name]
@@ -83,3 +120,35 @@ def test_pattern_is_rare(name: str, text_of: Callable[[], str]) -> None:
     found = [match.group() for match in re.finditer(pattern, text, re.MULTILINE)]
 
     assert 10_000 * len(found) / len(text.split()) <= most, found
+
+
+def subjects() -> list[str]:
+    """Return the last hundred commit subjects; none without the history, as in an archive of the sources."""
+    git = shutil.which("git")
+    if git is None:
+        return []
+    command = [git, "log", "--first-parent", "-n", "100", "--format=%s", f"{SUBJECTS_SINCE}..HEAD"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    return done.stdout.splitlines()
+
+
+def test_commit_subjects_are_short_and_imperative() -> None:
+    found = subjects()
+    if not found:
+        pytest.skip("no history")
+
+    assert [one for one in found if len(one) > LONGEST_SUBJECT or NOT_IMPERATIVE.match(one)] == []
+
+
+@pytest.mark.parametrize(
+    "subject", ["Adds a test", "Added a test", "Fixed it", "Adding it", "The test", "A test"]
+)
+def test_subject_that_is_not_imperative_is_found(subject: str) -> None:
+    assert NOT_IMPERATIVE.match(subject)
+
+
+@pytest.mark.parametrize(
+    "subject", ["Add a test", "Pass the seed", "Feed the watchdog", "Bring it", "Print a line"]
+)
+def test_imperative_subject_is_accepted(subject: str) -> None:
+    assert not NOT_IMPERATIVE.match(subject)

@@ -42,7 +42,7 @@ def test_the_tree_is_clean(command: list[str]) -> None:
     ids=["lint", "types"],
 )
 def test_recipe_for_sensor_and_board_is_clean(command: list[str], tmp_path: Path) -> None:
-    """The files of docs/new-sensor-and-board.md, by the settings of the project."""
+    """The files of docs/recipes.md, by the settings of the project."""
     sources = recipe.sources()
     for name, source in sources.items():
         (tmp_path / f"{name}.py").write_text(source, encoding="utf-8")

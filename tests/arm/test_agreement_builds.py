@@ -25,7 +25,7 @@ yaw_deg = 77
 hard_iron_mgauss = [60, -40, 25]
 temperature_degc = 18
 [sensors]
-grade = "ideal"
+quality = "ideal"
 """
 
 
@@ -56,7 +56,7 @@ def test_ideal_board_equals_the_model() -> None:
     assert not compare(one, other)
 
 
-def test_template_equals_the_model_on_its_samples() -> None:
+def test_template_prints_the_same_as_python_model() -> None:
     board, in_c = ran("template-arm", "flat", 2.4)
     on_its_samples = replayed(board, "template")
     _, in_python = ran("template", "flat", 2.4)

@@ -113,7 +113,7 @@ def test_unchanged_template_differs_from_the_solution(tmp_path: Path) -> None:
 
     text = fcu("diff", "lab3", elf, "--scenario", "desk", *SHORT, code=1).stdout.decode()
     assert "LSM6DSL registers: the same, 20 and 20 entries" in text
-    assert "first difference, terminal, entry 14: another text" in text
+    assert "first difference, terminal, entry 14: different text" in text
 
 
 def test_arithmetic_mistake_is_the_first_difference(tmp_path: Path) -> None:

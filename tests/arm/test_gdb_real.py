@@ -89,7 +89,7 @@ def comparable(transcript: str) -> str:
     return transcript.strip()
 
 
-def test_session_equals_the_manual(tmp_path: Path) -> None:
+def test_gdb_session_matches_its_guide(tmp_path: Path) -> None:
     manual = (ROOT / "docs" / "debugging.md").read_text()
     shown = re.search(r"```text\n(Reset_Handler.*?)```", manual, re.DOTALL)
     assert shown is not None

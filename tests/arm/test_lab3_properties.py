@@ -284,7 +284,7 @@ schema = 1
 question = "Is the yaw right after a short calibration?"
 duration = "7s"
 [sensors]
-grade = "ideal"
+quality = "ideal"
 [[timeline]]
 do = "figure_eight"
 at = "0.5s"

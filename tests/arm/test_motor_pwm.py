@@ -24,7 +24,7 @@ question = "?"
 duration = "1s"
 firmware = "solution"
 [sensors]
-grade = "ideal"
+quality = "ideal"
 [[timeline]]
 do = "run_motors"
 throttle = "firmware"

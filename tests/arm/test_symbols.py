@@ -7,6 +7,7 @@ import struct
 import pytest
 
 from fcu_emulator.emulator.chip.image import parse_firmware
+from fcu_emulator.emulator.errors import SymbolError
 from tests.support.arm.elf_builder import (
     ACC,
     COUNT,
@@ -126,7 +127,7 @@ def test_ambiguous_static_is_refused_with_files() -> None:
         ("lit.1", COUNT, 4, STATIC_OBJECT),
     )
 
-    with pytest.raises(KeyError, match=r"'lit'.* 2 .*\(a.c, b.c\)"):
+    with pytest.raises(SymbolError, match=r"'lit'.* 2 .*\(a.c, b.c\)"):
         program.address_of("lit")
 
 
@@ -139,10 +140,12 @@ def test_global_name_hides_statics() -> None:
 def test_non_variable_is_a_key_error(words: Words) -> None:
     program = loaded(*debug_sections())
 
-    with pytest.raises(KeyError, match="'nothing'"):
+    with pytest.raises(SymbolError, match="'nothing'"):
         program.read_variable("nothing", memory)
-    with pytest.raises(KeyError) as caught:
+    with pytest.raises(SymbolError) as caught:
         program.read_variable("main", memory)
+    assert isinstance(caught.value, KeyError)
+    assert caught.value.kind == "not_a_variable"
     words("firmware_file", caught.value.args[0])
 
 
@@ -150,8 +153,9 @@ def test_variable_without_debug_information_has_only_address(words: Words) -> No
     program = named(("acc", ACC, 8, GLOBAL_OBJECT))
 
     assert program.address_of("acc") == ACC
-    with pytest.raises(KeyError) as caught:
+    with pytest.raises(SymbolError) as caught:
         program.read_variable("acc", memory)
+    assert caught.value.kind == "unknown_type"
     words("firmware_file", caught.value.args[0])
 
 
@@ -159,7 +163,7 @@ def test_a_variable_outside_the_memories_is_not_read() -> None:
     data = debug_elf().replace(struct.pack("<I", ACC), struct.pack("<I", 0x4000_0000))
     program = parse_firmware(data, "a.elf").symbols
 
-    with pytest.raises(KeyError, match=r"'acc'.*0x40000000"):
+    with pytest.raises(SymbolError, match=r"'acc'.*0x40000000"):
         program.read_variable("acc", memory)
 
 

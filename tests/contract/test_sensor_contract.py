@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from tests.support.sensor_fakes import (
     CHANNELS,
     FACTS,
-    PARTS,
     PS_PER_MS,
     PS_PER_S,
+    SENSORS,
     Channel,
     Chip,
     PartFacts,
@@ -21,7 +21,7 @@ from tests.support.sensor_fakes import (
 ADDRESSES = st.integers(0, 0x7F)
 BYTES = st.integers(0, 0xFF)
 TIMES = st.integers(0, 30 * PS_PER_MS)
-parts = pytest.mark.parametrize("name", PARTS)
+parts = pytest.mark.parametrize("name", SENSORS)
 
 
 def following(facts: PartFacts, address: int) -> int:
@@ -41,14 +41,14 @@ def running(name: str) -> Chip:
 
 
 def test_every_part_has_facts_for_these_tests() -> None:
-    assert set(FACTS) == set(PARTS)
-    assert {channel.part for channel in CHANNELS} == set(PARTS)
+    assert set(FACTS) == set(SENSORS)
+    assert {channel.part for channel in CHANNELS} == set(SENSORS)
 
 
 @parts
 def test_a_part_is_registered_under_its_own_name(name: str) -> None:
-    assert name == PARTS[name].NAME
-    assert FACTS[name].who_am_i[1] == PARTS[name].WHO_AM_I
+    assert name == SENSORS[name].NAME
+    assert FACTS[name].who_am_i[1] == SENSORS[name].WHO_AM_I
 
 
 @parts
@@ -226,7 +226,7 @@ def test_power_down_keeps_the_last_sample(channel: Channel) -> None:
     assert chip.counts(channel) == last
 
 
-@pytest.mark.parametrize("name", [name for name in PARTS if FACTS[name].unmodelled])
+@pytest.mark.parametrize("name", [name for name in SENSORS if FACTS[name].unmodelled])
 def test_unmodelled_access_is_noted_by_name(name: str) -> None:
     unmodelled = FACTS[name].unmodelled
     assert unmodelled is not None

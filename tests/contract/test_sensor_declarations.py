@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from fcu_emulator.sensors import LIS2MDL, LPS22HB, LSM6DSL
 from fcu_emulator.sensors.declaration import Bus
-from fcu_emulator.sensors.part import Part, SubaddressTarget
+from fcu_emulator.sensors.part import Sensor, SubaddressTarget
 from fcu_emulator.sensors.register import ADDRESSES, Register, RegisterMap
 from fcu_emulator.sensors.spi import READ, SpiTarget
-from tests.support.sensor_fakes import CHANNELS, PARTS, Channel
+from tests.support.sensor_fakes import CHANNELS, SENSORS, Channel
 
-parts = pytest.mark.parametrize("part", PARTS.values(), ids=list(PARTS))
+parts = pytest.mark.parametrize("part", SENSORS.values(), ids=list(SENSORS))
 WORLD = {
     "acceleration_g": lambda t_s: np.tile((0.0, 0.0, 1.0), (len(t_s), 1)),
     "angular_rate_dps": lambda t_s: np.zeros((len(t_s), 3)),
@@ -28,8 +28,8 @@ WORLD = {
 
 
 @parts
-def test_part_is_built_from_its_declared_signals(part: type[Part]) -> None:
-    chip = part.build(WORLD, part.ERRORS.of_grade("worst", 3), 3, powered_on_ps=None)
+def test_part_is_built_from_its_declared_signals(part: type[Sensor]) -> None:
+    chip = part.build(WORLD, part.ERRORS.of_quality("worst", 3), 3, powered_on_ps=None)
 
     for quantity in part.SIGNALS:
         low, high, lsb = chip.sample_range(quantity.name)
@@ -39,7 +39,7 @@ def test_part_is_built_from_its_declared_signals(part: type[Part]) -> None:
 
 
 @parts
-def test_measured_quantities_have_readable_registers(part: type[Part]) -> None:
+def test_measured_quantities_have_readable_registers(part: type[Sensor]) -> None:
     for quantity in part.SIGNALS:
         first = quantity.output.address
         for address in range(first, first + quantity.output.size * quantity.axes):
@@ -50,13 +50,13 @@ def test_measured_quantities_have_readable_registers(part: type[Part]) -> None:
 
 @pytest.mark.parametrize("channel", CHANNELS, ids=str)
 def test_outputs_have_datasheet_addresses(channel: Channel) -> None:
-    (quantity,) = (one for one in PARTS[channel.part].SIGNALS if one.name == channel.name)
+    (quantity,) = (one for one in SENSORS[channel.part].SIGNALS if one.name == channel.name)
     output = quantity.output
     assert (output.address, output.size, output.zero) == (channel.address, channel.width, channel.zero)
 
 
 @parts
-def test_a_missing_signal_is_named(part: type[Part]) -> None:
+def test_a_missing_signal_is_named(part: type[Sensor]) -> None:
     missing = part.SIGNALS[0].name
 
     with pytest.raises(KeyError, match=missing):
@@ -64,7 +64,7 @@ def test_a_missing_signal_is_named(part: type[Part]) -> None:
 
 
 @parts
-def test_every_deviation_has_description_unit_and_source(part: type[Part]) -> None:
+def test_every_deviation_has_description_unit_and_source(part: type[Sensor]) -> None:
     assert part.ERRORS.PART == part.NAME
     for figure in part.ERRORS.figures().values():
         assert figure.doc
@@ -80,7 +80,7 @@ def test_the_addresses_are_the_datasheets() -> None:
 
 
 @parts
-def test_part_uses_declared_wires_after_reset(part: type[Part]) -> None:
+def test_part_uses_declared_wires_after_reset(part: type[Sensor]) -> None:
     chip = part.build(WORLD)
 
     assert part.BUS.spi_wires in (None, chip.spi_wires())
@@ -93,7 +93,7 @@ class CELL(Register, addr=0, size=ADDRESSES // 2, names=tuple(f"CELL{n}" for n i
     """64 plain bytes."""
 
 
-class Asking(Part):
+class Asking(Sensor):
     """A part whose bursts stay where they are unless bit 7 (I2C) or bit 6 (SPI) is set, as ST's HTS221."""
 
     NAME: ClassVar[str] = "ASKING"

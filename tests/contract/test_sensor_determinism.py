@@ -6,17 +6,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.support.sensor_fakes import CHANNELS, PARTS, PS_PER_MS, Channel, Chip, ramp
+from tests.support.sensor_fakes import CHANNELS, PS_PER_MS, SENSORS, Channel, Chip, ramp
 
 RUN_PS = 2000 * PS_PER_MS
 MOMENTS = st.integers(1, RUN_PS - 1)
-parts = pytest.mark.parametrize("name", PARTS)
+parts = pytest.mark.parametrize("name", SENSORS)
 channels = pytest.mark.parametrize("channel", CHANNELS, ids=str)
 
 
 def noisy(name: str, seed: int = 1) -> Chip:
     """A typical part, all channels on, in a world that moves."""
-    chip = Chip(name, PARTS[name].ERRORS.of_grade("typical", seed), seed)
+    chip = Chip(name, SENSORS[name].ERRORS.of_quality("typical", seed), seed)
     for channel in CHANNELS:
         if channel.part == name:
             slope = 500 * channel.scales[0][1]
@@ -76,8 +76,8 @@ def test_the_same_seed_gives_the_same_run(name: str) -> None:
 
 @parts
 def test_another_seed_gives_another_part(name: str) -> None:
-    assert PARTS[name].ERRORS.of_grade("typical", 1) != PARTS[name].ERRORS.of_grade("typical", 2)
-    assert PARTS[name].ERRORS.of_grade("typical", 1) == PARTS[name].ERRORS.of_grade("typical", 1)
+    assert SENSORS[name].ERRORS.of_quality("typical", 1) != SENSORS[name].ERRORS.of_quality("typical", 2)
+    assert SENSORS[name].ERRORS.of_quality("typical", 1) == SENSORS[name].ERRORS.of_quality("typical", 1)
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,7 @@ def test_another_seed_gives_another_part(name: str) -> None:
 )
 def test_another_seed_gives_other_noise(channel: Channel) -> None:
     """The same deviating part, two boards: only the noise differs."""
-    errors = PARTS[channel.part].ERRORS.of_grade("typical", 1)
+    errors = SENSORS[channel.part].ERRORS.of_quality("typical", 1)
     runs = []
     for seed in (1, 2):
         chip = Chip(channel.part, errors, seed)

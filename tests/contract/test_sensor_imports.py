@@ -34,7 +34,7 @@ def test_importing_sensors_loads_numpy_at_most() -> None:
     assert "sensors" in done.stdout
 
 
-@pytest.mark.parametrize("package", ["sensors", *(f"sensors.{name.lower()}" for name in sensors.PARTS)])
+@pytest.mark.parametrize("package", ["sensors", *(f"sensors.{name.lower()}" for name in sensors.SENSORS)])
 def test_package_docstring_lists_its_files(package: str) -> None:
     """Its docstring has a table: names of files, then what they are about."""
     folder = SENSORS.parent.joinpath(*package.split("."))

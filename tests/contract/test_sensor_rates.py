@@ -7,12 +7,12 @@ from fractions import Fraction
 
 import pytest
 
-from tests.support.sensor_fakes import CHANNELS, PARTS, PS_PER_S, Channel, Chip
+from tests.support.sensor_fakes import CHANNELS, PS_PER_S, SENSORS, Channel, Chip
 
 RATED = [
     channel
     for channel in CHANNELS
-    if channel.ready is not None and "odr_percent" in PARTS[channel.part].ERRORS.figures()
+    if channel.ready is not None and "odr_percent" in SENSORS[channel.part].ERRORS.figures()
 ]
 channels = pytest.mark.parametrize("channel", RATED, ids=str)
 
@@ -21,7 +21,7 @@ channels = pytest.mark.parametrize("channel", RATED, ids=str)
 @pytest.mark.parametrize("percent", [-7.5, 2.5, 10.0])
 def test_samples_come_at_the_parts_own_rate(channel: Channel, percent: float) -> None:
     """The thousandth tells: nothing is rounded on the way."""
-    chip = Chip(channel.part, PARTS[channel.part].ERRORS(odr_percent=percent))
+    chip = Chip(channel.part, SENSORS[channel.part].ERRORS(odr_percent=percent))
     own = replace(channel, rate_hz=channel.rate_hz * Fraction(1000 + int(10 * percent), 1000))
     chip.configure(channel.scales[0][0])
     chip.t_ps = own.sample_ps(999)
@@ -35,7 +35,7 @@ def test_samples_come_at_the_parts_own_rate(channel: Channel, percent: float) ->
 @channels
 def test_a_typical_part_beats_against_its_nominal_rate(channel: Channel) -> None:
     """Read at the rate of the datasheet for ten seconds, a sample is missed, or seen twice, now and then."""
-    errors = PARTS[channel.part].ERRORS.of_grade("typical", 1)
+    errors = SENSORS[channel.part].ERRORS.of_quality("typical", 1)
     percent = float(vars(errors)["odr_percent"])
     chip = Chip(channel.part, errors, seed=1)
     chip.configure(channel.scales[0][0])

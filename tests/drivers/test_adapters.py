@@ -17,7 +17,7 @@ from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
 from fcu_emulator.emulator.trace import BusTransfer
 
 WHO_AM_I = bytes((0x0F,))
-PARTS = [0x1E, 0x5D, 0x6B]
+SENSORS = [0x1E, 0x5D, 0x6B]
 EREMOTEIO = 121  # Linux, include/uapi/asm-generic/errno.h
 
 
@@ -78,7 +78,7 @@ def test_busio_needs_its_lock(board: Board) -> None:
 def test_busio_scans_and_closes(board: Board) -> None:
     with BusioI2C(board.i2c2) as i2c:
         assert i2c.try_lock()
-        assert i2c.scan() == PARTS
+        assert i2c.scan() == SENSORS
 
 
 def test_busio_slices_written_and_filled_buffers(busio: BusioI2C) -> None:
@@ -102,7 +102,7 @@ def test_busio_fills_any_buffer(busio: BusioI2C) -> None:
 
 def test_machine_reads_and_writes_memory_and_bytes(board: Board) -> None:
     i2c = MachineI2C(board.i2c2)
-    assert i2c.scan() == PARTS
+    assert i2c.scan() == SENSORS
     assert i2c.readfrom_mem(0x6B, 0x0F, 1) == b"\x6a"
     i2c.writeto_mem(0x6B, 0x10, b"\x48\x5c")
     buffer = bytearray(2)

@@ -66,14 +66,14 @@ def test_name_outside_the_folder_is_refused(name: str, tmp_path: Path) -> None:
     entry = zipfile.ZipInfo("x")
     entry.filename = name
 
-    assert "leads out" in reason(one(tmp_path / "a.zip", entry))
+    assert "outside of the archive" in reason(one(tmp_path / "a.zip", entry))
 
 
 @pytest.mark.parametrize("name", ["a\nb.c", "\x1b[31m.c", "con", "LPT1.c", "ab:c.c", "x" * 250 + ".c"])
 def test_name_invalid_on_any_system_is_refused(name: str, tmp_path: Path) -> None:
     words = reason(one(tmp_path / "a.zip", zipfile.ZipInfo(name)))
 
-    assert "no name for a file" in words
+    assert "an invalid file name" in words
     assert words.isprintable()
 
 
@@ -93,14 +93,14 @@ def test_duplicate_file_is_refused_ignoring_case(tmp_path: Path) -> None:
 def test_too_many_files_are_refused_before_parsing(tmp_path: Path) -> None:
     file = archive(tmp_path / "a.zip", **{f"{number}.c": b"" for number in range(11)})
 
-    assert reason(file) == "has more than 10 files"
+    assert reason(file) == "must have at most 10 files"
 
 
 def test_zip_bomb_is_refused_by_ratio_and_size(tmp_path: Path) -> None:
     file = archive(tmp_path / "a.zip", bomb=bytes(64 << 20))
 
-    assert "zip bomb" in reason(file, Bounds(entries=10, bytes=1 << 30))
-    assert "more than 1048576 bytes" in reason(file)
+    assert "at most 200 times its size" in reason(file, Bounds(entries=10, bytes=1 << 30))
+    assert "at most 1048576 bytes" in reason(file)
 
 
 def test_declared_size_is_not_trusted(tmp_path: Path) -> None:
@@ -130,7 +130,7 @@ def test_an_unusual_packing_is_refused(method: int, tmp_path: Path) -> None:
     entry = zipfile.ZipInfo("main.c")
     entry.compress_type = method
 
-    assert "unusual" in reason(one(tmp_path / "a.zip", entry))
+    assert "unsupported compression" in reason(one(tmp_path / "a.zip", entry))
 
 
 @pytest.mark.parametrize("data", [b"", b"hello", b"PK\x03\x04" + bytes(30), b"PK\x05\x06" + b"\xff" * 18])

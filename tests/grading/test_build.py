@@ -127,7 +127,7 @@ def test_quoted_source_is_not_taken_for_an_error(builder: Builder) -> None:
                 "main.c": b"int main(void) { return 0; }\n",
                 "main_old.c": b"int x;\nint main(void) { return 1; }\n",
             },
-            "has two programs",
+            "must have one main()",
             ("main.c", "main_old.c"),
         ),
         (
@@ -135,7 +135,7 @@ def test_quoted_source_is_not_taken_for_an_error(builder: Builder) -> None:
                 "main.c": b"int x; int main(void) { return 0; }\n",
                 "b.c": b"int x; int main(void) { return 0; }\n",
             },
-            "has two programs",
+            "must have one main()",
             ("main.c", "b.c"),
         ),
         (
@@ -148,7 +148,7 @@ def test_quoted_source_is_not_taken_for_an_error(builder: Builder) -> None:
             "does not link",
             ("main.c:2", "one"),
         ),
-        ({"main.c": b"int x;\n"}, "has no main()", ()),
+        ({"main.c": b"int x;\n"}, "must have a main()", ()),
     ],
 )
 def test_linker_message_is_one_sentence_with_files(

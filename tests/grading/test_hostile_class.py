@@ -343,7 +343,7 @@ def test_compiler_in_home_folder_does_not_expose_it(
 # -- recorded text ------------------------------------------------------------------------------------------
 
 _RUN = """[run.still.sensors]
-grade = "ideal"
+quality = "ideal"
 
 [run.still.world]
 pitch_deg = { uniform = [-70, 70] }

@@ -95,7 +95,7 @@ def test_name_with_two_attempts_is_rejected(tmp_path: Path, stolen: str) -> None
 
     assert all_found["ada"].files == (own,)
     assert all_found["eve"].path is None
-    with pytest.raises(RejectedError, match="two attempts"):
+    with pytest.raises(RejectedError, match="one attempt"):
         all_found[stolen.rpartition(".")[0]].content(tmp_path)
 
 

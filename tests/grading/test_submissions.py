@@ -208,7 +208,7 @@ def test_name_with_two_ids_is_rejected(tmp_path: Path, stolen: str) -> None:
     assert found["4242"].path is None
     thief = found[stolen.removesuffix(".c")]
     assert not thief.known
-    with pytest.raises(RejectedError, match="two ids"):
+    with pytest.raises(RejectedError, match="one id"):
         thief.content(tmp_path / "s")
 
 

@@ -23,8 +23,8 @@ from fcu_emulator.emulator.cli.move import MoveOptions, entries, move
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.links.control import ControlServer, running_boards
 from fcu_emulator.emulator.links.runner import Runner
+from fcu_emulator.emulator.live.control import ControlRequests
 from fcu_emulator.emulator.live.gestures import GESTURES, OLD_WORDS, buttons
-from fcu_emulator.emulator.live.moved import Moved
 from tests.support.words import Words
 
 DEADLINE_S = 30.0
@@ -41,7 +41,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @contextlib.contextmanager
 def running(board: Board) -> Iterator[Board]:
     """The board in real time, with its door, as ``fcu run`` has it."""
-    with contextlib.closing(ControlServer("lab3", [], Moved(board).answer)) as door:
+    with contextlib.closing(ControlServer("lab3", [], ControlRequests(board).answer)) as door:
         runner = Runner(board, [], None, 1.0)
         thread = threading.Thread(target=lambda: runner.run(lambda _: door.serve()))
         thread.start()
@@ -92,7 +92,7 @@ def test_every_page_button_is_a_working_gesture() -> None:
         assert one["label"].lower().replace(" ", "_").startswith(one["word"])
         board = Board()
         for entry in one["entries"]:
-            assert "truth" in Moved(board).answer({"type": "do", "entry": entry})
+            assert "truth" in ControlRequests(board).answer({"type": "do", "entry": entry})
         board.run_for(0.01)
 
 
@@ -100,7 +100,7 @@ def test_every_page_button_is_a_working_gesture() -> None:
 def test_every_gesture_is_executed_by_the_board(word: str) -> None:
     board = Board()
     for entry in entries(options(word), FLAT):
-        assert "truth" in Moved(board).answer({"type": "do", "entry": entry})
+        assert "truth" in ControlRequests(board).answer({"type": "do", "entry": entry})
     board.run_for(0.01)
 
 
@@ -168,9 +168,9 @@ def test_impossible_move_is_refused_and_board_continues() -> None:
 def test_board_with_scenario_is_not_moved() -> None:
     board = Board(scenario="desk")
     with pytest.raises(InputError, match=r"\bdesk\b") as refused:
-        Moved(board).answer({"type": "do", "entry": {"do": "tap"}})
+        ControlRequests(board).answer({"type": "do", "entry": {"do": "tap"}})
     assert refused.value.kind == "moved_by_scenario"
-    assert Moved(board).answer({"type": "truth"})["t_s"] == 0.0
+    assert ControlRequests(board).answer({"type": "truth"})["t_s"] == 0.0
 
 
 @pytest.mark.parametrize(
@@ -189,7 +189,7 @@ def test_board_with_scenario_is_not_moved() -> None:
 def test_invalid_message_is_refused_without_change(message: dict[str, Any]) -> None:
     board = Board()
     with pytest.raises(InputError) as caught:
-        Moved(board).answer(message)
+        ControlRequests(board).answer(message)
     assert "\n" not in str(caught.value)
     assert attitude(board, 1.0) == [0.0, 0.0, 0.0]
 

@@ -163,7 +163,7 @@ def test_invalid_message_with_token_gets_an_error() -> None:
             with connection.makefile("rb") as lines:
                 answers = [json.loads(lines.readline()) for _ in range(4)]
         assert answers[0] == {"ok": True}
-        assert ["no message" in one.get("error", "") for one in answers[1:]] == [True, True, True]
+        assert ["invalid message" in one.get("error", "") for one in answers[1:]] == [True, True, True]
 
 
 def test_many_strangers_do_not_block_callers() -> None:

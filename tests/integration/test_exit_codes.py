@@ -196,7 +196,7 @@ def test_closing_reader_ends_every_command(arguments: tuple[str, ...]) -> None:
         code = process.wait(timeout=120)
 
     assert code in (READER_GONE, PASSED)  # what fits into the pipe's buffer has been printed
-    assert said in ("", "fcu: 8 of 8 expectations met\n")
+    assert said in ("", "fcu: PASS 8 of 8 expectations met\n")
     if arguments[0] == "run":
         assert code == READER_GONE
 
@@ -220,7 +220,7 @@ def test_same_file_for_two_outputs_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "run"
     done = fcu("run", "--duration", "1s", "--json", file, "--trace", file)
     assert (done.returncode, done.stdout) == (USAGE_ERROR, "")
-    assert done.stderr == f"fcu: --json and --trace both name {file}; give each a file of its own\n"
+    assert done.stderr == f"fcu: --json and --trace must not both name {file}; give each its own file\n"
 
 
 @needs_full

@@ -1,4 +1,4 @@
-"""The fidelity table of docs/fidelity.md is the code's own account of itself, and is up to date."""
+"""The fidelity table of docs/fidelity-tables.md is the code's own account of itself, and is up to date."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from fcu_emulator.emulator.analysis.fidelity import (
 )
 from fcu_emulator.emulator.boards.description import BoardErrors
 from fcu_emulator.emulator.chip.registers import DECLARED
-from fcu_emulator.sensors import PARTS
+from fcu_emulator.sensors import SENSORS
 
 ROOT = Path(__file__).parents[2]
-parts = pytest.mark.parametrize("name", PARTS)
+parts = pytest.mark.parametrize("name", SENSORS)
 
 
 def fcu(*arguments: str) -> str:
@@ -37,8 +37,8 @@ def fcu(*arguments: str) -> str:
 
 
 def test_the_pages_table_is_up_to_date() -> None:
-    """When it is not: python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity.md"""
-    text = (ROOT / "docs" / "fidelity.md").read_text(encoding="utf-8")
+    """When it is not: python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity-tables.md"""
+    text = (ROOT / "docs" / "fidelity-tables.md").read_text(encoding="utf-8")
     assert rewrite(text) == text
 
 
@@ -64,7 +64,7 @@ def test_a_page_without_markers_is_refused(text: str) -> None:
 
 
 def test_page_has_tables_of_sensors_chip_and_board() -> None:
-    text = (ROOT / "docs" / "fidelity.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "fidelity-tables.md").read_text(encoding="utf-8")
     markers = (BEGIN, END, BEGIN_CHIP, END_CHIP, BEGIN_BOARD, END_BOARD)
 
     assert all(text.count(marker) == 1 for marker in markers)
@@ -95,7 +95,7 @@ def test_every_row_has_four_cells() -> None:
 
 @parts
 def test_every_function_has_name_and_source(name: str) -> None:
-    functions = PARTS[name].FUNCTIONS
+    functions = SENSORS[name].FUNCTIONS
     assert len({function.name for function in functions}) == len(functions)
     assert all(function.name and function.source for function in functions)
 
@@ -104,7 +104,7 @@ def test_every_function_has_name_and_source(name: str) -> None:
 def test_fields_without_behaviour_are_named(name: str) -> None:
     """The same bits, once from the maps and once as a user sees them, in every bank."""
     names = []
-    for bank in PARTS[name].maps().values():
+    for bank in SENSORS[name].maps().values():
         for register in bank.registers:
             if not register.modelled:
                 names.append(register.__name__)
@@ -121,7 +121,7 @@ def test_fields_without_behaviour_are_named(name: str) -> None:
 @parts
 def test_register_map_shows_every_register_and_field(name: str) -> None:
     printed = fcu("registers", name)
-    for title, bank in PARTS[name].maps().items():
+    for title, bank in SENSORS[name].maps().items():
         assert title in printed
         for register in bank.registers:
             assert f"0x{register.addr:02X}" in printed

@@ -153,7 +153,7 @@ run = "still"
 
 [[exercise.check]]
 id = "runs"
-title = "the program runs on"
+title = "the program keeps running"
 requires = ["1"]
 expect = [{ kind = "no_fault" }]
 
@@ -272,7 +272,7 @@ schema = 1
 title = "LED1 follows the pitch"
 [run.steep]
 duration = "6s"
-sensors = { grade = "ideal" }
+sensors = { quality = "ideal" }
 timeline = [{ do = "set_attitude", pitch_deg = 85, at = "3s" }]
 [[exercise]]
 id = "1"

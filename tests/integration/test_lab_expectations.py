@@ -15,7 +15,7 @@ from fcu_emulator.firmware_model import LabFirmware
 from fcu_emulator.firmware_model.hal import PRINTF, Hal
 from tests.support.scenario_files import HEAD, refusal, write
 
-IDEAL = f'{HEAD}[sensors]\ngrade = "ideal"\n'
+IDEAL = f'{HEAD}[sensors]\nquality = "ideal"\n'
 THRESHOLD = '[[threshold]]\nquantity = "roll"\nvalue = 45\nmargin = 1\n'
 TURN = '[[timeline]]\ndo = "turn_over"\nfor = "1s"\n'
 ALARM = (
@@ -65,7 +65,7 @@ def played(folder: Path, text: str, firmware: Callable[[Hal], LabFirmware]) -> R
 
 
 def faults(result: Result) -> list[tuple[str, str]]:
-    return [(one.key, one.miss.kind) for one in result.findings]
+    return [(one.key, one.reason) for one in result.findings]
 
 
 def test_right_program_meets_conditions_at_every_seed(tmp_path: Path) -> None:
@@ -116,9 +116,7 @@ def test_findings_give_the_angle_of_their_moment(tmp_path: Path) -> None:
 
     assert len(findings) == 2
     for finding in findings:
-        at_s, roll = map(
-            float, re.findall(r"at ([0-9.]+) s with a true roll of ([0-9.]+)", finding.miss.seen)[0]
-        )
+        at_s, roll = map(float, re.findall(r"at ([0-9.]+) s with a true roll of ([0-9.]+)", finding.seen)[0])
         share = at_s - 2  # of a turn with minimum jerk
         true = 60 * (10 * share**3 - 15 * share**4 + 6 * share**5)
         assert roll == pytest.approx(true, abs=0.15)
@@ -128,9 +126,9 @@ def test_threshold_is_named_if_it_is_proven_wrong(tmp_path: Path) -> None:
     """Passing from 0 to 60 degrees proves 30 wrong, and says more than that it is from 0 to 60."""
     text = IDEAL.replace("schema = 1", 'schema = 1\nduration = "5s"') + PASSING + LED
     (wrong,) = played(tmp_path, text, program(lit=lambda one: abs(one.roll) > 30)).findings
-    low, high = map(float, re.findall(r"between ([0-9.]+) and ([0-9.]+)", wrong.miss.seen)[0])
+    low, high = map(float, re.findall(r"between ([0-9.]+) and ([0-9.]+)", wrong.seen)[0])
 
-    assert wrong.miss.kind == "threshold"
+    assert wrong.reason == "threshold"
     assert low <= 30 <= high < 45
 
 
@@ -154,7 +152,7 @@ def test_threshold_below_which_something_is_due_is_named(
     text += f'[[expect]]\nkind = "line_follows"\ntext = "ALARM"\nmax_gap = "1.1s"\n{LOW}'
     low = program(lit=lambda one: one.press < limit, said=lambda one: "ALARM" * (one.press < limit))
 
-    assert [one.miss.kind for one in played(tmp_path, text, low).findings] == found
+    assert [one.reason for one in played(tmp_path, text, low).findings] == found
 
 
 @pytest.mark.parametrize(("limit", "found"), [(40, {"led_follows"}), (50, set()), (59, set())])
@@ -245,7 +243,7 @@ def test_run_that_ends_before_its_thresholds_is_refused(tmp_path: Path) -> None:
 
 def number(format_key: str, rest: str = 'truth = "roll", scale = 100, tolerance = 60') -> str:
     head = f'{HEAD}world = {{ roll_deg = 30 }}\nduration = "3s"\n'
-    return f'{head}expect = [{{ kind = "field", {format_key}, {rest} }}]\nsensors = {{ grade = "ideal" }}\n'
+    return f'{head}expect = [{{ kind = "field", {format_key}, {rest} }}]\nsensors = {{ quality = "ideal" }}\n'
 
 
 @pytest.mark.parametrize(
@@ -269,9 +267,9 @@ def test_number_in_own_format_is_compared_with_truth(
     tmp_path: Path, line: Callable[[Tilt], str], format_key: str, kind: str | None
 ) -> None:
     result = played(tmp_path, number(format_key), program(said=line))
-    late = [one for one in result.findings if one.miss.kind]
+    late = [one for one in result.findings if one.reason]
 
-    assert [one.miss.kind for one in late] == ([kind] if kind else []), result.lines
+    assert [one.reason for one in late] == ([kind] if kind else []), result.lines
 
 
 @pytest.mark.parametrize("kind", ["printed", "within"])

@@ -38,7 +38,7 @@ class Live:
         self.session = LiveSession(setup, self._publish)
         self.session.attach(self)
         self._door = ControlServer("mine.elf", [], self.session.answer)
-        self.session.door = self._door
+        self.session.control = self._door
         self._thread = threading.Thread(target=self.session.run)
         self._thread.start()
 

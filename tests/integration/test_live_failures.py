@@ -179,7 +179,7 @@ def test_control_failure_does_not_end_the_session() -> None:
         def serve(self) -> None:
             raise FULL
 
-    page.session.door = Broken()
+    page.session.control = Broken()
     assert page.run().board.now_s >= 0.1
 
 

@@ -158,7 +158,7 @@ def test_check_on_boards_counts_those_with_all_points(
     done = fcu(desk, "check", program, "--rubric", "pitch.toml", "--boards", "3", "--seed", "5")
 
     assert done.returncode == code, done.stderr
-    assert re.findall(r"^  board (\d+)", done.stdout, re.MULTILINE) == ["5", "6", "7"]
+    assert re.findall(r"^  (?:PASS|FAIL)  board (\d+)", done.stdout, re.MULTILINE) == ["5", "6", "7"]
     assert f"{passed} of 3 boards" in done.stdout
     assert ("1.pitch loses points on board 5, 6, 7" in done.stdout) is (code == 1)
 

@@ -25,7 +25,7 @@ from fcu_emulator import (
 )
 from tests.support.board_fakes import script
 
-OF_CONTRIBUTORS = {"recipes", "new-sensor-and-board"}  # pages about the inside, for those who change it
+OF_CONTRIBUTORS = {"recipes"}  # about the inside, for those who change it
 DOCS = [
     page
     for page in sorted((Path(__file__).parents[2] / "docs").rglob("*.md"))

@@ -174,7 +174,7 @@ def test_printed_command_repeats_the_test(pytester: pytest.Pytester) -> None:
             dut.write("hello")
             board.i2c2.inject(I2CFault("nack", 2.5, 2.6))
             board.run_for(2)
-            board.world.change_weather(2, 1)
+            board.world.change_pressure(2, 1)
             board.run_for(1.5)
             Path("seen.txt").write_bytes(board.terminal.text.encode("latin-1"))
             assert False
@@ -185,7 +185,7 @@ def test_printed_command_repeats_the_test(pytester: pytest.Pytester) -> None:
 
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith((pytester.path / "seen.txt").read_bytes())
-    assert "Not in it" not in printed
+    assert "It lacks: " not in printed
 
 
 def test_unrepeatable_actions_are_named(pytester: pytest.Pytester) -> None:
@@ -208,9 +208,9 @@ def test_unrepeatable_actions_are_named(pytester: pytest.Pytester) -> None:
     )
     printed = pytester.runpytest_inprocess(*ARGUMENTS).stdout.str()
 
-    missing = next(line for line in printed.splitlines() if line.startswith("Not in it: "))
+    missing = next(line for line in printed.splitlines() if line.startswith("It lacks: "))
     assert missing == (
-        "Not in it: board.set_variable; board.world.set_gravity; board.i2c2.write_read, 2 times."
+        "It lacks: board.set_variable; board.world.set_gravity; board.i2c2.write_read, 2 times."
     )
 
 

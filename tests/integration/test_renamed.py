@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from types import ModuleType
 
 import click
 import pytest
@@ -12,13 +13,17 @@ import serial
 
 import fcu_emulator
 import fcu_emulator.emulator.adapters.protocol_fcu
-from fcu_emulator import Board
+import fcu_emulator.sensors.part
+from fcu_emulator import Board, sensors
+from fcu_emulator.emulator.boards import description
 from fcu_emulator.emulator.cli import execute
 from fcu_emulator.emulator.cli.commands import cli
 from fcu_emulator.emulator.cli.declare import Command
 from fcu_emulator.emulator.live.gestures import OLD_WORDS
+from fcu_emulator.emulator.renamed import RenamedWarning
 from fcu_emulator.emulator.scenario import load_scenario
-from fcu_emulator.emulator.scenario.renamed import RenamedWarning
+from fcu_emulator.emulator.world.world import World
+from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
 
 PAGE = Path(__file__).parents[2] / "docs" / "renamed.md"
 TEXT = PAGE.read_text(encoding="utf-8")
@@ -87,6 +92,9 @@ duration = "2s"
 
 [world]
 pitch_deg = {{ {uniform} = [20, 30], {random_sign} = true }}
+
+[sensors]
+{quality} = "typical"
 
 [[timeline]]
 do = "{change_pressure}"
@@ -159,7 +167,7 @@ def test_old_key_works_like_the_new_one(old: str, new: str, tmp_path: Path) -> N
 def test_old_names_of_board_warn() -> None:
     with pytest.warns(DeprecationWarning, match="wiring"):
         board = Board("solution", profile="fcu001v1")  # the previous name of wiring
-    with pytest.warns(DeprecationWarning, match=r"board\.chip"):
+    with pytest.warns(DeprecationWarning, match="chip"):
         chip = board.arm
 
     assert board.booted.wiring.name == "fcu001v1"
@@ -180,14 +188,59 @@ def test_record_of_run_has_both_names(tmp_path: Path, capsys: pytest.CaptureFixt
     assert board["profile"] == board["wiring"] == "lab3"
 
 
-def test_old_name_of_failure_warns() -> None:
-    with pytest.warns(DeprecationWarning, match="Failure"):
-        old = fcu_emulator.Miss
+@pytest.mark.parametrize("name", ["Miss", "Failure", "Finding"])
+def test_old_name_of_result_warns(name: str) -> None:
+    with pytest.warns(DeprecationWarning, match="ExpectationResult"):
+        old = getattr(fcu_emulator, name)
 
-    assert old is fcu_emulator.Failure
+    assert old is fcu_emulator.ExpectationResult
 
 
-def test_old_place_of_strategies_warns() -> None:
+def test_failure_of_finding_is_the_finding() -> None:
+    finding = fcu_emulator.ExpectationResult("a line", "missing")
+    with pytest.warns(DeprecationWarning, match="leave out"):
+        miss = finding.miss
+
+    assert miss is finding
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("change_weather", "change_pressure"), ("blow", "blow_wind"), ("shut_door", "slam_door")],
+)
+def test_old_method_of_world_warns(old: str, new: str) -> None:
+    world = World()
+    with pytest.warns(DeprecationWarning, match=new):
+        method = getattr(world, old)
+
+    assert method == getattr(world, new)
+    assert f"world.{old}" in dict(row[:2] for row in ROWS)
+
+
+def test_old_name_of_quality_warns() -> None:
+    with pytest.warns(DeprecationWarning, match="of_quality"):
+        old = LIS2MDLErrors.of_grade("typical", 1)
+
+    assert old == LIS2MDLErrors.of_quality("typical", 1)
+
+
+@pytest.mark.parametrize(
+    ("module", "old", "new"),
+    [
+        (sensors, "Part", "Sensor"),
+        (sensors, "PARTS", "SENSORS"),
+        (sensors.part, "Part", "Sensor"),
+        (description, "MountedPart", "MountedSensor"),
+    ],
+)
+def test_old_name_of_sensor_warns(module: ModuleType, old: str, new: str) -> None:
+    with pytest.warns(DeprecationWarning, match=new):
+        former = getattr(module, old)
+
+    assert former is getattr(module, new)
+
+
+def test_old_path_of_strategies_warns() -> None:
     from fcu_emulator.emulator import strategies as old
     from fcu_emulator.emulator.testing import strategies as new
 

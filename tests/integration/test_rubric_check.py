@@ -18,7 +18,7 @@ schema = 1
 title = "Tilt alarm"
 
 [run.tilt]
-sensors = { grade = "ideal" }
+sensors = { quality = "ideal" }
 threshold = [{ quantity = "roll", value = 45, margin = 1, rest = "1.5s", turn = "500ms" }]
 
 [[exercise]]
@@ -39,7 +39,7 @@ when = { quantity = "roll", beyond = 45, margin = 0.3 }
 
 [[exercise.check]]
 id = "runs"
-title = "the program runs on"
+title = "the program keeps running"
 REQUIRES
 expect = [{ kind = "no_fault" }]
 

@@ -30,21 +30,21 @@ BREAKS = {
     "desk": ("23.058", "24.3"),
     "drift": ("dph = 300", "dph = 3"),
     "figure_eight": ('do = "figure_eight"', 'do = "hold"'),
-    "flat": ('grade = "typical"', 'grade = "typical"\n[sensors.lsm6dsl]\nacc_bias_mg = [150, 0, 0]'),
+    "flat": ('quality = "typical"', 'quality = "typical"\n[sensors.lsm6dsl]\nacc_bias_mg = [150, 0, 0]'),
     "free_fall": ('do = "free_fall"', 'do = "hold"'),
     "hand": ('do = "take_in_hand"', 'do = "put_down"'),
     "iron": ('do = "figure_eight"', 'do = "hold"'),
-    "exercise_1": ('grade = "ideal"', 'grade = "ideal"\n[sensors.lsm6dsl]\nacc_bias_mg = [180, 0, 0]'),
-    "led_x": ('grade = "ideal"', 'grade = "ideal"\n[sensors.lsm6dsl]\nacc_bias_mg = [0, 0, 40]'),
-    "led_y": ('grade = "ideal"', 'grade = "ideal"\n[sensors.lsm6dsl]\nacc_bias_mg = [0, 0, 40]'),
+    "exercise_1": ('quality = "ideal"', 'quality = "ideal"\n[sensors.lsm6dsl]\nacc_bias_mg = [180, 0, 0]'),
+    "led_x": ('quality = "ideal"', 'quality = "ideal"\n[sensors.lsm6dsl]\nacc_bias_mg = [0, 0, 40]'),
+    "led_y": ('quality = "ideal"', 'quality = "ideal"\n[sensors.lsm6dsl]\nacc_bias_mg = [0, 0, 40]'),
     "magnet_passes_by": ("moment_am2 = 8", "moment_am2 = 80"),
     "motors": ("throttle = 1", "throttle = 0.7"),
     "outside": ("thermal_s = 20", "thermal_s = 0"),
     "plugged_in": ("heating_percent = 30", "heating_percent = 0"),
     "slow_bus": ('"100kHz"', '"400kHz"'),
-    "stairs": ('grade = "typical"', 'grade = "typical"\n[sensors.lps22hb]\npressure_noise_hpa = 0.15'),
+    "stairs": ('quality = "typical"', 'quality = "typical"\n[sensors.lps22hb]\npressure_noise_hpa = 0.15'),
     "weather": ("change_hpa = -0.6", "change_hpa = -0.2"),
-    "tilt_sweep": ('grade = "ideal"', 'grade = "worst"'),
+    "tilt_sweep": ('quality = "ideal"', 'quality = "worst"'),
 }
 
 
@@ -67,12 +67,12 @@ def test_early_verdict_is_final(name: str, firmware: str | None) -> None:
     fallen: dict[str, str] = {}
     for _ in range(8):
         board.run_for(plan.duration_s / 8)
-        states = {one.key: one.state for one in plan.verdicts(board)}
+        states = {one.key: one.state for one in plan.results(board)}
         assert states | fallen == states
         fallen = {key: state for key, state in states.items() if state != "open"}
     board.run_until(plan.duration_s)
     result = plan.check(board)
-    states = {one.key: one.state for one in plan.verdicts(board)}
+    states = {one.key: one.state for one in plan.results(board)}
     assert "open" not in (states | fallen).values()
     assert {key for key, state in states.items() if state == "failed"} == {one.key for one in result.findings}
     assert firmware == "template" or set(states.values()) == {"met"}
@@ -175,8 +175,8 @@ def test_unfinished_run_is_judged_so_far() -> None:
     board = Board(scenario="desk")
     board.run_for(2)
     findings = check(board)
-    assert findings[0].miss.fault == "stopped"
-    assert "4 s" in findings[0].miss.expected
+    assert findings[0].fault == "stopped"
+    assert "4 s" in findings[0].expected
     assert {finding.kind for finding in findings[1:]} == {"line"}
 
 
@@ -190,7 +190,7 @@ def test_only_a_board_with_this_scenario_is_judged() -> None:
 
 def test_too_much_text_stops_the_run(tmp_path: Path) -> None:
     result = play(tmp_path, f"{IDEAL}[limits]\nterminal_bytes = 400\n")
-    assert [finding.miss.fault for finding in result.findings] == ["stopped"]
+    assert [finding.fault for finding in result.findings] == ["stopped"]
     assert "limits.terminal_bytes" in result.lines[0]
     assert (result.passed_count, result.failed_count, result.passed) == (0, 0, False)
 
@@ -221,7 +221,7 @@ def test_a_missing_sensor_ends_the_boot(tmp_path: Path) -> None:
     banner = "[[expect]]\nkind = 'line'\ntext = 'STEVAL-FCU001V1 FH rev.1.0 - Sep 2017'\n"
     no_timer = "[[expect]]\nkind = 'ticks'\nlate_max = 0\n"
     result = play(tmp_path, SHORT + fault + only_banner + banner + no_timer)
-    assert [(finding.key, finding.miss.fault) for finding in result.findings] == [("expect[2]", "missing")]
+    assert [(finding.key, finding.fault) for finding in result.findings] == [("expect[2]", "missing")]
 
 
 def test_sent_bytes_arrive_at_the_board(tmp_path: Path) -> None:
@@ -292,7 +292,7 @@ date = 2026-03-01
 def test_printed_yaw_is_compared_with_magnetic_yaw(tmp_path: Path, north: str) -> None:
     text = f"""{HEAD}duration = "16s"
 [sensors]
-grade = "ideal"
+quality = "ideal"
 [[timeline]]
 do = "figure_eight"
 at = "2s"

@@ -1,4 +1,4 @@
-"""A board that is not the lab's, made as docs/new-sensor-and-board.md says: all follows from its one file."""
+"""A board that is not the lab's, made as docs/recipes.md says: all follows from its one file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fcu_emulator.emulator.boards.description import (
     BoardDescription,
     CallbackTimer,
     I2cPins,
-    MountedPart,
+    MountedSensor,
     SerialLine,
     Wiring,
 )
@@ -98,7 +98,9 @@ def test_unknown_sensor_attribute_lists_known_ones() -> None:
     assert unknown.value.kind == "unknown_wiring"
     with pytest.raises(InputError, match="unknown sensor 'LSM6DSL'; known: HTX221, LPS22HB"):
         board.sensors["LSM6DSL"]
-    with pytest.raises(AttributeError, match="no sensor 'lsm6dsl'; known: htx221, lps22hb"):
+    with pytest.raises(
+        AttributeError, match="unknown sensor 'lsm6dsl' on this board; known: htx221, lps22hb"
+    ):
         _ = board.sensors.lsm6dsl
 
 
@@ -136,7 +138,7 @@ def test_a_scenario_moves_and_judges_it(tmp_path: Path) -> None:
         [world]
         humidity_percent = 70
         [sensors]
-        grade = "ideal"
+        quality = "ideal"
         [[timeline]]
         at = "1s"
         do = "set_humidity"
@@ -187,18 +189,22 @@ def test_scenario_breaks_the_bus_by_part_name(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "key", "says"),
     [
-        ('[[expect]]\nkind = "led"\nled = "led1"\nstate = "on"', "expect[0].led", "give 'green'"),
+        ('[[expect]]\nkind = "led"\nled = "led1"\nstate = "on"', "expect[0].led", "must be 'green'"),
         (
             '[[timeline]]\ndo = "inject_fault"\nkind = "absent"\naddress = "LSM6DSL"',
             "timeline[0].address",
             '"HTX221"',
         ),
-        ("[sensors.lsm6dsl]\nacc_noise_ug_rthz = 1", "sensors.lsm6dsl", "known here: grade, htx221, lps22hb"),
+        (
+            "[sensors.lsm6dsl]\nacc_noise_ug_rthz = 1",
+            "sensors.lsm6dsl",
+            "known here: quality, htx221, lps22hb",
+        ),
         ('[sensors]\nmagnetometer_mounting = "parallel"', "sensors.magnetometer_mounting", "unknown key"),
         (
             "[sensors.htx221]\nhumidity_noise_percent = -1",
             "sensors.htx221.humidity_noise_percent",
-            "0 or more",
+            "at least 0",
         ),
         ('firmware = "lab3"', "firmware", "known: "),
     ],
@@ -211,7 +217,7 @@ def test_scenario_for_another_board_is_refused(tmp_path: Path, text: str, key: s
 
 
 def test_figures_of_its_parts_can_be_chosen(tmp_path: Path) -> None:
-    file = scenario(tmp_path, '[sensors]\ngrade = "ideal"\n[sensors.htx221]\nhumidity_bias_percent = 2.5\n')
+    file = scenario(tmp_path, '[sensors]\nquality = "ideal"\n[sensors.htx221]\nhumidity_bias_percent = 2.5\n')
     board = GreenhouseBoard(scenario=file)
     board.world.set_humidity(40)
     board.i2c1.write(HTX221_AT, b"\x20\x83")
@@ -267,12 +273,12 @@ def test_inconsistent_board_description_is_refused() -> None:
 
     assert described().addresses == {"HTX221": 0x5F}
     for places, bus, says in (
-        ({"HTX221": 0x5F}, "I2C3", "there is no bus I2C3; known: I2C1"),
-        ({"HTS221": 0x5F}, "I2C1", "there is no part HTS221; known: HTX221"),
-        ({"HTX221": "PA8"}, "I2C1", "HTX221 is at 'PA8' of I2C1; give a 7-bit address"),
+        ({"HTX221": 0x5F}, "I2C3", "unknown bus I2C3; known: I2C1"),
+        ({"HTS221": 0x5F}, "I2C1", "unknown part HTS221; known: HTX221"),
+        ({"HTX221": "PA8"}, "I2C1", "HTX221 on I2C1 must be at a 7-bit address, not 'PA8'"),
     ):
         with pytest.raises(InputError, match=says):
             described(wirings=(Wiring("bench", bus, places, "a bench"),))
     with pytest.raises(InputError, match="LSM6DSL") as refused:
-        MountedPart(LSM6DSL)
+        MountedSensor(LSM6DSL)
     assert refused.value.kind == "no_mounting"

@@ -11,7 +11,7 @@ import pytest
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.trace import DeviceNote
-from fcu_emulator.sensors import PARTS
+from fcu_emulator.sensors import SENSORS
 from fcu_emulator.sensors.register import RegisterMap
 
 ADDRESS = {"LSM6DSL": 0x6B, "LIS2MDL": 0x1E, "LPS22HB": 0x5D}
@@ -19,7 +19,7 @@ FUNC_CFG_ACCESS = 0x01
 SELECT = (0x00, 0x80, 0xA0)  # LSM6DSL datasheet Table 22: main, bank A, bank B
 BANKS = [
     pytest.param(name, select, bank, id=f"{name}-{select:02X}")
-    for name, part in PARTS.items()
+    for name, part in SENSORS.items()
     for select, bank in zip(SELECT, part.maps().values(), strict=False)
 ]
 every_bank = pytest.mark.parametrize(("name", "select", "bank"), BANKS)

@@ -95,7 +95,7 @@ def test_typed_bytes_arrive_at_line_speed() -> None:
     [
         ("fcu://lab4", "unknown firmware 'lab4'"),
         ("fcu://lab3?sede=1", "unknown option 'sede'; known: ideal, scenario, seed, wiring"),
-        ("fcu://lab3?seed=x", "seed is 'x'; give a whole number"),
+        ("fcu://lab3?seed=x", "seed must be a whole number, not 'x'"),
         ("fcu://?scenario=nowhere", "nowhere"),
     ],
 )

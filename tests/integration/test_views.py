@@ -182,7 +182,7 @@ def test_too_large_file_ends_the_run(kind: Any, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", [VcdFile, PerfettoFile])
 def test_unwritable_path_is_refused(kind: Any, tmp_path: Path) -> None:
-    with pytest.raises(LinkError, match="give a path that can be written"):
+    with pytest.raises(LinkError, match="give a writable path"):
         kind(Board(), tmp_path / "missing" / "file")
 
 
@@ -274,7 +274,7 @@ def test_record_has_printed_values_with_truth(record: Path) -> None:
 def test_a_record_becomes_a_picture(record: Path) -> None:
     done = fcu("fcu plot run.json", record.parent)
     picture = (record.parent / "run.png").read_bytes()
-    assert done.stderr == "fcu: run.png\n"
+    assert done.stderr == "fcu: saved in run.png\n"
     assert picture.startswith(b"\x89PNG")
     assert min(struct.unpack(">II", picture[16:24])) > 1000
 

@@ -11,17 +11,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fcu_emulator.sensors import LIS2MDL, LPS22HB, LSM6DSL
-from fcu_emulator.sensors.errors import Grade
+from fcu_emulator.sensors.errors import Quality
 from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
 from fcu_emulator.sensors.lps22hb import LPS22HBErrors
 from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
-from fcu_emulator.sensors.part import Part
+from fcu_emulator.sensors.part import Sensor
 from fcu_emulator.sensors.register_file import EACH_ALONE
 from fcu_emulator.sensors.sampling import PS_PER_S, Times
 from tests.support.keeping_masters import BurstKeeper, ByteKeeper, LiveBursts, LiveBytes, Master
 
-GRADE: Grade = "typical"
-PARTS = ("LSM6DSL", "LIS2MDL", "LPS22HB")
+GRADE: Quality = "typical"
+SENSORS = ("LSM6DSL", "LIS2MDL", "LPS22HB")
 SWITCHED_ON = {
     "LSM6DSL": ((0x12, 0x04), (0x10, 0x50), (0x11, 0x40)),  # IF_INC, 208 Hz, 104 Hz
     "LIS2MDL": ((0x60, 0x8C),),  # 100 Hz
@@ -97,7 +97,9 @@ def actions(part: str) -> st.SearchStrategy[list[Action]]:
 class Bench:
     """Two copies of a part in one world, each with its master, and what was seen of them."""
 
-    def __init__(self, name: str, live: Callable[[Part], Master], keeper: Callable[[Part], Master]) -> None:
+    def __init__(
+        self, name: str, live: Callable[[Sensor], Master], keeper: Callable[[Sensor], Master]
+    ) -> None:
         self.now_ps = PS_PER_S // 10
         self._slope = 1.0
         self._since_s = 0.0
@@ -108,13 +110,15 @@ class Bench:
             for address, value in SWITCHED_ON[name]:
                 master.write(address, bytes((value,)), self.now_ps)
 
-    def _make(self, name: str) -> Part:
+    def _make(self, name: str) -> Sensor:
         if name == "LSM6DSL":
-            lsm_errors = LSM6DSLErrors.of_grade(GRADE, 1)
+            lsm_errors = LSM6DSLErrors.of_quality(GRADE, 1)
             return LSM6DSL(self._vector, self._vector, self._scalar, lsm_errors, 1)
         if name == "LIS2MDL":
-            return LIS2MDL(self._vector, self._scalar, LIS2MDLErrors.of_grade(GRADE, 1), 1)
-        return LPS22HB(lambda t_s: 900 + self._scalar(t_s), self._scalar, LPS22HBErrors.of_grade(GRADE, 1), 1)
+            return LIS2MDL(self._vector, self._scalar, LIS2MDLErrors.of_quality(GRADE, 1), 1)
+        return LPS22HB(
+            lambda t_s: 900 + self._scalar(t_s), self._scalar, LPS22HBErrors.of_quality(GRADE, 1), 1
+        )
 
     def _scalar(self, t_s: Times) -> Times:
         return 20 + self._slope * np.sin(40 * t_s) * (t_s >= self._since_s)
@@ -163,7 +167,7 @@ class Bench:
         assert self.noted[0] == self.noted[1]
 
 
-@pytest.mark.parametrize("name", PARTS)
+@pytest.mark.parametrize("name", SENSORS)
 @settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_bytes_are_kept_over_messages(name: str, data: st.DataObject) -> None:
@@ -173,7 +177,7 @@ def test_bytes_are_kept_over_messages(name: str, data: st.DataObject) -> None:
     bench.compare()
 
 
-@pytest.mark.parametrize("name", PARTS)
+@pytest.mark.parametrize("name", SENSORS)
 @settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_bursts_are_kept_as_long_as_they_last(name: str, data: st.DataObject) -> None:

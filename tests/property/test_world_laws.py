@@ -154,9 +154,9 @@ CHANGES: tuple[Callable[[World, float], object], ...] = (
     lambda world, size: world.disturb_field(9 * size, 0, 0, 0.3),
     lambda world, _: world.pass_magnet(0.3, 0.05, 2.0),
     lambda world, _: world.replay(RECORDING),
-    lambda world, size: world.change_weather(size, 0.4),
-    lambda world, size: world.blow(9 * size, 1.0),
-    lambda world, _: world.shut_door(),
+    lambda world, size: world.change_pressure(size, 0.4),
+    lambda world, size: world.blow_wind(9 * size, 1.0),
+    lambda world, _: world.slam_door(),
 )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from fcu_emulator.sensors.part import Part
+from fcu_emulator.sensors.part import Sensor
 
 BYTE_PS = 22_500_000  # nine bits at 400 kHz
 
@@ -17,7 +17,7 @@ BYTE_PS = 22_500_000  # nine bits at 400 kHz
 class Master(Protocol):
     """Reads and writes one part; a message begins at ``now_ps``."""
 
-    part: Part
+    part: Sensor
 
     def read(self, address: int, count: int, now_ps: int) -> bytes:
         """A message that reads."""
@@ -31,7 +31,7 @@ class Master(Protocol):
 class LiveBytes:
     """Each byte is of the time at which it has been transferred."""
 
-    def __init__(self, part: Part) -> None:
+    def __init__(self, part: Sensor) -> None:
         self.part = part
 
     def read(self, address: int, count: int, now_ps: int) -> bytes:
@@ -49,7 +49,7 @@ class LiveBytes:
 class ByteKeeper:
     """The same from kept bytes where there are any; ``served`` counts them."""
 
-    def __init__(self, part: Part) -> None:
+    def __init__(self, part: Sensor) -> None:
         self.part = part
         self.served = 0
         self._base, self._data, self._until_ps, self._quiet, self._version = 0, b"", 0, 0, -1
@@ -108,7 +108,7 @@ class ByteKeeper:
 class LiveBursts:
     """All bytes are of the time at which the message begins."""
 
-    def __init__(self, part: Part) -> None:
+    def __init__(self, part: Sensor) -> None:
         self.part = part
 
     def read(self, address: int, count: int, now_ps: int) -> bytes:
@@ -121,7 +121,7 @@ class LiveBursts:
 class BurstKeeper:
     """Keeps each burst as long as it lasts."""
 
-    def __init__(self, part: Part) -> None:
+    def __init__(self, part: Sensor) -> None:
         self.part = part
         self.served = 0
         self._kept: dict[tuple[int, int], tuple[bytes, int, int]] = {}

@@ -1,4 +1,4 @@
-"""The sensor and the board of docs/new-sensor-and-board.md.
+"""The sensor and the board of docs/recipes.md.
 
 Blocks of that page that begin with a file's name are these files. Importing this makes ``htx221`` and
 ``greenhouse`` importable, from the page itself.
@@ -13,7 +13,7 @@ import types
 from pathlib import Path
 from typing import Any
 
-PAGE = Path(__file__).parents[2] / "docs" / "new-sensor-and-board.md"
+PAGE = Path(__file__).parents[2] / "docs" / "recipes.md"
 _FILE = re.compile(r"^```python\n# (\w+)\.py\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 

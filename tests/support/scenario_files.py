@@ -11,7 +11,7 @@ from fcu_emulator.emulator.scenario import Result, load_scenario, run
 
 HEAD = 'schema = 1\nquestion = "Does it work?"\n'
 SHORT = HEAD + 'duration = "2.5s"\n'  # boot takes 1 s: two blocks are printed
-IDEAL = SHORT + '[sensors]\ngrade = "ideal"\n'
+IDEAL = SHORT + '[sensors]\nquality = "ideal"\n'
 
 
 def write(folder: Path, text: str | bytes) -> Path:

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcu_emulator import sensors
-from fcu_emulator.sensors import LIS2MDL, LPS22HB, LSM6DSL, Part
+from fcu_emulator.sensors import LIS2MDL, LPS22HB, LSM6DSL, Sensor
 from tests.support.recipe import HTX221
 
-PARTS: dict[str, type[Part]] = {**sensors.PARTS, HTX221.NAME: HTX221}
-"""Those of the product, and the one of docs/new-sensor-and-board.md, for which all of this holds, too."""
+SENSORS: dict[str, type[Sensor]] = {**sensors.SENSORS, HTX221.NAME: HTX221}
+"""Those of the product, and the one of docs/recipes.md, for which all of this holds, too."""
 PS_PER_US, PS_PER_MS, PS_PER_S = 10**6, 10**9, 10**12
 
 Array: TypeAlias = NDArray[np.float64]
@@ -267,7 +267,7 @@ class PartFacts:
     increment_off: tuple[int, int] | None
     self_clearing: int  # a register that changes by itself after a write
     unmodelled: tuple[int, int, str] | None  # a write asking for something not modelled, the name in the note
-    build: Callable[[FakeWorld, Any, int], Part]
+    build: Callable[[FakeWorld, Any, int], Sensor]
     plain: tuple[int, str]  # a register without effect on others: its address and name
     usual: Writes  # a usual set-up, which nothing in the documents speaks against
     shows_settings: dict[int, int] = field(default_factory=dict)  # bits nobody can write that follow others

@@ -54,13 +54,13 @@ def test_iron_depends_on_the_seed() -> None:
 
 def test_hundred_boards_spread_within_the_limits() -> None:
     assert {entry.name for entry in fields(BoardErrors)} == {*LIMITS, *STRENGTHS, "hse_ppm"}
-    boards = [BoardErrors.of_grade("typical", seed) for seed in range(100)]
+    boards = [BoardErrors.of_quality("typical", seed) for seed in range(100)]
     for name, limit in LIMITS.items():
         figures = np.array([getattr(board, name) for board in boards])
         assert np.abs(figures).max() <= limit
         assert figures.std() == pytest.approx(limit / 3, rel=0.2)
         assert abs(figures.mean()) < limit / 3 * 3 / np.sqrt(figures.size)
-    worst = BoardErrors.of_grade("worst", 1)
+    worst = BoardErrors.of_quality("worst", 1)
     assert all(np.all(np.abs(getattr(worst, name)) == limit) for name, limit in LIMITS.items())
     for name, typical in STRENGTHS.items():
         assert {getattr(board, name) for board in boards} == {typical}
@@ -70,7 +70,7 @@ def test_hundred_boards_spread_within_the_limits() -> None:
 def test_soft_iron_only_bends_a_field() -> None:
     """Iron weakens or strengthens; it does not turn a field round: no factor is far from 1 at the limits."""
     for seed in range(100):
-        factors = np.linalg.eigvalsh(BoardErrors.of_grade("worst", seed).soft_iron())
+        factors = np.linalg.eigvalsh(BoardErrors.of_quality("worst", seed).soft_iron())
         assert 0.75 < factors.min() < factors.max() < 1.25
 
 
@@ -83,7 +83,7 @@ def test_iron_of_a_file_replaces_drawn_iron(tmp_path: Path) -> None:
     np.testing.assert_allclose(soft, np.diag([1, 2, 1]), atol=1e-12)
     hard, soft = iron(scenario(tmp_path, "[world]\nhard_iron_mgauss = [0, 0, 0]\n"))
     np.testing.assert_allclose(hard, 0, atol=1e-9)
-    hard, soft = iron(scenario(tmp_path, "[sensors]\ngrade = 'ideal'\n"))
+    hard, soft = iron(scenario(tmp_path, "[sensors]\nquality = 'ideal'\n"))
     np.testing.assert_allclose(hard, 0, atol=1e-9)
     np.testing.assert_allclose(soft, np.eye(3), atol=1e-12)
 
@@ -104,7 +104,7 @@ def test_oscillator_errors_apply_to_hsi_and_quartz(tmp_path: Path) -> None:
 
 
 def test_typical_hsi_is_within_one_percent() -> None:
-    percents = np.array([BoardErrors.of_grade("typical", seed).hsi_percent for seed in range(100)])
+    percents = np.array([BoardErrors.of_quality("typical", seed).hsi_percent for seed in range(100)])
     assert np.abs(percents).max() <= 1.0
     assert percents.std() == pytest.approx(1 / 3, rel=0.25)
-    assert BoardErrors.of_grade("worst", 1).hse_ppm == 0.0
+    assert BoardErrors.of_quality("worst", 1).hse_ppm == 0.0

@@ -8,10 +8,10 @@ import pytest
 
 from fcu_emulator import Board, InputError
 from fcu_emulator.sensors import AccessError
-from tests.support.sensor_fakes import PARTS, Chip
+from tests.support.sensor_fakes import SENSORS, Chip
 from tests.support.words import Words
 
-parts = pytest.mark.parametrize("part", PARTS)
+parts = pytest.mark.parametrize("part", SENSORS)
 
 
 # -- a part itself ----------------------------------------------------------------------------------------

@@ -140,7 +140,7 @@ def test_cold_board_measures_as_usual_after_boot() -> None:
 
 def test_scenario_uptime_sets_boot_and_heating(tmp_path: Path) -> None:
     text = "schema = 1\nquestion = '?'\nduration = '2s'\nuptime = '{}'\n"
-    text += "[sensors]\ngrade = 'ideal'\n[board]\nheating_degc = 5\nthermal_s = 1\n"
+    text += "[sensors]\nquality = 'ideal'\n[board]\nheating_degc = 5\nthermal_s = 1\n"
     register, identity = IDENTITY["LSM6DSL"]
     for powered_ms in (0, 5, 15):
         path = tmp_path / f"{powered_ms}.toml"

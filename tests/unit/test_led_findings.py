@@ -9,8 +9,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from fcu_emulator.emulator.scenario.expectations import Failure, RunView
+from fcu_emulator.emulator.scenario.expectations import RunView
 from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
+from fcu_emulator.emulator.scenario.result import ExpectationResult
 from fcu_emulator.emulator.scenario.run_view import TiltSample
 from fcu_emulator.emulator.time.clock import PS_PER_MS
 from fcu_emulator.emulator.trace import GpioEdge
@@ -39,12 +40,11 @@ def pitch(at_ms: int) -> float:
 
 def finding(is_lit: Callable[[int], bool]) -> str:
     """The finding about a LED; "" if it is right."""
-    found = miss(is_lit)
-    return "" if found is None else found.finding
+    return result(is_lit).mistake
 
 
-def miss(is_lit: Callable[[int], bool]) -> Failure | None:
-    """How a LED is wrong that is lit at the milliseconds for which ``is_lit`` is true."""
+def result(is_lit: Callable[[int], bool]) -> ExpectationResult:
+    """The result of a LED that is lit at the milliseconds for which ``is_lit`` is true."""
     states = [is_lit(at_ms) for at_ms in range(END_MS)]
     changes = [at_ms for at_ms in range(1, END_MS) if states[at_ms] is not states[at_ms - 1]]
     edges = [
@@ -57,7 +57,7 @@ def miss(is_lit: Callable[[int], bool]) -> Failure | None:
     tilts = [TiltSample(at_ms * PS_PER_MS, pitch(at_ms), 0.0) for at_ms in range(0, END_MS, 10)]
     seen = RunView(board, [], END_MS * PS_PER_MS, tilts=tilts)  # type: ignore[arg-type]
     expected = ExpectLedFollows(kind="led_follows", led="led1", angle="pitch", margin_deg=0.3)
-    return expected.judge(seen)
+    return expected.evaluate(seen)
 
 
 def test_right_led_has_no_finding() -> None:
@@ -86,9 +86,8 @@ def test_late_led_of_one_side_is_one_sided(first_ms: int, age_ms: int, side: int
         since_ms = at_ms - (at_ms - first_ms) % PASS_MS
         return side * pitch(max(since_ms - age_ms, 0)) > 80
 
-    found = miss(is_lit)
-    assert found is not None
-    assert found.finding == "one side"
+    found = result(is_lit)
+    assert found.mistake == "one side"
     assert ("positive" if side > 0 else "negative") in found.seen
     assert "late" in found.seen
     moment = re.search(r"dark at \S+ s with a true pitch of (\S+) degrees", found.seen)
@@ -97,8 +96,7 @@ def test_late_led_of_one_side_is_one_sided(first_ms: int, age_ms: int, side: int
 
 
 def test_prompt_led_of_one_side_is_not_late() -> None:
-    found = miss(lambda at_ms: pitch(at_ms) > 80)
-    assert found is not None
+    found = result(lambda at_ms: pitch(at_ms) > 80)
     assert "late" not in found.seen
 
 
@@ -119,9 +117,8 @@ def test_led_finding_names_the_mistake(is_lit: Callable[[int], bool], found: str
 
 
 def test_led_finding_does_not_tell_the_wanted_threshold() -> None:
-    found = miss(lambda at_ms: abs(pitch(at_ms)) > 60)
+    found = result(lambda at_ms: abs(pitch(at_ms)) > 60)
 
-    assert found is not None
-    assert found.finding == "threshold"
+    assert found.mistake == "threshold"
     assert "80" in found.expected
     assert not re.search(r"\b80\b(?!\.\d)", found.seen)

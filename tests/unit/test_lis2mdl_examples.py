@@ -91,7 +91,7 @@ def test_single_mode_host_averages_two() -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_self_test(config_b: int, seed: int) -> None:
     """AN5069 figure 4: the mean of 50 samples moves by 15 to 500 mgauss; on a typical part with its noise."""
-    chip = Chip("LIS2MDL", LIS2MDLErrors.of_grade("typical", seed), seed)
+    chip = Chip("LIS2MDL", LIS2MDLErrors.of_quality("typical", seed), seed)
 
     def mean_of_50() -> np.ndarray[tuple[int], np.dtype[np.float64]]:
         read_when_ready(chip)  # to be discarded

@@ -63,7 +63,7 @@ id = "led"
 title = "LED2 shows it"
 expect = [{ kind = "led_follows", led = "led2", when = { quantity = "Pre", below = 950, margin = MARGIN } }]
 """
-IDEAL, TYPICAL = '{ grade = "ideal" }', '{ grade = "typical" }'
+IDEAL, TYPICAL = '{ quality = "ideal" }', '{ quality = "typical" }'
 
 
 def warnings(folder: Path, text: str, sensors: str, margin: str, rest: str = "1") -> list[str]:
@@ -102,12 +102,12 @@ def test_condition_on_another_value_is_not_compared(tmp_path: Path) -> None:
         (ALARM, IDEAL, "0.3", False),
         (ALARM, TYPICAL, "5", True),
         (ALARM, TYPICAL, "8", False),
-        (ALARM, '{ grade = "worst" }', "8", True),
-        (ALARM, '{ grade = "ideal", lsm6dsl = { acc_bias_mg = [0.0, 0.0, 60.0] } }', "1", True),
+        (ALARM, '{ quality = "worst" }', "8", True),
+        (ALARM, '{ quality = "ideal", lsm6dsl = { acc_bias_mg = [0.0, 0.0, 60.0] } }', "1", True),
         (PRESSURE, IDEAL, "0.1", False),
         (PRESSURE, TYPICAL, "1", True),
         (PRESSURE, TYPICAL, "4", False),
-        (PRESSURE, '{ grade = "typical", lps22hb = { pressure_bias_hpa = 0.0 } }', "0.6", False),
+        (PRESSURE, '{ quality = "typical", lps22hb = { pressure_bias_hpa = 0.0 } }', "0.6", False),
     ],
 )
 def test_margin_below_the_sensors_error_is_warned_of(

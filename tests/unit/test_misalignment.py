@@ -9,11 +9,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from fcu_emulator import Board
-from fcu_emulator.sensors import PARTS, Part
+from fcu_emulator.sensors import SENSORS, Sensor
 from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
 from tests.support.scenario_files import write
 
-HEAD = "schema = 1\nquestion = '?'\nduration = '2s'\n[sensors]\ngrade = 'ideal'\n"
+HEAD = "schema = 1\nquestion = '?'\nduration = '2s'\n[sensors]\nquality = 'ideal'\n"
 
 
 @pytest.mark.parametrize("turned_deg", [(1.0, 0.0, 0.0), (0.0, -0.7, 0.0), (0.3, 0.5, -1.0)])
@@ -36,8 +36,8 @@ def test_misaligned_part_measures_tilted_gravity(tmp_path: Path) -> None:
     assert z == pytest.approx(1000, abs=0.2)
 
 
-@pytest.mark.parametrize("part", PARTS.values(), ids=lambda part: part.NAME)
-def test_ideal_and_axisless_parts_are_not_turned(part: type[Part]) -> None:
+@pytest.mark.parametrize("part", SENSORS.values(), ids=lambda part: part.NAME)
+def test_ideal_and_axisless_parts_are_not_turned(part: type[Sensor]) -> None:
     np.testing.assert_array_equal(part.ERRORS().mounted(), np.eye(3))
     has_axes = any(quantity.axes == 3 for quantity in part.SIGNALS)
-    assert np.any(part.ERRORS.of_grade("typical", 1).mounted() != np.eye(3)) == has_axes
+    assert np.any(part.ERRORS.of_quality("typical", 1).mounted() != np.eye(3)) == has_axes

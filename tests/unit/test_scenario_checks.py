@@ -71,7 +71,7 @@ def test_met_expectation_is_not_a_finding(tmp_path: Path, kind: str, keys: str) 
 def test_a_broken_expectation_is_found(tmp_path: Path, kind: str, keys: str, fault: str) -> None:
     result = play(tmp_path, f"{IDEAL}[[expect]]\nkind = '{kind}'\n{keys}\n")
     (finding,) = result.findings
-    assert (finding.key, finding.kind, finding.miss.fault) == ("expect[0]", kind, fault)
+    assert (finding.key, finding.kind, finding.fault) == ("expect[0]", kind, fault)
     assert not result.passed
     assert (result.passed_count, result.failed_count) == (0, 1)
     assert result.lines[0].startswith(f"{fault}: expected ")
@@ -98,7 +98,7 @@ def test_a_broken_expectation_is_found(tmp_path: Path, kind: str, keys: str, fau
 )
 def test_open_expectation_describes_itself(tmp_path: Path, kind: str, keys: str, words: Words) -> None:
     plan = load_scenario(write(tmp_path, f"{IDEAL}[[expect]]\nkind = '{kind}'\n{keys}\n"))
-    (verdict,) = plan.verdicts(Board(scenario=plan))
+    (verdict,) = plan.results(Board(scenario=plan))
     assert verdict.state == "open"
     words("scenario", verdict.says)
 
@@ -106,7 +106,7 @@ def test_open_expectation_describes_itself(tmp_path: Path, kind: str, keys: str,
 def test_the_lines_that_differ_are_shown(tmp_path: Path) -> None:
     keys = "kind = 'line'\ntext = 'ACC[x,y,z] 0 mg 0 mg 1008 mg'"
     (finding,) = play(tmp_path, f"{IDEAL}[[expect]]\n{keys}\n").findings
-    assert finding.miss.diff == ("-ACC[x,y,z] 0 mg 0 mg 1008 mg", "+ACC[x,y,z] 0 mg 0 mg 1000 mg")
+    assert finding.diff == ("-ACC[x,y,z] 0 mg 0 mg 1008 mg", "+ACC[x,y,z] 0 mg 0 mg 1000 mg")
 
 
 def test_a_text_is_compared_byte_by_byte(tmp_path: Path) -> None:
@@ -114,7 +114,7 @@ def test_a_text_is_compared_byte_by_byte(tmp_path: Path) -> None:
     golden = tmp_path / "golden.txt"
     golden.write_bytes(b"")
     (finding,) = play(tmp_path, text).findings
-    assert finding.miss.fault == "wrong format"
+    assert finding.fault == "wrong format"
 
     board = Board(scenario=tmp_path / "case.toml")
     board.run_for(2.5)
@@ -124,14 +124,14 @@ def test_a_text_is_compared_byte_by_byte(tmp_path: Path) -> None:
 
     golden.write_bytes(printed.replace(b"1000 mg \n\r", b"1008 mg \n\r"))
     (finding,) = play(tmp_path, text).findings
-    assert finding.miss.fault == "wrong value"
-    assert finding.miss.diff[0] == "@@ line 12 @@"
-    assert "-ACC[x,y,z] 0 mg 0 mg 1008 mg " in finding.miss.diff
-    assert "+ACC[x,y,z] 0 mg 0 mg 1000 mg " in finding.miss.diff
+    assert finding.fault == "wrong value"
+    assert finding.diff[0] == "@@ line 12 @@"
+    assert "-ACC[x,y,z] 0 mg 0 mg 1008 mg " in finding.diff
+    assert "+ACC[x,y,z] 0 mg 0 mg 1000 mg " in finding.diff
 
     golden.write_bytes(printed.replace(b" \n\r", b"\n\r"))  # blanks do count here
     (finding,) = play(tmp_path, text).findings
-    assert finding.miss.fault == "wrong format"
+    assert finding.fault == "wrong format"
 
     golden.write_bytes(printed + b"more\n")
     assert play(tmp_path, text).failed_count == 1
@@ -148,13 +148,13 @@ def test_longer_text_differs_in_its_next_line(tmp_path: Path) -> None:
 
     golden.write_bytes(printed + b"\nmore")
     (finding,) = play(tmp_path, text).findings
-    assert finding.miss.fault == "missing"
-    assert finding.miss.diff[0] == f"@@ line {len(lines) + 1} @@"
-    assert finding.miss.diff[-1] == "-more"
+    assert finding.fault == "missing"
+    assert finding.diff[0] == f"@@ line {len(lines) + 1} @@"
+    assert finding.diff[-1] == "-more"
     golden.write_bytes(b"\n".join(lines[:5]))
     (finding,) = play(tmp_path, text).findings
-    assert finding.miss.diff[0] == "@@ line 6 @@"
-    assert [line[0] for line in finding.miss.diff[1:]] == [" "] * 3 + ["+"] * 6
+    assert finding.diff[0] == "@@ line 6 @@"
+    assert [line[0] for line in finding.diff[1:]] == [" "] * 3 + ["+"] * 6
 
 
 def test_truth_is_that_of_the_moment_of_printing(tmp_path: Path) -> None:
@@ -167,7 +167,7 @@ def test_truth_is_that_of_the_moment_of_printing(tmp_path: Path) -> None:
 
 def test_truth_survives_jumps_of_the_world(tmp_path: Path) -> None:
     """The world forgets what lies five seconds behind a jump; the recorder has noted the truth by then."""
-    head = HEAD + 'duration = "12s"\n[sensors]\ngrade = "ideal"\n'
+    head = HEAD + 'duration = "12s"\n[sensors]\nquality = "ideal"\n'
     jumps = "".join(
         f"[[timeline]]\ndo = 'set_attitude'\npitch_deg = {second * 7 % 50}\nat = '{second}.7s'\n"
         for second in range(12)
@@ -178,7 +178,7 @@ def test_truth_survives_jumps_of_the_world(tmp_path: Path) -> None:
 
 def test_motion_after_jump_starts_at_its_end(tmp_path: Path) -> None:
     """A jump would drop what was planned after it, and the sweep begins from the angles then in force."""
-    head = HEAD + 'duration = "8s"\n[sensors]\ngrade = "ideal"\n'
+    head = HEAD + 'duration = "8s"\n[sensors]\nquality = "ideal"\n'
     timeline = (
         "[[timeline]]\ndo = 'rotate_to'\npitch_deg = 50\nfor = '2s'\n"
         "[[timeline]]\ndo = 'set_attitude'\nroll_deg = 40\nat = '3s'\n"
@@ -214,8 +214,8 @@ def test_malformed_line_is_not_a_wrong_value() -> None:
         ("The Pitch: 1.000000 deg Roll: 2.000000 deg Yaw: 3.000000 deg", "wrong format"),
         ("The pitch was not computed", "missing"),
     ):
-        miss = expectation.judge(RunView(board, [PrintedLine(1, text, 0)], 10**12))
-        assert (miss.fault if miss else None) == fault, text
+        result = expectation.evaluate(RunView(board, [PrintedLine(1, text, 0)], 10**12))
+        assert result.fault == fault, text
 
 
 def test_non_number_is_not_described_as_deviation(words: Words) -> None:
@@ -229,9 +229,8 @@ def test_non_number_is_not_described_as_deviation(words: Words) -> None:
     board = Board()
 
     def seen(*chosen: PrintedLine) -> str:
-        miss = expectation.judge(RunView(board, list(chosen), 10**12))
-        assert miss is not None
-        return miss.seen
+        result = expectation.evaluate(RunView(board, list(chosen), 10**12))
+        return result.seen
 
     words("scenario", seen(*lines))
     words("scenario", seen(lines[0], lines[3]))
@@ -259,11 +258,10 @@ def test_line_in_another_format_shows_the_difference(kind: str, text: str, diffe
     }
     table = {"kind": kind, "name": "Pitch", **keys[kind]}
     expectation = TypeAdapter(AnyExpectation).validate_python(table)
-    miss = expectation.judge(RunView(Board(), [PrintedLine(1, text, 0)], 10**12))
+    result = expectation.evaluate(RunView(Board(), [PrintedLine(1, text, 0)], 10**12))
 
-    assert miss is not None
-    assert miss.fault == "wrong format"
-    assert difference in miss.seen
+    assert result.fault == "wrong format"
+    assert difference in result.seen
 
 
 @pytest.mark.parametrize("line_format", FORMATS, ids=lambda line_format: line_format.label)
@@ -322,7 +320,7 @@ def test_report_and_expectation_name_their_truth(tmp_path: Path, words: Words) -
     (finding,) = result.findings
     *_, summary, counted = result.reports
 
-    words("scenario", finding.miss.expected)
+    words("scenario", finding.expected)
     largest, taken = (float(line.split("largest ")[1].split(",")[0]) for line in (summary, counted))
     words("scenario", counted.rpartition(": ")[0])
     assert abs(taken) < 0.05 < abs(largest)

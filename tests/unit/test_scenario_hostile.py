@@ -61,7 +61,7 @@ def test_scenario_error_is_cut_at_400_characters(tmp_path: Path) -> None:
         (HEAD + "[world]\nsoft_iron = [[1,0,0],[0,1,0],[0,0,'1']]", "world.soft_iron[2][2]", "float_type"),
         (HEAD + "[world]\npressure_hpa = 900\nfloor_altitude_m = 0", "world", "value_error"),
         (HEAD + "world = 3", "world", "model_type"),
-        (HEAD + '[sensors]\ngrade = "good"', "sensors.grade", "literal_error"),
+        (HEAD + '[sensors]\nquality = "good"', "sensors.quality", "literal_error"),
         (HEAD + "[sensors.lsm6dsl]\nacc_bias = 1", "sensors.lsm6dsl.acc_bias", "unknown_key"),
         (HEAD + "[sensors.lis2mdl]\nnoise_mgauss = -1", "sensors.lis2mdl.noise_mgauss", "greater_than_equal"),
         (HEAD + "timeline = 1", "timeline", "list_type"),
@@ -431,7 +431,7 @@ def test_endless_pattern_is_stopped_and_reported(tmp_path: Path) -> None:
     file = tmp_path / "slow.toml"
     file.write_text(SHORT + "[[expect]]\nkind = 'regex'\npattern = '^(.|..)+(?<!.)$'\n")
     (finding,) = run(Board(scenario=file)).findings
-    assert finding.miss.fault == "stopped"
+    assert finding.fault == "stopped"
 
 
 def test_a_window_after_the_end_is_refused(tmp_path: Path) -> None:
@@ -457,7 +457,7 @@ def test_ambiguous_format_is_stopped_with_a_finding(tmp_path: Path, monkeypatch:
     table = f"[[expect]]\nkind = 'printed'\nformat = '{'%s' * 40}%d'\nmax_gap = '1s'\n"
     (finding,) = play(tmp_path, SHORT + table).findings
 
-    assert finding.miss.fault == "stopped"
+    assert finding.fault == "stopped"
 
 
 @pytest.mark.parametrize("kind", ["field", "line_follows"])
@@ -473,4 +473,4 @@ def test_slow_number_pattern_is_stopped_with_a_finding(
     table = f"[[expect]]\nkind = '{kind}'\npattern = '^(?P<number>.|..)+(?<!.)$'\n{keys[kind]}\n"
     (finding,) = play(tmp_path, SHORT + table).findings
 
-    assert (finding.kind, finding.miss.fault) == (kind, "stopped")
+    assert (finding.kind, finding.fault) == (kind, "stopped")

@@ -46,7 +46,7 @@ hard_iron_mgauss = [1, 2.5, 3]
 soft_iron = [[1, 0, 0], [0, 1.1, 0], [0, 0, 1]]
 gravity = 9.8
 [sensors]
-grade = "worst"
+quality = "worst"
 magnetometer_mounting = "left_handed"
 [sensors.lsm6dsl]
 acc_bias_mg = [1, 2, 3]

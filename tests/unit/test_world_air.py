@@ -14,7 +14,7 @@ def test_weather_changes_pressure_at_every_height() -> None:
     higher.set_altitude(100)
     before = np.array([one.pressure_hpa([0.0])[0] for one in (world, higher)])
     for one in (world, higher):
-        assert one.change_weather(-3.0, duration_s=60, start_s=10) == 70
+        assert one.change_pressure(-3.0, duration_s=60, start_s=10) == 70
         middle, after = one.pressure_hpa([40.0])[0], one.pressure_hpa([70.0, 500.0])
         first = one.pressure_hpa([0.0])[0]
         np.testing.assert_allclose(after - first, np.repeat(-3.0 * first / before[0], 2))
@@ -26,7 +26,7 @@ def test_gusts_are_slow_and_quarter_of_wind_pressure() -> None:
     """rho v^2 / 2 is 0.6 hPa at 10 m/s; most of it lies below 0.5 Hz."""
     world = World()
     still = world.pressure_hpa([0.0])
-    assert world.blow(10, duration_s=400) == 400
+    assert world.blow_wind(10, duration_s=400) == 400
     t_s = np.arange(2, 398, 0.1)
     gusts = world.pressure_hpa(t_s) - still
     assert np.sqrt(np.mean(gusts**2)) == pytest.approx(0.15, rel=0.1)
@@ -37,14 +37,14 @@ def test_gusts_are_slow_and_quarter_of_wind_pressure() -> None:
     assert power[hz > 1.1].sum() < 1e-2 * power.sum()
     np.testing.assert_allclose(world.pressure_hpa([0.0, 400.0, 401.0]), np.repeat(still, 3), atol=1e-9)
     slower = World()
-    slower.blow(5, duration_s=400)
+    slower.blow_wind(5, duration_s=400)
     np.testing.assert_allclose(slower.pressure_hpa(t_s) - still, gusts / 4, atol=1e-9)
 
 
 def test_door_pushes_for_about_a_second() -> None:
     world = World()
     still = world.pressure_hpa([0.0])
-    end_s = world.shut_door(0.2, start_s=5)
+    end_s = world.slam_door(0.2, start_s=5)
     push = world.pressure_hpa([5.0, 5.15, 6.0, end_s - 1e-6, end_s]) - still
     np.testing.assert_allclose(push, [0, 0.2, 0.0046, 0, 0], atol=1e-4)
     assert world.pressure_hpa(np.arange(5, 7, 0.01)).max() - still == pytest.approx(0.2, abs=1e-3)
@@ -52,15 +52,15 @@ def test_door_pushes_for_about_a_second() -> None:
 
 def test_pressure_disturbances_add_up_without_other_effects() -> None:
     world, other = World(), World()
-    world.blow(8, duration_s=20)
-    world.shut_door(start_s=10)
+    world.blow_wind(8, duration_s=20)
+    world.slam_door(start_s=10)
     t_s = np.linspace(0, 20, 101)
     np.testing.assert_array_equal(world.specific_force_g(t_s), other.specific_force_g(t_s))
     np.testing.assert_array_equal(world.altitude_m(t_s), other.altitude_m(t_s))
     both = world.pressure_hpa(t_s) - other.pressure_hpa(t_s)
     wind, door = World(), World()
-    wind.blow(8, duration_s=20)
-    door.shut_door(start_s=10)
+    wind.blow_wind(8, duration_s=20)
+    door.slam_door(start_s=10)
     alone = wind.pressure_hpa(t_s) + door.pressure_hpa(t_s) - 2 * other.pressure_hpa(t_s)
     np.testing.assert_allclose(both, alone, atol=1e-9)
 
@@ -68,10 +68,10 @@ def test_pressure_disturbances_add_up_without_other_effects() -> None:
 @pytest.mark.parametrize(
     ("ask", "name"),
     [
-        (lambda w: w.change_weather(-2000, 10), "change_hpa"),
-        (lambda w: w.change_weather(1, 0), "duration_s"),
-        (lambda w: w.blow(-1, 10), "speed_m_s"),
-        (lambda w: w.shut_door(float("nan")), "push_hpa"),
+        (lambda w: w.change_pressure(-2000, 10), "change_hpa"),
+        (lambda w: w.change_pressure(1, 0), "duration_s"),
+        (lambda w: w.blow_wind(-1, 10), "speed_m_s"),
+        (lambda w: w.slam_door(float("nan")), "push_hpa"),
     ],
 )
 def test_impossible_air_is_refused(ask: object, name: str) -> None:

@@ -111,7 +111,7 @@ def test_magnet_inside_the_board_has_finite_field() -> None:
     moving = world.magnetic_field_mgauss(np.linspace(0, 1, 5001))
     assert np.isfinite(moving).all()
     assert np.abs(moving).max() < 2.001 * 0.3 / 0.005**3 + 1000
-    with pytest.raises(InputError, match=r"0\.001.* 0\.005 ") as refused:
+    with pytest.raises(InputError, match=r" 0\.005 .* not 0\.001") as refused:
         world.follow_magnet(0.001, 0, 0)
     assert refused.value.kind == "out_of_range"
 
@@ -167,9 +167,9 @@ def test_true_north_turns_the_compass_by_the_declination() -> None:
 @pytest.mark.parametrize(
     ("arguments", "kind", "named"),
     [
-        ((91, 0, 0, dt.date(2026, 1, 1)), "out_of_range", "latitude_deg is 91"),
-        ((0, 181, 0, dt.date(2026, 1, 1)), "out_of_range", "longitude_deg is 181"),
-        ((0, 0, 1e7, dt.date(2026, 1, 1)), "out_of_range", "altitude_m is 10000000.0"),
+        ((91, 0, 0, dt.date(2026, 1, 1)), "out_of_range", "not 91"),
+        ((0, 181, 0, dt.date(2026, 1, 1)), "out_of_range", "not 181"),
+        ((0, 0, 1e7, dt.date(2026, 1, 1)), "out_of_range", "not 10000000.0"),
         ((0, 0, 0, dt.date(2024, 12, 31)), "outside_model", "2025-01-01 to 2030-01-01"),
         ((0, 0, 0, dt.date(2030, 1, 2)), "outside_model", "2025-01-01 to 2030-01-01"),
         ((0, 0, 0, "2026"), "not_a_date", "'2026'"),

@@ -122,7 +122,7 @@ def test_no_signal_changes_before_reported_time(clock: Clock, world: World) -> N
 
 def test_a_motion_cannot_begin_in_the_past(clock: Clock, world: World) -> None:
     clock.advance_to(to_ps(3.0))
-    with pytest.raises(InputError, match=r"start_s is 2\.5: .* 3 s") as refused:
+    with pytest.raises(InputError, match=r"start_s .* 3 s.* not 2\.5") as refused:
         world.lift(1, 1, start_s=2.5)
     assert refused.value.kind == "past"
     almost = math.nextafter(3.0, 0.0)  # seconds converted from picoseconds: the last bit does not make a past
@@ -134,19 +134,19 @@ def test_a_motion_cannot_begin_in_the_past(clock: Clock, world: World) -> None:
     [
         (
             lambda w: w.set_attitude(0, math.nan, 0),
-            "pitch_deg is nan: give a number from -36000 to 36000 deg",
+            "pitch_deg must be a number from -36000 to 36000 deg, not nan",
         ),
-        (lambda w: w.set_attitude("flat", 0, 0), "roll_deg is 'flat': give a number"),
-        (lambda w: w.set_altitude(math.inf), "metres is inf"),
-        (lambda w: w.set_pressure(97740), "hpa is 97740: give a number from 10 to 2000 hPa"),
-        (lambda w: w.set_temperature(298.15), "degc is 298.15: give a number from -90 to 200 degC"),
-        (lambda w: w.set_magnetic_field(0, 1e9, 0), "east_ut is 1000000000.0"),
-        (lambda w: w.set_hard_iron(0, 0, None), "z_mgauss is None"),
+        (lambda w: w.set_attitude("flat", 0, 0), "not 'flat'"),
+        (lambda w: w.set_altitude(math.inf), "not inf"),
+        (lambda w: w.set_pressure(97740), "hpa must be a number from 10 to 2000 hPa, not 97740"),
+        (lambda w: w.set_temperature(298.15), "degc must be a number from -90 to 200 degC, not 298.15"),
+        (lambda w: w.set_magnetic_field(0, 1e9, 0), "not 1000000000.0"),
+        (lambda w: w.set_hard_iron(0, 0, None), "not None"),
         (lambda w: w.set_soft_iron([1, 1, 1]), "(3,)"),
         (lambda w: w.set_soft_iron([[1, 0], [0, 1, 0]]), "(2,)"),
-        (lambda w: w.set_soft_iron([[1, 0, 0], [0, 1, 0], [0, 0, math.nan]]), "soft iron is nan"),
-        (lambda w: w.set_gravity(-1), "m_s2 is -1: give a number from 0 to 100 m/s2"),
-        (lambda w: World(floor_altitude_m=1e9), "floor_altitude_m is 1000000000.0"),
+        (lambda w: w.set_soft_iron([[1, 0, 0], [0, 1, 0], [0, 0, math.nan]]), "not nan"),
+        (lambda w: w.set_gravity(-1), "m_s2 must be a number from 0 to 100 m/s2, not -1"),
+        (lambda w: World(floor_altitude_m=1e9), "not 1000000000.0"),
     ],
 )
 def test_absurd_value_is_refused_without_change(

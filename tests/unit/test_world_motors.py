@@ -79,7 +79,7 @@ def test_impossible_throttle_is_refused(throttle: object) -> None:
         World().run_motors(throttle)  # type: ignore[arg-type]
 
 
-HEAD = 'schema = 1\nquestion = "?"\nduration = "1s"\n[sensors]\ngrade = "ideal"\n'
+HEAD = 'schema = 1\nquestion = "?"\nduration = "1s"\n[sensors]\nquality = "ideal"\n'
 
 
 def scenario(tmp_path: Path, *entries: str) -> Path:

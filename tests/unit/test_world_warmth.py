@@ -70,7 +70,7 @@ def test_board_temperature_follows_the_heat_equation() -> None:
 
 
 def test_initial_world_temperature_is_already_settled(tmp_path: Path) -> None:
-    settings = "[sensors]\ngrade = 'ideal'\n[world]\ntemperature_degc = 5\n[board]\nthermal_s = 100\n"
+    settings = "[sensors]\nquality = 'ideal'\n[world]\ntemperature_degc = 5\n[board]\nthermal_s = 100\n"
     board = Board(scenario=write(tmp_path, f"schema = 1\nquestion = '?'\nduration = '2s'\n{settings}"))
     np.testing.assert_array_equal(board.world.board_temperature_degc([0, 1, 2]), [5, 5, 5])
 
@@ -108,7 +108,7 @@ def test_thermometers_show_the_board_temperature(cold: bool) -> None:
     risen = np.subtract(*reversed(readings))
     expected = 5 * (np.exp(-1 / 200) - np.exp(-61 / 200)) if cold else 0.0
     for rise, (part, (_, _, counts)) in zip(risen, THERMOMETERS.items(), strict=True):
-        share = 1 + board.sensors[part.upper()].ERRORS.of_grade("typical", 0).heating
+        share = 1 + board.sensors[part.upper()].ERRORS.of_quality("typical", 0).heating
         assert rise == pytest.approx(share * expected, abs=1.01 / counts)
 
 

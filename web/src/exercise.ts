@@ -25,7 +25,7 @@ export class ExerciseView {
       localStorage.setItem(CHOSEN, this.select.value);
       this.render();
     } });
-    this.checker = button("Check", "Judge the loaded program by this exercise, as fcu check does; the board runs on", () => check(this.select.value), { id: "check", class: "primary" });
+    this.checker = button("Check", "Check the loaded program against this exercise, like fcu check; the board keeps running", () => check(this.select.value), { id: "check", class: "primary" });
     this.element = el("section", { class: "exercise", "aria-labelledby": "exercise-title", hidden: true },
       el("div", { class: "row" }, el("h2", { id: "exercise-title" }, "Exercise"), this.select, this.checker),
       this.question, this.next, this.outcome, this.list);

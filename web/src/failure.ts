@@ -9,7 +9,7 @@ export class FailureStrip {
   constructor(details: () => void, reset: () => void) {
     this.element = el("div", { class: "failure", role: "alert", id: "failure", hidden: true },
       el("strong", {}, "The firmware has stopped"), this.text,
-      el("div", {}, button("Details", "Open the diagnosis: registers, callers, what to do", details), button("Power on again", "Reset the board", reset)));
+      el("div", {}, button("Details", "Open the diagnosis: registers, callers, advice", details), button("Power on again", "Reset the board", reset)));
   }
 
   show(summary: string): void {

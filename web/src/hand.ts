@@ -39,7 +39,7 @@ export class Hand {
   private lifted = false;
   private led = false;
   private magnet: Place | null = null;
-  private readonly holder = button("Hold one", "Hold a magnet near the board, or take it away; drag it, or move it with the arrow keys, Page Up and Page Down", () => this.toggleMagnet(), { id: "magnet", "aria-pressed": "false" });
+  private readonly holder = button("Hold", "Hold a magnet near the board or take it away; drag it, or use the arrow keys, Page Up and Page Down", () => this.toggleMagnet(), { id: "magnet", "aria-pressed": "false" });
   private readonly place = el("output", { for: "magnet", id: "magnet-place" });
   private readonly gestures = el("div", { class: "gestures", role: "group", "aria-label": "Gestures" });
   private readonly sliders: Record<string, Slider> = {};
@@ -119,7 +119,7 @@ export class Hand {
 
   private showMagnet(place: Place | null): void {
     this.magnet = place;
-    setText(this.holder, place ? "Take away" : "Hold one");
+    setText(this.holder, place ? "Take away" : "Hold");
     this.holder.setAttribute("aria-pressed", String(place !== null));
     const side = (value: number, positive: string, negative: string): string => `${fixed(100 * Math.abs(value), 0)}${value < 0 ? negative : positive}`;
     setText(this.place, place ? `${side(place[0], "N", "S")} ${side(place[1], "W", "E")} ${fixed(100 * place[2], 0)} cm` : "");

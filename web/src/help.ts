@@ -13,7 +13,7 @@ export class KeyDialog {
       ...groups.map(([title, shortcuts]) => el("section", {}, el("h3", {}, title),
         el("dl", {}, ...shortcuts.map(({ keys, text }) => el("div", {}, el("dt", {}, ...keys.split(" ").map((key) => el("kbd", {}, key))), el("dd", {}, text)))))),
       el("div", { class: "row" },
-        button("Tour", "Show the parts of the page, one after the other", () => { this.element.close(); tour(); }, { id: "tour-again" }),
+        button("Tour", "Show the parts of the page one by one", () => { this.element.close(); tour(); }, { id: "tour-again" }),
         button("Close", "Close (Escape)", () => this.element.close(), { class: "primary", autofocus: "" })));
   }
 
@@ -25,12 +25,12 @@ export class KeyDialog {
 interface Stop { at: string; title: string; text: string }
 
 const STOPS: Stop[] = [
-  { at: ".view", title: "The board", text: "Drag it: it turns as in your hand, and its sensors feel it. The wheel lifts it. Sliders and gestures are below." },
-  { at: ".exercise", title: "The exercise", text: "Choose the exercise you work on and read its question. Check judges your program; the board runs on meanwhile." },
-  { at: ".plot", title: "The plot", text: "Dashed lines are the truth, dots are what your program prints. Variables plots any global variable." },
-  { at: ".serial", title: "The terminal", text: "The text that your program sends over USART1. Click it to type to the board." },
-  { at: "#inside", title: "Inside", text: "The world in numbers, registers, bus transfers, pins, scenarios, and a diagnosis if something is wrong." },
-  { at: ".bar", title: "The run", text: "Pause, step, change the speed. A firmware file is loaded again when it changes. Press ? for all keys." },
+  { at: ".view", title: "The board", text: "Drag the board to turn it; its sensors measure the motion. The wheel lifts it. Sliders and gestures are below." },
+  { at: ".exercise", title: "The exercise", text: "Choose an exercise and read its question. Check tests your program while the board keeps running." },
+  { at: ".plot", title: "The plot", text: "Dashed lines are the true values, dots the printed ones. Add a global variable to plot it, too." },
+  { at: ".serial", title: "The terminal", text: "Output of your program on USART1. Click here to type to the board." },
+  { at: "#inside", title: "Inside", text: "The world in numbers, registers, bus transfers, pins, scenarios, and the diagnosis of problems." },
+  { at: ".bar", title: "The run", text: "Pause, step, change the speed. A changed firmware file is loaded again. Press ? for all keys." },
 ];
 const TAKEN = "fcu-tour";
 
@@ -45,8 +45,8 @@ export class Tour {
   private at = 0;
 
   constructor() {
-    this.back = button("Back", "The part before", () => this.show(this.at - 1));
-    this.forth = button("Next", "The next part", () => this.show(this.at + 1), { class: "primary", id: "tour-next" });
+    this.back = button("Back", "Previous part", () => this.show(this.at - 1));
+    this.forth = button("Next", "Next part", () => this.show(this.at + 1), { class: "primary", id: "tour-next" });
     this.element = el("section", { class: "tour", role: "dialog", "aria-labelledby": "tour-title", "aria-describedby": "tour-text", hidden: true, id: "tour",
       keydown: (event: KeyboardEvent) => { if (event.key === "Escape") this.end(); } },
       this.title, this.text, el("div", { class: "row" }, this.count, button("Skip", "End the tour (Escape)", () => this.end(), { id: "tour-skip" }), this.back, this.forth));

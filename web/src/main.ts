@@ -50,11 +50,11 @@ let findings: Finding[] = [];
 const leds = el("div", { class: "leds", "aria-label": "LEDs" });
 const lamps: Record<string, HTMLElement> = {};
 const time = el("output", { id: "time", title: "Virtual time since power-on" }, "0.000 s");
-const pace = el("span", { class: "pace", id: "pace", title: "Virtual over wall time" });
+const pace = el("span", { class: "pace", id: "pace", title: "Ratio of virtual to wall time" });
 const firmware = el("select", { id: "firmware", change: () => firmware.value && send({ type: "firmware", name: firmware.value }) });
 const file = el("input", { type: "file", accept: ".elf,.axf,.out,.hex,.bin", hidden: true, "aria-label": "Firmware file", change: () => void upload(file.files?.[0]) });
-const runner = button("Pause", "Pause, or go on (Space)", () => send({ type: status?.state === "running" ? "pause" : "run" }), { id: "runner", class: "primary" });
-const speed = el("select", { id: "speed", "aria-label": "Speed", title: "Virtual over wall time", change: () => send({ type: "speed", factor: SPEEDS.find(([name]) => name === speed.value)?.[1] ?? null }) },
+const runner = button("Pause", "Pause or continue (Space)", () => send({ type: status?.state === "running" ? "pause" : "run" }), { id: "runner", class: "primary" });
+const speed = el("select", { id: "speed", "aria-label": "Speed", title: "Ratio of virtual to wall time", change: () => send({ type: "speed", factor: SPEEDS.find(([name]) => name === speed.value)?.[1] ?? null }) },
   ...SPEEDS.map(([name]) => el("option", { value: name, selected: name === "1" }, name === "max" ? "max" : `${name} ×`)));
 const notices = el("div", { class: "notices", role: "status", "aria-live": "polite", id: "notices" });
 const connection = el("span", { class: "connection", id: "connection" });
@@ -101,9 +101,9 @@ const tour = new Tour();
 const keys = new KeyDialog([
   ["The page", PAGE_KEYS], ["The board, when it has the focus", HAND_KEYS], ["The magnet, when its button has the focus", MAGNET_KEYS],
   ["Elsewhere", [
-    { keys: "← → Home End", text: "in a row of tabs: choose another one" },
-    { keys: "Enter", text: "in Find: the next place; with Shift the one before" },
-    { keys: "Double-click", text: "in the plot: follow the run again after a zoom" },
+    { keys: "← → Home End", text: "in a row of tabs: choose another tab" },
+    { keys: "Enter", text: "in Find: next match; with Shift the previous match" },
+    { keys: "Double-click", text: "in the plot: end the zoom and follow the run" },
   ]],
 ], () => tour.start());
 
@@ -112,22 +112,22 @@ const view = el("div", { class: "view" }, picture.element, leds,
 document.getElementById("app")?.append(
   el("header", { class: "bar" },
     el("h1", { class: "name" }, "fcu", el("span", { id: "board-name" })),
-    el("label", { class: "pick" }, el("span", {}, "Firmware"), firmware), button("Open…", "Load an ELF, HEX or BIN file; or drop it anywhere on the page", () => file.click()), file,
+    el("label", { class: "pick" }, el("span", {}, "Firmware"), firmware), button("Open…", "Load an ELF, HEX or BIN file, or drop one anywhere on the page", () => file.click()), file,
     el("span", { class: "gap" }),
     runner,
     el("span", { class: "joined", role: "group", "aria-label": "Step" },
       button("Tick", "Run to the next tick of the callback (.)", () => send({ type: "step", of: "tick" }), { id: "step-tick" }),
       button("Line", "Run to the next line of text (,)", () => send({ type: "step", of: "line" }), { id: "step-line" }),
-      button("1 s", "Run for a second", () => send({ type: "step", of: "second" }), { id: "step-second" })),
-    speed, button("Reset", "Power on again; the board stays where it is held", () => send({ type: "reset" }), { id: "reset" }),
+      button("1 s", "Run for one second", () => send({ type: "step", of: "second" }), { id: "step-second" })),
+    speed, button("Reset", "Power on again; the board keeps its attitude and place", () => send({ type: "reset" }), { id: "reset" }),
     el("span", { class: "clock" }, time, pace),
-    button("Save run", "Save what was done since power-on as a scenario (TOML)", () => send({ type: "record" }), { id: "record" }),
-    button("◐", "Light or dark", toggleTheme, { id: "theme", class: "quiet", "aria-label": "Light or dark" }),
+    button("Save run", "Save all actions since power-on as a scenario (TOML)", () => send({ type: "record" }), { id: "record" }),
+    button("◐", "Light or dark theme", toggleTheme, { id: "theme", class: "quiet", "aria-label": "Light or dark theme" }),
     button("?", "Keys and tour (?)", () => keys.open(), { id: "help", class: "quiet", "aria-label": "Keys and tour (?)" }), connection),
   el("main", {},
     el("section", { class: "left", "aria-label": "The board" }, failure.element, view, hand.controls),
     el("section", { class: "middle", "aria-label": "Plot and terminal" }, plot.element, serial.element),
-    el("section", { class: "right", "aria-label": "Exercise, and inside" }, exercise.element,
+    el("section", { class: "right", "aria-label": "Exercise and inside" }, exercise.element,
       el("div", { class: "inside", id: "inside" }, tabs.element, ...panes.map(([, , element]) => element))),
     notices, tour.element, keys.element),
   el("div", { class: "drop", hidden: true, id: "drop" }, el("p", {}, "Drop the firmware: ELF, HEX or BIN")));
@@ -221,7 +221,7 @@ function showStatus(now: Status): void {
     setText(other, other.value);
   }
   firmware.value = now.firmware;
-  firmware.title = now.file ? `${now.file}, loaded again when it changes` : now.firmware;
+  firmware.title = now.file ? `${now.file}, loaded again after a change` : now.firmware;
   setText(runner, now.state === "running" ? "Pause" : "Run");
   runner.disabled = now.state === "failed" || now.state === "halted";
   document.body.dataset["state"] = now.state;
@@ -284,7 +284,7 @@ function notify(text: string, kind: "error" | "info"): void {
 async function upload(chosen: File | undefined): Promise<void> {
   file.value = "";
   if (!chosen) return;
-  if (chosen.size > LARGEST_FIRMWARE) return notify(`${chosen.name} is larger than 8 MiB`, "error");
+  if (chosen.size > LARGEST_FIRMWARE) return notify(`${chosen.name} must have at most 8 MiB`, "error");
   const bytes = new Uint8Array(await chosen.arrayBuffer());
   let text = "";
   for (let at = 0; at < bytes.length; at += 0x8000) text += String.fromCharCode(...bytes.subarray(at, at + 0x8000));

@@ -11,7 +11,7 @@ export class BusView {
 
   constructor() {
     this.element.append(
-      el("p", { class: "hint" }, "The latest transfers. Pause, and step tick by tick, to see every one."),
+      el("p", { class: "hint" }, "The latest transfers. Pause and step by ticks to see all of them."),
       el("table", { class: "bus-table" }, el("thead", {}, el("tr", {}, ...["t (s)", "R/W", "register", "bytes", "meaning"].map((name) => el("th", { scope: "col" }, name)))), this.body));
   }
 
@@ -32,7 +32,7 @@ export class PinView {
 
   constructor() {
     this.element.append(
-      el("p", { class: "hint" }, "Levels as they are, ten times a second. Pause, and step tick by tick, to follow each; fcu run --vcd has the wires over time."),
+      el("p", { class: "hint" }, "Levels, ten times a second. Pause and step by ticks to see every change; fcu run --vcd records the signals over time."),
       el("table", { class: "pin-table" }, el("thead", {}, el("tr", {}, ...["pin", "level", "mode", "connected to"].map((name) => el("th", { scope: "col" }, name)))), this.body));
   }
 
@@ -42,7 +42,7 @@ export class PinView {
       const changed = this.before.has(name) && this.before.get(name) !== level;
       return el("tr", { "data-pin": name, "data-level": level_, class: changed ? "moved" : "" },
         el("th", { scope: "row" }, name), el("td", { class: "level" }, el("i", {}), level_),
-        el("td", {}, mode === "sensor" ? "" : mode), el("td", {}, mode === "sensor" ? "a test point only" : use));
+        el("td", {}, mode === "sensor" ? "" : mode), el("td", {}, mode === "sensor" ? "test point" : use));
     }));
     this.before = new Map(pins.map(({ name, level }) => [name, level]));
   }
@@ -54,7 +54,7 @@ export class ScenarioView {
   readonly element = el("div", { class: "scenario" });
   private readonly select: HTMLSelectElement;
   private readonly question = el("p", { class: "question", id: "question" });
-  private readonly progress = el("progress", { max: "1", value: "0", "aria-label": "How far the scenario is" });
+  private readonly progress = el("progress", { max: "1", value: "0", "aria-label": "Progress of the scenario" });
   private readonly list = el("ul", { class: "verdicts", id: "verdicts" });
   private readonly count = el("p", { class: "count", id: "verdict-count" });
   private readonly offers = el("ul", { class: "offers", id: "scenarios", "aria-label": "Scenarios" });
@@ -69,7 +69,7 @@ export class ScenarioView {
 
   offer(scenarios: Record<string, string>): void {
     const named = Object.entries(scenarios);
-    this.select.replaceChildren(el("option", { value: "" }, "No scenario: by hand"), ...named.map(([name, question]) => el("option", { value: name }, `${name}: ${question}`)));
+    this.select.replaceChildren(el("option", { value: "" }, "No scenario: manual control"), ...named.map(([name, question]) => el("option", { value: name }, `${name}: ${question}`)));
     this.offers.replaceChildren(...named.map(([name, question]) => el("li", {},
       el("button", { type: "button", "data-scenario": name, click: () => this.play(name) }, el("code", {}, name), el("span", {}, question)))));
   }
@@ -77,7 +77,7 @@ export class ScenarioView {
   status(status: Status): void {
     this.select.value = status.scenario;
     this.duration = status.duration_s;
-    setText(this.question, status.question || "Choose a scenario: the board is moved, and the firmware's text and LEDs are judged.");
+    setText(this.question, status.question || "Choose a scenario: it moves the board, and checks the firmware's text and LEDs.");
     this.progress.hidden = !status.scenario;
     this.offers.hidden = status.scenario !== "";
   }

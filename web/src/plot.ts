@@ -94,7 +94,7 @@ export class Plot {
   private size = "";
 
   constructor(private readonly history: History) {
-    this.freezer = button("Freeze", "Hold the plot still; the board goes on", () => this.freeze(this.frozenAt === null));
+    this.freezer = button("Freeze", "Stop the plot; the board keeps running", () => this.freeze(this.frozenAt === null));
     this.add = el("input", {
       type: "text", list: "variable-names", placeholder: "Add a variable", title: "A global variable of the program, such as pitch or acc.AXIS_X", "aria-label": "Add a variable", class: "short", spellcheck: "false",
       change: () => {
@@ -108,7 +108,7 @@ export class Plot {
       ...[5, 20, 60, 300].map((seconds) => el("option", { value: String(seconds), selected: seconds === this.window }, `${seconds} s`)));
     this.element = el("section", { class: "panel plot", "aria-label": "Plot" },
       el("header", {}, el("h2", {}, "Plot"), this.tabs.element, el("span", { class: "gap" }), span, this.freezer,
-        button("CSV", "Save what is shown as CSV", () => this.saveCsv()), button("PNG", "Save the picture", () => this.savePng())),
+        button("CSV", "Save the shown values as CSV", () => this.saveCsv()), button("PNG", "Save the plot as a picture", () => this.savePng())),
       this.adding, this.area);
     this.adding.hidden = true;
     this.watch((kept("fcu-watched") ?? "").split("\n").filter(Boolean));

@@ -79,7 +79,7 @@ export interface Session {
 }
 
 const UNREACHABLE = "not connected";
-const REFUSED = "refused: open the address that fcu web has printed";
+const REFUSED = "refused: open the address that fcu web printed";
 
 // A session over a WebSocket, found again when the server has been restarted. A worker that runs the board in the
 // browser would be another Session.

@@ -21,7 +21,7 @@ export class RegisterView {
   constructor() {
     this.changedOnly = el("input", { type: "checkbox", checked: true, change: () => this.hide() });
     this.element.append(el("div", { class: "row" }, this.choice.element, this.peripherals),
-      el("div", { class: "row" }, this.place, el("label", { class: "check" }, this.changedOnly, " set by the firmware only")),
+      el("div", { class: "row" }, this.place, el("label", { class: "check" }, this.changedOnly, " only those written by the firmware")),
       el("table", { class: "register-table" }, this.body));
   }
 

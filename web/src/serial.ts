@@ -38,7 +38,7 @@ export class Serial {
       },
     });
     const hex = el("input", {
-      type: "text", placeholder: "Send hex: 0d 0a", "aria-label": "Bytes to send, in hexadecimal", class: "short", spellcheck: "false",
+      type: "text", placeholder: "Send hex: 0d 0a", "aria-label": "Bytes to send in hexadecimal", class: "short", spellcheck: "false",
       keydown: (event: KeyboardEvent) => {
         if (event.key !== "Enter" || !hex.value.trim()) return;
         this.act({ do: "send", hex: hex.value.trim() });
@@ -77,7 +77,7 @@ export class Serial {
       this.ended = false;
     }
     const known = Math.max(0, this.position - position); // what has come already, before a reconnection
-    if (position > this.position) this.say(`${position - this.position} bytes were not shown`);
+    if (position > this.position) this.say(`${position - this.position} bytes omitted`);
     const fresh = text.slice(known);
     this.position = Math.max(this.position, position + text.length);
     this.terminal.write(fresh);

@@ -63,7 +63,7 @@ export class World {
       el("h3", {}, "Timing"),
       el("div", { class: "callback", title: "Time in the callback of each period" }, el("span", { class: "bar" }, this.bar), (this.figures["callback"] = el("span", { id: "fig-callback" }))),
       el("dl", { class: "figures" }, figure("rate", "Timer"), figure("ticks", "Ticks"), figure("late", "Late, lost"), figure("wait", "Longest wait"), figure("bus", "Sensor bus"), figure("serial", "Serial line")),
-      el("h3", {}, "From elsewhere"), this.ways);
+      el("h3", {}, "Other access"), this.ways);
   }
 
   // What the board's sensors measure: a row for each quantity, and of the surroundings what a sensor feels.
@@ -117,7 +117,7 @@ export class World {
   }
 
   tellWays(lines: string[]): void {
-    const ways = [...lines, "fcu move --roll 30, fcu terminal: from another terminal"];
+    const ways = [...lines, "fcu move --roll 30, fcu terminal: in another terminal"];
     if (!lines.some((line) => !line.startsWith("gdb:"))) ways.push("serial port: start with fcu web FIRMWARE --serial port (or tcp)");
     if (!lines.some((line) => line.startsWith("gdb:"))) ways.push("debugger: start with fcu web FIRMWARE --gdb 3333");
     this.ways.replaceChildren(...ways.map((line) => el("li", {}, line)));

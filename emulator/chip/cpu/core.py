@@ -105,7 +105,7 @@ class Core(FcuChip):
         soc.irq, soc.memory = self, self
         cycles = self._settings.cycles_per_instruction
         if not 0 < cycles <= 100:
-            raise ValueError(f"{cycles} cycles per instruction; give a number from 0 to 100")
+            raise ValueError(f"cycles per instruction must be from 0 to 100, not {cycles}")
         self.set_clocks(soc.clocks)
         self.library.fcu_configure(self.handle, cycles.numerator, cycles.denominator, self._settings.skip)
         soc.clocks.on_change(lambda: self.set_clocks(soc.clocks))

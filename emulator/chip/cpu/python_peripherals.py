@@ -26,11 +26,11 @@ class Absent(Peripheral):
         self._reported: set[int] = set()
 
     def read(self, offset: int) -> int:
-        self._report(offset, "read, gives 0")
+        self._report(offset, "read as 0")
         return 0
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        self._report(offset, f"0x{value & mask:X} written, forgotten")
+        self._report(offset, f"0x{value & mask:X} written without effect")
 
     def is_silent(self) -> bool:
         return len(self._reported) > _MAX_REPORTED
@@ -41,7 +41,7 @@ class Absent(Peripheral):
         self._reported.add(offset)
         text = f"{self.name}, 0x{self.base + offset:08X}: {what}"
         if len(self._reported) > _MAX_REPORTED:
-            text = f"{self.name}: more than {_MAX_REPORTED} of its addresses are used; no more are reported"
+            text = f"{self.name}: more than {_MAX_REPORTED} of its addresses are used; the others are not reported"
         self.soc.trace.add(DeviceNote(self.soc.clock.now_ps, CHIP_NAME, "not modelled", text))
 
 
@@ -55,12 +55,12 @@ class UnmodelledPeripheral(Peripheral):
 
     def read(self, offset: int) -> int:
         del offset
-        self.note("not modelled", "read; every register gives 0")
+        self.note("not modelled", "read; every register returns 0")
         return 0
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
         del offset, value, mask
-        self.note("not modelled", "written; nothing happens")
+        self.note("not modelled", "written without effect")
 
 
 def unmodelled_peripherals(soc: Soc) -> list[UnmodelledPeripheral]:
@@ -157,7 +157,7 @@ class PythonPeripherals:
             self.report_clock(peripheral, register, "written")
 
     def report_unknown(self, peripheral: Peripheral, register: int, what: str) -> None:
-        text = f"offset 0x{register:02X} {what}; there is no such register"
+        text = f"offset 0x{register:02X} {what}; no register has this offset"
         self._report(peripheral, "not modelled", text)
 
     def _report(self, peripheral: Peripheral, kind: str, text: str) -> None:

@@ -53,12 +53,9 @@ class Places:
 
     def address_of(self, *names: str) -> int | None:
         """Return the first known symbol's address."""
-        for name in names:
-            try:
-                return self._symbols.address_of(name) if self._symbols else None
-            except KeyError:
-                continue
-        return None
+        found = (name for name in names if self._symbols and name in self._symbols)
+        name = next(found, None)
+        return self._symbols.address_of(name) if self._symbols and name else None
 
     def end_of_variables(self) -> int | None:
         """Return the end of ``.bss``, by the linker script's usual symbols."""
@@ -93,7 +90,7 @@ class Places:
 
     def help(self) -> list[str]:
         if self._symbols is None:
-            return ["The file has no symbols, so these are addresses; run the ELF that was not stripped."]
+            return ["The file has no symbols, so addresses are shown; run the ELF that was not stripped."]
         return []
 
 
@@ -112,7 +109,7 @@ def _calls_of(function: FunctionAt, code: ReadCode) -> Iterator[tuple[int, int]]
 
 # -- callers ------------------------------------------------------------------------------------------------
 
-NOTE = "found by looking through the stack; entries may be left over from earlier calls"
+NOTE = "found by searching the stack; entries may be left over from earlier calls"
 
 _EXC_RETURNS = (0xFFFF_FFE1, 0xFFFF_FFE9, 0xFFFF_FFED, 0xFFFF_FFF1, 0xFFFF_FFF9, 0xFFFF_FFFD)
 _BLX, _BLX_MASK = 0x4780, 0xFF87  # of any register (ARMv7-M ARM A7.7.19)
@@ -158,7 +155,7 @@ class Backtrace:
 
     def line(self, call: Call) -> str:
         how = "interrupted" if call.interrupted else "called from"
-        times = f", {call.times} times one in the other" if call.times > 1 else ""
+        times = f", {call.times} nested calls" if call.times > 1 else ""
         return f"{how} {self._places.place(call.address)}{times}"
 
     def _outward(self, pc: int, lr: int, sp: int) -> Iterator[Call]:

@@ -121,7 +121,7 @@ def _stack(arm: RunningFirmware, places: Places) -> Diagnosis | None:
         return None
     return Diagnosis(
         "stack",
-        f"stack overflow: the stack has gone down to 0x{lowest:08X}, {end - lowest} bytes into the variables",
+        f"stack overflow: the stack has grown down to 0x{lowest:08X}, {end - lowest} bytes into the variables",
         (
             (
                 f"The variables end at 0x{end:08X} and the stack begins at 0x{places.stack_top:08X}; "
@@ -165,8 +165,8 @@ def _unanswered(arm: RunningFirmware, transfers: RecentTransfers) -> Diagnosis |
     these = [one for one in failed if (one.bus, one.address) == (bus, address)][-TRANSFERS_SHOWN:]
     details = (
         *cause.sentences,
-        f"{count} transfer{'s' * (count > 1)} failed so; the program goes on without them.",
-        *section("the last of them", transfers.texts(these)),
+        f"{count} transfer{'s' * (count > 1)} failed in this way; the program continues without them.",
+        *section("last of them", transfers.texts(these)),
     )
     return Diagnosis("bus", cause.short, details, fatal=False)
 
@@ -188,8 +188,8 @@ _CALLBACK = "HAL_TIM_PeriodElapsedCallback"
 _FEWEST_TICKS = 20  # fewer ticks prove nothing
 _STARVED_PS = 100 * PS_PER_MS
 _WAITING = {
-    "HAL_Delay": "Do not wait in an interrupt: let the callback count its calls, or wait in main().",
-    "PRINTF": "Do not print in an interrupt, text takes 87 us a character: set a flag, and print in main().",
+    "HAL_Delay": "Do not wait in an interrupt: count calls in the callback, or wait in main().",
+    "PRINTF": "Do not print in an interrupt, a character takes 87 us: set a flag, and print in main().",
     "HAL_UART_Transmit": "Do not print in an interrupt: a character takes 87 us.",
 }
 
@@ -226,7 +226,7 @@ def _sometimes_slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis | Non
         f"It calls {name}(), from {places.place(site)}.",
         _WAITING[name],
     )
-    summary = f"{_CALLBACK}() takes longer than a {period} tick, now and then"
+    summary = f"{_CALLBACK}() occasionally takes longer than a {period} tick"
     return Diagnosis("callback", summary, details, fatal=False)
 
 
@@ -246,7 +246,7 @@ def _slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
             f"{timer.name} runs at {timer.rate_hz:g} Hz; of {timer.ticks} ticks {timer.lost} were lost and "
             f"{timer.late} came late."
         ),
-        "Fewer or shorter transfers, a faster bus, a lower rate, or less arithmetic in the callback help.",
+        "Use fewer or shorter transfers, a faster bus, a lower rate, or less arithmetic in the callback.",
     ]
     waits = _waiting_call(chip, places)
     if waits is not None:
@@ -256,7 +256,7 @@ def _slow(chip: Chip, places: Places, timer: Timer) -> Diagnosis:
     starved = core.active and core.now_ps - core.thread_ps > _STARVED_PS
     if starved:
         since = f"main() has not run since {at(core.thread_ps)}"
-        details.insert(0, f"{since}: when the callback returns, the next tick is waiting already.")
+        details.insert(0, f"{since}: the next tick is due when the callback returns.")
         summary += ": main() never runs"
     return Diagnosis("callback", summary, tuple(details), fatal=False)
 
@@ -281,7 +281,7 @@ def reset_report(core: Core, places: Places, fault: FaultRecord | None) -> Diagn
     registers = CORE.unpack(state)
     trace = Backtrace(places, partial(word_of, ram), core.memory)
     callers = trace.lines(registers[_PC], registers[_LR], registers[_SP])
-    why = f"is {_WATCHDOGS[reason]}" if reason in _WATCHDOGS else "was asked for by the firmware itself"
+    why = f"is {_WATCHDOGS[reason]}" if reason in _WATCHDOGS else "was requested by the firmware"
     details = [f"{reason} {why}."]
     if fault is not None:
         details.append(f"There was a fault at {at(fault.t_ps)} in {places.place(fault.pc)}.")

@@ -30,8 +30,10 @@ def nobody(signals: BoardSignals, bus: I2CBus, address: int) -> Cause:
         if address == known >> 1:
             meant = f"the {name} is at 0x{known:02X}, 0x{known << 1:02X} as HAL address"
             return Cause(
-                f"{short}: the HAL was given 0x{known:02X} and wants it shifted left, 0x{known << 1:02X}",
-                [f"HAL_I2C_Mem_Read and its like take the address in 8 bits: {meant} (0x{known:02X} << 1)."],
+                f"{short}: the HAL got 0x{known:02X} and needs it shifted left, 0x{known << 1:02X}",
+                [
+                    f"HAL_I2C_Mem_Read and similar functions take the address in 8 bits: {meant} (0x{known:02X} << 1)."
+                ],
             )
         if address == known << 1 & 0x7F:
             return Cause(f"{short}: the address was shifted left twice", [_answers(name, known)])
@@ -99,7 +101,7 @@ class RecentTransfers:
         for bus in self._i2c:
             if any(fault.kind == "stuck" for fault in bus.faults(self._now_ps)):
                 text = f"a line of {bus.name} is held low"
-                return Cause(text, ["The bus stays busy: no transfer can start."])
+                return Cause(text, ["The bus stays busy, so no transfer can start."])
         failed = self.latest and self.latest[-1].result != "ok"
         return self._failed(self.latest[-1]) if failed else None
 
@@ -128,15 +130,15 @@ class RecentTransfers:
         used += [one.name for one in self._spi if one.recent_transfers() or one.unaddressed]
         for wiring in self._signals.board.wirings:
             if wiring.bus not in used:
-                nothing = f"On {wiring.bus} nothing was ever transferred"
+                nothing = f"On {wiring.bus} there were no transfers"
                 sentences.append(f"{nothing}; firmware for it runs with wiring {wiring.name}.")
         return Cause(f"{what} is read as 0x{value:02X} over {bus}", sentences)
 
     def _dead_line(self, bus: str) -> list[str]:
         if bus not in self._signals.spi:
-            return ["Is the register number the one that was meant?"]
+            return ["Check the register number."]
         return [
-            "Nobody drives the data line. The sensors answer on the line on which they listen (three wires),",
+            "No device drives the data line. The sensors answer on their input line (three wires),",
             "in mode 3 (SPI_POLARITY_HIGH, SPI_PHASE_2EDGE), with one chip select low at a time.",
         ]
 
@@ -144,9 +146,9 @@ class RecentTransfers:
         for bus in self._spi:
             if not bus.chip_selects and self._unaddressed(bus):
                 return Cause(
-                    f"{bus.name} is used, and no sensor is on {bus.name} with this wiring",
+                    f"{bus.name} is used, but no sensor is on {bus.name} with this wiring",
                     [
-                        "Nobody drives the data line: each byte read is 0xFF, that of WHO_AM_I, too.",
+                        "No device drives the data line: each byte is read as 0xFF, also that of WHO_AM_I.",
                         absent(self._signals, bus.name),
                     ],
                 )
@@ -157,7 +159,7 @@ class RecentTransfers:
         if not last.device:
             return nobody(self._signals, bus, last.address)
         ruled = [fault for fault in bus.faults(last.t_ps) if fault.address in (None, last.address)]
-        why = "The scenario breaks this bus at that time." if ruled else "The device is there."
+        why = "The scenario breaks this bus at that time." if ruled else "The device is present."
         return Cause(last.result, [why])
 
     def _unaddressed(self, bus: SpiBus) -> str:
@@ -171,7 +173,7 @@ class RecentTransfers:
     def _no_sensor_selected(self, bus: SpiBus, unaddressed: str) -> Cause:
         if not bus.chip_selects:
             return Cause(
-                f"{bus.name} {unaddressed}, and no sensor is on {bus.name} with this wiring",
+                f"{bus.name} {unaddressed}, but no sensor is on {bus.name} with this wiring",
                 [absent(self._signals, bus.name)],
             )
         selects = ", ".join(bus.chip_selects)
@@ -182,17 +184,17 @@ class RecentTransfers:
 
     def _identity(self, last: BusTransfer) -> Cause:
         value, expected = last.read[0], self._signals.board.identities[last.device]
-        read = f"WHO_AM_I of {last.device} was read over {last.bus} and gave 0x{value:02X}"
+        read = f"WHO_AM_I of {last.device} was read over {last.bus} and returned 0x{value:02X}"
         if value == expected:
             return Cause(
-                f"{read}, which is right",
+                f"{read}, the expected value",
                 [f"The program seems to expect another part: a {last.device} answers 0x{value:02X}."],
             )
         if last.bus in self._signals.spi:
             needs = "mode 3, three wires, one chip select low at a time"
-            hint = f"Is {last.bus} set up as the part needs it: {needs}?"
+            hint = f"Check that {last.bus} is set up as the part needs it: {needs}."
         else:
-            hint = "Is another part at this address, or is its register number wrong?"
+            hint = "Check the address, and the register number."
         return Cause(f"{read}; expected 0x{expected:02X}", [hint])
 
 
@@ -252,7 +254,7 @@ class PeripheralNotes:
                 f"{name} has no clock: __HAL_RCC_{name}_CLK_ENABLE() is missing",
                 [
                     (
-                        f"{GATES[name]} is 0, so the peripheral forgets what is written and reads as 0; "
+                        f"{GATES[name]} is 0, so writes to the peripheral have no effect and reads return 0; "
                         f"first used at {at(first.t_ps)}."
                     )
                 ],

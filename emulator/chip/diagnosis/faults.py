@@ -30,24 +30,24 @@ from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 # -- fault status registers (ARMv7-M ARM B3.2.15, B3.2.16; PM0214 4.4.10, 4.4.11) ---------------------------
 
 CFSR: Final[Mapping[str, str]] = {
-    "IACCVIOL": "an instruction was fetched from where none may be executed",
+    "IACCVIOL": "an instruction was fetched from memory that must not be executed",
     "DACCVIOL": "a load or store that the memory protection forbids",
-    "MUNSTKERR": "the registers could not be taken back from the stack (memory protection)",
+    "MUNSTKERR": "the registers could not be restored from the stack (memory protection)",
     "MSTKERR": "the registers could not be saved on the stack (memory protection)",
     "MLSPERR": "floating-point registers could not be saved (memory protection)",
     "MMARVALID": "MMFAR holds the address",
-    "IBUSERR": "an instruction was fetched from where there is no memory",
+    "IBUSERR": "an instruction was fetched from an address without memory",
     "PRECISERR": "a load or store was refused; the instruction is known exactly",
     "IMPRECISERR": "a store was refused some instructions ago",
-    "UNSTKERR": "the registers could not be taken back from the stack",
+    "UNSTKERR": "the registers could not be restored from the stack",
     "STKERR": "the registers could not be saved on the stack",
     "LSPERR": "floating-point registers could not be saved on the stack",
     "BFARVALID": "BFAR holds the address",
-    "UNDEFINSTR": "the bytes there are no instruction",
-    "INVSTATE": "execution went to an even address: a Cortex-M knows Thumb code only, bit 0 must be 1",
-    "INVPC": "the return from an exception was given a wrong value",
+    "UNDEFINSTR": "the bytes there are not an instruction",
+    "INVSTATE": "execution went to an even address: a Cortex-M runs Thumb code only, bit 0 must be 1",
+    "INVPC": "the return from an exception had a wrong value",
     "NOCP": "a floating-point instruction while the floating-point unit is off (CPACR)",
-    "UNALIGNED": "an address that is no multiple of the access' size",
+    "UNALIGNED": "an address that is not a multiple of the access size",
     "DIVBYZERO": "a division by zero, with CCR.DIV_0_TRP set",
 }
 HFSR: Final[Mapping[str, str]] = {
@@ -83,7 +83,7 @@ def cause_of(record: FaultRecord, places: Places, code: ReadCode) -> Cause:
         return _of_even_address(record)
     if status & (exceptions.IBUSERR | exceptions.IACCVIOL):
         return Cause(
-            f"execution went to 0x{record.pc:08X}, where no program is",
+            f"execution went to 0x{record.pc:08X}, which has no program",
             ["A function pointer or a return address on the stack was overwritten, or never set."],
         )
     if status & exceptions.UNDEFINSTR:
@@ -101,9 +101,7 @@ def _of_access(record: FaultRecord, address: int, places: Places, code: ReadCode
         return _of_stack(record, places)
     verb = "write to" if stores else "read of"
     where = (
-        "after the end of RAM"
-        if RAM_MEMORY.end <= address < RAM_MEMORY.end + 0x1_0000
-        else "where nothing is"
+        "after the end of RAM" if RAM_MEMORY.end <= address < RAM_MEMORY.end + 0x1_0000 else "without memory"
     )
     return Cause(
         f"{verb} address 0x{address:08X}, {where}",
@@ -139,24 +137,24 @@ def _of_constant(address: int) -> Cause:
     return Cause(
         f"write to flash, address 0x{address:08X},",
         [
-            "Constants (const) and texts in quotes lie in flash, which a program cannot simply write.",
-            "A cast away from const, or a char * to a text, leads here.",
+            "Constants (const) and texts in quotes are in flash, which a normal store cannot write.",
+            "Typical causes: a cast that removes const, or a char * to a string literal.",
         ],
     )
 
 
 def _of_null(address: int) -> Cause:
     if address >= _NULL_OBJECT:
-        what = f"address 0x{address:08X}: far after a NULL pointer, as with a large index into it."
+        what = f"address 0x{address:08X}: far after a NULL pointer, as with a large index."
     elif address:
         what = f"address 0x{address:08X}: a member of a NULL pointer, {address} bytes after its start."
     else:
-        what = "address 0x00000000: what a NULL pointer points to."
+        what = "address 0x00000000: the target of a NULL pointer."
     return Cause(
         "write through a NULL pointer",
         [
             what,
-            "It does not fault on this chip: flash is at 0, too, and is read.",
+            "It does not fault on this chip, because flash is also at 0.",
         ],
     )
 
@@ -183,7 +181,7 @@ def _of_stack(record: FaultRecord, places: Places) -> Cause:
         )
     return Cause(
         "stack overflow",
-        [where, "A recursion without end, or arrays in functions that are too large for the stack."],
+        [where, "Endless recursion, or arrays in functions that are too large for the stack."],
     )
 
 
@@ -194,7 +192,7 @@ def _of_even_address(record: FaultRecord) -> Cause:
     if not record.pc:
         return Cause(
             "call through a NULL function pointer",
-            ["A function was called by a pointer that is 0: a callback that was never registered?"],
+            ["A function was called through a pointer that is 0, for example an unregistered callback."],
         )
     return Cause(
         f"jump to the even address 0x{record.pc:08X}",
@@ -215,8 +213,8 @@ def _of_undefined(record: FaultRecord, code: ReadCode) -> Cause:
         )
     shown = f"{word:04X}{second:04X}" if decode(record.pc, word, second).size == 4 else f"{word:04X}"
     return Cause(
-        f"0x{shown} at 0x{record.pc:08X} is no instruction",
-        ["Data was executed, or the program was compiled for another core (-mcpu=cortex-m4)."],
+        f"0x{shown} at 0x{record.pc:08X} is not an instruction",
+        ["Data was executed, or the program was not compiled with -mcpu=cortex-m4."],
     )
 
 
@@ -226,13 +224,15 @@ def _of_hard_fault(record: FaultRecord) -> Cause:
             "BKPT without a debugger",
             ["Semihosting (--specs=rdimon.specs), an assertion, or a breakpoint left in the program."],
         )
-    return Cause("the vector table cannot be read", ["VTOR was set to an address where no memory is."])
+    return Cause("the vector table cannot be read", ["VTOR was set to an address without memory."])
 
 
 _OTHERS = {
     exceptions.INVPC: Cause(
-        "the return from an interrupt went wrong",
-        ["The handler's stack was overwritten: an array in it, or in what it calls, is too small."],
+        "the return from an interrupt failed",
+        [
+            "The handler's stack was overwritten: an array in it, or in a function that it calls, is too small."
+        ],
     ),
     exceptions.NOCP: Cause(
         "floating-point unit is off",
@@ -241,7 +241,7 @@ _OTHERS = {
     exceptions.UNALIGNED: Cause(
         "unaligned access",
         [
-            "A pointer to a larger type was made of one to bytes.",
+            "A pointer to bytes was cast to a pointer to a larger type.",
             "LDM, STM, LDRD and STRD need multiples of 4; with CCR.UNALIGN_TRP all loads and stores do.",
         ],
     ),
@@ -321,7 +321,7 @@ def _report(
     callers = [trace.line(call) for call in calls[1:]]
     where = places.place(record.pc) + _from_program(calls, callers, places)
     if record.fault.cfsr & exceptions.INVSTATE or not FLASH_MEMORY.holds(record.pc, record.pc):
-        where = f"0x{record.pc:08X}, {callers[0] if callers else 'called from somewhere'}"
+        where = f"0x{record.pc:08X}, {callers[0] if callers else 'called from an unknown place'}"
     details = [
         *cause.sentences,
         *section("fault status", list(_status(record))),

@@ -156,12 +156,12 @@ class Waits:
             for peripheral, offset, value in loop.registers
         )
         off = next((peripheral.name for peripheral, _, _ in loop.registers if not peripheral.clocked), "")
-        why = f"{off} has no clock and reads as 0." if off else "No event that could change it is due."
-        return Cause(f"waits for ever for {' and '.join(seen)} to change", [why])
+        why = f"{off} has no clock and reads as 0." if off else "No event is due that could change it."
+        return Cause(f"waits forever for {' and '.join(seen)} to change", [why])
 
     def _variables(self, loop: Loop, why: str) -> Cause | None:
         names = sorted({self._places.variable(address) for address in loop.variables})
-        short = f"waits for ever for {' or '.join(names)} to change"
+        short = f"waits forever for {' or '.join(names)} to change"
         changed = Probe(self._chip.core).handle(SYS_TICK)
         counted = changed is None or any(
             at in changed for address in loop.variables for at in range(address, address + 4)
@@ -172,9 +172,7 @@ class Waits:
             return Cause(short, [f"It is counted by SysTick's handler, which cannot run: {why}"])
         if why:
             return Cause(short, [f"Nothing that could change it is running; {why}"])
-        return Cause(
-            short, ["No interrupt is on that writes it; is the one that should do so enabled and started?"]
-        )
+        return Cause(short, ["No enabled interrupt writes it; enable and start the one that should."])
 
 
 # -- the loop -----------------------------------------------------------------------------------------------
@@ -226,8 +224,8 @@ class Hang:
     def _sleeping(self) -> Diagnosis | None:
         if self._interrupts.tick_on or self._interrupts.from_peripherals(now=False):
             return None
-        why = "WFI or WFE waits for an interrupt, and none is on."
-        return self._report(self._pc, Cause("sleeps for ever", [why, self._quiet()]))
+        why = "WFI or WFE waits for an interrupt, but none is enabled."
+        return self._report(self._pc, Cause("sleeps forever", [why, self._quiet()]))
 
     def _in_handler(self) -> Diagnosis | None:
         loop = Probe(self._core).loop()
@@ -293,18 +291,18 @@ class Hang:
         name = self._places.function_name(place)
         working = bool(self._interrupts.from_peripherals(now=False)) or self._tick_works()
         if name == "Reset_Handler":
-            return self._report(place, Cause("main() has returned", ["There is nothing to return to."]))
+            return self._report(
+                place, Cause("main() has returned", ["A program for the chip must not return from main()."])
+            )
         if working and name in ("", "main"):
             return None
         why = self._from_outside() or cause
         if name in _WRONG_ENDS:
-            why.sentences.append(
-                f"{name}() is where a program goes when a call has failed: see who has called it."
-            )
+            why.sentences.append(f"{name}() is called after a failure: find its caller.")
         if not working:
             why.sentences.append(self._quiet())
         if why is cause and name == "main":
-            cause.sentences.append("If the program is meant to end there, all is well.")
+            cause.sentences.append("This is correct if the program is meant to end there.")
             return self._report(place, cause, fatal=False)
         return self._report(place, why, fatal=not working or name in _WRONG_ENDS)
 
@@ -323,7 +321,7 @@ class Hang:
             return None
         name = exception_name(number)
         return Cause(
-            f"the interrupt {name} is on and has no handler",
+            f"the interrupt {name} is enabled and has no handler",
             [f"Write a function with exactly this name: void {handler_name(number)}(void)."],
         )
 

@@ -155,7 +155,7 @@ def _empty_float(printed: FormattedLine, places: Places) -> tuple[str, tuple[str
     return (
         f"%{empty[0]} prints nothing: printf is linked without floating point",
         (
-            "newlib-nano leaves it out unless it is asked for: -u _printf_float in the linker's flags.",
+            "newlib-nano omits it by default: add -u _printf_float to the linker's flags.",
             'In CubeIDE: Properties, C/C++ Build, Settings, MCU Settings, tick "Use float with printf".',
         ),
     )
@@ -166,7 +166,7 @@ def _float_as_int(printed: FormattedLine, places: Places) -> tuple[str, tuple[st
     for letter, value in zip(printed.made_by.letters, printed.values, strict=False):
         if letter in _INTEGERS and re.fullmatch(r"-?\d{9,10}", value) and int(value) % _DOUBLE_STEP == 0:
             return (
-                f"%{letter} for a float: {value} is half of a double, not a number of yours",
+                f"%{letter} for a float: {value} is half of a double, not your number",
                 (
                     f"A float is passed to printf as a double of 64 bits; %{letter} prints 32 of them.",
                     "Print floats with %f; the compiler warns about it (-Wall, -Wformat).",

@@ -34,10 +34,10 @@ def read_once(core: Core, places: Places, loop: frozenset[int]) -> Cause | None:
     return Cause(
         f"{name} is read once, before the loop, and never again: it is not volatile",
         [
-            f"{name} was read in {places.place(variable.load)}; the loop itself looks at nothing.",
-            f"By now {name} is {variable.value}, with which the loop would end.",
-            "The compiler may keep in a register what nothing in this function changes.",
-            f"Declare volatile what an interrupt changes: volatile ... {name};",
+            f"{name} was read in {places.place(variable.load)}; the loop itself reads no memory.",
+            f"Now {name} is {variable.value}, which would end the loop.",
+            "The compiler may keep a variable in a register if this function does not change it.",
+            f"Declare variables volatile that an interrupt changes: volatile ... {name};",
             "Without optimisation (-O0) the same program happens to work.",
         ],
     )

@@ -52,20 +52,20 @@ def silent_terminal(chip: Chip, signals: BoardSignals, places: Places) -> Diagno
     main = places.place(places.address_of("main") or 0)
     if not control & _UE:
         short = f"{number} is not set up: {init} is not called"
-        why = f"UE in {number}_CR1 is 0, so HAL_UART_Transmit() gives up at once and PRINTF prints nothing."
-        look = f"It belongs into {main}, after the clocks and before the first PRINTF."
+        why = f"UE in {number}_CR1 is 0, so HAL_UART_Transmit() fails at once and PRINTF prints nothing."
+        look = f"Call it in {main}, after the clocks and before the first PRINTF."
     elif not control & _TE:
         short = f"{number}'s transmitter is off"
         why = f"TE in {number}_CR1 is 0: Init.Mode must be UART_MODE_TX_RX."
-        look = f"Look at {init}."
+        look = f"Check {init}."
     elif signals.gpio.alternate(port, pin) != function:
         short = f"P{port}{pin} is not switched to {number}"
         alternate = f"GPIO_AF{function}_{number}"
-        why = f"What {number} sends does not reach the pin: GPIO_MODE_AF_PP with Alternate = {alternate}."
-        look = f"Look at the pins in {init} or HAL_UART_MspInit()."
+        why = f"The output of {number} does not reach the pin: use GPIO_MODE_AF_PP with Alternate = {alternate}."
+        look = f"Check the pins in {init} or HAL_UART_MspInit()."
     else:
         return None
-    return Diagnosis("terminal", f"nothing was printed: {short}", (why, look), fatal=False)
+    return Diagnosis("terminal", f"there is no output: {short}", (why, look), fatal=False)
 
 
 _LINES_SHOWN = 8
@@ -106,8 +106,8 @@ def wrong_baud(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
         f"{name} sends at {baud:.0f} baud; the terminal on your laptop listens at {BAUD}",
         (
             f"BRR is {divider} and the peripheral's clock {clock_hz / 1e6:g} MHz.",
-            "Here the text is readable all the same; with the real board you would see garbage.",
-            f"Look at Init.BaudRate in MX_{name}_UART_Init(); SystemClock_Config() comes before it.",
+            "The text is readable here; a terminal of the real board would show garbage.",
+            f"Check Init.BaudRate in MX_{name}_UART_Init(); SystemClock_Config() comes before it.",
         ),
         fatal=False,
     )
@@ -143,7 +143,7 @@ def bus_never_on(chip: Chip, signals: BoardSignals, places: Places) -> Cause | N
     if not talks or used or on:
         return None
     if elsewhere := _other_bus_on(chip, signals):
-        return Cause(f"{elsewhere} is set up, where no sensor is", [absent(signals, elsewhere)])
+        return Cause(f"{elsewhere} is set up, but has no sensors", [absent(signals, elsewhere)])
     bits_off = [
         *(f"PE in {name}_CR1" for name in signals.i2c),
         *(f"SPE in {name}_CR1" for name in signals.spi),
@@ -153,10 +153,10 @@ def bus_never_on(chip: Chip, signals: BoardSignals, places: Places) -> Cause | N
     return Cause(
         "the sensors' bus was never set up",
         [
-            f"{' and '.join(bits_off)} {verb} 0, and no transfer was ever made.",
+            f"{' and '.join(bits_off)} {verb} 0, and there were no transfers.",
             (
-                f"Is MX_SensorBus_Init() (in CubeMX's projects {calls}) called in "
-                f"{places.place(places.address_of('main') or 0)}, before the sensors are?"
+                f"Call MX_SensorBus_Init() (in CubeMX's projects {calls}) in "
+                f"{places.place(places.address_of('main') or 0)}, before the sensors are set up."
             ),
         ],
     )
@@ -178,9 +178,9 @@ def byte_left(chip: Chip, signals: BoardSignals) -> Cause | None:
 
 def _left_in(name: str) -> Cause:
     return Cause(
-        f"a received byte was left in {name}_DR, so each read gets the byte of the one before",
+        f"a received byte was left in {name}_DR, so each read returns the previous byte",
         [
-            f"RXNE in {name}_SR is 1 while no chip select is low and no byte is under way.",
+            f"RXNE in {name}_SR is 1 while no chip select is low and no byte is being transferred.",
             (
                 "With one data line, receiving (BIDIOE = 0), the clock runs until SPE is cleared: "
                 "clear it before the last byte has come, or read DR once more (RM0368 20.3.5)."
@@ -202,10 +202,10 @@ def not_enabled(chip: Chip) -> Diagnosis | None:
             continue
         return Diagnosis(
             "timer" if name.startswith("TIM") else "bus",
-            f"the interrupt {name} is wanted and is not enabled in the NVIC",
+            f"the interrupt {name} is requested but not enabled in the NVIC",
             (
                 "The peripheral has set its flag and its interrupt enable, and waits; the bit in NVIC_ISER is 0.",
-                f"HAL_NVIC_EnableIRQ({name}_IRQn) is missing; it belongs to the peripheral's set-up.",
+                f"HAL_NVIC_EnableIRQ({name}_IRQn) is missing; call it in the peripheral's set-up.",
             ),
             fatal=False,
         )
@@ -236,7 +236,7 @@ def _why_no_ticks(chip: Chip, usual: str) -> tuple[str, str]:
             )
         if timer.clocked and timer.peek(_PSC) and not control & _CEN:
             return (
-                f"{timer.name} is set up and was not started",
+                f"{timer.name} is set up but was not started",
                 f"CEN in {timer.name}_CR1 is 0: HAL_TIM_Base_Start_IT() is missing.",
             )
     return "no timer is set up", f"MX_{usual}_Init() and HAL_TIM_Base_Start_IT() are missing."
@@ -258,7 +258,7 @@ def wrong_rate(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
             f"{clock_hz / 1e6:g} MHz / ({prescaler} + 1) / ({period} + 1): registers hold one less. "
             f"For 800 Hz (PSC + 1) x (ARR + 1) is {clock_hz / 800:.0f}, such as 84 x 1250."
         ),
-        f"Look at Init.Prescaler and Init.Period in MX_{timer.name}_Init().",
+        f"Check Init.Prescaler and Init.Period in MX_{timer.name}_Init().",
     ]
     return Diagnosis(
         "timer",

@@ -41,7 +41,7 @@ def serve(board: DebuggedBoard, port: int, halted: bool = False) -> GdbServer:
     firmware = board.chip
     if firmware is None:
         raise InputError(
-            "--gdb: a debugger needs firmware built for the chip (ELF, HEX or BIN), not Python",
+            "--gdb must have firmware built for the chip (ELF, HEX or BIN), not in Python",
             kind="no_chip",
         )
     core = firmware.chip.core
@@ -75,7 +75,7 @@ def _replaced(firmware: ArmFirmware) -> bool:
 # -- the ``monitor`` commands -------------------------------------------------------------------------------
 
 _HELP = """\
-attitude ROLL PITCH YAW  turn the board (degrees); attitude alone shows how it lies
+attitude ROLL PITCH YAW  turn the board (degrees); attitude alone prints it
 time                     virtual time since power-on
 where                    function and source line of the next instruction
 regs PERIPHERAL          registers of a peripheral, read without side effects; regs alone lists the peripherals
@@ -125,7 +125,7 @@ class Monitor:
             try:
                 roll_deg, pitch_deg, yaw_deg = map(float, arguments)
             except ValueError:
-                return "give three angles in degrees: monitor attitude ROLL PITCH YAW\n"
+                return "attitude must have three angles in degrees: monitor attitude ROLL PITCH YAW\n"
             self._world.set_attitude(roll_deg, pitch_deg, yaw_deg)
         now_s = self._clock.now_s
         roll_deg, pitch_deg, yaw_deg = self._world.attitude_deg(now_s)[0]

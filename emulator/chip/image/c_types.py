@@ -252,7 +252,7 @@ def _base(entry: DebugEntry) -> CType:
             return Boolean(size)
         if encoding in _SIGNED or encoding in _UNSIGNED:
             return Integer(size, signed=encoding in _SIGNED)
-    raise DebugInfoError(f"a basic type has {size} bytes and encoding {encoding}, which is not read")
+    raise DebugInfoError(f"a basic type has {size} bytes and encoding {encoding}, which is not supported")
 
 
 def _count(subrange: DebugEntry) -> int:
@@ -272,7 +272,7 @@ def _location(member: DebugEntry) -> int:
     if expression is None:
         return member.number(_AT_MEMBER_LOCATION) or 0
     if expression[:1] != bytes([_OP_PLUS_UCONST]):
-        raise DebugInfoError("a member's place is computed, which is not read")
+        raise DebugInfoError("a member's place is computed, which is not supported")
     return Cursor(expression, 1).uleb128()
 
 

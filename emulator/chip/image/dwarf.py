@@ -80,7 +80,7 @@ class Cursor:
     def string(self) -> bytes:
         end = self.data.find(b"\0", self.offset, min(self.end, self.offset + _LONGEST_STRING))
         if end < 0:
-            raise DebugInfoError("a string in the debug information has no end")
+            raise DebugInfoError("a string in the debug information is not terminated")
         text = self.data[self.offset : end]
         self.offset = end + 1
         return text
@@ -89,7 +89,9 @@ class Cursor:
         """Return a cursor over the unit, and move past it."""
         size = self.unsigned(4)
         if size >= _DWARF64:
-            raise DebugInfoError("debug information is in the 64-bit format, which no 32-bit chip needs")
+            raise DebugInfoError(
+                "debug information is in the 64-bit format, but must be in the 32-bit format"
+            )
         start = self.skip(size)
         return Cursor(self.data, start, start + size)
 
@@ -101,7 +103,7 @@ class Cursor:
             bits += 7
             if byte < 0x80:
                 return value, bits
-        raise DebugInfoError("a number in the debug information has no end")
+        raise DebugInfoError("a number in the debug information is not terminated")
 
 
 # -- attribute values (section 7.5.6, 32-bit DWARF) ---------------------------------------------------------
@@ -275,23 +277,23 @@ class DebugInfo:
         if form == REF_ADDR and isinstance(value, int):
             return self._at(self._unit_with(value), value)
         if form == REF_SIGNATURE:
-            raise DebugInfoError("it is in a unit of its own; compile without -fdebug-types-section")
+            raise DebugInfoError("it is in a separate unit; compile without -fdebug-types-section")
         if form:
-            raise DebugInfoError(f"a reference is of form 0x{form:X}, which is not read")
+            raise DebugInfoError(f"a reference is of form 0x{form:X}, which is not supported")
         return None
 
     def name(self, entry: DebugEntry) -> str:
         form, value = entry.values.get(AT_NAME, (0, b""))
         if isinstance(value, int):
             if form not in self._strings:
-                raise DebugInfoError(f"a name is of form 0x{form:X}, which is not read")
+                raise DebugInfoError(f"a name is of form 0x{form:X}, which is not supported")
             value = Cursor(self._strings[form], value).string()
         return printable(value)
 
     def _unit_with(self, offset: int) -> Unit:
         index = bisect_right(self._units, offset, key=lambda unit: unit.start) - 1
         if index < 0:
-            raise DebugInfoError("a reference leads nowhere")
+            raise DebugInfoError("a reference is invalid")
         return self._units[index]
 
     def _at(self, unit: Unit, offset: int) -> DebugEntry:
@@ -300,7 +302,7 @@ class DebugInfo:
         cursor = Cursor(self._info, offset, unit.end)
         abbreviation = self._abbreviation(unit, cursor)
         if abbreviation is None:
-            raise DebugInfoError("a reference leads to no entry")
+            raise DebugInfoError("a reference does not point to an entry")
         return self._values(unit, offset, abbreviation, cursor)
 
     def _unit(self, start: int, cursor: Cursor) -> Unit:

@@ -102,7 +102,7 @@ def open_elf(file: str, data: bytes) -> Elf:
     pieces = [Segment(load.physical, data[load.offset : load.offset + load.file_size]) for load in loads]
     segments = join(file, pieces)
     if not segments:
-        raise FirmwareFileError(file, f"loads nothing; {_RIGHT}", kind="nothing_loaded")
+        raise FirmwareFileError(file, f"must load code; {_RIGHT}", kind="nothing_loaded")
     sections = Sections(data, header.section_headers, header.section_header_count, header.names_section)
     hard_float = bool(header.flags & _HARD_FLOAT)
     if ".symtab" in sections:
@@ -126,7 +126,7 @@ def _header(file: str, data: bytes) -> _ElfHeader:
         )
     if bits != 1 or order != 1:
         raise FirmwareFileError(
-            file, f"is no little-endian 32-bit ELF, as a Cortex-M4 needs; {_RIGHT}", kind="wrong_format"
+            file, f"must be a little-endian 32-bit ELF for a Cortex-M4; {_RIGHT}", kind="wrong_format"
         )
     if abi == _LINUX_ABI:
         raise FirmwareFileError(file, f"is a program for Linux on ARM; {_RIGHT}", kind="linux_program")
@@ -139,13 +139,9 @@ def _header(file: str, data: bytes) -> _ElfHeader:
 def _program_headers(file: str, data: bytes, header: _ElfHeader) -> list[_ProgramHeader]:
     count, start = header.program_header_count, header.program_headers
     if count == 0:
-        raise FirmwareFileError(
-            file, f"has no program headers, so nothing to load; {_RIGHT}", kind="no_program_headers"
-        )
+        raise FirmwareFileError(file, f"must have program headers; {_RIGHT}", kind="no_program_headers")
     if header.program_header_size != _PROGRAM_HEADER.size:
-        problem = (
-            f"has program headers of {header.program_header_size} bytes, 32 would be right; it is damaged"
-        )
+        problem = f"is damaged: its program headers have {header.program_header_size} bytes, not 32"
         raise FirmwareFileError(file, problem, kind="program_header_size")
     _check_inside(file, data, "program header table", start, count * _PROGRAM_HEADER.size)
     if header.section_header_count:
@@ -162,13 +158,13 @@ def _program_headers(file: str, data: bytes, header: _ElfHeader) -> list[_Progra
 
 def _check_load(file: str, data: bytes, load: _ProgramHeader) -> None:
     if load.file_size > load.memory_size:
-        problem = f"has a segment of {load.file_size} bytes for {load.memory_size} of memory; it is damaged"
+        problem = f"is damaged: it has a segment of {load.file_size} bytes for {load.memory_size} of memory"
         raise FirmwareFileError(file, problem, kind="segment_size")
     if not fits(load.virtual, load.virtual + load.memory_size):
         last = load.virtual + load.memory_size - 1
         raise FirmwareFileError(
             file,
-            f"uses memory 0x{load.virtual:08X}..0x{last:08X}; {CHIP}: is its linker script for another chip?",
+            f"uses memory 0x{load.virtual:08X}..0x{last:08X}; {CHIP}: check its linker script",
             kind="other_chip",
         )
     if load.file_size:
@@ -284,7 +280,7 @@ class Sections:
         except zlib.error:
             raise DebugInfoError(f"{name} cannot be unpacked") from None
         if len(data) != size:
-            raise DebugInfoError(f"{name} unpacks to another size than it says")
+            raise DebugInfoError(f"{name} unpacks to another size than announced")
         return data
 
 

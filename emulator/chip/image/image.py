@@ -59,7 +59,7 @@ def checked(
     if table is None or len(table.data) < 8:
         raise FirmwareFileError(
             file,
-            f"has no vector table at 0x{FLASH_MEMORY.start:08X}, where the core starts; "
+            f"must have a vector table at 0x{FLASH_MEMORY.start:08X}, the start address of the core; "
             "link .isr_vector to the start of flash (no boot loader runs here)",
             kind="no_vector_table",
         )
@@ -79,7 +79,7 @@ def checked(
         )
     if not RAM_MEMORY.start < stack_pointer <= RAM_MEMORY.end:
         other = kind == "bin" and path.suffix.lower() not in {"", ".bin"}
-        what = "is neither ELF nor HEX, and as BIN not firmware" if other else "is not firmware"
+        what = "is not a valid ELF, HEX or BIN firmware file" if other else "is not firmware"
         raise FirmwareFileError(
             file,
             f"{what} for this board: its vector table begins with the stack pointer "
@@ -109,7 +109,7 @@ def _check_reset(file: str, vector: int, segments: tuple[Segment, ...]) -> None:
     if not any(segment.address <= start and start + 2 <= segment.end for segment in segments):
         raise FirmwareFileError(
             file,
-            f"has nothing at its reset vector 0x{vector:08X}; is it cut short, or the wrong file?",
+            f"has no code at its reset vector 0x{vector:08X}; build or copy it again",
             kind="reset_nothing",
         )
 
@@ -129,12 +129,10 @@ def parse_firmware(data: bytes, path: str | Path) -> FirmwareImage:
     path = Path(path)
     file = str(path)
     if not data:
-        raise FirmwareFileError(
-            file, "is empty; give the ELF, HEX or BIN file that the build made", kind="empty"
-        )
+        raise FirmwareFileError(file, "is empty; give the ELF, HEX or BIN file of the build", kind="empty")
     if len(data) > LONGEST_FILE:
         raise FirmwareFileError(
-            file, f"is {len(data)} bytes long; firmware files have {LONGEST_FILE} at most", kind="too_long"
+            file, f"must have at most {LONGEST_FILE} bytes, not {len(data)}", kind="too_long"
         )
     if data.startswith(MAGIC):
         elf = open_elf(file, data)
@@ -150,14 +148,14 @@ def _contents(path: Path) -> bytes:
         status = path.stat()
         if stat.S_ISDIR(status.st_mode):
             raise FirmwareFileError(
-                str(path), "is a folder; give the ELF, HEX or BIN file in it", kind="folder"
+                str(path), "must be a file, not a folder; give the ELF, HEX or BIN file in it", kind="folder"
             )
         if not stat.S_ISREG(status.st_mode):
             raise FirmwareFileError(
-                str(path), "is no ordinary file; give an ELF, HEX or BIN file", kind="not_a_file"
+                str(path), "must be a regular file; give an ELF, HEX or BIN file", kind="not_a_file"
             )
         if status.st_size > LONGEST_FILE:
-            problem = f"is {status.st_size} bytes long; firmware files have {LONGEST_FILE} at most"
+            problem = f"must have at most {LONGEST_FILE} bytes, not {status.st_size}"
             raise FirmwareFileError(str(path), problem, kind="too_long")
         with path.open("rb") as file:
             return file.read(LONGEST_FILE + 1)
@@ -167,7 +165,7 @@ def _contents(path: Path) -> bytes:
         ) from None
     except (OSError, ValueError) as problem:  # ValueError: a zero byte in the path
         reason = getattr(problem, "strerror", None) or problem
-        raise FirmwareFileError(str(path), f"cannot be read: {reason}", kind="unreadable") from None
+        raise FirmwareFileError(str(path), f"cannot read the file: {reason}", kind="unreadable") from None
 
 
 # -- raw binary files ---------------------------------------------------------------------------------------
@@ -194,7 +192,7 @@ def read_binary(file: str, data: bytes) -> tuple[Segment, ...]:
     if len(data) > size:
         raise FirmwareFileError(
             file,
-            f"is {len(data)} bytes long; as raw contents of flash it can have {size} at most",
+            f"must have at most {size} bytes as contents of flash, not {len(data)}",
             kind="too_long",
         )
     return (Segment(FLASH_MEMORY.start, data),)
@@ -207,5 +205,5 @@ def _foreign(data: bytes) -> str | None:
     if data.startswith(_S_RECORDS) and _TEXT_BYTES.issuperset(data[:_TEXT_SAMPLE]):
         return "holds Motorola S-records; convert it: arm-none-eabi-objcopy -I srec -O ihex"
     if _TEXT_BYTES.issuperset(data[:_TEXT_SAMPLE]):
-        return "is a text; give the ELF, HEX or BIN file that the build made of it"
+        return "is a text file; give the ELF, HEX or BIN file of the build"
     return None

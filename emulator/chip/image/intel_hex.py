@@ -35,7 +35,7 @@ def read_hex(file: str, data: bytes) -> tuple[Segment, ...]:
     if len(data) > _LONGEST_FILE:
         raise FirmwareFileError(
             file,
-            f"is {len(data)} bytes long; Intel HEX for this board has {_LONGEST_FILE} at most",
+            f"must have at most {_LONGEST_FILE} bytes as Intel HEX, not {len(data)}",
             kind="too_long",
         )
     pieces: list[Segment] = []
@@ -47,7 +47,9 @@ def read_hex(file: str, data: bytes) -> tuple[Segment, ...]:
         where = f"line {number}"
         if ended:
             raise FirmwareFileError(
-                file, f"{where}: follows the end record; remove what comes after it", kind="after_end"
+                file,
+                f"{where}: must not follow the end record; remove this line and those after it",
+                kind="after_end",
             )
         record = _record(file, where, text)
         if record.kind == _DATA:
@@ -59,7 +61,7 @@ def read_hex(file: str, data: bytes) -> tuple[Segment, ...]:
     if not ended:
         raise FirmwareFileError(
             file,
-            "has no end record (:00000001FF); it is cut short: build or copy it again",
+            "must have an end record (:00000001FF); the file is cut short: build or copy it again",
             kind="no_end_record",
         )
     return join(file, pieces)
@@ -71,13 +73,13 @@ def _record(file: str, where: str, text: bytes) -> HexRecord:
             raise ValueError
         raw = bytes.fromhex(text[1:].decode("ascii"))
     except ValueError:
-        problem = f"{where}: is no record; one is a colon and pairs of hexadecimal digits"
+        problem = f"{where}: must be a colon and pairs of hexadecimal digits"
         raise FirmwareFileError(file, problem, kind="not_a_record") from None
     if len(raw) < 5 or len(raw) != raw[0] + 5:
         announced = raw[0] + 5 if raw else 5
         raise FirmwareFileError(
             file,
-            f"{where}: has {len(raw)} bytes where its length announces {announced}; it is damaged",
+            f"{where}: must have {announced} bytes, as its length says, not {len(raw)}; the file is damaged",
             kind="record_length",
         )
     wrong = sum(raw) & 0xFF
@@ -85,12 +87,12 @@ def _record(file: str, where: str, text: bytes) -> HexRecord:
         expected = (raw[-1] - wrong) & 0xFF
         raise FirmwareFileError(
             file,
-            f"{where}: has checksum {raw[-1]:02X}, its bytes give {expected:02X}; the file is damaged",
+            f"{where}: checksum must be {expected:02X}, not {raw[-1]:02X}; the file is damaged",
             kind="checksum",
         )
     record = HexRecord(raw[3], int.from_bytes(raw[1:3], "big"), raw[4:-1])
     if record.kind != _DATA and _LENGTHS.get(record.kind) != len(record.data):
-        problem = f"{where}: record type {record.kind:02X} with {len(record.data)} bytes does not exist"
+        problem = f"{where}: unknown record type {record.kind:02X} with {len(record.data)} bytes"
         raise FirmwareFileError(file, problem, kind="record_type")
     return record
 

@@ -31,7 +31,7 @@ def join(file: str, pieces: Iterable[Segment]) -> tuple[Segment, ...]:
         if piece.address < end:
             raise FirmwareFileError(
                 file,
-                f"has two contents for address 0x{piece.address:08X}; build it again, from one linker script",
+                f"has different contents for address 0x{piece.address:08X}; build it again, from one linker script",
                 kind="overlap",
             )
         if piece.address != end:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from fcu_emulator.emulator.chip.image.elf import DebugInfoError, Sections, printable, string_at
 from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY, fits
+from fcu_emulator.emulator.errors import SymbolError
 
 if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.image.c_types import CType, CValue, Variables
@@ -189,7 +190,7 @@ class Symbols:
     def __contains__(self, name: str) -> bool:
         try:
             self.address_of(name)
-        except KeyError:
+        except SymbolError:
             return False
         return True
 
@@ -205,45 +206,51 @@ class Symbols:
     def read_variable(self, name: str, read_memory: ReadMemory) -> CValue:
         """Return a variable's value, for structures an object: ``read_variable("acc", read).AXIS_X``.
 
-        Raises KeyError if the name or type is unknown or ambiguous.
+        Raises SymbolError if the name or type is unknown or ambiguous.
         """
         address, kind = self.variable_type(name)
         return kind.value(read_memory(address, kind.size) if kind.size else b"", 0)
 
     def variable_type(self, name: str) -> tuple[int, CType]:
-        """Raises KeyError like :meth:`read_variable`."""
+        """Raises SymbolError like :meth:`read_variable`."""
         symbol = self._symbol(name)
         if symbol.is_function:
-            raise KeyError(f"{name!r} is a function, not a variable")
+            raise SymbolError(f"{name!r} must be a variable, not a function", kind="not_a_variable")
         try:
             kind = self._type(symbol.address)
         except DebugInfoError as problem:
-            raise KeyError(f"the type of {name!r} is unknown: {problem}") from None
+            raise SymbolError(f"the type of {name!r} is unknown: {problem}", kind="unknown_type") from None
         if not fits(symbol.address, symbol.address + kind.size):
-            raise KeyError(f"{name!r} lies at 0x{symbol.address:08X}, outside the chip's memories")
+            raise SymbolError(
+                f"{name!r} is at 0x{symbol.address:08X}, outside the chip's memories", kind="outside_memory"
+            )
         return symbol.address, kind
 
     def function(self, name: str) -> tuple[int, Signature]:
         try:
             return self._function(name)
         except DebugInfoError as problem:
-            raise KeyError(f"what {name}() takes is unknown: {problem}") from None
+            raise SymbolError(
+                f"the parameters of {name}() are unknown: {problem}", kind="unknown_type"
+            ) from None
 
     def _function(self, name: str) -> tuple[int, Signature]:
         if self._functions is None:
             raise DebugInfoError("the debug information cannot be read")
         if not (self._table and self._table.named(name)) and self._functions.is_inlined(name):
-            raise KeyError(
-                f"{name}() was put into its callers by the compiler, so there is nothing to call; "
-                "declare it __attribute__((noinline)), or compile with -O0"
+            raise SymbolError(
+                f"cannot call {name}(): the compiler inlined it; "
+                "declare it __attribute__((noinline)), or compile with -O0",
+                kind="inlined",
             )
         symbol = self._symbol(name)
         if not symbol.is_function:
-            raise KeyError(f"{name!r} is a variable, not a function")
+            raise SymbolError(f"{name!r} must be a function, not a variable", kind="not_a_function")
         if symbol.name != name:
-            raise KeyError(
-                f"of {name}() there is only {symbol.name}, which the compiler has made for its callers; "
-                "declare it __attribute__((noinline, noclone)), or compile with -O0"
+            raise SymbolError(
+                f"cannot call {name}(): the compiler specialised it as {symbol.name}; "
+                "declare it __attribute__((noinline, noclone)), or compile with -O0",
+                kind="cloned",
             )
         return symbol.address, self._functions.signature_at(symbol.address)
 
@@ -251,11 +258,13 @@ class Symbols:
         found = self._table.named(name) if self._table else []
         if not found:
             near = get_close_matches(name, self._table.names() if self._table else [], 1)
-            known = f"; is it {near[0]!r}?" if near else ""
-            raise KeyError(f"the firmware has no variable or function {name!r}{known}")
+            known = f"; did you mean {near[0]!r}?" if near else ""
+            raise SymbolError(f"unknown variable or function {name!r}{known}", kind="unknown_name")
         if len(found) > 1:
             files = ", ".join(sorted({symbol.file or "?" for symbol in found}))
-            raise KeyError(f"{name!r} is static {len(found)} times ({files}); give one of them another name")
+            raise SymbolError(
+                f"{name!r} is static {len(found)} times ({files}); rename one of them", kind="ambiguous_name"
+            )
         return found[0]
 
     def _type(self, address: int) -> CType:

@@ -24,7 +24,7 @@ def problem(folder: Path = FOLDER) -> str:
     if not file.is_file():
         return f"{file}: the C library is missing; {_remedy(folder)}"
     if digest(folder) not in ("", built_from(file)[0]):
-        return f"{file}: the C library was built from other sources than those beside it; {_remedy(folder)}"
+        return f"{file}: the C library does not match its sources; {_remedy(folder)}"
     return ""
 
 

@@ -63,9 +63,9 @@ class PllOutput:
     def problem(self) -> str:
         """Return the violated rule, or "" (6.3.2)."""
         if not 950_000 <= self.input_hz <= 2_100_000:  # the datasheet's limits; the manual says 1 to 2 MHz
-            return f"PLL input is {self.input_hz / 1e6:g} MHz, M must make it 1 to 2 MHz"
+            return f"PLL input is {self.input_hz / 1e6:g} MHz; M must make it 1 to 2 MHz"
         if not 192_000_000 <= self.vco_hz <= 432_000_000:
-            return f"PLL VCO is {self.vco_hz / 1e6:g} MHz, N must make it 192 to 432 MHz"
+            return f"PLL VCO is {self.vco_hz / 1e6:g} MHz; N must make it 192 to 432 MHz"
         if self.p_hz > 84_000_000:
             return f"PLL output is {self.p_hz / 1e6:g} MHz, the chip's limit is 84 MHz"
         return ""
@@ -108,7 +108,7 @@ class Frequencies:
     def problem(self) -> str:
         """Return the exceeded limit, or "" (6.2: 84, 42 and 84 MHz)."""
         if self.pclk1_hz > 42_000_000:
-            return f"APB1 runs at {self.pclk1_hz / 1e6:g} MHz, PPRE1 must make it 42 MHz or less"
+            return f"APB1 runs at {self.pclk1_hz / 1e6:g} MHz; PPRE1 must make it 42 MHz or less"
         return ""
 
 
@@ -309,7 +309,9 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
             self.note("refused", "BDCR written while PWR_CR.DBP is 0")
             return
         if offset == PLLCFGR and self.registers[CR] & _SOURCES["PLL"].on:
-            self.note("forbidden", "PLLCFGR written while the PLL is on; it counts from the PLL's next start")
+            self.note(
+                "forbidden", "PLLCFGR written while the PLL is on; it takes effect at the PLL's next start"
+            )
         old = self.registers.get(offset, 0)
         super().write(offset, value, mask)
         value &= mask

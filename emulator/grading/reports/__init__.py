@@ -1,1 +1,1 @@
-"""Reports of a class that has been graded: files for people, for learning platforms and for CI."""
+"""Reports of a graded class: files for people, for learning platforms and for CI."""

@@ -1,4 +1,4 @@
-"""The class's report, for the teacher: the distribution, the hardest checks, who is not judged, everybody."""
+"""The class's report, for the teacher."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ _MOST_FILES = 4
 _STATUS = {
     "rejected": "rejected",
     "missing": "missing",
-    "unjudged": "not judged: try again",
-    "partly": "some checks not judged: try again",
+    "unjudged": "not judged: grade again",
+    "partly": "some checks not judged: grade again",
 }
 
 
 _COUNTED = {
     "rejected": "rejected",
-    "partly": "judged in part",
+    "partly": "partly judged",
     "unjudged": "not judged",
-    "missing": "handed in nothing",
+    "missing": "not submitted",
 }
 
 
 @dataclass(frozen=True)
 class HardCheck:
-    """A check by how many passed it. ``share``: of its points, over all who were judged."""
+    """A check by its pass rate; ``share``: of its points, over all judged."""
 
     check: str
     title: str
@@ -42,7 +42,7 @@ class HardCheck:
 
 
 def hardest_checks(graded: GradedClass) -> list[HardCheck]:
-    """All checks that give points, the hardest first."""
+    """Return all checks that give points, hardest first."""
     found: dict[str, list[tuple[str, float, bool]]] = {}
     for one in graded.submissions:
         for check in one.verdict.checks if one.verdict else ():
@@ -68,7 +68,7 @@ def class_page(graded: GradedClass) -> str:
 
 
 def summary(graded: GradedClass) -> list[str]:
-    """The class in a few lines of text."""
+    """Summarise the class in a few lines."""
     points = _points(graded)
     found = [f"{len(points)} judged"]
     without = [one for one in graded.submissions if one.points is None]
@@ -78,7 +78,7 @@ def summary(graded: GradedClass) -> list[str]:
     lines = [f"{_counted(len(graded.submissions), 'student')}: {', '.join(found)}"]
     if graded.handed_in:
         handed_in = _counted(graded.handed_in, "file or folder was", "files and folders were")
-        lines.append(f"{handed_in} handed in: each is graded, or listed with the reason")
+        lines.append(f"{handed_in} handed in; each is graded or listed with the reason")
     if points:
         middle = f"mean {statistics.fmean(points):.1f}, median {statistics.median(points):.1f}"
         full = sum(value >= graded.max_points for value in points)
@@ -88,7 +88,6 @@ def summary(graded: GradedClass) -> list[str]:
 
 
 def _counted(count: int, one: str, more: str = "") -> str:
-    """Return a number with its noun: 1 student, 2 students."""
     return f"{count} {one if count == 1 else more or one + 's'}"
 
 
@@ -101,7 +100,7 @@ def _body(graded: GradedClass) -> Iterator[Html]:
     yield from (element("p", line) for line in summary(graded))
     points = _points(graded)
     if points:
-        yield element("h2", "How the points are distributed")
+        yield element("h2", "Distribution of points")
         yield histogram(points, graded.max_points)
     yield from _not_judged(graded.not_judged)
     yield from _listed(
@@ -110,8 +109,8 @@ def _body(graded: GradedClass) -> Iterator[Html]:
     yield from _listed("Late", [(one, _late(one)) for one in graded.submissions if one.late])
     yield from _listed("Identical", [(one, one.copies) for one in graded.submissions if one.copies])
     yield from _hardest(hardest_checks(graded))
-    yield element("h2", "Everybody, by exercise")
-    yield element("div", _everybody(graded), class_="scroll")
+    yield element("h2", "All students, by exercise")
+    yield element("div", _all_students(graded), class_="scroll")
     yield element("p", f"Rubric {graded.rubric}, {graded.version}.", class_="quiet")
 
 
@@ -119,7 +118,7 @@ def _not_judged(ones: list[Graded]) -> Iterator[Html]:
     if not ones:
         return
     yield element("h2", f"Not judged: {len(ones)}")
-    yield element("p", "These have no grade, neither zero nor another one.", class_="quiet")
+    yield element("p", "Their grade is empty, not zero.", class_="quiet")
     rows = (
         element(
             "tr",
@@ -135,7 +134,6 @@ def _not_judged(ones: list[Graded]) -> Iterator[Html]:
 
 
 def _listed(title: str, rows: list[tuple[Graded, str]]) -> Iterator[Html]:
-    """A list of students, each with a few words."""
     if rows:
         yield element("h2", f"{title}: {len(rows)}")
         cells = (
@@ -146,16 +144,15 @@ def _listed(title: str, rows: list[tuple[Graded, str]]) -> Iterator[Html]:
 
 
 def _late(one: Graded) -> str:
-    """How late, with the points that it has cost if the penalty could not be taken off as a whole."""
+    """How late, with the points that it has cost if the penalty could not be deducted as a whole."""
     if one.points is not None and one.lost_by_lateness < one.late_penalty:
-        return f"{one.late_words}, of which {number(one.lost_by_lateness)} taken off"
+        return f"{one.late_words}, of which {number(one.lost_by_lateness)} deducted"
     return one.late_words
 
 
 def _files(one: Graded) -> str:
-    """The first names of what was handed in; ``grade.json`` has all."""
     names = list(one.files[:_MOST_FILES])
-    if not names:  # in an anonymous report
+    if not names:  # anonymous
         return _counted(one.handed_in, "file or folder", "files and folders")
     more = len(one.files) - len(names)
     return ", ".join(names) + (f" and {more} more" if more else "")
@@ -165,7 +162,7 @@ def _hardest(checks: list[HardCheck]) -> Iterator[Html]:
     missed = [one for one in checks if one.passed < one.judged][:_MOST_HARD]
     if not missed:
         return
-    yield element("h2", "The hardest checks")
+    yield element("h2", "Checks with the fewest points")
     rows = (
         element(
             "tr",
@@ -180,7 +177,7 @@ def _hardest(checks: list[HardCheck]) -> Iterator[Html]:
     yield element("table", element("tr", *head, element("th", "passed by", class_="number")), *rows)
 
 
-def _everybody(graded: GradedClass) -> Html:
+def _all_students(graded: GradedClass) -> Html:
     names = [exercise.exercise for exercise in graded.exercises]
     head = [element("th", "who")]
     head += [

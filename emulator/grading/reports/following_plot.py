@@ -1,4 +1,4 @@
-"""Plots of a LED or a line beside the condition that it has to follow, as inline SVG."""
+"""Plots of a LED or line beside its condition, as inline SVG."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from fcu_emulator.emulator.grading.verdict import Following
 
 _WIDTH, _LEFT, _RIGHT = 440.0, 58.0, 12.0
 _ROW, _BAR = 20.0, 12.0
-_THINNEST = 1.5  # of a bar: a printed line takes no time
+_THINNEST = 1.5  # a printed line takes no time
 
 
 def following_plot(following: Following, duration_s: float) -> Html:
-    """Two rows over the time of the run: what is wanted, and what was seen."""
+    """Return two rows over the run's time."""
     what = f"{following.name} while {following.condition}"
     rows = (("wanted", following.wanted, "bar-ground"), ("seen", following.shown, "bar"))
     height = _ROW * (len(rows) + 1)

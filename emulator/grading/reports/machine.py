@@ -1,9 +1,7 @@
 """Reports that other programs read: CSV for learning platforms, JUnit for CI, Gradescope's ``results.json``.
 
-Decision: a submission without a grade has empty cells, an error in JUnit, and no Gradescope results: no
-format gets a zero for what was not judged. What was handed in but cannot be judged (it does not compile, it
-is no ELF) is different on Gradescope alone: its student sees at once why and hands in again, so it gets 0
-and the reason.
+Decision: a submission without a grade never gets a zero. Only on Gradescope a rejected one gets 0 and the
+reason, because its student can submit again.
 """
 
 from __future__ import annotations
@@ -23,7 +21,7 @@ _VISIBILITY = {"always": "visible", "after_due_date": "after_due_date", "never":
 
 
 def grades_csv(graded: GradedClass) -> str:
-    """Return a line for each student: who, points and those of each exercise, status, what was handed in."""
+    """Return a line for each student."""
     exercises = [exercise.exercise for exercise in graded.exercises]
     columns = ["id", "name", "email", "points", "max_points", *(f"exercise_{name}" for name in exercises)]
     handed_in = [
@@ -55,7 +53,7 @@ def _points(value: float | None) -> str:
 
 
 def junit_xml(graded: GradedClass) -> str:
-    """A suite for each student, a case for each check."""
+    """Return a suite for each student, a case for each check."""
     root = ET.Element("testsuites", name=graded.rubric)
     for one in graded.submissions:
         checks = one.verdict.checks if one.verdict else ()
@@ -90,16 +88,10 @@ def _case(suite: ET.Element, rubric: str, check: CheckResult) -> None:
 
 
 def gradescope_results(one: Graded) -> dict[str, Any]:
-    """Return ``results.json`` of one submission.
+    """Return ``results.json`` of one submission, with all checks: Gradescope hides tests by their visibility.
 
-    The fields: https://gradescope-autograders.readthedocs.io/en/latest/specs/. Gradescope shows and hides
-    tests by their visibility, so all checks are in it, each with as much detail as the rubric allows. All
-    other fields are computed from the visible checks: no total score (Gradescope adds up the tests), and no
-    execution time. Only a late penalty needs a total score, of all checks: Gradescope shows a total, its own or
-    this one, by the same rules.
-
-    Raises NotJudgedError where there is no grade: without the file, Gradescope tells the course's staff that
-    the autograder has failed, and lets them run it again.
+    Source: https://gradescope-autograders.readthedocs.io/en/latest/specs/. Raises NotJudgedError without a
+    grade, so that staff can run it again.
     """
     if one.status in ("unjudged", "partly", "missing"):
         raise NotJudgedError(f"{one.shown_name}: {one.reason}; run the autograder again")
@@ -111,18 +103,18 @@ def gradescope_results(one: Graded) -> dict[str, Any]:
         "extra_data": {"seed": one.seed, "status": one.status},
     }
     if one.verdict is None:
-        said = f"This submission cannot be judged as it was handed in: it {one.reason}."
+        said = f"This submission was rejected: it {one.reason}."
         log = f"\n\n{one.build_log}" if one.build_log else ""
         return {**results, "score": 0.0, "output": visible(said + log, lines=True), "tests": []}
     verdict = one.verdict
-    warnings = f"Warnings of the compiler:\n{one.build_log}" if one.build_log else ""
+    warnings = f"Compiler warnings:\n{one.build_log}" if one.build_log else ""
     results["extra_data"] |= {"rubric_digest": verdict.rubric_digest, "version": verdict.version}
     tests = [
         _gradescope_test(check, shown)
         for check, shown in zip(verdict.checks, verdict.allowed(), strict=True)
-        if check.outcome != "unjudged"  # it gives no points, else there were no grade
+        if check.outcome != "unjudged"  # gives no points
     ]
-    again = f"The same on your machine: {one.again}" if one.again else ""
+    again = f"To repeat this on your machine: {one.again}" if one.again else ""
     open_ = verdict.for_student()
     total = f"{open_.points:g} of {open_.max_points:g} points"
     total += " in the checks that are shown before the due date." if open_.hidden_checks else "."
@@ -146,7 +138,6 @@ def _gradescope_test(check: CheckResult, shown: CheckResult) -> dict[str, Any]:
 
 
 def _sentences(check: CheckResult) -> str:
-    """What a check found, in words."""
     if check.outcome == "passed":
         return ""
     printed = check.printed if check.printed != check.actual else ""

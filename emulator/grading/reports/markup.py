@@ -1,15 +1,12 @@
-"""HTML and SVG that cannot be injected into: elements made by functions, everything else escaped.
+"""HTML and SVG that cannot be injected into: only :func:`element` makes :class:`Html`, all else is escaped.
 
 ::
 
-    element("td", student.name, class_="name")     # whatever the name is, it stays text
+    element("td", student.name, class_="name")
 
-What is not :class:`Html` is text: control characters become visible, the rest is escaped. Only
-:func:`element` makes Html. A page has no script and fetches nothing, and its policy forbids both, so that
-even a mistake here would not run.
+A page's policy forbids scripts and requests, in case of a mistake here.
 
-Decision: these few lines instead of a template library, which would be one more thing to install where
-grading runs, and which escapes by a setting rather than by type.
+Decision: a few functions write the markup, not a template library, which escapes by a setting, not by type.
 """
 
 from __future__ import annotations
@@ -24,7 +21,7 @@ from fcu_emulator.emulator.text import visible
 
 
 class Html(str):
-    """Text that is HTML already. Made here and nowhere else."""
+    """Escaped HTML, made only in this module."""
 
     __slots__ = ()
 
@@ -35,7 +32,7 @@ _EMPTY = frozenset({"meta", "br", "line", "circle", "path", "polyline"})
 
 
 def element(tag: str, *children: Child, **attributes: str | float | None) -> Html:
-    """One element. ``class_`` is the attribute class, ``text_anchor`` is text-anchor; None: no attribute."""
+    """Return an element; ``class_`` becomes class, ``text_anchor`` text-anchor."""
     given = "".join(
         f' {name.rstrip("_").replace("_", "-")}="{_text(_number(value))}"'
         for name, value in attributes.items()
@@ -47,7 +44,7 @@ def element(tag: str, *children: Child, **attributes: str | float | None) -> Htm
 
 
 def join(children: Child) -> Html:
-    """All of them, one after the other; what is no Html is escaped."""
+    """Join all children; escape plain text."""
     if children is None:
         return Html("")
     if isinstance(children, Html):
@@ -58,7 +55,7 @@ def join(children: Child) -> Html:
 
 
 def page(title: str, style: str, *body: Child) -> str:
-    """A whole page with one style sheet and nothing else."""
+    """Return a whole page with one style sheet."""
     digest = base64.b64encode(hashlib.sha256(style.encode()).digest()).decode()
     policy = f"default-src 'none'; style-src 'sha256-{digest}'; base-uri 'none'; form-action 'none'"
     head = element(

@@ -1,7 +1,4 @@
-"""Plots as inline SVG: printed numbers against the truth, and a class's distribution.
-
-Colours come from the page's style sheet by class names, so the same plot is read on light and dark ground.
-"""
+"""Plots as inline SVG: printed numbers against the truth, and a class's distribution."""
 
 from __future__ import annotations
 
@@ -14,13 +11,11 @@ from fcu_emulator.emulator.grading.verdict import Series
 
 _WIDTH, _HEIGHT = 440.0, 180.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 12.0, 26.0, 30.0
-_ROOM = 1.5  # how many times the truth's range printed numbers may be off before they are off the chart
-_WRAP = 180.0  # a step of a direction that is more than this goes the other way round
+_ROOM = 1.5  # prints further from the truth than this many ranges are off the chart
+_WRAP = 180.0  # a larger step of a direction wraps around
 
 
 class _Frame:
-    """Axes: from values to places."""
-
     def __init__(self, x: tuple[float, float], y: tuple[float, float]) -> None:
         self._x0, self._x1 = x
         self.low, self.high = y
@@ -51,7 +46,7 @@ class _Frame:
 
 
 def series_plot(series: Series) -> Html:
-    """Printed numbers as dots on the line of the truth; what is off the chart stands at its edge."""
+    """Return printed numbers as dots on the truth's line, or at the chart's edge."""
     if not series.t_s:
         return element("p", f"{series.name} was never printed.", class_="quiet")
     frame = _frame(series)
@@ -64,7 +59,7 @@ def series_plot(series: Series) -> Html:
         *(_mark(frame, t, value) for t, value in printed),
         *_legend(off, without),
     ]
-    what = f"{series.name}: printed against the truth"
+    what = f"{series.name}: printed values and true values"
     return element(
         "figure",
         element("figcaption", what),
@@ -88,7 +83,6 @@ def _frame(series: Series) -> _Frame:
 
 
 def _truth(series: Series, frame: _Frame) -> Iterator[Html]:
-    """The truth at the prints, joined; a direction that goes through north is not drawn across the chart."""
     piece: list[str] = []
     before: float | None = None
     for t, value in zip(series.t_s, series.truth, strict=True):
@@ -105,7 +99,6 @@ def _line(points: Sequence[str]) -> Html:
 
 
 def _mark(frame: _Frame, t: float, value: float | None) -> Html:
-    """A dot; at the edge an arrow for what is beyond it, a cross for what is no number."""
     x = frame.x(t)
     if value is None:
         y = _HEIGHT - _BOTTOM - 6
@@ -122,16 +115,13 @@ def _legend(off: int, without: int) -> Iterator[Html]:
     yield element("text", "truth", x=x + 23, y=y + 4, class_="tick")
     yield element("circle", cx=x + 72, cy=y, r=2.6, class_="printed")
     yield element("text", "printed", x=x + 80, y=y + 4, class_="tick")
-    notes = [f"{off} beyond the edge"] if off else []
-    notes += [f"{without} no number"] if without else []
+    notes = [f"{off} outside of the plot"] if off else []
+    notes += [f"{without} not a number"] if without else []
     yield element("text", ", ".join(notes), x=x + 140, y=y + 4, class_="tick warn")
 
 
 def histogram(values: Sequence[float], most: float) -> Html:
-    """How many have how many points, 0 to ``most``: a column for each point, or for some at 25 and more.
-
-    A column has its left edge, and not its right one; the last is of those who have all points.
-    """
+    """Return the distribution of points, 0 to ``most``; columns exclude their right edge."""
     step = max(1, math.ceil(most / 25))
     edges = [*(step * index for index in range(math.ceil(most / step))), most, most + step]
     counts = [sum(low <= value < high for value in values) for low, high in pairwise(edges[:-1])]
@@ -150,11 +140,11 @@ def histogram(values: Sequence[float], most: float) -> Html:
         for count, (low, high) in zip(counts, pairwise(edges), strict=True)
         if count
     ]
-    return _svg([*frame.axes("students", "points"), *bars], "how many students have how many points")
+    return _svg([*frame.axes("students", "points"), *bars], "number of students by points")
 
 
 def share_bar(share: float) -> Html:
-    """A bar that is filled from the left."""
+    """Return a bar filled from the left."""
     return element(
         "svg",
         element("rect", x=0, y=0, width=100, height=8, rx=2, class_="bar-ground"),
@@ -172,7 +162,6 @@ def _svg(drawn: Iterable[Html], what: str) -> Html:
 
 
 def _steps(low: float, high: float, about: int) -> list[float]:
-    """Round numbers from ``low`` to ``high``, some ``about`` of them."""
     raw = (high - low) / about
     power = 10.0 ** math.floor(math.log10(raw))
     step = next(factor * power for factor in (1, 2, 2.5, 5, 10) if factor * power >= raw)

@@ -1,4 +1,4 @@
-"""One student's report: what was got and why, with what the board showed, in one file that opens offline."""
+"""One student's report: points, reasons and evidence, in one file."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _WORDS = {"passed": "passed", "partial": "partly passed", "failed": "not passed"
 
 
 def student_page(graded: Graded, title: str, *, after_due_date: bool = True) -> str:
-    """The page: of the verdict, what the rubric lets a student see. ``title``: the rubric's."""
+    """Return the page with the visible part of the verdict; ``title``: the rubric's."""
     return page(f"{graded.shown_name}: {title}", STYLE, *_body(graded, title, after_due_date))
 
 
 def number(value: float) -> str:
-    """Points as people write them: 3, 2.5."""
+    """Format points: 3, 2.5."""
     return f"{value:.4g}"
 
 
@@ -41,7 +41,7 @@ def _body(graded: Graded, title: str, after_due_date: bool) -> Iterator[Html]:
         yield element("p", f"Handed in: {', '.join(graded.files)}", class_="quiet")
     if graded.note:
         yield element("p", f"{graded.note[0].upper()}{graded.note[1:]}.", class_="quiet")
-    yield from _of_the_teacher(graded, verdict)
+    yield from _overrides(graded, verdict)
     if graded.status != "judged":
         yield _notice(graded)
     if graded.build_log:
@@ -51,7 +51,7 @@ def _body(graded: Graded, title: str, after_due_date: bool) -> Iterator[Html]:
     yield from _causes(verdict)
     yield _overview(graded, verdict)
     if graded.again:
-        yield element("p", "The same on your machine:", class_="quiet")
+        yield element("p", "To repeat this on your machine:", class_="quiet")
         yield element("pre", graded.again)
     for exercise in verdict.exercises:
         checks = verdict.of(exercise.exercise)
@@ -63,7 +63,7 @@ def _body(graded: Graded, title: str, after_due_date: bool) -> Iterator[Html]:
             yield from _links(verdict.evidence_of(exercise.exercise))
     if verdict.hidden_checks:
         some = "one check" if verdict.hidden_checks == 1 else f"{verdict.hidden_checks} checks"
-        yield element("p", f"The grade also counts {some} that this page does not show.", class_="quiet")
+        yield element("p", f"The grade also includes {some} that this page does not show.", class_="quiet")
     for evidence in verdict.evidence:
         yield from _run(evidence, graded.firmware)
     yield _footer(graded, verdict)
@@ -71,10 +71,10 @@ def _body(graded: Graded, title: str, after_due_date: bool) -> Iterator[Html]:
 
 def _notice(graded: Graded) -> Html:
     words = {
-        "rejected": "This submission could not be judged as it was handed in: ",
-        "missing": "There is no submission: ",
-        "unjudged": "This submission has not been judged, through no fault of its own: ",
-        "partly": "Some checks could not be judged, through no fault of the program, and do not count: ",
+        "rejected": "This submission was rejected: ",
+        "missing": "No submission: ",
+        "unjudged": "This submission has not been judged, through no fault of the student: ",
+        "partly": "Some checks were not judged, through no fault of the program, and do not count: ",
     }
     end = "" if graded.reason.endswith((".", "?", "!")) else "."
     return element("div", element("p", words[graded.status], graded.reason, end), class_="notice")
@@ -82,29 +82,26 @@ def _notice(graded: Graded) -> Html:
 
 def _build_log(graded: Graded) -> Iterator[Html]:
     compiled = graded.verdict is not None
-    yield element("h2", "Warnings of the compiler" if compiled else "What the compiler said")
+    yield element("h2", "Compiler warnings" if compiled else "Compiler output")
     yield element("pre", graded.build_log)
 
 
 def _causes(verdict: Verdict) -> Iterator[Html]:
-    """What the diagnosis says, each thing once and the fatal first: begin to read here."""
     found = {cause.summary: cause for run in verdict.evidence for cause in run.causes}
     if found:
-        yield element("h2", "What is wrong with the program")
+        yield element("h2", "Problems of the program")
     yield from (_cause(cause) for cause in sorted(found.values(), key=lambda one: not one.fatal))
 
 
 def _cause(cause: DiagnosedCause) -> Html:
-    """Its sentences; lists of registers, callers and transfers, which begin with a colon, are folded away."""
     sentences = list(takewhile(lambda line: not line.endswith(":"), cause.details))
     lists = "\n".join(cause.details[len(sentences) :])
-    more = element("details", element("summary", "Where exactly"), element("pre", lists)) if lists else None
+    more = element("details", element("summary", "Details"), element("pre", lists)) if lists else None
     lines = (element("p", line) for line in (cause.summary, *sentences))
     return element("div", *lines, more, class_="cause fatal" if cause.fatal else "cause")
 
 
 def _total(graded: Graded, verdict: Verdict) -> str:
-    """The points of what the page shows, or all points if the teacher gives them."""
     if any(one.what == TOTAL for one in graded.overrides) and graded.points is not None:
         return f"{number(graded.points)} points"
     got = sum(_points_of(graded, verdict, one.exercise) for one in verdict.exercises)
@@ -117,10 +114,9 @@ def _points_of(graded: Graded, verdict: Verdict, exercise: str) -> float:
     return next(given, sum(check.points for check in verdict.of(exercise)))
 
 
-def _of_the_teacher(graded: Graded, verdict: Verdict | None) -> Iterator[Html]:
-    """The teacher's points and comments, but those of checks that the page does not show."""
+def _overrides(graded: Graded, verdict: Verdict | None) -> Iterator[Html]:
     checks = {check.check: check.title for check in verdict.checks} if verdict else {}
-    names = checks | {TOTAL: "everything", LATE_PENALTY: "taken off for handing in late"}
+    names = checks | {TOTAL: "everything", LATE_PENALTY: "deducted for handing in late"}
     if verdict is not None:
         names |= {one.exercise: f"exercise {one.exercise}: {one.title}" for one in verdict.exercises}
     shown = [one for one in graded.overrides if one.what in names]
@@ -192,7 +188,7 @@ def _links(evidence: tuple[RunEvidence, ...]) -> Iterator[Html]:
         links: list[Html | str] = []
         for one in evidence:
             links += [", " if links else "", element("a", one.question, href=f"#r-{one.run}")]
-        yield element("p", "What the board showed: ", *links, class_="quiet")
+        yield element("p", "Diagnosis: ", *links, class_="quiet")
 
 
 def _run(run: RunEvidence, firmware: str) -> Iterator[Html]:
@@ -209,12 +205,12 @@ def _run(run: RunEvidence, firmware: str) -> Iterator[Html]:
     if run.following:
         plots = (following_plot(one, run.duration_s) for one in run.following)
         yield element("div", *plots, class_="plots")
-    text = run.terminal or "(nothing was printed)"
-    yield element("details", element("summary", "The terminal"), element("pre", text))
+    text = run.terminal or "(no output)"
+    yield element("details", element("summary", "Terminal"), element("pre", text))
     if run.replay:
         yield element(
             "details",
-            element("summary", "The same run on your machine"),
+            element("summary", "To repeat this run on your machine"),
             element("p", f"Save this as {run.run}.toml, then:"),
             element("pre", command_line(["fcu", "run", firmware, "--scenario", f"{run.run}.toml"])),
             element("pre", run.replay),

@@ -1,4 +1,4 @@
-"""The reports' style sheet: one for all pages, light and dark as the reader's system is, and on paper."""
+"""The reports' style sheet, for light and dark screens and for paper."""
 
 STYLE = """
 :root {

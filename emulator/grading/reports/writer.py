@@ -1,13 +1,14 @@
-"""Puts a class's reports into a folder.
+"""Reports of a class in a folder.
 
 ::
 
-    index.html          the class, for the teacher
+    index.html          for the teacher
     grades.csv          for the learning platform
-    grade.json          everything but the evidence; junit.xml the same for CI
-    students/NAME.html  for each student, to be handed out; nothing in it that the rubric hides
-    evidence/NAME.json  the whole verdict, with terminal and plots as numbers
-    kept/               what was built and judged, for the next run; with --anonymous, who is who
+    grade.json          everything but the evidence
+    junit.xml           for CI
+    students/NAME.html  for each student
+    evidence/NAME.json  the whole verdict, with terminal and plots
+    kept/               builds, verdicts and pseudonyms for the next run
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from fcu_emulator.emulator.host.files import write_atomically
 
 
 class Reports:
-    """The folder. ``title``: the rubric's. All methods raise OutputError when a file cannot be written."""
+    """The folder. ``title``: the rubric's. All methods raise OutputError."""
 
     def __init__(self, folder: Path, title: str, *, after_due_date: bool = True) -> None:
         self._folder = folder
@@ -35,7 +36,7 @@ class Reports:
         return self._folder / "index.html"
 
     def student(self, graded: Graded) -> Graded:
-        """Write one student's page and evidence; the line for the class, which goes without the evidence."""
+        """Write a student's page; return the result without evidence."""
         text = student_page(graded, self._title, after_due_date=self._after_due_date)
         write_atomically(self._folder / "students" / f"{graded.report}.html", text)
         if graded.verdict is None:
@@ -44,9 +45,11 @@ class Reports:
         return graded.model_copy(update={"verdict": graded.verdict.model_copy(update={"evidence": ()})})
 
     def whole(self, graded: GradedClass) -> None:
-        """Write the class's files, and remove pages of earlier runs that are not part of it any more."""
+        """Write the class's files, and remove stale pages."""
         write_atomically(self._folder / "grade.json", graded.to_json())
-        write_atomically(self._folder / "grades.csv", "\ufeff" + grades_csv(graded))  # else Excel guesses
+        write_atomically(
+            self._folder / "grades.csv", "\ufeff" + grades_csv(graded)
+        )  # otherwise Excel guesses
         write_atomically(self._folder / "junit.xml", junit_xml(graded))
         write_atomically(self.index, class_page(graded))
         pages = {f"{one.report}.html" for one in graded.submissions}

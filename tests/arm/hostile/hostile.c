@@ -92,7 +92,7 @@ static void prepare(Chip *chip) {
   fcu_resume(chip, 0);
   fcu_debug(chip, 0);
   make_stream(chip);
-  fcu_forget_code(chip);
+  fcu_invalidate_code(chip);
   chip->must_stop = 0;
   chip->detailed = any(4) == 0;
   chip->observed = chip->detailed || any(2);
@@ -125,7 +125,7 @@ static void run(Chip *chip) {
       wrong("the run ended too early");
     }
     if (ended == ENDED_HALTED) {
-      fcu_met_breakpoint_instruction(chip);
+      fcu_halted_on_bkpt(chip);
       fcu_resume(chip, any(2));
     }
     if (any(4) == 0) {

@@ -16,7 +16,7 @@ static int32_t usarts[USARTS];
 /* As Python does at the beginning of each callback. */
 static void settle(void) {
   ReadCache *targets = &hostile.chip->read_cache;
-  targets->unreported = 0;
+  targets->uncommitted = 0;
   if (any(8) == 0) {
     versions[any(TARGETS)]++;
   }
@@ -74,7 +74,7 @@ static uint32_t read_register(int64_t now_ps, uint32_t address, uint32_t size) {
   hostile.chip->until_ps = any(2) ? NEVER_PS : now_ps + any(5000000);
   if (any(3) == 0) { /* flags that firmware waits for come and go */
     word ^= any(0);
-    hostile.chip->until_ps = ALREADY_PS - (int64_t)any(64) / 62; /* NOTHING_PS sometimes */
+    hostile.chip->until_ps = NOT_CACHEABLE_PS - (int64_t)any(64) / 62; /* NO_REGISTER_PS sometimes */
   }
   word >>= 8 * (address & 3);
   return size == 4 ? word : word & ((1u << 8 * size) - 1);
@@ -92,13 +92,13 @@ static void note(int64_t now_ps, int32_t block, int32_t kind, const char *text) 
   hostile.notes += strlen(text) > 0;
 }
 
-static void touched(int64_t now_ps, int32_t block, uint32_t offset, int32_t what) {
+static void ignored_access(int64_t now_ps, int32_t block, uint32_t offset, int32_t what) {
   (void)now_ps, (void)block, (void)offset, (void)what;
   settle();
 }
 
-static void fault(int64_t now_ps, int32_t exception, uint32_t status, uint32_t hard, uint32_t address) {
-  (void)now_ps, (void)exception, (void)status, (void)hard, (void)address;
+static void fault(int64_t now_ps, int32_t exception, uint32_t cfsr, uint32_t hfsr, uint32_t address) {
+  (void)now_ps, (void)exception, (void)cfsr, (void)hfsr, (void)address;
   hostile.faults++;
 }
 
@@ -130,7 +130,7 @@ static void accessed(int64_t now_ps, uint32_t address, uint32_t size, int32_t wr
 }
 
 const Host host_calls = {.advance = advance, .read = read_register, .write = write_register, .note = note,
-                         .touched = touched, .fault = fault, .locked_up = locked_up, .reset = reset,
+                         .ignored_access = ignored_access, .fault = fault, .locked_up = locked_up, .reset = reset,
                          .accessed = accessed};
 
 /* -- parts at the buses ---------------------------------------------------------------------------------------- */
@@ -138,7 +138,7 @@ const Host host_calls = {.advance = advance, .read = read_register, .write = wri
 static int32_t prefetch_some(Chip *chip, int32_t address) {
   Prefetched *prefetched = &chip->read_cache.prefetched;
   prefetched->valid_until_ps = chip->now_ps + any(8000000);
-  prefetched->quiet = (((uint64_t)any(0) << 32) | any(0)) & ((UINT64_C(1) << (LINE_BYTES + 1)) - 1);
+  prefetched->side_effect_free = (((uint64_t)any(0) << 32) | any(0)) & ((UINT64_C(1) << (LINE_BYTES + 1)) - 1);
   prefetched->address = address & 0xFF;
   for (int n = 0; n < LINE_BYTES; n++) {
     prefetched->bytes[n] = (uint8_t)any(256);
@@ -249,10 +249,10 @@ static int32_t spi_receive(int64_t now_ps, int32_t part, int32_t wires) {
 
 static void spi_close(int64_t now_ps, int32_t part) {
   SpiMessage message;
-  SpiUnheard unheard;
+  SpiUnaddressed unaddressed;
   (void)now_ps, (void)part;
   settle();
-  while (fcu_take_spi_message(hostile.chip, 1, &message) || fcu_take_spi_unheard(hostile.chip, 1, &unheard)) {
+  while (fcu_take_spi_message(hostile.chip, 1, &message) || fcu_take_spi_unaddressed(hostile.chip, 1, &unaddressed)) {
   }
 }
 
@@ -294,19 +294,19 @@ static void connect_buses(Chip *chip) {
                                .set_speed = i2c_speed};
   static const SpiCalls spi = {.configure = spi_configure, .open = spi_open, .send = spi_send,
                                .receive = spi_receive, .close = spi_close, .ended = ended};
-  static const TargetCalls targets = {.prefetch = prefetch, .settle = settle_call};
+  static const TargetCalls targets = {.prefetch = prefetch, .commit = settle_call};
   fcu_connect_targets(chip, &targets);
   for (int32_t number = 0; number < I2C_COUNT; number++) {
     fcu_connect_i2c(chip, number, &i2c, 400000, 2500000);
-    memset(fcu_i2c_wire(chip, number)->target_at, -1, 128);
+    memset(fcu_i2c_wire(chip, number)->target_index, -1, 128);
   }
   fcu_connect_spi(chip, 1, &spi);
   for (int32_t part = 0; part < PARTS; part++) {
     int32_t target = fcu_add_target(chip, &versions[part]);
-    memset(fcu_i2c_wire(chip, 1)->target_at + 40 * part, target, 40);
-    fcu_add_spi_part(chip, 1, PORT_B, 12 + part, any(4) ? target : -1);
+    memset(fcu_i2c_wire(chip, 1)->target_index + 40 * part, target, 40);
+    fcu_add_spi_sensor(chip, 1, PORT_B, 12 + part, any(4) ? target : -1);
   }
-  fcu_absent_spi(chip, 0, PORT_B, 0, tried);
+  fcu_add_absent_spi_device(chip, 0, PORT_B, 0, tried);
 }
 
 void connect_surroundings(Chip *chip) {

@@ -20,8 +20,8 @@
 #include "generated/registers_scb.h"
 
 enum { ENTRY_CYCLES = 12, RETURN_CYCLES = 10, CHAIN_CYCLES = 6 }; /* Cortex-M4 TRM 3.9 */
-enum { THREAD = 8, PROCESS_STACK = 4, BASIC_FRAME = 16 }; /* EXC_RETURN (table B1-8) */
-enum { TO_HANDLER = 1, TO_THREAD = 9, TO_PROCESS = 13 };  /* last four bits */
+enum { THREAD = 8, PROCESS_STACK = 4, BASIC_FRAME = 16 };         /* EXC_RETURN (table B1-8) */
+enum { TO_HANDLER = 1, TO_THREAD = 9, TO_PROCESS = 13 };          /* last four bits */
 enum { FRAME = 0x20, FLOATING_FRAME = 0x68, FLOATING_AREA = 0x20 };
 
 #define EXC_RETURN 0xFFFFFFE1u

@@ -41,20 +41,21 @@ typedef struct Chip Chip;
 typedef struct Peripheral Peripheral;
 
 typedef struct {
-  /* With side effects. *until_ps is initially NEVER_PS. Set it to the time when the register may change without an
-   * access or a scheduled event; to NOT_CACHEABLE_PS after a side effect, or if it changes continuously. Loops
-   * that poll it are skipped until then. */
+  /* Read the word at a word-aligned offset, with side effects. *until_ps is NEVER_PS at first. Set it to the time
+   * when the register may change without an access or a scheduled event: polling loops are skipped until then. Set
+   * it to NOT_CACHEABLE_PS if the read has a side effect or the value changes continuously. */
   uint32_t (*read)(Peripheral *peripheral, uint32_t offset, int64_t *until_ps);
+  /* Read the word without side effects. */
   uint32_t (*peek)(const Peripheral *peripheral, uint32_t offset);
-  /* mask has the bits of a byte or half-word for such a store. */
+  /* Write the bits of mask, of a byte or half-word for such a store. value is masked already. */
   void (*write)(Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask);
-  /* System reset, or RCC_xxxRSTR. */
+  /* Restore the state after reset: system reset, or RCC_xxxRSTR. */
   void (*reset)(Peripheral *peripheral);
   /* These may be NULL. */
   bool (*is_pure)(const Peripheral *peripheral, uint32_t offset); /* false: read() would give NOT_CACHEABLE_PS */
   bool (*is_redundant_write)(const Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask);
-  void (*clocks_changed)(Peripheral *peripheral);
-  void (*gated)(Peripheral *peripheral);
+  void (*clocks_changed)(Peripheral *peripheral); /* a frequency has changed */
+  void (*gated)(Peripheral *peripheral);          /* peripheral->clocked has changed */
   /* A stream now serves a request line. */
   void (*dma_ready)(Peripheral *peripheral);
 } PeripheralType;
@@ -73,7 +74,7 @@ struct Peripheral {
 
 /* offsets: its registers, ended by -1. */
 void peripheral_create(Chip *chip, Peripheral *peripheral, const PeripheralType *type, uint32_t base, uint32_t size,
-                  const int16_t *offsets);
+                       const int16_t *offsets);
 
 /* The peripheral reports unknown offsets itself. */
 void peripheral_set_all_registers(Peripheral *peripheral);

@@ -21,7 +21,7 @@
 
 typedef struct {
   int64_t valid_until_ps;
-  uint64_t version, side_effect_free; /* bit n: a read of the first n */
+  uint64_t version, side_effect_free; /* bit n: a read of the first n bytes has no side effect */
   uint8_t address, count;             /* 0: unknown, or live until valid_until_ps */
   uint8_t expected;                   /* length of the last read from here */
   uint8_t bytes[LINE_BYTES];
@@ -53,7 +53,7 @@ typedef struct {
 
 /* Python accesses this struct (read_cache.py). */
 typedef struct {
-  uint64_t uncommitted;       /* bit = target, of: */
+  uint64_t uncommitted;       /* bit = target; its read: */
   int64_t reads[TARGETS];     /* address << 8 | count */
   int64_t positions[TARGETS]; /* likewise; or POSITION_SYNCED */
   uint64_t answered[TARGETS]; /* the version at the latest acknowledge */

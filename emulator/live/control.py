@@ -16,7 +16,7 @@ from fcu_emulator.emulator.errors import InputError
 _MOST_TEXT = 8192  # bytes of one answer
 
 
-class Moved:
+class ControlRequests:
     """Answers messages for ``board``; call it only between slices."""
 
     def __init__(self, board: Board) -> None:
@@ -24,7 +24,7 @@ class Moved:
 
     def answer(self, message: Mapping[str, Any]) -> dict[str, Any]:
         """Execute a message and return the answer. Raises InputError."""
-        return answered(self._board, message, self._do)
+        return answer_message(self._board, message, self._do)
 
     def _do(self, table: Mapping[str, Any]) -> None:
         from fcu_emulator.emulator.scenario.toml_writer import parse_entry
@@ -33,15 +33,13 @@ class Moved:
         if board.scenario is not None:
             name = board.scenario.name
             raise InputError(
-                f"the board plays the scenario {name}, which moves it; run it without --scenario",
+                f"cannot move the board: it plays the scenario {name}; run it without --scenario",
                 kind="moved_by_scenario",
             )
-        entry = parse_entry(table, board.description)
-        entry.plan(board.world, board.now_s)
-        entry.act(board, board.clock.now_ps)
+        parse_entry(table, board.description).perform(board, board.clock.now_ps)
 
 
-def answered(
+def answer_message(
     board: Board, message: Mapping[str, Any], do: Callable[[Mapping[str, Any]], None]
 ) -> dict[str, Any]:
     """Return the answer to a message; ``do`` performs a timeline entry. Raises InputError."""
@@ -56,7 +54,7 @@ def answered(
     if kind != "truth":
         command = messages.decode(json.dumps(message))
         if not isinstance(command, messages.Do):
-            raise InputError(f"a running board takes the messages do, truth and text, no {kind!r}")
+            raise InputError(f"a message must be of type do, truth or text, not {kind!r}")
         do(command.entry)
     return {"t_s": board.now_s, "truth": view.truth(board)}
 

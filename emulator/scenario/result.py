@@ -1,0 +1,147 @@
+"""Results of expectations and of runs.
+
+Decision: the result of an expectation and that of a rubric's check
+(:class:`fcu_emulator.emulator.grading.verdict.CheckResult`) are two types, because a check sums up several
+expectations and adds points and a hint.
+"""
+
+from __future__ import annotations
+
+import warnings
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+from fcu_emulator.emulator.scenario.fields import Table
+
+Fault: TypeAlias = Literal["missing", "wrong value", "wrong format", "stopped"]
+"""Stopped: not evaluated, because the run ended too soon."""
+
+
+@dataclass(frozen=True)
+class ExpectationResult:
+    """Result of one expectation at a moment; ``key`` is its place in the file, such as ``expect[2]``."""
+
+    expected: str
+    """The expectation, or the part not met."""
+    fault: Fault | None = None
+    seen: str = ""
+    diff: tuple[str, ...] = ()
+    """Unified diff: "-" expected, "+" printed, " " context."""
+    is_final: bool = False
+    """Whether later output cannot change it, so that it is reported during the run."""
+    mistake: str = ""
+    """Details, for a LED "never lit", "one side", "late" and so on."""
+    says: str = ""
+    """The whole expectation in words."""
+    key: str = ""
+    kind: str = ""
+
+    @property
+    def state(self) -> Literal["open", "met", "failed"]:
+        if not self.is_final:
+            return "open"
+        return "failed" if self.fault else "met"
+
+    @property
+    def reason(self) -> str:
+        """Return the mistake, else the fault; selects a rubric's hint."""
+        return self.mistake or self.fault or ""
+
+    @property
+    def summary(self) -> str:
+        """Return the failure in one line, or ""."""
+        return f"expected {self.expected}; seen: {self.seen}" if self.fault else ""
+
+    @property
+    def lines(self) -> list[str]:
+        """Return the failure for people, or none."""
+        head = [f"{self.fault}: {self.summary}"] if self.fault else []
+        return [*head, *(f"    {line}" for line in self.diff)]
+
+    def to_dict(self) -> dict[str, Any]:
+        names = ("key", "kind", "fault", "expected", "seen")
+        return {**{name: getattr(self, name) for name in names}, "diff": list(self.diff)}
+
+    @property
+    def miss(self) -> ExpectationResult:
+        """Return the finding itself, for users of the previous release."""
+        warnings.warn("finding.miss is now the finding; leave out .miss", DeprecationWarning, stacklevel=2)
+        return self
+
+    def __str__(self) -> str:
+        return "\n".join(self.lines)
+
+
+class Expected(Table, ABC):
+    """Schema and evaluation of an entry of ``expect``."""
+
+    def watch(self, board: Any) -> Any:
+        """Start to observe a run at power-on; the run view keeps the result."""
+        del board
+        return None
+
+    @abstractmethod
+    def describe(self) -> str:
+        """Describe the expectation for results."""
+
+    def met(self) -> ExpectationResult:
+        return ExpectationResult(self.describe())
+
+    def failed(
+        self,
+        fault: Fault,
+        seen: str,
+        diff: tuple[str, ...] = (),
+        *,
+        expected: str = "",
+        final: bool = False,
+        mistake: str = "",
+    ) -> ExpectationResult:
+        """Return a failure; ``expected``: the part not met."""
+        return ExpectationResult(expected or self.describe(), fault, seen, diff, final, mistake)
+
+
+@dataclass(frozen=True)
+class Result:
+    """One result for each expectation; ``reports`` are texts for people."""
+
+    expectations: tuple[ExpectationResult, ...]
+    reports: tuple[str, ...] = ()
+    early_end: ExpectationResult | None = None
+    """Set if the run ended before its scenario."""
+
+    @property
+    def checks(self) -> int:
+        return len(self.expectations)
+
+    @property
+    def findings(self) -> tuple[ExpectationResult, ...]:
+        """Return the early end and failed expectations."""
+        failed = (one for one in self.expectations if one.fault)
+        return tuple(failed) if self.early_end is None else (self.early_end, *failed)
+
+    @property
+    def passed(self) -> bool:
+        """Whether the run ended regularly and met every expectation."""
+        return not self.findings
+
+    @property
+    def judged(self) -> bool:
+        """Whether every expectation could be evaluated."""
+        return all(finding.fault != "stopped" for finding in self.findings)
+
+    @property
+    def failed_count(self) -> int:
+        """Number of failed expectations, without an early end."""
+        return sum(finding.fault != "stopped" for finding in self.findings)
+
+    @property
+    def passed_count(self) -> int:
+        return self.checks - self.failed_count
+
+    @property
+    def lines(self) -> list[str]:
+        """Return reports, findings and the count for people."""
+        found = [line for finding in self.findings for line in finding.lines]
+        return [*self.reports, *found, f"{self.passed_count} of {self.checks} expectations met"]
