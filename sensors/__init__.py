@@ -7,6 +7,7 @@ numpy.
 part              base class of every sensor, and the I2C protocol
 spi               the SPI protocol
 register_file     memory, hooks, and the rules for reading and writing bursts
+shared_registers  memory that a chip in C reads: registers and sample trains
 register          declarations of registers and their bits
 sampling          the latest sample at a given time, and its output registers
 filters           digital filters on samples

@@ -20,11 +20,9 @@ from fcu_emulator.sensors.pin import Pin
 from fcu_emulator.sensors.register import ADDRESSES, Register, RegisterMap
 from fcu_emulator.sensors.register_file import (
     NEVER_PS,
-    NOTHING_PREFETCHED,
     AccessError,
     BurstReader,
     NoteCallback,
-    Prefetched,
     RegisterFile,
     WriteLog,
 )
@@ -66,12 +64,6 @@ class Write(Protocol):
     def __call__(self, address: int, data: bytes, now_ps: int) -> None: ...
 
 
-class Prefetch(Protocol):
-    """See :meth:`RegisterFile.prefetch`."""
-
-    def __call__(self, address: int, count: int, now_ps: int) -> Prefetched: ...
-
-
 # -- the sensor ---------------------------------------------------------------------------------------------
 
 
@@ -81,8 +73,8 @@ _PS_PER_MS = PS_PER_S // 1000
 class Sensor:
     """One sensor behind its bus.
 
-    Methods of the register file are instance attributes, to save a call. While a pin is wired, nothing is prefetched,
-    as the sensor must see every access.
+    Methods of the register file are instance attributes, to save a call. While a pin is wired, each read calls the
+    sensor, because it can move an edge.
     """
 
     NAME: ClassVar[str]
@@ -130,14 +122,12 @@ class Sensor:
     def _activate(self, registers: RegisterFile) -> None:
         self.active = registers
         self.read: Read = registers.read
-        self.write: Write = _checked(self._writer(registers))
+        self.write: Write = _checked(self._writer(registers), self.registers.take_back)
         self.advance = registers.advance
-        self.prefetch: Prefetch = registers.prefetch
-        self.commit = registers.commit
         self.burst_reader: Callable[[int, int], BurstReader] = registers.burst_reader
         if self._accessed is not None:
             self.read = _read_then(self.read, self._accessed)
-            self.prefetch, self.burst_reader = _nothing_prefetched, _burst_reader_of(self.read)
+            self.burst_reader = _burst_reader_of(self.read)
             self.write = _write_then(self.write, self._accessed)
 
     def _writer(self, registers: RegisterFile) -> Write:
@@ -148,6 +138,10 @@ class Sensor:
         self._accessed = accessed
         self.version[0] += 1
         self._activate(self.active)
+
+    def shared_bank(self) -> int:
+        """Return the address of the registers that C can read; 0 while the sensor must see every read."""
+        return 0 if self._accessed is not None else self.active.shared_bank()
 
     def files(self) -> tuple[RegisterFile, ...]:
         return (self.registers,)
@@ -190,6 +184,7 @@ class Sensor:
         """Discard samples computed ahead, because the signals change at ``now_ps``."""
         if not any(stream.running for stream in self.streams):
             return
+        self.registers.take_back()
         if now_ps is not None:
             self.catch_up(now_ps)
         for stream in self.streams:
@@ -200,11 +195,6 @@ class Sensor:
         raise KeyError(channel)
 
 
-def _nothing_prefetched(address: int, count: int, now_ps: int) -> Prefetched:
-    del address, count, now_ps
-    return NOTHING_PREFETCHED
-
-
 def _burst_reader_of(read: Read) -> Callable[[int, int], BurstReader]:
     def burst_reader(address: int, count: int) -> BurstReader:
         return lambda now_ps: (read(address, count, now_ps), 0)
@@ -212,12 +202,13 @@ def _burst_reader_of(read: Read) -> Callable[[int, int], BurstReader]:
     return burst_reader
 
 
-def _checked(write: Write) -> Write:
+def _checked(write: Write, take_back: Callable[[], None]) -> Write:
     def checked(address: int, data: bytes, now_ps: int) -> None:
         if not isinstance(data, bytes | bytearray):
             raise TypeError(f"cannot write {data!r} at sub-address {address!r}; give bytes")
         if not data or not 0 <= address < ADDRESSES:
             raise AccessError("write", address, len(data))
+        take_back()
         write(address, data, now_ps)
 
     return checked
@@ -304,15 +295,6 @@ class _IncrementBit:
     def register_name(self, address: int) -> str:
         return self._part.register_name(address & ~self._bit)
 
-    def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
-        data, until_ps, quiet = self._part.prefetch(address & ~self._bit, count, now_ps)
-        if address & self._bit:
-            return data, until_ps, quiet
-        return data[:1], until_ps, quiet & 0b10
-
-    def commit(self, address: int, count: int) -> None:
-        self._part.commit(address & ~self._bit, count)
-
     def burst_reader(self, address: int, count: int) -> BurstReader:
         if address & self._bit:
             return self._part.burst_reader(address & ~self._bit, count)
@@ -328,7 +310,7 @@ class SubaddressTarget:
     """I2C interface of one sensor."""
 
     def __init__(self, part: Sensor, now_ps: Callable[[], int]) -> None:
-        bit = part.BUS.i2c_increment_bit
+        self.increment_bit = bit = part.BUS.i2c_increment_bit
         self.part = with_increment_bit(part, bit)
         self._now_ps = now_ps
         self.address_mask = ADDRESSES - 1 | bit
@@ -366,26 +348,18 @@ class SubaddressTarget:
         self.last_burst = (address, count)
         return data
 
-    def prefetch(self, subaddress: int, count: int, now_ps: int) -> Prefetched:
-        """Return the next one-byte reads; see :meth:`fcu_emulator.sensors.register_file.RegisterFile.prefetch`."""
-        if not self.answers():
-            return NOTHING_PREFETCHED
-        return self.part.prefetch(subaddress & self.address_mask, count, now_ps)
+    def shared_bank(self) -> int | None:
+        """Return the part's; None if the sensor does not answer."""
+        return self.part.shared_bank() if self.answers() else None
 
-    def commit(self, subaddress: int, count: int) -> None:
-        address = subaddress & self.address_mask
-        self.part.commit(address, count)
-        if self.part.advance(address, 1) == address:  # each in a separate read
-            address, count = address + count - 1, 1
-        self.advance_past(address, count)
-
-    def advance_past(self, subaddress: int, count: int) -> None:
-        self.last_burst = (subaddress & self.address_mask, count)
+    def move_to(self, subaddress: int) -> None:
+        """Continue at ``subaddress``, after reads without this object."""
+        self.last_burst = (subaddress, 0)
         self._expects_subaddress = False
 
     @property
     def version(self) -> array[int]:
-        """Version of the state; a change invalidates prefetched bytes."""
+        """Version of the sensor's state."""
         return self.part.version
 
     @property
@@ -422,7 +396,7 @@ class SubaddressTarget:
 
 def __getattr__(name: str) -> type[Sensor]:
     """Return :class:`Sensor` by its name of the previous release."""
-    if name != "Part":
+    if name != "Sensor":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    warnings.warn("Part is now called Sensor; use that name", DeprecationWarning, stacklevel=2)
+    warnings.warn("Sensor is now called Sensor; use that name", DeprecationWarning, stacklevel=2)
     return Sensor

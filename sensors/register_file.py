@@ -1,17 +1,18 @@
 """Registers in memory, and the rules for reading and writing bursts.
 
 A burst is planned once per address and length; one read method per byte would cost six times as much at 800 Hz x 4
-bursts. Masters cache bytes: ``prefetch`` returns the results of one-byte reads, ``commit`` applies their effects.
+bursts. Firmware reads most registers without a call of Python (:mod:`fcu_emulator.sensors.shared_registers`).
 """
 
 from __future__ import annotations
 
+import ctypes
 from array import array
 from collections.abc import Callable, Mapping
-from functools import partial
-from typing import Final, Protocol, TypeAlias
+from typing import Protocol, TypeAlias
 
 from fcu_emulator.sensors.register import ADDRESSES, Register, RegisterMap
+from fcu_emulator.sensors.shared_registers import LIVE, MEMORY, OUTPUT, STATUS, Bank, Train, address_of
 
 ReadHook: TypeAlias = Callable[[int, int, int], bytes | None]
 """``hook(first, end, now_ps)`` before a read: returns the bytes, or None for those of ``mem``."""
@@ -36,37 +37,31 @@ NEVER_PS = 1 << 62  # later than any run; an int, so that comparisons stay fast
 _COUNT_BITS = 22  # of a plan's key, which thus stays a small integer
 _ONE_BYTE = tuple(bytes((value,)) for value in range(256))  # slower to build than to look up
 _LONGEST_KEPT = 64  # bytes of a burst whose plan is cached
-_PREFETCHED_AT_ONCE = 32  # bytes per prefetch
 
 
-Prefetched: TypeAlias = tuple[bytes, int, int]
-"""Bytes, end of validity (ps), and reads without side effects; see ``RegisterFile.prefetch``."""
+class Output(Protocol):
+    """Registers that show samples; they can be read from a train."""
 
-NOTHING_PREFETCHED: Prefetched = (b"", 0, 0)
-EACH_ALONE: Final = 1
-"""Bit 0 of the mask of reads without side effects: the sub-address does not increment."""
+    train: Train
 
-
-class Prefetcher(Protocol):
-    """Source of a register's bytes before they are read."""
-
-    def prefetch(self, first: int, end: int, now_ps: int) -> Prefetched: ...
-
-    def valid_until_ps(self, first: int, end: int) -> int:
-        """Return how long these bytes can be read again; 0 if unknown."""
+    def fill(self, now_ps: int) -> None:
+        """Fill the train at a read."""
         ...
 
-    def commit(self, first: int, count: int) -> None: ...
+    def take_back(self) -> None:
+        """End the train, and continue after the samples that were taken from it."""
+        ...
 
-    def burst_reader(self, first: int, end: int) -> BurstReader | None: ...
+    def burst_reader(self, first: int, end: int) -> BurstReader | None:
+        """Return a fast reader of these bytes, if there is one."""
+        ...
 
 
 BurstReader: TypeAlias = Callable[[int], tuple[bytes, int]]
 """``read_burst(now_ps)``: bytes, and how long (ps) a repeated read has no effect."""
 
-_Source: TypeAlias = tuple[Prefetcher, ReadHook | None, AfterHook | None]  # valid while these are the hooks
-_Region: TypeAlias = tuple[Prefetcher, int]  # source of the bytes from an address on, and their end
-_BurstSources: TypeAlias = tuple[tuple[Prefetcher, int, int], ...]  # for each piece of a burst
+_Hooks: TypeAlias = tuple[ReadHook | None, AfterHook | None]
+_NO_HOOKS: _Hooks = (None, None)
 
 
 class AccessError(ValueError):
@@ -93,37 +88,12 @@ def _no_note(now_ps: int, kind: str, text: str) -> None:
     del now_ps, kind, text
 
 
-class _Plain:
-    """Registers that only writes change."""
-
-    def __init__(self, mem: bytearray) -> None:
-        self._mem = mem
-
-    def prefetch(self, first: int, end: int, now_ps: int) -> Prefetched:
-        del now_ps
-        return bytes(self._mem[first:end]), NEVER_PS, every_length(end - first)
-
-    def valid_until_ps(self, first: int, end: int) -> int:
-        del first, end
-        return NEVER_PS
-
-    def burst_reader(self, first: int, end: int) -> None:
-        """Return None: no fast path exists."""
-
-    def commit(self, first: int, count: int) -> None:
-        """Ignore the read: it has no side effect."""
-
-
-def every_length(count: int) -> int:
-    """Return the mask of reads of every length."""
-    return (2 << count) - 2
-
-
 class RegisterFile:
     """A register map's memory with its hooks.
 
-    ``wrap``: address jumps within a burst. Models read ``mem`` without a call. ``version`` counts events that
-    invalidate prefetched bytes, in all banks; C reads it at its fixed address.
+    ``wrap``: address jumps within a burst. Models read ``mem`` without a call. ``version`` counts changes of the
+    sensor's state other than samples and reads, in all banks. ``held``: bytes of words that are half read (block data
+    update), by :func:`fcu_emulator.sensors.shared_registers.bit`. C reads all three.
     """
 
     def __init__(
@@ -143,14 +113,16 @@ class RegisterFile:
         self._before: list[ReadHook | None] = [None] * ADDRESSES
         self._after: list[AfterHook | None] = [None] * ADDRESSES
         self._on_write: list[WriteHook | None] = [None] * ADDRESSES
-        self._sources: list[_Source | None] = [None] * ADDRESSES
-        self._plain: _Source = (_Plain(self.mem), None, None)
-        # block data update: bytes of words whose other byte has not been read
-        self.half_read: set[int] = set()
+        self.outputs: list[Output] = []
+        # what C may do with a byte, while these are its hooks
+        self._access: list[tuple[int, _Hooks]] = [(MEMORY, _NO_HOOKS)] * ADDRESSES
+        self._bank_bytes = bytearray(ctypes.sizeof(Bank))
+        self._bank = Bank.from_buffer(self._bank_bytes)
+        self._bank.memory = address_of(self.mem)
+        self._bank_is_outdated = True
+        self.held = memoryview(self._bank_bytes)[:8].cast("Q")
         self._increment = True
         self._plans: dict[int, _Plan] = {}
-        self._burst_sources: dict[int, _BurstSources | None] = {}
-        self._regions: dict[int, _Region | None] = {}
         self._link()
         for address in range(ADDRESSES):
             register_at = registers.at[address]
@@ -166,12 +138,26 @@ class RegisterFile:
         self._before[register.addr : register.addr + register.size] = [hook] * register.size
         self._forget_plans()
 
-    def set_prefetcher(
-        self, register: type[Register], source: Prefetcher, before: ReadHook, after: AfterHook | None = None
+    def add_output(
+        self, output: Output, *registers: tuple[type[Register], ReadHook, AfterHook | None]
     ) -> None:
-        """Prefetch ``register`` from ``source``, while these are its hooks."""
-        entry = source, before, after
-        self._sources[register.addr : register.addr + register.size] = [entry] * register.size
+        """Read ``registers`` from the output's train, while these are their hooks."""
+        access = OUTPUT + len(self.outputs)
+        self._bank.trains[len(self.outputs)] = ctypes.addressof(output.train)
+        self.outputs.append(output)
+        for register, before, after in registers:
+            self._set_access(register, access, before, after)
+
+    def set_status(self, register: type[Register], before: ReadHook) -> None:
+        """Call ``before`` to update ``register``, which does no more than to take the samples of all outputs."""
+        self.before_read(register, before)
+        self._set_access(register, STATUS, before, None)
+
+    def _set_access(
+        self, register: type[Register], access: int, before: ReadHook, after: AfterHook | None
+    ) -> None:
+        first, end = register.addr, register.addr + register.size
+        self._access[first:end] = [(access, (before, after))] * register.size
         self._forget_plans()
 
     def after_read(self, register: type[Register], hook: AfterHook) -> None:
@@ -206,7 +192,7 @@ class RegisterFile:
 
     def read(self, address: int, count: int, now_ps: int) -> bytes:
         """Return ``count`` bytes, with all side effects. Raises AccessError."""
-        if self.half_read and count > 1:
+        if count > 1 and self.held[0]:
             return self._read_bytewise(address, count, now_ps)
         plan = self._plans.get(address << _COUNT_BITS | count) or self._plan(address, count)
         (before, first, end, after), rest = plan
@@ -225,48 +211,29 @@ class RegisterFile:
                 after(first, end, now_ps)
         return bytes(pieces)
 
-    def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
-        """Return about ``count`` one-byte reads: the bytes, their end of validity (ps), and a mask.
+    def shared_bank(self) -> int:
+        """Return the address of struct Bank, after an update of its tables."""
+        bank = self._bank
+        if self._bank_is_outdated:
+            self._bank_is_outdated = False
+            bank.next[:] = self._next
+            bank.access[:] = [self._access_at(address) for address in range(ADDRESSES)]
+        return ctypes.addressof(bank)
 
-        Bit n marks reads of n bytes without side effects, ``EACH_ALONE`` a fixed sub-address.
-        """
-        region = self._regions[address] if address in self._regions else self._region(address)
-        if region is None:
-            return NOTHING_PREFETCHED
-        source, end = region
-        data, until_ps, quiet = source.prefetch(address, end, now_ps)
-        length = len(data)
-        if length and not self._increment:
-            return data, until_ps, quiet | EACH_ALONE
-        if 0 < length < count and self._next[end - 1] == end:
-            more, more_until_ps, more_quiet = self.prefetch(end, count - length, now_ps)
-            if more:
-                if quiet >> length & 1:
-                    quiet |= more_quiet << length
-                return data + more, min(until_ps, more_until_ps), quiet
-        return data, until_ps, quiet
-
-    def commit(self, address: int, count: int) -> None:
-        while count:
-            region = self._regions.get(address) or self._region(address)
-            assert region is not None, "bytes that were never prefetched"
-            source, end = region
-            here = min(count, end - address)
-            source.commit(address, here)
-            address, count = end, count - here
+    def take_back(self) -> None:
+        """End the trains of all outputs."""
+        for output in self.outputs:
+            output.take_back()
 
     def burst_reader(self, address: int, count: int) -> BurstReader:
         """Return a reader of this burst, for one ``version``."""
-        sources = self._find_sources(address, count)
-        if sources is not None and len(sources) == 1:
-            source, first, end = sources[0]
-            read_burst = source.burst_reader(first, end)
+        (_, first, end, _), rest = self._plan(address, count)
+        access = self._access_at(first)
+        if access >= OUTPUT and not rest:
+            read_burst = self.outputs[access - OUTPUT].burst_reader(first, end)
             if read_burst is not None:
                 return read_burst
-        return partial(self._read_burst, address, count)
-
-    def _read_burst(self, address: int, count: int, now_ps: int) -> tuple[bytes, int]:
-        return self.read(address, count, now_ps), self._valid_until_ps(address, count)
+        return lambda now_ps: (self.read(address, count, now_ps), 0)
 
     def write(self, address: int, data: bytes, now_ps: int) -> None:
         """Write ``data``; only writable bits change."""
@@ -298,51 +265,13 @@ class RegisterFile:
 
     def _forget_plans(self) -> None:
         self._plans.clear()
-        self._burst_sources.clear()
-        self._regions.clear()
+        self._bank_is_outdated = True
+        self.version[0] += 1
 
-    def _region(self, address: int) -> _Region | None:
-        source, end = self._source_of(address), address + 1
-        region = None
-        if source is not None:
-            last = min(address + _PREFETCHED_AT_ONCE, ADDRESSES)
-            while end < last and self._leads_to(end) and self._source_of(end) is source:
-                end += 1
-            region = source[0], end
-        self._regions[address] = region
-        return region
-
-    def _leads_to(self, address: int) -> bool:
-        return not self._increment or self._next[address - 1] == address
-
-    def _source_of(self, address: int) -> _Source | None:
-        """Return the prefetcher of a byte; None if other hooks take part."""
-        before, after = self._before[address], self._after[address]
-        if before is None and after is None:
-            return self._plain
-        source = self._sources[address]
-        return source if source is not None and source[1:] == (before, after) else None
-
-    def _valid_until_ps(self, address: int, count: int) -> int:
-        key = address << _COUNT_BITS | count
-        sources = (
-            self._burst_sources[key] if key in self._burst_sources else self._find_sources(address, count)
-        )
-        if sources is None:
-            return 0
-        until_ps = NEVER_PS
-        for source, first, end in sources:
-            until_ps = min(until_ps, source.valid_until_ps(first, end))
-        return until_ps
-
-    def _find_sources(self, address: int, count: int) -> _BurstSources | None:
-        first_piece, rest = self._plan(address, count)
-        pieces = [(self._source_of(first), first, end) for _, first, end, _ in (first_piece, *rest)]
-        sources = tuple((source[0], first, end) for source, first, end in pieces if source is not None)
-        found = sources if len(sources) == len(pieces) else None
-        if count <= _LONGEST_KEPT:
-            self._burst_sources[address << _COUNT_BITS | count] = found
-        return found
+    def _access_at(self, address: int) -> int:
+        """Return how C reads a byte: live if other hooks take part."""
+        access, hooks = self._access[address]
+        return access if hooks == (self._before[address], self._after[address]) else LIVE
 
     def _read_bytewise(self, address: int, count: int, now_ps: int) -> bytes:
         """Read byte by byte, as a burst can release a held word and show newer data."""

@@ -18,14 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fcu_emulator.sensors.register import Register
-from fcu_emulator.sensors.register_file import (
-    NEVER_PS,
-    NOTHING_PREFETCHED,
-    BurstReader,
-    Prefetched,
-    RegisterFile,
-    every_length,
-)
+from fcu_emulator.sensors.register_file import NEVER_PS, BurstReader, RegisterFile
+from fcu_emulator.sensors.shared_registers import AHEAD, bit, new_train
 
 PS_PER_S = 10**12
 
@@ -172,6 +166,21 @@ class SampleStream:
         self.data = self._block[offset : offset + self._width]
         return fresh
 
+    def ahead(self, count: int) -> tuple[bytes, list[int]]:
+        """Return at most ``count`` samples after the current one, as far as computed, and their times.
+
+        The times have one more: of the first sample that is not returned.
+        """
+        if not self.running:
+            return b"", [NEVER_PS]
+        first = self.index + 1
+        end = min(first + count, self._block_end) if self._block_first <= first < self._block_end else first
+        offset, width = first - self._block_first, self._width
+        samples = self._block[offset * width : (offset + end - first) * width]
+        origin_ps, num, den = self._origin_ps, self._num, self._den
+        spans = range(first - self._origin_index, end + 1 - self._origin_index)
+        return samples, [origin_ps - (-span * num // den) for span in spans]
+
     def samples(self, first: int, end: int) -> NDArray[np.uint8]:
         """Return register bytes of due samples, shape (n, width)."""
         pieces = []
@@ -293,11 +302,11 @@ def swap_bytes(words: bytes) -> bytes:
     return bytes(swapped)
 
 
-_EVEN = 0x5555_5555_5555_5554  # the bits of even lengths
-
-
 class OutputWords:
-    """Block of 16-bit words fed by a stream; ``after_sample()`` follows each new sample."""
+    """Block of 16-bit words fed by a stream; ``after_sample(count)`` follows new samples.
+
+    ``one_by_one``: each new sample must be taken here, because ``after_sample`` has effects.
+    """
 
     __slots__ = (
         "_after_sample",
@@ -306,17 +315,21 @@ class OutputWords:
         "_big_endian",
         "_end",
         "_first",
-        "_half_read",
+        "_held",
         "_keep",
         "_keep_all",
+        "_lent",
         "_mem",
         "_overrun_shift",
         "_registers",
         "_shown",
         "_status",
+        "_train_bytes",
         "_unread",
         "_version",
+        "one_by_one",
         "stream",
+        "train",
     )
 
     def __init__(
@@ -325,7 +338,7 @@ class OutputWords:
         register: type[Register],
         stream: SampleStream,
         flags: DataReady | None,
-        after_sample: Callable[[], None] | None = None,
+        after_sample: Callable[[int], None] | None = None,
     ) -> None:
         self._registers = registers
         self._mem = registers.mem
@@ -338,46 +351,56 @@ class OutputWords:
         self._keep_all = 0xFF & ~self._unread
         self._after_sample = after_sample
         self.stream = stream
-        self._bdu = self._big_endian = False
-        self._half_read = registers.half_read
+        self._bdu = self._big_endian = self._lent = self.one_by_one = False
+        self._held = registers.held
         self._version = registers.version
         self._shown = b""
+        self._train_bytes, self.train = new_train(self._first, self._keep)
+        train = self.train
+        train.status, train.flags, train.overrun_shift = self._status, self._all, self._overrun_shift
         registers.before_read(register, self.before_read)
-        registers.set_prefetcher(register, self, self.before_read)
+        registers.add_output(self, (register, self.before_read, None))
 
     def set_format(self, *, bdu: bool, big_endian: bool) -> None:
         """Set BDU and BLE; BDU off releases every word."""
         if big_endian != self._big_endian:
             self._shown = b""
+        if bdu != self._bdu:
+            first, width = self._first, self._end - self._first
+            holds = [bit(first + n) if bdu else 0 for n in range(width)]
+            self.train.set_effects(holds, [holds[n ^ 1] for n in range(width)])
         self._bdu, self._big_endian = bdu, big_endian
         if not bdu:
-            self._half_read.clear()
+            self._held[0] = 0
 
     def reset(self) -> None:
         """Let the words read 0 until the next sample."""
         self.stream.data = bytes(self._end - self._first)
 
     def refresh(self, now_ps: int) -> None:
-        stream = self.stream
-        if now_ps < stream.next_ps:
+        if now_ps < self.stream.next_ps:
             return
-        fresh = stream.advance(now_ps)
+        if self._lent:
+            self.take_back()
+        fresh = self.stream.advance(now_ps)
+        if not fresh:
+            return
         mem = self._mem
         if self._overrun_shift:
             unread = self._all if fresh > 1 else mem[self._status] & self._all
             mem[self._status] |= unread << self._overrun_shift
         mem[self._status] |= self._all
-        if self._half_read:
+        if self._held[0]:
             self._show()
         if self._after_sample is not None:
-            self._after_sample()
+            self._after_sample(fresh)
 
     def before_read(self, first: int, end: int, now_ps: int) -> bytes | None:
         """Refresh, and apply the read's effects. A read of the whole block gets the sample itself."""
         stream = self.stream
         if now_ps >= stream.next_ps:
             self.refresh(now_ps)
-        if first == self._first and end == self._end and not (self._half_read or self._big_endian):
+        if first == self._first and end == self._end and not (self._held[0] or self._big_endian):
             self._mem[self._status] &= self._keep_all
             return stream.data
         if self._shown is not stream.data:
@@ -387,56 +410,46 @@ class OutputWords:
             first += 1
         return None
 
-    def prefetch(self, first: int, end: int, now_ps: int) -> Prefetched:
-        """Return the bytes until the next sample; cleared data-ready means no side effect."""
+    def fill(self, now_ps: int) -> None:
+        """Fill the shared train."""
+        self.refresh(now_ps)
         stream = self.stream
-        if now_ps >= stream.next_ps:
-            self.refresh(now_ps)
-        if self._shown is not stream.data:
-            self._show()
-            if any((held - self._first) & 1 and first < held < end for held in self._half_read):
-                return NOTHING_PREFETCHED  # its first byte releases the word, its second is of the new sample
-        quiet = 0
-        if not (self._half_read or self._mem[self._status] & self._unread):
-            quiet = every_length(end - first)
-            if self._bdu:
-                quiet &= 0 if (first - self._first) & 1 else _EVEN
-        return bytes(self._mem[first:end]), stream.next_ps, quiet
+        samples, times_ps = stream.ahead(0 if self.one_by_one else AHEAD)
+        samples = stream.data + samples
+        if self._big_endian:
+            samples = swap_bytes(samples)
+        self.train.fill(self._version[0], samples, times_ps, stale=self._shown is not stream.data)
+        self._lent = True
 
-    def valid_until_ps(self, first: int, end: int) -> int:
-        """Return the next sample's time, as a burst has cleared the flags."""
-        del first, end
-        return self.stream.next_ps
+    def take_back(self) -> None:
+        """End the train, and continue after the samples that were taken from it."""
+        if not self._lent:
+            return
+        self._lent = False
+        taken = self.train.take_back()
+        if taken:
+            self.stream.advance(self.stream.time_ps(self.stream.index + taken))
 
     def burst_reader(self, first: int, end: int) -> BurstReader | None:
         return self._read_burst if (first, end) == (self._first, self._end) else None
 
     def _read_burst(self, now_ps: int) -> tuple[bytes, int]:
         """Do the same as ``before_read``, without setting flags only to clear them."""
-        if self._half_read or self._big_endian:
+        if self._held[0] or self._big_endian:
             return self._registers.read(self._first, self._end - self._first, now_ps), 0
         stream = self.stream
         if now_ps >= stream.next_ps:
-            stream.advance(now_ps)
-            if self._after_sample is not None:
-                self._after_sample()
+            if self._lent:
+                self.take_back()
+            fresh = stream.advance(now_ps)
+            if self._after_sample is not None and fresh:
+                self._after_sample(fresh)
         self._mem[self._status] &= self._keep_all
         return stream.data, stream.next_ps
 
-    def commit(self, first: int, count: int) -> None:
-        offset = first - self._first
-        if self._half_read or (offset | count) & 1:
-            for address in range(first, first + count):
-                self._account(address)
-            return
-        kept = 0xFF  # whole words: none is held
-        for keep in self._keep[offset : offset + count]:
-            kept &= keep
-        self._mem[self._status] &= kept
-
     def _show(self) -> None:
         data = self.stream.data
-        if not self._half_read:
+        if not self._held[0]:
             self._mem[self._first : self._end] = swap_bytes(data) if self._big_endian else data
             self._shown = data
             return
@@ -444,16 +457,16 @@ class OutputWords:
         words = swap_bytes(data) if self._big_endian else data
         for offset in range(0, len(data), 2):
             word = self._first + offset
-            if word not in self._half_read and word + 1 not in self._half_read:
+            if not self._held[0] & (bit(word) | bit(word + 1)):
                 self._mem[word : word + 2] = words[offset : offset + 2]
 
     def _account(self, address: int) -> None:
         offset = address - self._first
         self._mem[self._status] &= self._keep[offset]
         if self._bdu:
-            partner = self._first + (offset ^ 1)
             self._version[0] += 1
-            if partner in self._half_read:
-                self._half_read.discard(partner)
+            partner = bit(self._first + (offset ^ 1))
+            if self._held[0] & partner:
+                self._held[0] &= ~partner
             else:
-                self._half_read.add(address)
+                self._held[0] |= bit(address)

@@ -14,7 +14,6 @@ from typing import Final
 
 from fcu_emulator.sensors.declaration import Mode, Wires
 from fcu_emulator.sensors.part import Sensor, with_increment_bit
-from fcu_emulator.sensors.register_file import NOTHING_PREFETCHED, Prefetched
 
 READ: Final = 0x80
 UNDRIVEN: Final = 0xFF
@@ -24,17 +23,17 @@ class SpiTarget:
     """SPI interface of one sensor, between two edges of its chip select."""
 
     def __init__(self, part: Sensor, now_ps: Callable[[], int]) -> None:
-        bit = part.BUS.spi_increment_bit
-        self.part = with_increment_bit(part, bit)
+        self.increment_bit = part.BUS.spi_increment_bit
+        self.part = with_increment_bit(part, self.increment_bit)
         self._now_ps = now_ps
         self._modes = part.BUS.spi_modes
         self._command: int | None = None
-        self._address = 0
+        self.position = 0
         self._booting = not part.accessible(now_ps())  # checked again only while it is True
 
     @property
     def version(self) -> array[int]:
-        """Version of the state; a change invalidates prefetched bytes."""
+        """Version of the sensor's state."""
         return self.part.version
 
     def answers(self) -> bool:
@@ -54,33 +53,25 @@ class SpiTarget:
         if mode not in self._modes or not data or self._booting:
             return
         if self._command is None:
-            self._command, self._address = data[0], data[0] & 0x7F
+            self._command, self.position = data[0], data[0] & 0x7F
             data = data[1:]
         if data and not self._command & READ:
-            self.part.write(self._address, data, self._now_ps())
-            self._address = self.part.advance(self._address, len(data))
+            self.part.write(self.position, data, self._now_ps())
+            self.position = self.part.advance(self.position, len(data))
 
     def read(self, count: int, mode: Mode, wires: Wires) -> bytes:
         if mode not in self._modes or self._command is None or not self._command & READ:
             return bytes([UNDRIVEN]) * count
-        data = self.part.read(self._address, count, self._now_ps())
-        self._address = self.part.advance(self._address, count)
+        data = self.part.read(self.position, count, self._now_ps())
+        self.position = self.part.advance(self.position, count)
         return data if self.part.spi_wires() == wires else bytes([UNDRIVEN]) * count
 
-    def prefetch(self, address: int, count: int, mode: Mode, wires: Wires, now_ps: int) -> Prefetched:
-        """Return byte-by-byte reads; see :meth:`fcu_emulator.sensors.register_file.RegisterFile.prefetch`."""
+    def shared_bank(self, mode: Mode, wires: Wires) -> int | None:
+        """Return the part's; None if the sensor does not answer in this mode."""
         if mode not in self._modes or self._booting or self.part.spi_wires() != wires:
-            return NOTHING_PREFETCHED
-        return self.part.prefetch(address & ~READ, count, now_ps)
+            return None
+        return self.part.shared_bank()
 
-    def commit(self, address: int, count: int) -> None:
-        address &= ~READ
-        self.part.commit(address, count)
-        if self.part.advance(address, 1) == address:  # each in a separate message
-            address, count = address + count - 1, 1
-        self.advance_past(address, count)
-
-    def advance_past(self, address: int, count: int) -> None:
-        """Advance past prefetched bytes that were read without side effects."""
-        self._command = READ | address
-        self._address = self.part.advance(address & ~READ, count)
+    def move_to(self, address: int) -> None:
+        """Continue at ``address``, after reads without this object."""
+        self._command, self.position = READ | address, address

@@ -30,8 +30,8 @@ from fcu_emulator.emulator.chip.memory_map import (
 )
 from fcu_emulator.emulator.chip.native import loader
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, ClockTree, Peripheral
-from fcu_emulator.emulator.chip.read_cache import Targets, TargetTable
 from fcu_emulator.emulator.chip.registers import names_of
+from fcu_emulator.emulator.chip.sensor_registers import Targets, TargetTable
 from fcu_emulator.emulator.time.clock import Clock
 from fcu_emulator.emulator.trace import DeviceNote, Trace
 
@@ -207,7 +207,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_take_spi_message": (_i32, _pointer, _i32, _pointer),
     "fcu_take_spi_unaddressed": (_i32, _pointer, _i32, _pointer),
     "fcu_connect_targets": (_pointer, _pointer, ctypes.POINTER(TargetTable)),
-    "fcu_add_target": (_i32, _pointer, _pointer),
+    "fcu_add_target": (_i32, _pointer, _pointer, _i32),
     "fcu_connect_i2c": (None, _pointer, _i32, _pointer, _i64, _i64),
     "fcu_i2c_pin": (None, _pointer, _i32, _i32, _i32, _i32, _i32),
     "fcu_i2c_wire": (_pointer, _pointer, _i32),
@@ -248,7 +248,6 @@ class FcuChip:
         self._error: BaseException | None = None
         self._references: list[object] = []
         self._noted: set[tuple[int, int, bytes]] = set()
-        self._uncommitted = memoryview(bytes(8)).cast("q")
         table = HostTable()
         called: tuple[Callable[..., Any], ...]
         called = (
@@ -279,7 +278,6 @@ class FcuChip:
         self._core_registers = CoreRegisters(self, CORE)
         self._pc = CoreRegisters(self, ("pc",))
         self.targets = Targets(self)
-        self._uncommitted = self.targets.uncommitted
         bases = [self.library.fcu_peripheral_base(self.handle, n) for n in range(self.peripheral_count)]
         names = {base: name for name, (base, _) in ADDRESSES.items()}
         self.peripherals = {
@@ -413,9 +411,7 @@ class FcuChip:
         self.library.fcu_watch_irqs(self.handle, self.callback(IRQ_CHANGED, changed))
 
     def raise_error(self) -> None:
-        """Report reads, then raise a callback's exception."""
-        if self._uncommitted[0]:
-            self.targets.commit()
+        """Raise a callback's exception."""
         if self._error is not None:
             error, self._error = self._error, None
             self.shared[3] = 0
@@ -435,8 +431,6 @@ class FcuChip:
             try:
                 clock.now_ps = now_ps
                 self.shared[5] += WORK_OF_A_CALL
-                if self._uncommitted[0]:
-                    self.targets.commit()
                 return function(*arguments)
             except BaseException as error:
                 self.keep_error(error)

@@ -99,7 +99,7 @@ class LIS2MDL(Sensor):
 
     def _wire(self) -> None:
         main = self.registers
-        main.before_read(STATUS_REG, self._refresh)
+        main.set_status(STATUS_REG, self._refresh)
         main.before_read(CFG_REG_A, self._before_config)
         main.before_read(INT_SOURCE_REG, self._before_source)
         main.after_read(INT_SOURCE_REG, self._after_source)
@@ -146,8 +146,11 @@ class LIS2MDL(Sensor):
         del first, end
         self._outputs.refresh(now_ps)
 
-    def _after_sample(self) -> None:
-        self._pin.drive("DRDY", 1, self._modes.measured())
+    def _after_sample(self, count: int) -> None:
+        self._modes.measured()
+        if self._pin.shows == "DRDY":
+            field = self._streams.field
+            self._pin.drive("DRDY", 1, field.time_ps(field.index - count + 1))
 
     # -- registers with side effects of reads -----------------------------------------------------------
 
@@ -214,6 +217,7 @@ class LIS2MDL(Sensor):
         if self._pin.shows == "DRDY":
             self.registers.after_read(OUT, self._after_output)  # reads cost more only from now on
         self._drive_pin(now_ps)
+        self._outputs.field.one_by_one = not self._modes.continuous or self._pin.shows == "DRDY"
 
     def _drive_pin(self, now_ps: int) -> None:
         self._pin.drive("INT", self._interrupt.level, now_ps)

@@ -12,7 +12,7 @@ from fractions import Fraction
 
 from fcu_emulator.sensors.lis2mdl.magnetometer import MagnetometerSettings, Pulses
 from fcu_emulator.sensors.lis2mdl.registers import CFG_REG_A, CFG_REG_C, OUT, STATUS_REG, TEMP_OUT
-from fcu_emulator.sensors.register_file import NEVER_PS, RegisterFile
+from fcu_emulator.sensors.register_file import RegisterFile
 from fcu_emulator.sensors.sampling import PS_PER_S, DataReady, OutputWords, SampleStream
 
 
@@ -72,9 +72,11 @@ _DATA_READY = DataReady(
 
 
 class Outputs:
-    """Output registers; ``after_sample()`` follows each new sample of the field."""
+    """Output registers; ``after_sample(count)`` follows new samples of the field."""
 
-    def __init__(self, registers: RegisterFile, streams: Streams, after_sample: Callable[[], None]) -> None:
+    def __init__(
+        self, registers: RegisterFile, streams: Streams, after_sample: Callable[[int], None]
+    ) -> None:
         self._mem = registers.mem
         self.field = OutputWords(registers, OUT, streams.field, _DATA_READY, after_sample)
         self._temperature = OutputWords(registers, TEMP_OUT, streams.temperature, None)
@@ -108,7 +110,10 @@ class Modes:
         self._streams = streams
         self._booted_ps = booted_ps
         self._mode = IDLE
-        self._due_ps = NEVER_PS  # the first unprocessed sample
+
+    @property
+    def continuous(self) -> bool:
+        return self._mode == CONTINUOUS
 
     def configure(self, was: MagnetometerSettings, settings: MagnetometerSettings, now_ps: int) -> None:
         """Decode the registers; ``was``: the previous settings."""
@@ -130,14 +135,12 @@ class Modes:
         self._mode = IDLE
         self._streams.stop()
 
-    def measured(self) -> int:
-        """Process new samples; return the first one's time. A single measurement ends in idle (AN5069 3.3)."""
+    def measured(self) -> None:
+        """End a single measurement in idle (AN5069 3.3)."""
         if self._mode != CONTINUOUS:
             self._mode = IDLE
             self._mem[CFG_REG_A.addr] = CFG_REG_A.MD.put(self._mem[CFG_REG_A.addr], IDLE)
             self._streams.field.stop()
-        due_ps, self._due_ps = self._due_ps, self._streams.field.next_ps
-        return due_ps
 
     def _switch(self, settings: MagnetometerSettings, now_ps: int) -> None:
         if self._mode == IDLE:
@@ -148,7 +151,6 @@ class Modes:
 
     def _start(self, now_ps: int, first_delay_ps: int, rate: Fraction | None) -> None:
         self._streams.start(now_ps, first_delay_ps, rate, temperature=self._with_temperature())
-        self._due_ps = self._streams.field.next_ps
 
     def _with_temperature(self) -> bool:
         return bool(self._mem[CFG_REG_A.addr] & CFG_REG_A.COMP_TEMP_EN.mask)

@@ -23,7 +23,7 @@ from fcu_emulator.sensors.lps22hb.barometer import (
 )
 from fcu_emulator.sensors.lps22hb.declaration import BUS, FUNCTIONS, SIGNALS, LPS22HBErrors
 from fcu_emulator.sensors.lps22hb.interrupt import COUNTS_PER_SIXTEENTH
-from fcu_emulator.sensors.lps22hb.output import P_READ, OutputPrefetch, Pipeline, PressureOutput
+from fcu_emulator.sensors.lps22hb.output import P_READ, OutputTrain, Pipeline, PressureOutput
 from fcu_emulator.sensors.lps22hb.registers import (
     CTRL_REG1,
     CTRL_REG2,
@@ -163,7 +163,7 @@ class LPS22HB(Sensor):
         self.streams = (self._stream,)
         self._pipeline = Pipeline(main.mem, rpds_counts_per_lsb)
         at_power_on = power_on_counts.to_bytes(PRESS_OUT.size, "little", signed=True) + bytes(TEMP_OUT.size)
-        self._output = PressureOutput(main.mem, main.version, at_power_on)
+        self._output = PressureOutput(main, at_power_on)
         self._trimmed_ps = 0 if powered_on_ps is None else powered_on_ps + trimming_ps
         self._commands = Commands(main, self._barometer, self._pipeline, self._configure)
         self._wire(main)
@@ -202,7 +202,7 @@ class LPS22HB(Sensor):
         return settle_and_write
 
     def _wire(self, main: RegisterFile) -> None:
-        main.before_read(STATUS, self._before_settled)
+        main.set_status(STATUS, self._before_settled)
         main.before_read(REF_P, self._before_settled)
         main.before_read(INTERRUPT_CFG, self._before_interrupt_cfg)
         main.before_read(CTRL_REG2, self._before_control2)
@@ -212,9 +212,9 @@ class LPS22HB(Sensor):
         main.before_read(PRESS_OUT, self._before_output)
         main.before_read(TEMP_OUT, self._before_output)
         main.after_read(TEMP_OUT, self._after_temperature)
-        prefetch = OutputPrefetch(main, self._output, self._stream, self._pipeline, self._refresh)
-        main.set_prefetcher(PRESS_OUT, prefetch, self._before_output)
-        main.set_prefetcher(TEMP_OUT, prefetch, self._before_output, self._after_temperature)
+        train = OutputTrain(main, self._output, self._stream, self._pipeline, self._refresh)
+        pressure = PRESS_OUT, self._before_output, None
+        main.add_output(train, pressure, (TEMP_OUT, self._before_output, self._after_temperature))
         main.before_read(LPFP_RES, self._before_lpfp_res)
         for register in (THS_P, CTRL_REG3, REF_P, RPDS):
             main.on_write(register, self._write_plain)

@@ -6,20 +6,14 @@ by reading the high byte of their output, as in the LPS25H.
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Callable
 
 from fcu_emulator.sensors.lps22hb.fifo import PressureFifo
 from fcu_emulator.sensors.lps22hb.interrupt import IntDrdy, PressureInterrupt, Reference
 from fcu_emulator.sensors.lps22hb.registers import PRESS_OUT, STATUS, TEMP_OUT
-from fcu_emulator.sensors.register_file import (
-    NOTHING_PREFETCHED,
-    BurstReader,
-    Prefetched,
-    RegisterFile,
-    every_length,
-)
+from fcu_emulator.sensors.register_file import BurstReader, RegisterFile
 from fcu_emulator.sensors.sampling import SampleStream
+from fcu_emulator.sensors.shared_registers import bit, new_train
 
 
 class Pipeline:
@@ -88,27 +82,33 @@ _T_READ = 0xFF & ~(STATUS.T_DA.mask | STATUS.T_OR.mask)
 _PRESS_OUT_H, _TEMP_OUT_H = PRESS_OUT.addr + 2, TEMP_OUT.addr + 1
 
 
-_P_UNREAD, _T_UNREAD = 0xFF & ~P_READ, 0xFF & ~_T_READ
+_HELD = sum(bit(address) for address in range(_FIRST, _END))
 
 
 class PressureOutput:
     """The output registers.
 
-    ``latest``: the latest sample, five bytes; ``stale``: the next read must update; ``held``: by BDU.
+    ``latest``: the latest sample, five bytes; ``stale``: the next read must update.
     """
 
-    def __init__(self, mem: bytearray, version: array[int], latest: bytes) -> None:
-        self._mem = mem
-        self._version = version
+    def __init__(self, registers: RegisterFile, latest: bytes) -> None:
+        self._mem = registers.mem
+        self._held = registers.held
+        self._version = registers.version
         self.latest = latest
         self.stale = True
         self.bdu = False
-        self.held = False
+
+    @property
+    def held(self) -> bool:
+        """Whether BDU holds the output."""
+        return bool(self._held[0])
 
     def set_bdu(self, *, on: bool) -> None:
         """Set BDU; off releases the output."""
         self.bdu = on
-        self.held = self.held and on
+        if not on:
+            self._hold(on=False)
         self.stale = True
 
     def flag(self, fresh: int) -> None:
@@ -135,12 +135,12 @@ class PressureOutput:
 
     def _hold(self, *, on: bool) -> None:
         if on != self.held:
-            self.held = on
+            self._held[0] = _HELD if on else 0
             self._version[0] += 1
 
 
-class OutputPrefetch:
-    """Prefetcher of the output, while FIFO and pin are unused; ``refresh(now_ps)`` takes due samples."""
+class OutputTrain:
+    """The output, one sample at a time, while FIFO and pin are unused; ``refresh(now_ps)`` takes due samples."""
 
     def __init__(
         self,
@@ -156,24 +156,26 @@ class OutputPrefetch:
         self._stream = stream
         self._pipeline = pipeline
         self._refresh = refresh
+        keep = bytearray(b"\xff" * (_END - _FIRST))
+        keep[_PRESS_OUT_H - _FIRST], keep[_TEMP_OUT_H - _FIRST] = P_READ, _T_READ
+        self._train_bytes, self.train = new_train(_FIRST, bytes(keep))
+        self.train.status = STATUS.addr
 
-    def prefetch(self, first: int, end: int, now_ps: int) -> Prefetched:
-        output, stream = self._output, self._stream
-        if now_ps >= stream.next_ps or output.stale:
+    def fill(self, now_ps: int) -> None:
+        """Fill the shared train."""
+        output, version = self._output, self._registers.version[0]
+        if now_ps >= self._stream.next_ps or output.stale:
             self._refresh(now_ps)
-        if not self._alone() or (output.held and first > _PRESS_OUT_H):
-            return NOTHING_PREFETCHED
-        quiet = 0
-        if not (output.held or self._unread(first)):
-            quiet = every_length(end - first)
-            if output.bdu and first <= _PRESS_OUT_H:
-                quiet &= 1 << _PRESS_OUT_H + 1 - first  # reads that end before PRESS_OUT_H hold the output
-        return bytes(self._mem[first:end]), stream.next_ps, quiet
+        if not self._alone():
+            self.train.read_live(version)
+            return
+        held = _HELD if output.bdu else 0
+        self.train.set_effects((held, held, 0, 0, 0), (0, 0, held, 0, 0))
+        self.train.fill(version, output.latest, [self._stream.next_ps], stale=output.stale)
 
-    def valid_until_ps(self, first: int, end: int) -> int:
-        """Return the next sample's time, as a burst has cleared the flags."""
-        del first, end
-        return self._stream.next_ps if self._alone() else 0
+    def take_back(self) -> None:
+        """End the shared train."""
+        self.train.take_back()
 
     def burst_reader(self, first: int, end: int) -> BurstReader | None:
         return self._read_pressure if (first, end) == (_FIRST, _PRESS_OUT_H + 1) else None
@@ -187,12 +189,6 @@ class OutputPrefetch:
         self._mem[STATUS.addr] &= P_READ
         return bytes(self._mem[_FIRST : _PRESS_OUT_H + 1]), stream.next_ps
 
-    def commit(self, first: int, count: int) -> None:
-        self._output.account(first, first + count)
-
     def _alone(self) -> bool:
         pipeline = self._pipeline
         return not (pipeline.fifo.active or pipeline.int_drdy.routed)
-
-    def _unread(self, address: int) -> int:
-        return self._mem[STATUS.addr] & (_P_UNREAD if address <= _PRESS_OUT_H else _T_UNREAD)

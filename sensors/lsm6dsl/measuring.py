@@ -83,8 +83,8 @@ class Measuring:
             for register, stream, flag in zip(_REGISTERS, self.streams, _FLAGS, strict=True)
         )
         self._temperature_rate = Fraction(0)
-        self._catches_up_before_reading = False
-        registers.before_read(STATUS_REG, self._before_status)
+        self._catches_up_before_reading = self._masks = False
+        registers.set_status(STATUS_REG, self._before_status)
 
     def refresh(self, now_ps: int) -> None:
         for output in self._outputs:
@@ -96,8 +96,20 @@ class Measuring:
         del first, end
         self.refresh(now_ps)
 
+    def _before_masked_status(self, first: int, end: int, now_ps: int) -> None:
+        """Do the same, but not as the hook of a register that C reads: it would not hide samples."""
+        self._before_status(first, end, now_ps)
+
+    def _set_mask(self, mem: bytearray) -> None:
+        masks = bool(mem[CTRL4_C.addr] & CTRL4_C.DRDY_MASK.mask)
+        if masks != self._masks and not self._catches_up_before_reading:
+            hook = self._before_masked_status if masks else self._before_status
+            self._registers.before_read(STATUS_REG, hook)
+        self._masks = masks
+
     def apply(self, mem: bytearray, now_ps: int) -> None:
         """Configure the measurement; earlier samples use the old settings."""
+        self._set_mask(mem)
         was = self._rates()
         self._accelerometer.configure(mem)
         self._gyroscope.configure(mem, now_ps)

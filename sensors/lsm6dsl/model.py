@@ -287,7 +287,7 @@ class LSM6DSL(Sensor):
         if not int2_is_input(self.registers.mem):
             self.registers.note(at_ps, "forbidden", "INT2 driven from outside while it is an output")
             return
-        self.version[0] += 1  # prefetched bytes are not valid any more
+        self.version[0] += 1  # ends the trains
         self.catch_up(at_ps)
         self._measuring.refresh(at_ps)
         self._features.data_enable.level_changes(level, at_ps)

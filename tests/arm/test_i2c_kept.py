@@ -145,7 +145,8 @@ class Board:
         hal._send_address(address << 1)
         hal._clear_addr()
         bench.write(bench.i2c2, DR, register)
-        bench.poll(bench.i2c2, SR1, BTF)
+        if bench.poll(bench.i2c2, SR1, BTF | AF) & AF:
+            hal._give_up()
         hal._send_address(address << 1 | 1)
         hal._clear_addr()
         for _ in range(count):
@@ -163,7 +164,8 @@ class Board:
             hal._send_address(device << 1)
             hal._clear_addr()
             bench.write(bench.i2c2, DR, register)
-            bench.poll(bench.i2c2, SR1, BTF)
+            if bench.poll(bench.i2c2, SR1, BTF | AF) & AF:
+                hal._give_up()
             hal._set(CR1, START)
             bench.poll(bench.i2c2, SR1, SB)
             bench.write(bench.i2c2, DR, device << 1 | 1)
@@ -184,6 +186,9 @@ class Board:
         clock.schedule(
             clock.now_ps + us * PS_PER_US, lambda: self.seen.append(part.read(register, 2, clock.now_ps))
         )
+
+    def _turn(self, degrees: int, _: int, __: int) -> None:
+        self.bench.board.world.set_attitude(roll_deg=degrees, pitch_deg=5, yaw_deg=30)
 
     def _detail(self, _: int, __: int, ___: int) -> None:
         self.bench.trace.record_all()
@@ -211,7 +216,7 @@ class Board:
             now_ps,
             list(bench.trace),
             bench.board.i2c2.bus.recent_transfers(),
-            [set(part.registers.half_read) for part in parts],
+            [part.registers.held[0] for part in parts],
             # Read, and not looked up in the memory, which is filled in when somebody reads it.
             [[part.read(address, 1, now_ps) for address in range(0x80)] for part in parts],
             [self.hal.receive_interrupt(address, 3) for address in DEVICES if self.hal.is_ready(address)],
@@ -233,10 +238,11 @@ def actions() -> st.SearchStrategy[list[Action]]:
         "pass": st.tuples(st.just("pass"), st.integers(0, 12_000), st.just(0), st.just(0)),
         "write": st.sampled_from(SETTINGS).map(lambda write: ("write", *write)),
         "debugger": st.tuples(st.just("debugger"), device, st.integers(0, 0x7E), st.integers(0, 600)),
+        "turn": st.tuples(st.just("turn"), st.integers(-80, 80), st.just(0), st.just(0)),
         "detail": st.just(("detail", 0, 0, 0)),
     }
     weighted = ["read"] * 10 + ["interrupt", "dma", "again", "write", "debugger"] * 2 + ["pass"] * 6
-    weighted += ["anywhere", "disable", "restart", "ready", "detail"]
+    weighted += ["anywhere", "disable", "restart", "ready", "turn", "detail"]
     return st.lists(st.sampled_from(weighted).flatmap(kinds.__getitem__), min_size=10, max_size=40)
 
 
@@ -271,7 +277,7 @@ class Calls:
         self.count = 0
         for target in board.targets.values():
             assert isinstance(target, SubaddressTarget)
-            for name in ("start", "write", "read", "prefetch"):
+            for name in ("start", "write", "read", "shared_bank"):
                 self._count(target, name)
 
     def _count(self, target: SubaddressTarget, name: str) -> None:

@@ -19,7 +19,7 @@ from typing import Any
 import pytest
 
 import fcu_emulator.emulator.chip
-from fcu_emulator.emulator.chip import library, native, read_cache
+from fcu_emulator.emulator.chip import library, native, sensor_registers
 from fcu_emulator.emulator.chip.cpu import bare_core, core, exceptions
 from fcu_emulator.emulator.chip.memory_map import (
     FLASH,
@@ -31,6 +31,8 @@ from fcu_emulator.emulator.chip.memory_map import (
 )
 from fcu_emulator.emulator.chip.peripherals import dma, gpio, i2c, spi
 from fcu_emulator.emulator.time.clock import NEVER_PS
+from fcu_emulator.sensors import shared_registers
+from fcu_emulator.sensors.register import ADDRESSES
 
 FOLDER = Path(native.__file__).parent
 C_TYPES = {
@@ -56,7 +58,7 @@ def mirrored() -> dict[type[ctypes.Structure], str]:
             importlib.import_module(module.name)
     found: dict[type[ctypes.Structure], str] = {}
     for one in ctypes.Structure.__subclasses__():
-        if one.__module__.startswith("fcu_emulator.emulator."):
+        if one.__module__.startswith("fcu_emulator."):
             named = _NAMED.match(one.__doc__ or "")
             assert named is not None, f"{one} must name its C struct in its docstring"
             found[one] = named[1]
@@ -128,13 +130,11 @@ def test_numbers_are_the_same_on_both_sides() -> None:
         "STOP_WRITE == 14 && ENDED_HALTED == 1 && RESET_SYSRESETREQ == 1 && WRITE_UNKNOWN == 3",
         "offsetof(Chip, now_ps) == 0 && offsetof(Chip, host_next_ps) == 8 && offsetof(Chip, until_ps) == 16",
         "offsetof(Chip, must_stop) == 24 && offsetof(Chip, detailed) == 32",
-        f"TARGETS == {read_cache._TARGETS} && LINE_BYTES == {read_cache._BYTES}",
-        f"offsetof(ReadCache, reads) == 8 * {read_cache._READS}",
-        f"offsetof(ReadCache, positions) == 8 * {read_cache._POSITIONS}",
-        f"offsetof(ReadCache, answered) == 8 * {read_cache._ANSWERED}",
-        f"offsetof(ReadCache, prefetched) == {read_cache._PREFETCHED}",
-        f"sizeof(Prefetched) == {read_cache._PUT.size}",
-        f"POSITION_SYNCED == {read_cache._SYNCED}",
+        f"TARGETS == {sensor_registers._TARGETS} && offsetof(SensorRegisters, positions) == 0",
+        f"POSITION_SYNCED == {sensor_registers._SYNCED} && BANK_REFUSED == {sensor_registers._REFUSED}",
+        f"OUTPUTS == {shared_registers.OUTPUTS} && OUTPUT_WIDTH == {shared_registers.WIDTH}",
+        f"TRAIN_AHEAD == {shared_registers.AHEAD} && SUBADDRESSES == {ADDRESSES}",
+        *enumerated("ACCESS_", ("live", "memory", "status", "output")),
         f"I2C_BYTES == {i2c._BYTES} && I2C_RECENT == {i2c._RECENT} && SPI_RECEIVED == {spi._RECEIVED}",
         f"PORTS == {len(gpio.PORTS)} && INTERRUPTS == {exceptions.INTERRUPTS}",
         f"FIRST_INTERRUPT == {exceptions.FIRST_INTERRUPT}",

@@ -14,9 +14,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fcu_emulator.emulator.chip.library import FcuChip
-from fcu_emulator.emulator.chip.read_cache import Targets
+from fcu_emulator.emulator.chip.sensor_registers import Targets
 from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_US
 from fcu_emulator.emulator.trace import BusTransfer, RegisterWrite
+from fcu_emulator.sensors.lps22hb.output import OutputTrain
+from fcu_emulator.sensors.sampling import OutputWords
 from tests.arm.test_spi_master import BIDIOE, CR1, LIS2MDL, LPS22HB, LSM6DSL, SPE, StSpi, put, three_wire
 from tests.support.arm.comm_bench import CommBench
 
@@ -36,6 +38,16 @@ def measuring(*, keeps: bool) -> StSpi:
     spi.write(LIS2MDL, 0x60, 0x8C, 0x00, 0x30)
     spi.write(LPS22HB, 0x10, 0x53)
     return spi
+
+
+@contextmanager
+def no_train_is_filled() -> Iterator[None]:
+    asked = AssertionError("asked")
+    with (
+        patch.object(OutputWords, "fill", side_effect=asked),
+        patch.object(OutputTrain, "fill", side_effect=asked),
+    ):
+        yield
 
 
 @contextmanager
@@ -145,7 +157,7 @@ def test_kept_bytes_need_no_calls_between_samples() -> None:
     with one_run(spi):
         read_all()
         seen = read_all()
-        with patch.object(Targets, "prefetch", side_effect=AssertionError("asked")):
+        with no_train_is_filled():
             for _ in range(3):
                 assert read_all() == seen
 
@@ -162,7 +174,7 @@ def test_single_byte_messages_need_no_calls() -> None:
     with one_run(spi):
         read_pressure()
         seen = read_pressure()
-        with patch.object(Targets, "prefetch", side_effect=AssertionError("asked")):
+        with no_train_is_filled():
             for _ in range(3):
                 assert read_pressure() == seen
         assert spi.read(LPS22HB, 0x29, 4) == 4 * seen[1]

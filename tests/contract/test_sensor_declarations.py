@@ -162,18 +162,3 @@ def test_write_without_the_bit_stays_at_first_register(start: int, data: bytes) 
     target.write(bytes([start | 0x80]) + data)
     target.stop()
     assert part.registers.mem[start : start + len(data)] == data
-
-
-@given(ADDRESS, st.booleans(), COUNT)
-def test_prefetched_bytes_equal_single_reads(start: int, goes_on: bool, count: int) -> None:
-    target, other = (SubaddressTarget(Asking(), lambda: 0) for _ in range(2))
-    subaddress = start | goes_on << 7
-
-    data, _, quiet = target.prefetch(subaddress, count, 0)
-    assert data
-    one_by_one = i2c_read(other, subaddress, [1] * len(data))
-    assert data == one_by_one
-    assert quiet >> 1 & 1
-
-    target.commit(subaddress, len(data))
-    assert target.position == other.position

@@ -10,15 +10,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fcu_emulator.emulator.assembly.snapshot import Snapshot
 from fcu_emulator.sensors import LIS2MDL, LPS22HB, LSM6DSL
 from fcu_emulator.sensors.errors import Quality
 from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
 from fcu_emulator.sensors.lps22hb import LPS22HBErrors
 from fcu_emulator.sensors.lsm6dsl import LSM6DSLErrors
 from fcu_emulator.sensors.part import Sensor
-from fcu_emulator.sensors.register_file import EACH_ALONE
 from fcu_emulator.sensors.sampling import PS_PER_S, Times
-from tests.support.keeping_masters import BurstKeeper, ByteKeeper, LiveBursts, LiveBytes, Master
+from fcu_emulator.sensors.shared_registers import LIVE, MEMORY, STATUS, Bank
+from tests.support.keeping_masters import BurstKeeper, LiveBursts, LiveBytes, Master, TrainReader
 
 GRADE: Quality = "typical"
 SENSORS = ("LSM6DSL", "LIS2MDL", "LPS22HB")
@@ -71,7 +72,7 @@ USUAL = {
 _PAUSE_PS = 125 * 10**6 + 1  # up to 32 ms
 
 Action: TypeAlias = tuple[str, int, int]
-"""read: address, count; write: address, value; pass: pauses, 0; pin or world: level, 0."""
+"""read: address, count; write: address, value; pass: pauses, 0; pin, world, save, restore: level, 0."""
 
 
 def actions(part: str) -> st.SearchStrategy[list[Action]]:
@@ -84,10 +85,16 @@ def actions(part: str) -> st.SearchStrategy[list[Action]]:
         "anywhere": st.tuples(st.just("read"), st.integers(0, 0x7F), st.integers(1, 20)),
         "pass": st.tuples(st.just("pass"), st.integers(0, 255), st.just(0)),
         "write": write.map(lambda write: ("write", *write)),
-        "outside": st.tuples(st.sampled_from(("pin", "world")), st.integers(0, 1), st.just(0)),
+        "outside": st.tuples(
+            st.sampled_from(("pin", "world", "world", "save", "restore")), st.integers(0, 1), st.just(0)
+        ),
     }
     weighted = (
-        ["usual"] * 8 + ["output", "byte"] * 4 + ["anywhere"] + ["pass"] * 6 + ["write", "write", "outside"]
+        ["usual"] * 8
+        + ["output", "byte"] * 4
+        + ["anywhere"]
+        + ["pass"] * 6
+        + ["write", "write", "outside", "outside"]
     )
     traffic = st.lists(st.sampled_from(weighted).flatmap(kinds.__getitem__), min_size=30, max_size=60)
     starts = st.sampled_from(STARTS[part]).map(lambda writes: [("write", *write) for write in writes])
@@ -104,6 +111,7 @@ class Bench:
         self._slope = 1.0
         self._since_s = 0.0
         self.masters = live(self._make(name)), keeper(self._make(name))
+        self._saved: tuple[int, float, list[Snapshot]] | None = None
         self.noted: tuple[list[str], list[str]] = ([], [])
         for master, noted in zip(self.masters, self.noted, strict=True):
             master.part.observe(lambda _, kind, text, noted=noted: noted.append(f"{kind}: {text}"), None)
@@ -135,11 +143,18 @@ class Bench:
             self._slope = -self._slope
             for master in self.masters:
                 master.part.world_changed(self.now_ps)
+        elif what == "save":
+            snapshots = [Snapshot(master) for master in self.masters]
+            self._saved = self.now_ps, self._slope, snapshots
+        elif what == "restore" and self._saved is not None:
+            self.now_ps, self._slope, snapshots = self._saved
+            for master, snapshot in zip(self.masters, snapshots, strict=True):
+                snapshot.restore(master)
         elif what == "read":
             answers = [master.read(number, other, self.now_ps).hex() for master in self.masters]
             assert answers[0] == answers[1], action
             self.now_ps += 30 * 10**7
-        else:
+        elif what in {"write", "pin"}:
             for master in self.masters:
                 self._change(master, what, number, other)
             self.now_ps += 10**8
@@ -148,17 +163,12 @@ class Bench:
         if what == "write":
             master.write(number, bytes((other,)), self.now_ps)
         elif isinstance(master.part, LSM6DSL):
-            if isinstance(master, ByteKeeper):
-                master.settle()
             master.part.int2.apply(number, self.now_ps)
 
     def compare(self) -> None:
         """Whatever is left behind must be the same: every register, held words, pins, notes."""
-        keeper = self.masters[1]
-        if isinstance(keeper, ByteKeeper):
-            keeper.settle()
         parts = [master.part for master in self.masters]
-        assert parts[0].registers.half_read == parts[1].registers.half_read
+        assert parts[0].registers.held[0] == parts[1].registers.held[0]
         assert [pin.level for pin in parts[0].pins()] == [pin.level for pin in parts[1].pins()]
         for address in range(128):
             answers = [part.read(address, 1, self.now_ps) for part in parts]
@@ -171,7 +181,7 @@ class Bench:
 @settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_bytes_are_kept_over_messages(name: str, data: st.DataObject) -> None:
-    bench = Bench(name, LiveBytes, ByteKeeper)
+    bench = Bench(name, LiveBytes, TrainReader)
     for action in data.draw(actions(name)):
         bench.both_do(action)
     bench.compare()
@@ -196,76 +206,65 @@ def measuring(*writes: tuple[int, int]) -> LSM6DSL:
 
 
 _AT_PS = PS_PER_S // 100
-_ALL, _EVEN = 0b111_1110, 0b101_0100
 
 
-def test_new_sample_is_not_quiet_before_its_time() -> None:
+def access(part: Sensor, address: int) -> int:
+    return Bank.from_address(part.shared_bank()).access[address]
+
+
+def test_train_has_the_samples_of_single_reads() -> None:
+    part, other = measuring(), measuring()
+    reader, live = TrainReader(part), LiveBytes(other)
+    for n in range(500):
+        now_ps = _AT_PS + n * 3 * PS_PER_S // 1000
+        assert reader.read(0x1E, 16, now_ps) == live.read(0x1E, 16, now_ps)
+    assert reader.served == 500 * 15  # 0x1F is reserved
+
+
+def test_change_of_the_world_cuts_the_train() -> None:
+    level = 1.0
+    part = LSM6DSL(
+        lambda t_s: np.full((len(t_s), 3), level), lambda t_s: np.zeros((len(t_s), 3)), np.ones_like
+    )
+    for address, value in ((0x12, 0x04), (0x10, 0x50)):
+        part.write(address, bytes((value,)), 0)
+    reader = TrainReader(part)
+    before = [reader.read(0x28, 6, _AT_PS * n) for n in range(1, 30)]
+    level = -1.0
+    part.world_changed(30 * _AT_PS)
+    after = [reader.read(0x28, 6, _AT_PS * n) for n in range(40, 50)]
+    assert before[-1] not in after
+    assert len(set(after)) == 1
+
+
+@pytest.mark.parametrize("address", [0x12, 0x3A, 0x3E, 0x40, 0x53, 0x1B, 0x2E], ids=hex)
+def test_self_changing_register_is_read_live(address: int) -> None:
     part = measuring()
-    data, until_ps, quiet = part.prefetch(0x28, 1, _AT_PS)
-    assert (len(data), quiet) == (6, 0)
-    part.commit(0x28, 6)
-    assert part.prefetch(0x28, 1, _AT_PS) == (data, until_ps, _ALL)
-    assert part.read(0x1E, 1, until_ps - 1) == b"\0"
-    assert part.read(0x1E, 1, until_ps) == b"\1"
-
-
-@pytest.mark.parametrize(("first", "quiet"), [(0x28, _EVEN), (0x29, 0), (0x2A, _EVEN & 0b1_1111)])
-def test_with_bdu_whole_words_are_quiet(first: int, quiet: int) -> None:
-    part = measuring((0x12, 0x44))
-    part.read(0x28, 6, _AT_PS)
-    assert part.prefetch(first, 1, _AT_PS)[2] == quiet
-
-
-def test_half_read_word_changes_the_version() -> None:
-    part = measuring((0x12, 0x44))
-    part.read(0x28, 6, _AT_PS)
-    version = part.version[0]
-    part.read(0x28, 6, _AT_PS)
-    part.read(0x10, 4, _AT_PS)
-    assert part.version[0] == version
-    part.read(0x28, 1, _AT_PS)
-    assert part.version[0] != version
-    assert part.prefetch(0x28, 6, _AT_PS)[2] == 0
-
-
-def test_prefetch_continues_over_registers() -> None:
-    part = measuring((0x11, 0x40))
-    assert [len(part.prefetch(0x22, count, _AT_PS)[0]) for count in (1, 6, 7, 12)] == [6, 6, 12, 12]
-
-
-def test_prefetch_ends_at_an_address_jump() -> None:
-    assert len(measuring((0x14, 0x60)).prefetch(0x28, 12, _AT_PS)[0]) == 6  # ROUNDING
-
-
-def test_prefetch_without_increment_reads_registers_one_by_one() -> None:
-    part = LPS22HB(lambda t_s: np.full(len(t_s), 1000.0), np.ones_like)
-    part.write(0x11, b"\x00", 0)
-    part.write(0x10, b"\x52", 0)
-    part.read(0x2A, 1, 5 * _AT_PS)
-    data, _, quiet = part.prefetch(0x28, 1, 5 * _AT_PS)
-    assert data == b"".join(part.read(address, 1, 5 * _AT_PS) for address in (0x28, 0x29, 0x2A))
-    assert quiet == EACH_ALONE | 1 << 3  # PRESS_OUT_XL holds the output, until PRESS_OUT_H is read
-
-
-@pytest.mark.parametrize("address", [0x1E, 0x12, 0x3A, 0x3E, 0x40, 0x53, 0x1B, 0x2E], ids=hex)
-def test_self_changing_register_is_not_prefetched(address: int) -> None:
-    part = measuring()
-    assert part.prefetch(address, 1, _AT_PS) == (b"", 0, 0)
+    assert access(part, address) == LIVE
     assert part.burst_reader(address, 1)(_AT_PS)[1] == 0
 
 
-def test_nothing_is_prefetched_with_a_wired_pin() -> None:
+def test_masked_status_is_read_live() -> None:
     part = measuring()
-    assert part.prefetch(0x10, 1, _AT_PS)[0][:1] == b"\x50"
+    assert access(part, 0x1E) == STATUS
+    part.write(0x13, b"\x08", _AT_PS)
+    assert access(part, 0x1E) == LIVE
+    part.write(0x13, b"\x00", _AT_PS)
+    assert access(part, 0x1E) == STATUS
+
+
+def test_wired_sensor_is_read_live() -> None:
+    part = measuring()
+    assert access(part, 0x10) == MEMORY
     version = part.version[0]
     part.watch(lambda: None)
-    assert (part.prefetch(0x10, 1, _AT_PS)[0], part.burst_reader(0x28, 6)(_AT_PS)[1]) == (b"", 0)
+    assert (part.shared_bank(), part.burst_reader(0x28, 6)(_AT_PS)[1]) == (0, 0)
     assert part.version[0] != version
 
 
 def test_every_bank_has_the_version_of_the_part() -> None:
     part = measuring()
-    assert part.prefetch(0x02, 1, _AT_PS)[0][:1] == b""
+    assert access(part, 0x02) == LIVE
     version, address = part.version[0], part.version.buffer_info()[0]
     part.write(0x01, b"\x80", _AT_PS)
     assert part.version[0] != version
@@ -273,4 +272,5 @@ def test_every_bank_has_the_version_of_the_part() -> None:
     part.write(0x02, b"\x3d", _AT_PS)
     assert part.version[0] != version
     assert part.version.buffer_info()[0] == address
-    assert part.prefetch(0x02, 1, _AT_PS)[0][:1] == b"\x3d"
+    assert TrainReader(part).read(0x02, 1, _AT_PS) == b"\x3d"
+    assert access(part, 0x02) == MEMORY

@@ -54,7 +54,7 @@ C_FILES = {
         "bus.c": "core_read",
         "chip.c": "chip_advance",
         "i2c.c": "i2c_fire",
-        "read_cache.c": "target_read",
+        "sensor_registers.c": "target_read",
     },
 }
 
@@ -150,9 +150,11 @@ def printf_to_terminal() -> DataPath:
 
 
 def i2c_to_sensor() -> DataPath:
-    """One period of the timer, in which its callback reads four blocks of registers."""
+    """One period of the timer, in which its callback reads four blocks of registers, from new trains."""
     board = emulator.Board(firmware="solution")
     board.run_for(_TICKING_S)
+    for part in board.sensors:
+        part.registers.take_back()
     before = board.tim9.ticks
     entries = entered(lambda: board.run_for(_TICK_S))
     assert board.tim9.ticks == before + 1, "the callback has run once"

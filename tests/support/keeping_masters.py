@@ -1,15 +1,11 @@
-"""Bus masters on one part: two that read it live, and two that keep what it has prefetched.
-
-``ByteKeeper`` is what the chip's I2C and SPI blocks do in C, in the plainest form: prefetched bytes serve any
-number of messages; reads that follow each other without a gap become one run, of which the part need not
-hear when it is quiet as a whole.
-"""
+"""Bus masters on one sensor: two that read it live, one that reads shared memory, and one that keeps bursts."""
 
 from __future__ import annotations
 
 from typing import Protocol
 
 from fcu_emulator.sensors.part import Sensor
+from fcu_emulator.sensors.shared_registers import LIVE, OUTPUT, OUTPUTS, STATUS, Bank, Train, bit
 
 BYTE_PS = 22_500_000  # nine bits at 400 kHz
 
@@ -46,63 +42,83 @@ class LiveBytes:
         self.part.write(address, data, now_ps)
 
 
-class ByteKeeper:
-    """The same from kept bytes where there are any; ``served`` counts them."""
+class TrainReader:
+    """The rules of sensor_registers.c in Python; ``served`` counts bytes read without a call of the sensor."""
 
     def __init__(self, part: Sensor) -> None:
         self.part = part
         self.served = 0
-        self._base, self._data, self._until_ps, self._quiet, self._version = 0, b"", 0, 0, -1
-        self._run_first, self._run_end = 0, 0
 
     def read(self, address: int, count: int, now_ps: int) -> bytes:
-        data = b""
-        for taken in range(count):
+        data = bytearray()
+        for _ in range(count):
             now_ps += BYTE_PS
-            data += self._byte(address, count - taken, now_ps)
-            address = self.part.advance(address, 1)
-        return data
+            bank = self._bank()
+            byte = None if bank is None else self._byte(bank, address, now_ps)
+            self.served += byte is not None
+            data += self.part.read(address, 1, now_ps) if byte is None else bytes((byte,))
+            address = self.part.advance(address, 1) if bank is None else bank.next[address]
+        return bytes(data)
 
     def write(self, address: int, data: bytes, now_ps: int) -> None:
-        self.settle()
         self.part.write(address, data, now_ps)
 
-    def settle(self) -> None:
-        """Before anything else happens: the part hears of what was not quiet."""
-        count = self._run_end - self._run_first
-        if count and not self._quiet_run(count):
-            self.part.commit(self._run_first, count)
-            self._version = -1  # ask again
-        self._run_first = self._run_end
+    def _bank(self) -> Bank | None:
+        address = self.part.shared_bank()
+        return Bank.from_address(address) if address else None
 
-    def _quiet_run(self, count: int) -> bool:
-        # Bits count from the base on. A run from there on has its own bit; another one is quiet if what
-        # lies before it is, and both together.
-        before = self._run_first - self._base
-        return bool(self._quiet >> before + count & 1 and (not before or self._quiet >> before & 1))
+    def _byte(self, bank: Bank, address: int, now_ps: int) -> int | None:
+        access, mem = bank.access[address], self.part.active.mem
+        if access == LIVE or (
+            access == STATUS and not all(self._due(bank, n, now_ps) for n in range(OUTPUTS) if bank.trains[n])
+        ):
+            return None
+        if access >= OUTPUT:
+            if not self._due(bank, access - OUTPUT, now_ps):
+                return None
+            train, n = self._train(bank, access - OUTPUT), address - self._train(bank, access - OUTPUT).first
+            if train.is_stale:
+                self._show(bank, train, mem)
+            mem[train.status] &= train.keep[n]
+            if bank.held & train.releases[n]:
+                bank.held &= ~train.releases[n]
+            else:
+                bank.held |= train.holds[n]
+        return mem[address]
 
-    def _byte(self, address: int, wanted: int, now_ps: int) -> bytes:
-        if not self._keeps(address, now_ps):
-            self.settle()
-            self._data, self._until_ps, self._quiet = self.part.prefetch(address, wanted, now_ps)
-            self._base, self._version = address, self.part.version[0]
-            self._run_first = self._run_end = address
-            if not self._keeps(address, now_ps):
-                return self.part.read(address, 1, now_ps)
-        if address != self._run_end:
-            if self._run_end > self._run_first and not self._quiet_run(self._run_end - self._run_first):
-                self.settle()
-                return self._byte(address, wanted, now_ps)
-            self._run_first = address
-        self._run_end = address + 1
-        self.served += 1
-        offset = address - self._base
-        return self._data[offset : offset + 1]
+    def _train(self, bank: Bank, number: int) -> Train:
+        return Train.from_address(bank.trains[number])
 
-    def _keeps(self, address: int, now_ps: int) -> bool:
-        if self._version != self.part.version[0] or now_ps >= self._until_ps:
+    def _due(self, bank: Bank, number: int, now_ps: int) -> bool:
+        train, version, mem = self._train(bank, number), self.part.version[0], self.part.active.mem
+        if train.version == version and train.is_live:
             return False
-        return self._base <= address < self._base + len(self._data)
+        due = train.at
+        while due < train.count and train.times[due] <= now_ps:
+            due += 1
+        if train.version != version or train.times[due] <= now_ps:
+            self.part.active.outputs[number].fill(now_ps)
+            return train.version == version and not train.is_live
+        fresh = due - train.at
+        if fresh:
+            train.at, train.taken = due, train.taken + fresh
+            if train.overrun_shift:
+                unread = train.flags if fresh > 1 else mem[train.status] & train.flags
+                mem[train.status] |= unread << train.overrun_shift
+            mem[train.status] |= train.flags
+            train.is_stale = True
+            if bank.held:
+                self._show(bank, train, mem)
+        return True
+
+    def _show(self, bank: Bank, train: Train, mem: bytearray) -> None:
+        train.is_stale = False
+        for n in range(train.width):
+            address = train.first + n
+            if bank.held & (bit(address) | bit(train.first + (n ^ 1))):
+                train.is_stale = True
+            else:
+                mem[address] = train.samples[train.at * train.width + n]
 
 
 class LiveBursts:

@@ -32,7 +32,7 @@ Chip *fcu_create(const Host *host) {
 #define CREATE(type, member, create) create(chip);
   EACH_PERIPHERAL(CREATE)
 #undef CREATE
-  read_cache_create(chip);
+  sensor_registers_create(chip);
   run_loop_create(chip);
   idle_skip_create(chip);
   chip->poll_skip.enabled = 1;

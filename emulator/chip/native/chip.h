@@ -13,7 +13,7 @@
 #include "cpu/run_loop.h"
 #include "peripherals/list.h"
 #include "peripherals/nvic.h"
-#include "peripherals/read_cache.h"
+#include "peripherals/sensor_registers.h"
 #include "cpu/cycle_clock.h"
 #include "cpu/work.h"
 
@@ -86,7 +86,7 @@ struct Chip {
 #define MEMBER(type, member, create) type member;
   EACH_PERIPHERAL(MEMBER)
 #undef MEMBER
-  ReadCache read_cache;
+  SensorRegisters sensor_registers;
 
   Core core;
   uint8_t ram[RAM_SIZE], flash[FLASH_SIZE], system_memory[SYSTEM_MEMORY_SIZE];

@@ -201,11 +201,12 @@ void fcu_usart_line_idle(Chip *chip, int32_t index);
 int32_t fcu_dma_request(Chip *chip, int32_t line);
 uint32_t fcu_dma_remaining(const Chip *chip, int32_t line);
 
-/* -- read cache: read_cache.c; I2C: i2c.c, i2c_wire.c ------------------------------------------------------------- */
+/* -- registers of the sensors: sensor_registers.c; I2C: i2c.c, i2c_wire.c ----------------------------------------- */
 
-ReadCache *fcu_connect_targets(Chip *chip, const TargetCalls *calls);
-/* version: the sensor's version counter, which must stay valid. -1: too many, not cached. */
-int32_t fcu_add_target(Chip *chip, const uint64_t *version);
+SensorRegisters *fcu_connect_targets(Chip *chip, const TargetCalls *calls);
+/* version: the sensor's version counter, which must stay valid; increment_bit: of a sub-address, or 0. -1: too many,
+ * read live. */
+int32_t fcu_add_target(Chip *chip, const uint64_t *version, int32_t increment_bit);
 /* number: 0 for I2C1. speed_hz: initial; shortest_ps: limit of the bus's period. */
 void fcu_connect_i2c(Chip *chip, int32_t number, const I2cCalls *calls, int64_t speed_hz, int64_t shortest_ps);
 /* which: 0 or 1. Without pins the bus is always connected. */

@@ -16,7 +16,6 @@ _i32, _i64 = ctypes.c_int32, ctypes.c_int64
 _BYTES, _RECENT = 64, 8  # I2C_BYTES, I2C_RECENT
 _ADDRESSES = 128
 _ANSWERS: Final[tuple[Answer, ...]] = ("ack", "nack", "bus_error", "arbitration")  # enum Answer
-_MAX_FAILED_PREFETCHES = 4  # unsuccessful prefetches from a target in one message
 
 
 class I2cTable(ctypes.Structure):
@@ -79,7 +78,6 @@ class ConnectedI2c:
     def __init__(self, chip: FcuChip, name: str, bus: I2CBus, pins: tuple[PinFunction, ...] = ()) -> None:
         self._bus, self._targets = bus, chip.targets
         self._wire = I2CWire(bus)
-        self._failed_prefetches = 0
         number = int(name[-1]) - 1
         library, handle = chip.library, chip.handle
         called: tuple[Callable[..., Any], ...]
@@ -137,7 +135,6 @@ class ConnectedI2c:
 
     def _start(self, byte: int, start_ps: int) -> int:
         self._catch_up()
-        self._failed_prefetches = 0
         return _ANSWERS.index(self._wire.start(byte >> 1, read=bool(byte & 1), start_ps=start_ps))
 
     def _write(self, value: int) -> bool:
@@ -148,11 +145,9 @@ class ConnectedI2c:
         self._catch_up()
         value = self._wire.read_byte()
         target = self._shared.message.target
-        if target < 0 or self._bus.has_faults or self._failed_prefetches == _MAX_FAILED_PREFETCHES:
+        if target < 0 or self._bus.has_faults:
             return value
-        count = self._targets.prefetch_from_here(target)
-        self._failed_prefetches = 0 if count else self._failed_prefetches + 1
-        return value | count << 8
+        return value | (1 + self._targets.position(target)) << 8
 
     def _stop(self, end_ps: int) -> None:
         self._catch_up()

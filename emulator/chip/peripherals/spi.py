@@ -1,7 +1,6 @@
 """The devices at the chip's SPI peripherals.
 
-The chip answers reads from its cache (:mod:`fcu_emulator.emulator.chip.read_cache`), and passes other messages to
-Python.
+The chip reads most registers itself (:mod:`fcu_emulator.sensors.shared_registers`), and passes other messages to Python.
 
 The board's Bluetooth module is absent: SPI1 (PA5 to PA7), chip select PB0, reset PB2, interrupt PA4. ST's stock
 firmware times out (0.2 s). The interrupt line is low, because high would keep HCI_Isr in its loop.
@@ -21,7 +20,6 @@ from fcu_emulator.emulator.chip.library import FcuChip
 from fcu_emulator.emulator.chip.peripherals.gpio import PORTS
 from fcu_emulator.emulator.trace import DeviceNote
 from fcu_emulator.sensors.declaration import Mode, Wires
-from fcu_emulator.sensors.register_file import Prefetched
 from fcu_emulator.sensors.spi import SpiTarget
 
 _FASTEST_HZ = 10_000_000  # SPI clock frequency in the three datasheets
@@ -83,23 +81,23 @@ class _SpiDevice:
     def __init__(self, wire: SpiWire, chip_select: str, target: SpiTarget) -> None:
         self.chip_select = chip_select
         self.target = target
+        self.part = target.part
         self.version: array[int] = target.version
-        self.position = 0
-        """The sub-address after the latest reads in the chip."""
+        self.increment_bit = target.increment_bit
         self.start_ps = 0
         self.written = bytearray()
         self.received = bytearray()
         self._wire = wire
 
-    def prefetch(self, address: int, count: int, now_ps: int) -> Prefetched:
-        return self.target.prefetch(address, count, self._wire.mode, self._wire.wires, now_ps)
+    @property
+    def position(self) -> int:
+        return self.target.position
 
-    def commit(self, address: int, count: int) -> None:
-        self.target.commit(address, count)
+    def shared_bank(self) -> int | None:
+        return self.target.shared_bank(self._wire.mode, self._wire.wires)
 
-    def advance_past(self, address: int, count: int) -> None:
-        self.target.advance_past(address, count)
-        self.position = self.target.part.advance(address, count)
+    def move_to(self, address: int) -> None:
+        self.target.move_to(address)
 
 
 class SpiWire:

@@ -15,8 +15,6 @@ static int32_t usarts[USARTS];
 
 /* As Python does at the beginning of each callback. */
 static void settle(void) {
-  ReadCache *targets = &hostile.chip->read_cache;
-  targets->uncommitted = 0;
   if (any(8) == 0) {
     versions[any(TARGETS)]++;
   }
@@ -135,26 +133,54 @@ const Host host_calls = {.advance = advance, .read = read_register, .write = wri
 
 /* -- parts at the buses ---------------------------------------------------------------------------------------- */
 
-static int32_t prefetch_some(Chip *chip, int32_t address) {
-  Prefetched *prefetched = &chip->read_cache.prefetched;
-  prefetched->valid_until_ps = chip->now_ps + any(8000000);
-  prefetched->side_effect_free = (((uint64_t)any(0) << 32) | any(0)) & ((UINT64_C(1) << (LINE_BYTES + 1)) - 1);
-  prefetched->address = address & 0xFF;
-  for (int n = 0; n < LINE_BYTES; n++) {
-    prefetched->bytes[n] = (uint8_t)any(256);
-  }
-  return any(4) ? 1 + (int32_t)any(LINE_BYTES) : 0;
-}
+static uint8_t memories[TARGETS][SUBADDRESSES];
+static Train trains[TARGETS][OUTPUTS];
+static Bank banks[TARGETS];
 
-static int32_t prefetch(int64_t now_ps, int32_t target, int32_t address, int32_t skip, int32_t count) {
-  (void)now_ps, (void)target, (void)count;
-  settle();
-  return prefetch_some(hostile.chip, address + skip);
-}
-
-static void settle_call(int64_t now_ps) {
+static int64_t bank(int64_t now_ps, int32_t target) {
   (void)now_ps;
   settle();
+  Bank *bank = &banks[target];
+  bank->memory = (uint64_t)(uintptr_t)memories[target];
+  for (int n = 0; n < SUBADDRESSES; n++) {
+    bank->next[n] = (uint8_t)(any(16) ? (n + 1) % SUBADDRESSES : (int)any(SUBADDRESSES));
+    bank->access[n] = (uint8_t)(any(4) ? ACCESS_MEMORY : any(3));
+  }
+  for (int n = 0; n < OUTPUTS; n++) {
+    Train *train = &trains[target][n];
+    bank->trains[n] = (uint64_t)(uintptr_t)train;
+    train->first = (uint8_t)any(SUBADDRESSES - OUTPUT_WIDTH);
+    train->width = (uint8_t)(1 + any(OUTPUT_WIDTH));
+    memset(bank->access + train->first, ACCESS_OUTPUT + n, train->width);
+  }
+  for (int n = OUTPUTS; n-- > 0;) { /* where they overlap, the first one is read */
+    memset(bank->access + trains[target][n].first, ACCESS_OUTPUT + n, trains[target][n].width);
+  }
+  return any(4) ? (int64_t)(uintptr_t)bank : -(int64_t)any(2);
+}
+
+static void fill(int64_t now_ps, int32_t target, int32_t number) {
+  settle();
+  Train *train = &trains[target][number];
+  train->version = versions[target];
+  train->at = train->taken = 0;
+  train->count = any(TRAIN_AHEAD + 1);
+  for (int64_t n = 0; n <= train->count; n++) {
+    train->times[n] = now_ps + 1 + (n + 1) * any(8000000);
+  }
+  for (int n = 0; n < OUTPUT_WIDTH; n++) {
+    train->holds[n] = any(2) ? UINT64_C(1) << any(64) : 0;
+    train->releases[n] = any(2) ? UINT64_C(1) << any(64) : 0;
+    train->keep[n] = (uint8_t)any(256);
+  }
+  for (unsigned n = 0; n < sizeof train->samples; n++) {
+    train->samples[n] = (uint8_t)n;
+  }
+  train->status = (uint8_t)any(SUBADDRESSES);
+  train->flags = (uint8_t)any(16);
+  train->overrun_shift = any(2) ? 4 : 0;
+  train->is_stale = (uint8_t)any(2);
+  train->is_live = any(8) == 0;
 }
 
 /* Python's side of an I2C bus learns what C has had alone. */
@@ -190,7 +216,7 @@ static int32_t i2c_read(int64_t now_ps) {
   (void)now_ps;
   const I2cMessage *message = catch_up();
   bool keeps = message && message->target >= 0 && any(2);
-  return (int32_t)any(256) | (keeps ? prefetch_some(hostile.chip, (int32_t)any(256)) << 8 : 0);
+  return (int32_t)any(256) | (keeps ? (1 + (int32_t)any(256)) << 8 : 0);
 }
 
 static void i2c_stop(int64_t now_ps, int64_t end_ps) {
@@ -294,7 +320,7 @@ static void connect_buses(Chip *chip) {
                                .set_speed = i2c_speed};
   static const SpiCalls spi = {.configure = spi_configure, .open = spi_open, .send = spi_send,
                                .receive = spi_receive, .close = spi_close, .ended = ended};
-  static const TargetCalls targets = {.prefetch = prefetch, .commit = settle_call};
+  static const TargetCalls targets = {.bank = bank, .fill = fill};
   fcu_connect_targets(chip, &targets);
   for (int32_t number = 0; number < I2C_COUNT; number++) {
     fcu_connect_i2c(chip, number, &i2c, 400000, 2500000);
@@ -302,7 +328,7 @@ static void connect_buses(Chip *chip) {
   }
   fcu_connect_spi(chip, 1, &spi);
   for (int32_t part = 0; part < PARTS; part++) {
-    int32_t target = fcu_add_target(chip, &versions[part]);
+    int32_t target = fcu_add_target(chip, &versions[part], any(2) ? 0x80 : 0);
     memset(fcu_i2c_wire(chip, 1)->target_index + 40 * part, target, 40);
     fcu_add_spi_sensor(chip, 1, PORT_B, 12 + part, any(4) ? target : -1);
   }

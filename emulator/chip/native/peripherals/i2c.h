@@ -2,7 +2,7 @@
 #ifndef FCU_I2C_H
 #define FCU_I2C_H
 
-#include "peripherals/read_cache.h"
+#include "peripherals/sensor_registers.h"
 
 #define I2C_COUNT 3
 #define I2C_PINS 2
@@ -25,7 +25,7 @@ typedef struct {
 typedef struct {
   int32_t (*start)(int64_t now_ps, int32_t address, int64_t start_ps); /* returns enum Answer */
   int32_t (*write)(int64_t now_ps, int32_t value);                     /* returns 1 if acknowledged */
-  /* The byte + 256 * bytes in chip->read_cache.prefetched. */
+  /* Return the byte + 256 * (1 + the next sub-address), or without it. */
   int32_t (*read)(int64_t now_ps);
   void (*stop)(int64_t now_ps, int64_t end_ps);
   void (*abort)(int64_t now_ps);
@@ -35,11 +35,11 @@ typedef struct {
 } I2cCalls;
 
 typedef struct {
-  int64_t has_faults; /* nothing is cached */
+  int64_t has_faults; /* everything is read live */
   int64_t ended;
   I2cMessage message;
   I2cMessage recent[I2C_RECENT];
-  int8_t target_index[128]; /* by address; -1: not cached */
+  int8_t target_index[128]; /* by address; -1: read live */
 } I2cWire;
 
 typedef struct {
@@ -55,7 +55,7 @@ typedef struct {
   uint8_t shift_full;  /* DR was full when the byte arrived */
   uint8_t acknowledge; /* POS: answer to the next byte */
   uint8_t shift;
-  uint8_t from_cache;
+  uint8_t reads_registers; /* bytes come from sensor_registers.h, as far as they can */
   uint32_t last_sr1;
   int64_t bit_ps, byte_ps, start_ps;
   int64_t speed_hz, shortest_ps;

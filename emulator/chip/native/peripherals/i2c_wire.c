@@ -1,7 +1,8 @@
-/* The message on the wire of an I2C peripheral, read from the read cache if possible.
+/* The message on the wire of an I2C peripheral, read from the sensor's registers if possible.
  *
  * The bus is in Python (emulator/buses/i2c_wire.py), which is called at the end of each byte. A message "sub-address,
- * repeated start, read" of cached bytes (read_cache.h) needs no call; Python fetches it when it needs it.
+ * repeated start, read" of registers that C reads (sensor_registers.h) needs no call; Python fetches the message when
+ * it needs it.
  */
 #include "fcu.h"
 
@@ -9,23 +10,13 @@ static int64_t now_ps(const I2c *i2c) { return i2c->peripheral.chip->now_ps; }
 
 static Target *target_of(I2c *i2c) {
   int64_t target = i2c->wire.message.target;
-  return target < 0 ? NULL : &i2c->peripheral.chip->read_cache.target[target];
+  return target < 0 ? NULL : &i2c->peripheral.chip->sensor_registers.target[target];
 }
 
-static bool is_cacheable(I2c *i2c) { return !i2c->wire.has_faults && i2c->wire.message.target >= 0; }
-
-static bool begin_reading(I2c *i2c, int64_t position) {
-  Chip *chip = i2c->peripheral.chip;
-  i2c->from_cache =
-      is_cacheable(i2c) && target_begin(chip, target_of(i2c), (uint8_t)(position >> 8), (uint8_t)position);
-  return i2c->from_cache;
-}
-
-static void end_reading(I2c *i2c) {
-  if (i2c->from_cache) {
-    i2c->from_cache = 0;
-    target_end(i2c->peripheral.chip, target_of(i2c));
-  }
+/* Return true if C can acknowledge the address and read registers. */
+static bool is_readable(I2c *i2c) {
+  return !i2c->wire.has_faults && i2c->wire.message.target >= 0 &&
+         target_answers(i2c->peripheral.chip, target_of(i2c));
 }
 
 void i2c_wire_end(I2c *i2c, int64_t end_ps) {
@@ -33,7 +24,7 @@ void i2c_wire_end(I2c *i2c, int64_t end_ps) {
   if (!wire->message.open) {
     return;
   }
-  end_reading(i2c);
+  i2c->reads_registers = 0;
   if (wire->message.live) {
     i2c->calls.stop(now_ps(i2c), end_ps);
     wire->message.open = 0;
@@ -49,7 +40,7 @@ void i2c_wire_end(I2c *i2c, int64_t end_ps) {
 
 void i2c_wire_abort(I2c *i2c) {
   if (i2c->wire.message.open) {
-    end_reading(i2c);
+    i2c->reads_registers = 0;
     i2c->calls.abort(now_ps(i2c));
     i2c->wire.message.open = 0;
   }
@@ -57,47 +48,42 @@ void i2c_wire_abort(I2c *i2c) {
 
 static enum Answer begin_message(I2c *i2c) {
   I2cMessage *message = &i2c->wire.message;
-  Chip *chip = i2c->peripheral.chip;
   bool reading = i2c->shift & 1;
-  int32_t target = i2c->wire.target_index[i2c->shift >> 1];
-  bool answers = !i2c->wire.has_faults && target >= 0 && target_acknowledges(chip, &chip->read_cache.target[target]);
   i2c_wire_end(i2c, i2c->start_ps);
-  message->target = target;
+  message->target = i2c->wire.target_index[i2c->shift >> 1];
   message->start_ps = i2c->start_ps;
   message->address = i2c->shift >> 1;
   message->reading = message->written = message->count = 0;
-  int64_t position = answers ? chip->read_cache.positions[target] : POSITION_SYNCED;
-  if (answers && (!reading || (position != POSITION_SYNCED && begin_reading(i2c, position)))) {
+  if (is_readable(i2c) && (!reading || target_is_readable(i2c->peripheral.chip, target_of(i2c)))) {
     message->live = 0;
     message->open = 1;
-    message->reading = reading;
+    message->reading = i2c->reads_registers = reading;
     return ANSWER_ACK;
   }
   message->live = 1;
   int32_t answer = i2c->calls.start(now_ps(i2c), i2c->shift, i2c->start_ps);
   message->open = 1;
   message->reading = reading;
-  if (answer == ANSWER_ACK && target >= 0) {
-    target_acknowledged(chip, &chip->read_cache.target[target]);
-  }
   return (enum Answer)answer;
 }
 
 enum Answer i2c_wire_address(I2c *i2c) {
   I2cMessage *message = &i2c->wire.message;
   bool is_same = message->open && message->address == i2c->shift >> 1;
-  end_reading(i2c);
+  i2c->reads_registers = 0;
   if (!is_same || !(i2c->shift & 1) || message->reading) {
     return begin_message(i2c);
   }
-  if (!message->live && message->written && begin_reading(i2c, message->subaddress << 8)) {
-    message->reading = 1;
+  Chip *chip = i2c->peripheral.chip;
+  if (!message->live && message->written && is_readable(i2c) && target_is_readable(chip, target_of(i2c))) {
+    message->reading = i2c->reads_registers = 1;
     return ANSWER_ACK;
   }
   int32_t answer = i2c->calls.start(now_ps(i2c), i2c->shift, i2c->start_ps);
   message->reading = 1;
-  if (answer == ANSWER_ACK && message->written == 1) {
-    begin_reading(i2c, message->subaddress << 8);
+  if (answer == ANSWER_ACK && message->written == 1 && is_readable(i2c)) {
+    target_set_position(chip, target_of(i2c), (uint8_t)message->subaddress);
+    i2c->reads_registers = 1;
   }
   return (enum Answer)answer;
 }
@@ -109,7 +95,7 @@ bool i2c_wire_write(I2c *i2c) {
   if (is_first) {
     message->subaddress = i2c->shift;
     if (!message->live) {
-      i2c->peripheral.chip->read_cache.positions[message->target] = (int64_t)i2c->shift << 8;
+      target_set_position(i2c->peripheral.chip, target_of(i2c), i2c->shift);
       return true;
     }
   }
@@ -118,21 +104,16 @@ bool i2c_wire_write(I2c *i2c) {
 
 uint8_t i2c_wire_read(I2c *i2c) {
   I2cMessage *message = &i2c->wire.message;
-  if (i2c->from_cache && message->count == I2C_BYTES) {
-    end_reading(i2c);
-  }
+  Chip *chip = i2c->peripheral.chip;
   uint8_t byte;
-  if (i2c->from_cache) {
-    i2c->from_cache = target_read(i2c->peripheral.chip, target_of(i2c), &byte);
-  }
-  if (i2c->from_cache) {
+  if (i2c->reads_registers && message->count < I2C_BYTES && target_read(chip, target_of(i2c), &byte)) {
     message->bytes[message->count++] = byte;
     return byte;
   }
   int32_t answer = i2c->calls.read(now_ps(i2c));
-  if (answer >> 8) {
-    target_prefetched(i2c->peripheral.chip, target_of(i2c), (uint32_t)answer >> 8);
-    i2c->from_cache = 1;
+  i2c->reads_registers = answer >> 8 != 0;
+  if (i2c->reads_registers) {
+    target_set_position(chip, target_of(i2c), (uint8_t)((answer >> 8) - 1));
   }
   return (uint8_t)answer;
 }

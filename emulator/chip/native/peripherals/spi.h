@@ -42,7 +42,7 @@ typedef struct {
 
 typedef struct {
   int32_t port, pin;
-  int32_t target;     /* index in the read cache; negative: none */
+  int32_t target;     /* of sensor_registers.h; negative: read live */
   uint8_t is_powered; /* has power and answers */
   uint8_t is_selected, is_live, is_reading;
   SpiMessage message;

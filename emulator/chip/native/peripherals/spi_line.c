@@ -4,8 +4,8 @@
  * sensors pull chip selects up (LSM6DSL, LIS2MDL, LPS22HB datasheets, 2). Two selected sensors drive the line
  * against each other: the host reads the AND, with a note.
  *
- * Reads are answered from the read cache (read_cache.h). Python takes over if bytes are not cached, if registers are
- * written, and for sequences that no driver uses.
+ * C reads the sensor's registers (sensor_registers.h). Python takes over for registers that are read live, if registers
+ * are written, and for sequences that no driver uses.
  */
 #include "peripherals/spi.h"
 
@@ -16,14 +16,7 @@
 #include "fcu.h"
 
 static Target *target_of(Spi *spi, const SpiSensor *sensor) {
-  return &spi->peripheral.chip->read_cache.target[sensor->target];
-}
-
-static void end_reading(Spi *spi, SpiSensor *sensor) {
-  if (sensor->is_reading) {
-    sensor->is_reading = false;
-    target_end(spi->peripheral.chip, target_of(spi, sensor));
-  }
+  return &spi->peripheral.chip->sensor_registers.target[sensor->target];
 }
 
 static void hand_to_python(Spi *spi, SpiSensor *sensor) {
@@ -38,13 +31,13 @@ static void write_sensor(Spi *spi, SpiSensor *sensor, uint8_t byte) {
     sensor->message.command = byte;
     return;
   }
-  end_reading(spi, sensor);
+  sensor->is_reading = false;
   hand_to_python(spi, sensor);
   spi->line.calls.send(spi->peripheral.chip->now_ps, sensor->message.sensor, byte);
 }
 
 /* Return false if Python must be asked. */
-static bool read_cached(Spi *spi, SpiSensor *sensor, uint8_t *byte) {
+static bool read_register(Spi *spi, SpiSensor *sensor, uint8_t *byte) {
   Chip *chip = spi->peripheral.chip;
   SpiMessage *message = &sensor->message;
   bool answers = message->command != SPI_NOTHING && message->command & SPI_READ;
@@ -52,19 +45,15 @@ static bool read_cached(Spi *spi, SpiSensor *sensor, uint8_t *byte) {
     return false;
   }
   if (!sensor->is_reading) {
-    sensor->is_reading = target_begin(chip, target_of(spi, sensor), message->command & 0x7F, 0);
-  } else if (message->count == SPI_RECEIVED) {
-    end_reading(spi, sensor);
+    target_set_position(chip, target_of(spi, sensor), message->command & 0x7F);
   }
-  if (sensor->is_reading) {
-    sensor->is_reading = target_read(chip, target_of(spi, sensor), byte);
-  }
+  sensor->is_reading = message->count < SPI_RECEIVED && target_read(chip, target_of(spi, sensor), byte);
   return sensor->is_reading;
 }
 
 static uint8_t read_sensor(Spi *spi, SpiSensor *sensor) {
   uint8_t byte;
-  if (read_cached(spi, sensor, &byte)) {
+  if (read_register(spi, sensor, &byte)) {
     sensor->message.received[sensor->message.count++] = byte;
     return byte;
   }
@@ -125,7 +114,6 @@ static void deselect_sensor(Spi *spi, SpiSensor *sensor) {
   if (sensor->is_live) {
     line->calls.close(spi->peripheral.chip->now_ps, sensor->message.sensor);
   } else {
-    end_reading(spi, sensor);
     record_message(spi, sensor);
   }
 }
@@ -143,15 +131,15 @@ static void chip_select_changed(Peripheral *peripheral, int pin, bool level) {
 }
 
 /* A message in progress continues live. */
-static void invalidate_cache(Spi *spi) {
+static void invalidate_targets(Spi *spi) {
   for (int n = 0; n < spi->line.sensor_count; n++) {
     SpiSensor *sensor = &spi->line.sensors[n];
     if (sensor->is_reading) {
-      end_reading(spi, sensor);
+      sensor->is_reading = false;
       hand_to_python(spi, sensor);
     }
     if (sensor->target >= 0) {
-      target_invalidate(spi->peripheral.chip, target_of(spi, sensor));
+      target_invalidate(target_of(spi, sensor));
     }
   }
 }
@@ -163,7 +151,7 @@ static void configure(Spi *spi) {
 
 void spi_line_configure(Spi *spi, int32_t speed_hz, int32_t mode) {
   if (spi->line.has_devices) {
-    invalidate_cache(spi);
+    invalidate_targets(spi);
     spi->line.speed_hz = speed_hz;
     spi->line.mode = mode;
     configure(spi);
@@ -172,7 +160,7 @@ void spi_line_configure(Spi *spi, int32_t speed_hz, int32_t mode) {
 
 static void set_wires(Spi *spi, uint8_t wires) {
   if (spi->line.wires != wires) {
-    invalidate_cache(spi);
+    invalidate_targets(spi);
     spi->line.wires = wires;
     configure(spi);
   }

@@ -1,0 +1,121 @@
+"""Memory that Python and the chip in C share, so that firmware reads registers without a call of Python.
+
+C reads each byte of a bank by its *access*:
+
+* ``LIVE``: call Python, because the read has effects that are not declared here;
+* ``MEMORY``: return the byte; reading has no effect;
+* ``STATUS``: take the due samples of all outputs, then return the byte;
+* ``OUTPUT`` + n: take the due samples of train n, return the byte, and apply the effects of reading.
+
+A *train* is an output's current sample and the next ones, with their times. Effects of reading are constant, by byte:
+``keep``: the status bits that remain; ``holds`` and ``releases``: the bytes that block data update holds and releases.
+A new sample sets the status bits ``flags``, and their copies ``overrun_shift`` bits higher if one is lost.
+
+Each change of the sensor's state (``version``) ends all trains. Python takes a train back before it takes samples
+itself, and adds ``taken`` to its own count. ``emulator/chip/native/peripherals/sensor_registers.c`` is the reader.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from typing import Final
+
+from fcu_emulator.sensors.register import ADDRESSES
+
+LIVE: Final = 0
+MEMORY: Final = 1
+STATUS: Final = 2
+OUTPUT: Final = 3
+
+OUTPUTS: Final = 3
+"""Outputs of a bank, at most."""
+WIDTH: Final = 6
+"""Bytes of the widest output."""
+AHEAD: Final = 256
+"""Samples of a train after the current one."""
+_ENDED: Final = (1 << 64) - 1  # a version that no sensor has
+
+_i64, _u64, _u8 = ctypes.c_int64, ctypes.c_uint64, ctypes.c_uint8
+
+
+def bit(address: int) -> int:
+    """Return the bit of a byte in ``held``."""
+    return 1 << (address & 63)
+
+
+class Train(ctypes.Structure):
+    """struct Train of sensor_registers.h."""
+
+    _fields_ = (
+        ("version", _u64),
+        ("at", _i64),
+        ("count", _i64),
+        ("taken", _i64),
+        ("times", _i64 * (AHEAD + 1)),
+        ("holds", _u64 * WIDTH),
+        ("releases", _u64 * WIDTH),
+        ("samples", _u8 * ((AHEAD + 1) * WIDTH)),
+        ("keep", _u8 * WIDTH),
+        ("first", _u8),
+        ("width", _u8),
+        ("status", _u8),
+        ("flags", _u8),
+        ("overrun_shift", _u8),
+        ("is_stale", _u8),
+        ("is_live", _u8),
+    )
+
+    def set_effects(self, holds: Sequence[int], releases: Sequence[int]) -> None:
+        """Set the bytes held and released by a read of each byte."""
+        self.holds[: self.width], self.releases[: self.width] = holds, releases
+
+    def fill(self, version: int, samples: bytes, times_ps: Sequence[int], *, stale: bool) -> None:
+        """Set the current sample and the next ones; ``times_ps``: of those, and of the first that is not here.
+
+        ``stale``: the registers do not show the current sample yet.
+        """
+        ctypes.memmove(self.samples, samples, len(samples))
+        count = len(times_ps)
+        self.times[:count] = times_ps
+        self.at, self.count, self.taken = 0, count - 1, 0
+        self.is_stale, self.is_live, self.version = stale, False, version
+
+    def read_live(self, version: int) -> None:
+        """Let Python answer reads until the sensor's state changes."""
+        self.is_live, self.version = True, version
+
+    def take_back(self) -> int:
+        """End the train; return the number of samples that C has taken."""
+        taken: int = self.taken
+        self.version, self.taken = _ENDED, 0
+        return taken
+
+
+class Bank(ctypes.Structure):
+    """struct Bank of sensor_registers.h."""
+
+    _fields_ = (
+        ("held", _u64),
+        ("memory", _u64),
+        ("next", _u8 * ADDRESSES),
+        ("access", _u8 * ADDRESSES),
+        ("trains", _u64 * OUTPUTS),
+    )
+
+
+def new_train(first: int, keep: bytes) -> tuple[bytearray, Train]:
+    """Return a train of the output at ``first``, and its memory, which a snapshot saves.
+
+    ``keep``: the status bits kept by a read of each byte.
+    """
+    memory = bytearray(ctypes.sizeof(Train))
+    train = Train.from_buffer(memory)
+    train.first, train.width, train.version = first, len(keep), _ENDED
+    train.keep[: len(keep)] = keep
+    return memory, train
+
+
+def address_of(buffer: bytearray) -> int:
+    """Return the address of a buffer, whose length is fixed from now on while the result is in use."""
+    return ctypes.addressof((ctypes.c_char * len(buffer)).from_buffer(buffer))
