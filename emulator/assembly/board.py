@@ -127,6 +127,7 @@ class Board:
         powered_on_ps = 0 if cold_start else plan.powered_on_ps if plan else None
         powered_for_s = math.inf if powered_on_ps is None else -powered_on_ps / PS_PER_S
         self.world.warm_up(own.heating_degc, own.thermal_s, powered_for_s)
+        self.world.let_pressure_wander(own.pressure_wander_hpa, self.seed)
         self.sensors = SensorSet(board, self.world, clock, parts, self.seed, powered_on_ps)
         speed_hz = plan.i2c_speed_hz if plan else FAST_MODE_HZ
         i2c = {name: I2CBus(name, clock, self.trace, speed_hz) for name in board.i2c}

@@ -242,6 +242,12 @@ class BoardErrors(PartErrors):
         "temperature of the board above the air", "degC", 5.0, "its size and supply current"
     )
     thermal_s: float = strength("time constant of its warming", "s", 200.0, "its size and thickness")
+    pressure_wander_hpa: float = strength(
+        "RMS of the pressure's wandering in its room",
+        "hPa",
+        0.02,
+        "an assumption, with a measured spectrum",
+    )
 
     def soft_iron(self) -> Matrix:
         """Matrix (3, 3) applied to the outer field, symmetric as of steel without hysteresis."""

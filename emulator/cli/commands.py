@@ -100,7 +100,8 @@ def move(options: MoveOptions) -> None:
 
     GESTURE is lift, tap, shake, free_fall, figure_eight, turn_over, pass_magnet or flat: the words of
     scenarios; flat lays the board on the floor. AMOUNT is the metres of lift and pass_magnet (the distance of
-    the magnet), the g of tap and shake, the turns of figure_eight. Without a move: the board's attitude.
+    the magnet), the g of tap and shake, the turns of figure_eight. --north, --east and --up push it straight.
+    Without a move: the board's attitude.
     """
     from fcu_emulator.emulator.cli.move import move as move_board
 

@@ -15,6 +15,7 @@ from fcu_emulator.emulator.text import visible
 from fcu_emulator.emulator.time.clock import parse_duration
 
 _ANGLES = ("roll_deg", "pitch_deg", "yaw_deg")
+_PUSHED_FOR = "1s"
 
 
 def move(options: MoveOptions) -> None:
@@ -42,13 +43,17 @@ def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]
         except ValueError as error:
             raise InputError(f"--for {error}") from error
     angles = dict(zip(_ANGLES, (options.roll, options.pitch, options.yaw), strict=True))
+    ways = {"north_m": options.north or 0.0, "east_m": options.east or 0.0, "up_m": options.up or 0.0}
     turned = any(angle is not None for angle in angles.values())
+    pushed = any(ways.values())
     if options.gesture is None:
-        if not turned and (options.duration or options.axis):
+        if not turned and not pushed and (options.duration or options.axis):
             raise InputError("give an angle such as --roll 30, or a gesture such as lift")
-        return [_turn(angles, options.duration, truth)] if turned else []
-    if turned:
-        raise InputError(f"{options.gesture} must be given without an angle; use two commands")
+        turns = [_turn(angles, options.duration, truth)] if turned else []
+        return turns + [{"do": "move", "for": options.duration or _PUSHED_FOR, **ways}] * pushed
+    if turned or pushed:
+        other = "an angle" if turned else "a way"
+        raise InputError(f"{options.gesture} must be given without {other}; use two commands")
     gesture = GESTURES[options.gesture]
     if options.amount is not None and gesture.usual is None:
         raise InputError(f"{options.gesture} must be given without a number")

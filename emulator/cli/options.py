@@ -143,6 +143,9 @@ class MoveOptions:
     )
     pitch: float | None = option("--pitch", type=float, metavar="DEG")
     yaw: float | None = option("--yaw", type=float, metavar="DEG")
+    north: float | None = option("--north", type=float, metavar="METRES", help="Push by this way.")
+    east: float | None = option("--east", type=float, metavar="METRES")
+    up: float | None = option("--up", type=float, metavar="METRES")
     duration: str | None = option(
         "--for", metavar="TIME", help="Duration, such as 1s. Default: that of a hand."
     )

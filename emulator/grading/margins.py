@@ -1,7 +1,7 @@
 """Warnings about margins with which a rubric's threshold checks test nothing, or fail correct programs.
 
-Decision: the sensors' error is the largest of :data:`BOARDS` drawn boards, with noise at three standard
-deviations. The sum of all limits was rejected: no board of a class has it.
+Decision: the sensors' error is the largest of :data:`BOARDS` drawn boards, with noise and the wandering
+of the pressure at three standard deviations. The sum of all limits was rejected: no board of a class has it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fcu_emulator.emulator.boards.description import SensorSettings
+from fcu_emulator.emulator.boards.description import BoardErrors, SensorSettings
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.grading.rubric import CheckTable, Rubric
 from fcu_emulator.emulator.scenario.conditions import Condition, unit_text
@@ -22,6 +22,7 @@ from fcu_emulator.emulator.scenario.following import ExpectLineFollows
 from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
 from fcu_emulator.emulator.scenario.loader import thresholds_at_ends
 from fcu_emulator.emulator.scenario.run_view import lab_angles
+from fcu_emulator.emulator.scenario.scenario import Scenario
 from fcu_emulator.emulator.scenario.thresholds import ThresholdTable
 from fcu_emulator.sensors.errors import SIGMAS
 from fcu_emulator.sensors.front_end import Deviation
@@ -45,14 +46,20 @@ _ON_BOARD = next(
 # -- Error of a correct program -----------------------------------------------------------------------------
 
 
-def sensor_error(quantity: str, value: float, settings: SensorSettings) -> float | None:
-    """Return a correct program's largest error near plus or minus ``value``; None without an estimate."""
+def sensor_error(
+    quantity: str, value: float, settings: SensorSettings, board: BoardErrors | None = None
+) -> float | None:
+    """Return a correct program's largest error near plus or minus ``value``; None without an estimate.
+
+    ``board``: its own deviations, by default those of the sensors' quality.
+    """
+    wander_hpa = (board or BoardErrors.of_quality(settings.quality, 0)).pressure_wander_hpa
     if quantity.lower() in ("pitch", "roll"):
         return _largest(LSM6DSLErrors, "lsm6dsl", settings, lambda one: _tilt_error(one, quantity, value))
     if quantity == "Pre":
-        return _largest(LPS22HBErrors, "lps22hb", settings, _pressure_error)
+        return _largest(LPS22HBErrors, "lps22hb", settings, lambda one: _pressure_error(one, wander_hpa))
     if quantity == "Altitude":
-        return _largest(LPS22HBErrors, "lps22hb", settings, _altitude_error)
+        return _largest(LPS22HBErrors, "lps22hb", settings, lambda one: _altitude_error(one, wander_hpa))
     return None
 
 
@@ -78,18 +85,20 @@ def _tilt_error(errors: LSM6DSLErrors, quantity: str, value: float) -> float:
     return float(np.abs(shown - np.degrees(angles)).max()) + noise_deg
 
 
-def _pressure_noise(errors: LPS22HBErrors) -> float:
-    return SIGMAS * errors.pressure_noise_hpa * _TEMPLATE_BAROMETER.conversion_noise()
+def _pressure_noise(errors: LPS22HBErrors, wander_hpa: float) -> float:
+    noise_hpa = errors.pressure_noise_hpa * _TEMPLATE_BAROMETER.conversion_noise()
+    return SIGMAS * math.hypot(noise_hpa, wander_hpa)
 
 
-def _pressure_error(errors: LPS22HBErrors) -> float:
+def _pressure_error(errors: LPS22HBErrors, wander_hpa: float) -> float:
     """Return the error in hPa: offset, slope at the range's ends, and noise."""
-    return abs(errors.pressure_bias_hpa) + abs(errors.pressure_relative_hpa) + _pressure_noise(errors)
+    offset_hpa = abs(errors.pressure_bias_hpa) + abs(errors.pressure_relative_hpa)
+    return offset_hpa + _pressure_noise(errors, wander_hpa)
 
 
-def _altitude_error(errors: LPS22HBErrors) -> float:
+def _altitude_error(errors: LPS22HBErrors, wander_hpa: float) -> float:
     """Return the noise in metres; an offset cancels."""
-    return _METRES_PER_HPA * math.sqrt(2) * _pressure_noise(errors)
+    return _METRES_PER_HPA * math.sqrt(2) * _pressure_noise(errors, wander_hpa)
 
 
 # -- Margins of a rubric ------------------------------------------------------------------------------------
@@ -111,7 +120,7 @@ def margin_warnings(rubric: Rubric) -> Iterator[str]:
         ]
         conditions = list(_conditions(rubric, run))
         yield from _never_tested(conditions, thresholds)
-        yield from _unfair(run, [*conditions, *thresholds], rubric.scenario(run, 0).sensor_settings())
+        yield from _unfair(run, [*conditions, *thresholds], rubric.scenario(run, 0))
 
 
 def _never_tested(conditions: list[_Margin], thresholds: list[_Margin]) -> Iterator[str]:
@@ -126,9 +135,11 @@ def _never_tested(conditions: list[_Margin], thresholds: list[_Margin]) -> Itera
             )
 
 
-def _unfair(run: str, margins: list[_Margin], settings: SensorSettings) -> Iterator[str]:
+def _unfair(run: str, margins: list[_Margin], scenario: Scenario) -> Iterator[str]:
+    settings = scenario.sensor_settings()
+    board = scenario.board_errors(settings.quality, 0)
     for quantity, value in dict.fromkeys((one.quantity, one.value) for one in margins):
-        error = sensor_error(quantity, value, settings)
+        error = sensor_error(quantity, value, settings, board)
         here = [one for one in margins if (one.quantity, one.value) == (quantity, value)]
         small = [f"{one.place} ({one.least:g})" for one in here if error is not None and one.least < error]
         if small:

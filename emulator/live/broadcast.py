@@ -25,6 +25,8 @@ _FINDINGS_S, _VERDICTS_S = 2.0, 0.5  # between two updates of findings, of verdi
 _FAILURE_S = 0.5  # between two checks for stuck firmware
 _UNSEEN_S = 0.1  # between two stored states while there are no clients
 _PACE_S = 1.0  # over which the pace is measured
+# Virtual time, s:
+_TRUTH_S = 0.5  # longest age of the truth: the pressure wanders by 0.002 hPa meanwhile
 
 _HISTORY = 64 << 10  # bytes of the terminal for a new client
 _LONGEST_LINE = 4096  # bytes of an incomplete line
@@ -154,9 +156,10 @@ class Broadcast:
         if wall_s - from_wall_s >= _PACE_S:
             self._pace = (board.now_s - from_s) / (wall_s - from_wall_s)
             self.measure_pace(wall_s)
-        if not self._truth or not board.world.rests(self._truth_s, board.now_s):
+        is_old = board.now_s - self._truth_s > _TRUTH_S
+        if not self._truth or is_old or not board.world.rests(self._truth_s, board.now_s):
             self._truth = view.truth(board)  # evaluating an unchanged truth is expensive
-        self._truth_s = board.now_s
+            self._truth_s = board.now_s
         names = dict.fromkeys(name for watch in self._clients.values() for name in watch.variables)
         values: dict[str, float] = {}
         for name in names:

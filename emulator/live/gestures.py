@@ -48,8 +48,10 @@ GESTURES = {
         interrupts=True,
     ),
     "figure_eight": Gesture(
-        1.0,
-        lambda turns, time, _: [{"do": "figure_eight", "turns": int(turns), "for": time or "4s"}],
+        2.0,
+        lambda turns, time, _: [
+            {"do": "figure_eight", "turns": int(turns), "for": time or "12s", "by": "hand"}
+        ],
         interrupts=True,
     ),
     "turn_over": Gesture(
@@ -88,7 +90,7 @@ _BUTTONS: tuple[tuple[str, float | None, str | None, str], ...] = (
     ("lift", -1.0, "2s", "Lower by 1 m in 2 s"),
     ("turn_over", None, None, "Turn by 180 degrees about the board's X axis in 1 s"),
     ("free_fall", None, None, "Drop for 0.3 s, then catch"),
-    ("figure_eight", 3.0, "12s", "Three figures of eight in 12 s, for the calibration"),
+    ("figure_eight", 2.0, "12s", "Two figures of eight in 12 s, by hand, for the calibration"),
     ("pass_magnet", None, None, "A magnet of 1 A m\N{SUPERSCRIPT TWO} passes at 0.1 m to the east"),
 )
 

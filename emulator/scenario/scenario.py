@@ -174,6 +174,8 @@ class Scenario:
             if self._field_ut is not None:
                 world.set_magnetic_field(*self._field_ut)
             world.set_iron(table.hard_iron_mgauss or own.hard_iron_mgauss, table.soft_iron or own.soft_iron())
+            for steel in table.steel:
+                world.put_steel(**steel.model_dump())
             if table.gravity is not None:
                 world.set_gravity(table.gravity)
             if table.temperature_degc is not None:

@@ -135,6 +135,19 @@ class PlaceTable(Table):
     north: Literal["magnetic", "true"] = "magnetic"
 
 
+MOST_STEEL = 16  # in a room
+
+
+class SteelTable(Table):
+    """[[world.steel]]: a sphere of steel in the room; ``moment_am2``: of its own magnetisation, NED."""
+
+    north_m: Annotated[float, within(limits.PLACE)] = 0.0
+    east_m: Annotated[float, within(limits.PLACE)] = 0.0
+    up_m: Annotated[float, within(limits.PLACE)] = 0.0
+    radius_m: Annotated[float, within(limits.RADIUS)]
+    moment_am2: Vector = (0.0, 0.0, 0.0)
+
+
 class WorldTable(Table):
     """[world]: the state at power-on; missing values are the world's defaults (Zurich, flat, 25 degC).
 
@@ -152,6 +165,7 @@ class WorldTable(Table):
     place: PlaceTable | None = None
     hard_iron_mgauss: Vector | None = None
     soft_iron: Matrix | None = None
+    steel: list[SteelTable] = Field(default_factory=list, max_length=MOST_STEEL)
     gravity: Annotated[float, within(limits.GRAVITY)] | None = None
 
     @model_validator(mode="after")
@@ -295,7 +309,14 @@ def json_schema(board: BoardDescription = FCU001V1) -> dict[str, Any]:
     """Return the JSON schema (draft 2020-12) for editors."""
     schema = as_written(scenario_file(board).model_json_schema(by_alias=True), board)
     parts = schema["$defs"]
-    with_draws = [WorldTable, PlaceTable, FieldTable, ThresholdTable, *get_args(get_args(AnyEntry)[0])]
+    with_draws = [
+        WorldTable,
+        SteelTable,
+        PlaceTable,
+        FieldTable,
+        ThresholdTable,
+        *get_args(get_args(AnyEntry)[0]),
+    ]
     for name in (table.__name__ for table in with_draws):
         parts[name] = _may_be_drawn(parts[name])
     may_be_rule(schema)

@@ -129,7 +129,7 @@ def put_in_place(
     return {**_lasting(table, at_ps, len(thresholds) - 1, file), "timeline": [*timeline, *added]}, parts
 
 
-_LIFTING = frozenset({"lift", "free_fall", "follow_altitude", "replay"})
+_LIFTING = frozenset({"lift", "move", "free_fall", "follow_altitude", "replay"})
 
 
 def _lift(metres: float) -> dict[str, Any]:

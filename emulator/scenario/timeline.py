@@ -107,6 +107,7 @@ class WorldAction(TimelineAction):
 
 ATTITUDE = frozenset({"attitude"})
 ALTITUDE = frozenset({"altitude"})
+PLACE = frozenset({"place"})
 MAGNET = frozenset({"magnet"})
 CATCH_PS = 50 * PS_PER_S // 1000
 TAP_PS = 10 * PS_PER_S // 1000
@@ -174,6 +175,19 @@ class Lift(MotionAction):
     MOVES: ClassVar[frozenset[str]] = ALTITUDE
     do: Literal["lift"]
     metres: Annotated[float, within(limits.ALTITUDE)]
+
+
+class Move(MotionAction):
+    """Push the board straight by a way; ``up_m`` of 0 leaves its height alone."""
+
+    do: Literal["move"]
+    north_m: Annotated[float, within(limits.WAY)] = 0.0
+    east_m: Annotated[float, within(limits.WAY)] = 0.0
+    up_m: Annotated[float, within(limits.ALTITUDE)] = 0.0
+
+    @property
+    def moves(self) -> frozenset[str]:
+        return PLACE | ALTITUDE if self.up_m else PLACE
 
 
 class FreeFall(MotionAction):
@@ -272,7 +286,7 @@ class Replay(WorldAction):
 class TakeInHand(WorldAction):
     """Let a hand hold the board from now on: it turns about the wrist, and trembles."""
 
-    MOVES: ClassVar[frozenset[str]] = ALTITUDE
+    MOVES: ClassVar[frozenset[str]] = PLACE | ALTITUDE
     do: Literal["take_in_hand"]
     wrist_m: Vector = WRIST_M
     tremor_mg: Annotated[float, within(limits.TREMOR)] = TREMOR_MG
@@ -282,7 +296,7 @@ class TakeInHand(WorldAction):
 class PutDown(WorldAction):
     """Put the board down: it is not held by a hand from now on."""
 
-    MOVES: ClassVar[frozenset[str]] = ALTITUDE
+    MOVES: ClassVar[frozenset[str]] = PLACE | ALTITUDE
     do: Literal["put_down"]
 
 
@@ -497,6 +511,7 @@ AnyEntry = Annotated[
     | TurnOver
     | FigureEight
     | Lift
+    | Move
     | FreeFall
     | Shake
     | Tap

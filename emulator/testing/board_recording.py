@@ -25,7 +25,18 @@ _KEYS = {"hpa": "pressure_hpa", "degc": "temperature_degc", "percent": "humidity
 _LENGTHS = {argument: key.rstrip("_") for key, argument in DURATIONS.items()}
 _FIELD = ("north_ut", "east_ut", "down_ut")
 _NO_ENTRY = frozenset(
-    {"set_altitude", "warm_up", "replay", "set_hard_iron", "set_soft_iron", "set_iron", "set_gravity"}
+    {
+        "set_altitude",
+        "warm_up",
+        "replay",
+        "set_hard_iron",
+        "set_soft_iron",
+        "set_iron",
+        "set_gravity",
+        "let_pressure_wander",
+        "put_steel",
+        "take_steel_away",
+    }
 )
 _NOT_A_CHANGE = frozenset({"on_change", "throttle"})
 _CHANGES = tuple(

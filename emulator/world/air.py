@@ -1,4 +1,9 @@
-"""Changes of the air pressure other than by height: weather, wind, a door.
+"""Changes of the air pressure other than by height: weather, wind, a door, and wandering.
+
+Decision: a room's pressure wanders with the spectrum f^-2 from 0.0006 to 0.5 Hz, as measured over a plain (Acta
+Scientiarum Naturalium Universitatis Pekinensis, fast-response air pressure sensor, 2019 campaign). A typical room
+has 0.02 hPa RMS, an assumption. Its mean change between 0.01 and 0.1 Hz is 0.074 Pa/s, a sixth of the largest
+value measured outside in wind, 0.44 Pa/s (Mohr et al., Atmosphere 7, 2016, 125).
 
 Decision: gusts are a sum of sinusoids from 0.05 to 1 Hz whose amplitude falls with their frequency, as in
 Sabatini and Genovese (Sensors 13, 2013). Their RMS is a quarter of the wind's pressure rho v^2 / 2
@@ -7,6 +12,7 @@ Sabatini and Genovese (Sensors 13, 2013). Their RMS is a quarter of the wind's p
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -24,6 +30,30 @@ _GUST_HZ = np.geomspace(0.05, 1.0, 12)
 _GUST_SHARES = 1.0 / _GUST_HZ / np.sqrt((1.0 / _GUST_HZ**2).sum() / 2.0)  # share of each line; RMS of all: 1
 _GUST_PHASES = 2.0 * np.pi * (np.arange(1.0, 13.0) * 0.6180339887498949 % 1.0)
 _GUST_ENDS_S = 1.0  # duration of a wind's rise and fall
+
+_WANDER_HZ = np.geomspace(0.0006, 0.5, 23)  # edges of bands, each with one line
+
+
+class Wander:
+    """Wandering of the pressure by ``rms_hpa``, a function of time and ``seed`` alone."""
+
+    def __init__(self, rms_hpa: float, seed: int) -> None:
+        random = np.random.default_rng([seed & (2**63 - 1), zlib.crc32(b"pressure")])
+        low, high = _WANDER_HZ[:-1], _WANDER_HZ[1:]
+        power = 1.0 / low - 1.0 / high  # of f^-2 in each band
+        self._rms_hpa = rms_hpa
+        self._amplitudes = rms_hpa * np.sqrt(2.0 * power / power.sum())
+        self._w_rad_s = 2.0 * np.pi * low * (high / low) ** random.random(low.size)
+        self._phases = 2.0 * np.pi * random.random(low.size)
+
+    def value(self, t_s: Array) -> Array:
+        """Return the added pressure in hPa, (N,), or (1,) if there is none."""
+        if not self._rms_hpa:
+            return np.zeros(1)
+        lines = np.cos(t_s[:, np.newaxis] * self._w_rad_s + self._phases)
+        lines *= self._amplitudes
+        wandered: Array = lines.sum(axis=1)  # the rounding of a matrix product depends on N
+        return wandered
 
 
 @dataclass(frozen=True)

@@ -80,11 +80,11 @@ class Tremor:
 
 @dataclass(frozen=True, eq=False)
 class Grip:
-    """A hand around the board; ``taken_m``: height of the board above the wrist when taken."""
+    """A hand around the board; ``taken_m`` (3,): the board from the wrist when taken, NWU."""
 
     wrist_m: Array
     tremor: Tremor | None
-    taken_m: float
+    taken_m: Array
 
     def rotation(self, steady: Array, t_s: Array) -> Array:
         if self.tremor is None:
@@ -114,13 +114,15 @@ class Grip:
         carried: Array = np.cross(acceleration, arm) + np.cross(rate, np.cross(rate, arm))
         return carried
 
-    def above_wrist_m(self, rotation: Array) -> Array:
-        up = rotation[:, 2]  # of the world, in board axes
-        above: Array = -(up @ self.wrist_m)
-        return above
+    def shift_m(self, rotation: Array) -> Array:
+        """Return how far turning about the wrist has moved the board, NWU, (N, 3)."""
+        return from_wrist_m(rotation, self.wrist_m) - self.taken_m
 
-    def rise_m(self, rotation: Array) -> Array:
-        return self.above_wrist_m(rotation) - self.taken_m
+
+def from_wrist_m(rotation: Array, wrist_m: Array) -> Array:
+    """Return the position of the board from the wrist, NWU, (N, 3)."""
+    place: Array = -(rotation @ wrist_m)
+    return place
 
 
 def _matrix(x: Array) -> Array:

@@ -1,4 +1,10 @@
-"""Earth's field and magnets near the board. Users give NED microtesla; inside, fields are NWU mgauss (1 uT = 10 mgauss)."""
+"""Earth's field, magnets and steel near the board.
+
+Users give NED microtesla; inside, fields are NWU mgauss (1 uT = 10 mgauss).
+
+Decision: a desk or a radiator is a sphere of soft steel, which bends a uniform field as a dipole with the moment R^3 B
+(Jackson, "Classical Electrodynamics", 5.11, for a large permeability), and may be magnetised besides.
+"""
 
 from __future__ import annotations
 
@@ -91,7 +97,7 @@ class Magnet:
         from_magnet = np.zeros((t_s.size, 3))
         from_magnet[:, 0] = self.speed_m_s * (self.closest_s - t_s)
         from_magnet[:, 1] = self.distance_m
-        return dipole_mgauss(self.moment_am2, from_magnet)
+        return dipole_mgauss(np.array([[0.0, self.moment_am2, 0.0]]), from_magnet)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,19 +116,30 @@ class HeldMagnet:
         return self.place_m + deviation, speed, acceleration
 
     def value(self, t_s: Array, /) -> Array:
-        return dipole_mgauss(self.moment_am2, -self.moving(t_s)[0])
+        return dipole_mgauss(np.array([[0.0, self.moment_am2, 0.0]]), -self.moving(t_s)[0])
 
 
-def dipole_mgauss(moment_am2: float, from_magnet_m: Array) -> Array:
-    """Return the field of a dipole that points west, at (N, 3) m from it, NWU: (3 (m.r) r / r^2 - m) / r^3.
+@dataclass(frozen=True, eq=False)
+class Steel:
+    """A sphere of steel at ``place_m`` (3,), NWU from the start; ``moment_am2`` (3,): of its own magnetisation, NWU."""
 
-    Inside the magnet, it is the field at 5 mm.
+    place_m: Array
+    radius_m: float
+    moment_am2: Array
+
+    def value(self, position_m: Array, outer_mgauss: Array) -> Array:
+        """Return its field at positions (N, 3), NWU from the start, in an outer field (N, 3) or (1, 3)."""
+        moment = self.moment_am2 + self.radius_m**3 / MU0_4PI * outer_mgauss
+        return dipole_mgauss(moment, position_m - self.place_m, self.radius_m)
+
+
+def dipole_mgauss(moment_am2: Array, from_magnet_m: Array, radius_m: float = limits.DISTANCE.low) -> Array:
+    """Return the field of a dipole (N, 3) or (1, 3) at (N, 3) m from it, NWU: (3 (m.r) r / r^2 - m) / r^3.
+
+    Inside ``radius_m``, it is the field at that distance.
     """
-    moment = np.array([0.0, moment_am2, 0.0])
     distance = np.sqrt((from_magnet_m**2).sum(axis=1))[:, np.newaxis]
     direction = from_magnet_m / np.where(distance == 0.0, 1.0, distance)
-    along = (direction @ moment)[:, np.newaxis]
-    field: Array = (
-        MU0_4PI * (3.0 * along * direction - moment) / np.maximum(distance, limits.DISTANCE.low) ** 3
-    )
+    along = (direction * moment_am2).sum(axis=1)[:, np.newaxis]
+    field: Array = MU0_4PI * (3.0 * along * direction - moment_am2) / np.maximum(distance, radius_m) ** 3
     return field

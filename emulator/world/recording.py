@@ -1,11 +1,11 @@
-"""CSV recordings: measured signals (board axes), or an attitude to follow (world axes).
+"""CSV recordings: measured signals (board axes), or attitude and position to follow (world axes).
 
 Columns may have any order; each group may be omitted::
 
     t_s, ax_g,ay_g,az_g, gx_dps,gy_dps,gz_dps, mx_uT,my_uT,mz_uT, p_hPa, temp_C
-    t_s, roll_deg,pitch_deg,yaw_deg, alt_m
+    t_s, roll_deg,pitch_deg,yaw_deg, north_m,east_m, alt_m
 
-Time strictly increases. Values between rows are linear (attitude: shortest arc; altitude: smooth); the first
+Time strictly increases. Values between rows are linear (attitude: shortest arc; position: smooth); the first
 and last rows hold outside.
 
 Decision: recordings have a separate, strict reader, so that errors name the file and line.
@@ -25,9 +25,9 @@ import numpy as np
 
 from fcu_emulator.emulator.errors import RecordingError
 from fcu_emulator.emulator.world import limits
-from fcu_emulator.emulator.world.height import accelerations
 from fcu_emulator.emulator.world.limits import Range
 from fcu_emulator.emulator.world.magnetism import MGAUSS_PER_UT
+from fcu_emulator.emulator.world.position import accelerations
 from fcu_emulator.emulator.world.track import Array
 
 MAX_BYTES = 64 * 1024 * 1024
@@ -44,6 +44,7 @@ MEASURED: dict[str, tuple[tuple[str, ...], Range]] = {
 }
 FOLLOWED: dict[str, tuple[tuple[str, ...], Range]] = {
     "attitude": (("roll_deg", "pitch_deg", "yaw_deg"), limits.ANGLE),
+    "place": (("north_m", "east_m"), limits.WAY),
     "altitude": (("alt_m",), limits.ALTITUDE),
 }
 GROUPS = {**MEASURED, **FOLLOWED}
@@ -58,17 +59,29 @@ class Recording:
     groups: dict[str, Array]
 
     @cached_property
-    def climb_m_s2(self) -> Array:
-        """Upward acceleration at the rows (M,). Raises `RecordingError` if too high."""
-        climb = accelerations(self.t_s, self.groups["altitude"])
-        bad = np.abs(climb) > limits.CLIMB.high
+    def coordinates(self) -> dict[str, tuple[Array, Array]]:
+        """Position and acceleration at the rows, each (M,), by direction. Raises `RecordingError` if too fast."""
+        rows_m: dict[str, tuple[Array, str]] = {}
+        if "place" in self.groups:
+            north, east = self.groups["place"].T
+            rows_m |= {"north": (north, "north_m"), "west": (-east, "east_m")}
+        if "altitude" in self.groups:
+            rows_m["up"] = self.groups["altitude"], "alt_m"
+        return {
+            direction: (row_m, self._accelerations(name, row_m))
+            for direction, (row_m, name) in rows_m.items()
+        }
+
+    def _accelerations(self, name: str, row_m: Array) -> Array:
+        row_m_s2 = accelerations(self.t_s, row_m)
+        bad = np.abs(row_m_s2) > limits.CLIMB.high
         if bad.any():
             row = int(bad.argmax())
-            found = f"alt_m accelerates by {climb[row]:.0f} m/s2"
+            found = f"{name} accelerates by {abs(row_m_s2[row]):.0f} m/s2"
             raise RecordingError(
                 self.file, row + 2, f"{found}, more than {limits.CLIMB}; smooth it or omit it", kind="climb"
             )
-        return climb
+        return row_m_s2
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,11 +188,10 @@ def _check_groups(names: set[str], file: str) -> None:
     followed = any(members[0] in names for members, _ in FOLLOWED.values())
     if measured and followed:
         raise RecordingError(
-            file, 1, "must have either measured signals or an attitude, not both", kind="mixed_columns"
-        )
-    if "alt_m" in names and "roll_deg" not in names:
-        raise RecordingError(
-            file, 1, "column alt_m must be together with roll_deg, pitch_deg, yaw_deg", kind="altitude_alone"
+            file,
+            1,
+            "must have either measured signals or attitude and position, not both",
+            kind="mixed_columns",
         )
     if not measured and not followed:
         raise RecordingError(file, 1, "must have a column beside t_s", kind="no_column")

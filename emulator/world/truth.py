@@ -19,12 +19,12 @@ import numpy.typing as npt
 
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.world import limits
-from fcu_emulator.emulator.world.air import Drift, PressureDisturbance
+from fcu_emulator.emulator.world.air import Drift, PressureDisturbance, Wander
 from fcu_emulator.emulator.world.attitude import Attitude, Held, matrix_to_euler, to_board
 from fcu_emulator.emulator.world.hand import Grip
-from fcu_emulator.emulator.world.height import Height, RestSegment, Shake
-from fcu_emulator.emulator.world.magnetism import HeldMagnet, Magnet, ned_to_nwu_mgauss
+from fcu_emulator.emulator.world.magnetism import HeldMagnet, Magnet, Steel, ned_to_nwu_mgauss
 from fcu_emulator.emulator.world.motors import Motors
+from fcu_emulator.emulator.world.position import Coordinate, RestSegment, Shake
 from fcu_emulator.emulator.world.track import Agitation, Array, Constant, Overlays, Spans, Track
 from fcu_emulator.emulator.world.warmth import Warmth
 
@@ -81,18 +81,22 @@ class Truth:
     def __init__(self, floor_altitude_m: float) -> None:
         floor_hpa = isa_pressure_hpa(limits.ALTITUDE.check("floor_altitude_m", floor_altitude_m))
         self._attitude: Track[Attitude] = Track(Held(np.zeros(3)))
-        self._height: Track[Height] = Track(RestSegment(0.0))
+        self._north: Track[Coordinate] = Track(RestSegment(0.0))
+        self._west: Track[Coordinate] = Track(RestSegment(0.0))
+        self._height: Track[Coordinate] = Track(RestSegment(0.0))
         self._grip: Track[Grip | None] = Track(None)
         self._motors: Track[Motors | None] = Track(None)
         self._shakes: Overlays[Shake] = Overlays()
         self._gravity = Track(Constant(STANDARD_GRAVITY))
         self._earth = Track(Constant(ned_to_nwu_mgauss(*ZURICH_FIELD_UT)))
         self._disturbances: Overlays[Disturbance] = Overlays()
+        self._steel: Track[tuple[Steel, ...]] = Track(())
         self._magnet: Track[HeldMagnet | None] = Track(None)
         self._hard_iron = Track(Constant(np.zeros(3)))
         self._soft_iron = Track(Constant(np.eye(3)))
         self._floor_pressure: Track[Constant | Drift] = Track(Constant(floor_hpa))
         self._pressure_disturbances: Overlays[PressureDisturbance] = Overlays(width=1)
+        self._wander = Track(Wander(0.0, 0))
         self._temperature = Track(Constant(ROOM_DEGC))
         self._heating = Warmth()
         self._lag = Track(Warmth())
@@ -176,6 +180,11 @@ class Truth:
         """Return the height above the room's floor."""
         return _sampled(self._altitude_m, t_s)
 
+    def position_m(self, t_s: npt.ArrayLike) -> Array:
+        """Return metres north and east of the start and above the room's floor, (N, 3)."""
+        north, west, up = _sampled(self._position_m, t_s).T
+        return np.stack((north, 0.0 - west, up), axis=1)
+
     def magnet(self, t_s: float) -> tuple[float, float, float, float] | None:
         """Return the hand-held magnet, if any: moment in A m2; metres north, west, up of the board."""
         magnet = self._magnet.at(t_s)
@@ -185,7 +194,7 @@ class Truth:
         return magnet.moment_am2, north, west, up
 
     def rests(self, from_s: float, to_s: float) -> bool:
-        """Return whether nothing changes between these times; False if forgotten."""
+        """Return whether nothing but a wandering pressure changes between these times; False if forgotten."""
         return (
             from_s >= self._forgotten_s
             and self._heating.settled(from_s)
@@ -214,15 +223,19 @@ class Truth:
             events.settle(now_s - RECENT_S)
         tracks: tuple[Track[Any], ...] = (
             self._attitude,
+            self._north,
+            self._west,
             self._height,
             self._grip,
             self._motors,
             self._gravity,
             self._earth,
+            self._steel,
             self._magnet,
             self._hard_iron,
             self._soft_iron,
             self._floor_pressure,
+            self._wander,
             self._temperature,
             self._lag,
             self._humidity,
@@ -255,9 +268,14 @@ class Truth:
         return steady if grip is None else grip.rate_dps(steady, t_s)
 
     def _motion_m_s2(self, t_s: Array) -> Array:
-        lift = self._height.evaluate(t_s, lambda piece, t: piece.acceleration_m_s2(t))
-        total: Array = self._shakes.total(t_s, Shake.acceleration_m_s2) + lift[:, np.newaxis] * UP
+        moved = self._along(t_s, lambda piece, t: piece.acceleration_m_s2(t))
+        total: Array = self._shakes.total(t_s, Shake.acceleration_m_s2) + moved
         return total
+
+    def _along(self, t_s: Array, function: Callable[[Coordinate, Array], Array]) -> Array:
+        """Return a quantity of the motion north, west and up, (N, 3), or (1, 3) if constant."""
+        columns = [track.evaluate(t_s, function) for track in (self._north, self._west, self._height)]
+        return np.stack(np.broadcast_arrays(*columns), axis=1)
 
     def _carried_in(self, grip: Grip | None, t_s: Array) -> Array:
         if grip is None:
@@ -288,22 +306,38 @@ class Truth:
     def _field_mgauss(self, t_s: Array) -> Array:
         disturbance = self._disturbances.total(t_s, lambda piece, t: piece.value(t))
         disturbance = disturbance + self._magnet.evaluate(t_s, _field_of)
-        field = to_board(self._rotation(t_s), self._earth.evaluate(t_s, Constant.value) + disturbance)
+        room = self._steel.evaluate(t_s, self._bent_in)
+        field = to_board(self._rotation(t_s), room + disturbance)
         distorted: Array = np.einsum("nij,nj->ni", self._soft_iron.evaluate(t_s, Constant.value), field)
         own = self._hard_iron.evaluate(t_s, Constant.value) + self._motors.evaluate(t_s, _magnetised_by)
         return distorted + own
 
-    def _altitude_m(self, t_s: Array) -> Array:
-        height = self._height.evaluate(t_s, lambda piece, t: piece.position_m(t))
-        rise = self._grip.evaluate(t_s, self._rise_in)
-        return height + rise + self._shakes.total(t_s, Shake.displacement_m)[:, 2]
+    def _bent_in(self, steel: tuple[Steel, ...], t_s: Array) -> Array:
+        """Return the Earth's field, bent by steel in the room."""
+        earth = self._earth.evaluate(t_s, Constant.value)
+        if not steel:
+            return earth
+        position_m = self._position_m(t_s)
+        bent: Array = earth + sum(one.value(position_m, earth) for one in steel)
+        return bent
 
-    def _rise_in(self, grip: Grip | None, t_s: Array) -> Array:
-        return NOTHING[:, 0] if grip is None else grip.rise_m(self._rotation_in(grip, t_s))
+    def _position_m(self, t_s: Array) -> Array:
+        """Return metres north, west and up, (N, 3), or (1, 3) at rest."""
+        carried = self._along(t_s, lambda piece, t: piece.position_m(t))
+        carried = carried + self._grip.evaluate(t_s, self._shift_in)
+        total: Array = carried + self._shakes.total(t_s, Shake.displacement_m)
+        return total
+
+    def _altitude_m(self, t_s: Array) -> Array:
+        return self._position_m(t_s)[:, 2]
+
+    def _shift_in(self, grip: Grip | None, t_s: Array) -> Array:
+        return NOTHING if grip is None else grip.shift_m(self._rotation_in(grip, t_s))
 
     def _pressure_hpa(self, t_s: Array) -> Array:
         floor_hpa = self._floor_pressure.evaluate(t_s, lambda piece, t: piece.value(t))
         floor_hpa = floor_hpa + self._pressure_disturbances.total(t_s, lambda one, t: one.value(t))[:, 0]
+        floor_hpa = floor_hpa + self._wander.evaluate(t_s, Wander.value)
         return floor_hpa * pressure_ratio(self._altitude_m(t_s), self._temperature_degc(t_s))
 
     def _temperature_degc(self, t_s: Array) -> Array:

@@ -7,8 +7,7 @@ returns its end time. Shakes and magnetic disturbances add up.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from itertools import pairwise
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
@@ -16,7 +15,6 @@ import numpy.typing as npt
 
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.renamed import OldName
-from fcu_emulator.emulator.time.clock import Clock
 from fcu_emulator.emulator.world import limits
 from fcu_emulator.emulator.world.air import (
     DOOR_HPA,
@@ -24,10 +22,10 @@ from fcu_emulator.emulator.world.air import (
     Drift,
     PressureDisturbance,
     SlammedDoor,
+    Wander,
     Wind,
 )
 from fcu_emulator.emulator.world.attitude import (
-    Attitude,
     Held,
     RecordedAttitude,
     Sweep,
@@ -38,25 +36,30 @@ from fcu_emulator.emulator.world.attitude import (
     figure_eights,
     matrix_to_euler,
 )
+from fcu_emulator.emulator.world.changes import TURNED_SIGNALS, Changes, position_at
 from fcu_emulator.emulator.world.follow import SETTLED, Approach, FollowedAttitude, FollowedHeight
-from fcu_emulator.emulator.world.hand import TREMOR_HZ, TREMOR_MG, WRIST_M, Grip, Tremor
-from fcu_emulator.emulator.world.height import Height, Lift, Parabola, RecordedHeight, RestSegment, Shake
-from fcu_emulator.emulator.world.magnetism import MOMENT_AM2, HeldMagnet, Magnet, ned_to_nwu_mgauss
+from fcu_emulator.emulator.world.hand import TREMOR_HZ, TREMOR_MG, WRIST_M, Grip, Tremor, from_wrist_m
+from fcu_emulator.emulator.world.magnetism import MOMENT_AM2, HeldMagnet, Magnet, Steel, ned_to_nwu_mgauss
 from fcu_emulator.emulator.world.motors import MOTORS, Motors
+from fcu_emulator.emulator.world.position import (
+    Coordinate,
+    Lift,
+    Parabola,
+    RecordedCoordinate,
+    RestSegment,
+    Shake,
+)
 from fcu_emulator.emulator.world.recording import MEASURED, Interpolation, Recording
 from fcu_emulator.emulator.world.track import Array, Constant, Linear, MinimumJerk, Track
-from fcu_emulator.emulator.world.truth import STANDARD_GRAVITY, Disturbance, Truth, pressure_ratio
+from fcu_emulator.emulator.world.truth import STANDARD_GRAVITY, pressure_ratio
 from fcu_emulator.emulator.world.warmth import Warmth
 
-NOW_TOLERANCE_S = 1e-9  # now comes from integer picoseconds: the same instant may differ in the last bit
-ZURICH_ALTITUDE_M = 408.0
 EULER_AXES = ("roll", "pitch", "yaw")
 TIME_CONSTANT_S = 0.1  # of a followed hand
-TURNED_SIGNALS = ("acc", "gyro", "mag")  # signals that change when the board turns
 SHAKE_DIRECTIONS = {"north": (1.0, 0.0, 0.0), "west": (0.0, 1.0, 0.0), "up": (0.0, 0.0, 1.0)}
 
 
-class World(Truth):
+class World(Changes):
     """One truth for all sensors; the present is the time of ``clock``, or power-on without a clock.
 
     It begins flat and still on the floor, board X to the north, in the air and field of Zurich. A setter acts
@@ -64,15 +67,6 @@ class World(Truth):
     """
 
     change_weather, blow, shut_door = map(OldName, ("change_pressure", "blow_wind", "slam_door"))
-
-    def __init__(self, clock: Clock | None = None, floor_altitude_m: float = ZURICH_ALTITUDE_M) -> None:
-        super().__init__(floor_altitude_m)
-        self._clock = clock or Clock()
-        self._listeners: list[Callable[[float], None]] = []
-
-    def on_change(self, callback: Callable[[float], None]) -> None:
-        """Call ``callback(from_s)`` after each change; signals before ``from_s`` are unchanged."""
-        self._listeners.append(callback)
 
     # -- setters --------------------------------------------------------------------------------------------
 
@@ -83,7 +77,7 @@ class World(Truth):
     def set_altitude(self, metres: float) -> None:
         """Put the board ``metres`` above the floor, without acceleration."""
         now = self._clock.now_s
-        rest_m = limits.ALTITUDE.check("metres", metres) - self._rise_at(now)
+        rest_m = limits.ALTITUDE.check("metres", metres) - self._shift_at(now)[2]
         self._plan_height((now, RestSegment(rest_m)))
 
     def set_pressure(self, hpa: float) -> None:
@@ -115,6 +109,38 @@ class World(Truth):
     def set_magnetic_field(self, north_ut: float, east_ut: float, down_ut: float) -> None:
         """Set the Earth's field, NED; disturbances are still added."""
         self._set(self._earth, ned_to_nwu_mgauss(north_ut, east_ut, down_ut), "mag")
+
+    def put_steel(
+        self,
+        north_m: float,
+        east_m: float,
+        up_m: float,
+        radius_m: float,
+        moment_am2: npt.ArrayLike = (0.0, 0.0, 0.0),
+    ) -> None:
+        """Put steel into the room, as a sphere at this place from the start of the board and above the floor.
+
+        ``moment_am2``: of its own magnetisation, north, east and down; zeros for soft steel.
+        """
+        named = (("north_m", north_m), ("west_m", -east_m), ("up_m", up_m))
+        place = np.array([limits.PLACE.check(name, value) for name, value in named])
+        radius = limits.RADIUS.check("radius_m", radius_m)
+        given = np.asarray(moment_am2, dtype=object)
+        if given.shape != (3,):
+            raise InputError(f"moment_am2 must be three numbers, not {moment_am2!r}", kind="shape")
+        north, east, down = (limits.MOMENT.check("moment_am2", value) for value in given)
+        before = self._steel.at(self._clock.now_s)
+        self._lay_steel((*before, Steel(place, radius, np.array([north, -east, -down]))))
+
+    def take_steel_away(self) -> None:
+        """Remove all steel from the room."""
+        self._lay_steel(())
+
+    def _lay_steel(self, steel: tuple[Steel, ...]) -> None:
+        now = self._clock.now_s
+        self._steel.plan(now, steel)
+        self._agitation["mag"].add(now, now)
+        self._changed(now, ("mag",))
 
     def set_hard_iron(self, x_mgauss: float, y_mgauss: float, z_mgauss: float) -> None:
         """Set the board's own magnetic field, board axes."""
@@ -239,8 +265,8 @@ class World(Truth):
         start = self._start(start_s)
         self._let_go(start)
         tremor = Tremor.of(start, wrist, peak, frequency) if peak else None
-        taken = Grip(wrist, tremor, 0.0).above_wrist_m(self._rotation_at(start)[np.newaxis])
-        self._grip.plan(start, Grip(wrist, tremor, float(taken[0])))
+        taken = from_wrist_m(self._rotation_at(start)[np.newaxis], wrist)[0]
+        self._grip.plan(start, Grip(wrist, tremor, taken))
         if tremor is not None:
             for signal in TURNED_SIGNALS:  # no barometer measures the height of a tremor
                 self._agitation[signal].add(start, math.inf, tremor.pace_s)
@@ -255,17 +281,19 @@ class World(Truth):
         return start
 
     def _let_go(self, start_s: float) -> None:
-        rise_m, grip = self._rise_at(start_s), self._grip.at(start_s)
+        shift_m, grip = self._shift_at(start_s).tolist(), self._grip.at(start_s)
         if grip is not None:
-            self._plan_height((start_s, RestSegment(self._height_at(start_s) + rise_m)))
+            for track, metres in zip((self._north, self._west, self._height), shift_m, strict=True):
+                self._plan_position(track, (start_s, RestSegment(position_at(track, start_s) + metres)))
         self._grip.plan(start_s, None)
         for signal in TURNED_SIGNALS:
             if grip is not None and grip.tremor is not None:
                 self._agitation[signal].end(start_s, grip.tremor.pace_s)
             self._agitation[signal].add(start_s, start_s)
 
-    def _rise_at(self, t_s: float) -> float:
-        return float(self._rise_in(self._grip.at(t_s), np.array([t_s]))[0])
+    def _shift_at(self, t_s: float) -> Array:
+        shift: Array = self._shift_in(self._grip.at(t_s), np.array([t_s]))[0]
+        return shift
 
     # -- motors on the board --------------------------------------------------------------------------------
 
@@ -364,18 +392,41 @@ class World(Truth):
 
     def lift(self, metres: float, duration_s: float, start_s: float | None = None) -> float:
         """Raise the board by ``metres`` (negative: lower), from rest to rest."""
+        way_m = limits.ALTITUDE.check("metres", metres)
         start, end = self._span(start_s, duration_s)
-        from_m, way_m = self._height_at(start), limits.ALTITUDE.check("metres", metres)
-        to_m = limits.ALTITUDE.check("altitude after the lift", from_m + way_m)
-        lift = Lift(from_m, way_m, MinimumJerk(start, end - start))
-        return self._plan_height((start, lift), (end, RestSegment(to_m)))
+        limits.ALTITUDE.check("altitude after the lift", position_at(self._height, start) + way_m)
+        return self._push(self._height, way_m, start, end)
+
+    def move(
+        self,
+        north_m: float = 0.0,
+        east_m: float = 0.0,
+        up_m: float = 0.0,
+        duration_s: float = 1.0,
+        start_s: float | None = None,
+    ) -> float:
+        """Push the board straight by this way, from rest to rest; ``up_m`` of 0 leaves its height alone."""
+        north = limits.WAY.check("north_m", north_m)
+        east = limits.WAY.check("east_m", east_m)
+        start, end = self._span(start_s, duration_s)
+        for name, track, way_m in (("north", self._north, north), ("east", self._west, -east)):
+            limits.WAY.check(f"way {name} after the move", position_at(track, start) + way_m)
+        if limits.ALTITUDE.check("up_m", up_m):
+            self.lift(up_m, duration_s, start)
+        self._push(self._north, north, start, end)
+        return self._push(self._west, -east, start, end)
+
+    def _push(self, track: Track[Coordinate], way_m: float, start_s: float, end_s: float) -> float:
+        from_m = position_at(track, start_s)
+        lift = Lift(from_m, way_m, MinimumJerk(start_s, end_s - start_s))
+        return self._plan_position(track, (start_s, lift), (end_s, RestSegment(from_m + way_m)))
 
     def free_fall(self, duration_s: float, catch_s: float = 0.05, start_s: float | None = None) -> float:
         """Drop the board from rest for ``duration_s``, then stop it in ``catch_s``, perhaps below the floor."""
         start, caught = self._span(start_s, duration_s)
         catch = limits.DURATION.check("catch_s", catch_s)
         gravity = float(self._gravity.at(start).value(np.array([start]))[0])
-        from_m, speed = self._height_at(start), -gravity * (caught - start)
+        from_m, speed = position_at(self._height, start), -gravity * (caught - start)
         caught_m = from_m + 0.5 * speed * (caught - start)
         rest_m = limits.ALTITUDE.check("altitude after the fall", caught_m + 0.5 * speed * catch)
         fall = Parabola(start, from_m, 0.0, -gravity)
@@ -456,12 +507,13 @@ class World(Truth):
                 for signal in ("temperature", "warmth") if group == "temperature" else (group,):
                     self._signals[signal].plan(start, Interpolation(row_s, values, start))
                     self._agitation[signal].add(start, end)
-            elif group == "altitude":
-                moving = RecordedHeight(row_s, values, recording.climb_m_s2, start)
-                self._plan_height((start, moving), (end, RestSegment(float(values[-1]))))
-            else:
+            elif group == "attitude":
                 turning = RecordedAttitude(row_s, values, start) if len(row_s) > 1 else Held(values[0])
                 self._plan_attitude((start, turning), (end, Held(values[-1])))
+        tracks = {"north": self._north, "west": self._west, "up": self._height}
+        for name, (row_m, row_m_s2) in recording.coordinates.items():
+            moving = RecordedCoordinate(row_s, row_m, row_m_s2, start)
+            self._plan_position(tracks[name], (start, moving), (end, RestSegment(float(row_m[-1]))))
         self._changed(start, ())
         return end
 
@@ -491,84 +543,15 @@ class World(Truth):
         start, push = self._start(start_s), limits.PUSH.check("push_hpa", push_hpa)
         return self._disturb_pressure(start, start + DOOR_LASTS_S, SlammedDoor(start, push))
 
+    def let_pressure_wander(self, rms_hpa: float, seed: int = 0) -> None:
+        """Let the room's pressure wander from now on; 0: no longer (:mod:`fcu_emulator.emulator.world.air`)."""
+        now = self._clock.now_s
+        self._wander.plan(now, Wander(limits.WANDER.check("rms_hpa", rms_hpa), seed))
+        self._agitation["pressure"].add(now, now)
+        self._changed(now, ("pressure",))
+
     def _disturb_pressure(self, start_s: float, end_s: float, disturbance: PressureDisturbance) -> float:
         self._pressure_disturbances.add(start_s, end_s, disturbance)
         self._agitation["pressure"].add(start_s, end_s, disturbance.pace_s)
         self._changed(start_s, ("pressure",))
         return end_s
-
-    # -- changes: time of effect, discarded plans, callbacks ------------------------------------------------
-
-    def _set(
-        self, track: Track[Constant] | Track[Constant | Drift], value: npt.ArrayLike, *signals: str
-    ) -> None:
-        now = self._clock.now_s
-        track.plan(now, Constant(value))
-        for signal in signals:
-            self._agitation[signal].add(now, now)
-        self._changed(now, signals)
-
-    def _start(self, start_s: float | None) -> float:
-        now = self._clock.now_s
-        if start_s is None:
-            return now
-        start = limits.TIME.check("start_s", start_s)
-        if start < now - NOW_TOLERANCE_S:
-            problem = f"start_s must be at least {now:g} s, the current time, not {start_s!r}"
-            raise InputError(problem, kind="past")
-        return max(start, now)
-
-    def _span(self, start_s: float | None, duration_s: float) -> tuple[float, float]:
-        start = self._start(start_s)
-        return start, start + limits.DURATION.check("duration_s", duration_s)
-
-    def _rotation_at(self, t_s: float) -> Array:
-        rotation: Array = self._attitude.at(t_s).rotation(np.array([t_s]))[0]
-        return rotation
-
-    def _euler_deg_at(self, t_s: float) -> Array:
-        euler_deg: Array = self._attitude.at(t_s).euler_deg(np.array([t_s]))[0]
-        return euler_deg
-
-    def _height_at(self, t_s: float) -> float:
-        return float(self._height.at(t_s).position_m(np.array([t_s]))[0])
-
-    def _plan_attitude(self, *pieces: tuple[float, Attitude]) -> float:
-        for start_s, piece in pieces:
-            self._attitude.plan(start_s, piece)
-        self._agitate(pieces, TURNED_SIGNALS)
-        self._changed(pieces[0][0], TURNED_SIGNALS)
-        return pieces[-1][0]
-
-    def _plan_height(self, *pieces: tuple[float, Height]) -> float:
-        for start_s, piece in pieces:
-            self._height.plan(start_s, piece)
-        self._agitate(pieces, ("acc", "pressure"))
-        self._changed(pieces[0][0], ("acc", "pressure"))
-        return pieces[-1][0]
-
-    def _agitate(self, pieces: Sequence[tuple[float, Attitude | Height]], signals: Iterable[str]) -> None:
-        """Mark signals as moved by the pieces; only those that follow a hand begin without a jump."""
-        for signal in signals:
-            agitation = self._agitation[signal]
-            for (start_s, piece), (end_s, _) in pairwise(pieces):
-                agitation.add(start_s, end_s, piece.pace_s)
-            if not isinstance(pieces[0][1], FollowedAttitude | FollowedHeight):
-                for start_s, _ in pieces:
-                    agitation.add(start_s, start_s)
-
-    def _disturb(self, start_s: float, end_s: float, disturbance: Disturbance) -> float:
-        self._disturbances.add(start_s, end_s, disturbance)
-        mag = self._agitation["mag"]
-        mag.add(start_s, end_s, disturbance.pace_s)
-        mag.add(start_s, start_s)
-        mag.add(end_s, end_s)
-        self._changed(start_s, ("mag",))
-        return end_s
-
-    def _changed(self, from_s: float, signals: Iterable[str]) -> None:
-        """Apply a change of ``signals``: end their recordings, and call the observers."""
-        self._restore_laws(from_s, signals)
-        self._bound_history(self._clock.now_s)
-        for callback in self._listeners:
-            callback(from_s)

@@ -165,6 +165,7 @@ class LPS22HB(Sensor):
         at_power_on = power_on_counts.to_bytes(PRESS_OUT.size, "little", signed=True) + bytes(TEMP_OUT.size)
         self._output = PressureOutput(main, at_power_on)
         self._trimmed_ps = 0 if powered_on_ps is None else powered_on_ps + trimming_ps
+        self._inside = True
         self._commands = Commands(main, self._barometer, self._pipeline, self._configure)
         self._wire(main)
 
@@ -232,8 +233,19 @@ class LPS22HB(Sensor):
             at_ps = stream.next_ps if pipeline.every_sample else now_ps
             output.flag(stream.advance(at_ps))
             self._commands.end_one_shot()
+            self._check_range(stream.data, at_ps)
             output.latest = pipeline.take(stream.data, at_ps)
         output.show(pipeline.fifo.oldest if pipeline.fifo.on else output.latest)
+
+    def _check_range(self, sample: bytes, at_ps: int) -> None:
+        """Note that a sample leaves the specified range; how a real sensor measures there is not documented."""
+        hpa = int.from_bytes(sample[: PRESS_OUT.size], "little", signed=True) / COUNTS_PER_HPA
+        low, high, _ = self.sample_range("pressure_hpa")
+        was_inside, self._inside = self._inside, low <= hpa <= high
+        if was_inside and not self._inside:
+            self.registers.note(
+                at_ps, "out of range", f"{hpa:.0f} hPa; specified from {low:.0f} to {high:.0f} hPa"
+            )
 
     def _before_settled(self, first: int, end: int, now_ps: int) -> None:
         del first, end

@@ -161,7 +161,9 @@ FUNCTIONS = (
     Function(
         "pedometer, significant motion",
         "AN5040 6.1 and 6.2",
-        "the algorithm is not published; a step is a peak of the magnitude with a swing of the threshold",
+        "the algorithm is not published, only threshold and debouncing; a step is a peak of the magnitude with a "
+        "swing of the threshold, so that gentle steps are missed: at the reset threshold of 512 mg, 59 of the "
+        "177 steps of a published walk (50 Hz, lower back) were counted",
     ),
     Function("tilt, absolute wrist tilt", "AN5040 6.3 and 6.4"),
     Function(

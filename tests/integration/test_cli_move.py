@@ -74,6 +74,16 @@ def test_duration_is_the_time_of_the_motion() -> None:
     assert entry == {"do": "rotate_to", "for": "1s", "roll_deg": 30.0, "pitch_deg": 2.0, "yaw_deg": -90.0}
 
 
+def test_way_is_a_straight_push() -> None:
+    (entry,) = entries(options(north=0.3, up=-0.1), FLAT)
+    assert entry == {"do": "move", "for": "1s", "north_m": 0.3, "east_m": 0.0, "up_m": -0.1}
+    turn, push = entries(options(yaw=90.0, east=0.2, duration="2s"), FLAT)
+    assert (turn["do"], turn["for"], push["do"], push["for"]) == ("rotate_to", "2s", "move", "2s")
+    board = Board()
+    assert "truth" in ControlRequests(board).answer({"type": "do", "entry": entry})
+    np.testing.assert_allclose(board.world.position_m([1.0]), [[0.3, 0.0, -0.1]], atol=1e-12)
+
+
 def test_command_accepts_current_and_old_gestures() -> None:
     (argument,) = [one for one in cli.commands["move"].params if one.name == "gesture"]
     assert isinstance(argument.type, click.Choice)
@@ -96,6 +106,19 @@ def test_every_page_button_is_a_working_gesture() -> None:
         board.run_for(0.01)
 
 
+def test_calibration_gesture_is_drawn_as_by_hand() -> None:
+    """Not along the field: the middle of the extremes is near the hard iron, but not exact, at a hand's rates."""
+    board = Board(ideal=True)
+    board.world.set_hard_iron(120, -80, 45)
+    for entry in entries(options("figure_eight"), FLAT):
+        assert "truth" in ControlRequests(board).answer({"type": "do", "entry": entry})
+    t_s = np.linspace(0, 12, 2401)
+    seen = board.world.magnetic_field_mgauss(t_s)
+    error = np.abs((seen.max(axis=0) + seen.min(axis=0)) / 2 - [120, -80, 45])
+    assert 2 < error.max() < 35
+    assert np.abs(board.world.angular_rate_dps(t_s)).max() < 500
+
+
 @pytest.mark.parametrize("word", GESTURES)
 def test_every_gesture_is_executed_by_the_board(word: str) -> None:
     board = Board()
@@ -111,6 +134,7 @@ def test_every_gesture_is_executed_by_the_board(word: str) -> None:
         options("flat", duration="1s"),
         options("lift", axis="up"),
         options("tap", roll=3.0),
+        options("tap", east=3.0),
         options("figure_eight", 1.5),
         options(roll=3.0, duration="3"),
         options(duration="3s"),

@@ -275,7 +275,7 @@ longitude_deg = 8.5
 altitude_m = 400
 date = 2026-03-01
 """
-    world = Board(scenario=write(tmp_path, text)).world
+    world = Board(scenario=write(tmp_path, text), ideal=True).world
     assert world.attitude_deg(0)[0] == pytest.approx([5, -10, 120])
     assert world.temperature_degc(0)[0] == 10
     assert world.pressure_hpa(0)[0] == pytest.approx(940)
@@ -311,7 +311,8 @@ yaw_deg = 40
 
 
 def test_a_places_altitude_is_the_floors(tmp_path: Path) -> None:
-    world = Board(scenario=write(tmp_path, f"{HEAD}\n[world]\n{PLACE}")).world
+    world = Board(scenario=write(tmp_path, f"{HEAD}\n[world]\n{PLACE}"), ideal=True).world
     assert world.pressure_hpa(0)[0] == pytest.approx(World(floor_altitude_m=1650.0).pressure_hpa(0)[0])
-    lower = Board(scenario=write(tmp_path, f"{HEAD}\n[world]\nfloor_altitude_m = 0\n{PLACE}")).world
+    text = f"{HEAD}\n[world]\nfloor_altitude_m = 0\n{PLACE}"
+    lower = Board(scenario=write(tmp_path, text), ideal=True).world
     assert lower.pressure_hpa(0)[0] == pytest.approx(1013.25)

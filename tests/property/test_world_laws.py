@@ -114,6 +114,7 @@ def test_integrating_the_rate_gives_the_angle(angle: float, duration: float) -> 
 EVERYTHING = (
     "rotation",
     "altitude_m",
+    "position_m",
     "specific_force_g",
     "angular_rate_dps",
     "magnetic_field_mgauss",
@@ -137,6 +138,8 @@ CHANGES: tuple[Callable[[World, float], object], ...] = (
     lambda world, size: world.set_hard_iron(100 * size, 0, 0),
     lambda world, size: world.set_soft_iron(np.eye(3) * (1 + size)),
     lambda world, size: world.set_gravity(9 + size),
+    lambda world, size: world.put_steel(0.2, size, 0, 0.1),
+    lambda world, _: world.take_steel_away(),
     lambda world, size: world.follow_attitude(20, 90 * size, 0),
     lambda world, size: world.follow_altitude(size),
     lambda world, size: world.follow_magnet(0.1 + size, 0, 0),
@@ -149,6 +152,7 @@ CHANGES: tuple[Callable[[World, float], object], ...] = (
     lambda world, size: world.figure_eight(0.5 + size),
     lambda world, size: world.turn_over(0.1 + size),
     lambda world, size: world.lift(size, 0.7),
+    lambda world, size: world.move(size, -2 * size, size / 2, 0.6),
     lambda world, size: world.free_fall(0.1 + size / 2),
     lambda world, size: world.shake("up", 0.3, 20, 0.1 + size),
     lambda world, size: world.disturb_field(9 * size, 0, 0, 0.3),
@@ -158,6 +162,10 @@ CHANGES: tuple[Callable[[World, float], object], ...] = (
     lambda world, size: world.blow_wind(9 * size, 1.0),
     lambda world, _: world.slam_door(),
 )
+
+
+def wander(world: World, size: float) -> None:
+    world.let_pressure_wander(size, seed=3)
 
 
 @given(
@@ -189,7 +197,9 @@ def test_resting_world_does_not_change(
 
 @given(
     changes=st.lists(
-        st.tuples(st.floats(0.01, 9.0), st.sampled_from(CHANGES), st.sampled_from((0.0, 0.2, 0.9))),
+        st.tuples(
+            st.floats(0.01, 9.0), st.sampled_from((*CHANGES, wander)), st.sampled_from((0.0, 0.2, 0.9))
+        ),
         min_size=1,
         max_size=8,
     ),

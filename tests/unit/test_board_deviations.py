@@ -17,7 +17,7 @@ LIMITS = {
     "soft_iron_across_percent": 6.0,
     "hsi_percent": 1.0,
 }
-STRENGTHS = {"heating_degc": 5.0, "thermal_s": 200.0}
+STRENGTHS = {"heating_degc": 5.0, "thermal_s": 200.0, "pressure_wander_hpa": 0.02}
 HEAD = 'schema = 1\nquestion = "?"\nduration = "1s"\n'
 
 

@@ -61,13 +61,16 @@ LINES: list[tuple[str, str, Any]] = [
     ),
     (
         "fcu_emulator.emulator.cli.move.move",
-        "move tap 2.5 --roll 1 --pitch -2 --yaw 3 --for 4s --axis west --board 99",
+        "move tap 2.5 --roll 1 --pitch -2 --yaw 3 --north 1 --east 2 --up -3 --for 4s --axis west --board 99",
         MoveOptions(
             gesture="tap",
             amount=2.5,
             roll=1.0,
             pitch=-2.0,
             yaw=3.0,
+            north=1.0,
+            east=2.0,
+            up=-3.0,
             duration="4s",
             axis="west",
             board="99",

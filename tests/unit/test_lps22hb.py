@@ -45,6 +45,21 @@ def test_samples_come_at_every_rate(code: int, rate_hz: int) -> None:
     assert chip.byte(STATUS) == 0x00, "power-down"
 
 
+def test_pressure_outside_specified_range_is_noted_once(words: Words) -> None:
+    """Datasheet Table 3: 260 to 1260 hPa; what a sensor gives outside is not documented, and the output goes on."""
+    chip = Chip("LPS22HB")
+    chip.write(CTRL_REG1, 0x50)
+    found = []
+    for hpa in (1260.0, 1261.0, 1300.0, 1013.0, 259.0):
+        chip.set("pressure_hpa", hpa)
+        chip.wait(PS_PER_S)
+        assert int.from_bytes(chip.read(PRESS_OUT_XL, 3), "little") == hpa * 4096
+        found.append(len(chip.notes))
+    assert found == [0, 1, 1, 1, 2]
+    assert set(kinds(chip.notes)) == {"out of range"}
+    words("sensors", texts(chip.notes))
+
+
 # -- output ---------------------------------------------------------------------------------------------
 
 

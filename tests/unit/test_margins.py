@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from fcu_emulator import Board
-from fcu_emulator.emulator.boards.description import SensorSettings
+from fcu_emulator.emulator.boards.description import BoardErrors, SensorSettings
 from fcu_emulator.emulator.grading.margins import margin_warnings, sensor_error
 from fcu_emulator.emulator.grading.rubric import load_rubric
 from fcu_emulator.emulator.time.clock import PS_PER_S
@@ -155,7 +156,11 @@ def test_altitude_error_excludes_constant_offset() -> None:
     settings = SensorSettings("ideal", {"lps22hb": {"pressure_bias_hpa": 2.0}})
 
     assert sensor_error("Altitude", 3.0, settings) == 0
-    assert sensor_error("Altitude", 3.0, SensorSettings("typical")) == pytest.approx(0.5, abs=0.4)
+    noise_hpa = np.hypot(0.0075 * 1.4, 0.02)  # of the barometer without filter, and of the room
+    largest = sensor_error("Altitude", 3.0, SensorSettings("typical"))
+    assert largest == pytest.approx(3 * np.sqrt(2) * 8.4 * noise_hpa, rel=0.01)
+    still = sensor_error("Altitude", 3.0, SensorSettings("typical"), BoardErrors())
+    assert still == pytest.approx(3 * np.sqrt(2) * 8.4 * 0.0075 * 1.4, rel=0.01)
 
 
 def test_shipped_rubric_has_no_warning() -> None:

@@ -88,7 +88,7 @@ def test_spellings_that_are_accepted(tmp_path: Path, text: str) -> None:
         ("t_s,ax_g,az_g", "incomplete_group"),
         ("t_s,gz_dps", "incomplete_group"),
         ("t_s,yaw_deg", "incomplete_group"),
-        ("t_s,alt_m", "altitude_alone"),
+        ("t_s,north_m", "incomplete_group"),
         ("t_s,p_hPa,alt_m", "mixed_columns"),
         (f"{ATTITUDE_HEADER},temp_C", "mixed_columns"),
     ],

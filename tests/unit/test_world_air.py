@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from fcu_emulator import Board
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.world import World
 
@@ -65,6 +68,77 @@ def test_pressure_disturbances_add_up_without_other_effects() -> None:
     np.testing.assert_allclose(both, alone, atol=1e-9)
 
 
+WANDER_HPA = 0.02
+MEAN_CHANGE_PA_S = 0.44 / 6  # between 0.01 and 0.1 Hz; outside in wind up to 0.44 (Atmosphere 7, 2016, 125)
+
+
+def wandering(rms_hpa: float = WANDER_HPA, seed: int = 1) -> World:
+    world = World()
+    world.let_pressure_wander(rms_hpa, seed)
+    return world
+
+
+def test_pressure_wander_has_published_spectrum() -> None:
+    """f^-2 from 0.0006 to 0.5 Hz: levels by a periodogram, and the mean change between 0.01 and 0.1 Hz."""
+    t_s = np.arange(0, 2**14, 0.5)
+    hz = np.fft.rfftfreq(t_s.size, 0.5)
+    powers, changes = [], []
+    for seed in range(24):
+        pa = 100 * (wandering(seed=seed).pressure_hpa(t_s) - World().pressure_hpa([0.0]))
+        spectrum = np.fft.rfft(pa * np.hanning(t_s.size))
+        powers.append(np.abs(spectrum) ** 2)
+        band = (hz > 0.01) & (hz < 0.1)
+        lines = np.fft.rfft(pa)
+        changes.append(np.abs(np.fft.irfft(np.where(band, 2j * np.pi * hz * lines, 0))).mean())
+        assert pa.std() == pytest.approx(100 * WANDER_HPA, rel=0.15)
+    power = np.mean(powers, axis=0)
+    octaves = 0.001 * 2.0 ** np.arange(9)  # to 0.256 Hz
+    levels = np.array([power[(hz >= low) & (hz < 2 * low)].mean() for low in octaves])
+    np.testing.assert_allclose(levels * octaves**2, np.median(levels * octaves**2), rtol=0.35)
+    assert power[hz > 0.55].sum() < 1e-4 * power.sum()
+    assert np.mean(changes) == pytest.approx(MEAN_CHANGE_PA_S, rel=0.1)
+
+
+def test_pressure_wander_depends_on_time_and_seed_alone() -> None:
+    t_s = np.random.default_rng(1).uniform(0, 1e6, 200)
+    first = wandering().pressure_hpa(t_s)
+    single = [float(wandering().pressure_hpa([one])[0]) for one in t_s]
+    assert first.tolist() == single
+    assert np.abs(first - wandering(seed=2).pressure_hpa(t_s)).max() > WANDER_HPA
+    still = World().pressure_hpa([0.0])
+    np.testing.assert_allclose(wandering(2 * WANDER_HPA).pressure_hpa(t_s) - still, 2 * (first - still))
+
+
+def test_wandering_pressure_leaves_the_rest_at_rest() -> None:
+    world, other = wandering(), World()
+    t_s = np.linspace(0, 100, 51)
+    assert world.rests(1.0, 100.0)
+    np.testing.assert_array_equal(world.altitude_m(t_s), other.altitude_m(t_s))
+    np.testing.assert_array_equal(world.specific_force_g(t_s), other.specific_force_g(t_s))
+
+
+def test_typical_board_averages_wander_over_an_hour() -> None:
+    """Averages of 100 s, in altitude: decimetres in a typical room, 0 on an ideal board."""
+    t_s = np.arange(0, 3600, 0.5)
+    spread = {
+        ideal: [
+            8.4 * Board(seed=seed, ideal=ideal).world.pressure_hpa(t_s).reshape(-1, 200).mean(axis=1).std()
+            for seed in range(8)
+        ]
+        for ideal in (False, True)
+    }
+    assert 0.08 < min(spread[False]) < max(spread[False]) < 0.3
+    assert max(spread[True]) == 0.0
+
+
+def test_scenario_sets_the_pressure_wander(tmp_path: Path) -> None:
+    path = tmp_path / "one.toml"
+    head = 'schema = 1\nquestion = "?"\nduration = "1s"\n'
+    path.write_text(head + "[board]\npressure_wander_hpa = 0.1\n", encoding="utf-8")
+    t_s = np.arange(0, 2000, 0.5)
+    assert Board(scenario=path).world.pressure_hpa(t_s).std() == pytest.approx(0.1, rel=0.2)
+
+
 @pytest.mark.parametrize(
     ("ask", "name"),
     [
@@ -72,6 +146,7 @@ def test_pressure_disturbances_add_up_without_other_effects() -> None:
         (lambda w: w.change_pressure(1, 0), "duration_s"),
         (lambda w: w.blow_wind(-1, 10), "speed_m_s"),
         (lambda w: w.slam_door(float("nan")), "push_hpa"),
+        (lambda w: w.let_pressure_wander(-0.1), "rms_hpa"),
     ],
 )
 def test_impossible_air_is_refused(ask: object, name: str) -> None:

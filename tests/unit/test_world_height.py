@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from fcu_emulator.emulator.errors import InputError, RecordingError
 from fcu_emulator.emulator.world import Recording, World
-from fcu_emulator.emulator.world.height import RecordedHeight, accelerations
+from fcu_emulator.emulator.world.position import RecordedCoordinate, accelerations
 from tests.support.words import Words
 
 G = 9.80665
@@ -143,7 +143,7 @@ def test_recorded_altitude_equals_scipy_spline(moves: list[tuple[float, float]],
     steps_s, metres = np.array(moves).T
     rows_s = np.concatenate(([0.0], np.cumsum(steps_s)))
     rows_m = np.concatenate(([0.0], metres))
-    line = RecordedHeight(rows_s, rows_m, accelerations(rows_s, rows_m), start_s)
+    line = RecordedCoordinate(rows_s, rows_m, accelerations(rows_s, rows_m), start_s)
     spline = CubicSpline(rows_s, rows_m, bc_type="clamped")
     inside_s = np.linspace(0.0, rows_s[-1], 200)[1:-1]
     bound = np.abs(spline(rows_s, 2)).max() + 1.0

@@ -1,4 +1,4 @@
-"""Vertical motion and shaking; positions and accelerations are exact derivatives within each piece."""
+"""Motion along each coordinate, and shaking; positions and accelerations are exact derivatives within each piece."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import numpy.typing as npt
 from fcu_emulator.emulator.world.track import Array, MinimumJerk
 
 
-class Height(Protocol):
-    """A piece of altitude; results have length N, or 1 if it does not move."""
+class Coordinate(Protocol):
+    """A piece of motion north, west or up; results have length N, or 1 if it does not move."""
 
     @property
     def pace_s(self) -> float:
@@ -90,7 +90,7 @@ class Parabola:
 
 
 @dataclass(frozen=True, eq=False)
-class RecordedHeight:
+class RecordedCoordinate:
     """Rows (M,) of a recording as one smooth motion; ``row_m_s2``: their :func:`accelerations`."""
 
     row_s: Array
@@ -144,7 +144,7 @@ _SWEEPS = 60
 def accelerations(row_s: Array, row_m: Array) -> Array:
     """Return the accelerations (M,) in m/s2 at the rows (M,) of a motion at rest before and after them.
 
-    Decision: a recorded altitude is the cubic spline through the rows, because corners would be infinite
+    Decision: a recorded position is the cubic spline through the rows, because corners would be infinite
     accelerations. Each sweep of Jacobi's method halves the error.
     """
     if row_s.size == 1:
