@@ -21,6 +21,8 @@ from fcu_emulator.sensors.register_file import BurstReader
 STANDARD_MODE_HZ = 100_000
 FAST_MODE_HZ = 400_000
 BUSY_TIMEOUT_PS = 25 * PS_PER_MS  # I2C_TIMEOUT_BUSY_FLAG of ST's HAL
+SCANNED_ADDRESSES = 8
+"""From this number of addresses without an answer on, a program searches for devices."""
 
 BUS_ERROR = "bus error, a misplaced start or stop"
 ARBITRATION_LOST = "arbitration lost to another master"

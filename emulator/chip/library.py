@@ -378,8 +378,8 @@ class FcuChip:
         self.clock.settle()
 
     def set_clocks(self, tree: ClockTree) -> None:
-        clocks = ClocksTable(*(getattr(tree, field[0]) for field in ClocksTable._fields_))
-        self.library.fcu_set_clocks(self.handle, clocks)
+        clocks = tree.sysclk_hz, tree.hclk_hz, tree.pclk1_hz, tree.pclk2_hz, tree.timer1_hz, tree.timer2_hz
+        self.library.fcu_set_clocks(self.handle, ClocksTable(*clocks, tree.nominal_pclk1_hz))
         self.raise_error()
 
     def gate(self, peripherals: int, clocked: int) -> None:

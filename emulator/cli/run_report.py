@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 
 from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
-from fcu_emulator.emulator.chip.diagnosis.diagnose import SCANNED_ADDRESSES
+from fcu_emulator.emulator.buses.i2c import SCANNED_ADDRESSES
 from fcu_emulator.emulator.chip.memory_map import CHIP_NAME
 from fcu_emulator.emulator.cli.run_figures import figures
 from fcu_emulator.emulator.cli.screen import Look, ProgressLine, Say, is_terminal, say

@@ -202,8 +202,7 @@ _LONGEST_PS = 1_000_000 * PS_PER_S  # eleven days of virtual time
 def parse_duration(value: Any) -> int:
     """Return a duration in ps. Raises ValueError with the correct form."""
     if isinstance(value, int | float) and not isinstance(value, bool):
-        units = ", ".join(_PS_PER_UNIT)
-        raise ValueError(f"must be text in quotes with a unit ({units}), not the bare number {shown(value)}")
+        raise ValueError(f"must be {_RIGHT} in quotes, not the bare number {shown(value)}")
     match = re.fullmatch(DURATION, value) if isinstance(value, str) else None
     if isinstance(value, str) and re.fullmatch(f"-{DURATION}", value):
         raise ValueError(f'must be a time of 0 or more, such as "50ms" or "1.5s", not {shown(value)}')

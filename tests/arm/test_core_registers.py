@@ -85,6 +85,49 @@ irq3:  mov32 r0, ICSR
     assert core.values == [isrpending | (16 + 3) << 12 | rettobase | 16 + 70, 64, rettobase | 16 + 3]
 
 
+def test_rettobase_tells_whether_another_exception_is_active() -> None:
+    """B3.2.4: 1 in the outer handler, 0 in the one that preempts it, 1 again after its return."""
+    core = CoreBench(
+        f"""
+reset: {interrupts({70: 0x40, 3: 0x20})} {store("ISPR+8", 64)} b .
+irq70: mov32 r0, ICSR
+       ldr r4, [r0]
+       {store("ISPR", 8)}
+       mov32 r0, ICSR
+       ldr r5, [r0]
+       log r4
+       log r5
+       bx lr
+irq3:  mov32 r0, ICSR
+       ldr r6, [r0]
+       log r6
+       bx lr
+"""
+    )
+    core.run_us(200)
+
+    rettobase = 1 << 11
+    assert core.values == [16 + 3, rettobase | 16 + 70, rettobase | 16 + 70]
+
+
+def test_rettobase_counts_only_exceptions_besides_ipsr() -> None:
+    """B3.2.4: an SVC handler that clears its own active bit still has an interrupt below it."""
+    core = CoreBench(
+        f"""
+reset: {interrupts({70: 0x40})} {store("ISPR+8", 64)} b .
+irq70: svc #0
+       b .
+svc:   {store("SHCSR", 0)} mov32 r0, ICSR
+       ldr r4, [r0]
+       log r4
+       b .
+"""
+    )
+    core.run_us(200)
+
+    assert core.values == [11]
+
+
 def test_systems_priorities_are_in_the_shpr() -> None:
     """B3.2.10 to B3.2.12: by byte, as the HAL writes them."""
     core = run(

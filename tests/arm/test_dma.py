@@ -175,6 +175,57 @@ def test_stopped_stream_serves_no_request_and_sets_tc() -> None:
     assert bench.dma1.read(stream_base(3) + 4) == 3
 
 
+def test_circular_stream_stopped_midway_keeps_its_remainder() -> None:
+    """RM0368 9.3.15: EN reads 0, NDTR has the items not moved, and TCIF requests the interrupt."""
+    bench = DmaBench()
+    bench.start(3, I2C2_RX | MINC | CIRC | TCIE, 6)
+    bench.requests(8)
+    bench.dma1.write(0x08, 0x3D << 22)
+    bench.dma1.write(stream_base(3), I2C2_RX | MINC | CIRC | TCIE)
+    assert bench.requests(3) == 0
+    assert bench.dma1.read(stream_base(3)) == I2C2_RX | MINC | CIRC | TCIE
+    assert bench.dma1.read(stream_base(3) + 4) == 4
+    assert bench.flags(3) == TCIF
+    assert bench.chip.irq.level(14)
+    assert bytes(bench.ram[:7]) == b"\7\x08\3\4\5\6\0"
+
+
+def test_stopped_stream_resumes_with_new_address_and_remainder() -> None:
+    """RM0368 9.3.15: software writes the rest to NDTR and the next address to M0AR."""
+    bench = DmaBench()
+    bench.start(3, I2C2_RX | MINC, 4)
+    bench.requests(1)
+    bench.dma1.write(stream_base(3), I2C2_RX | MINC)
+    bench.dma1.write(0x08, 0x3D << 22)
+    bench.start(3, I2C2_RX | MINC, bench.dma1.read(stream_base(3) + 4), memory=RAM + 1)
+    assert bench.requests(5) == 3
+    assert bytes(bench.ram[:5]) == b"\1\2\3\4\0"
+    assert bench.flags(3) & TCIF
+
+
+def test_stopped_memory_copy_moves_nothing_more() -> None:
+    bench = DmaBench()
+    bench.ram[:4] = b"abcd"
+    bench.start(0, MEMORY_TO_MEMORY | PINC | MINC, 4, memory=RAM + 0x40, peripheral=RAM, dma=2)
+    bench.dma2.write(stream_base(0), MEMORY_TO_MEMORY | PINC | MINC)
+    bench.chip.run_for(10_000_000)
+    assert bench.flags(0, dma=2) == TCIF
+    assert not any(bench.ram[0x40:0x44])
+
+
+def test_enabling_a_completed_stream_reloads_ndtr() -> None:
+    """RM0368 9.5.6: to the value that software wrote last."""
+    bench = DmaBench()
+    bench.start(3, I2C2_RX | MINC, 2)
+    bench.requests(2)
+    assert bench.dma1.read(stream_base(3) + 4) == 0
+    bench.dma1.write(0x08, 0x3D << 22)
+    bench.dma1.write(stream_base(3), I2C2_RX | MINC | EN)
+    assert bench.dma1.read(stream_base(3) + 4) == 2
+    assert bench.requests(3) == 2
+    assert bytes(bench.ram[:3]) == b"\3\4\0"
+
+
 def test_registers_are_protected_while_a_stream_runs() -> None:
     bench = DmaBench()
     bench.start(3, I2C2_RX | MINC, 4)

@@ -145,21 +145,67 @@ def test_write_equals_whole_transfer(data: bytes, delays: list[int]) -> None:
     assert (memory.bytes, memory.address) == (oracle.bytes, oracle.address)
 
 
+RX_STREAM, TX_STREAM = 0x10 + 0x18 * 3, 0x10 + 0x18 * 7
+"""DMA1 streams 3 and 7 on channel 7: I2C2_RX and I2C2_TX (RM0368 table 28)."""
+ON = 7 << 25 | 1 << 10 | 1 << 4 | 1  # channel 7, MINC, TCIE, EN
+
+
+def start_stream(bench: CommBench, stream: int, count: int, direction: int = 0) -> None:
+    for offset, value in [(4, count), (8, 0x4000_5810), (12, RAM)]:
+        bench.write(bench.dma1, stream + offset, value)
+    bench.write(bench.dma1, stream, ON | direction)
+
+
 @pytest.mark.parametrize("count", [2, 3, 6, 14])
 def test_dma_with_last_reads_the_same(count: int) -> None:
     """RM0368 18.3.7: with LAST the byte after the next to last transfer is not acknowledged."""
     bench, hal, memory = bench_with_memory()
-    stream = 0x10 + 0x18 * 3  # DMA1 stream 3, channel 7: I2C2_RX (table 28)
-    for offset, value in [(4, count), (8, 0x4000_5810), (12, RAM)]:
-        bench.write(bench.dma1, stream + offset, value)
-    bench.write(bench.dma1, stream, 7 << 25 | 1 << 10 | 1 << 4 | 1)  # channel 7, MINC, TCIE, EN
+    start_stream(bench, RX_STREAM, count)
     hal.mem_read_dma_address(MEMORY, 0x55)
     bench.serve(
-        14, lambda: bench.write(bench.dma1, 0x08, 0x3D << 22), lambda: not bench.dma1.peek(stream + 4)
+        14, lambda: bench.write(bench.dma1, 0x08, 0x3D << 22), lambda: not bench.dma1.peek(RX_STREAM + 4)
     )
     hal.mem_read_dma_complete()
     hal.wait_idle()
     assert (bytes(bench.ram[:count]), memory.address) == whole_read(0x55, count)
+
+
+@pytest.mark.parametrize("count", [1, 2, 9])
+def test_dma_writes_what_a_whole_transfer_writes(count: int) -> None:
+    """RM0368 18.3.7: TxE requests each byte; BTF after the last one, then STOP."""
+    bench, hal, memory = bench_with_memory()
+    data = bytes(range(0xA0, 0xA0 + count))
+    bench.ram[:count] = data
+    hal.mem_write_dma_address(MEMORY, 0x20)
+    start_stream(bench, TX_STREAM, count, direction=1 << 6)
+    hal.mem_write_dma_data()
+    bench.serve(47, lambda: None, lambda: bench.irq.level(47))
+    assert bench.dma1.peek(4) >> 22 & 0x30 == (0x30 if count > 1 else 0x20)  # HISR: HTIF7, TCIF7
+    hal.mem_write_dma_complete()
+    hal.wait_idle()
+    assert (bytes(memory.bytes[0x20 : 0x20 + count]), memory.address) == (data, 0x20 + count)
+
+
+@pytest.mark.parametrize("moved", [1, 3])
+def test_stopping_the_stream_midway_holds_the_i2c_read(moved: int) -> None:
+    """RM0368 9.3.15, 18.3.3: the next byte waits in DR with RxNE; firmware can take it, NACK and stop."""
+    bench, hal, _ = bench_with_memory()
+    start_stream(bench, RX_STREAM, 6)
+    hal.mem_read_dma_address(MEMORY, 0x55)
+    while bench.dma1.peek(RX_STREAM + 4) > 6 - moved:
+        bench.wait(PS_PER_US)
+    bench.write(bench.dma1, RX_STREAM, ON & ~1)
+    bench.wait(200 * PS_PER_US)
+    assert bench.dma1.read(RX_STREAM) & 1 == 0
+    assert bench.dma1.read(RX_STREAM + 4) == 6 - moved
+    assert bench.dma1.read(0) >> 22 & 0x20  # LISR: TCIF3
+    assert bench.i2c2.peek(SR1) & (RXNE | BTF) == RXNE | BTF
+    hal.mem_read_dma_complete()
+    rest = [bench.read(bench.i2c2, DR) for _ in range(2)]
+    hal.wait_idle()
+    expected = whole_read(0x55, moved + 2)[0]
+    assert bytes(bench.ram[:moved]) + bytes(rest) == expected
+    assert not any(bench.ram[moved : moved + 6])
 
 
 def test_prompt_firmware_takes_the_wire_time() -> None:

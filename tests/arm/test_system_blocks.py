@@ -302,6 +302,19 @@ def test_the_calendar_agrees_with_the_standard_librarys(start: datetime, seconds
     assert shown >> 13 & 7 == seen.isoweekday()
 
 
+@given(st.integers(0, 10**13), st.sampled_from([RTC_TR, RTC_DR, RTC_SSR]))
+def test_rtc_read_is_valid_until_next_change(wait_ps: int, offset: int) -> None:
+    chip = Chip()
+    blocks = SystemPeripherals(chip.soc)
+    start_rtc(chip, blocks, 0x23_5958, 0x24_6228)
+    chip.run_for(wait_ps)
+    value, until_ps = blocks.rtc.read_with_validity(offset)
+    chip.run_to(until_ps - 1)
+    assert blocks.rtc.read(offset) == value
+    chip.run_to(until_ps)
+    assert offset == RTC_DR or blocks.rtc.read(offset) != value
+
+
 def test_the_rtc_is_protected(chip: Chip, blocks: SystemPeripherals) -> None:
     """RM0368 17.3.5: DBP, then the keys; backup registers need DBP only."""
     rtc = blocks.rtc

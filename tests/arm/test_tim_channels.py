@@ -76,6 +76,10 @@ def test_a_preloaded_duty_waits_for_the_next_cycle(chip: NativeChip) -> None:
         (0x70, 1, 1, 25, 0.75),  # PWM mode 2
         (0x60, 3, 1, 25, 0.75),  # active low
         (0x60, 1, 0x11, 25, 0.26),  # down: high while CNT <= CCR
+        (0x60, 1, 1, 0, 0.0),  # CCR of 0: held low
+        (0x70, 1, 1, 0, 1.0),  # in mode 2 held high
+        (0x60, 1, 0x11, 0, 0.01),  # down: "0 % PWM is not possible"
+        (0x60, 1, 0x61, 0, 0.0),  # centre-aligned
         (0x60, 1, 1, 200, 1.0),  # CCR beyond ARR
         (0x50, 1, 1, 0, 1.0),  # forced active
         (0x40, 1, 1, 0, 0.0),  # forced inactive
@@ -86,7 +90,9 @@ def test_pwm_modes_and_polarity_determine_duty(
 ) -> None:
     """RM0368 12.3.7, 12.3.9."""
     tim = timer(chip, "TIM3", ARR=99, CCMR1=ccmr1, CCER=ccer, CCR1=ccr, CR1=cr1)
-    assert tim.pwm(1) == Pwm(840_000.0, pytest.approx(share))
+    pwm = tim.pwm(1)
+    assert pwm is not None
+    assert pwm.duty == pytest.approx(share)
 
 
 def test_centre_aligned_pwm_has_half_the_frequency(chip: NativeChip) -> None:
@@ -115,6 +121,15 @@ def test_a_compare_interrupt_comes_at_its_count(chip: NativeChip) -> None:
         assert chip.irq.level(29)
         assert tim.read(CNT) == 10
         tim.write(SR, ~CC1IF)
+
+
+def test_compare_value_of_0_matches_once_a_cycle(chip: NativeChip) -> None:
+    """RM0368 13.4.5, CC1IF: when the counter reaches 0, which is each overflow of ARR = 49."""
+    tim = timer(chip, "TIM3", PSC=83, ARR=49, EGR=1, SR=0, CCMR1=0x60, CCER=1, DIER=CC1IF, CR1=1)
+    while chip.next_ps <= 150 * PS_PER_US:
+        chip.run_to(chip.next_ps)
+        tim.write(SR, 0)
+    assert [at_ps // PS_PER_US for at_ps, _ in chip.irq.rises] == [50, 100, 150]
 
 
 @pytest.mark.parametrize(("cms", "counts"), [(1, [90]), (2, [10]), (3, [10, 90])])

@@ -65,6 +65,27 @@ def test_reload_in_time_prevents_reset(waits_ms: list[int]) -> None:
     assert chip.resets == [(last_ps + 512 * PS_PER_MS, "IWDG")]
 
 
+@given(st.integers(0, 6), st.integers(0, 300), st.integers(0, 10**12))
+def test_reload_within_a_count_changes_nothing(prescaler: int, reload: int, wait_ps: int) -> None:
+    """The prescaler runs on, so that all reloads before its next count end at the same time."""
+    resets = []
+    for again in (False, True):
+        chip = Chip()
+        dog = iwdg(chip)
+        for offset, value in ((KR, UNLOCK), (PR, prescaler), (RLR, reload), (KR, START)):
+            dog.write(offset, value)
+        chip.run_for(wait_ps % ((reload + 1) * (4 << prescaler) * PS_PER_S // 32_000))
+        dog.write(KR, RELOAD)
+        until_ps = dog.same_write_until_ps(KR, RELOAD)
+        assert chip.clock.now_ps < until_ps
+        if again:
+            chip.run_to(until_ps - 1)
+            dog.write(KR, RELOAD)
+        chip.run_for(40 * PS_PER_S)
+        resets.append(chip.resets)
+    assert resets[0] == resets[1] != []
+
+
 def test_shorter_timeout_applies_at_reload() -> None:
     """ST's HAL starts the watchdog first and sets it up after."""
     chip = Chip()

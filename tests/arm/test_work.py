@@ -150,7 +150,7 @@ def test_block_without_clock_is_noted_after_missing_register(tmp_path: Path) -> 
     board.run_for(0.001)
 
     notes = [(note.what, note.device) for note in board.trace.of(DeviceNote)]
-    assert notes == [("not modelled", "CRC"), ("forbidden", "CRC")]
+    assert notes == [("not modelled", "CRC"), ("forbidden", "CRC"), ("forbidden", "CRC")]  # read, written
 
 
 # -- the limit ----------------------------------------------------------------------------------------------

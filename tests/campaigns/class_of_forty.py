@@ -45,7 +45,7 @@ JUDGED = {
 REJECTED = {
     "does not compile": "does not compile",
     "includes a file of the grader's": "No such file",
-    "zip bomb": "zip bomb",
+    "zip bomb": "times its size",
     "leads out of its archive": "../main.c",
     "link in an archive": "link or a device",
     "no file": "no program",

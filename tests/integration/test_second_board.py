@@ -128,7 +128,7 @@ def test_firmware_for_another_board_is_explained(words: Words) -> None:
     (told,) = [line for line in str(diagnosis).splitlines() if "greenhouse" in line]
     assert "I2C1" in told
     words("run", told)
-    assert board.terminal.text == ""  # it prints to USART1, where no terminal is
+    assert board.terminal.text == ""  # it prints to USART1, which has no terminal
 
 
 def test_a_scenario_moves_and_judges_it(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from fcu_emulator.emulator.chip import memory_map
 from fcu_emulator.emulator.chip.memory_map import CHIP_NAME, PAGE_SHIFT
-from fcu_emulator.emulator.chip.peripherals.peripheral import NOT_CACHEABLE_PS, WORD, Peripheral, Soc
+from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral, Soc
 from fcu_emulator.emulator.chip.peripherals.rcc import ENABLE
 from fcu_emulator.emulator.chip.registers import DECLARED
 from fcu_emulator.emulator.trace import DeviceNote
@@ -132,7 +132,7 @@ class PythonPeripherals:
             self.report_unknown(peripheral, register, "written")
             return NO_REGISTER_PS
         peripheral.write(register, value << shift, _MASK[size] << shift)
-        return _validity(peripheral, NOT_CACHEABLE_PS)
+        return _validity(peripheral, peripheral.same_write_until_ps(register, value << shift))
 
     def peek(self, address: int) -> int | None:
         """Return a word without side effects, even without clock."""

@@ -8,6 +8,7 @@ from functools import partial
 from typing import Protocol
 
 from fcu_emulator.emulator.boards.description import BoardSignals
+from fcu_emulator.emulator.buses.i2c import SCANNED_ADDRESSES
 from fcu_emulator.emulator.chip.chip import Chip
 from fcu_emulator.emulator.chip.cpu.core import Core
 from fcu_emulator.emulator.chip.cpu.fault_log import CORE, FaultLog, FaultRecord, word_of
@@ -56,8 +57,6 @@ class RunningFirmware(Protocol):
 
 
 _SET_UP_PS = PS_PER_S // 2
-SCANNED_ADDRESSES = 8
-"""Addresses without answer from which on a program looks for devices."""
 
 
 def diagnose(arm: RunningFirmware) -> Diagnosis | None:

@@ -154,7 +154,7 @@ def _of_null(address: int) -> Cause:
         "write through a NULL pointer",
         [
             what,
-            "A read through a NULL pointer does not fault on this chip: it reads flash, which is also at 0.",
+            "It does not fault on this chip, because flash is also at 0.",
         ],
     )
 

@@ -84,7 +84,7 @@ def printed_elsewhere(chip: Chip, signals: BoardSignals) -> Diagnosis | None:
         details.append("USART2 on PA2 is the terminal of ST's Nucleo boards; was the program made for one?")
     details += section(f"the first lines on {name}", lines[:_LINES_SHOWN])
     return Diagnosis(
-        "terminal", f"the program prints on {name}, where no terminal is", tuple(details), fatal=False
+        "terminal", f"the program prints on {name}, which has no terminal", tuple(details), fatal=False
     )
 
 

@@ -25,6 +25,11 @@ typedef struct {
     uint64_t version;
     uint32_t address, size, value;
   } reads[CACHED_READS];
+  struct { /* a write without effect until until_ps */
+    int64_t until_ps;
+    uint64_t version;
+    uint32_t address, size, value;
+  } repeated;
   uint32_t ignored[IGNORED_SLOTS]; /* address | enum IgnoreReason */
   uint8_t empty_pages[PAGES];      /* enum Access */
   uint8_t unclocked[PAGES];

@@ -75,12 +75,25 @@ uint32_t python_load(Chip *chip, uint32_t address, unsigned size, int64_t *until
   return value;
 }
 
+static bool is_repeated(const Chip *chip, uint32_t address, unsigned size, uint32_t value) {
+  const PythonRegisters *python_registers = &chip->python_registers;
+  return python_registers->repeated.address == address && python_registers->repeated.size == size &&
+         python_registers->repeated.value == value && python_registers->repeated.version == python_registers->version &&
+         chip->now_ps < python_registers->repeated.until_ps;
+}
+
 void python_store(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
-  if (is_ignored(chip, address, ACCESS_WRITE)) {
+  PythonRegisters *python_registers = &chip->python_registers;
+  if (is_ignored(chip, address, ACCESS_WRITE) || is_repeated(chip, address, size, value)) {
     return;
   }
   python_registers_invalidate(chip);
   chip->until_ps = NOT_CACHEABLE_PS;
   chip->host.write(chip->now_ps, address, size, value);
   cache_answer(chip, address, ACCESS_WRITE);
+  python_registers->repeated.address = address;
+  python_registers->repeated.size = size;
+  python_registers->repeated.value = value;
+  python_registers->repeated.version = python_registers->version;
+  python_registers->repeated.until_ps = chip->until_ps;
 }

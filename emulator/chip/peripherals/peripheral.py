@@ -175,6 +175,11 @@ class Peripheral:
         value = self.read(offset)
         return value, self.next_change_ps() if pure else NOT_CACHEABLE_PS
 
+    def same_write_until_ps(self, offset: int, value: int) -> int:
+        """Return until when the write just made would have no effect again, unless another access comes between."""
+        del offset, value
+        return NOT_CACHEABLE_PS
+
     def next_change_ps(self) -> int:
         """Return the next change without access and event."""
         return NEVER_PS

@@ -13,7 +13,7 @@ from fcu_emulator.emulator.chip.peripherals.pwr import Pwr
 from fcu_emulator.emulator.chip.peripherals.rcc import Rcc
 from fcu_emulator.emulator.chip.registers import DECLARED, rtc
 from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
-from fcu_emulator.emulator.time.clock import PS_PER_S
+from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_S
 
 # -- the calendar in BCD (17.6.1, 17.6.2) -------------------------------------------------------------------
 
@@ -106,6 +106,15 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
 
     def read(self, offset: int) -> int:
         return self.peek(offset)
+
+    def read_with_validity(self, offset: int) -> tuple[int, int]:
+        """Return the calendar with the time of its next change."""
+        value = self.read(offset)
+        if offset not in {TR, DR, SSR} or self.registers[ISR] & _INITF or not self._hz:
+            return value, NEVER_PS
+        step = self._asynchronous() if offset == SSR else self._cycles_per_s()
+        cycles = (self._now_cycles() // step + 1) * step - self._cycles
+        return value, self._since_ps - (-cycles * PS_PER_S // self._hz)
 
     def pure_read(self, offset: int) -> bool:
         return offset not in {TR, DR, SSR}

@@ -1,16 +1,22 @@
 """The watchdogs: IWDG on LSI (RM0368 section 15), and WWDG on PCLK1 / 4096 (section 16).
 
-LSI is 32 kHz here but 17 to 47 kHz on the board. IWDG settings take effect at the next reload (PVU and RVU are not
-modelled). On the chip WWDG's first count may be shorter.
+LSI is 32 kHz here but 17 to 47 kHz on the board. The prescaler of IWDG runs on when the counter is reloaded. Its
+settings take effect at the next reload (PVU and RVU are not modelled). On the chip WWDG's first count may be shorter.
 """
 
 from __future__ import annotations
 
-from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
+from fcu_emulator.emulator.chip.peripherals.peripheral import (
+    NOT_CACHEABLE_PS,
+    WORD,
+    InterruptInput,
+    Peripheral,
+    Soc,
+)
 from fcu_emulator.emulator.chip.peripherals.rcc import LSI_HZ
 from fcu_emulator.emulator.chip.registers import DECLARED, iwdg, wwdg
 from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
-from fcu_emulator.emulator.time.clock import PS_PER_S, Event
+from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_S, Event
 
 # -- IWDG ---------------------------------------------------------------------------------------------------
 
@@ -28,6 +34,8 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
         self._deadline_ps: int | None = None
         self._event: Event | None = None
         self._event_ps = 0
+        self._since_ps = 0  # of the prescaler
+        self._same_until_ps = NOT_CACHEABLE_PS
 
     def reset(self) -> None:
         super().reset()
@@ -54,8 +62,12 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
 
     def _reload(self) -> None:
         """Reload; the event moves when it fires, because reloads would fill the clock's queue."""
-        cycles = (4 << min(self.registers[IWDG_PR], 6)) * (self.registers[IWDG_RLR] + 1)
-        self._deadline_ps = self.soc.clock.now_ps + cycles * PS_PER_S // LSI_HZ
+        divider = 4 << min(self.registers[IWDG_PR], 6)
+        if self._deadline_ps is None:
+            self._since_ps = self.soc.clock.now_ps
+        counts = (self.soc.clock.now_ps - self._since_ps) * LSI_HZ // (divider * PS_PER_S)
+        self._same_until_ps = self._after(divider * (counts + 1))
+        self._deadline_ps = self._after(divider * (counts + self.registers[IWDG_RLR] + 1))
         if self._event is None:
             self._event = self.soc.clock.schedule(self._deadline_ps, self._due)
         elif self._deadline_ps < self._event_ps:
@@ -64,6 +76,15 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
         else:
             return
         self._event_ps = self._deadline_ps
+
+    def _after(self, cycles: int) -> int:
+        return self._since_ps - (-cycles * PS_PER_S // LSI_HZ)
+
+    def same_write_until_ps(self, offset: int, value: int) -> int:
+        """A reload within the same count of the prescaler changes nothing."""
+        if offset != IWDG_KR or value & 0xFFFF != _RELOAD:
+            return NOT_CACHEABLE_PS
+        return NEVER_PS if self._deadline_ps is None else self._same_until_ps
 
     def _due(self) -> None:
         assert self._event is not None

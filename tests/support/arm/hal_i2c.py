@@ -175,6 +175,25 @@ class HalI2c:
         self._clear(CR2, LAST)
         self._clear(CR2, DMAEN)
 
+    def mem_write_dma_address(self, address: int, register: int) -> None:
+        """HAL_I2C_Mem_Write_DMA before the stream is enabled."""
+        self._idle()
+        self._send_address(address << 1)
+        self._clear_addr()
+        self._wait(TXE)
+        self._write(DR, register)
+        self._wait(TXE)
+
+    def mem_write_dma_data(self) -> None:
+        """The request line, after the stream has been enabled."""
+        self._set(CR2, DMAEN)
+
+    def mem_write_dma_complete(self) -> None:
+        """I2C_DMAXferCplt and the event handler at BTF."""
+        self._clear(CR2, DMAEN)
+        self._wait(BTF)
+        self._set(CR1, STOP)
+
     def wait_idle(self) -> None:
         self.bench.poll_clear(self.bench.i2c2, SR2, BUSY)
 

@@ -150,6 +150,9 @@ static void begin(DmaStream *stream) {
 static void start(DmaController *dma, int n, enum Request line) {
   DmaStream *stream = &dma->streams[n];
   Chip *chip = dma->peripheral.chip;
+  if (stream->items == 0) { /* completed: reload (9.5.6) */
+    stream->items = stream->length;
+  }
   if (stream->items == 0) { /* does not start (9.3.14) */
     stream->control &= ~SxCR_EN;
     return;
@@ -300,7 +303,7 @@ static void write_stream(DmaController *dma, int n, uint32_t word, uint32_t valu
         n,
                word == NDTR ? "NDTR" : "PAR");
   } else if (word == NDTR) {
-    stream->items = value & 0xFFFF;
+    stream->items = stream->length = value & 0xFFFF;
   } else if (word == PAR) {
     stream->peripheral = value;
   } else if (word == M0AR || word == M1AR) {

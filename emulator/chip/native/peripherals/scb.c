@@ -59,7 +59,8 @@ static uint32_t icsr(const Chip *chip) {
   if (nvic->pending[0] >> FIRST_INTERRUPT || nvic->pending[1]) {
     value |= ICSR_ISRPENDING;
   }
-  return nvic_active_count(nvic) <= 1 ? value | ICSR_RETTOBASE : value;
+  int current = nvic_is_active(nvic, (int)chip->core.ipsr);
+  return nvic_active_count(nvic) == current ? value | ICSR_RETTOBASE : value;
 }
 
 static uint32_t shcsr(const Scb *scb) {
