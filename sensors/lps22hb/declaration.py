@@ -63,8 +63,8 @@ FUNCTIONS = (
         "datasheet Table 3",
         "accuracy over pressure and temperature is a straight line each; no document has the noise of "
         "settings other than the quietest: chosen for sensible heights, 0.012 hPa RMS in low current without "
-        "a filter; how far the rates are off is taken as the LSM6DSL's; outside 260 to 1260 hPa, where nothing is "
-        "documented, it measures as inside, and a note says so",
+        "a filter; how far the rates are off is taken as the LSM6DSL's; no document describes pressures outside "
+        "260 to 1260 hPa: it measures as inside, and a note says so",
     ),
     Function(
         "one shot",

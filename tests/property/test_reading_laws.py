@@ -33,7 +33,7 @@ ACTIONS: tuple[Callable[[World], object], ...] = (
     lambda world: world.shake("up", 0.5, 5, 2.0),
     lambda world: world.run_motors(0.3),
     lambda world: world.run_motors(0),
-    lambda world: world.blow(8, 3),
+    lambda world: world.blow_wind(8, 3),
 )
 STEPS = st.lists(
     st.tuples(
