@@ -21,7 +21,7 @@ from typing import NamedTuple
 import click
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import signal
+from scipy import optimize, signal
 
 from fcu_emulator.sensors.front_end import CONVERTER_HZ
 from fcu_emulator.sensors.lis2mdl import LIS2MDLErrors
@@ -72,10 +72,39 @@ def digital(order: int, cutoff_hz: float, rate_hz: float) -> Gain:
     return lambda hz: np.abs(signal.freqz(b, a, hz, fs=rate_hz)[1])
 
 
-def decimated(rate_hz: float) -> Gain:
-    """The filter before decimation, at half the output rate."""
+def decimated(rate_hz: float, cutoff: float = 0.5) -> Gain:
+    """The filter before decimation; ``cutoff`` is over the output rate."""
     converter_hz = rate_hz * round(CONVERTER_HZ / rate_hz)
-    return digital(4, rate_hz / 2, converter_hz) if converter_hz > rate_hz else np.ones_like
+    return digital(4, cutoff * rate_hz, converter_hz) if converter_hz > rate_hz else np.ones_like
+
+
+def phase_deg(order: int, cutoff_hz: float, rate_hz: float, hz: float) -> float:
+    """The phase by which a Butterworth low-pass on samples delays a sine."""
+    b, a = signal.butter(order, cutoff_hz, fs=rate_hz)
+    return -float(np.degrees(np.angle(signal.freqz(b, a, [hz], fs=rate_hz)[1][0])))
+
+
+def gyroscope(rate_hz: float, cutoff_hz: float, phase_at_20_hz_deg: float) -> Gain:
+    """Two low-passes with -3 dB at ``cutoff_hz`` together, and at most this phase at 20 Hz (AN5040 3.8).
+
+    The one before decimation has its cut-off at half the output rate, or higher if its phase would be too large.
+    """
+    converter_hz = rate_hz * round(CONVERTER_HZ / rate_hz)
+
+    def low_pass_hz(decimation: float) -> float:
+        before = decimated(rate_hz, decimation)(np.array([cutoff_hz]))[0]
+
+        def excess(hz: float) -> float:
+            return float(before * digital(2, hz, rate_hz)(np.array([cutoff_hz]))[0]) - np.sqrt(0.5)
+
+        return float(optimize.brentq(excess, cutoff_hz / 2, 0.499 * rate_hz))
+
+    def too_much_deg(decimation: float) -> float:
+        before = phase_deg(4, decimation * rate_hz, converter_hz, 20.0)
+        return before + phase_deg(2, low_pass_hz(decimation), rate_hz, 20.0) - phase_at_20_hz_deg
+
+    decimation = 0.5 if too_much_deg(0.5) <= 0 else float(optimize.brentq(too_much_deg, 0.5, 4.0))
+    return all_of(decimated(rate_hz, decimation), digital(2, low_pass_hz(decimation), rate_hz))
 
 
 def mean(conversion_s: float) -> Gain:
@@ -117,16 +146,16 @@ def _accelerometer() -> list[Setting]:
 
 
 def _gyroscope() -> list[Setting]:
-    def setting(name: str, writes: Writes, rate_hz: float, cutoff_hz: float) -> Setting:
-        theory = all_of(decimated(rate_hz), digital(2, cutoff_hz, rate_hz))
+    def setting(name: str, writes: Writes, rate_hz: float, cutoff_hz: float, phase: float) -> Setting:
+        theory = gyroscope(rate_hz, cutoff_hz, phase)
         return Setting(GYROSCOPE, f"gyroscope, {name}", writes, rate_hz, theory, 200.0)
 
-    return [  # cut-offs: AN5040 Table 19
-        setting("104 Hz", ((0x11, 0x40),), 104, 33),
-        setting("208 Hz", ((0x11, 0x50),), 208, 67),
-        setting("416 Hz", ((0x11, 0x60),), 416, 137),
-        setting("833 Hz, LPF1 at FTYPE 0", ((0x13, 0x02), (0x11, 0x70)), 833, 245),
-        setting("1666 Hz, LPF1 at FTYPE 2", ((0x13, 0x02), (0x15, 0x02), (0x11, 0x80)), 1666, 168),
+    return [  # cut-offs and phases: AN5040 3.8; without LPF1 the phase of FTYPE 3
+        setting("104 Hz", ((0x11, 0x40),), 104, 33, 73),
+        setting("208 Hz", ((0x11, 0x50),), 208, 67, 39),
+        setting("416 Hz", ((0x11, 0x60),), 416, 137, 21),
+        setting("833 Hz, LPF1 at FTYPE 0", ((0x13, 0x02), (0x11, 0x70)), 833, 245, 14),
+        setting("1666 Hz, LPF1 at FTYPE 2", ((0x13, 0x02), (0x15, 0x02), (0x11, 0x80)), 1666, 168, 15),
     ]
 
 
