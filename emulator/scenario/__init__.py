@@ -6,7 +6,7 @@
     from fcu_emulator.emulator.scenario import run
 
     result = run(Board(scenario="stairs"))
-    print("\n".join(result.lines))
+    print("\\n".join(result.lines))
     assert result.passed
 
 A timeline entry calls the world's method of the same name. Names are loaded on first use, because schemas

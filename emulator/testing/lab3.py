@@ -2,6 +2,8 @@
 
 One line creates a test class for a student's firmware::
 
+    from fcu_emulator.emulator.testing.lab3 import Compiled, lab3_properties
+
     TestMyLab = lab3_properties(Compiled("build/mylab.elf"))
 
 pytest prints counter-examples, if possible with a scenario that shows them on the board. The expected angles

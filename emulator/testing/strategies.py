@@ -2,6 +2,9 @@
 
 ::
 
+    from hypothesis import given
+    from fcu_emulator.emulator.testing.strategies import motions, samples
+
     @given(samples())
     def test_pitch_stays_within_90_degrees(sample):
         ...  # sample.acc in mg, sample.mag in mgauss
