@@ -285,7 +285,7 @@ def test_a_misspelt_function_is_named_with_its_line(project: Path) -> None:
 
 @needs_compiler
 def test_a_crash_is_explained_by_its_line(project: Path, words: Words) -> None:
-    change(project / "main.c", SAMPLED, f"{SAMPLED}  *(volatile int *)0x10 = 1;\n")
+    change(project / "main.c", SAMPLED, f"{SAMPLED}  *(volatile int *)0x60000000 = 1;\n")
     done = fcu("check", str(project), "-e", "1")
 
     assert done.returncode == 3
