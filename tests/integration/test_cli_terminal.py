@@ -274,7 +274,7 @@ def test_console_sends_keys_at_once_and_is_restored() -> None:
         ) as terminal,
     ):
         shown = b""
-        while b"leaves" not in shown:
+        while b"Ctrl-]" not in shown:
             shown += os.read(ours, 100)
         os.write(ours, b"a\x03\x1a\x04\xff")  # Ctrl-C, Ctrl-Z and Ctrl-D are the board's
         wait_until(lambda: typed == b"a\x03\x1a\x04\xff")
@@ -304,7 +304,7 @@ def test_a_terminal_that_is_killed_restores_the_console() -> None:
         ) as terminal,
     ):
         shown = b""
-        while b"leaves" not in shown:
+        while b"Ctrl-]" not in shown:
             shown += os.read(ours, 100)
         wait_until(lambda: termios.tcgetattr(its) != before)
         terminal.terminate()
