@@ -396,7 +396,7 @@ class SubaddressTarget:
 
 def __getattr__(name: str) -> type[Sensor]:
     """Return :class:`Sensor` by its name of the previous release."""
-    if name != "Sensor":
+    if name != "Part":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    warnings.warn("Sensor is now called Sensor; use that name", DeprecationWarning, stacklevel=2)
+    warnings.warn("Part is now called Sensor; use that name", DeprecationWarning, stacklevel=2)
     return Sensor

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from datetime import datetime
 from functools import partial
+from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import monotonic
@@ -241,12 +242,10 @@ def _progress(length: int) -> Iterator[Callable[[Graded], None]]:
         yield _ProgressLines(length).advance
         return
     with ProgressLine(f"fcu: judging, 0 of {length}") as line:
-        done = 0
+        numbers = count(1)
 
         def advance(graded: Graded) -> None:
-            nonlocal done
-            done += 1
-            line.text = f"fcu: judging, {done} of {length}, last {one_line(graded.shown_name, 30)}"
+            line.text = f"fcu: judging, {next(numbers)} of {length}, last {one_line(graded.shown_name, 30)}"
 
         yield advance
 

@@ -276,7 +276,7 @@ def test_impossible_snapshot_is_refused() -> None:
         Board(firmware="lab3").snapshot()
     assert refused.value.kind == "not_copied"
     other = Board().snapshot()
-    with pytest.raises(InputError, match="of another board"):
+    with pytest.raises(InputError, match="of this board"):
         Board().restore(other)
 
 
