@@ -233,7 +233,7 @@ def test_recording_beyond_file_limit_is_not_written(tmp_path: Path, folders: lis
     command = f"ulimit -f 0; exec '{sys.executable}' -m fcu_emulator {web}"
     done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == NOT_JUDGED, done.stderr
-    assert done.stderr.splitlines()[-1].startswith(f"fcu: --record {record}")
+    assert done.stderr.splitlines()[-1].startswith(f"fcu: --record cannot write {record}")
     assert record.read_text(encoding="utf-8") == "before"
     assert [path.name for path in tmp_path.iterdir() if path.suffix == ".tmp"] == []
 

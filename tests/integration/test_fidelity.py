@@ -114,7 +114,7 @@ def test_fields_without_behaviour_are_named(name: str) -> None:
     printed = fcu("registers", name)
 
     assert [entry.strip("` |") for entry in row.partition("touched: ")[2].split(",")] == (names or [""])
-    assert f" touched: {', '.join(names) or 'nothing'}\n" in printed
+    assert f"reported when used: {', '.join(names) or 'nothing'}\n" in printed
     assert printed.count("(not modelled)") == len(names)
 
 
