@@ -257,7 +257,7 @@ def test_firmware_is_dropped_and_a_file_is_followed(browser: Browser, tmp_path: 
         page.set_input_files(
             "input[type=file]", {"name": "evil.py", "mimeType": "text/plain", "buffer": b"print(1)"}
         )
-        until(page, "document.querySelector('#notices .error')?.textContent.includes('no firmware file')")
+        until(page, "document.querySelector('#notices .error')?.textContent.includes('evil.py')")
     finally:
         served.close()
 
