@@ -84,7 +84,7 @@ def test_check_in_a_project_uses_its_rubric(desk: Path, program: str, code: int)
     done = fcu(desk / "lab", "check", "lab3.elf")
 
     assert done.returncode == code, done.stderr
-    assert done.stdout.startswith("Print the pitch: ")
+    assert done.stdout.startswith("Print the pitch\n")
     assert "--rubric" not in done.stdout
     shutil.rmtree(desk / "motions")
     assert fcu(desk, "check", "lab/lab3.elf").returncode == code
@@ -95,14 +95,15 @@ def test_rubric_next_step_may_name_template_function(desk: Path) -> None:
     (desk / "pitch.toml").write_text(RUBRIC.replace('title = "Pitch"', table), encoding="utf-8")
     done = fcu(desk, "check", "template-arm", "--rubric", "pitch.toml")
 
-    assert "Next: Compute it in HAL_TIM_PeriodElapsedCallback(), and print it." in done.stdout
+    _, _, advice = done.stdout.partition("\nNext\n")
+    assert "Compute it in HAL_TIM_PeriodElapsedCallback(), and print it." in advice
 
 
 def test_rubric_with_an_option_comes_before_the_projects(desk: Path) -> None:
     fcu(desk, "new", "lab", "--rubric", "pitch.toml")
     done = fcu(desk / "lab", "check", "solution", "--rubric", "lab3", "--exercise", "2")
 
-    assert done.stdout.startswith("LAB3: ")
+    assert done.stdout.startswith("LAB3")
 
 
 def test_new_with_an_unknown_rubric_makes_nothing(desk: Path) -> None:
