@@ -43,7 +43,7 @@ int32_t fcu_run_until(Chip *chip, int64_t at_ps);
 int32_t fcu_execute(Chip *chip, int64_t instructions, int32_t step_over);
 /* In a callback: end fcu_execute() after the current instruction. */
 void fcu_end_run(Chip *chip);
-/* Of the latest fcu_execute(): instructions, including a faulting one; the refused address. */
+/* The latest fcu_execute(): its instructions (a faulting one counts), and the address of a refused access. */
 int64_t fcu_executed(const Chip *chip);
 uint32_t fcu_fault_address(const Chip *chip);
 /* Reset after the current instruction; fcu_reset_now(): at once, while halted. */

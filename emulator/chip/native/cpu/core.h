@@ -65,7 +65,7 @@ enum Stop {
   STOP_SVC,
   STOP_BKPT,             /* on the instruction */
   STOP_EXCEPTION_RETURN, /* EXC_RETURN loaded into PC */
-  STOP_UNDEFINED,        /* on the instruction, like all following ones */
+  STOP_UNDEFINED,        /* pc is at the instruction, as for all stops below */
   STOP_INVALID_STATE,
   STOP_NO_COPROCESSOR,
   STOP_UNALIGNED,

@@ -2,8 +2,8 @@
  *
  * At a read of a polled register the core's state is recorded. If registers and RAM equal an earlier state of this
  * run, and nothing in between had an effect, the loop repeats until a register read in it may change. Whole
- * iterations up to then are counted instead of executed, exactly. A log of changed words replaces copies of RAM.
- * After a number of misses comparing pauses for this register.
+ * iterations before that time are counted, not executed; the result is exact. A log of changed words replaces
+ * copies of RAM. After a number of misses comparing pauses for this register.
  */
 #include <string.h>
 
@@ -35,7 +35,7 @@ void poll_skip_log_store(Chip *chip, uint32_t address, uint32_t old) {
   poll_skip->logged++; /* beyond the log: no state is comparable */
 }
 
-/* The first logged change of a word decides. */
+/* The first entry of a word in the log has its former value, which must be the present one. */
 static bool ram_unchanged_since(const Chip *chip, uint32_t since) {
   const PollSkip *poll_skip = &chip->poll_skip;
   if (poll_skip->logged > POLL_SKIP_LOGGED) {

@@ -56,7 +56,7 @@ typedef struct {
   bool (*is_redundant_write)(const Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask);
   void (*clocks_changed)(Peripheral *peripheral); /* a frequency has changed */
   void (*gated)(Peripheral *peripheral);          /* peripheral->clocked has changed */
-  /* A stream now serves a request line. */
+  /* Called when a DMA stream starts to serve a request line. */
   void (*dma_ready)(Peripheral *peripheral);
 } PeripheralType;
 

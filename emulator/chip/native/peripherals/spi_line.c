@@ -1,8 +1,8 @@
 /* Devices at the pins of an SPI: sensors at chip selects (GPIO pins), and an absent module.
  *
- * A message is the bytes between two edges of a chip select. A byte reaches the sensors selected at its end. The
- * sensors pull chip selects up (LSM6DSL, LIS2MDL, LPS22HB datasheets, 2). Two selected sensors drive the line
- * against each other: the host reads the AND, with a note.
+ * A message is the bytes between two edges of a chip select. A byte goes to the sensors that are selected when it
+ * ends. The sensors pull chip selects up (LSM6DSL, LIS2MDL, LPS22HB datasheets, 2). Two selected sensors drive the
+ * line against each other: the host reads the AND, with a note.
  *
  * C reads the sensor's registers (sensor_registers.h). Python takes over for registers that are read live, if registers
  * are written, and for sequences that no driver uses.
