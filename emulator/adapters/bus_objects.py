@@ -207,7 +207,7 @@ class SMBus:
         self.close()
 
     def close(self) -> None:
-        """Do nothing: there is no device file."""
+        """Do nothing, as the bus has no device file."""
 
     def write_quick(self, i2c_addr: int, force: bool | None = None) -> None:
         del force

@@ -1,7 +1,7 @@
 """Build submitted source: the student's C files with our Makefile, in a sandbox.
 
 Untrusted source can include any file, so the compiler runs under bubblewrap with limits and without network.
-With ``sandbox=False`` only the limits apply, and root compiles as user nobody, who reads only public files.
+With ``sandbox=False`` only the limits apply, and root compiles as the user ``nobody``, who reads only public files.
 
 Decision: the support layer is compiled once and copied into each build, which takes a tenth of the time. A
 container for each build was rejected: it needs a privileged service.

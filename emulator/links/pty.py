@@ -1,6 +1,6 @@
 """The board's serial port as a pseudo-terminal, which terminal programs open like a USB serial adapter.
 
-Decision: the pseudo-terminal keeps text until the first reader comes, because there is no reset button.
+Decision: the pseudo-terminal keeps text until the first reader comes, because a virtual board has no reset button.
 
 Decision: the pseudo-terminal holds data back until a new reader has flushed its input, as pyserial does after
 opening, or for ``HOLD_S``. Shorter openings (``stty``, a modem prober) do not count.

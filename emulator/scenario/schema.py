@@ -139,7 +139,7 @@ MOST_STEEL = 16  # in a room
 
 
 class SteelTable(Table):
-    """[[world.steel]]: a sphere of steel in the room; ``moment_am2``: of its own magnetisation, NED."""
+    """[[world.steel]]: a sphere of steel in the room; ``moment_am2``: its permanent moment, NED."""
 
     north_m: Annotated[float, within(limits.PLACE)] = 0.0
     east_m: Annotated[float, within(limits.PLACE)] = 0.0

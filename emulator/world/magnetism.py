@@ -121,7 +121,7 @@ class HeldMagnet:
 
 @dataclass(frozen=True, eq=False)
 class Steel:
-    """A sphere of steel at ``place_m`` (3,), NWU from the start; ``moment_am2`` (3,): of its own magnetisation, NWU."""
+    """A sphere of steel at ``place_m`` (3,), NWU from the start; ``moment_am2`` (3,): its permanent moment, NWU."""
 
     place_m: Array
     radius_m: float

@@ -120,7 +120,7 @@ class World(Changes):
     ) -> None:
         """Put steel into the room, as a sphere at this place from the start of the board and above the floor.
 
-        ``moment_am2``: of its own magnetisation, north, east and down; zeros for soft steel.
+        ``moment_am2``: its permanent moment, north, east and down; zeros for soft steel.
         """
         named = (("north_m", north_m), ("west_m", -east_m), ("up_m", up_m))
         place = np.array([limits.PLACE.check(name, value) for name, value in named])

@@ -65,7 +65,7 @@ def silent_terminal(chip: Chip, signals: BoardSignals, places: Places) -> Diagno
         look = f"Check the pins in {init} or HAL_UART_MspInit()."
     else:
         return None
-    return Diagnosis("terminal", f"there is no output: {short}", (why, look), fatal=False)
+    return Diagnosis("terminal", f"no output: {short}", (why, look), fatal=False)
 
 
 _LINES_SHOWN = 8

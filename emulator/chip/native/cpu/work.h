@@ -36,7 +36,7 @@ static inline int page_of(uint32_t address) {
   return address < PRIVATE_BASE ? PAGE_OTG : PAGE_PRIVATE;
 }
 
-/* work includes what the occurrences caused. */
+/* work includes the effects of the occurrences. */
 typedef struct {
   int64_t times, work;
 } Cost;
