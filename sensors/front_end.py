@@ -219,7 +219,7 @@ class FrontEnd:
         use, world = self._kernel, self._world
         if use is None or world is None:
             return self._measured(self._signal(t_s - self._delay_s), t_s)
-        slow = self._measured(self._signal(t_s - use.delay_s), t_s)
+        slow = np.clip(self._measured(self._signal(t_s - use.delay_s), t_s), -use.highest, use.highest)
         moving = world.agitated(t_s[0] - use.memory_s, t_s[-1], use.delay_s * _SLOW)
         if not moving:
             return slow

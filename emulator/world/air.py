@@ -92,7 +92,7 @@ class Wind:
 
     def value(self, t_s: Array) -> Array:
         angle = 2.0 * np.pi * (t_s - self.start_s)[:, np.newaxis] * _GUST_HZ + _GUST_PHASES
-        gusts = np.cos(angle) @ _GUST_SHARES
+        gusts = (np.cos(angle) * _GUST_SHARES).sum(axis=1)  # the rounding of a matrix product depends on N
         rms_hpa = 0.25 * 0.5 * _AIR_KG_M3 * self.speed_m_s**2 / _PA_PER_HPA
         ends_s = min(_GUST_ENDS_S, (self.end_s - self.start_s) / 2.0)
         rises = MinimumJerk(self.start_s, ends_s).progress(t_s)

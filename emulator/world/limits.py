@@ -71,6 +71,14 @@ LONGITUDE = Range(-180, 180, "deg")
 MODEL_ALTITUDE = Range(-1_000, 850_000, "m")  # range of the World Magnetic Model
 
 
+def vector(name: str, values: npt.ArrayLike, allowed: Range) -> npt.NDArray[np.float64]:
+    """Return three numbers, checked, as (3,)."""
+    given = np.asarray(values, dtype=object)
+    if given.shape != (3,):
+        raise InputError(f"{name} must be three numbers, not {values!r}", kind="shape")
+    return np.array([allowed.check(name, value) for value in given])
+
+
 def attitude(roll_deg: float, pitch_deg: float, yaw_deg: float) -> npt.NDArray[np.float64]:
     """Return roll, pitch and yaw, checked, as (3,)."""
     named = (("roll_deg", roll_deg), ("pitch_deg", pitch_deg), ("yaw_deg", yaw_deg))

@@ -122,15 +122,12 @@ class World(Changes):
 
         ``moment_am2``: its permanent moment, north, east and down; zeros for soft steel.
         """
-        named = (("north_m", north_m), ("west_m", -east_m), ("up_m", up_m))
-        place = np.array([limits.PLACE.check(name, value) for name, value in named])
+        named = (("north_m", north_m), ("east_m", east_m), ("up_m", up_m))
+        north, east, up = (limits.PLACE.check(name, value) for name, value in named)
         radius = limits.RADIUS.check("radius_m", radius_m)
-        given = np.asarray(moment_am2, dtype=object)
-        if given.shape != (3,):
-            raise InputError(f"moment_am2 must be three numbers, not {moment_am2!r}", kind="shape")
-        north, east, down = (limits.MOMENT.check("moment_am2", value) for value in given)
+        moment_nwu = limits.vector("moment_am2", moment_am2, limits.MOMENT) * (1.0, -1.0, -1.0)
         before = self._steel.at(self._clock.now_s)
-        self._lay_steel((*before, Steel(place, radius, np.array([north, -east, -down]))))
+        self._lay_steel((*before, Steel(np.array([north, -east, up]), radius, moment_nwu)))
 
     def take_steel_away(self) -> None:
         """Remove all steel from the room."""
@@ -256,10 +253,7 @@ class World(Changes):
         ``wrist_m`` (3,): position of the wrist or elbow, board axes. ``tremor_mg``: peak at the back of the
         hand, 0 for none.
         """
-        arm = np.asarray(wrist_m, dtype=object)
-        if arm.shape != (3,):
-            raise InputError(f"wrist_m must be three numbers in board axes, not {wrist_m!r}")
-        wrist = np.array([limits.ARM.check("wrist_m", value) for value in arm])
+        wrist = limits.vector("wrist_m", wrist_m, limits.ARM)
         peak = limits.TREMOR.check("tremor_mg", tremor_mg) / 1000.0 * STANDARD_GRAVITY
         frequency = limits.TREMOR_FREQUENCY.check("tremor_hz", tremor_hz)
         start = self._start(start_s)
@@ -284,7 +278,7 @@ class World(Changes):
         shift_m, grip = self._shift_at(start_s).tolist(), self._grip.at(start_s)
         if grip is not None:
             for track, metres in zip((self._north, self._west, self._height), shift_m, strict=True):
-                self._plan_position(track, (start_s, RestSegment(position_at(track, start_s) + metres)))
+                track.plan(start_s, RestSegment(position_at(track, start_s) + metres))
         self._grip.plan(start_s, None)
         for signal in TURNED_SIGNALS:
             if grip is not None and grip.tremor is not None:
@@ -409,8 +403,8 @@ class World(Changes):
         north = limits.WAY.check("north_m", north_m)
         east = limits.WAY.check("east_m", east_m)
         start, end = self._span(start_s, duration_s)
-        for name, track, way_m in (("north", self._north, north), ("east", self._west, -east)):
-            limits.WAY.check(f"way {name} after the move", position_at(track, start) + way_m)
+        limits.WAY.check("position north after the move", position_at(self._north, start) + north)
+        limits.WAY.check("position east after the move", east - position_at(self._west, start))
         if limits.ALTITUDE.check("up_m", up_m):
             self.lift(up_m, duration_s, start)
         self._push(self._north, north, start, end)
@@ -459,9 +453,9 @@ class World(Changes):
         end = start + periods / frequency
         self._shakes.add(start, end, Shake(start, direction, amplitude, angular))
         signals = ("acc", "pressure") if axis == "up" else ("acc",)
-        for signal in signals:
+        for signal in (*signals, "mag"):  # near steel the field varies with the place
             self._agitation[signal].add(start, end)
-        self._changed(start, signals)
+        self._changed(start, (*signals, "mag"))
         return end
 
     def tap(

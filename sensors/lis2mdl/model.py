@@ -95,6 +95,7 @@ class LIS2MDL(Sensor):
             lambda at_ps, level: self._pin.drive("INT", level, at_ps),
         )
         self._clearing = SelfClearingBits(main, CFG_REG_A)
+        self._drives_after_output = False
         self._wire()
 
     def _wire(self) -> None:
@@ -214,7 +215,8 @@ class LIS2MDL(Sensor):
         control = self.registers.mem[CFG_REG_C.addr]
         self.i2c_off = bool(control & CFG_REG_C.I2C_DIS.mask)
         self._pin.configure(control, now_ps)
-        if self._pin.shows == "DRDY":
+        if self._pin.shows == "DRDY" and not self._drives_after_output:
+            self._drives_after_output = True
             self.registers.after_read(OUT, self._after_output)  # reads cost more only from now on
         self._drive_pin(now_ps)
         self._outputs.field.one_by_one = not self._modes.continuous or self._pin.shows == "DRDY"

@@ -285,3 +285,14 @@ def test_overload_reads_full_scale_on_every_board(seed: int, moving: bool) -> No
     assert acc_z == 0x7FFF
     if moving:
         assert gyro_z == 0x7FFF
+
+
+def test_still_overload_is_clipped_before_the_user_offset() -> None:
+    """3 g at a full scale of 2 g, and Z_OFS_USR = 1 g, which is subtracted: the converter's 2 g leave 1 g."""
+    board = Board(ideal=True)
+    board.world.set_gravity(3 * 9.80665)
+    for write in (b"\x15\x08", b"\x75\x40", b"\x10\x40"):  # USR_OFF_W: 2^-6 g; 64 of them; 104 Hz, 2 g
+        board.i2c2.write(0x6B, write)
+    board.run_for(0.5)
+    z_mg = int.from_bytes(board.i2c2.write_read(0x6B, b"\x2c", 2), "little", signed=True) * 0.061
+    assert z_mg == pytest.approx(2000 - 1000, abs=2)

@@ -236,3 +236,16 @@ def test_the_thermometer_needs_comp_temp_en() -> None:
     chip.set("temperature_degc", 35.0)
     chip.wait(PS_PER_S)
     assert chip.counts(LIS2MDL_TEMPERATURE) == (40,)
+
+
+def test_drdy_pin_does_not_slow_repeated_measurements() -> None:
+    """Each measurement writes CFG_REG_A; a thousand of them must not add a thousand hooks to a read."""
+    chip = Chip("LIS2MDL")
+    chip.write(0x62, 0x01)  # CFG_REG_C: DRDY_on_PIN
+    for _ in range(1500):
+        chip.write(CFG_REG_A, 0x81)
+    chip.wait(20 * PS_PER_MS)
+
+    assert chip.is_ready(MAGNETOMETER)
+    chip.counts(MAGNETOMETER)
+    assert not chip.is_ready(MAGNETOMETER)

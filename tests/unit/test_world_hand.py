@@ -205,3 +205,16 @@ def test_figure_of_eight_by_unknown_actor_is_refused() -> None:
     with pytest.raises(InputError, match="'foot'") as refused:
         World().figure_eight(4, by="foot")  # type: ignore[arg-type]
     assert refused.value.kind == "choice"
+
+
+def test_put_down_is_one_change_for_observers() -> None:
+    """No observer sees the height of a board that is in the hand and put down at the same time."""
+    world = held(MOTIONS["none"], 0.0)
+    world.rotate_to(60, 40, 0, duration_s=0.5)
+    clock_s = 1.0
+    before = world.altitude_m([clock_s])
+    seen: list[float] = []
+    world.on_change(lambda from_s: seen.append(float(world.altitude_m([clock_s])[0])))
+    world.put_down(start_s=clock_s)
+
+    assert seen == pytest.approx([float(before[0])])

@@ -114,6 +114,8 @@ def test_magnetometer_shows_steel_of_a_scenario(tmp_path: Path) -> None:
     [
         ({"radius_m": 0}, "radius_m"),
         ({"north_m": 1e6}, "north_m"),
+        ({"east_m": "x"}, "east_m"),
+        ({"east_m": 1e6}, "east_m must be .*, not 1000000.0"),
         ({"moment_am2": (1, 2)}, "moment_am2"),
         ({"moment_am2": (1, 2, float("nan"))}, "moment_am2"),
     ],
@@ -122,3 +124,11 @@ def test_impossible_steel_is_refused(more: dict[str, object], name: str) -> None
     given: dict[str, object] = {"north_m": 0.1, "east_m": 0.0, "up_m": 0.0, "radius_m": 0.1}
     with pytest.raises(InputError, match=name):
         World().put_steel(**(given | more))  # type: ignore[arg-type]
+
+
+def test_shake_beside_steel_is_sampled_densely_by_magnetometer() -> None:
+    world = World()
+    world.put_steel(0.15, 0.0, 0.0, 0.05)
+    world.shake("north", 1.0, 20.0, 1.0)
+
+    assert world.sensed("magnetic_field_mgauss").agitated(0.2, 0.3, 1.0)
