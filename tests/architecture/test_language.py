@@ -133,10 +133,11 @@ def subjects() -> list[str]:
 
 
 def test_commit_subjects_are_short_and_imperative() -> None:
+    if not (ROOT / ".git").exists():
+        pytest.skip("no history, as in an archive of the sources")
     found = subjects()
-    if not found:
-        pytest.skip("no history")
 
+    assert found
     assert [one for one in found if len(one) > LONGEST_SUBJECT or NOT_IMPERATIVE.match(one)] == []
 
 

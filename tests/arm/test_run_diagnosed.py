@@ -29,7 +29,7 @@ def run(program: str, *arguments: str) -> tuple[int, str]:
 
 @pytest.mark.parametrize(
     ("program", "named"),
-    [("wrong_address", "0x6B"), ("outside_memory", "HardFault"), ("stack_overflow", "HardFault")],
+    [("wrong_address", "0x6B"), ("outside_memory", "0x20010000"), ("stack_overflow", "HardFault")],
 )
 def test_stuck_firmware_is_explained_and_exits_3(program: str, named: str, words: Words) -> None:
     code, text = run(program, "--duration", "100ms")
@@ -55,6 +55,12 @@ def test_slow_firmware_is_explained_and_keeps_exit_code() -> None:
     code, text = run("slow_callback", "--duration", "300ms")
     assert code == 0
     assert "main() never runs" in text
+
+
+def test_lost_store_is_explained_and_keeps_exit_code() -> None:
+    code, text = run("null_pointer", "--duration", "100ms")
+    assert code == 0
+    assert "write through a NULL pointer at 0.002357 s in storeReading()" in text
 
 
 @pytest.mark.parametrize("limit", ["instructions=1000", "terminal_bytes=20"])

@@ -153,12 +153,12 @@ def test_registers_prints_bus_access_and_deviations(words: Words) -> None:
 
 def test_doctor_lists_working_features() -> None:
     text = fcu("doctor").stdout.decode()
-    assert re.search(r"^ *ok .*\blab3 .*\d", text, re.MULTILINE)
+    assert re.search(r"^  ok       .*\blab3 .*\d", text, re.MULTILINE)
     needed = [one for one in importlib.metadata.requires("fcu-emulator") or [] if "extra ==" not in one]
     assert needed
     for requirement in needed:
         name = re.split(r"[^\w-]", requirement, maxsplit=1)[0]
-        assert re.search(rf"^ *ok +{name} \d", text, re.MULTILINE), name
+        assert re.search(rf"^  ok       {name} \d", text, re.MULTILINE), name
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for another process")

@@ -74,7 +74,7 @@ def test_duration_is_the_time_of_the_motion() -> None:
     assert entry == {"do": "rotate_to", "for": "1s", "roll_deg": 30.0, "pitch_deg": 2.0, "yaw_deg": -90.0}
 
 
-def test_way_is_a_straight_push() -> None:
+def test_north_east_up_push_the_board() -> None:
     (entry,) = entries(options(north=0.3, up=-0.1), FLAT)
     assert entry == {"do": "move", "for": "1s", "north_m": 0.3, "east_m": 0.0, "up_m": -0.1}
     turn, push = entries(options(yaw=90.0, east=0.2, duration="2s"), FLAT)

@@ -181,8 +181,10 @@ def test_readme_picture_moves_for_eight_seconds() -> None:
 
     assert "](docs/run.webp)" in text_of(ROOT / "README.md")
     assert file.stat().st_size < LARGEST_PICTURE
-    assert len(shown_ms) > 50
-    assert 7_000 < sum(shown_ms) < 10_000
+    script = runpy.run_path(str(ROOT / "building" / "picture.py"))
+    seconds = script["END_S"] - script["BEGIN_S"] + 1
+    assert sum(shown_ms) == pytest.approx(1000 * seconds, abs=200)
+    assert len(shown_ms) > 0.8 * (seconds - 1) / script["STEP_S"]
 
 
 EXERCISES = re.findall(

@@ -56,7 +56,7 @@ def test_crashing_program_is_reported_with_its_cause() -> None:
     checked = as_checked("4", judged(str(FOLDER / "outside_memory.elf"), "lab3", "4", 0))
     assert checked.state == "not yet"
     assert checked.causes[0]["fatal"]
-    assert "outside_memory.c" in checked.causes[0]["summary"]
+    assert "HAL_TIM_PeriodElapsedCallback(), outside_memory.c:20" in checked.causes[0]["summary"]
 
 
 def test_one_is_judged_at_a_time(exercises: LabExercises) -> None:

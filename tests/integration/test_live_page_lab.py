@@ -124,7 +124,10 @@ def test_gestures_have_the_words_of_scenarios(browser: live.Browser, served: liv
 
 @pytest.mark.parametrize(
     ("program", "place"),
-    [("outside_memory", "outside_memory.c"), ("poll_without_clock", "poll_without_clock.c")],
+    [
+        ("outside_memory", "HAL_TIM_PeriodElapsedCallback(), outside_memory.c:20"),
+        ("poll_without_clock", "poll_without_clock.c"),
+    ],
 )
 def test_crash_or_hang_is_seen_at_once(program: str, place: str, browser: live.Browser) -> None:
     failing = live.Served(Setup(FOLDER / f"{program}.elf"))

@@ -95,8 +95,7 @@ def test_rubric_next_step_may_name_template_function(desk: Path) -> None:
     (desk / "pitch.toml").write_text(RUBRIC.replace('title = "Pitch"', table), encoding="utf-8")
     done = fcu(desk, "check", "template-arm", "--rubric", "pitch.toml")
 
-    _, _, advice = done.stdout.partition("\nNext\n")
-    assert "Compute it in HAL_TIM_PeriodElapsedCallback(), and print it." in advice
+    assert "\nNext\n  Compute it in HAL_TIM_PeriodElapsedCallback(), and print it.\n" in done.stdout
 
 
 def test_rubric_with_an_option_comes_before_the_projects(desk: Path) -> None:

@@ -165,9 +165,9 @@ def test_old_key_works_like_the_new_one(old: str, new: str, tmp_path: Path) -> N
 
 
 def test_old_names_of_board_warn() -> None:
-    with pytest.warns(DeprecationWarning, match="wiring"):
+    with pytest.warns(DeprecationWarning, match="^profile is now called wiring;"):
         board = Board("solution", profile="fcu001v1")  # the previous name of wiring
-    with pytest.warns(DeprecationWarning, match="chip"):
+    with pytest.warns(DeprecationWarning, match="^arm is now called chip;"):
         chip = board.arm
 
     assert board.booted.wiring.name == "fcu001v1"
@@ -196,7 +196,7 @@ def test_old_name_of_result_warns(name: str) -> None:
     assert old is fcu_emulator.ExpectationResult
 
 
-def test_failure_of_finding_is_the_finding() -> None:
+def test_old_attribute_miss_warns() -> None:
     finding = fcu_emulator.ExpectationResult("a line", "missing")
     with pytest.warns(DeprecationWarning, match="leave out"):
         miss = finding.miss

@@ -274,8 +274,10 @@ latitude_deg = 47.4
 longitude_deg = 8.5
 altitude_m = 400
 date = 2026-03-01
+[board]
+pressure_wander_hpa = 0
 """
-    world = Board(scenario=write(tmp_path, text), ideal=True).world
+    world = Board(scenario=write(tmp_path, text)).world
     assert world.attitude_deg(0)[0] == pytest.approx([5, -10, 120])
     assert world.temperature_degc(0)[0] == 10
     assert world.pressure_hpa(0)[0] == pytest.approx(940)
@@ -310,9 +312,12 @@ yaw_deg = 40
     assert result.passed, result.lines
 
 
+STILL_AIR = "[board]\npressure_wander_hpa = 0\n"
+
+
 def test_a_places_altitude_is_the_floors(tmp_path: Path) -> None:
-    world = Board(scenario=write(tmp_path, f"{HEAD}\n[world]\n{PLACE}"), ideal=True).world
+    world = Board(scenario=write(tmp_path, f"{HEAD}\n[world]\n{PLACE}\n{STILL_AIR}")).world
     assert world.pressure_hpa(0)[0] == pytest.approx(World(floor_altitude_m=1650.0).pressure_hpa(0)[0])
-    text = f"{HEAD}\n[world]\nfloor_altitude_m = 0\n{PLACE}"
-    lower = Board(scenario=write(tmp_path, text), ideal=True).world
+    text = f"{HEAD}\n[world]\nfloor_altitude_m = 0\n{PLACE}\n{STILL_AIR}"
+    lower = Board(scenario=write(tmp_path, text)).world
     assert lower.pressure_hpa(0)[0] == pytest.approx(1013.25)

@@ -51,11 +51,6 @@ def outputs(board: Board) -> list[bytes]:
     return [bus.write_read(address, bytes([first]), count) for address, first, count in OUTPUTS]
 
 
-def run_until(board: Board, at_s: float) -> None:
-    """Reads take time on the bus, so that times are absolute."""
-    board.run_for(at_s - board.now_s)
-
-
 def put(board: Board, registers: dict[int, int]) -> None:
     for address, value in registers.items():
         board.i2c("I2C2").write(LSM6DSL, bytes([address, value]))
@@ -78,15 +73,15 @@ def test_sensor_samples_do_not_depend_on_reads(
     for after_s, action, looked in steps:
         at_s += after_s
         for board in boards:
-            run_until(board, at_s)
+            board.run_until(at_s)
             if isinstance(action, dict):
                 put(board, action)
             elif action is not None:
                 action(board.world)
             if board is read or (board is sometimes and looked):
-                run_until(board, at_s + 0.02)
+                board.run_until(at_s + 0.02)
                 outputs(board)
     for board in boards:
-        run_until(board, at_s + 0.04)
+        board.run_until(at_s + 0.04)
     last = [outputs(board) for board in boards]
     assert last[0] == last[1] == last[2]

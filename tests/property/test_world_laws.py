@@ -224,7 +224,7 @@ def test_world_past_never_changes(
 
 
 def test_world_ten_minutes_of_hand_are_kept() -> None:
-    """A mouse gives 50 commands per second: the first of 30,000 is still known, and memory stays bounded."""
+    """A mouse gives 50 commands per second: the first of 30,000 is still known."""
     clock = Clock()
     world = World(clock)
     for index in range(30_000):

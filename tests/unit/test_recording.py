@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tracemalloc
 from pathlib import Path
 
@@ -135,7 +136,7 @@ def test_a_wrong_row_is_named_by_its_line(
 def test_absurd_vectors_are_refused(tmp_path: Path, group: str) -> None:
     error = refusal(write(tmp_path, f"t_s,{group}\n0,0,0,0\n1,0,0,1e300\n"))
     assert (error.line, error.kind) == (3, "out_of_range")
-    assert f"{group.split(',')[2]} must be" in str(error)
+    assert re.search(rf"{group.split(',')[2]} must be from .*, not 1e\+300", str(error))
 
 
 @pytest.mark.parametrize(

@@ -109,7 +109,7 @@ def test_pressure_wander_depends_on_time_and_seed_alone() -> None:
     np.testing.assert_allclose(wandering(2 * WANDER_HPA).pressure_hpa(t_s) - still, 2 * (first - still))
 
 
-def test_wandering_pressure_leaves_the_rest_at_rest() -> None:
+def test_pressure_wander_changes_no_other_signal() -> None:
     world, other = wandering(), World()
     t_s = np.linspace(0, 100, 51)
     assert world.rests(1.0, 100.0)

@@ -215,6 +215,7 @@ def test_live_changes_have_bounded_memory(
     tracemalloc.start()
     try:
         full = drag(400)
+        assert full < 400 * 4_000  # bytes a step of six changes
         assert drag(1000) < 1.1 * full
     finally:
         tracemalloc.stop()
