@@ -15,9 +15,9 @@ from json.encoder import encode_basestring_ascii as quoted
 from pathlib import Path
 from typing import Any, ClassVar, TypeAlias, TypeVar
 
+from fcu_emulator.emulator.clock import PS_PER_S
 from fcu_emulator.emulator.errors import OutputError
 from fcu_emulator.emulator.host.files import BoundedFile
-from fcu_emulator.emulator.time.clock import PS_PER_S
 
 
 @dataclass(frozen=True, slots=True)

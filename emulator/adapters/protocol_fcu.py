@@ -17,9 +17,9 @@ import serial
 
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.clock import PS_PER_MS, to_ps
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.renamed import with_current_keys
-from fcu_emulator.emulator.time.clock import PS_PER_MS, to_ps
 
 SILENCE_S = 60.0
 """Virtual time after which a read without a timeout raises an error."""

@@ -27,9 +27,9 @@ from fcu_emulator.emulator.analysis.observation import (
     ObservedItem,
     is_led,
 )
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.scenario.run_view import FIELDS, FORMATS, deviation, same_banner
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
 Ignorable: TypeAlias = Literal["time", "numbers", "registers", "leds"]
 

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.buses.uart import Uart
+from fcu_emulator.emulator.clock import NEVER_PS, TickCounts
 from fcu_emulator.emulator.errors import FirmwareError, LimitError, NotJudgedError
 from fcu_emulator.emulator.links.runner import Runner
-from fcu_emulator.emulator.time.clock import NEVER_PS
-from fcu_emulator.emulator.time.ticks import TickCounts
 from fcu_emulator.emulator.trace import EventT, GpioEdge, RegisterWrite, TerminalBytes, Trace, TraceEvent
 
 TERMINAL, TIMER, END = "terminal", "timer", "end of the run"

@@ -14,8 +14,8 @@ from fractions import Fraction
 import numpy as np
 
 from fcu_emulator.emulator.assembly.board import Board
+from fcu_emulator.emulator.clock import PS_PER_MS, Periodic
 from fcu_emulator.emulator.scenario.run_view import FORMATS, TRUTH, lab_angles
-from fcu_emulator.emulator.time.clock import PS_PER_MS, Periodic
 
 SETTLE_S = 0.15
 _LOOK_PS = Fraction(487 * PS_PER_MS, 100)

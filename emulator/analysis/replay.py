@@ -27,9 +27,9 @@ from fcu_emulator.emulator.analysis.observation import (
 )
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.buses.gpio import Gpio
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Clock
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.python_cpu.hal import HAL_OK, HAL_TIMEOUT, HalGpio, HostedApplication
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Clock
 from fcu_emulator.emulator.trace import BusTransfer, GpioEdge, TerminalBytes, Trace
 
 _LF = ord("\n")

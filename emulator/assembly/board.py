@@ -51,13 +51,12 @@ from fcu_emulator.emulator.buses.gpio import Gpio, Led
 from fcu_emulator.emulator.buses.i2c import FAST_MODE_HZ, I2CBus, I2CMaster
 from fcu_emulator.emulator.buses.spi import SpiBus, SpiMaster
 from fcu_emulator.emulator.buses.uart import Uart
+from fcu_emulator.emulator.clock import PS_PER_S, Clock, TickCounts, to_ps
 from fcu_emulator.emulator.errors import FcuError, InputError
 from fcu_emulator.emulator.python_cpu.cpu import PythonCpu
 from fcu_emulator.emulator.python_cpu.hal import VirtualHal
 from fcu_emulator.emulator.python_cpu.timer import IntervalTimer
 from fcu_emulator.emulator.renamed import OldName, warn_renamed
-from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, to_ps
-from fcu_emulator.emulator.time.ticks import TickCounts
 from fcu_emulator.emulator.trace import BusTransfer, Trace
 from fcu_emulator.emulator.world import World
 from fcu_emulator.sensors.errors import Quality

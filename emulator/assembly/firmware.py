@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 from fcu_emulator.emulator.boards.description import BoardDescription, Wiring
+from fcu_emulator.emulator.clock import TickCounts
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.python_cpu.cpu import PythonCpu
 from fcu_emulator.emulator.python_cpu.hal import HostedApplication, VirtualHal
-from fcu_emulator.emulator.time.ticks import TickCounts
 
 if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.image import FirmwareImage, Symbols

@@ -20,8 +20,8 @@ from fcu_emulator.emulator.boards.description import (
 )
 from fcu_emulator.emulator.buses.i2c import I2CBus
 from fcu_emulator.emulator.buses.spi import SpiBus
+from fcu_emulator.emulator.clock import NEVER_PS, Clock, Event
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.time.clock import NEVER_PS, Clock, Event
 from fcu_emulator.emulator.trace import DeviceNote, GpioEdge, RegisterWrite, Trace
 from fcu_emulator.emulator.world import World
 from fcu_emulator.sensors.errors import PartErrors

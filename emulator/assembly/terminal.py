@@ -7,8 +7,8 @@ import re
 from collections.abc import Callable
 
 from fcu_emulator.emulator.buses.uart import NOT_UTF_8, Uart, decoded
+from fcu_emulator.emulator.clock import PS_PER_S, Clock, to_ps
 from fcu_emulator.emulator.errors import ExpectationError, InputError
-from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, to_ps
 
 _LOOK_EVERY_PS = PS_PER_S // 100  # step of expect() between two checks
 _TAIL, _LINES = 2_000, 8  # size of the output in an error

@@ -17,9 +17,9 @@ from fcu_emulator.emulator.buses.gpio import Gpio
 from fcu_emulator.emulator.buses.i2c import I2CBus
 from fcu_emulator.emulator.buses.spi import SpiBus
 from fcu_emulator.emulator.buses.uart import Uart
+from fcu_emulator.emulator.clock import Clock
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.renamed import warn_renamed
-from fcu_emulator.emulator.time.clock import Clock
 from fcu_emulator.emulator.trace import Trace
 from fcu_emulator.sensors.errors import PartErrors, Quality, Vec3, drawn, drawn_by_axis, fixed, strength
 from fcu_emulator.sensors.part import Sensor

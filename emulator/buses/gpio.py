@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Protocol, TypeAlias
 
-from fcu_emulator.emulator.time.clock import Clock
+from fcu_emulator.emulator.clock import Clock
 from fcu_emulator.emulator.trace import GpioEdge, Trace
 
 LevelCallback: TypeAlias = Callable[[int], None]

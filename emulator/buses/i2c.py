@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, Protocol, Self, TypeAlias, get_args
 
+from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S, Clock, to_ps
 from fcu_emulator.emulator.errors import I2CBusError, I2CError, I2CNackError, I2CStuckError, InputError
-from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, Clock, to_ps
 from fcu_emulator.emulator.trace import BusTransfer, Fault, Trace
 from fcu_emulator.sensors.part import SubaddressTarget
 from fcu_emulator.sensors.register_file import BurstReader

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from fcu_emulator.emulator.buses.i2c import checked_count, checked_data
+from fcu_emulator.emulator.clock import PS_PER_S, Clock
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.time.clock import PS_PER_S, Clock
 from fcu_emulator.emulator.trace import BusTransfer, Trace
 from fcu_emulator.sensors.declaration import Mode, Wires
 from fcu_emulator.sensors.part import Sensor

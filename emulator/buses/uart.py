@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Protocol
 
-from fcu_emulator.emulator.time.clock import PS_PER_S, Clock
+from fcu_emulator.emulator.clock import PS_PER_S, Clock
 from fcu_emulator.emulator.trace import Fault, TerminalBytes, Trace
 
 BAUD = 115_200

@@ -29,8 +29,8 @@ from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, CoreRegist
 from fcu_emulator.emulator.chip.image.c_types import Array, Boolean, CType, CValue, Integer, Structure
 from fcu_emulator.emulator.chip.image.c_values import alignment, floats_of, load_into, store
 from fcu_emulator.emulator.chip.memory_map import RAM, RAM_SIZE
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S
 from fcu_emulator.emulator.errors import CallError, InputError, SymbolError
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
 if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.cpu.core import Core

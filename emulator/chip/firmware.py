@@ -29,8 +29,8 @@ from fcu_emulator.emulator.chip.diagnosis import Diagnosis, diagnose, findings
 from fcu_emulator.emulator.chip.diagnosis.hang import exception_name
 from fcu_emulator.emulator.chip.image import FirmwareImage
 from fcu_emulator.emulator.chip.peripherals.tim import Timer
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S, Clock
 from fcu_emulator.emulator.errors import InputError, LimitError, SymbolError
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, Clock
 from fcu_emulator.emulator.trace import LARGEST_FILE
 
 if TYPE_CHECKING:  # imported later, so that runs start sooner

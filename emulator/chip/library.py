@@ -32,7 +32,7 @@ from fcu_emulator.emulator.chip.native import loader
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, ClockTree, Peripheral
 from fcu_emulator.emulator.chip.registers import names_of
 from fcu_emulator.emulator.chip.sensor_registers import Targets, TargetTable
-from fcu_emulator.emulator.time.clock import Clock
+from fcu_emulator.emulator.clock import Clock
 from fcu_emulator.emulator.trace import DeviceNote, Trace
 
 _i32, _u32, _i64, _pointer = ctypes.c_int32, ctypes.c_uint32, ctypes.c_int64, ctypes.c_void_p

@@ -7,7 +7,7 @@ from array import array
 from collections.abc import Callable
 from typing import Any, Final, Protocol
 
-from fcu_emulator.emulator.time.clock import Clock
+from fcu_emulator.emulator.clock import Clock
 from fcu_emulator.sensors.part import Sensor
 
 _i32, _i64 = ctypes.c_int32, ctypes.c_int64

@@ -25,11 +25,11 @@ from fcu_emulator.emulator.chip.firmware import parse_limits
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.cli.options import DiffOptions
 from fcu_emulator.emulator.cli.screen import Look, ProgressLine, paint
+from fcu_emulator.emulator.clock import PS_PER_S, parse_duration, seconds
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.scenario import Scenario, load_scenario
 from fcu_emulator.emulator.scenario.run_view import escaped
 from fcu_emulator.emulator.text import visible
-from fcu_emulator.emulator.time.clock import PS_PER_S, parse_duration, seconds
 
 _LONGEST = 100  # characters
 

@@ -8,11 +8,11 @@ from typing import Any
 import click
 
 from fcu_emulator.emulator.cli.options import MoveOptions
+from fcu_emulator.emulator.clock import parse_duration
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.links.control import RunningBoard, the_running_board
 from fcu_emulator.emulator.live.gestures import GESTURES, OLD_WORDS
 from fcu_emulator.emulator.text import visible
-from fcu_emulator.emulator.time.clock import parse_duration
 
 _ANGLES = ("roll_deg", "pitch_deg", "yaw_deg")
 _PUSHED_FOR = "1s"

@@ -14,7 +14,7 @@ _LARGEST_RECORD = 64 << 20
 
 def draw_record(record: Path, output: Path | None) -> None:
     """Draw a file of ``fcu run --json`` and print the picture's path. Raises InputError."""
-    from fcu_emulator.emulator.views.plot import draw
+    from fcu_emulator.emulator.analysis.plot import draw
 
     picture = output or record.with_suffix(".png")
     with ProgressLine(f"drawing {picture}"):

@@ -21,12 +21,12 @@ from fcu_emulator.emulator.cli.run_record import RunRecord
 from fcu_emulator.emulator.cli.run_report import Explainer, ProgressDisplay, summary
 from fcu_emulator.emulator.cli.screen import Look, Say, gap
 from fcu_emulator.emulator.cli.screen import say as say_to_user
+from fcu_emulator.emulator.clock import parse_duration, seconds
 from fcu_emulator.emulator.errors import FcuError, InputError, LinkError, OutputError
 from fcu_emulator.emulator.host.isolation import limits_of_worker
 from fcu_emulator.emulator.links import Addressed, ByteLink, open_link
 from fcu_emulator.emulator.links.runner import Progress, Runner
 from fcu_emulator.emulator.links.stdout import StdoutLink
-from fcu_emulator.emulator.time.clock import parse_duration, seconds
 from fcu_emulator.emulator.trace import LARGEST_FILE
 
 if TYPE_CHECKING:
@@ -206,11 +206,11 @@ def _views(options: RunOptions, board: Board, limits: Limits | None, stack: Exit
     most_bytes = limits.trace_bytes if limits else LARGEST_FILE
     views: list[View] = []
     if options.vcd is not None:
-        from fcu_emulator.emulator.views.vcd import VcdFile
+        from fcu_emulator.emulator.analysis.vcd import VcdFile
 
         views.append(VcdFile(board, options.vcd, most_bytes))
     if options.perfetto is not None:
-        from fcu_emulator.emulator.views.perfetto import PerfettoFile
+        from fcu_emulator.emulator.analysis.perfetto import PerfettoFile
 
         views.append(PerfettoFile(board, options.perfetto, most_bytes))
     for view in views:

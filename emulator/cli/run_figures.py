@@ -13,7 +13,7 @@ from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.buses.i2c import I2CBus
 from fcu_emulator.emulator.buses.spi import SpiBus
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S
 
 _FEWEST_LOOKS = 100  # two digits of a share
 

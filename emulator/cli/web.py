@@ -12,6 +12,7 @@ from fcu_emulator.emulator.cli.isolated import announcement
 from fcu_emulator.emulator.cli.options import WebOptions
 from fcu_emulator.emulator.cli.run import interruptible
 from fcu_emulator.emulator.cli.screen import say
+from fcu_emulator.emulator.clock import PS_PER_S, parse_duration
 from fcu_emulator.emulator.errors import InputError, LinkError
 from fcu_emulator.emulator.host.isolation import limits_of_worker
 from fcu_emulator.emulator.links import Addressed, ByteLink, open_link
@@ -21,7 +22,6 @@ from fcu_emulator.emulator.live.listening import warning
 from fcu_emulator.emulator.live.server import PageServer
 from fcu_emulator.emulator.live.session import LiveSession
 from fcu_emulator.emulator.live.setup import Setup
-from fcu_emulator.emulator.time.clock import PS_PER_S, parse_duration
 
 
 def serve_board(options: WebOptions) -> ExitCode:

@@ -20,6 +20,7 @@ from fcu_emulator.emulator.assembly.firmware import FirmwareFactory
 from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis, Kind
 from fcu_emulator.emulator.chip.firmware import ArmFirmware
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S, Periodic
 from fcu_emulator.emulator.errors import FirmwareError, NotJudgedError
 from fcu_emulator.emulator.scenario.expectations import RunView
 from fcu_emulator.emulator.scenario.fields import Duration, Length
@@ -27,7 +28,6 @@ from fcu_emulator.emulator.scenario.result import ExpectationResult, Expected
 from fcu_emulator.emulator.scenario.run_view import escaped
 from fcu_emulator.emulator.scenario.schema import Kinds
 from fcu_emulator.emulator.text import shown
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
 
 # -- Shared by all kinds ------------------------------------------------------------------------------------
 

@@ -18,6 +18,7 @@ from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.assembly.firmware import FirmwareFactory, choose
 from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
+from fcu_emulator.emulator.clock import PS_PER_S, seconds, to_ps
 from fcu_emulator.emulator.errors import FirmwareError, NotJudgedError
 from fcu_emulator.emulator.grading.checks import AnyCheck, Check, FinishedRun
 from fcu_emulator.emulator.grading.prerequisites import PREREQUISITE
@@ -48,7 +49,6 @@ from fcu_emulator.emulator.scenario.result import ExpectationResult
 from fcu_emulator.emulator.scenario.run_view import unit_of
 from fcu_emulator.emulator.scenario.schema import ReportTable
 from fcu_emulator.emulator.scenario.toml_writer import names_files, scenario_text
-from fcu_emulator.emulator.time.clock import PS_PER_S, seconds, to_ps
 
 _SLICE_S = 0.25  # virtual time between progress reports
 _NO_WALL_S = 1e12

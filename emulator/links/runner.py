@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_S, Clock, to_ps
 from fcu_emulator.emulator.links import ByteLink
-from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_S, Clock, to_ps
 
 # -- Virtual time against wall time -------------------------------------------------------------------------
 

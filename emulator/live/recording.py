@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from fcu_emulator.emulator.assembly.board import Board
+from fcu_emulator.emulator.clock import PS_PER_MS, format_duration
 from fcu_emulator.emulator.errors import InputError, OutputError
 from fcu_emulator.emulator.host.files import write_atomically
 from fcu_emulator.emulator.scenario.schema import MOST_ENTRIES
 from fcu_emulator.emulator.scenario.timeline import TimelineAction
 from fcu_emulator.emulator.scenario.toml_writer import key_text, names_files, table_text, timeline
-from fcu_emulator.emulator.time.clock import PS_PER_MS, format_duration
 
 _TABLES = ("firmware_settings", "bus", "world", "sensors")
 

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fcu_emulator.emulator.assembly.board import Board
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S
 from fcu_emulator.emulator.errors import FcuError, FirmwareError, InputError, failure_text
 from fcu_emulator.emulator.links import ByteLink
 from fcu_emulator.emulator.live import messages, registers, view
@@ -33,7 +34,6 @@ from fcu_emulator.emulator.live.setup import Setup, pose_entries
 from fcu_emulator.emulator.scenario import scenario_names
 from fcu_emulator.emulator.scenario.timeline import TimelineAction
 from fcu_emulator.emulator.scenario.toml_writer import parse_entry
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
 if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.gdb.server import GdbServer

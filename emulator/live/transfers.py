@@ -7,7 +7,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from fcu_emulator.emulator.assembly.board import Board
-from fcu_emulator.emulator.time.clock import PS_PER_S
+from fcu_emulator.emulator.clock import PS_PER_S
 from fcu_emulator.emulator.trace import BusTransfer
 from fcu_emulator.sensors.declaration import Quantity
 from fcu_emulator.sensors.part import Sensor

@@ -12,10 +12,10 @@ import numpy as np
 from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.buses.i2c import I2CBus
+from fcu_emulator.emulator.clock import PS_PER_S
 from fcu_emulator.emulator.live import gestures, messages, transfers
 from fcu_emulator.emulator.scenario import scenario_names
 from fcu_emulator.emulator.text import shown
-from fcu_emulator.emulator.time.clock import PS_PER_S
 from fcu_emulator.emulator.world.attitude import matrix_to_euler
 from fcu_emulator.emulator.world.track import Array
 

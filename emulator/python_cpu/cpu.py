@@ -13,8 +13,8 @@ from contextlib import suppress
 from greenlet import error as greenlet_error
 from greenlet import getcurrent, greenlet
 
+from fcu_emulator.emulator.clock import Clock
 from fcu_emulator.emulator.errors import FirmwareError, InputError, NotJudgedError
-from fcu_emulator.emulator.time.clock import Clock
 
 _THREAD_PRIORITY = 256  # below every interrupt
 

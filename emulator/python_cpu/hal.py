@@ -12,10 +12,10 @@ from fcu_emulator.emulator.boards.description import CallbackTimer
 from fcu_emulator.emulator.buses.gpio import Gpio
 from fcu_emulator.emulator.buses.i2c import I2CBus
 from fcu_emulator.emulator.buses.uart import Uart
+from fcu_emulator.emulator.clock import PS_PER_MS, Clock
 from fcu_emulator.emulator.errors import I2CError, I2CStuckError
 from fcu_emulator.emulator.python_cpu.cpu import Interrupt, PythonCpu
 from fcu_emulator.emulator.python_cpu.timer import IntervalTimer
-from fcu_emulator.emulator.time.clock import PS_PER_MS, Clock
 from fcu_emulator.emulator.trace import Trace
 
 HAL_OK, HAL_ERROR, HAL_BUSY, HAL_TIMEOUT = range(4)

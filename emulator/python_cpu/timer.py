@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 
-from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, Event
+from fcu_emulator.emulator.clock import PS_PER_S, Clock, Event
 from fcu_emulator.emulator.trace import TickLate, TickLost, Trace
 
 

@@ -17,11 +17,11 @@ from typing import Annotated, NamedTuple
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
+from fcu_emulator.emulator.clock import NEVER_PS
 from fcu_emulator.emulator.scenario.expectations import QuantityName, RunView
 from fcu_emulator.emulator.scenario.fields import LED_NAMES, Table, board_of
 from fcu_emulator.emulator.scenario.run_view import SAMPLE_STEP_PS, deviation, unit_of
 from fcu_emulator.emulator.text import shown
-from fcu_emulator.emulator.time.clock import NEVER_PS
 from fcu_emulator.emulator.trace import GpioEdge
 
 # -- LEDs ---------------------------------------------------------------------------------------------------

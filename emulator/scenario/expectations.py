@@ -16,6 +16,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from fcu_emulator.emulator.buses.uart import decoded
+from fcu_emulator.emulator.clock import PS_PER_MS, seconds
 from fcu_emulator.emulator.scenario.fields import (
     Duration,
     Length,
@@ -56,7 +57,6 @@ from fcu_emulator.emulator.scenario.text_diff import (
     nearest,
 )
 from fcu_emulator.emulator.text import shown, visible
-from fcu_emulator.emulator.time.clock import PS_PER_MS, seconds
 
 # -- Shared by all expectations: view of the run, evaluation, window -------------------------------------------
 

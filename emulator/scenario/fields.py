@@ -37,10 +37,7 @@ from pydantic_core import PydanticCustomError
 
 from fcu_emulator.emulator.boards.description import BoardDescription
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
-from fcu_emulator.emulator.errors import RecordingError
-from fcu_emulator.emulator.renamed import with_current_keys
-from fcu_emulator.emulator.text import shown
-from fcu_emulator.emulator.time.clock import (
+from fcu_emulator.emulator.clock import (
     DURATION,
     NUMBER,
     PS_PER_US,
@@ -48,6 +45,9 @@ from fcu_emulator.emulator.time.clock import (
     parse_duration,
     seconds,
 )
+from fcu_emulator.emulator.errors import RecordingError
+from fcu_emulator.emulator.renamed import with_current_keys
+from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.world import Recording, limits, load_recording
 from fcu_emulator.emulator.world.limits import Range
 

@@ -9,6 +9,7 @@ from typing import ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from fcu_emulator.emulator.clock import PS_PER_MS, seconds
 from fcu_emulator.emulator.scenario.conditions import Condition, Followed, Stretch
 from fcu_emulator.emulator.scenario.expectations import RunView, Windowed, shown_line
 from fcu_emulator.emulator.scenario.fields import Duration, Length, PatternText
@@ -16,7 +17,6 @@ from fcu_emulator.emulator.scenario.rests import Rest, is_printed, mistake, rest
 from fcu_emulator.emulator.scenario.result import ExpectationResult
 from fcu_emulator.emulator.scenario.run_view import SAMPLE_STEP_PS, PrintedLine, escaped, same_banner
 from fcu_emulator.emulator.text import visible
-from fcu_emulator.emulator.time.clock import PS_PER_MS, seconds
 
 _DIFF_LINES = 3  # in a finding
 

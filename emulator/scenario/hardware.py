@@ -11,13 +11,12 @@ from typing import Any, ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
+from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S, TickCounts, seconds
 from fcu_emulator.emulator.scenario.conditions import Condition, Followed, LedName, led_states, unit_text
 from fcu_emulator.emulator.scenario.expectations import Expectation, RunView, Windowed
 from fcu_emulator.emulator.scenario.fields import Duration, Length
 from fcu_emulator.emulator.scenario.result import ExpectationResult
 from fcu_emulator.emulator.scenario.run_view import SAMPLE_STEP_PS, BoardView
-from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, seconds
-from fcu_emulator.emulator.time.ticks import TickCounts
 from fcu_emulator.emulator.trace import BusTransfer, TraceEvent
 from fcu_emulator.sensors import SENSORS
 

@@ -30,6 +30,7 @@ from pydantic import ValidationError
 
 from fcu_emulator.emulator.boards.description import BoardDescription
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.clock import PS_PER_MS, format_duration, parse_duration, seconds
 from fcu_emulator.emulator.errors import InputError, ScenarioError
 from fcu_emulator.emulator.renamed import with_current_keys
 from fcu_emulator.emulator.scenario.fields import Resources, read_bounded
@@ -43,7 +44,6 @@ from fcu_emulator.emulator.scenario.thresholds import (
     put_in_place,
 )
 from fcu_emulator.emulator.text import shown
-from fcu_emulator.emulator.time.clock import PS_PER_MS, format_duration, parse_duration, seconds
 
 
 def load_scenario(

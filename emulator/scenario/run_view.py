@@ -29,9 +29,8 @@ import numpy as np
 from fcu_emulator.emulator.buses.gpio import Led
 from fcu_emulator.emulator.buses.i2c import I2CMaster
 from fcu_emulator.emulator.buses.uart import Uart, decoded
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S, Periodic, TickCounts
 from fcu_emulator.emulator.links.runner import RunnableBoard, SerialEnd
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, Periodic
-from fcu_emulator.emulator.time.ticks import TickCounts
 from fcu_emulator.emulator.trace import Trace
 from fcu_emulator.emulator.world import World
 from fcu_emulator.emulator.world.track import Array

@@ -18,6 +18,7 @@ from typing import Any, Protocol
 from weakref import WeakKeyDictionary
 
 from fcu_emulator.emulator.boards.description import BoardErrors, SensorSettings
+from fcu_emulator.emulator.clock import PS_PER_S, Clock, format_duration, seconds
 from fcu_emulator.emulator.errors import InputError, ScenarioError
 from fcu_emulator.emulator.links.runner import Runner
 from fcu_emulator.emulator.scenario.expectations import SETTLE_PS, ExpectField, RunView
@@ -29,7 +30,6 @@ from fcu_emulator.emulator.scenario.result import ExpectationResult, Result
 from fcu_emulator.emulator.scenario.run_view import BoardView, Recorder, TerminalView, Wanted, against_truth
 from fcu_emulator.emulator.scenario.schema import AnyExpectation, LimitsTable, ReportTable, ScenarioFile
 from fcu_emulator.emulator.scenario.timeline import TimelineAction
-from fcu_emulator.emulator.time.clock import PS_PER_S, Clock, format_duration, seconds
 from fcu_emulator.emulator.world import World, earth_field
 from fcu_emulator.sensors.errors import Quality
 

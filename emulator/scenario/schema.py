@@ -25,6 +25,7 @@ from pydantic_core import CoreSchema, core_schema
 from fcu_emulator.emulator.boards.description import BoardDescription, BoardErrors, SensorSettings
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.buses.i2c import FAST_MODE_HZ
+from fcu_emulator.emulator.clock import PS_PER_S, format_duration
 from fcu_emulator.emulator.scenario.expectations import (
     ExpectField,
     ExpectLine,
@@ -59,7 +60,6 @@ from fcu_emulator.emulator.scenario.rules import rule_names
 from fcu_emulator.emulator.scenario.thresholds import MOST_THRESHOLDS, ThresholdTable
 from fcu_emulator.emulator.scenario.timeline import AnyEntry
 from fcu_emulator.emulator.text import shown
-from fcu_emulator.emulator.time.clock import PS_PER_S, format_duration
 from fcu_emulator.emulator.world import limits
 from fcu_emulator.sensors.errors import Figure, PartErrors, Quality
 

@@ -21,9 +21,9 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, TypeAdapter, model_validator
 
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S, format_duration, parse_duration, seconds
 from fcu_emulator.emulator.errors import ScenarioError
 from fcu_emulator.emulator.scenario.fields import Duration, Length, Table
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, format_duration, parse_duration, seconds
 
 _STEEPEST_DEG = 90.0
 _DIGITS = 6

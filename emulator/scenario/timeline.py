@@ -20,6 +20,7 @@ from pydantic import (
 )
 
 from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
+from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_S, to_ps
 from fcu_emulator.emulator.renamed import current_name
 from fcu_emulator.emulator.scenario.fields import (
     Address,
@@ -33,7 +34,6 @@ from fcu_emulator.emulator.scenario.fields import (
 )
 from fcu_emulator.emulator.scenario.run_view import BoardView
 from fcu_emulator.emulator.text import shown
-from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_S, to_ps
 from fcu_emulator.emulator.world import World, limits
 from fcu_emulator.emulator.world.air import DOOR_HPA
 from fcu_emulator.emulator.world.hand import TREMOR_HZ, TREMOR_MG, WRIST_M

@@ -17,10 +17,10 @@ from pydantic import TypeAdapter, ValidationError
 
 from fcu_emulator.emulator.boards.description import BoardDescription
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.clock import format_duration
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.scenario.loader import scenario_error
 from fcu_emulator.emulator.scenario.timeline import AnyEntry, Replay, TimelineAction
-from fcu_emulator.emulator.time.clock import format_duration
 
 _ENTRY: TypeAdapter[TimelineAction] = TypeAdapter(AnyEntry)
 

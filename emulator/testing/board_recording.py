@@ -13,12 +13,12 @@ from typing import Any
 
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.buses.i2c import I2CFault
+from fcu_emulator.emulator.clock import NEVER_PS, format_duration, to_ps
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.host.install_hints import command_line
 from fcu_emulator.emulator.live.recording import SessionRecording
 from fcu_emulator.emulator.scenario.timeline import DURATIONS, LONGEST_INPUT, RunMotors
 from fcu_emulator.emulator.scenario.toml_writer import parse_entry
-from fcu_emulator.emulator.time.clock import NEVER_PS, format_duration, to_ps
 from fcu_emulator.emulator.world import World
 
 _KEYS = {"hpa": "pressure_hpa", "degc": "temperature_degc", "percent": "humidity_percent"}

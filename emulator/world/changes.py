@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from fcu_emulator.emulator.clock import Clock
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.time.clock import Clock
 from fcu_emulator.emulator.world import limits
 from fcu_emulator.emulator.world.air import Drift
 from fcu_emulator.emulator.world.attitude import Attitude

@@ -10,7 +10,7 @@ import pytest
 from fcu_emulator.emulator.chip.peripherals.adc import Adc, AdcInputs
 from fcu_emulator.emulator.chip.peripherals.dbgmcu import SYSTEM_MEMORY, system_memory
 from fcu_emulator.emulator.chip.peripherals.peripheral import InterruptInput
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S
 from tests.support.arm.chip_fakes import Chip
 
 # Offsets and bits (RM0368 11.12); CCR is the common register.

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S, PS_PER_US, to_ps
 from fcu_emulator.emulator.errors import FirmwareError
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, to_ps
 from tests.support.arm.recorded_cases import CASES
 from tests.support.arm.recording import Case, board_of, chip_state
 

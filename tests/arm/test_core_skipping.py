@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fcu_emulator.emulator.time.clock import PS_PER_MS
+from fcu_emulator.emulator.clock import PS_PER_MS
 from tests.support.arm.core_bench import CoreBench, interrupts, store
 from tests.support.arm.core_programs import state
 

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import pytest
 
-from fcu_emulator.emulator.time.clock import PS_PER_S
+from fcu_emulator.emulator.clock import PS_PER_S
 from tests.support.arm.chip_fakes import NativeChip
 from tests.support.arm.core_bench import ENTRY_CYCLES, CoreBench, store
 

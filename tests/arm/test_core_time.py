@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fcu_emulator.emulator.chip.cpu.core import CYCLES_PER_INSTRUCTION
-from fcu_emulator.emulator.time.clock import PS_PER_S
+from fcu_emulator.emulator.clock import PS_PER_S
 from tests.support.arm.core_bench import CoreBench, interrupts, store
 from tests.support.arm.core_programs import interrupted_core, state
 from tests.support.words import Words

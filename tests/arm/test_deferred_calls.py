@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fcu_emulator.emulator.time.clock import NEVER_PS, Clock
+from fcu_emulator.emulator.clock import NEVER_PS, Clock
 
 times = st.integers(0, 100)
 

@@ -7,7 +7,7 @@ import pytest
 from fcu_emulator import Board
 from fcu_emulator.emulator.buses.i2c import I2CFault
 from fcu_emulator.emulator.chip.diagnosis import Diagnosis
-from fcu_emulator.emulator.time.clock import PS_PER_S
+from fcu_emulator.emulator.clock import PS_PER_S
 from fcu_emulator.firmware_model.arm import prebuilt
 from tests.support.words import Words
 

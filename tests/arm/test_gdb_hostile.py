@@ -9,7 +9,7 @@ from fcu_emulator.emulator.chip.gdb.core_target import CoreTarget
 from fcu_emulator.emulator.chip.gdb.description import REGISTERS
 from fcu_emulator.emulator.chip.gdb.session import GdbSession
 from fcu_emulator.emulator.chip.memory_map import RAM
-from fcu_emulator.emulator.time.clock import PS_PER_US
+from fcu_emulator.emulator.clock import PS_PER_US
 from tests.support.arm.core_bench import CODE, PROBE, CoreBench, interrupts, store
 
 PROGRAM = f"""

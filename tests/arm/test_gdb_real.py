@@ -18,7 +18,7 @@ import pytest
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.chip.gdb.attach import serve
-from fcu_emulator.emulator.time.clock import PS_PER_MS
+from fcu_emulator.emulator.clock import PS_PER_MS
 from fcu_emulator.firmware_model.arm import prebuilt
 
 GDB = shutil.which("gdb-multiarch") or shutil.which("arm-none-eabi-gdb")

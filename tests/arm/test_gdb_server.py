@@ -13,9 +13,9 @@ from fcu_emulator import Board
 from fcu_emulator.emulator.chip.gdb.attach import serve
 from fcu_emulator.emulator.chip.gdb.packets import LONGEST, Arrival, frame
 from fcu_emulator.emulator.chip.gdb.server import GdbServer
+from fcu_emulator.emulator.clock import PS_PER_MS
 from fcu_emulator.emulator.errors import FirmwareError, InputError, LinkError
 from fcu_emulator.emulator.links.runner import Runner
-from fcu_emulator.emulator.time.clock import PS_PER_MS
 from tests.support.arm.gdb_fakes import START, Client, FakeTarget
 from tests.support.words import Words
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from fcu_emulator.emulator.chip.gdb.core_target import CoreTarget
 from fcu_emulator.emulator.chip.gdb.target import HaltReason, Point, PointKind
 from fcu_emulator.emulator.chip.memory_map import FLASH, RAM
-from fcu_emulator.emulator.time.clock import PS_PER_US
+from fcu_emulator.emulator.clock import PS_PER_US
 from tests.support.arm.core_bench import CODE, PROBE, CoreBench, interrupts, store
 from tests.support.arm.thumb_assembler import assemble
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from fcu_emulator.emulator.buses.gpio import Gpio, Led
 from fcu_emulator.emulator.chip.library import FcuChip, NativePeripheral
 from fcu_emulator.emulator.chip.peripherals.gpio import ConnectedPins
-from fcu_emulator.emulator.time.clock import Clock
+from fcu_emulator.emulator.clock import Clock
 from fcu_emulator.emulator.trace import GpioEdge, Trace
 from tests.support.arm.chip_fakes import NativeChip
 

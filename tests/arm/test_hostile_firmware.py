@@ -9,7 +9,7 @@ import pytest
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.chip.memory_map import CHIP_NAME
-from fcu_emulator.emulator.time.clock import PS_PER_MS
+from fcu_emulator.emulator.clock import PS_PER_MS
 from fcu_emulator.emulator.trace import DeviceNote, Fault
 from tests.support.arm.hostile_programs import (
     EVERY_CLOCK_AND_INTERRUPT,

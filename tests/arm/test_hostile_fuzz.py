@@ -14,7 +14,7 @@ from random import Random
 import pytest
 
 from fcu_emulator.emulator.chip.memory_map import ADDRESSES
-from fcu_emulator.emulator.time.clock import PS_PER_MS
+from fcu_emulator.emulator.clock import PS_PER_MS
 from tests.support.arm.hostile_programs import (
     CODE,
     EVERY_CLOCK_AND_INTERRUPT,

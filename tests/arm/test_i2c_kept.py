@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fcu_emulator.emulator.buses.i2c import I2CFault, I2CTarget
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S, PS_PER_US
 from fcu_emulator.emulator.trace import BusTransfer
 from fcu_emulator.sensors.part import SubaddressTarget
 from fcu_emulator.sensors.sampling import OutputWords

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
 from fcu_emulator.emulator.chip.peripherals.peripheral import NOT_CACHEABLE_PS
+from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
 from fcu_emulator.emulator.errors import I2CNackError
-from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
 from fcu_emulator.emulator.trace import BusTransfer
 from tests.support.arm.comm_bench import RAM, CommBench
 from tests.support.arm.hal_i2c import (

@@ -12,8 +12,8 @@ import pytest
 
 from fcu_emulator import Board, FirmwareError
 from fcu_emulator.emulator.chip.firmware import LimitedRun, Limits, parse_limits
+from fcu_emulator.emulator.clock import PS_PER_S
 from fcu_emulator.emulator.errors import InputError, LimitError
-from fcu_emulator.emulator.time.clock import PS_PER_S
 from tests.support.arm.hostile_programs import board_with, program, put
 from tests.support.words import Words
 

@@ -30,7 +30,7 @@ from fcu_emulator.emulator.chip.memory_map import (
     SYSTEM_MEMORY_SIZE,
 )
 from fcu_emulator.emulator.chip.peripherals import dma, gpio, i2c, spi
-from fcu_emulator.emulator.time.clock import NEVER_PS
+from fcu_emulator.emulator.clock import NEVER_PS
 from fcu_emulator.sensors import shared_registers
 from fcu_emulator.sensors.register import ADDRESSES
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from fcu_emulator.emulator.chip.chip import SystemPeripherals
 from fcu_emulator.emulator.chip.peripherals.rcc import NOMINAL, Oscillators, frequencies, pll
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S, PS_PER_US
 from tests.support.arm.chip_fakes import Chip, NativeChip
 from tests.support.words import Words
 

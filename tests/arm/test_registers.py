@@ -21,7 +21,7 @@ from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral
 from fcu_emulator.emulator.chip.registers import DECLARED, SYSTEM_CONTROL_SPACE, names_of
 from fcu_emulator.emulator.chip.registers.c_headers import headers
 from fcu_emulator.emulator.chip.registers.declaration import WORD, PeripheralRegister
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_US
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_US
 from fcu_emulator.emulator.trace import DeviceNote
 from tests.support.arm.chip_fakes import Chip, NativeChip
 

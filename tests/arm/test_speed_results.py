@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_US
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_US
 from fcu_emulator.firmware_model.arm import prebuilt
 from tests.support.arm.speed_bench import Chip, Result
 from tests.support.arm.speed_programs import (

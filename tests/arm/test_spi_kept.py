@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from fcu_emulator.emulator.chip.library import FcuChip
 from fcu_emulator.emulator.chip.sensor_registers import Targets
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_US
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_US
 from fcu_emulator.emulator.trace import BusTransfer, RegisterWrite
 from fcu_emulator.sensors.lps22hb.output import OutputTrain
 from fcu_emulator.sensors.sampling import OutputWords

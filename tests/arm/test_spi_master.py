@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fcu_emulator import Board
-from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
+from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
 from fcu_emulator.emulator.trace import BusTransfer, DeviceNote
 from fcu_emulator.sensors.spi import SpiTarget
 from tests.support.arm.comm_bench import RAM, CommBench

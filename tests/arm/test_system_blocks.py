@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from fcu_emulator.emulator.chip.chip import SystemPeripherals
 from fcu_emulator.emulator.chip.cpu.python_peripherals import NOT_MODELLED
 from fcu_emulator.emulator.chip.peripherals.dbgmcu import SYSTEM_MEMORY, system_memory
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S, PS_PER_US
 from tests.support.arm.chip_fakes import Chip
 from tests.support.words import Words
 

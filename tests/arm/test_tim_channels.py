@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fcu_emulator.emulator.chip.peripherals.tim import Pwm, Timer
-from fcu_emulator.emulator.time.clock import PS_PER_US
+from fcu_emulator.emulator.clock import PS_PER_US
 from tests.support.arm.chip_fakes import NativeChip
 
 CR1, DIER, SR, EGR, CNT, CCR1, BDTR = 0x00, 0x0C, 0x10, 0x14, 0x24, 0x34, 0x44

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
+from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
 from fcu_emulator.emulator.trace import TickLate, TickLost
 from tests.support.arm.chip_fakes import NativeChip
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from fcu_emulator.emulator.buses.uart import Uart
 from fcu_emulator.emulator.chip.peripherals.usart import ConnectedUsarts, Usart, wire_terminal
-from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
+from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
 from fcu_emulator.emulator.trace import TerminalBytes
 from tests.support.arm.chip_fakes import NativeChip
 from tests.support.arm.comm_bench import ACCESS_PS, FakeProcessor

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from fcu_emulator.emulator.chip.peripherals.peripheral import InterruptInput
 from fcu_emulator.emulator.chip.peripherals.watchdogs import Iwdg, Wwdg
-from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
+from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S
 from tests.support.arm.chip_fakes import Chip
 
 KR, PR, RLR = 0x00, 0x04, 0x08

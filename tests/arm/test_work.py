@@ -17,11 +17,11 @@ import pytest
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.chip.firmware import WORK_PER_S, Limits
+from fcu_emulator.emulator.clock import PS_PER_MS
 from fcu_emulator.emulator.errors import LimitError
 from fcu_emulator.emulator.grading.judge import judge
 from fcu_emulator.emulator.grading.rubric import load_rubric
 from fcu_emulator.emulator.grading.verdict import Verdict
-from fcu_emulator.emulator.time.clock import PS_PER_MS
 from fcu_emulator.emulator.trace import DeviceNote, GpioEdge
 from tests.support.arm.heavy_programs import all_programs, mixtures
 from tests.support.arm.hostile_programs import RAM, board_with, program, put, word

@@ -24,9 +24,9 @@ from pathlib import Path
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.analysis.recorder import TruthRecorder
+from fcu_emulator.emulator.clock import to_ps
 from fcu_emulator.emulator.links import MemoryLink
 from fcu_emulator.emulator.links.runner import Progress, Runner
-from fcu_emulator.emulator.time.clock import to_ps
 
 EVERY_S = 300.0
 FIRMWARE = ("lab3", "solution")

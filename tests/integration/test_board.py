@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from fcu_emulator import Board, ExpectationError, FirmwareError, InputError
 from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S
 from fcu_emulator.emulator.python_cpu.hal import HAL_BUSY, HAL_ERROR, HAL_OK, HAL_TIMEOUT, VirtualHal
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 from fcu_emulator.emulator.trace import BusTransfer, Fault, GpioEdge, TickLate, TickLost
 from tests.support.board_fakes import script, start_timer
 

@@ -16,10 +16,10 @@ from fcu_emulator.emulator.analysis.compare import (
 )
 from fcu_emulator.emulator.analysis.observation import END, TERMINAL, Observation, ObservedItem, observe
 from fcu_emulator.emulator.assembly.firmware import FirmwareFactory, Settings, python_firmware
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S
 from fcu_emulator.emulator.python_cpu.hal import VirtualHal
 from fcu_emulator.emulator.scenario import load_scenario, scenario_names
 from fcu_emulator.emulator.scenario.run_view import FIELDS
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 from fcu_emulator.firmware_model.hal import HAL_OK
 from tests.integration.test_cli import fcu, one_line_error
 from tests.support.board_fakes import script

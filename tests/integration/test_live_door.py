@@ -15,6 +15,7 @@ import pytest
 from fcu_emulator.emulator.chip.gdb.packets import frame
 from fcu_emulator.emulator.cli.move import MoveOptions, move
 from fcu_emulator.emulator.cli.terminal import open_port
+from fcu_emulator.emulator.clock import PS_PER_MS
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.host.loopback import HOST
 from fcu_emulator.emulator.links.control import ControlServer, the_running_board
@@ -22,7 +23,6 @@ from fcu_emulator.emulator.live import messages
 from fcu_emulator.emulator.live.messages import SessionEvent
 from fcu_emulator.emulator.live.session import LiveSession
 from fcu_emulator.emulator.live.setup import Setup
-from fcu_emulator.emulator.time.clock import PS_PER_MS
 from tests.support.live_fakes import do
 from tests.support.words import Words
 

@@ -12,10 +12,10 @@ from fcu_emulator.emulator.analysis.compare import compare, largest_deviations
 from fcu_emulator.emulator.analysis.observation import END, TERMINAL, Observation, observe
 from fcu_emulator.emulator.analysis.replay import replay
 from fcu_emulator.emulator.assembly.firmware import FirmwareFactory, python_firmware
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S
 from fcu_emulator.emulator.errors import I2CNackError
 from fcu_emulator.emulator.python_cpu.hal import HAL_OK, VirtualHal
 from fcu_emulator.emulator.scenario import scenario_names
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 from tests.support.board_fakes import script
 from tests.support.scenario_files import IDEAL, write
 

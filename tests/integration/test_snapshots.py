@@ -18,8 +18,8 @@ from hypothesis import strategies as st
 from fcu_emulator import Board, emulator, sensors
 from fcu_emulator.emulator.assembly.snapshot import Snapshot
 from fcu_emulator.emulator.buses.i2c import I2CFault
+from fcu_emulator.emulator.clock import PS_PER_MS
 from fcu_emulator.emulator.errors import I2CError, InputError
-from fcu_emulator.emulator.time.clock import PS_PER_MS
 from fcu_emulator.emulator.trace import GpioEdge, TraceEvent
 
 LSM6DSL, LIS2MDL, LPS22HB = 0x6B, 0x1E, 0x5D

@@ -6,7 +6,7 @@ import pytest
 
 from fcu_emulator.emulator.assembly.terminal import Terminal
 from fcu_emulator.emulator.buses.uart import Uart
-from fcu_emulator.emulator.time.clock import Clock
+from fcu_emulator.emulator.clock import Clock
 from fcu_emulator.emulator.trace import Trace
 
 

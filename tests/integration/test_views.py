@@ -15,13 +15,13 @@ from typing import Any
 import pytest
 
 from fcu_emulator import Board
+from fcu_emulator.emulator.analysis import waves
+from fcu_emulator.emulator.analysis.perfetto import PerfettoFile
+from fcu_emulator.emulator.analysis.plot import draw
+from fcu_emulator.emulator.analysis.vcd import VcdFile
 from fcu_emulator.emulator.cli.plot import draw_record
 from fcu_emulator.emulator.errors import I2CNackError, InputError, LinkError, OutputError
 from fcu_emulator.emulator.trace import BusTransfer, TerminalBytes
-from fcu_emulator.emulator.views import waves
-from fcu_emulator.emulator.views.perfetto import PerfettoFile
-from fcu_emulator.emulator.views.plot import draw
-from fcu_emulator.emulator.views.vcd import VcdFile
 from tests.integration.test_docs import fcu
 
 ALL_BYTES = bytes(range(256))

@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fcu_emulator import Board
+from fcu_emulator.emulator.clock import PS_PER_S, PS_PER_US
 from fcu_emulator.emulator.python_cpu.hal import VirtualHal
-from fcu_emulator.emulator.time.clock import PS_PER_S, PS_PER_US
 from tests.support.board_fakes import script, start_timer
 
 FRAME = Fraction(10 * 729 * PS_PER_S, 84_000_000)  # BRR 0x2D9

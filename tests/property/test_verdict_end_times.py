@@ -9,7 +9,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from fcu_emulator import Board
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S, PS_PER_US
 from fcu_emulator.firmware_model.arm import prebuilt
 
 ARM = Path(__file__).parents[1] / "arm"

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import trapezoid
 
+from fcu_emulator.emulator.clock import Clock, to_ps
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.time.clock import Clock, to_ps
 from fcu_emulator.emulator.world import World, truth
 from fcu_emulator.emulator.world.recording import Recording
 from fcu_emulator.emulator.world.track import Array

@@ -7,7 +7,7 @@ from fractions import Fraction
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_S, Clock, Periodic, to_ps
+from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_S, Clock, Periodic, to_ps
 
 
 def test_events_fire_in_order_of_time_and_scheduling() -> None:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fcu_emulator import Board, I2CNackError
+from fcu_emulator.emulator.clock import PS_PER_MS
 from fcu_emulator.emulator.python_cpu.hal import VirtualHal
-from fcu_emulator.emulator.time.clock import PS_PER_MS
 from fcu_emulator.emulator.trace import BusTransfer, DeviceNote
 from tests.support.board_fakes import script
 from tests.support.words import Words

@@ -6,7 +6,7 @@ import pytest
 
 from fcu_emulator import Board, I2CBusError, I2CNackError, I2CStuckError, InputError
 from fcu_emulator.emulator.buses.i2c import I2CFault
-from fcu_emulator.emulator.time.clock import PS_PER_S
+from fcu_emulator.emulator.clock import PS_PER_S
 from fcu_emulator.emulator.trace import BusTransfer, DeviceNote, Fault, RegisterWrite
 
 LSM6DSL, LIS2MDL, LPS22HB = 0x6B, 0x1E, 0x5D

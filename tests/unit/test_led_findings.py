@@ -9,11 +9,11 @@ from types import SimpleNamespace
 
 import pytest
 
+from fcu_emulator.emulator.clock import PS_PER_MS
 from fcu_emulator.emulator.scenario.expectations import RunView
 from fcu_emulator.emulator.scenario.hardware import ExpectLedFollows
 from fcu_emulator.emulator.scenario.result import ExpectationResult
 from fcu_emulator.emulator.scenario.run_view import TiltSample
-from fcu_emulator.emulator.time.clock import PS_PER_MS
 from fcu_emulator.emulator.trace import GpioEdge
 
 MOTION = (

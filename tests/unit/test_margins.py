@@ -10,9 +10,9 @@ import pytest
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.boards.description import BoardErrors, SensorSettings
+from fcu_emulator.emulator.clock import PS_PER_S
 from fcu_emulator.emulator.grading.margins import margin_warnings, sensor_error
 from fcu_emulator.emulator.grading.rubric import load_rubric
-from fcu_emulator.emulator.time.clock import PS_PER_S
 
 ALARM = """\
 schema = 1

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fcu_emulator.emulator.clock import format_duration, parse_duration
 from fcu_emulator.emulator.scenario.fields import parse_bus_speed, parse_length
-from fcu_emulator.emulator.time.clock import format_duration, parse_duration
 from tests.support.words import Words
 
 PS_PER_S = 10**12

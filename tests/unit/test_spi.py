@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fcu_emulator import Board, I2CNackError, InputError
-from fcu_emulator.emulator.time.clock import PS_PER_S
+from fcu_emulator.emulator.clock import PS_PER_S
 from fcu_emulator.emulator.trace import BusTransfer
 from tests.support.words import Words
 

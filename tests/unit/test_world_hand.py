@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from fcu_emulator.emulator.clock import Clock, to_ps
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.time.clock import Clock, to_ps
 from fcu_emulator.emulator.world import Recording, World
 from fcu_emulator.emulator.world.track import Array
 

@@ -9,8 +9,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from fcu_emulator.emulator.clock import Clock, to_ps
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.time.clock import Clock, to_ps
 from fcu_emulator.emulator.world import Recording, World, truth
 from tests.support.words import Words
 

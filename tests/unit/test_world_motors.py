@@ -9,9 +9,9 @@ import pytest
 from scipy import signal as scipy_signal
 
 from fcu_emulator import Board
+from fcu_emulator.emulator.clock import Clock, to_ps
 from fcu_emulator.emulator.errors import InputError, ScenarioError
 from fcu_emulator.emulator.scenario import load_scenario, run
-from fcu_emulator.emulator.time.clock import Clock, to_ps
 from fcu_emulator.emulator.world import World
 
 G = 9.80665

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from scipy.integrate import cumulative_trapezoid
 
 from fcu_emulator import Board
+from fcu_emulator.emulator.clock import Clock, to_ps
 from fcu_emulator.emulator.errors import InputError, RecordingError
-from fcu_emulator.emulator.time.clock import Clock, to_ps
 from fcu_emulator.emulator.world import World, load_recording
 from fcu_emulator.emulator.world.track import Array
 

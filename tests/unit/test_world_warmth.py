@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fcu_emulator import Board
-from fcu_emulator.emulator.time.clock import Clock, to_ps
+from fcu_emulator.emulator.clock import Clock, to_ps
 from fcu_emulator.emulator.world import World
 from fcu_emulator.emulator.world.recording import Recording
 from tests.support.scenario_files import write

@@ -7,7 +7,7 @@ from enum import Enum, auto
 from typing import Final
 
 from fcu_emulator.emulator.chip.library import FcuChip
-from fcu_emulator.emulator.time.clock import Clock
+from fcu_emulator.emulator.clock import Clock
 from fcu_emulator.emulator.trace import Trace
 
 

@@ -22,7 +22,7 @@ from fcu_emulator.emulator.chip.cpu.python_peripherals import PythonPeripherals
 from fcu_emulator.emulator.chip.library import ChipStatus, FcuChip, NativePeripheral
 from fcu_emulator.emulator.chip.memory_map import CHIP_NAME, FLASH, FLASH_SIZE, RAM
 from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral, Soc
-from fcu_emulator.emulator.time.clock import Clock
+from fcu_emulator.emulator.clock import Clock
 from fcu_emulator.emulator.trace import Fault as FaultEvent
 from fcu_emulator.emulator.trace import Trace
 

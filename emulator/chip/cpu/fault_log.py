@@ -9,7 +9,7 @@ from fcu_emulator.emulator.chip.cpu.core import Core
 from fcu_emulator.emulator.chip.cpu.exceptions import FAULT_HANDLERS, STKERR, CoreFault
 from fcu_emulator.emulator.chip.memory_map import RAM
 from fcu_emulator.emulator.chip.registers import address_of, scb
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_US
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_US
 
 CORE = struct.Struct("<17I")
 _CFSR, _HFSR = address_of("SCB", scb.CFSR), address_of("SCB", scb.HFSR)

@@ -43,7 +43,7 @@ from fcu_emulator.emulator.chip.image import FirmwareImage
 from fcu_emulator.emulator.chip.memory_map import RAM_MEMORY
 from fcu_emulator.emulator.chip.peripherals.rcc import WRONG_CRYSTAL
 from fcu_emulator.emulator.chip.peripherals.tim import Timer
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S
 from fcu_emulator.emulator.trace import BusTransfer, DeviceNote, GpioEdge, Trace
 
 

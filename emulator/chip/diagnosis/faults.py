@@ -25,7 +25,7 @@ from fcu_emulator.emulator.chip.diagnosis.report import Cause, Diagnosis, at, se
 from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY, RAM_MEMORY
 from fcu_emulator.emulator.chip.registers import scb
 from fcu_emulator.emulator.chip.registers.declaration import Word
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S
 
 # -- fault status registers (ARMv7-M ARM B3.2.15, B3.2.16; PM0214 4.4.10, 4.4.11) ---------------------------
 

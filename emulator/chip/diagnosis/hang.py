@@ -21,7 +21,7 @@ from fcu_emulator.emulator.chip.diagnosis.read_once import read_once
 from fcu_emulator.emulator.chip.diagnosis.report import Cause, Diagnosis, at, section
 from fcu_emulator.emulator.chip.peripherals.dma import is_any_stream_on
 from fcu_emulator.emulator.chip.registers import address_of, systick
-from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_MS, PS_PER_S
+from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S
 
 # -- names of exceptions (ARMv7-M ARM table B1-4; RM0368 table 38) ------------------------------------------
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S
 
 Kind: TypeAlias = Literal[
     "fault",

@@ -14,7 +14,7 @@ from fcu_emulator.emulator.chip.diagnosis.evidence import absent
 from fcu_emulator.emulator.chip.diagnosis.hang import exception_name
 from fcu_emulator.emulator.chip.diagnosis.report import Cause, Diagnosis, section
 from fcu_emulator.emulator.chip.peripherals.tim import Timer
-from fcu_emulator.emulator.time.clock import PS_PER_S
+from fcu_emulator.emulator.clock import PS_PER_S
 
 _SPEAKS = ("HAL_UART_Transmit", "HAL_UART_Transmit_IT", "HAL_UART_Transmit_DMA")
 _TALKS_TO_SENSORS = (

@@ -17,8 +17,8 @@ from fcu_emulator.emulator.chip.gdb.core_target import CoreTarget
 from fcu_emulator.emulator.chip.gdb.server import GdbServer
 from fcu_emulator.emulator.chip.memory_map import RAM
 from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral
+from fcu_emulator.emulator.clock import PS_PER_S, Clock
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.time.clock import PS_PER_S, Clock
 from fcu_emulator.emulator.world import World
 
 

@@ -19,7 +19,7 @@ from fcu_emulator.emulator.chip.cpu.core import Core
 from fcu_emulator.emulator.chip.cpu.core_registers import EVERYTHING, CoreRegisters
 from fcu_emulator.emulator.chip.gdb.target import HaltReason, Point, PointKind
 from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE, RAM, RAM_SIZE
-from fcu_emulator.emulator.time.clock import Clock
+from fcu_emulator.emulator.clock import Clock
 
 # -- breakpoints and watchpoints ----------------------------------------------------------------------------
 

@@ -17,9 +17,9 @@ from contextlib import suppress
 from fcu_emulator.emulator.chip.gdb.packets import ACK, MALFORMED, NACK, Arrival, Framer, Received, frame
 from fcu_emulator.emulator.chip.gdb.session import EXITED, DebuggerExit, GdbSession
 from fcu_emulator.emulator.chip.gdb.target import HaltReason, Target
+from fcu_emulator.emulator.clock import to_ps
 from fcu_emulator.emulator.errors import FirmwareError
 from fcu_emulator.emulator.host.loopback import listen
-from fcu_emulator.emulator.time.clock import to_ps
 
 _PATIENCE_S = 0.05  # of wall time for a halted target
 _CHUNK = 0x10000

@@ -12,7 +12,7 @@ from typing import TypeAlias
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
 from fcu_emulator.emulator.chip.registers import DECLARED, adc
 from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
-from fcu_emulator.emulator.time.clock import PS_PER_S, Event
+from fcu_emulator.emulator.clock import PS_PER_S, Event
 
 # -- voltages (RM0368 11.9, 11.10) --------------------------------------------------------------------------
 

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
 from fcu_emulator.emulator.chip.registers import DECLARED, flash
 from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_US, Event
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_US, Event
 
 ACR, KEYR, OPTKEYR, SR, CR, OPTCR = offsets(
     flash.ACR, flash.KEYR, flash.OPTKEYR, flash.SR, flash.CR, flash.OPTCR

@@ -13,7 +13,7 @@ from typing import ClassVar, Protocol
 
 from fcu_emulator.emulator.buses.gpio import Gpio
 from fcu_emulator.emulator.chip.registers.declaration import DeclaredPeripheral
-from fcu_emulator.emulator.time.clock import NEVER_PS, Clock
+from fcu_emulator.emulator.clock import NEVER_PS, Clock
 from fcu_emulator.emulator.trace import DeviceNote, Trace
 
 # -- the internal connections of the chip -------------------------------------------------------------------

@@ -16,7 +16,7 @@ from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, InterruptInp
 from fcu_emulator.emulator.chip.peripherals.pwr import Pwr
 from fcu_emulator.emulator.chip.registers import DECLARED, rcc
 from fcu_emulator.emulator.chip.registers.declaration import Word, masks, offsets
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Event
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Event
 
 # -- frequencies (section 6.2, figure 12) -------------------------------------------------------------------
 

@@ -13,7 +13,7 @@ from fcu_emulator.emulator.chip.peripherals.pwr import Pwr
 from fcu_emulator.emulator.chip.peripherals.rcc import Rcc
 from fcu_emulator.emulator.chip.registers import DECLARED, rtc
 from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
-from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_S
+from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_S
 
 # -- the calendar in BCD (17.6.1, 17.6.2) -------------------------------------------------------------------
 

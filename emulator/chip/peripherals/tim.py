@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from fcu_emulator.emulator.chip.library import PERIPHERAL_CLASSES, FcuChip, NativePeripheral
-from fcu_emulator.emulator.time.clock import PS_PER_S
+from fcu_emulator.emulator.clock import PS_PER_S
 from fcu_emulator.emulator.trace import TickLate, TickLost
 
 

@@ -16,7 +16,7 @@ from fcu_emulator.emulator.chip.peripherals.peripheral import (
 from fcu_emulator.emulator.chip.peripherals.rcc import LSI_HZ
 from fcu_emulator.emulator.chip.registers import DECLARED, iwdg, wwdg
 from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
-from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_S, Event
+from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_S, Event
 
 # -- IWDG ---------------------------------------------------------------------------------------------------
 

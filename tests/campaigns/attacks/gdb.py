@@ -12,9 +12,9 @@ from fcu_emulator import Board
 from fcu_emulator.emulator.chip.gdb.attach import serve
 from fcu_emulator.emulator.chip.gdb.packets import frame
 from fcu_emulator.emulator.chip.gdb.server import GdbServer
+from fcu_emulator.emulator.clock import PS_PER_US
 from fcu_emulator.emulator.errors import FirmwareError
 from fcu_emulator.emulator.host.loopback import HOST
-from fcu_emulator.emulator.time.clock import PS_PER_US
 
 _KINDS = ("valid", "HTTP", "garbage", "nearly a packet", "half-open", "connect and close", "idle")
 _IDLE_KEPT = 20

@@ -12,8 +12,8 @@ from fcu_emulator import Board
 from fcu_emulator.emulator.analysis.observation import TERMINAL, Observation, ObservedItem, observe
 from fcu_emulator.emulator.analysis.replay import replay
 from fcu_emulator.emulator.assembly.firmware import python_firmware
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S
 from fcu_emulator.emulator.scenario.run_view import FORMATS, deviation
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
 
 TICK_PS = 1_250_000_000  # 800 Hz, the lab's rate
 

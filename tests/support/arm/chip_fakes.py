@@ -17,7 +17,7 @@ from fcu_emulator.emulator.chip.library import FcuChip, NativePeripheral
 from fcu_emulator.emulator.chip.peripherals.gpio import ConnectedPins
 from fcu_emulator.emulator.chip.peripherals.peripheral import Soc
 from fcu_emulator.emulator.chip.peripherals.tim import Timer, connect_timers
-from fcu_emulator.emulator.time.clock import Clock
+from fcu_emulator.emulator.clock import Clock
 from fcu_emulator.emulator.trace import DeviceNote, Trace
 
 

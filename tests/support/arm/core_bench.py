@@ -32,7 +32,7 @@ from fcu_emulator.emulator.chip.cpu.core import Core, CoreSettings
 from fcu_emulator.emulator.chip.cpu.core_registers import FLOATING_POINT, CoreRegisters
 from fcu_emulator.emulator.chip.memory_map import FLASH, RAM, RAM_SIZE
 from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral, Soc
-from fcu_emulator.emulator.time.clock import NEVER_PS, PS_PER_US, Clock
+from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_US, Clock
 from fcu_emulator.emulator.trace import Fault, Trace
 from tests.support.arm.chip_fakes import FakeClockTree
 from tests.support.arm.thumb_assembler import assemble

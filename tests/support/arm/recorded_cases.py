@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fcu_emulator.emulator.buses.i2c import I2CFault
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_S
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S
 from tests.support.arm import recorded_assembly, speed_programs
 from tests.support.arm.broken_programs import FOLDER as BROKEN
 from tests.support.arm.broken_programs import RUN_S

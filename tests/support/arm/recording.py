@@ -33,8 +33,8 @@ from typing import Any
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.buses.i2c import I2CFault
+from fcu_emulator.emulator.clock import to_ps
 from fcu_emulator.emulator.errors import FirmwareError
-from fcu_emulator.emulator.time.clock import to_ps
 from fcu_emulator.emulator.trace import (
     BusTransfer,
     DeviceNote,

@@ -18,7 +18,7 @@
 #include "generated/dma_requests.h"
 #include "generated/memory_map.h"
 
-#define NEVER_PS ((int64_t)1 << 62) /* as in emulator/time/clock.py */
+#define NEVER_PS ((int64_t)1 << 62) /* as in emulator/clock.py */
 #define NOT_CACHEABLE_PS ((int64_t)-1)
 #define PS_PER_S INT64_C(1000000000000)
 #define WORD 0xFFFFFFFFu

@@ -14,12 +14,12 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+from fcu_emulator.emulator.analysis import waves
 from fcu_emulator.emulator.assembly.board import Board
+from fcu_emulator.emulator.clock import PS_PER_S, PS_PER_US, Periodic
 from fcu_emulator.emulator.errors import InputError
 from fcu_emulator.emulator.host.files import BoundedFile
-from fcu_emulator.emulator.time.clock import PS_PER_S, PS_PER_US, Periodic
 from fcu_emulator.emulator.trace import LARGEST_FILE, BusTransfer, GpioEdge, TerminalBytes, TraceEvent
-from fcu_emulator.emulator.views import waves
 
 LOOK_PS = 20 * PS_PER_US
 HELD_PS = PS_PER_S

@@ -1,4 +1,4 @@
-"""Virtual time in integer picoseconds since power-on; it never reads the wall clock.
+"""Virtual time in integer picoseconds since power-on, events and durations; it never reads the wall clock.
 
 Decision: the unit of virtual time is the picosecond. Nanoseconds round the 84 MHz core's 11.9 ns cycle by 8 %,
 picoseconds by 0.004 %.
@@ -13,7 +13,7 @@ import re
 from collections.abc import Callable
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, Protocol, TypeAlias
 
 from fcu_emulator.emulator.text import shown
 
@@ -225,3 +225,34 @@ def format_duration(duration_ps: int) -> str:
 def seconds(at_ps: int) -> str:
     """Return a time as in messages."""
     return f"{at_ps / PS_PER_S:.6g} s"
+
+
+# -- statistics ---------------------------------------------------------------------------------------------
+
+
+class TickCounts(Protocol):
+    """Statistics of a timer's interrupt."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def ticks(self) -> int:
+        """Updates while the interrupt was enabled."""
+        ...
+
+    @property
+    def late(self) -> int:
+        """Ticks whose handler did not start at once."""
+        ...
+
+    @property
+    def lost(self) -> int:
+        """Ticks that came while the previous one waited."""
+        ...
+
+    @property
+    def longest_wait_s(self) -> float: ...
+
+    @property
+    def rate_hz(self) -> float: ...

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from fcu_emulator.emulator.assembly.board import Board
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_US, Periodic
 from fcu_emulator.emulator.host.files import BoundedFile
-from fcu_emulator.emulator.time.clock import PS_PER_MS, PS_PER_US, Periodic
 from fcu_emulator.emulator.trace import (
     LARGEST_FILE,
     BusTransfer,

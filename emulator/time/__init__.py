@@ -1,1 +1,0 @@
-"""Virtual time: the clock, its events, and durations."""

@@ -1,1 +1,0 @@
-"""A run in files for other tools: wires for a logic analyser, a time line, a picture."""
