@@ -132,7 +132,11 @@ class Alignment:
         """Return the instructions that compute these values; none if the values prove nothing."""
         last = self._last(samples)
         tolerance = self._evaluator.tolerance(last)
-        if np.ptp(last[0]) == 0 or np.any(tolerance > _LOOSE * np.abs(last[0]) + _LOOSE / 100):
+        if (
+            not np.isfinite(last).all()
+            or np.ptp(last[0]) == 0
+            or np.any(tolerance > _LOOSE * np.abs(last[0]) + _LOOSE / 100)
+        ):
             return []
         return self._search.addresses(last[0], tolerance)
 
@@ -141,7 +145,7 @@ class Alignment:
         tolerance, finite = self._evaluator.tolerance(last), np.isfinite(last[0])
         if not finite.any() or np.any(tolerance[finite] > _LOOSE * np.abs(last[0][finite]) + _LOOSE):
             return False
-        with np.errstate(invalid="ignore"):
+        with np.errstate(all="ignore"):
             near = np.abs(printed.values - last[0]) <= tolerance + printed.resolution
         return bool(np.where(finite, near, ~np.isfinite(printed.values)).all())
 
@@ -286,7 +290,7 @@ class Alignment:
         samples, right = self._evaluator(computed), self._evaluator(formulas[name])
         addresses = self._of_operands(computed)
         if not addresses and not isinstance(computed, Name):
-            addresses = self._addresses(samples)
+            addresses = self._addresses(samples)[:1]
         if not addresses:
             addresses = self._after(formulas, name, computed, output)
         expected, actual = self._last(right)[0], self._last(samples)[0]

@@ -201,7 +201,11 @@ def text(node: Node, above: int = 0) -> str:
         case Call(function=function, arguments=arguments):
             return f"{function}({', '.join(map(text, arguments))})"
         case Negative(operand=operand):
-            return f"-{text(operand, _OF_NEGATIVE)}"
+            return (
+                f"(-{text(operand, _OF_NEGATIVE)})"
+                if above > _OF_NEGATIVE
+                else f"-{text(operand, _OF_NEGATIVE)}"
+            )
         case Operation():
             return _operation_text(node, above)
 
@@ -235,26 +239,28 @@ class Evaluator:
 
     def tolerance(self, samples: Samples) -> npt.NDArray[np.float64]:
         """Return the largest difference between equal values in single precision, by pose."""
-        spread: npt.NDArray[np.float64] = np.abs(samples - samples[0]).max(axis=0)
-        return _TOLERANCE * spread + 2 * _SINGLE_PRECISION * np.abs(samples[0])
+        with np.errstate(all="ignore"):
+            spread: npt.NDArray[np.float64] = np.abs(samples - samples[0]).max(axis=0)
+            least: npt.NDArray[np.float64] = 2 * _SINGLE_PRECISION * np.abs(samples[0])
+            return _TOLERANCE * spread + least
 
     def _value(self, node: Node) -> Samples:
         match node:
             case Number(value=value):
-                return np.full((REPEATS, self._poses), value)
+                return self._rounded(np.full((REPEATS, self._poses), value))
             case Name(name=name):
                 return self.values[name] if name in self.values else np.full((REPEATS, self._poses), np.nan)
             case Negative(operand=operand):
-                return -self._value(operand)
+                return np.negative(self._value(operand))
             case Call(function=function, arguments=arguments):
-                exact: Samples = FUNCTIONS[function](*map(self._value, arguments))
-                return exact if function in _EXACT else self._rounded(exact)
+                result: Samples = FUNCTIONS[function](*map(self._value, arguments))
+                return result if function in _EXACT else self._rounded(result)
             case Operation(operator=operator, left=left, right=right):
                 apply = next(one for sign, one in _OPERATORS.values() if sign == operator)
                 return self._rounded(apply(self._value(left), self._value(right)))
 
     def _rounded(self, samples: Samples) -> Samples:
         self._next = (self._next + 1) % len(self._noise)
-        is_exact = samples.astype(np.float32) == samples
+        is_exact = samples.astype(np.float32) == samples  # no rounding error
         result: Samples = np.where(is_exact, samples, samples * self._noise[self._next])
         return result
