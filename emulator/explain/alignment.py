@@ -90,23 +90,15 @@ class Alignment:
         """Return whether the printed numbers are those of the lab's formulas."""
         return self._fits(self._values(self.formulas)[output], printed)
 
+    def computed_steps(self) -> int:
+        """Return how many steps the firmware computes by these formulas."""
+        values = self._values(self.formulas)
+        return sum(bool(self._addresses(values[name])) for name in self.formulas)
+
     def mistakes(self, output: str, printed: PrintedNumbers) -> list[Mistake]:
         """Return the mistakes that together give the printed numbers, in the order of the steps; [] if not found."""
         self._tried = 0
         return self._explained(self.formulas, output, printed, _MOST_MISTAKES)
-
-    def first_missing(self, output: str) -> tuple[str, list[int]] | None:
-        """Return the first step of an output that no instruction computes, and the instructions of the step before.
-
-        None if the output is computed, or if no step before is: the firmware may compute it in another way.
-        """
-        values = self._values(self.formulas)
-        suspects = self._suspects(self.formulas, output, values)
-        if not suspects or output not in suspects:
-            return None
-        before = [name for name in names(self.formulas[suspects[0]]) if name in self.formulas]
-        found = [address for name in before for address in self._addresses(values[name])]
-        return (suspects[0], found) if found else None
 
     def difference(self, other: Alignment, output: str) -> Mistake | None:
         """Return the first step of an output for which ``other`` has another formula, as a mistake."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Protocol
 
@@ -38,26 +38,30 @@ class NumberFormat(Protocol):
 
 
 @dataclass(frozen=True)
+class Alternative:
+    """Other formulas that are right as well, except for the checks ``not_for``."""
+
+    formulas: Formulas
+    not_for: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
 class Arithmetic:
-    """A lab's arithmetic as data: inputs, formulas in their order, and other formulas that are right as well."""
+    """A lab's arithmetic as data: the inputs, the formulas in their order, and alternatives."""
 
     inputs: Mapping[str, Register]
     formulas: Formulas
-    alternatives: Sequence[Formulas] = ()
+    alternatives: Sequence[Alternative] = ()
 
 
 @dataclass(frozen=True)
 class Output:
-    """A printed number of a failed check, by its title such as ``Yaw``, and the step that it shows.
-
-    ``alternatives``: whether the arithmetic's other formulas are right for this check.
-    """
+    """A printed number of a failed check, by its title such as ``Yaw``, and the step that it shows."""
 
     check: str
     step: str
     title: str
     number_format: NumberFormat
-    alternatives: bool = True
 
 
 @dataclass(frozen=True)
@@ -88,48 +92,50 @@ def explain_numbers(
     return sorted(found.values(), key=lambda one: order.index(one.mistake.step))
 
 
-@dataclass
 class _Explainer:
-    probed: Probed
-    arithmetic: Arithmetic
-    search: ValueSearch = field(init=False)
-    places: Places = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.search = ValueSearch(self.probed.logs)
-        self.places = Places(self.probed.image)
-        main, *others = (
-            self._alignment({**self.arithmetic.formulas, **changed})
-            for changed in ({}, *self.arithmetic.alternatives)
-        )
-        self.main, self.others = main, others
-
-    def _alignment(self, formulas: Formulas) -> Alignment:
-        return Alignment(formulas, self.probed.inputs, self.search, len(POSES))
+    def __init__(self, probed: Probed, arithmetic: Arithmetic) -> None:
+        self._probed = probed
+        self._arithmetic = arithmetic
+        self._search = ValueSearch(probed.logs)
+        self._places = Places(probed.image)
 
     def explain(self, output: Output) -> Iterator[Explanation]:
         """Yield the mistakes behind a wrong output; nothing if it is right, constant or not printed."""
         printed, line = self._printed(output)
         if printed is None:
             return
-        allowed = [self.main, *(self.others if output.alternatives else ())]
-        if any(one.agrees(output.step, printed) for one in allowed):
+        right = [one for one in self._arithmetic.alternatives if output.check not in one.not_for]
+        used = self._used(right)
+        if used.agrees(output.step, printed):
             return
-        for other in self.others if not output.alternatives else ():
-            if other.agrees(output.step, printed):
-                mistake = self.main.difference(other, output.step)
-                if mistake is not None:
-                    yield self._explanation(output, mistake, line, about=())  # another hint may say more
-                return
-        for alignment in allowed:
+        wrong = self._used(self._arithmetic.alternatives)
+        if wrong.agrees(output.step, printed):
+            mistake = used.difference(wrong, output.step)
+            if mistake is not None:
+                yield self._explanation(output, mistake, line, about=())  # another hint may say more
+            return
+        main = self._alignment(self._arithmetic.formulas)
+        for alignment in (used, main) if used.formulas != main.formulas else (main,):
             mistakes = alignment.mistakes(output.step, printed)
             if mistakes:
                 yield from (self._explanation(output, one, line) for one in mistakes)
                 return
 
+    def _used(self, alternatives: Iterable[Alternative]) -> Alignment:
+        """Return the formulas with those alternatives of which the firmware computes more steps."""
+        best = self._alignment(self._arithmetic.formulas)
+        for one in alternatives:
+            other = self._alignment({**best.formulas, **one.formulas})
+            if other.computed_steps() > best.computed_steps():
+                best = other
+        return best
+
+    def _alignment(self, formulas: Formulas) -> Alignment:
+        return Alignment(formulas, self._probed.inputs, self._search, len(POSES))
+
     def _printed(self, output: Output) -> tuple[PrintedNumbers | None, str]:
         values, latest = [], ""
-        for lines in self.probed.lines:
+        for lines in self._probed.lines:
             number = None
             for line in lines[-_MOST_LINES:]:
                 found = output.number_format.number(line)
@@ -168,10 +174,10 @@ class _Explainer:
 
     def _place(self, mistake: Mistake, output: Output, line: str) -> str:
         if mistake.step == output.step and isinstance(mistake.computed, Name):
-            printed = PrintedLines(self.probed.image, self.places, line.encode("latin-1"))
+            printed = PrintedLines(self._probed.image, self._places, line.encode("latin-1"))
             place = printed.place(printed.lines[0].made_by) if printed.lines else ""
             return f"{place}: " if place else ""
-        return f"{self.places.place(mistake.addresses[-1])}: " if mistake.addresses else ""
+        return f"{self._places.place(mistake.addresses[-1])}: " if mistake.addresses else ""
 
 
 def _apart(mistake: Mistake, pose: int) -> float:

@@ -24,7 +24,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
-from fcu_emulator.emulator.explain.explanation import Arithmetic
+from fcu_emulator.emulator.explain.explanation import Alternative, Arithmetic
 from fcu_emulator.emulator.explain.expression import CONSTANTS, FUNCTIONS, FormulaError, Node, names, parse
 from fcu_emulator.emulator.explain.probe import Register
 from fcu_emulator.emulator.scenario.fields import Table
@@ -64,14 +64,20 @@ class InputTable(Table):
         return self
 
 
+class AlternativeTable(Table):
+    """Other formulas that are right as well, except for the checks ``not_for``."""
+
+    formulas: dict[FormulaName, FormulaText] = Field(min_length=1, max_length=_MOST)
+    not_for: list[str] = Field(default_factory=list, max_length=_MOST)
+
+
 class ExplainTable(Table):
-    """``alternative``: other formulas that are right as well, unless a check is in ``without_alternatives``."""
+    """The table ``[explain]``."""
 
     inputs: dict[FormulaName, InputTable] = Field(min_length=1, max_length=_MOST)
     formulas: dict[FormulaName, FormulaText] = Field(min_length=1, max_length=_MOST)
-    alternative: list[dict[FormulaName, FormulaText]] = Field(default_factory=list, max_length=10)
+    alternative: list[AlternativeTable] = Field(default_factory=list, max_length=10)
     shows: dict[str, list[FormulaName]] = Field(min_length=1, max_length=_MOST)
-    without_alternatives: list[str] = Field(default_factory=list, max_length=_MOST)
 
     @model_validator(mode="after")
     def _names_are_known(self) -> ExplainTable:
@@ -82,7 +88,7 @@ class ExplainTable(Table):
             _refuse_unknown(name, formula, known)
             known.add(name)
         for changed in self.alternative:
-            for name, formula in changed.items():
+            for name, formula in changed.formulas.items():
                 if name not in self.formulas:
                     raise ValueError(f"alternative {name} must be one of the formulas")
                 order = list(self.formulas)
@@ -96,11 +102,13 @@ class ExplainTable(Table):
     def arithmetic(self) -> Arithmetic:
         """Return the checked formulas."""
         inputs = {name: Register(one.sensor, one.register_, one.bytes) for name, one in self.inputs.items()}
-        return Arithmetic(inputs, _trees(self.formulas), tuple(map(_trees, self.alternative)))
+        alternatives = (Alternative(_trees(one.formulas), frozenset(one.not_for)) for one in self.alternative)
+        return Arithmetic(inputs, _trees(self.formulas), tuple(alternatives))
 
     def unknown_check(self, known: Collection[str]) -> str:
         """Return a named check that the rubric does not have, or ""."""
-        return next((one for one in (*self.shows, *self.without_alternatives) if one not in known), "")
+        named = (*self.shows, *(one for changed in self.alternative for one in changed.not_for))
+        return next((one for one in named if one not in known), "")
 
 
 def _trees(formulas: Mapping[str, str]) -> dict[str, Node]:

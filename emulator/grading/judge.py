@@ -232,9 +232,8 @@ def _outputs(rubric: Rubric, exercise: str, run: str, results: Mapping[str, Chec
         if result.outcome not in ("failed", "partial") or result.finding != "wrong value":
             continue
         fields = [one for one in check.expect if isinstance(one, ExpectField)]
-        alternatives = name not in rubric.explain.without_alternatives
         for step, number in zip(rubric.explain.shows.get(name, ()), fields, strict=False):
-            yield Output(name, step, number.title, number.number_format(), alternatives)
+            yield Output(name, step, number.title, number.number_format())
 
 
 @dataclass
