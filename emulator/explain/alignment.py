@@ -32,8 +32,8 @@ Formulas = Mapping[str, Node]
 """Steps in their order: each uses inputs and steps before it."""
 
 _MOST_MISTAKES: Final = 2
-_MOST_TRIED: Final = 3_000
-"""Formulas tried for one printed number: about 0.3 s."""
+_MOST_TRIED: Final = 5_000
+"""Formulas tried for one printed number: at most about a second."""
 _LOOSE: Final = 1e-3
 """A tolerance above this share of the value proves nothing, as for the sine of a large number."""
 _FIRST: Final = 5
@@ -85,6 +85,7 @@ class Alignment:
         self._poses = poses
         self._evaluator = Evaluator({}, next(iter(inputs.values())).shape[0])
         self._tried = 0
+        self._dependents: dict[tuple[int, str, str], tuple[Formulas, list[str]]] = {}
 
     def agrees(self, output: str, printed: PrintedNumbers) -> bool:
         """Return whether the printed numbers are those of the lab's formulas."""
@@ -98,6 +99,7 @@ class Alignment:
     def mistakes(self, output: str, printed: PrintedNumbers) -> list[Mistake]:
         """Return the mistakes that together give the printed numbers, in the order of the steps; [] if not found."""
         self._tried = 0
+        self._dependents.clear()
         return self._explained(self.formulas, output, printed, _MOST_MISTAKES)
 
     def difference(self, other: Alignment, output: str) -> Mistake | None:
@@ -248,8 +250,9 @@ class Alignment:
         return found
 
     def _before(self, formulas: Formulas, name: str) -> list[str]:
-        order = list(formulas)
-        return [one for one in (*self._inputs, *order[: order.index(name)]) if self._varies(one)]
+        """Return the names that may be in the place of others in a formula: those that do not depend on its step."""
+        every = (*self._inputs, *formulas)
+        return [one for one in every if self._varies(one) and name not in _in_order(formulas, one)]
 
     def _gives(
         self, formulas: Formulas, name: str, computed: Node, output: str, printed: PrintedNumbers
@@ -262,11 +265,11 @@ class Alignment:
         evaluator = self._evaluator
         kept = dict(evaluator.values)
         evaluator.values[name] = evaluator(computed)
-        changed, order = {name}, list(formulas)
-        for other in order[order.index(name) + 1 :]:
-            if not changed.isdisjoint(names(formulas[other])):
-                evaluator.values[other] = evaluator(formulas[other])
-                changed.add(other)
+        key = id(formulas), name, output
+        if key not in self._dependents:  # the formulas are kept, so that no others get their id
+            self._dependents[key] = formulas, _dependents(formulas, name, output)
+        for other in self._dependents[key][1]:
+            evaluator.values[other] = evaluator(formulas[other])
         result = evaluator.values[output]
         evaluator.values = kept
         return result
@@ -307,6 +310,11 @@ class Alignment:
             if not isinstance(operand, Name | Number):
                 found += self._addresses(self._evaluator(operand))[:1] or self._of_operands(operand)
         return found
+
+
+def _dependents(formulas: Formulas, name: str, output: str) -> list[str]:
+    """Return the steps between a step and an output that depend on it, in order."""
+    return [one for one in _in_order(formulas, output) if one != name and name in _in_order(formulas, one)]
 
 
 def _in_order(formulas: Formulas, output: str) -> list[str]:

@@ -98,6 +98,7 @@ class _Explainer:
         self._arithmetic = arithmetic
         self._search = ValueSearch(probed.logs)
         self._places = Places(probed.image)
+        self._best: dict[tuple[int, ...], Alignment] = {}
 
     def explain(self, output: Output) -> Iterator[Explanation]:
         """Yield the mistakes behind a wrong output; nothing if it is right, constant or not printed."""
@@ -121,8 +122,15 @@ class _Explainer:
                 yield from (self._explanation(output, one, line) for one in mistakes)
                 return
 
-    def _used(self, alternatives: Iterable[Alternative]) -> Alignment:
+    def _used(self, alternatives: Sequence[Alternative]) -> Alignment:
         """Return the formulas with those alternatives of which the firmware computes more steps."""
+        every = self._arithmetic.alternatives
+        key = tuple(number for number, one in enumerate(every) if one in alternatives)
+        if key not in self._best:
+            self._best[key] = self._with_most_steps([every[number] for number in key])
+        return self._best[key]
+
+    def _with_most_steps(self, alternatives: Iterable[Alternative]) -> Alignment:
         best = self._alignment(self._arithmetic.formulas)
         for one in alternatives:
             other = self._alignment({**best.formulas, **one.formulas})

@@ -22,6 +22,7 @@ from fcu_emulator.emulator.chip.firmware import Limits
 from fcu_emulator.emulator.chip.image import FirmwareImage
 from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY
 from fcu_emulator.emulator.errors import FirmwareError
+from fcu_emulator.emulator.trace import BusTransfer, TraceEvent
 
 
 class Pose(NamedTuple):
@@ -41,6 +42,8 @@ _TEMPERATURE_DEGC: Final = 23.5
 _START_S: Final = 2.3
 """Until the first read of the firmware after its start."""
 _SETTLE_S: Final = 0.3
+_READ_S: Final = 0.1
+"""Longer than the period of the slowest sensor's reads."""
 _LOGGED_S: Final = 1.3
 """Longer than the lab's period of printing."""
 _LIBRARY: Final = re.compile(
@@ -92,21 +95,42 @@ def _run(
     board.world.set_temperature(_TEMPERATURE_DEGC)
     read: dict[str, list[float]] = {name: [] for name in inputs}
     logs, lines = list[Values](), list[list[str]]()
+    seen: _Bytes = {}
     _put(board, PAST[0])
-    board.run_for(_START_S)
+    _watched_run(board, seen, _START_S)
     with ValueLog(board.chip.chip.core, _ranges(image)) as log:
         for pose in (*PAST, *POSES):
             _put(board, pose)
             board.run_for(_SETTLE_S)
-            log.take()
-            printed = board.terminal.position
+            _watched_run(board, seen, _READ_S)
+            for name, register in inputs.items():
+                read[name].append(_number(seen, register))
             if pose in POSES:
+                log.take()
+                printed = board.terminal.position
                 board.run_for(_LOGGED_S)
                 logs.append(log.take())
                 lines.append(_complete_lines(board, printed))
-            for name, register in inputs.items():
-                read[name].append(_number(board, register))
     return read, logs, lines
+
+
+_Bytes = dict[tuple[str, int], int]
+"""The latest byte read from each register of each sensor."""
+
+
+def _watched_run(board: Board, seen: _Bytes, seconds: float) -> None:
+    """Run, and collect the bytes that the firmware reads from the sensors."""
+
+    def collect(event: TraceEvent) -> None:
+        if isinstance(event, BusTransfer) and event.written:
+            first = event.written[0] & 0x7F
+            seen.update({(event.device, first + n): value for n, value in enumerate(event.read)})
+
+    stop = board.trace.subscribe(collect)
+    try:
+        board.run_for(seconds)
+    finally:
+        stop()
 
 
 def _put(board: Board, pose: Pose) -> None:
@@ -114,13 +138,11 @@ def _put(board: Board, pose: Pose) -> None:
     board.world.set_altitude(pose.altitude_m)
 
 
-def _number(board: Board, register: Register) -> float:
-    sensor = board.sensors[register.sensor]
-    return float(
-        int.from_bytes(
-            sensor.read(register.register, register.bytes, board.clock.now_ps), "little", signed=True
-        )
-    )
+def _number(seen: _Bytes, register: Register) -> float:
+    found = [seen.get((register.sensor, register.register + n)) for n in range(register.bytes)]
+    if None in found:
+        return np.nan
+    return float(int.from_bytes(bytes(one or 0 for one in found), "little", signed=True))
 
 
 def _complete_lines(board: Board, since: int) -> list[str]:
