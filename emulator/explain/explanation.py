@@ -119,7 +119,9 @@ class _Explainer:
         for alignment in (used, main) if used.formulas != main.formulas else (main,):
             mistakes = alignment.mistakes(output.step, printed)
             if mistakes:
-                yield from (self._explanation(output, one, line) for one in mistakes)
+                printed_only = mistakes[0].step == output.step and isinstance(mistakes[0].computed, Name)
+                about = () if printed_only else None  # a hint about exchanged numbers may say more
+                yield from (self._explanation(output, one, line, about) for one in mistakes)
                 return
 
     def _used(self, alternatives: Sequence[Alternative]) -> Alignment:
