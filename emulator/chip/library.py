@@ -149,6 +149,8 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_halted_on_bkpt": (_i32, _pointer),
     "fcu_set_breakpoint": (None, _pointer, _u32, _i32),
     "fcu_watch_memory": (None, _pointer, _i32, _u32, _u32),
+    "fcu_log_values": (None, _pointer, _pointer),
+    "fcu_watch_values": (None, _pointer, _u32, _u32, _i32),
     "fcu_status": (None, _pointer, ctypes.POINTER(ChipStatus)),
     "fcu_costliest": (None, _pointer, ctypes.POINTER(Costliest)),
     "fcu_priority": (_i32, _pointer, _i32),

@@ -6,18 +6,18 @@ Limits are never in wall time: load must not change a verdict.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from fcu_emulator.emulator.analysis.mistakes import explain
 from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.assembly.firmware import FirmwareFactory, choose
-from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
+from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY, Diagnosis
 from fcu_emulator.emulator.clock import PS_PER_S, seconds, to_ps
 from fcu_emulator.emulator.errors import FirmwareError, NotJudgedError
 from fcu_emulator.emulator.grading.checks import AnyCheck, Check, FinishedRun
@@ -49,6 +49,10 @@ from fcu_emulator.emulator.scenario.result import ExpectationResult
 from fcu_emulator.emulator.scenario.run_view import unit_of
 from fcu_emulator.emulator.scenario.schema import ReportTable
 from fcu_emulator.emulator.scenario.toml_writer import names_files, scenario_text
+
+if TYPE_CHECKING:
+    from fcu_emulator.emulator.chip.firmware import Limits
+    from fcu_emulator.emulator.explain.explanation import Output
 
 _SLICE_S = 0.25  # virtual time between progress reports
 _NO_WALL_S = 1e12
@@ -122,7 +126,7 @@ def judge(
         version=version("fcu-emulator"),
         exercises=tuple(ExerciseTitle(exercise=each.id, title=each.title) for each in wanted),
         checks=tuple(results[check_id] for check_id in asked),
-        evidence=tuple(evidence),
+        evidence=tuple(_explained(evidence, firmware, rubric, results)),
     )
 
 
@@ -167,6 +171,71 @@ def firmware_digest(firmware: Program) -> str:
     return hashlib.sha256(Path(choice.image.path).read_bytes()).hexdigest()
 
 
+def _limits(rubric: Rubric) -> Limits:
+    from fcu_emulator.emulator.chip.firmware import Limits
+
+    limits = rubric.limits
+    return Limits(
+        instructions=limits.instructions,
+        terminal_bytes=limits.terminal_bytes,
+        work_per_s=limits.work_per_s,
+        resets_per_s=limits.resets_per_s,
+        wall_s=_NO_WALL_S,
+    )
+
+
+def _explained(
+    evidence: Sequence[RunEvidence], firmware: Program, rubric: Rubric, results: Mapping[str, CheckResult]
+) -> list[RunEvidence]:
+    """Return the evidence with explanations of wrong numbers, which replace hints about them.
+
+    Only failed checks that students see are explained, of programs that run and receive samples.
+    """
+    if rubric.explain is None or callable(firmware):
+        return list(evidence)
+    outputs: dict[str, list[Output]] = {}
+    for one in evidence:
+        kinds = {cause.kind for cause in one.causes}
+        if one.stopped or kinds & KEEPS_SAMPLES_AWAY or any(cause.fatal for cause in one.causes):
+            continue
+        outputs[one.run] = [
+            output for exercise in one.exercises for output in _outputs(rubric, exercise, one.run, results)
+        ]
+    wanted = [output for every in outputs.values() for output in every]
+    if not wanted:
+        return list(evidence)
+    from fcu_emulator.emulator.explain.explanation import explain_numbers
+
+    found = explain_numbers(firmware, rubric.explain.arithmetic(), wanted, _limits(rubric))
+    changed = []
+    for one in evidence:
+        checks = {output.check for output in outputs.get(one.run, [])}
+        here = [_cause(each.diagnosis) for each in found if each.check in checks]
+        about = {name for cause in here for name in cause.about}
+        others = [cause for cause in one.causes if cause.kind != "numbers" or about.isdisjoint(cause.about)]
+        causes = sorted((*here, *others), key=lambda cause: cause.kind == "formula" and not cause.about)
+        changed.append(one.model_copy(update={"causes": tuple(causes)}))
+    return changed
+
+
+def _outputs(rubric: Rubric, exercise: str, run: str, results: Mapping[str, CheckResult]) -> Iterator[Output]:
+    """Yield the wrong numbers of a run that a student sees."""
+    from fcu_emulator.emulator.explain.explanation import Output
+
+    assert rubric.explain is not None
+    table = rubric.exercise(exercise)
+    for check in table.check:
+        name = f"{exercise}.{check.id}"
+        result = results.get(name)
+        if result is None or rubric.run_of(table, check) != run or check.visible != "always":
+            continue
+        if result.outcome not in ("failed", "partial") or result.finding != "wrong value":
+            continue
+        fields = [one for one in check.expect if isinstance(one, ExpectField)]
+        for step, number in zip(rubric.explain.shows.get(name, ()), fields, strict=False):
+            yield Output(name, step, number.title, number.number_format())
+
+
 @dataclass
 class _JudgedRun:
     firmware: Program
@@ -202,16 +271,7 @@ class _JudgedRun:
     def make(self, told: Callable[[float], None]) -> None:
         board = self.board
         if board.chip is not None:
-            from fcu_emulator.emulator.chip.firmware import Limits
-
-            limits = self.rubric.limits
-            board.chip.limits = Limits(
-                instructions=limits.instructions,
-                terminal_bytes=limits.terminal_bytes,
-                work_per_s=limits.work_per_s,
-                resets_per_s=limits.resets_per_s,
-                wall_s=_NO_WALL_S,
-            )
+            board.chip.limits = _limits(self.rubric)
         end_ps = self.scenario.duration_ps
         try:
             while board.clock.now_ps < end_ps:
@@ -336,10 +396,7 @@ class _JudgedRun:
             terminal=_shortened(self.board.terminal.text),
             series=tuple(map(self._series, self.numbers.values())),
             following=self._following(),
-            causes=tuple(
-                DiagnosedCause(kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal)
-                for one in self._shown_diagnoses()
-            ),
+            causes=tuple(_cause(one) for one in self._shown_diagnoses()),
             ticks=timer.ticks,
             ticks_late=timer.late,
             ticks_lost=timer.lost,
@@ -397,6 +454,12 @@ class _JudgedRun:
             printed=tuple(one[1] for one in kept),
             truth=tuple(one[2] for one in kept),
         )
+
+
+def _cause(one: Diagnosis) -> DiagnosedCause:
+    return DiagnosedCause(
+        kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal, about=one.about
+    )
 
 
 def _in_s(spans: Sequence[tuple[int, int]]) -> tuple[tuple[float, float], ...]:

@@ -31,6 +31,7 @@ from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.chip.firmware import WORK_PER_S
 from fcu_emulator.emulator.errors import InputError, RubricError, ScenarioError
 from fcu_emulator.emulator.grading.checks import AnyCheck
+from fcu_emulator.emulator.grading.explain_table import ExplainTable
 from fcu_emulator.emulator.grading.late import LateTable
 from fcu_emulator.emulator.grading.prerequisites import PREREQUISITE, PrerequisiteError, Prerequisites
 from fcu_emulator.emulator.grading.verdict import Detail, Visibility
@@ -58,6 +59,8 @@ _NOT_OF_A_RUN = frozenset({"schema", "expect", "report", "firmware", "seed"})
 """Scenario keys that the rubric replaces."""
 _FILE_KEYS = frozenset({"csv", "file"})
 """Scenario keys that name a file."""
+_NOT_JUDGING = frozenset({"late", "explain"})
+"""Tables that decide no outcome."""
 _WORDS = frozenset({"title", "hint", "hint_steps", "next", "visible", "detail"})
 """Keys that affect only a check's display."""
 
@@ -91,7 +94,7 @@ _OF_A_RUN = {
     "duration": 'duration = "8s" in [run.NAME], NAME being the run\'s name',
     "question": "question = ... in [run.NAME], NAME being the run's name",
 }
-_OF_THE_TOP = {"limits": "[limits], before the exercises", "late": "[late], before the exercises"}
+_OF_THE_TOP = {name: f"[{name}], before the exercises" for name in ("limits", "late", "explain")}
 _OF_A_CHECK = {
     "expect": "[[exercise.check.expect]], or expect = [...] in [[exercise.check]]",
     "hint": "[exercise.check.hint], or hint = ... in [[exercise.check]]",
@@ -166,6 +169,7 @@ class RubricFile(Table):
     run: dict[Name, dict[str, Any]] = Field(min_length=1, max_length=MOST_CHECKS)
     limits: RubricLimits = Field(default_factory=lambda: RubricLimits.model_validate({}))
     late: LateTable | None = None
+    explain: ExplainTable | None = None
     exercise: list[ExerciseTable] = Field(min_length=1, max_length=MOST_EXERCISES)
 
     @field_validator("run", mode="before")
@@ -207,16 +211,18 @@ class Rubric:
         self.title = contents.title
         self.limits = contents.limits
         self.late = contents.late
+        self.explain = contents.explain
         self.exercises = contents.exercise
         self._seed = contents.seed
         self._runs = contents.run
         self._scenarios: dict[str, Scenario] = {}
         self._seed_of_scenarios = 0
         self._refuse_unknown_runs()
+        self._refuse_unknown_explained_checks()
         self.prerequisites = self._prerequisites()
         sources = {name: self._source(name) for name in contents.run}
         self.digest = _digest([table, sources])
-        judging = {key: value for key, value in table.items() if key != "late"}
+        judging = {key: value for key, value in table.items() if key not in _NOT_JUDGING}
         self.judging_digest = _digest([_without_words(judging), sources])
         for name in contents.run:
             self.scenario(name, 0)
@@ -319,6 +325,13 @@ class Rubric:
                 if name not in self._runs:
                     problem = f"must be one of {', '.join(self._runs)}, not {shown(name)}"
                     raise RubricError(self.file, key, problem, kind="unknown_run")
+
+    def _refuse_unknown_explained_checks(self) -> None:
+        known = [f"{one.id}.{check.id}" for one in self.exercises for check in one.check]
+        unknown = self.explain.unknown_check(known) if self.explain is not None else ""
+        if unknown:
+            problem = f'must name checks such as "{known[0]}", not {shown(unknown)}'
+            raise RubricError(self.file, "explain.shows", problem, kind="unknown_check")
 
     def _with_expectations(self) -> list[ExerciseTable]:
         taken: set[str] = set()

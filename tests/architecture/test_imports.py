@@ -63,6 +63,7 @@ ORDER = (
     "emulator",
     "adapters",
     "analysis",
+    "explain",
     "live",
     "testing",
     "strategies",

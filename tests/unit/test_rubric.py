@@ -211,3 +211,50 @@ def test_seed_depends_on_student_program_and_salt(tmp_path: Path) -> None:
     assert len(set(seeds)) == len(seeds)
     assert seeds == [rubric.seed_for(*one) for one in submissions]
     assert {fixed.seed_for(*one) for one in submissions} == {5}
+
+
+EXPLAIN = """
+[explain.inputs]
+raw = {{ sensor = "LSM6DSL", register = 0x28 }}
+[explain.formulas]
+acc_x = "{formula}"
+[[explain.alternative]]
+formulas = {{ {alternative} }}
+[explain.shows]
+"{check}" = ["{shown}"]
+"""
+RIGHT = {"formula": "raw * 0.122", "alternative": 'acc_x = "raw / 8"', "check": "1.pitch", "shown": "acc_x"}
+
+
+def explained_by(tmp_path: Path, **changed: str) -> Path:
+    return written(tmp_path, GOOD + EXPLAIN.format(**{**RIGHT, **changed}))
+
+
+def test_explained_rubric_has_its_formulas(tmp_path: Path) -> None:
+    rubric = load_rubric(explained_by(tmp_path))
+
+    assert rubric.explain is not None
+    assert rubric.judging_digest == load_rubric(written(tmp_path, GOOD)).judging_digest
+    arithmetic = rubric.explain.arithmetic()
+    assert (list(arithmetic.inputs), list(arithmetic.formulas)) == (["raw"], ["acc_x"])
+    assert [list(one.formulas) for one in arithmetic.alternatives] == [["acc_x"]]
+
+
+@pytest.mark.parametrize(
+    ("changed", "key"),
+    [
+        ({"formula": "raw * "}, "explain.formulas.acc_x"),
+        ({"formula": "__import__('os')"}, "explain.formulas.acc_x"),
+        ({"formula": "acc_y + raw"}, "explain"),
+        ({"formula": "acc_x + raw"}, "explain"),
+        ({"alternative": 'other = "raw"'}, "explain"),
+        ({"alternative": 'acc_x = "nothing"'}, "explain"),
+        ({"check": "1.nothing"}, "explain.shows"),
+        ({"shown": "raw"}, "explain"),
+    ],
+)
+def test_wrong_formula_of_rubric_is_refused(tmp_path: Path, changed: dict[str, str], key: str) -> None:
+    with pytest.raises(RubricError) as caught:
+        load_rubric(explained_by(tmp_path, **changed))
+
+    assert caught.value.key == key

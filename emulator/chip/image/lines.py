@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from array import array
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -52,6 +52,22 @@ class LineTable:
         if not 0 < line <= _LAST_LINE or not 0 <= file < len(sequence.paths):
             return None
         return SourceLine(sequence.paths[file], line)
+
+    def ranges(self, is_wanted: Callable[[str], bool]) -> list[tuple[int, int]]:
+        """Return the begin and end of code whose file's path is wanted; neighbours are merged."""
+        found: list[tuple[int, int]] = []
+        for sequence in self._sequences:
+            wanted = [is_wanted(path) for path in sequence.paths]
+            ends = [*sequence.addresses[1:], sequence.end]
+            for begin, end, number in zip(sequence.addresses, ends, sequence.files, strict=True):
+                file = number - sequence.first_file
+                if not (0 <= file < len(wanted) and wanted[file] and begin < end):
+                    continue
+                if found and found[-1][1] == begin:
+                    found[-1] = found[-1][0], end
+                else:
+                    found.append((begin, end))
+        return found
 
 
 # -- line number programs -----------------------------------------------------------------------------------

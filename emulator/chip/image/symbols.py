@@ -254,6 +254,10 @@ class Symbols:
             )
         return symbol.address, self._functions.signature_at(symbol.address)
 
+    def code_ranges(self, is_wanted: Callable[[str], bool]) -> list[tuple[int, int]]:
+        """Return the begin and end of code whose source file's path is wanted, in ascending order."""
+        return self._lines.ranges(is_wanted)
+
     def _symbol(self, name: str) -> Symbol:
         found = self._table.named(name) if self._table else []
         if not found:

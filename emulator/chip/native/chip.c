@@ -113,6 +113,7 @@ void fcu_restore(Chip *chip, const void *snapshot) {
   uint32_t watches = core->watching, begin = core->watch_begin, end = core->watch_end;
   uint32_t code_in_ram = (core->slow_stores | saved->core.slow_stores) & STORES_CHANGE_CODE;
   uint8_t debugged = chip->run_loop.debug_enabled;
+  ValueLog *value_log = core->value_log;
   int64_t edges = chip->gpio.edge_count;
   bool other_code = core->fpu_on != saved->core.fpu_on || code_in_ram ||
                     memcmp(chip->flash, saved->flash, sizeof chip->flash) != 0;
@@ -120,6 +121,7 @@ void fcu_restore(Chip *chip, const void *snapshot) {
   core->unresolved_link = NULL;
   core->slow_stores |= code_in_ram;
   chip->run_loop.debug_enabled = debugged;
+  core->value_log = value_log;
   chip->gpio.edge_count = chip->gpio.edges_taken = edges; /* drop later edges */
   python_registers_invalidate(chip);
   if (other_code) {

@@ -72,6 +72,13 @@ void fcu_flash_programmed(Chip *chip, uint32_t offset, uint32_t size);
 /* Add or remove a breakpoint (STOP_BREAKPOINT). */
 void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on);
 
+/* -- computed values: value_log.c ------------------------------------------------------------------------- */
+
+/* Log into `log` from now on; NULL: do not log. */
+void fcu_log_values(Chip *chip, ValueLog *log);
+/* Select the instructions from begin to end (excluded). They are executed one by one meanwhile. */
+void fcu_watch_values(Chip *chip, uint32_t begin, uint32_t end, int32_t on);
+
 /* -- status: chip.c, nvic.c --------------------------------------------------------------------------- */
 
 typedef struct {

@@ -19,6 +19,7 @@ typedef struct Core Core;
 typedef struct Insn Insn;
 typedef struct DecodeCache DecodeCache;
 typedef struct Chip Chip;
+typedef struct ValueLog ValueLog;
 /* budget: instructions that may begin after the current block (dispatch.h). */
 typedef void (*Operation)(Core *core, const Insn *insn, int32_t budget);
 
@@ -130,6 +131,7 @@ struct Core {
   DecodeCache *decode_cache;
   Memory code; /* at PC */
   Memory memory[MEMORIES];
+  ValueLog *value_log; /* NULL: none */
   uint32_t watching;
   uint32_t watch_begin, watch_end;
 };

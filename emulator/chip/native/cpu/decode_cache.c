@@ -140,7 +140,7 @@ static void mark_decoded(BlockBuilder *builder) {
 /* Return false if the block is complete. */
 static bool emit_next(BlockBuilder *builder, bool is_first, bool may_continue) {
   const Memory *memory = builder->memory;
-  if (builder->address - memory->base >= memory->size || (!is_first && has_breakpoint(memory, builder->address))) {
+  if (builder->address - memory->base >= memory->size || (!is_first && is_stepped(memory, builder->address))) {
     emit(builder, return_to_loop);
     return false;
   }
@@ -201,9 +201,9 @@ static void flush(Core *core) {
     if (memory) {
       uint32_t slot = (insn->address - memory->base) >> 1;
       memory->blocks[slot] = 0;
-      memory->code_flags[slot] &= BREAKPOINT;
+      memory->code_flags[slot] &= BREAKPOINT | LOGGED;
       if (slot + 1 < memory->size / 2) {
-        memory->code_flags[slot + 1] &= BREAKPOINT;
+        memory->code_flags[slot + 1] &= BREAKPOINT | LOGGED;
       }
     }
   }
@@ -236,13 +236,17 @@ void fcu_flash_programmed(Chip *chip, uint32_t offset, uint32_t size) {
 
 void fcu_invalidate_code(Chip *chip) { core_invalidate_code(&chip->core, FLASH_BASE, UINT32_MAX); }
 
-void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on) {
-  Memory *memory = memory_at(&chip->core, address);
+void decode_cache_flag(Core *core, uint32_t address, enum CodeFlag flag, int32_t on) {
+  const Memory *memory = memory_at(core, address);
   if (memory) {
-    core_invalidate_code(&chip->core, address, 1);
     uint8_t *flags = &memory->code_flags[(address - memory->base) >> 1];
-    *flags = (uint8_t)(on ? *flags | BREAKPOINT : *flags & ~BREAKPOINT);
+    *flags = (uint8_t)(on ? *flags | flag : *flags & ~flag);
   }
+}
+
+void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on) {
+  core_invalidate_code(&chip->core, address, 1);
+  decode_cache_flag(&chip->core, address, BREAKPOINT, on);
 }
 
 const Insn *decode_cache_block(Core *core, const Memory *memory, uint32_t address) {

@@ -11,7 +11,7 @@
 
 #include "cpu/dispatch.h"
 
-enum CodeFlag { DECODED = 1, BREAKPOINT = 2 };
+enum CodeFlag { DECODED = 1, BREAKPOINT = 2, LOGGED = 4 };
 
 bool decode_cache_create(Core *core);
 void decode_cache_destroy(Core *core);
@@ -29,8 +29,15 @@ static inline uint32_t address_after(const Memory *memory, uint32_t address) {
   return address + (first >> 11 >= 0x1D ? 4 : 2);
 }
 
-static inline bool has_breakpoint(const Memory *memory, uint32_t address) {
-  return memory->code_flags[(address - memory->base) >> 1] & BREAKPOINT;
+void decode_cache_flag(Core *core, uint32_t address, enum CodeFlag flag, int32_t on);
+
+static inline unsigned code_flags(const Memory *memory, uint32_t address) {
+  return memory->code_flags[(address - memory->base) >> 1];
+}
+
+/* Instructions that are executed one by one. */
+static inline bool is_stepped(const Memory *memory, uint32_t address) {
+  return code_flags(memory, address) & (BREAKPOINT | LOGGED);
 }
 
 #endif

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "cpu/decode_cache.h"
+#include "cpu/value_log.h"
 #include "fcu.h"
 
 #define MAX_RUN 2000000                  /* instructions: about 10 ms of the host */
@@ -81,9 +82,12 @@ static bool step(Core *core) {
     core->itstate = it_advance(state);
     return true;
   }
-  if (has_breakpoint(memory, address) && address != core->step_over) {
+  if (code_flags(memory, address) & BREAKPOINT && address != core->step_over) {
     end_run(core, STOP_BREAKPOINT);
     return false;
+  }
+  if (core->value_log && code_flags(memory, address) & LOGGED) {
+    value_log_add(core, address);
   }
   core->counter++;
   core->it_mask = insn->flags & PREDICATED && insn->a ? 0 : -1u;
@@ -128,7 +132,7 @@ static void execute(Core *core) {
     if (!memory) {
       return;
     }
-    if (has_breakpoint(memory, core->r[15]) || !run_chain(core, memory)) {
+    if (is_stepped(memory, core->r[15]) || !run_chain(core, memory)) {
       step(core);
     }
     finish_it_block(core);

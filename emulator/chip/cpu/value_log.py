@@ -1,0 +1,111 @@
+"""The values that parts of a firmware compute, logged while it runs (cpu/value_log.c).
+
+::
+
+    with ValueLog(core, [(0x0800_1000, 0x0800_1200)]) as log:
+        core.run_until_ps(2 * PS_PER_S)
+        log.take()["address"]                         # of the instructions
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Iterable
+from types import TracebackType
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from fcu_emulator.emulator.chip.cpu.core import Core
+
+Values: TypeAlias = npt.NDArray[np.void]
+VALUE: Final = np.dtype([("address", "u4"), ("number", "u4"), ("value", "u4"), ("pair", "u4")])
+"""struct LoggedValue of value_log.h: a register's value after the instruction at ``address``; ``pair`` is the other
+register of an even and odd pair, which may hold the rest of a double."""
+FIRST_FLOAT: Final = 13
+"""Numbers below are R0 to R12, the others S0 to S31."""
+_CAPACITY: Final = 1 << 17
+_REGISTERS: Final = 45
+_LATEST: Final = 1 << 16
+
+
+class _Log(ctypes.Structure):
+    """struct ValueLog of value_log.h."""
+
+    values: int
+    capacity: int
+    count: int
+    lost: int
+    address: int
+    latest: ctypes.Array[ctypes.c_uint32]
+
+    _fields_ = (
+        ("values", ctypes.c_void_p),
+        *((name, ctypes.c_uint32) for name in ("capacity", "count", "lost", "address")),
+        ("registers", ctypes.c_uint32 * _REGISTERS),
+        ("latest", ctypes.c_uint32 * (2 * _LATEST)),
+    )
+
+
+class ValueLog:
+    """Log the values of the instructions in ``ranges`` (begin, end) while the context is active.
+
+    A value that the same instruction has computed before is logged only once. Time and results of the run do not
+    change.
+    """
+
+    def __init__(self, core: Core, ranges: Iterable[tuple[int, int]]) -> None:
+        self._core = core
+        self._ranges = tuple(ranges)
+        self._values = np.zeros(_CAPACITY, VALUE)
+        self._log = _Log(values=self._values.ctypes.data, capacity=_CAPACITY)
+
+    def __enter__(self) -> ValueLog:
+        self._watch(True)
+        self._core.library.fcu_log_values(self._core.handle, ctypes.byref(self._log))
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._core.library.fcu_log_values(self._core.handle, None)
+        self._watch(False)
+
+    @property
+    def lost(self) -> int:
+        """Values that found no room since the latest :meth:`take`."""
+        return self._log.lost
+
+    def take(self) -> Values:
+        """Return the values logged since the last call, of type ``VALUE``, and begin again."""
+        values = self._values[: self._log.count].copy()
+        self._log.count = self._log.lost = self._log.address = 0
+        ctypes.memset(self._log.latest, 0, ctypes.sizeof(self._log.latest))
+        return values
+
+    def _watch(self, on: bool) -> None:
+        for begin, end in self._ranges:
+            self._core.library.fcu_watch_values(self._core.handle, begin, end, on)
+
+
+def as_numbers(values: Values) -> dict[str, npt.NDArray[Any]]:
+    """Return the values as each type that the registers may hold: int32, float32 and float64.
+
+    The arrays have the length of ``values``; a type that a register cannot hold is nan there.
+    """
+    words = values["value"]
+    is_float_register = values["number"] >= FIRST_FLOAT
+    index = np.where(is_float_register, values["number"] - FIRST_FLOAT, values["number"])
+    low = np.where(index & 1, values["pair"], words).astype("u8")
+    high = np.where(index & 1, words, values["pair"]).astype("u8")
+    return {
+        "int32": np.where(is_float_register, np.nan, words.view("i4")),
+        "float32": _as_floats(words),
+        "float64": (high << np.uint64(32) | low).view("f8"),
+    }
+
+
+def _as_floats(words: npt.NDArray[np.uint32]) -> npt.NDArray[np.float64]:
+    with np.errstate(invalid="ignore"):  # signalling nan
+        return words.copy().view("f4").astype("f8")

@@ -1,0 +1,63 @@
+/* Log the values that watched instructions compute (value_log.h). */
+#include "cpu/value_log.h"
+
+#include <string.h>
+
+#include "cpu/decode_cache.h"
+#include "fcu.h"
+
+enum { CORE_REGISTERS = 13 };
+
+static bool is_repeated(ValueLog *log, uint32_t number, uint32_t value) {
+  uint32_t key = log->address << 6 | number;
+  uint32_t slot = (key * 2654435761u) >> 16 & (VALUE_LOG_LATEST - 1);
+  if (log->latest[slot].key == key && log->latest[slot].value == value) {
+    return true;
+  }
+  log->latest[slot].key = key;
+  log->latest[slot].value = value;
+  return false;
+}
+
+static uint32_t pair_of(const uint32_t *registers, uint32_t number) {
+  uint32_t first = number < CORE_REGISTERS ? 0 : CORE_REGISTERS;
+  uint32_t other = ((number - first) ^ 1) + first;
+  return first == 0 && other >= CORE_REGISTERS ? 0 : registers[other];
+}
+
+static void add(ValueLog *log, const uint32_t *registers, uint32_t number) {
+  if (is_repeated(log, number, registers[number])) {
+    return;
+  }
+  if (log->count == log->capacity) {
+    log->lost++;
+    return;
+  }
+  log->values[log->count++] =
+      (LoggedValue){log->address, number, registers[number], pair_of(registers, number)};
+}
+
+void value_log_add(Core *core, uint32_t address) {
+  ValueLog *log = core->value_log;
+  uint32_t registers[VALUE_LOG_REGISTERS];
+  memcpy(registers, core->r, CORE_REGISTERS * sizeof *registers);
+  memcpy(registers + CORE_REGISTERS, core->s, sizeof core->s);
+  if (log->address) {
+    for (uint32_t number = 0; number < VALUE_LOG_REGISTERS; number++) {
+      if (registers[number] != log->registers[number]) {
+        add(log, registers, number);
+      }
+    }
+  }
+  memcpy(log->registers, registers, sizeof registers);
+  log->address = address;
+}
+
+void fcu_log_values(Chip *chip, ValueLog *log) { chip->core.value_log = log; }
+
+void fcu_watch_values(Chip *chip, uint32_t begin, uint32_t end, int32_t on) {
+  core_invalidate_code(&chip->core, begin, end - begin);
+  for (uint32_t address = begin; address < end; address += 2) {
+    decode_cache_flag(&chip->core, address, LOGGED, on);
+  }
+}

@@ -1,0 +1,374 @@
+"""Compare a lab's formulas with the values that a firmware computes, and find the formula that it computes instead.
+
+Decision: a mistake is reported only if it explains the printed numbers. Each typical mistake in one formula is tried;
+it is proven if the formulas after it give the numbers that the firmware prints, in every pose of the board. A value in
+a register alone proves nothing, because compilers fuse and move operations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from fcu_emulator.emulator.explain.edits import constants, edits
+from fcu_emulator.emulator.explain.expression import (
+    REPEATS,
+    Evaluator,
+    Name,
+    Node,
+    Number,
+    Samples,
+    children,
+    names,
+    simplified,
+)
+from fcu_emulator.emulator.explain.search import ValueSearch
+
+Formulas = Mapping[str, Node]
+"""Steps in their order: each uses inputs and steps before it."""
+
+_MOST_MISTAKES: Final = 2
+_MOST_TRIED: Final = 5_000
+"""Formulas tried for one printed number: at most about a second."""
+_LOOSE: Final = 1e-3
+"""A tolerance above this share of the value proves nothing, as for the sine of a large number."""
+_FIRST: Final = 5
+"""Candidates for the first of two mistakes."""
+_DIGITS: Final = 4
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """A step that the firmware computes by another formula."""
+
+    step: str
+    formula: Node
+    """The lab's."""
+    computed: Node
+    """The firmware's."""
+    addresses: tuple[int, ...]
+    """Instructions that compute the wrong value, or one of its operands; may be empty."""
+    expected: npt.NDArray[np.float64]
+    """Values of the lab's formula, by pose."""
+    actual: npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PrintedNumbers:
+    """The numbers of one printed field, by pose; ``resolution`` is a unit of the last digit."""
+
+    values: npt.NDArray[np.float64]
+    resolution: float
+
+
+class Alignment:
+    """The formulas of a lab beside the values that a firmware computes in several poses of the board.
+
+    ``inputs``: values of the sensors by name, one for each pose. ``search``: the values computed in the last ``poses``
+    of them; the poses before are the past of ``largest``, ``smallest`` and ``first``.
+    """
+
+    def __init__(
+        self,
+        formulas: Formulas,
+        inputs: Mapping[str, npt.NDArray[np.float64]],
+        search: ValueSearch,
+        poses: int,
+    ) -> None:
+        self.formulas = dict(formulas)
+        self._inputs = {name: np.tile(one, (REPEATS, 1)) for name, one in inputs.items()}
+        self._search = search
+        self._poses = poses
+        self._evaluator = Evaluator({}, next(iter(inputs.values())).shape[0])
+        self._tried = 0
+        self._dependents: dict[tuple[int, str, str], tuple[Formulas, list[str]]] = {}
+
+    def agrees(self, output: str, printed: PrintedNumbers) -> bool:
+        """Return whether the printed numbers are those of the lab's formulas."""
+        return self._fits(self._values(self.formulas)[output], printed)
+
+    def computed_steps(self) -> int:
+        """Return how many steps the firmware computes by these formulas."""
+        values = self._values(self.formulas)
+        return sum(bool(self._addresses(values[name])) for name in self.formulas)
+
+    def mistakes(self, output: str, printed: PrintedNumbers) -> list[Mistake]:
+        """Return the mistakes that together give the printed numbers, in the order of the steps; [] if not found."""
+        self._tried = 0
+        self._dependents.clear()
+        return self._explained(self.formulas, output, printed, _MOST_MISTAKES)
+
+    def difference(self, other: Alignment, output: str) -> Mistake | None:
+        """Return the first step of an output for which ``other`` has another formula, as a mistake."""
+        for name in _in_order(self.formulas, output):
+            if other.formulas[name] != self.formulas[name]:
+                self._values(self.formulas)
+                return self._mistake(self.formulas, name, other.formulas[name], output)
+        return None
+
+    # -- values -----------------------------------------------------------------------------------------
+
+    def _values(self, formulas: Formulas) -> dict[str, Samples]:
+        evaluator = self._evaluator
+        evaluator.values = dict(self._inputs)
+        for name, formula in formulas.items():
+            evaluator.values[name] = evaluator(formula)
+        return dict(evaluator.values)
+
+    def _last(self, samples: Samples) -> Samples:
+        return samples[:, -self._poses :]
+
+    def _addresses(self, samples: Samples) -> list[int]:
+        """Return the instructions that compute these values; none if the values prove nothing."""
+        last = self._last(samples)
+        tolerance = self._evaluator.tolerance(last)
+        if (
+            not np.isfinite(last).all()
+            or np.ptp(last[0]) == 0
+            or np.any(tolerance > _LOOSE * np.abs(last[0]) + _LOOSE / 100)
+        ):
+            return []
+        return self._search.addresses(last[0], tolerance)
+
+    def _fits(self, samples: Samples, printed: PrintedNumbers) -> bool:
+        last = self._last(samples)
+        tolerance, finite = self._evaluator.tolerance(last), np.isfinite(last[0])
+        if not finite.any() or np.any(tolerance[finite] > _LOOSE * np.abs(last[0][finite]) + _LOOSE):
+            return False
+        with np.errstate(all="ignore"):
+            near = np.abs(printed.values - last[0]) <= tolerance + printed.resolution
+        return bool(np.where(finite, near, ~np.isfinite(printed.values)).all())
+
+    # -- the search -------------------------------------------------------------------------------------
+
+    def _explained(
+        self, formulas: Formulas, output: str, printed: PrintedNumbers, depth: int
+    ) -> list[Mistake]:
+        suspects = self._suspects(formulas, output, self._values(formulas))
+        if depth == _MOST_MISTAKES:
+            exchanged = self._other_step(formulas, output, output, printed)
+            if exchanged is not None:
+                return [exchanged]
+        for find in (self._computed, self._edited, self._with_constant):
+            for name in suspects:
+                mistake = find(formulas, name, output, printed)
+                if mistake is not None:
+                    return [mistake]
+            if find == self._computed:
+                for name in reversed(_in_order(formulas, output)):
+                    mistake = self._other_step(formulas, name, output, printed)
+                    if mistake is not None:
+                        return [mistake]
+        for name in suspects if depth > 1 else ():
+            for first in self._candidates_in_log(formulas, name):
+                others = self._explained({**formulas, name: first.computed}, output, printed, depth - 1)
+                if others:
+                    return [first, *others]
+        return []
+
+    def _suspects(self, formulas: Formulas, output: str, values: Mapping[str, Samples]) -> list[str]:
+        """Return the steps of an output that no instruction computes, nor a step after them, in order."""
+        chain = _in_order(formulas, output)
+        right: set[str] = set()
+        for name in reversed(chain):
+            if name != output and (name in right or self._addresses(values[name])):
+                right |= set(_in_order(formulas, name))
+        return [name for name in chain if name not in right]
+
+    def _varies(self, name: str) -> bool:
+        last = self._last(self._evaluator.values[name])
+        return bool(np.isfinite(last[0]).all() and np.ptp(last[0]) > 0) or name not in self._inputs
+
+    def _other_step(
+        self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers
+    ) -> Mistake | None:
+        """Find another step or input that is used in the place of a step."""
+        for other in (*formulas, *self._inputs):
+            depends = name != output and name in _in_order(formulas, other)
+            if other == name or depends or not self._varies(other):
+                continue
+            if self._gives(formulas, name, Name(other), output, printed):
+                return self._mistake(formulas, name, Name(other), output)
+        return None
+
+    def _computed(
+        self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers
+    ) -> Mistake | None:
+        """Find one edit that an instruction computes and that gives the printed numbers."""
+        for computed in edits(formulas[name], self._before(formulas, name)):
+            samples = self._evaluator(computed)
+            if (
+                self._addresses(samples)
+                and not self._is_known(samples)
+                and self._gives(formulas, name, computed, output, printed)
+            ):
+                return self._mistake(formulas, name, computed, output)
+        return None
+
+    def _edited(self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers) -> Mistake | None:
+        """Find one edit that gives the printed numbers."""
+        for computed in edits(formulas[name], self._before(formulas, name)):
+            if self._tried > _MOST_TRIED:
+                return None
+            if self._gives(formulas, name, computed, output, printed):
+                return self._mistake(formulas, name, computed, output)
+        return None
+
+    def _with_constant(
+        self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers
+    ) -> Mistake | None:
+        """Find one other constant, factor or summand that gives the printed numbers."""
+        wanted = printed.values[0]
+        for usual, formula in constants(formulas[name]):
+            if self._tried > _MOST_TRIED or not np.isfinite(wanted):
+                return None
+
+            def off(value: float, formula: Callable[[float], Node] = formula) -> float:
+                self._tried += 1
+                return float(self._changed(formulas, name, formula(value), output)[0, -self._poses] - wanted)
+
+            value = _root(off, usual)
+            if value is not None and self._gives(formulas, name, formula(value), output, printed):
+                exact = self._mistake(formulas, name, formula(value), output)
+                rounded = formula(float(f"{value:.{_DIGITS}g}"))
+                return replace(exact, computed=simplified(rounded))
+        return None
+
+    def _candidates_in_log(self, formulas: Formulas, name: str) -> list[Mistake]:
+        self._values(formulas)
+        found: list[Mistake] = []
+        for computed in edits(formulas[name], self._before(formulas, name)):
+            self._tried += 1
+            if len(found) == _FIRST or self._tried > _MOST_TRIED:
+                break
+            if self._addresses(self._evaluator(computed)):
+                found.append(self._mistake(formulas, name, computed, name))
+        return found
+
+    def _before(self, formulas: Formulas, name: str) -> list[str]:
+        """Return the names that may be in the place of others in a formula: those that do not depend on its step."""
+        every = (*self._inputs, *formulas)
+        return [one for one in every if self._varies(one) and name not in _in_order(formulas, one)]
+
+    def _gives(
+        self, formulas: Formulas, name: str, computed: Node, output: str, printed: PrintedNumbers
+    ) -> bool:
+        self._tried += 1
+        return self._fits(self._changed(formulas, name, computed, output), printed)
+
+    def _changed(self, formulas: Formulas, name: str, computed: Node, output: str) -> Samples:
+        """Return an output with another formula of one step."""
+        evaluator = self._evaluator
+        kept = dict(evaluator.values)
+        evaluator.values[name] = evaluator(computed)
+        key = id(formulas), name, output
+        if key not in self._dependents:  # the formulas are kept, so that no others get their id
+            self._dependents[key] = formulas, _dependents(formulas, name, output)
+        for other in self._dependents[key][1]:
+            evaluator.values[other] = evaluator(formulas[other])
+        result = evaluator.values[output]
+        evaluator.values = kept
+        return result
+
+    def _is_known(self, samples: Samples) -> bool:
+        """Return whether these are the values of another step, which :meth:`_other_step` would find."""
+        wanted = self._last(samples)[0]
+        return any(
+            np.allclose(self._last(one)[0], wanted, rtol=1e-9) for one in self._evaluator.values.values()
+        )
+
+    def _mistake(self, formulas: Formulas, name: str, computed: Node, output: str) -> Mistake:
+        samples, right = self._evaluator(computed), self._evaluator(formulas[name])
+        addresses = self._of_operands(computed)
+        if not addresses and not isinstance(computed, Name):
+            addresses = self._addresses(samples)[:1]
+        if not addresses:
+            addresses = self._after(formulas, name, computed, output)
+        expected, actual = self._last(right)[0], self._last(samples)[0]
+        return Mistake(name, formulas[name], simplified(computed), tuple(addresses), expected, actual)
+
+    def _after(self, formulas: Formulas, name: str, computed: Node, output: str) -> list[int]:
+        """Return the instructions of the first step after a wrong one that the firmware computes from it."""
+        for other in _in_order(formulas, output):
+            if name in _in_order(formulas, other) and other != name:
+                found = self._addresses(self._changed(formulas, name, computed, other))
+                if found:
+                    return found[:1]
+        return []
+
+    def _of_operands(self, node: Node) -> list[int]:
+        """Return the first instructions that compute the operands of an operation, which name its line.
+
+        The operation itself may have been fused with a later one, or moved.
+        """
+        found = []
+        for operand in children(node):
+            if not isinstance(operand, Name | Number):
+                found += self._addresses(self._evaluator(operand))[:1] or self._of_operands(operand)
+        return found
+
+
+def _dependents(formulas: Formulas, name: str, output: str) -> list[str]:
+    """Return the steps between a step and an output that depend on it, in order."""
+    return [one for one in _in_order(formulas, output) if one != name and name in _in_order(formulas, one)]
+
+
+def _in_order(formulas: Formulas, output: str) -> list[str]:
+    """Return an output and all steps that it depends on, in their order."""
+    needed = {output}
+    for name in reversed(list(formulas)):
+        if name in needed:
+            needed.update(names(formulas[name]))
+    return [name for name in formulas if name in needed]
+
+
+# -- an unknown constant ------------------------------------------------------------------------------------
+
+_FACTORS: Final = (
+    -100,
+    -10,
+    -2,
+    -1,
+    -0.5,
+    0,
+    0.001,
+    0.01,
+    0.1,
+    0.5,
+    0.9,
+    0.99,
+    1,
+    1.01,
+    1.1,
+    2,
+    10,
+    60,
+    1000,
+)
+_HALVINGS: Final = 40
+
+
+def _root(off: Callable[[float], float], usual: float) -> float | None:
+    """Return a constant near ``usual`` or a usual factor of it for which ``off`` is 0, or None."""
+    points = [abs(usual or 1000.0) * factor for factor in _FACTORS]
+    values = [off(point) for point in points]
+    for low, high, at_low, at_high in zip(points, points[1:], values, values[1:], strict=False):
+        if at_low == 0:
+            return low
+        if np.isfinite(at_low) and np.isfinite(at_high) and (at_low < 0) != (at_high < 0):
+            return _bisected(off, low, high, at_low)
+    return None
+
+
+def _bisected(off: Callable[[float], float], low: float, high: float, at_low: float) -> float:
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        value = off(middle)
+        if value == 0:
+            return middle
+        low, high = (middle, high) if (value < 0) == (at_low < 0) else (low, middle)
+    return (low + high) / 2

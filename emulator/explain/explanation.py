@@ -1,0 +1,207 @@
+"""Explain wrong printed numbers: the line that computes another formula than the lab, and that formula.
+
+::
+
+    arithmetic = load_rubric("lab3").explain.arithmetic()
+    for one in explain_numbers("lab3.elf", arithmetic, [Output("3.yaw", "yaw_deg", "Yaw", yaw)], Limits()):
+        print(one.diagnosis)
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Protocol
+
+import numpy as np
+
+from fcu_emulator.emulator.chip.diagnosis.backtrace import Places
+from fcu_emulator.emulator.chip.diagnosis.printing import PrintedLines
+from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
+from fcu_emulator.emulator.chip.firmware import Limits
+from fcu_emulator.emulator.explain.alignment import Alignment, Formulas, Mistake, PrintedNumbers
+from fcu_emulator.emulator.explain.expression import Name, Node, names, text
+from fcu_emulator.emulator.explain.probe import POSES, Probed, Register, probe
+from fcu_emulator.emulator.explain.search import ValueSearch
+
+_MOST_LINES: Final = 200
+
+
+class NumberFormat(Protocol):
+    """Finds a number in a printed line."""
+
+    def number(self, line: str) -> float | None:
+        """Return the number; None if the line has another format."""
+        ...
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Other formulas that are right as well, except for the checks ``not_for``."""
+
+    formulas: Formulas
+    not_for: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class Arithmetic:
+    """A lab's arithmetic as data: the inputs, the formulas in their order, and alternatives."""
+
+    inputs: Mapping[str, Register]
+    formulas: Formulas
+    alternatives: Sequence[Alternative] = ()
+
+
+@dataclass(frozen=True)
+class Output:
+    """A printed number of a failed check, by its title such as ``Yaw``, and the step that it shows."""
+
+    check: str
+    step: str
+    title: str
+    number_format: NumberFormat
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Why an output is wrong."""
+
+    check: str
+    mistake: Mistake
+    diagnosis: Diagnosis
+
+
+def explain_numbers(
+    firmware: str | Path, arithmetic: Arithmetic, outputs: Iterable[Output], limits: Limits
+) -> list[Explanation]:
+    """Return explanations of wrong outputs, each mistake once, in the order of the formulas.
+
+    Empty if no mistake explains them, or if the firmware fails in one of the poses.
+    """
+    probed = probe(firmware, arithmetic.inputs, limits)
+    if probed is None:
+        return []
+    found: dict[tuple[str, Node], Explanation] = {}
+    explainer = _Explainer(probed, arithmetic)
+    for output in outputs:
+        for one in explainer.explain(output):
+            found.setdefault((one.mistake.step, one.mistake.computed), one)
+    order = list(arithmetic.formulas)
+    return sorted(found.values(), key=lambda one: order.index(one.mistake.step))
+
+
+class _Explainer:
+    def __init__(self, probed: Probed, arithmetic: Arithmetic) -> None:
+        self._probed = probed
+        self._arithmetic = arithmetic
+        self._search = ValueSearch(probed.logs)
+        self._places = Places(probed.image)
+        self._best: dict[tuple[int, ...], Alignment] = {}
+
+    def explain(self, output: Output) -> Iterator[Explanation]:
+        """Yield the mistakes behind a wrong output; nothing if it is right, constant or not printed."""
+        printed, line = self._printed(output)
+        if printed is None:
+            return
+        right = [one for one in self._arithmetic.alternatives if output.check not in one.not_for]
+        used = self._used(right)
+        if used.agrees(output.step, printed):
+            return
+        wrong = self._used(self._arithmetic.alternatives)
+        if wrong.agrees(output.step, printed):
+            mistake = used.difference(wrong, output.step)
+            if mistake is not None:
+                yield self._explanation(output, mistake, line, about=())  # another hint may say more
+            return
+        main = self._alignment(self._arithmetic.formulas)
+        for alignment in (used, main) if used.formulas != main.formulas else (main,):
+            mistakes = alignment.mistakes(output.step, printed)
+            if mistakes:
+                printed_only = mistakes[0].step == output.step and isinstance(mistakes[0].computed, Name)
+                about = () if printed_only else None  # a hint about exchanged numbers may say more
+                yield from (self._explanation(output, one, line, about) for one in mistakes)
+                return
+
+    def _used(self, alternatives: Sequence[Alternative]) -> Alignment:
+        """Return the formulas with those alternatives of which the firmware computes more steps."""
+        every = self._arithmetic.alternatives
+        key = tuple(number for number, one in enumerate(every) if one in alternatives)
+        if key not in self._best:
+            self._best[key] = self._with_most_steps([every[number] for number in key])
+        return self._best[key]
+
+    def _with_most_steps(self, alternatives: Iterable[Alternative]) -> Alignment:
+        best = self._alignment(self._arithmetic.formulas)
+        for one in alternatives:
+            other = self._alignment({**best.formulas, **one.formulas})
+            if other.computed_steps() > best.computed_steps():
+                best = other
+        return best
+
+    def _alignment(self, formulas: Formulas) -> Alignment:
+        return Alignment(formulas, self._probed.inputs, self._search, len(POSES))
+
+    def _printed(self, output: Output) -> tuple[PrintedNumbers | None, str]:
+        values, latest = [], ""
+        for lines in self._probed.lines:
+            number = None
+            for line in lines[-_MOST_LINES:]:
+                found = output.number_format.number(line)
+                if found is not None:
+                    number, latest = found, line
+            if number is None:
+                return None, ""
+            values.append(number)
+        if len(set(values)) == 1 or all(math.isnan(one) for one in values):
+            return None, ""
+        return PrintedNumbers(np.array(values), _resolution(latest)), latest
+
+    # -- words ------------------------------------------------------------------------------------------
+
+    def _explanation(
+        self, output: Output, mistake: Mistake, line: str, about: tuple[str, ...] | None = None
+    ) -> Explanation:
+        step, computed = mistake.step, text(mistake.computed)
+        place = self._place(mistake, output, line)
+        if step == output.step and isinstance(mistake.computed, Name):
+            summary = f"{place}{computed} is printed in place of {step}"
+        elif isinstance(mistake.computed, Name) and mistake.computed.name not in names(mistake.formula):
+            summary = f"{place}{computed} is used in place of {step}"
+        else:
+            summary = f"{place}{step} is computed as {computed}"
+        pose = max(range(len(POSES)), key=lambda n: _apart(mistake, n))
+        at = POSES[pose]
+        attitude = f"roll {at.roll_deg:g}, pitch {at.pitch_deg:g} and yaw {at.yaw_deg:g} degrees"
+        details = (
+            f"The lab has {step} = {text(mistake.formula)}.",
+            f"At {attitude} this gives {_number(mistake.actual[pose])} in place of {_number(mistake.expected[pose])}.",
+        )
+        about = (output.title,) if about is None else about
+        diagnosis = Diagnosis("formula", summary, details, fatal=False, about=about)
+        return Explanation(output.check, mistake, diagnosis)
+
+    def _place(self, mistake: Mistake, output: Output, line: str) -> str:
+        if mistake.step == output.step and isinstance(mistake.computed, Name):
+            printed = PrintedLines(self._probed.image, self._places, line.encode("latin-1"))
+            place = printed.place(printed.lines[0].made_by) if printed.lines else ""
+            return f"{place}: " if place else ""
+        return f"{self._places.place(mistake.addresses[-1])}: " if mistake.addresses else ""
+
+
+def _apart(mistake: Mistake, pose: int) -> float:
+    difference = abs(mistake.actual[pose] - mistake.expected[pose])
+    return float(difference) if math.isfinite(difference) else math.inf
+
+
+def _number(value: float) -> str:
+    return f"{value:.4g}"
+
+
+def _resolution(line: str) -> float:
+    """Return a unit of the last digit of a line's most exact number."""
+    digits = [
+        len(one.partition(".")[2]) for one in line.split() if one.replace(".", "", 1).lstrip("-").isdigit()
+    ]
+    return float(10.0 ** -max(digits, default=0)) if max(digits, default=0) else 0.0

@@ -1,0 +1,266 @@
+"""Formulas of a lab as text: ``atan2(-acc_x, sqrt(acc_y**2 + acc_z**2))``.
+
+Formulas have names, numbers, ``+ - * / **``, and the functions of ``FUNCTIONS``. They are evaluated for several poses of
+the board at once, and several times: each repetition adds the rounding errors of single precision, which gives the
+tolerance of a comparison with values that a firmware computes in float or double.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+Samples: TypeAlias = npt.NDArray[np.float64]
+"""Shape (REPEATS, poses); row 0 has no rounding errors."""
+
+REPEATS: Final = 6
+_SINGLE_PRECISION: Final = 2.0**-23
+_TOLERANCE: Final = 4.0
+"""Multiple of the largest deviation among the repetitions."""
+_LONGEST: Final = 500
+_MOST_NODES: Final = 100
+
+FUNCTIONS: Final[Mapping[str, Callable[..., Any]]] = {
+    "sin": np.sin,
+    "cos": np.cos,
+    "tan": np.tan,
+    "asin": np.arcsin,
+    "acos": np.arccos,
+    "atan": np.arctan,
+    "atan2": np.arctan2,
+    "sqrt": np.sqrt,
+    "abs": np.abs,
+    "log": np.log,
+    "exp": np.exp,
+    "trunc": np.trunc,
+    "min": np.minimum,
+    "max": np.maximum,
+    "largest": lambda samples: np.maximum.accumulate(samples, axis=1),
+    "smallest": lambda samples: np.minimum.accumulate(samples, axis=1),
+    "first": lambda samples: np.repeat(samples[:, :1], samples.shape[1], axis=1),
+}
+"""``largest``, ``smallest`` and ``first``: of all values since the beginning."""
+_EXACT: Final = frozenset({"trunc", "abs", "min", "max", "largest", "smallest", "first"})
+_ARGUMENTS: Final = {"atan2": 2, "min": 2, "max": 2}
+_OPERATORS: Final[Mapping[type[ast.operator], tuple[str, Callable[..., Any]]]] = {
+    ast.Add: ("+", np.add),
+    ast.Sub: ("-", np.subtract),
+    ast.Mult: ("*", np.multiply),
+    ast.Div: ("/", np.divide),
+    ast.Pow: ("**", np.power),
+}
+CONSTANTS: Final = {"pi": math.pi}
+
+
+class FormulaError(ValueError):
+    """A formula is not valid; the text says what would be right."""
+
+
+Node: TypeAlias = "Name | Number | Call | Operation | Negative"
+
+
+@dataclass(frozen=True)
+class Name:
+    """A value by its name."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Number:
+    """A constant."""
+
+    value: float
+
+
+@dataclass(frozen=True)
+class Call:
+    """A function of ``FUNCTIONS``."""
+
+    function: str
+    arguments: tuple[Node, ...]
+
+
+@dataclass(frozen=True)
+class Operation:
+    """``left operator right``."""
+
+    operator: str
+    left: Node
+    right: Node
+
+
+@dataclass(frozen=True)
+class Negative:
+    """``-operand``."""
+
+    operand: Node
+
+
+def parse(text: str) -> Node:
+    """Return the formula's tree. Raises FormulaError."""
+    if len(text) > _LONGEST:
+        raise FormulaError(f"must have at most {_LONGEST} characters, not {len(text)}")
+    try:
+        tree = ast.parse(text.strip(), mode="eval")
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        raise FormulaError("must be a formula such as atan2(-x, sqrt(y**2 + z**2))") from None
+    if sum(1 for _ in ast.walk(tree)) > 3 * _MOST_NODES:
+        raise FormulaError(f"must have at most {_MOST_NODES} terms")
+    return _node(tree.body)
+
+
+def _node(node: ast.expr) -> Node:
+    match node:
+        case ast.Name(id=name):
+            return Number(CONSTANTS[name]) if name in CONSTANTS else Name(name)
+        case ast.Constant(value=bool()):
+            pass
+        case ast.Constant(value=int() | float() as value) if abs(value) < 1e15:
+            return Number(float(value))
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            return Negative(_node(operand))
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
+            return Operation(_OPERATORS[type(op)][0], _node(left), _node(right))
+        case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]) if name in FUNCTIONS:
+            count = _ARGUMENTS.get(name, 1)
+            if len(arguments) != count:
+                raise FormulaError(f"{name}() must have {count} arguments, not {len(arguments)}")
+            return Call(name, tuple(map(_node, arguments)))
+        case ast.Call(func=ast.Name(id=name)):
+            raise FormulaError(f"unknown function {name}(); known: {', '.join(FUNCTIONS)}")
+    raise FormulaError("must have names, numbers, + - * / ** and functions only")
+
+
+def names(node: Node) -> Iterator[str]:
+    """Yield the names in a formula, in the order of the text."""
+    if isinstance(node, Name):
+        yield node.name
+    for child in children(node):
+        yield from names(child)
+
+
+def children(node: Node) -> tuple[Node, ...]:
+    """Return the operands of a node."""
+    match node:
+        case Call(arguments=arguments):
+            return arguments
+        case Operation(left=left, right=right):
+            return left, right
+        case Negative(operand=operand):
+            return (operand,)
+    return ()
+
+
+def with_children(node: Node, operands: tuple[Node, ...]) -> Node:
+    """Return the node with other operands."""
+    match node:
+        case Call(function=function):
+            return Call(function, operands)
+        case Operation(operator=operator):
+            return Operation(operator, *operands)
+        case Negative():
+            return Negative(*operands)
+    return node
+
+
+def simplified(node: Node) -> Node:
+    """Return a formula without double negations and factors of 1, as a programmer would write it."""
+    node = with_children(node, tuple(map(simplified, children(node))))
+    match node:
+        case Negative(operand=Negative(operand=operand)):
+            return operand
+        case Negative(operand=Number(value=value)):
+            return Number(-value)
+        case Operation(operator="*", left=Number(value=1.0), right=operand):
+            return operand
+        case Operation(operator="*" | "/" | "**", left=operand, right=Number(value=1.0)):
+            return operand
+        case Call(function="largest" | "smallest" | "first", arguments=(Number() as number,)):
+            return number
+    return node
+
+
+_PRECEDENCE: Final = {"+": 1, "-": 1, "*": 2, "/": 2, "**": 4}
+_OF_NEGATIVE: Final = 3
+
+
+def text(node: Node, above: int = 0) -> str:
+    """Return a formula in the notation of C, but with ``^2`` for a square."""
+    match node:
+        case Name(name=name):
+            return name
+        case Number(value=value):
+            return "pi" if value == math.pi else f"{value:.10g}"
+        case Call(function=function, arguments=arguments):
+            return f"{function}({', '.join(map(text, arguments))})"
+        case Negative(operand=operand):
+            return (
+                f"(-{text(operand, _OF_NEGATIVE)})"
+                if above > _OF_NEGATIVE
+                else f"-{text(operand, _OF_NEGATIVE)}"
+            )
+        case Operation():
+            return _operation_text(node, above)
+
+
+def _operation_text(node: Operation, above: int) -> str:
+    own = _PRECEDENCE[node.operator]
+    if node.operator == "**":
+        if node.right == Number(2.0):
+            return f"{text(node.left, own + 1)}^2"
+        return f"pow({text(node.left)}, {text(node.right)})"
+    sign = f" {node.operator} " if own == 1 else node.operator
+    inner = f"{text(node.left, own)}{sign}{text(node.right, own + 1)}"
+    return f"({inner})" if own < above else inner
+
+
+class Evaluator:
+    """Evaluates formulas over named samples, with the rounding errors of single precision."""
+
+    def __init__(self, values: Mapping[str, Samples], poses: int) -> None:
+        self.values = dict(values)
+        self._poses = poses
+        random = np.random.default_rng(0)
+        self._noise = 1 + _SINGLE_PRECISION * random.uniform(-1, 1, (64, REPEATS, poses))
+        self._noise[:, 0] = 1
+        self._next = 0
+
+    def __call__(self, node: Node) -> Samples:
+        """Return the values of a formula; nan for a name without a value and outside of a function's domain."""
+        with np.errstate(all="ignore"):
+            return self._value(node)
+
+    def tolerance(self, samples: Samples) -> npt.NDArray[np.float64]:
+        """Return the largest difference between equal values in single precision, by pose."""
+        with np.errstate(all="ignore"):
+            spread: npt.NDArray[np.float64] = np.abs(samples - samples[0]).max(axis=0)
+            least: npt.NDArray[np.float64] = 2 * _SINGLE_PRECISION * np.abs(samples[0])
+            return _TOLERANCE * spread + least
+
+    def _value(self, node: Node) -> Samples:
+        match node:
+            case Number(value=value):
+                return self._rounded(np.full((REPEATS, self._poses), value))
+            case Name(name=name):
+                return self.values[name] if name in self.values else np.full((REPEATS, self._poses), np.nan)
+            case Negative(operand=operand):
+                return np.negative(self._value(operand))
+            case Call(function=function, arguments=arguments):
+                result: Samples = FUNCTIONS[function](*map(self._value, arguments))
+                return result if function in _EXACT else self._rounded(result)
+            case Operation(operator=operator, left=left, right=right):
+                apply = next(one for sign, one in _OPERATORS.values() if sign == operator)
+                return self._rounded(apply(self._value(left), self._value(right)))
+
+    def _rounded(self, samples: Samples) -> Samples:
+        self._next = (self._next + 1) % len(self._noise)
+        is_exact = samples.astype(np.float32) == samples  # no rounding error
+        result: Samples = np.where(is_exact, samples, samples * self._noise[self._next])
+        return result

@@ -1,0 +1,121 @@
+"""The table ``[explain]`` of a rubric: the lab's arithmetic, with which wrong numbers are explained.
+
+::
+
+    [explain.inputs]                   # numbers of the sensors' registers
+    acc_raw_x = { sensor = "LSM6DSL", register = 0x28 }
+
+    [explain.formulas]                 # each uses inputs and formulas above it
+    acc_x = "trunc(acc_raw_x * 0.122)"
+
+    [explain.shows]                    # the formulas that the numbers of a check show, in the order of its expectations
+    "1.acc" = ["acc_x"]
+
+Decision: the formulas affect no points. A check compares with the truth; the formulas only say where and why a program
+differs, so that a mistake in them cannot cost points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Annotated
+
+from pydantic import BeforeValidator, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.explain.explanation import Alternative, Arithmetic
+from fcu_emulator.emulator.explain.expression import CONSTANTS, FUNCTIONS, FormulaError, Node, names, parse
+from fcu_emulator.emulator.explain.probe import Register
+from fcu_emulator.emulator.scenario.fields import Table
+from fcu_emulator.emulator.text import shown
+
+_SENSORS = tuple(mounted.part.NAME for mounted in FCU001V1.parts)
+_MOST = 100
+
+
+def _formula(value: object) -> str:
+    if not isinstance(value, str):
+        raise PydanticCustomError(
+            "formula", "must be a formula in quotes, not {value}", {"value": shown(value)}
+        )
+    try:
+        parse(value)
+    except FormulaError as error:
+        raise PydanticCustomError("formula", "{problem}", {"problem": str(error)}) from None
+    return value
+
+
+FormulaName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")]
+FormulaText = Annotated[str, BeforeValidator(_formula)]
+
+
+class InputTable(Table):
+    """The first register of a signed little-endian number of ``bytes`` bytes."""
+
+    sensor: str
+    register_: int = Field(alias="register", ge=0, le=0x7F)
+    bytes: int = Field(2, ge=1, le=4)
+
+    @model_validator(mode="after")
+    def _known_sensor(self) -> InputTable:
+        if self.sensor not in _SENSORS:
+            raise ValueError(f"must have a sensor of {', '.join(_SENSORS)}, not {shown(self.sensor)}")
+        return self
+
+
+class AlternativeTable(Table):
+    """Other formulas that are right as well, except for the checks ``not_for``."""
+
+    formulas: dict[FormulaName, FormulaText] = Field(min_length=1, max_length=_MOST)
+    not_for: list[str] = Field(default_factory=list, max_length=_MOST)
+
+
+class ExplainTable(Table):
+    """The table ``[explain]``."""
+
+    inputs: dict[FormulaName, InputTable] = Field(min_length=1, max_length=_MOST)
+    formulas: dict[FormulaName, FormulaText] = Field(min_length=1, max_length=_MOST)
+    alternative: list[AlternativeTable] = Field(default_factory=list, max_length=10)
+    shows: dict[str, list[FormulaName]] = Field(min_length=1, max_length=_MOST)
+
+    @model_validator(mode="after")
+    def _names_are_known(self) -> ExplainTable:
+        known = set(self.inputs)
+        for name, formula in self.formulas.items():
+            if name in known or name in FUNCTIONS or name in CONSTANTS:
+                raise ValueError(f"must have each name once, but has {name} twice, or as a function")
+            _refuse_unknown(name, formula, known)
+            known.add(name)
+        for changed in self.alternative:
+            for name, formula in changed.formulas.items():
+                if name not in self.formulas:
+                    raise ValueError(f"alternative {name} must be one of the formulas")
+                order = list(self.formulas)
+                _refuse_unknown(name, formula, {*self.inputs, *order[: order.index(name)]})
+        for check, shown_ones in self.shows.items():
+            unknown = [one for one in shown_ones if one not in self.formulas]
+            if unknown:
+                raise ValueError(f"shows.{check} must name formulas, not {unknown[0]}")
+        return self
+
+    def arithmetic(self) -> Arithmetic:
+        """Return the checked formulas."""
+        inputs = {name: Register(one.sensor, one.register_, one.bytes) for name, one in self.inputs.items()}
+        alternatives = (Alternative(_trees(one.formulas), frozenset(one.not_for)) for one in self.alternative)
+        return Arithmetic(inputs, _trees(self.formulas), tuple(alternatives))
+
+    def unknown_check(self, known: Collection[str]) -> str:
+        """Return a named check that the rubric does not have, or ""."""
+        named = (*self.shows, *(one for changed in self.alternative for one in changed.not_for))
+        return next((one for one in named if one not in known), "")
+
+
+def _trees(formulas: Mapping[str, str]) -> dict[str, Node]:
+    return {name: parse(formula) for name, formula in formulas.items()}
+
+
+def _refuse_unknown(name: str, formula: str, known: Collection[str]) -> None:
+    for used in names(parse(formula)):
+        if used not in known:
+            raise ValueError(f"formula {name} must use inputs and formulas above it, not {used}")

@@ -1,0 +1,100 @@
+"""Wrong formulas are explained: the step, what the program computes in its place, and the line.
+
+Correct programs are not: nothing is claimed about them, however they are written.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fcu_emulator.emulator.chip.firmware import Limits
+from fcu_emulator.emulator.explain.explanation import Explanation, Output, explain_numbers
+from fcu_emulator.emulator.explain.expression import text
+from fcu_emulator.emulator.grading.rubric import load_rubric
+from fcu_emulator.emulator.scenario.formats import NamedFormat
+from tests.support.arm import student_programs
+from tests.support.arm.student_programs import FOLDER, Change, Program, build
+
+with (FOLDER / "formulas.toml").open("rb") as table:
+    FORMULAS: dict[str, dict[str, Any]] = tomllib.load(table)
+VARIANTS = student_programs.programs("variants.toml")
+ALL = bool(os.environ.get("FCU_ALL_STUDENTS"))
+SHOWN = {
+    "acc_x": "ACC.x",
+    "acc_y": "ACC.y",
+    "acc_z": "ACC.z",
+    "press": "Pre",
+    "altitude": "Altitude",
+    "pitch_deg": "Pitch",
+    "roll_deg": "Roll",
+    "yaw_deg": "Yaw",
+}
+"""The printed numbers of the lab, by step."""
+WITHIN = 2
+
+needs_compiler = pytest.mark.skipif(
+    not student_programs.is_buildable(), reason="arm-none-eabi-gcc or make is not installed"
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("formulas")
+
+
+def explained(elf: str | Path) -> list[Explanation]:
+    rubric = load_rubric("lab3")
+    assert rubric.explain is not None
+    outputs = [Output("check", step, name, NamedFormat(name)) for step, name in SHOWN.items()]
+    return explain_numbers(elf, rubric.explain.arithmetic(), outputs, Limits())
+
+
+@needs_compiler
+@pytest.mark.parametrize("optimisation", ["O0", "O2"])
+@pytest.mark.parametrize("name", list(FORMULAS) if ALL else list(FORMULAS)[::3])
+def test_wrong_formula_is_named_at_its_line(name: str, optimisation: str, folder: Path) -> None:
+    one = FORMULAS[name]
+    source = (FOLDER / "student" / "main.c").read_text()
+    line = one.get("line", source[: source.index(one["old"])].count("\n") + 1)
+    change = Change("main.c", one["old"], one["new"], times=source.count(one["old"]))
+    found = explained(build(Program(name, "", (change,)), optimisation, folder))
+    mistakes = {explanation.mistake.step: explanation for explanation in found}
+
+    assert one["step"] in mistakes, list(mistakes)
+    explanation = mistakes[one["step"]]
+    assert text(explanation.mistake.computed) == one["computed"]
+    place = re.search(r"main\.c:(\d+)", explanation.diagnosis.summary)
+    assert place is not None
+    assert abs(int(place[1]) - line) <= WITHIN
+
+
+@pytest.mark.parametrize("firmware", ["solution"])
+def test_shipped_solution_is_not_explained(firmware: str) -> None:
+    assert explained(firmware) == []
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", list(VARIANTS) if ALL else list(VARIANTS)[::5])
+def test_correct_variant_is_not_explained(name: str, folder: Path) -> None:
+    assert explained(build(VARIANTS[name], "O2", folder)) == []
+
+
+@needs_compiler
+def test_program_without_lines_is_explained_without_place(folder: Path) -> None:
+    change = Change("main.c", "bx * cosf(pitch)", "bx * cosf(roll)")
+    elf = build(Program("stripped", "", (change,)), "O2", folder)
+    image = elf.with_suffix(".hex")
+    if not image.exists():
+        student_programs.subprocess.run(
+            ["arm-none-eabi-objcopy", "-O", "ihex", str(elf), str(image)], check=True
+        )
+    found = explained(image)
+
+    assert [text(one.mistake.computed) for one in found] == ["Bx*cos(roll) + Bz2*sin(pitch)"]
+    assert "main.c" not in found[0].diagnosis.summary
