@@ -172,7 +172,7 @@ class Magnetometer:
         )
         if settings.averaging:
             earlier_s, earlier = t_s - float(1 / settings.rate), numbers - 1
-            if number == self.pulses.first and not settings.alternating:  # the filter starts with its first measurement
+            if number == self.pulses.first and not settings.alternating:  # the filter starts with its first
                 earlier_s[0], earlier[0] = t_s[0], number
             signal = (signal + averaged(self._field_mgauss, earlier_s, settings.conversion_s)) / 2
             sign = (sign + self.pulses.polarity(earlier)) / 2

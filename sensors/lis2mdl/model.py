@@ -50,8 +50,8 @@ _BURST_WRAP = {0x6D: 0x68}  # after Z a burst continues at X, never at the tempe
 class LIS2MDL(Sensor):
     """Magnetometer with thermometer; ``magnetic_field_mgauss``: (n, 3) in the sensor's axes.
 
-    ``powered_on_ps``: None if already started; registers answer 20 ms later. ``int_idle_level``: bit INT while IEN = 0 and
-    IEA = 0.
+    ``powered_on_ps``: None if already started; registers answer 20 ms later. ``int_idle_level``: bit INT while IEN = 0
+    and IEA = 0.
     """
 
     NAME: ClassVar[str] = "LIS2MDL"
