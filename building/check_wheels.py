@@ -1,7 +1,7 @@
 """Check the wheels in a folder: python building/check_wheels.py [FOLDER]
 
-Each has one current library that needs only its platform's libraries; the source archive has the committed files. Needs
-lief and auditwheel; see docs/building.md.
+Each wheel must have one current C library that needs only system libraries; the source archive must have the committed
+files. Requires lief and auditwheel; see docs/building.md.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ _MACHINES: Final = {
 }
 _OLDEST_MACOS: Final = [11, 0, 0]
 _WINDOWS_HAS: Final = re.compile(r"kernel32\.dll|api-ms-win-crt-\w+-l1-1-0\.dll")
-"""The second is the Universal C Runtime of Windows 10 and later."""
+"""System libraries; api-ms-win-crt is the Universal C Runtime of Windows 10 and later."""
 
 
 def check(wheel: Path, target: Target) -> Iterator[str]:
-    """Return correct properties. Raises AssertionError for a wrong one."""
+    """Return the wheel's properties. Raises AssertionError if one is wrong."""
     with ZipFile(wheel) as archive:
         names = [name for name in archive.namelist() if name.startswith(_PLACE)]
         assert not [name for name in names if name.endswith((".c", ".h"))], "it has C sources"
@@ -123,7 +123,7 @@ def _windows(library: Any, _wheel: Path, _target: Target) -> Iterator[str]:
 
 
 def check_archive(archive: Path) -> str:
-    """Return the file count. Raises AssertionError if other files are committed."""
+    """Return the number of files. Raises AssertionError if they differ from the committed files."""
     with tarfile.open(archive) as content:
         names = {member.name.partition("/")[2] for member in content if not member.isdir()}
     command = ["git", "-C", str(Path(__file__).parents[1]), "ls-files", "-z"]
@@ -134,7 +134,7 @@ def check_archive(archive: Path) -> str:
 
 
 def main(folder: str = "dist") -> None:
-    """Print a line for each distribution; fail at a wrong one."""
+    """Print a line for each distribution; fail if one is wrong."""
     (archive,) = Path(folder).glob("*.tar.gz")
     sys.stdout.write(f"{archive.name}: {check_archive(archive)}\n")
     for name, target in TARGETS.items():

@@ -28,15 +28,15 @@ NATIVE: Final = runpy.run_path(str(FOLDER / "__init__.py"))
 FLAGS: Final = (
     "-std=gnu11",
     "-O2",
-    # flags are written together and read one by one, too soon for vectors: a fifth faster
+    # CPU flags are written together and soon read one by one; without vectorisation this is a fifth faster
     "-fno-tree-slp-vectorize",
     "-fwrapv",  # signed sums wrap on every compiler, as the chip's do
-    # Only exports of fcu.h; other calls are direct, which makes polling loops a sixth faster.
+    # Export only the functions of fcu.h; other calls are then direct, and polling loops a sixth faster.
     "-fvisibility=hidden",
     "-ffp-contract=off",  # products and sums are rounded separately, as on the chip
 )
 ZIG: Final = "ziglang~=0.17.0"
-"""For pip: the tested versions."""
+"""Tested versions of ziglang, as a pip requirement."""
 _ZIG_FLAGS: Final = (
     "-mcpu=baseline",  # otherwise the library needs this machine's instructions
     "-g0",
@@ -46,7 +46,7 @@ _TRIAL: Final = "long long trial(long long a, long long b) { return (long long)(
 
 
 class BuildError(Exception):
-    """The message has reason and remedy."""
+    """The library cannot be built; the message names reason and remedy."""
 
 
 @dataclass(frozen=True)
@@ -60,17 +60,17 @@ class Compiler:
 
     @property
     def description(self) -> str:
-        """Name and flags from the environment."""
+        """Compiler name, and the flags in CFLAGS."""
         text = f"{self.name} {os.environ.get('CFLAGS', '')}".strip()
         return text.replace("\\", "/").replace('"', "'")
 
     @property
     def position_independent(self) -> tuple[str, ...]:
-        """Empty on Windows, where clang refuses the flag."""
+        """Flag for position-independent code; empty on Windows, where clang refuses it."""
         return () if self.system == "win32" else ("-fPIC",)
 
     def run(self, *arguments: str | Path) -> None:
-        """Compile. Raises BuildError."""
+        """Run the compiler. Raises BuildError if it fails."""
         line = [*self.command, *self.flags, *map(str, arguments)]
         try:
             done = subprocess.run(line, capture_output=True, text=True, check=False)
@@ -156,7 +156,7 @@ def build(library: Path, compiler: Compiler) -> None:
 
 
 def build_in_place(force: bool = False) -> str:
-    """Build an outdated library; return a message."""
+    """Build the library if it is outdated; return a message."""
     library = FOLDER / NATIVE["library_name"]()
     chosen = compiler()
     write_headers(FOLDER / "generated")  # for editors and tests; the library is compiled with its own copy

@@ -15,12 +15,12 @@ SOURCES: Final = ("pyproject.toml", "building", "fcu_emulator", *FOLDERS)
 """The files and folders that a wheel depends on."""
 TYPES: Final = ROOT / "build" / "types" / "fcu_emulator"
 _NOT_SHIPPED: Final = ("emulator/chip/native/", "firmware_model/arm/solution/")
-"""C sources, and the lab's solution."""
+"""Files left out of wheels: C sources, and the lab's solution."""
 _BUILT: Final = {".c", ".h", ".so", ".dylib", ".dll", ".pyd", ".pyc"}
 
 
 def wheel_files() -> dict[str, str]:
-    """Return the place in a wheel of each file."""
+    """Return the path of each file in a wheel."""
     files = {str(path): path.name for path in (ROOT / "building" / "site").iterdir() if path.is_file()}
     for folder in FOLDERS:
         for path in sorted((ROOT / folder).rglob("*")):
@@ -36,7 +36,7 @@ def _left_out(place: str) -> bool:
 
 
 def link_types() -> None:
-    """Link or copy the folders. Correct links stay for running type checkers."""
+    """Link or copy the folders. Correct links are not replaced, because a type checker may be using them."""
     TYPES.mkdir(parents=True, exist_ok=True)
     for source in (*(ROOT / name for name in FOLDERS), *(ROOT / "fcu_emulator").iterdir()):
         place = TYPES / source.name

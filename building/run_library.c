@@ -1,9 +1,9 @@
-/* Run a program on the library alone: run_library LIBRARY IMAGE
+/* Run a program on the C library without Python: run_library LIBRARY IMAGE
  *
- * IMAGE is the contents of flash. What USART1 sends goes to standard output, up to the system reset that the program
- * asks for; then the number of instructions. Neither Python nor anything outside of the chip is there, so a library
- * can be tried on a system, or an imitation of one, that has no Python with all packages (building/run_libraries.py).
- * Registers that are in Python read as 0; all blocks are clocked, with 16 MHz.
+ * IMAGE is the contents of flash. Bytes from USART1 go to standard output until the program requests a system reset;
+ * then the number of instructions is printed. This tests a library on a system, or an emulated system, that lacks
+ * Python or its packages (building/run_libraries.py). Nothing outside of the chip is simulated. Registers that are
+ * modelled in Python read as 0; all peripherals are clocked with 16 MHz.
  */
 #include <stdio.h>
 #include <stdlib.h>

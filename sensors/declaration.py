@@ -1,6 +1,6 @@
 """Declarations of a sensor: measured quantities, bus access, and fidelity of the model.
 
-Scenario keys, diagnoses, register maps and the fidelity table are generated from them.
+Scenario keys, diagnoses, register maps and the fidelity table are generated from these declarations.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ Mode: TypeAlias = Literal[0, 1, 2, 3]
 
 @dataclass(frozen=True)
 class Output:
-    """Registers of a quantity.
+    """Output registers of one measured quantity.
 
-    ``size`` bytes per axis from ``address`` on, X first, little endian; ``zero``: the value that reads 0.
+    ``size`` bytes per axis from ``address`` on, X first, little endian; ``zero``: the value at which they read 0.
     """
 
     address: int
@@ -47,8 +47,8 @@ class Quantity:
 class Bus:
     """Access to a sensor over its buses.
 
-    ``i2c_addresses``: 7-bit, by the pin that selects one, or empty; ``spi_wires``: after reset, or None;
-    ``i2c_increment_bit``, ``spi_increment_bit``: sub-address bit that enables the increment, 0 if always on.
+    ``i2c_addresses``: 7-bit, indexed by the level of the address pin, or empty; ``spi_wires``: after reset, or None;
+    ``i2c_increment_bit``, ``spi_increment_bit``: sub-address bit that enables the increment, or 0 if always on.
     """
 
     i2c_addresses: tuple[int, ...]

@@ -1,11 +1,11 @@
 """Deviations of a real sensor: offset, scale, drift with temperature, and noise.
 
-Quality ``ideal`` has no error. ``typical`` is drawn from the seed: normally distributed up to three standard
-deviations, with typical strengths. ``worst`` has three standard deviations of random sign and 1.5 times the typical
-strengths.
+Quality ``ideal`` has no errors. ``typical`` draws normally distributed errors from the seed, at most three standard
+deviations, and has typical strengths of noise. Each error of ``worst`` is three standard deviations with random sign;
+its strengths are 1.5 times the typical ones.
 
-Decision: a limit counts as three standard deviations; ST's "standard deviation" and a typical value count as one.
-Reading all as limits would make boards too good.
+Decision: a datasheet limit counts as three standard deviations; ST's "standard deviation" and a typical value count as
+one. If all figures counted as limits, the simulated errors would be too small.
 
 Decision: the standard deviation of output data rates is 2.5 % (:func:`rate_deviation`), because ST gives no tolerance.
 Published sensors have +3.7, +1 and -1 % (LSM6DSL family), and +4 % (ISM330DHCX).
@@ -29,10 +29,10 @@ QUALITIES: tuple[Quality, ...] = get_args(Quality)
 ZERO: Vec3 = (0.0, 0.0, 0.0)
 
 Kind: TypeAlias = Literal["limit", "sigma", "typical"]
-"""Meaning of a figure: limit of all sensors, standard deviation, or typical value."""
+"""Meaning of a datasheet figure: limit for every sensor, standard deviation, or typical value."""
 
 SIGMAS = 3.0
-"""Limit of a draw in standard deviations; a limit in a datasheet counts as many."""
+"""Largest drawn error in standard deviations; a datasheet limit is this many standard deviations."""
 
 _KINDS: dict[Kind, str] = {"limit": "limit", "sigma": "1 sigma", "typical": "typ."}
 STRENGTHS = {"ideal": 0.0, "typical": 1.0, "worst": 1.5}
@@ -40,10 +40,10 @@ STRENGTHS = {"ideal": 0.0, "typical": 1.0, "worst": 1.5}
 
 @dataclass(frozen=True)
 class Figure:
-    """Declaration of one number by which a sensor deviates.
+    """Declaration of one error parameter of a sensor.
 
-    ``deviation``: in both directions, 0 if equal in all qualities; ``typical``: of a strength; ``axes``: 3 for one
-    number per axis.
+    ``deviation``: in both directions, 0 if the parameter is fixed; ``typical``: value of a strength, such as a noise
+    density; ``axes``: 3 for one number per axis.
     """
 
     doc: str
@@ -57,7 +57,7 @@ class Figure:
 
     @property
     def size(self) -> str:
-        """Return the size in a real sensor: ``+-60 (limit)``, ``typically 80``, or ``0 to 1000``."""
+        """Return the parameter's size in a real sensor: ``+-60 (limit)``, ``typically 80``, or ``0 to 1000``."""
         if self.deviation:
             return f"+-{self.deviation:g} ({_KINDS[self.kind]})"
         if self.is_strength:
@@ -70,7 +70,7 @@ class Figure:
 
     @property
     def is_strength(self) -> bool:
-        """Return whether it is the strength of an effect, never negative."""
+        """Return whether this parameter is the strength of an effect, which is never negative."""
         return self.typical > 0
 
 
@@ -82,14 +82,14 @@ def drawn(
     kind: Kind = "limit",
     allowed: tuple[float, float] | None = None,
 ) -> Any:
-    """Return a field of a :class:`PartErrors` of either sign."""
+    """Return a :class:`PartErrors` field for an error that can have either sign."""
     return field(
         default=0.0, metadata={"figure": Figure(doc, unit, source, deviation, kind, allowed=allowed)}
     )
 
 
 def rate_deviation() -> Any:
-    """Return the field ``odr_percent`` of a sensor with an oscillator."""
+    """Return the field ``odr_percent`` for a sensor with its own oscillator."""
     return drawn("relative error of every rate", "%", 2.5, "measured parts", "typical", (-20.0, 20.0))
 
 
@@ -100,12 +100,12 @@ def heating_share() -> Any:
 
 
 def rate_factor(odr_percent: float) -> Fraction:
-    """Return the ratio of true rates to nominal ones."""
+    """Return the ratio of the true output data rate to the nominal rate."""
     return 1 + Fraction(odr_percent / 100).limit_denominator(10**6)
 
 
 def drawn_by_axis(doc: str, unit: str, deviation: float, source: str, kind: Kind = "limit") -> Any:
-    """Return a field as :func:`drawn`, with X, Y and Z."""
+    """Return a field as :func:`drawn` does, with one number each for X, Y and Z."""
     return field(default=ZERO, metadata={"figure": Figure(doc, unit, source, deviation, kind, axes=3)})
 
 
@@ -115,18 +115,18 @@ def strength(doc: str, unit: str, typical: float, source: str) -> Any:
 
 
 def noise(doc: str, unit: str, typical: float, source: str) -> Any:
-    """Return a field as :func:`strength` for a noise."""
+    """Return a field as :func:`strength` does, for a noise density."""
     return strength(doc, unit, typical, source)
 
 
 def fixed(doc: str, unit: str, value: float, source: str, allowed: tuple[float, float] | None = None) -> Any:
-    """Return a field equal in all qualities, for the user to set."""
+    """Return a field whose value is equal in all qualities; only the user changes it."""
     return field(default=value, metadata={"figure": Figure(doc, unit, source, allowed=allowed)})
 
 
 @dataclass(frozen=True)
 class PartErrors:
-    """Base of a sensor's numbers, by default ideal. ``PART``: its name, part of the draws' seed."""
+    """Base class of a sensor's errors, by default ideal. ``PART``: the sensor's name, which enters the random seed."""
 
     PART: ClassVar[str]
 
@@ -154,12 +154,12 @@ class PartErrors:
 
     @property
     def heating(self) -> float:
-        """Share of the board's heating that is added at this sensor."""
+        """Fraction of the board's temperature rise that reaches this sensor."""
         return float(getattr(self, "heating_percent", 0.0)) / 100.0
 
     @classmethod
     def of_quality(cls, quality: Quality, seed: int) -> Self:
-        """Return one sensor, equal for equal seeds. Raises ValueError for an unknown quality."""
+        """Return one sensor's errors, equal for equal seeds. Raises ValueError for an unknown quality."""
         draw = QualityDraw(quality, cls.PART, seed)
         numbers: dict[str, float | Vec3] = {}
         for name, figure in cls.figures().items():
@@ -172,13 +172,13 @@ class PartErrors:
 
     @classmethod
     def of_grade(cls, quality: Quality, seed: int) -> Self:
-        """Return :meth:`of_quality`, by its name of the previous release."""
+        """Return the result of :meth:`of_quality`, which had this name in the previous release."""
         warnings.warn("of_grade is now called of_quality; use that name", DeprecationWarning, stacklevel=2)
         return cls.of_quality(quality, seed)
 
 
 class QualityDraw:
-    """Draws of one sensor's deviations."""
+    """Random generator of one sensor's errors."""
 
     def __init__(self, quality: Quality, part: str, seed: int) -> None:
         if quality not in QUALITIES:

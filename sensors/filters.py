@@ -26,14 +26,14 @@ Section: TypeAlias = tuple[float, float, float, float, float]
 """b0, b1, b2, a1, a2 of (b0 + b1/z + b2/z^2) / (1 + a1/z + a2/z^2)."""
 
 Start: TypeAlias = Literal["settled", "zero", "reference"]
-"""Assumed input before the first sample: ``settled``, that sample; ``zero``, nothing; ``reference``, subtracted."""
+"""Input before the first sample: ``settled``, equal to it; ``zero``, 0; ``reference``, equal to it and subtracted."""
 
 _BLOCK = 64
 _BLOCKS = 32
 PAGE = _BLOCK * _BLOCKS
 """Number of samples filtered together."""
 
-_FORGOTTEN = 1e-9  # full scale times this is far below one count
+_FORGOTTEN = 1e-9  # a remaining effect of full scale times this is far below one count
 _GRID = 1 << 15
 
 SLOPE: Section = (0.5, -0.5, 0.0, 0.0, 0.0)  # (x[n] - x[n-1]) / 2
@@ -108,7 +108,7 @@ class Chain:
 
     @cached_property
     def settling(self) -> int:
-        """Number of samples until earlier ones have no effect."""
+        """Number of samples after which older samples have no effect on the output."""
         slowest = max(float(np.abs(np.roots((1.0, *section[3:]))).max()) for section in self.sections)
         return math.ceil(math.log(_FORGOTTEN) / math.log(slowest)) if slowest else 2
 
@@ -122,7 +122,7 @@ class Chain:
         return np.zeros((axes, self.order))
 
     def run(self, page: Array, state: Array) -> tuple[Array, Array]:
-        if not (state.any() or page.any()):  # a still world minus its reference
+        if not (state.any() or page.any()):  # the input equals its reference
             return np.zeros_like(page), state
         blocks = page.reshape(len(page), _BLOCKS, _BLOCK)
         states = self._states(blocks, state)

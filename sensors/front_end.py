@@ -8,7 +8,7 @@ Decisions where the documents are silent:
 * A signal is clipped at the limits of the converter's 16 bits, before any digital filter. A clip at the output would
   average strong vibration to a plausible value.
 
-In a slow world the chain is a pure delay. A plain function's values count as filtered.
+For slow signals the chain is a pure delay. A plain function must return values that are already filtered.
 
 Noise is a pure function of a key and the sample index (Philox). Bias instability, equal in every octave, is a sum of
 twelve interpolated noises with values T = 1 s, 2 s ... 2048 s apart. Each has the density w^2 T sinc^4(f T), their sum
@@ -43,24 +43,24 @@ Measured: TypeAlias = Callable[[Array, Times], Array]
 
 CONVERTER_HZ = 6664
 ANALOG_OVER = 4
-"""Oversampling relative to the converter's rate, enough for vibration of 10 kHz."""
+"""Signal values per conversion, enough for vibration of 10 kHz."""
 
 USUAL_DECIMATION = 0.5
-"""Cut-off of the low-pass before decimation over the output rate."""
+"""Cut-off of the low-pass before decimation, as a fraction of the output rate."""
 
-_FORGOTTEN = 1e-7  # part of a filter's response that is cut off
-_ALL_CLIPPED = 1 - 1e-9  # of full scale: rounding of the sum of a filter's weights
+_FORGOTTEN = 1e-7  # fraction of a filter's impulse response that is truncated
+_ALL_CLIPPED = 1 - 1e-9  # fraction of full scale; allows for rounding of the filter weights
 _SLOW = 25.0  # motion this many times slower than the filters' delay has an error below 1e-3
-_LOOKS_AT_ONCE = 1 << 18  # this and the next bound the memory
+_LOOKS_AT_ONCE = 1 << 18  # signal values per block, limits the memory
 _PRODUCTS_AT_ONCE = 1 << 16
 
 
 @dataclass(frozen=True)
 class Kernel:
-    """The mapping from signal to sample.
+    """Weights that compute samples from a signal.
 
     ``look_s``: time between signal values; ``analog``: low-pass on these; ``digital``: low-pass on conversions;
-    ``late_s``: extra delay; ``highest``: limit in both directions.
+    ``late_s``: extra delay; ``highest``: largest absolute value before clipping.
     """
 
     look_s: float
@@ -122,7 +122,7 @@ class Kernel:
 
 
 def _filtered(values: Array, weights: Array, step: int) -> Array:
-    """Return weighted sums of values (n, axes), at the last and every ``step``-th before."""
+    """Return weighted sums of ``values`` (n, axes), at every ``step``-th value, counted back from the last."""
     begin = (len(values) - len(weights)) % step
     sums = []
     for axis in values[begin:].T:
@@ -143,10 +143,10 @@ def kernel(
     rate_factor: float = 1.0,
     decimation: float = USUAL_DECIMATION,
 ) -> Kernel:
-    """Return the kernel for a nominal rate.
+    """Return the kernel for a nominal output data rate.
 
-    ``analog_hz``: None for no stage; ``digital_hz``: None for the usual low-pass; ``late_s``: delay before the filters;
-    ``rate_factor``: true over nominal clock; ``decimation``: cut-off of the usual low-pass over the output rate.
+    ``analog_hz``: None for no analog stage; ``digital_hz``: None for the usual low-pass; ``late_s``: delay before the
+    filters; ``rate_factor``: true clock / nominal clock; ``decimation``: cut-off of the usual low-pass / output rate.
     """
     conversions = conversions_per_sample(output_hz)
     converter_hz = output_hz * rate_factor * conversions
@@ -211,7 +211,7 @@ class FrontEnd:
         self._delay_s = 0.0
 
     def configure(self, use: Kernel, delay_s: float = 0.0) -> None:
-        """Set the kernel; ``delay_s`` is for a plain function."""
+        """Set the kernel; ``delay_s`` is the delay if the signal is a plain function."""
         self._kernel, self._delay_s = use, delay_s
 
     def block(self, number: int, t_s: Times) -> Array:
@@ -231,7 +231,7 @@ class FrontEnd:
 
 
 def add_noise(values: Array, noise: Array, highest: float) -> Array:
-    """Return ``values + noise``, without noise where the converter clipped all of a sample."""
+    """Return ``values + noise``; samples whose conversions were all clipped get no noise."""
     overload = np.abs(values) >= highest * _ALL_CLIPPED
     noisy = values + noise
     return np.where(overload, values, noisy) if overload.any() else noisy
@@ -253,8 +253,8 @@ def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-_AVERAGED, _FEW_AVERAGED = 32, 4  # signal values in a conversion of unknown structure
-_SLOW_CONVERSIONS = 50.0  # as _SLOW, in conversions, for averaged ones
+_AVERAGED, _FEW_AVERAGED = 32, 4  # signal values per conversion, if its structure is unknown
+_SLOW_CONVERSIONS = 50.0  # as _SLOW, but in conversion times, for averaged conversions
 
 
 def averaged(signal: Signal, t_s: Times, conversion_s: float) -> Array:
@@ -262,7 +262,7 @@ def averaged(signal: Signal, t_s: Times, conversion_s: float) -> Array:
     if not isinstance(signal, DynamicSignal):
         return signal(t_s)
     samples = signal(t_s - conversion_s / 2)
-    # enough: number of values for slower motion
+    # number of values that suffices for slower motion
     for looks, enough in ((_FEW_AVERAGED, 1), (_AVERAGED, _FEW_AVERAGED)):
         pace_s = conversion_s * _SLOW_CONVERSIONS / enough
         moving = signal.agitated(t_s[0] - conversion_s, t_s[-1], pace_s)
@@ -310,7 +310,7 @@ class Deviation:
         t_s: Times,
         temperature_degc: Callable[[Times], Array],
     ) -> Array:
-        """Return the deviating signal, (3, n), from ``signal`` (n, 3)."""
+        """Return ``signal`` (n, 3) with the errors added, shape (3, n)."""
         rows = np.ascontiguousarray(signal.T)
         if self._crosses:
             rows = rows + self._seen_across(rows)
@@ -326,7 +326,7 @@ class Deviation:
         return deviating
 
     def _seen_across(self, rows: Array) -> Array:
-        """Return the coupling; a matrix product's rounding would depend on n."""
+        """Return the cross-axis terms. A matrix product is not used, because its rounding would depend on n."""
         xy, xz, yz = self._cross_axis
         x, y, z = rows
         return np.stack((xy * y + xz * z, xy * x + yz * z, xz * x + yz * y))
@@ -364,7 +364,7 @@ class NoiseSource:
     def _page(self, number: int) -> Array:
         page = self._pages.get(number)
         if page is None:
-            if len(self._pages) >= 2:  # a block mostly spans two; older ones can be drawn again
+            if len(self._pages) >= 2:  # a block usually spans two pages; older pages can be drawn again
                 self._pages.pop(next(iter(self._pages)))
             bits = np.random.Philox(key=self._key, counter=[0, 0, 0, number])
             page = np.random.Generator(bits).standard_normal((self._channels, self._length))
@@ -376,14 +376,14 @@ class NoiseSource:
 
 
 _OCTAVES = 12
-_DRAWN_AT_ONCE = 64  # values of an octave
+_DRAWN_AT_ONCE = 64  # values of one octave that are drawn together
 _SECONDS_AT_ONCE = 64
-_BEFORE_S = 1 << 20  # 12 days before time 0: filters start earlier, and values are numbered from 0
-_SIGMA = math.sqrt(3 * math.log(2) / (2 * math.pi))  # of an octave's values, w over B
+_BEFORE_S = 1 << 20  # numbering starts 12 days before time 0, because filters need earlier values
+_SIGMA = math.sqrt(3 * math.log(2) / (2 * math.pi))  # standard deviation of an octave's values: w / B
 
 
 class Flicker:
-    """Slow drift of offsets; ``bias_instability`` is B in the values' unit."""
+    """Slow drift of offsets; ``bias_instability`` is B, in the unit of the result."""
 
     def __init__(self, seed: int, *names: str, channels: int, bias_instability: float) -> None:
         self._octaves = [
@@ -407,7 +407,7 @@ class Flicker:
         total = np.zeros((len(self._at_seconds), len(seconds)))
         for octave, source in enumerate(self._octaves):
             apart_s = 1 << octave
-            # so that octaves bend at different times
+            # so that the octaves' interpolation points are at different times
             shifted = seconds + apart_s * octave // _OCTAVES
             before, part = shifted // apart_s, shifted % apart_s / apart_s
             drawn = source.block(int(before[0]), int(before[-1] - before[0]) + 2)

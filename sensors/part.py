@@ -34,13 +34,13 @@ from fcu_emulator.sensors.sampling import PS_PER_S, SampleStream, Times
 Signal: TypeAlias = Callable[[Times], NDArray[np.float64]]
 """A quantity at the given times: shape (n, 3) in the sensor's axes, or (n,); n may be 1 if ``one_row`` allows it.
 
-A plain function gives filtered values.
+A plain function must return filtered values.
 """
 
 
 @runtime_checkable
 class DynamicSignal(Protocol):
-    """A signal that reports fast motion, to be sampled densely."""
+    """A signal that reports its intervals of fast motion, in which the sensor model samples it densely."""
 
     def __call__(self, t_s: Times, /) -> NDArray[np.float64]: ...
 
@@ -71,10 +71,10 @@ _PS_PER_MS = PS_PER_S // 1000
 
 
 class Sensor:
-    """One sensor behind its bus.
+    """Base class of a sensor model: registers, samples and pins.
 
-    Methods of the register file are instance attributes, to save a call. While a pin is wired, each read calls the
-    sensor, because it can move an edge.
+    ``read`` and ``write`` are instance attributes that refer to the register file, for speed. While a pin is wired,
+    each register read calls the sensor, because a read can change the time of the next edge.
     """
 
     NAME: ClassVar[str]
@@ -95,7 +95,7 @@ class Sensor:
     ) -> Self:
         """Build the sensor; KeyError if a signal is missing.
 
-        ``errors``: None for an ideal sensor; ``powered_on_ps``: None for long ago.
+        ``errors``: None for an ideal sensor; ``powered_on_ps``: power-on time, None if the sensor has started up.
         """
         construct: Callable[..., Self] = cls
         own = [signals[quantity.name] for quantity in cls.SIGNALS]
@@ -103,20 +103,20 @@ class Sensor:
 
     @classmethod
     def maps(cls) -> dict[str, RegisterMap]:
-        """Return every register map by title, empty for the main one."""
+        """Return every register map by title; the main map's title is empty."""
         return {"": cls.MAP}
 
     def __init__(
         self, registers: RegisterMap, wrap: Mapping[int, int] | None = None, accessible_ps: int = 0
     ) -> None:
-        """``wrap``: address jumps within a burst; ``accessible_ps``: time of the first answer."""
+        """``wrap``: address jumps within a burst; ``accessible_ps``: time from which the sensor answers."""
         self.registers = RegisterFile(registers, wrap)
         self.version = self.registers.version
         self._accessible_ps = accessible_ps
         self._accessed: Callable[[], None] | None = None
-        self.i2c_off = False  # by firmware that uses SPI (I2C_disable, I2C_DIS)
+        self.i2c_off = False  # set by firmware that uses SPI (I2C_disable, I2C_DIS)
         self.streams: tuple[SampleStream, ...] = ()
-        """All measured streams; the subclass's constructor sets them."""
+        """All sample streams; the subclass's constructor sets them."""
         self._activate(self.registers)
 
     def _activate(self, registers: RegisterFile) -> None:
@@ -134,13 +134,13 @@ class Sensor:
         return registers.write
 
     def watch(self, accessed: Callable[[], None]) -> None:
-        """Call ``accessed()`` after every access, which can move pin changes."""
+        """Call ``accessed()`` after every register access, because it can change the time of the next pin edge."""
         self._accessed = accessed
         self.version[0] += 1
         self._activate(self.active)
 
     def shared_bank(self) -> int:
-        """Return the address of the registers that C can read; 0 while the sensor must see every read."""
+        """Return the address of the registers that C can read, or 0 while Python must handle every read."""
         return 0 if self._accessed is not None else self.active.shared_bank()
 
     def files(self) -> tuple[RegisterFile, ...]:
@@ -155,7 +155,7 @@ class Sensor:
         return self.active.map.name(address & 0x7F)
 
     def accessible(self, now_ps: int) -> bool:
-        """Return whether trimming values are loaded; bus interfaces check it."""
+        """Return whether the sensor has loaded its trimming values, so that it answers on the bus."""
         return now_ps >= self._accessible_ps
 
     def refuse(self, now_ps: int) -> None:
@@ -191,7 +191,7 @@ class Sensor:
             stream.world_changed(now_ps)
 
     def sample_range(self, channel: str) -> tuple[float, float, float]:
-        """Return lowest value, highest value and LSB of ``channel``, in its unit."""
+        """Return the lowest value, highest value and LSB of ``channel``, in the channel's unit."""
         raise KeyError(channel)
 
 
@@ -256,7 +256,7 @@ class SelfClearingBits:
                 if until <= now_ps:
                     self._mem[self._address] &= ~mask
             self._due = [entry for entry in self._due if entry[0] > now_ps]
-            for _, mask in self._due:  # started again since, or written with 0
+            for _, mask in self._due:  # the bit was set again or written with 0 meanwhile
                 self._mem[self._address] |= mask
 
 
@@ -264,7 +264,7 @@ class SelfClearingBits:
 
 
 class _IncrementBit:
-    """A sensor whose address bit enables the increment."""
+    """Wrapper of a sensor in which an address bit enables the increment."""
 
     def __init__(self, part: Sensor, bit: int) -> None:
         self._part = part
@@ -316,9 +316,9 @@ class SubaddressTarget:
         self.address_mask = ADDRESSES - 1 | bit
         """Bits of a sub-address that the sensor evaluates."""
         self.last_burst = (0, 0)
-        """Sub-address and length; the next read continues after it."""
+        """Sub-address and length of the last read; the next read continues after it."""
         self._expects_subaddress = False
-        self._booting = not part.accessible(now_ps())  # checked again only while it is True
+        self._booting = not part.accessible(now_ps())  # checked again only while True
 
     def start(self, *, read: bool) -> bool:
         """Begin a transfer; return True to acknowledge."""
@@ -349,17 +349,17 @@ class SubaddressTarget:
         return data
 
     def shared_bank(self) -> int | None:
-        """Return the part's; None if the sensor does not answer."""
+        """Return the sensor's :meth:`Sensor.shared_bank`, or None if the sensor does not answer."""
         return self.part.shared_bank() if self.answers() else None
 
     def move_to(self, subaddress: int) -> None:
-        """Continue at ``subaddress``, after reads without this object."""
+        """Set the next sub-address to ``subaddress``, after C has read registers directly."""
         self.last_burst = (subaddress, 0)
         self._expects_subaddress = False
 
     @property
     def version(self) -> array[int]:
-        """Version of the sensor's state."""
+        """Counter of the sensor's state changes."""
         return self.part.version
 
     @property
@@ -374,7 +374,7 @@ class SubaddressTarget:
         self._expects_subaddress = False
 
     def read_from(self, subaddress: int, count: int, now_ps: int) -> bytes | None:
-        """Write a sub-address and read; None if the sensor does not answer."""
+        """Write a sub-address and read ``count`` bytes; return None if the sensor does not answer."""
         if not self.answers():
             return None
         address = subaddress & self.address_mask
@@ -388,14 +388,14 @@ class SubaddressTarget:
         return self.part.register_name(address)
 
     def answers(self) -> bool:
-        """Return whether the sensor acknowledges; only a write can change True."""
+        """Return whether the sensor acknowledges its address. Only a write can change True."""
         if self._booting:
             self._booting = not self.part.accessible(self._now_ps())
         return not self._booting and not self.part.i2c_off
 
 
 def __getattr__(name: str) -> type[Sensor]:
-    """Return :class:`Sensor` by its name of the previous release."""
+    """Return :class:`Sensor` for its name in the previous release."""
     if name != "Part":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     warnings.warn("Part is now called Sensor; use that name", DeprecationWarning, stacklevel=2)

@@ -1,6 +1,7 @@
 """An interrupt or data-ready pin.
 
-A lazy sensor may report an edge late, but with its true time. Listeners can call ``catch_up`` at ``next_event_ps``.
+A sensor computes lazily, so it may report an edge late, but with the true time of the edge. A listener that needs
+edges in time calls the sensor's ``catch_up`` at ``next_event_ps``.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ EdgeAtSeconds: TypeAlias = Callable[[float, int], None]
 """``edge(at_s, level)``."""
 
 InputCallback: TypeAlias = Callable[[int, int], None]
-"""``changes(at_ps, level)``: ``applied`` still has the old level."""
+"""``changes(at_ps, level)``, called before ``applied`` gets the new level."""
 
 
 class Pin:
@@ -35,7 +36,7 @@ class Pin:
 
     @property
     def wired(self) -> bool:
-        """Return whether the pin has a listener, so that the sensor must work ahead."""
+        """Return whether the pin has a listener, so that the sensor must compute edges in advance."""
         return bool(self._listeners)
 
     def listen(self, edge: EdgeAtSeconds) -> None:

@@ -1,4 +1,4 @@
-"""Declarations of registers and their bits: 8-bit ones of the sensors and 32-bit ones of the chip.
+"""Declarations of registers and their bits: 8-bit registers of the sensors and 32-bit registers of the chip.
 
 A register is a class::
 
@@ -25,8 +25,8 @@ ACCESSES: Final = ("rw", "r", "w", "rc_w0", "rc_w1", "rs")
 class Bits:
     """Bits ``msb`` down to ``lsb`` of a register.
 
-    ``access``: if not the register's. ``count``: number of such fields, ``step`` bits apart; numbers from ``first`` on
-    replace the ``x`` of names. ``overlay``: second meaning.
+    ``access``: if it differs from the register's. ``count``: number of equal fields, ``step`` bits apart; numbers from
+    ``first`` on replace the ``x`` in names. ``overlay``: a second meaning of bits that another field declares.
     """
 
     __slots__ = (
@@ -79,21 +79,21 @@ class Bits:
         return (value & ~self.mask) | ((field << self.lsb) & self.mask)
 
     def numbered(self, number: int) -> str:
-        """Return the name of one of several fields, counted from 0: ``MODER3``."""
+        """Return the name of field ``number``, counted from 0, for example ``MODER3``."""
         return self.name.replace("x", str(self.first + number)) if self.count > 1 else self.name
 
 
 class Register:
     """Base of every declared register.
 
-    ``addr``: first sub-address or offset, None for a base class; ``size``: bytes; ``reset``: little endian; ``names``:
-    of bytes; ``modelled=False``: no behaviour; ``count``, ``step`` (bytes), ``first``: as for :class:`Bits`.
+    ``addr``: first sub-address or offset, None for a base class; ``size`` in bytes; ``reset``: little endian; ``names``
+    of the bytes; ``modelled=False``: no behaviour; ``count``, ``step`` (bytes), ``first``: as for :class:`Bits`.
     """
 
     addr: ClassVar[int]
     size: ClassVar[int] = 1
     named_bytes: ClassVar[bool] = True
-    """Whether each byte has a name, as in sensors, which are read byte by byte."""
+    """Whether each byte has a name, as in sensors, whose registers are addressed by byte."""
     access: ClassVar[str]
     reset: ClassVar[int]
     modelled: ClassVar[bool]
@@ -103,7 +103,7 @@ class Register:
     first: ClassVar[int]
     fields: ClassVar[tuple[Bits, ...]]
     write_mask: ClassVar[int]
-    """Bits that a write reaches: "rw" and "w"."""
+    """Bits that a write can change or act on: "rw" and "w"."""
     stored_mask: ClassVar[int]
     """Bits that keep a written value: "rw"."""
 
@@ -174,7 +174,7 @@ class Register:
 
     @classmethod
     def numbered(cls, number: int) -> str:
-        """Return the name of one of several registers, counted from 0: ``EXTICR2``."""
+        """Return the name of register ``number``, counted from 0, for example ``EXTICR2``."""
         return cls.__name__.replace("x", str(cls.first + number)) if cls.count > 1 else cls.__name__
 
 
@@ -214,7 +214,7 @@ class RegisterMap:
         )
 
     def without_behaviour(self) -> list[str]:
-        """Return names without behaviour."""
+        """Return the names of registers and bits that have no behaviour."""
         names = []
         for register in self.registers:
             if not register.modelled:

@@ -1,7 +1,7 @@
 """Registers in memory, and the rules for reading and writing bursts.
 
-A burst is planned once per address and length; one read method per byte would cost six times as much at 800 Hz x 4
-bursts. Firmware reads most registers without a call of Python (:mod:`fcu_emulator.sensors.shared_registers`).
+The plan of a burst is cached by address and length; a method call per byte would cost six times as much. Firmware
+reads most registers without a call of Python (:mod:`fcu_emulator.sensors.shared_registers`).
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from fcu_emulator.sensors.register import ADDRESSES, Register, RegisterMap
 from fcu_emulator.sensors.shared_registers import LIVE, MEMORY, OUTPUT, STATUS, Bank, Train, address_of
 
 ReadHook: TypeAlias = Callable[[int, int, int], bytes | None]
-"""``hook(first, end, now_ps)`` before a read: returns the bytes, or None for those of ``mem``."""
+"""``hook(first, end, now_ps)``, called before a read: returns the bytes to read, or None to read ``mem``."""
 
 AfterHook: TypeAlias = Callable[[int, int, int], None]
-"""``hook(first, end, now_ps)``, called after the read of these bytes."""
+"""``hook(first, end, now_ps)``, called after a read of bytes ``first`` to ``end - 1``."""
 
 WriteHook: TypeAlias = Callable[[int, int, int], None]
 """``hook(old, new, now_ps)``, called after a byte has been written."""
@@ -34,22 +34,22 @@ _Plan: TypeAlias = tuple[_Piece, tuple[_Piece, ...]]  # the first piece, and the
 
 NEVER_PS = 1 << 62  # later than any run; an int, so that comparisons stay fast
 
-_COUNT_BITS = 22  # of a plan's key, which thus stays a small integer
-_ONE_BYTE = tuple(bytes((value,)) for value in range(256))  # slower to build than to look up
+_COUNT_BITS = 22  # bits for the length in a plan's key, which stays a small integer
+_ONE_BYTE = tuple(bytes((value,)) for value in range(256))  # a look-up is faster than building the bytes
 _LONGEST_KEPT = 64  # bytes of a burst whose plan is cached
 
 
 class Output(Protocol):
-    """Registers that show samples; they can be read from a train."""
+    """Output registers, which C can read from a train of samples."""
 
     train: Train
 
     def fill(self, now_ps: int) -> None:
-        """Fill the train at a read."""
+        """Put the current and next samples into the train."""
         ...
 
     def take_back(self) -> None:
-        """End the train, and continue after the samples that were taken from it."""
+        """End the train, and continue after the samples that C has taken from it."""
         ...
 
     def burst_reader(self, first: int, end: int) -> BurstReader | None:
@@ -58,14 +58,14 @@ class Output(Protocol):
 
 
 BurstReader: TypeAlias = Callable[[int], tuple[bytes, int]]
-"""``read_burst(now_ps)``: bytes, and how long (ps) a repeated read has no effect."""
+"""``read_burst(now_ps)``: returns the bytes, and the time until which another read returns the same."""
 
 _Hooks: TypeAlias = tuple[ReadHook | None, AfterHook | None]
 _NO_HOOKS: _Hooks = (None, None)
 
 
 class AccessError(ValueError):
-    """A burst that no bus could carry: a wrong address or length."""
+    """A burst has an invalid address or length."""
 
     def __init__(self, what: str, address: int, count: int) -> None:
         self.address = address
@@ -91,9 +91,9 @@ def _no_note(now_ps: int, kind: str, text: str) -> None:
 class RegisterFile:
     """A register map's memory with its hooks.
 
-    ``wrap``: address jumps within a burst. Models read ``mem`` without a call. ``version`` counts changes of the
-    sensor's state other than samples and reads, in all banks. ``held``: bytes of words that are half read (block data
-    update), by :func:`fcu_emulator.sensors.shared_registers.bit`. C reads all three.
+    ``wrap``: address jumps within a burst. Sensor models read ``mem`` directly. ``version`` counts state
+    changes of the sensor, except new samples and reads. ``held``: bytes that block data update does not refresh, as
+    :func:`fcu_emulator.sensors.shared_registers.bit`. C reads all three.
     """
 
     def __init__(
@@ -114,7 +114,7 @@ class RegisterFile:
         self._after: list[AfterHook | None] = [None] * ADDRESSES
         self._on_write: list[WriteHook | None] = [None] * ADDRESSES
         self.outputs: list[Output] = []
-        # what C may do with a byte, while these are its hooks
+        # how C reads a byte, while these are the byte's hooks
         self._access: list[tuple[int, _Hooks]] = [(MEMORY, _NO_HOOKS)] * ADDRESSES
         self._bank_bytes = bytearray(ctypes.sizeof(Bank))
         self._bank = Bank.from_buffer(self._bank_bytes)
@@ -141,7 +141,7 @@ class RegisterFile:
     def add_output(
         self, output: Output, *registers: tuple[type[Register], ReadHook, AfterHook | None]
     ) -> None:
-        """Read ``registers`` from the output's train, while these are their hooks."""
+        """Let C read ``registers`` from the output's train, while they have no other hooks."""
         access = OUTPUT + len(self.outputs)
         self._bank.trains[len(self.outputs)] = ctypes.addressof(output.train)
         self.outputs.append(output)
@@ -149,7 +149,7 @@ class RegisterFile:
             self._set_access(register, access, before, after)
 
     def set_status(self, register: type[Register], before: ReadHook) -> None:
-        """Call ``before`` to update ``register``, which does no more than to take the samples of all outputs."""
+        """Call ``before`` to update ``register``; ``before`` must only take the due samples of all outputs."""
         self.before_read(register, before)
         self._set_access(register, STATUS, before, None)
 
@@ -161,7 +161,7 @@ class RegisterFile:
         self._forget_plans()
 
     def after_read(self, register: type[Register], hook: AfterHook) -> None:
-        """Call ``hook`` after a read, and after earlier hooks."""
+        """Call ``hook`` after a read of ``register``, after the hooks added earlier."""
         earlier = self._after[register.addr]
         both = hook if earlier is None else _one_after_the_other(earlier, hook)
         self._after[register.addr : register.addr + register.size] = [both] * register.size
@@ -184,7 +184,7 @@ class RegisterFile:
             self._link()
 
     def set_jumps(self, jumps: Mapping[int, int]) -> None:
-        """Set the address jumps beside ``wrap``."""
+        """Set further address jumps, in addition to ``wrap``."""
         self._jumps = dict(jumps)
         self._link()
 
@@ -212,7 +212,7 @@ class RegisterFile:
         return bytes(pieces)
 
     def shared_bank(self) -> int:
-        """Return the address of struct Bank, after an update of its tables."""
+        """Update the tables of struct Bank and return its address."""
         bank = self._bank
         if self._bank_is_outdated:
             self._bank_is_outdated = False
@@ -226,7 +226,7 @@ class RegisterFile:
             output.take_back()
 
     def burst_reader(self, address: int, count: int) -> BurstReader:
-        """Return a reader of this burst, for one ``version``."""
+        """Return a reader of this burst, valid until ``version`` changes."""
         (_, first, end, _), rest = self._plan(address, count)
         access = self._access_at(first)
         if access >= OUTPUT and not rest:
@@ -269,12 +269,12 @@ class RegisterFile:
         self.version[0] += 1
 
     def _access_at(self, address: int) -> int:
-        """Return how C reads a byte: live if other hooks take part."""
+        """Return how C reads a byte: ``LIVE`` if the byte has other hooks."""
         access, hooks = self._access[address]
         return access if hooks == (self._before[address], self._after[address]) else LIVE
 
     def _read_bytewise(self, address: int, count: int, now_ps: int) -> bytes:
-        """Read byte by byte, as a burst can release a held word and show newer data."""
+        """Read byte by byte, because a burst can release a held word, which then shows newer data."""
         data = bytearray()
         for _ in range(count):
             data += self.read(address, 1, now_ps)
@@ -317,7 +317,7 @@ class RegisterFile:
             self.note(now_ps, "not modelled", f"{self.map.name(address)} read")
 
     def _plan(self, address: int, count: int) -> _Plan:
-        if not 0 <= address < ADDRESSES or not 0 < count < 1 << _COUNT_BITS:  # such a burst never gets a plan
+        if not 0 <= address < ADDRESSES or not 0 < count < 1 << _COUNT_BITS:  # an invalid burst has no plan
             raise AccessError("read", address, count)
         key = address << _COUNT_BITS | count
         pieces: list[_Piece] = []
@@ -329,7 +329,7 @@ class RegisterFile:
                 pieces.append((before, address, address + 1, after))
             address = self._next[address]
         plan = pieces[0], tuple(pieces[1:])
-        if count <= _LONGEST_KEPT:  # longer bursts are rare, and must not fill the memory
+        if count <= _LONGEST_KEPT:  # longer bursts are rare; caching them would use much memory
             self._plans[key] = plan
         return plan
 

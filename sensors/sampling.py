@@ -1,10 +1,11 @@
 """Samples at an output data rate, and the registers that show the latest one.
 
 Times are integers computed from the index, so 6664 Hz is exact after an hour. A value is a pure function of sample
-number, configuration and world. Numbers continue over restarts, so that one-shot measurements differ in noise.
+number, configuration and world. Sample numbers continue after a restart, so that each one-shot measurement has
+different noise.
 
-A sample is written to the registers when it is read. Any high byte's read clears data-ready; with BDU, a word is held
-between the reads of its bytes (AN5040 4.3-4.5, AN5069 6.3-6.5).
+A sample is written to the registers when firmware reads them. A read of any high byte clears data-ready. With BDU, a
+word does not change between the reads of its two bytes (AN5040 4.3-4.5, AN5069 6.3-6.5).
 """
 
 from __future__ import annotations
@@ -27,10 +28,10 @@ Times: TypeAlias = NDArray[np.float64]
 """Sample times in seconds of virtual time, shape (n,)."""
 
 Producer: TypeAlias = Callable[[int, Times], bytes]
-"""``produce(number, t_s)``: register bytes of samples at these times."""
+"""``produce(number, t_s)``: returns register bytes of the samples at ``t_s``, the first with this number."""
 
 Stamp: TypeAlias = Callable[[int, bytes], bytes]
-"""``stamp(number, data)``: register bytes of samples, changed as needed."""
+"""``stamp(number, data)``: returns register bytes ``data`` of samples, changed if needed."""
 
 _SMALLEST_BLOCK = 32
 _LARGEST_BLOCK = 4096
@@ -40,7 +41,7 @@ class SampleStream:
     """The samples of one channel group.
 
     ``next_ps``: time of the next sample; ``data``: register bytes of the latest; ``index``: its number, or -1;
-    ``raster_ps``: a time in phase with all samples; ``settled_number``: first sample to keep.
+    ``raster_ps``: a time in phase with all samples; ``settled_number``: first sample after settling.
     """
 
     __slots__ = (
@@ -67,7 +68,7 @@ class SampleStream:
         self._width = width
         self._produce: Producer = produce
         self._num, self._den = 1, 1
-        self._earlier = 0  # number of samples of earlier runs
+        self._earlier = 0  # number of samples before the last start
         self._forgetting: list[Callable[[int], None]] = []
         self._origin_ps = 0  # the time of sample ``_origin_index``
         self._origin_index = 0
@@ -88,7 +89,7 @@ class SampleStream:
         self._block_length = _SMALLEST_BLOCK
 
     def start_in_step(self, other: SampleStream, now_ps: int, rate_hz: Fraction) -> None:
-        """Start in phase with ``other``, whose rate is a multiple or fraction."""
+        """Start in phase with ``other``, whose rate is a multiple or fraction of ``rate_hz``."""
         period = PS_PER_S / rate_hz
         num, den = period.numerator, period.denominator
         periods = 1 - (other.raster_ps - now_ps) * den // num
@@ -123,7 +124,7 @@ class SampleStream:
         return Fraction(PS_PER_S * self._den, self._num) if self.running else Fraction(0)
 
     def stamp_with(self, stamp: Stamp) -> None:
-        """Pass every later block through ``stamp``."""
+        """Call ``stamp`` for every block of samples from now on."""
         produce = self._produce
 
         def produce_stamped(number: int, t_s: Times) -> bytes:
@@ -145,7 +146,7 @@ class SampleStream:
         self.invalidate()
 
     def when_world_changes(self, forget: Callable[[int], None]) -> None:
-        """Call ``forget(number)`` when samples from there on become invalid."""
+        """Call ``forget(number)`` when the samples from ``number`` on become invalid."""
         self._forgetting.append(forget)
 
     def time_ps(self, index: int) -> int:
@@ -167,9 +168,9 @@ class SampleStream:
         return fresh
 
     def ahead(self, count: int) -> tuple[bytes, list[int]]:
-        """Return at most ``count`` samples after the current one, as far as computed, and their times.
+        """Return at most ``count`` computed samples after the current one, and their times.
 
-        The times have one more: of the first sample that is not returned.
+        The last time is that of the first sample that is not returned.
         """
         if not self.running:
             return b"", [NEVER_PS]
@@ -215,20 +216,20 @@ class SampleStream:
 
     @property
     def settled_index(self) -> int:
-        """Index of the first sample to keep."""
+        """Index of the first sample after settling."""
         return self.settled_number - self._earlier
 
     def number(self, index: int) -> int:
         return self._earlier + index
 
     def next_number(self, now_ps: int | None = None) -> int:
-        """Return the producer's number of the next sample after ``now_ps``."""
+        """Return the number of the next sample after ``now_ps``, as passed to ``produce``."""
         if now_ps is None or not self.running:
             return self._earlier + self.index + 1
         return self._earlier + self.latest(now_ps) + 1
 
     def _times_s(self, first: int, count: int) -> Times:
-        # Rounded from exact integers, so that times do not depend on the block's beginning.
+        # Times are rounded from exact integers, so that they do not depend on the start of the block.
         period_s = self._num / (self._den * PS_PER_S)
         offset = first - self._origin_index
         rest = np.arange(offset, offset + count, dtype=np.int64)
@@ -270,8 +271,8 @@ def _whole(counts: NDArray[np.float64]) -> NDArray[np.float64]:
 class DataReady:
     """Flags of an output block.
 
-    ``words``: one for each word; ``any``: cleared by every high byte; ``overrun_shift``: bits to the overrun flag, or
-    0.
+    ``words``: one flag per word; ``any``: flag that a read of any high byte clears; ``overrun_shift``: distance in bits
+    to the overrun flag, or 0.
     """
 
     status: type[Register]
@@ -287,7 +288,7 @@ class DataReady:
         return mask
 
     def keep(self) -> bytes:
-        """Return the status bits kept by a read of each byte."""
+        """Return, for each output byte, the status bits that a read of this byte does not clear."""
         masks = bytearray()
         for flag in self.words:
             cleared = flag | self.any
@@ -303,9 +304,9 @@ def swap_bytes(words: bytes) -> bytes:
 
 
 class OutputWords:
-    """Block of 16-bit words fed by a stream; ``after_sample(count)`` follows new samples.
+    """Block of 16-bit words fed by a stream; ``after_sample(count)`` is called after new samples.
 
-    ``one_by_one``: each new sample must be taken here, because ``after_sample`` has effects.
+    ``one_by_one``: Python must take each new sample, because ``after_sample`` has effects.
     """
 
     __slots__ = (
@@ -362,7 +363,7 @@ class OutputWords:
         registers.add_output(self, (register, self.before_read, None))
 
     def set_format(self, *, bdu: bool, big_endian: bool) -> None:
-        """Set BDU and BLE; BDU off releases every word."""
+        """Set BDU and BLE; if BDU is off, every held word is released."""
         if big_endian != self._big_endian:
             self._shown = b""
         if bdu != self._bdu:
@@ -396,7 +397,7 @@ class OutputWords:
             self._after_sample(fresh)
 
     def before_read(self, first: int, end: int, now_ps: int) -> bytes | None:
-        """Refresh, and apply the read's effects. A read of the whole block gets the sample itself."""
+        """Refresh the registers and apply the effects of the read. A read of the whole block returns the sample."""
         stream = self.stream
         if now_ps >= stream.next_ps:
             self.refresh(now_ps)
@@ -405,13 +406,13 @@ class OutputWords:
             return stream.data
         if self._shown is not stream.data:
             self._show()
-        while first < end:  # mostly one pass; half the cost of a range
+        while first < end:  # usually one pass; a range would take twice as long
             self._account(first)
             first += 1
         return None
 
     def fill(self, now_ps: int) -> None:
-        """Fill the shared train."""
+        """Put the current and next samples into the shared train."""
         self.refresh(now_ps)
         stream = self.stream
         samples, times_ps = stream.ahead(0 if self.one_by_one else AHEAD)
@@ -453,7 +454,7 @@ class OutputWords:
             self._mem[self._first : self._end] = swap_bytes(data) if self._big_endian else data
             self._shown = data
             return
-        self._shown = b""  # some words stay behind: refresh again at the next read
+        self._shown = b""  # held words are not updated: refresh again at the next read
         words = swap_bytes(data) if self._big_endian else data
         for offset in range(0, len(data), 2):
             word = self._first + offset

@@ -7,12 +7,14 @@ C reads each byte of a bank by its *access*:
 * ``STATUS``: take the due samples of all outputs, then return the byte;
 * ``OUTPUT`` + n: take the due samples of train n, return the byte, and apply the effects of reading.
 
-A *train* is an output's current sample and the next ones, with their times. Effects of reading are constant, by byte:
-``keep``: the status bits that remain; ``holds`` and ``releases``: the bytes that block data update holds and releases.
-A new sample sets the status bits ``flags``, and their copies ``overrun_shift`` bits higher if one is lost.
+A *train* is an output's current sample and the next ones, with their times. The effects of reading a
+byte are constant. ``keep``: status bits that the read does not clear; ``holds``, ``releases``: bytes that block data
+update freezes, or allows to change again.
+A new sample sets the status bits ``flags``. If the previous sample was not read, the new one also sets the overrun
+flags, ``overrun_shift`` bits higher.
 
 Each change of the sensor's state (``version``) ends all trains. Python takes a train back before it takes samples
-itself, and adds ``taken`` to its own count. ``emulator/chip/native/peripherals/sensor_registers.c`` is the reader.
+itself, and adds ``taken`` to its own count. ``emulator/chip/native/peripherals/sensor_registers.c`` reads trains.
 """
 
 from __future__ import annotations
@@ -29,23 +31,23 @@ STATUS: Final = 2
 OUTPUT: Final = 3
 
 OUTPUTS: Final = 3
-"""Outputs of a bank, at most."""
+"""Maximum number of outputs in a bank."""
 WIDTH: Final = 6
-"""Bytes of the widest output."""
+"""Maximum number of bytes in an output."""
 AHEAD: Final = 256
-"""Samples of a train after the current one."""
+"""Maximum number of samples in a train after the current one."""
 _ENDED: Final = (1 << 64) - 1  # a version that no sensor has
 
 _i64, _u64, _u8 = ctypes.c_int64, ctypes.c_uint64, ctypes.c_uint8
 
 
 def bit(address: int) -> int:
-    """Return the bit of a byte in ``held``."""
+    """Return the bit that represents the byte at ``address`` in ``held``."""
     return 1 << (address & 63)
 
 
 class Train(ctypes.Structure):
-    """struct Train of sensor_registers.h."""
+    """Layout of struct Train in sensor_registers.h."""
 
     _fields_ = (
         ("version", _u64),
@@ -67,11 +69,11 @@ class Train(ctypes.Structure):
     )
 
     def set_effects(self, holds: Sequence[int], releases: Sequence[int]) -> None:
-        """Set the bytes held and released by a read of each byte."""
+        """Set, for each byte, the bytes that block data update holds and releases when it is read."""
         self.holds[: self.width], self.releases[: self.width] = holds, releases
 
     def fill(self, version: int, samples: bytes, times_ps: Sequence[int], *, stale: bool) -> None:
-        """Set the current sample and the next ones; ``times_ps``: of those, and of the first that is not here.
+        """Set the current sample and the next ones; ``times_ps``: times of the next ones and of one more sample.
 
         ``stale``: the registers do not show the current sample yet.
         """
@@ -93,7 +95,7 @@ class Train(ctypes.Structure):
 
 
 class Bank(ctypes.Structure):
-    """struct Bank of sensor_registers.h."""
+    """Layout of struct Bank in sensor_registers.h."""
 
     _fields_ = (
         ("held", _u64),
@@ -107,7 +109,7 @@ class Bank(ctypes.Structure):
 def new_train(first: int, keep: bytes) -> tuple[bytearray, Train]:
     """Return a train of the output at ``first``, and its memory, which a snapshot saves.
 
-    ``keep``: the status bits kept by a read of each byte.
+    ``keep``: for each byte, the status bits that its read does not clear.
     """
     memory = bytearray(ctypes.sizeof(Train))
     train = Train.from_buffer(memory)
@@ -117,5 +119,5 @@ def new_train(first: int, keep: bytes) -> tuple[bytearray, Train]:
 
 
 def address_of(buffer: bytearray) -> int:
-    """Return the address of a buffer, whose length is fixed from now on while the result is in use."""
+    """Return the address of a buffer; the buffer's length must not change while the address is used."""
     return ctypes.addressof((ctypes.c_char * len(buffer)).from_buffer(buffer))

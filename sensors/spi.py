@@ -20,7 +20,7 @@ UNDRIVEN: Final = 0xFF
 
 
 class SpiTarget:
-    """SPI interface of one sensor, between two edges of its chip select."""
+    """SPI interface of one sensor."""
 
     def __init__(self, part: Sensor, now_ps: Callable[[], int]) -> None:
         self.increment_bit = part.BUS.spi_increment_bit
@@ -29,11 +29,11 @@ class SpiTarget:
         self._modes = part.BUS.spi_modes
         self._command: int | None = None
         self.position = 0
-        self._booting = not part.accessible(now_ps())  # checked again only while it is True
+        self._booting = not part.accessible(now_ps())  # checked again only while True
 
     @property
     def version(self) -> array[int]:
-        """Version of the sensor's state."""
+        """Counter of the sensor's state changes."""
         return self.part.version
 
     def answers(self) -> bool:
@@ -67,11 +67,11 @@ class SpiTarget:
         return data if self.part.spi_wires() == wires else bytes([UNDRIVEN]) * count
 
     def shared_bank(self, mode: Mode, wires: Wires) -> int | None:
-        """Return the part's; None if the sensor does not answer in this mode."""
+        """Return the sensor's ``shared_bank()``, or None if the sensor does not answer in this mode."""
         if mode not in self._modes or self._booting or self.part.spi_wires() != wires:
             return None
         return self.part.shared_bank()
 
     def move_to(self, address: int) -> None:
-        """Continue at ``address``, after reads without this object."""
+        """Set the next register address to ``address``, after C has read registers directly."""
         self._command, self.position = READ | address, address

@@ -69,7 +69,7 @@ if TYPE_CHECKING:
 LONGEST_RUN_S = 1_000_000  # eleven days
 _TRIAL_STEP_S, _LONGEST_TRIAL_S = 0.02, 2.0
 _MOST_TRIAL_ACCESSES, _MOST_TRIAL_FAULTS = 100_000, 1_000
-"""A trial also ends after so many slow operations, because wall time would depend on the machine."""
+"""Number of slow operations after which a trial ends; wall time would depend on the machine."""
 
 
 class Board:
@@ -92,7 +92,7 @@ class Board:
 
     arm = OldName("chip")
     description: ClassVar[BoardDescription] = FCU001V1
-    """The kind of board; a subclass may have another description."""
+    """Description of the board type; a subclass may set another one."""
 
     def __init__(
         self,
@@ -327,7 +327,7 @@ class Board:
 
     def _boot(self, choice: Choice) -> Backend:
         signals = self.signals
-        self._end_firmware: Callable[[], object] = bool  # does nothing
+        self._end_firmware: Callable[[], object] = bool  # bool() has no effect
         if choice.image is not None:
             from fcu_emulator.emulator.chip.firmware import ArmFirmware
 
@@ -363,7 +363,7 @@ class _NoFirmware:
 
 
 class _RunState:
-    """The single access to the passing of time on a board, until it is closed."""
+    """The only object that advances a board's time, until the board is closed."""
 
     def __init__(self, backend: Backend) -> None:
         self.backend = backend

@@ -1,6 +1,6 @@
 """A board's sensors: built from the world, with the selected errors, and attached to their bus.
 
-Only a sensor with a connected pin is evaluated whenever its pins may change.
+A sensor with a connected pin is evaluated whenever its pins may change; other sensors only when they are read.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ def _replace(errors: PartErrors, numbers: Numbers) -> PartErrors:
 
 
 class PinWatch:
-    """Delivers the edges of one sensor's pins in time, and records them in the trace."""
+    """Delivers the edges of one sensor's pins at their times, and records them in the trace."""
 
     def __init__(self, part: Sensor, clock: Clock, trace: Trace) -> None:
         self._part = part

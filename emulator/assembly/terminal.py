@@ -36,7 +36,7 @@ class Terminal:
         self._read = 0  # bytes handed out by read(), counted from power-on
         self._matched = -1, 0  # end of the match of expect(), with its time
         self.diagnosis: Callable[[], str] = lambda: ""
-        """Returns the problems of the firmware, for errors."""
+        """Function that returns the firmware's problems, for error messages."""
 
     @property
     def text(self) -> str:

@@ -1,7 +1,7 @@
 """The board's pins (RM0368 section 8).
 
-The lowest strong driver wins; without one the pull resistor decides. A floating input reads as 0, on the board as
-noise. The trace shows edges of the chip's output stage; a released pin shows 1.
+If several outputs drive a pin, a low one wins; without outputs the pull resistor sets the level. A floating input reads
+0; on the board it reads noise. The trace shows edges of the chip's output stage; a released pin is shown as 1.
 
 Decision: two conflicting outputs on a pin are not an error but resolve to 0. No exercise can short outputs on this
 board.
@@ -16,7 +16,7 @@ from fcu_emulator.emulator.clock import Clock
 from fcu_emulator.emulator.trace import GpioEdge, Trace
 
 LevelCallback: TypeAlias = Callable[[int], None]
-"""``changed(level)``: the chip's new input level, 0 or 1."""
+"""``changed(level)``, called with the chip's new input level, 0 or 1."""
 
 _PORTS = "ABCDEH"  # the STM32F401 has no port F and G (RM0368 section 2.3)
 
@@ -29,7 +29,7 @@ class ChipPins(Protocol):
         ...
 
     def drive(self, port: str, pin: int, level: int | None) -> None:
-        """Set the level of all outside drivers together; None releases the pin."""
+        """Set the combined level of all drivers outside of the chip; None releases the pin."""
         ...
 
     def watch(self, port: str, pin: int) -> None:
@@ -150,7 +150,7 @@ class Gpio:
         return self._pin(port, pin).output
 
     def driven(self, port: str, pin: int) -> int | None:
-        """Return the level without pull resistors, which cannot light a LED."""
+        """Return the level without pull resistors, whose current cannot light a LED."""
         return self._pin(port, pin).driven()
 
     def reads(self, port: str, pin: int) -> int:
@@ -179,7 +179,7 @@ class Gpio:
             self._chip.watch(port, pin)
 
     def frequent(self, port: str, pin: int) -> None:
-        """Show edges in a detailed trace only, because they are many."""
+        """Record edges only in a detailed trace, because they are numerous."""
         self._pins[port, pin].frequent = True
         if self._chip is not None:
             self._chip.frequent(port, pin)
@@ -207,5 +207,5 @@ class Led:
 
     @property
     def on(self) -> bool:
-        """Dark on an unconfigured pin and with a weak pull-down."""
+        """Whether the LED is lit; it is dark on an unconfigured pin and with only a pull-down."""
         return self._gpio.driven(*self._where) == 0

@@ -1,7 +1,7 @@
-"""I2C with whole transfers, their time on the wire, and faults.
+"""I2C bus: whole transfers, their duration on the wire, and injected faults.
 
-A byte takes nine clock periods; start, repeated start and stop one each (NXP UM10204 3.1). A burst has the sensor's
-state at its start.
+A byte takes nine clock periods; start, repeated start and stop take one each (NXP UM10204 3.1). A burst returns the
+sensor's state at the start of the burst.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ STANDARD_MODE_HZ = 100_000
 FAST_MODE_HZ = 400_000
 BUSY_TIMEOUT_PS = 25 * PS_PER_MS  # I2C_TIMEOUT_BUSY_FLAG of ST's HAL
 SCANNED_ADDRESSES = 8
-"""From this number of addresses without an answer on, a program searches for devices."""
+"""Firmware that tries at least this number of unused addresses is searching for devices."""
 
 BUS_ERROR = "bus error, a misplaced start or stop"
 ARBITRATION_LOST = "arbitration lost to another master"
@@ -35,7 +35,7 @@ _RECENT = 8
 _FOR_GOOD_S = 1e6  # longer than a board runs
 
 Message: TypeAlias = tuple[int, int, int, bytes | bytearray, bytes | bytearray, I2CError | str | None]
-"""Start and end in ps, address, bytes written, bytes read, failure."""
+"""A transfer: start and end in ps, address, bytes written, bytes read, failure."""
 FaultKind: TypeAlias = Literal["absent", "nack", "stuck", "bus_error", "arbitration"]
 
 
@@ -145,7 +145,7 @@ class I2CBus:
         self.name = name
         self.end_ps = 0
         self.recent: deque[Message] = deque(maxlen=_RECENT)
-        """Latest messages of a master that moves single bytes."""
+        """Latest messages of a master that transfers single bytes."""
         self._remembers = False
         self._clock = clock
         self._trace = trace
@@ -156,15 +156,15 @@ class I2CBus:
         self.when_changed: list[Callable[[], None]] = []
         """Called after a fault has been injected or a device attached."""
         self.elsewhere: list[Callable[[], Iterable[Message]]] = []
-        """Other sources of latest messages: those that the master had alone."""
+        """Other sources of latest messages, for messages that only the master has recorded."""
         self.shortest_ps = PS_PER_S // speed_hz if speed_hz < FAST_MODE_HZ else 0
-        """Shortest period of SCL: a bus that is slow from the start stays slow."""
+        """Shortest period of SCL: if the bus is built slow, firmware cannot make it faster."""
         self.set_speed(speed_hz)
 
     def set_speed(self, speed_hz: int) -> None:
         """Set another clock rate, from the next transfer on."""
         self.speed_hz = speed_hz
-        self._kept.clear()  # they contain durations
+        self._kept.clear()  # cached reads contain durations, which depend on the clock rate
 
     @property
     def now_ps(self) -> int:
@@ -222,7 +222,7 @@ class I2CBus:
         version = kept.version[0]
         if version != kept.seen:
             if not kept.target.answers():
-                return self.transfer(address, bytes((subaddress,)), count)  # which fails correctly
+                return self.transfer(address, bytes((subaddress,)), count)  # raises the right error
             kept.read_burst = kept.part.burst_reader(kept.last_burst[0], count)
             kept.data, kept.until_ps = kept.read_burst(now_ps)
             kept.seen = version
@@ -292,7 +292,7 @@ class I2CBus:
         return received
 
     def _fault(self, address: int, *, reading: bool) -> int | None:
-        """Raise for a broken transfer; else return the byte to refuse."""
+        """Raise an error if a fault breaks the transfer; else return the index of the byte to refuse."""
         now_ps = self._clock.now_ps
         nack_at: int | None = None
         for fault in self._faults:
@@ -322,7 +322,7 @@ class I2CBus:
         self._trace.add_transfer(*self._fields(start_ps, self.end_ps, address, data, received, result))
 
     def remember(self, count: int) -> None:
-        """Keep the latest ``count`` transfers."""
+        """Record the latest ``count`` transfers."""
         self._remembers = count > 0
         self.recent = deque(self.recent, maxlen=count or _RECENT)
 
@@ -358,7 +358,7 @@ class I2CMaster:
 
     def __init__(self, bus: I2CBus, run_until_ps: Callable[[int], None]) -> None:
         self.bus = bus
-        """Its speed, its targets, its latest transfers."""
+        """The bus, with its speed, targets and latest transfers."""
         self._run_until = run_until_ps
 
     @property
@@ -366,15 +366,15 @@ class I2CMaster:
         return self.bus.speed_hz
 
     def write(self, address: int, data: bytes) -> None:
-        """Start, address, ``data``, stop."""
+        """Send start, address, ``data`` and stop."""
         self._transfer(address, checked_data(data), 0)
 
     def read(self, address: int, n: int) -> bytes:
-        """Start, address, ``n`` bytes, stop."""
+        """Send start and address, read ``n`` bytes, send stop."""
         return self._transfer(address, b"", checked_count(n, 1))
 
     def write_read(self, address: int, data: bytes, n: int) -> bytes:
-        """Start, address, ``data``, repeated start, address, ``n`` bytes, stop."""
+        """Send start, address, ``data``, repeated start and address, read ``n`` bytes, send stop."""
         return self._transfer(address, checked_data(data), checked_count(n, 1))
 
     def inject(self, fault: I2CFault) -> None:

@@ -29,7 +29,7 @@ class I2CWire:
         return self.bus.has_faults and self.released_ps() > self.bus.now_ps
 
     def released_ps(self) -> int:
-        """Return when a held line is released."""
+        """Return the time when a line that a fault holds low is released."""
         now_ps = self.bus.now_ps
         faults = self.bus.faults(now_ps)
         return max((fault.until_ps for fault in faults if fault.kind == "stuck"), default=now_ps)
@@ -67,7 +67,7 @@ class I2CWire:
         return value
 
     def resume(self, address: int, start_ps: int, written: bytes, received: bytes, *, reading: bool) -> None:
-        """Continue a message that began elsewhere; the device knows of ``received``."""
+        """Continue a message that C began; the device has already handled the bytes ``received``."""
         self._open, self._start_ps, self._address, self._reading = True, start_ps, address, reading
         self._written, self._received, self._error = bytearray(written), bytearray(received), None
         self._target = target = self.bus.target(address)
@@ -80,7 +80,7 @@ class I2CWire:
             target.start(read=True)
 
     def were_read(self, data: bytes) -> None:
-        """Add bytes of which the device already knows."""
+        """Add bytes that the device has already handled."""
         self._received += data
 
     def stop(self) -> None:

@@ -21,7 +21,7 @@ USUAL_HZ = 2_625_000
 _RECENT = 8
 
 Message: TypeAlias = tuple[int, int, str, bytearray, bytearray]
-"""Start and end in ps, chip select, bytes written, bytes read."""
+"""A transfer: start and end in ps, chip select, bytes written, bytes read."""
 
 
 class SpiBus:
@@ -36,11 +36,11 @@ class SpiBus:
         self.wires: Wires = 3
         self.end_ps = 0
         self.recent: deque[Message] = deque(maxlen=_RECENT)
-        """Latest messages of a master that moves single bytes."""
+        """Latest messages of a master that transfers single bytes."""
         self.unaddressed: deque[tuple[int, int | None]] = deque(maxlen=_RECENT)
-        """(time in ps, byte sent or None for one read) while no device was selected."""
+        """Bytes transferred while no device was selected: (time in ps, byte sent, or None for a byte read)."""
         self.take_messages: Callable[[], None] = lambda: None
-        """Called before both are read: a master that keeps messages itself adds them."""
+        """Called before both lists are read: a master that records messages itself adds them."""
         self._clock = clock
         self._trace = trace
         self._targets: dict[str, tuple[Sensor, SpiTarget]] = {}
@@ -94,7 +94,7 @@ class SpiMaster:
 
     def __init__(self, bus: SpiBus, run_until_ps: Callable[[int], None]) -> None:
         self.bus = bus
-        """Its sensors and its latest messages."""
+        """The bus, with its sensors and latest messages."""
         self._run_until = run_until_ps
 
     @property

@@ -1,7 +1,7 @@
 """A USART's serial line (RM0368 section 19).
 
-A byte may be written when the one before is in the shift register (TXE). A received byte is lost if the one before was
-not read (ORE).
+Firmware may write a byte when the previous byte is in the shift register (TXE). A received byte is lost if the previous
+byte was not read (ORE).
 
 Decision: the terminal follows the chip's bit rate, so text sent at a wrong rate stays readable here, although a real
 terminal at 115200 baud shows garbage. The trace records the wrong rate.
@@ -40,12 +40,12 @@ codecs.register_error(NOT_UTF_8, _as_latin_1)
 
 
 def decoded(data: bytes | bytearray) -> str:
-    """Return output as text: UTF-8, and Latin-1 for bytes that are not."""
+    """Return output as text: UTF-8, or Latin-1 for bytes that are not valid UTF-8."""
     return data.decode("utf-8", NOT_UTF_8)
 
 
 class _ByteRun:
-    """Frames on the wire without a gap; times are computed from the first one's."""
+    """Frames on the wire without a gap; their times are computed from the first frame's time."""
 
     __slots__ = ("connected", "done", "frame_ps", "start_ps", "waiting")
 

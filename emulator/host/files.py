@@ -27,7 +27,7 @@ def is_about_the_name(error: OSError) -> bool:
 def write_atomically(path: Path, data: bytes | str, *, private: bool = False) -> None:
     """Write ``data`` in one step, with missing folders. Raises OutputError.
 
-    ``private``: only this user may read it. A device such as ``/dev/null`` stays one.
+    ``private``: only this user may read it. A device such as ``/dev/null`` is written, not replaced.
     """
     contents = data.encode("utf-8") if isinstance(data, str) else data
     try:
@@ -73,7 +73,7 @@ def _is_device(path: Path) -> bool:
     """Return whether this is a device. Raises OutputError if it is not a file either."""
     try:
         mode = path.stat().st_mode
-    except OSError:  # the write reports it
+    except OSError:  # the following write reports the error
         return False
     if stat.S_ISCHR(mode):
         return True

@@ -1,6 +1,6 @@
 """A worker process for untrusted firmware.
 
-A worker that died (killed, crashed, out of memory or time) gives no verdict on the firmware.
+If the worker was killed, crashed, or exceeded memory or time, its exit is not a verdict on the firmware.
 
 Decision: the worker process adds a constant to its exit code. Otherwise exit code 1 of a library without memory would
 be the verdict "wrong".
@@ -35,9 +35,9 @@ from fcu_emulator.emulator.text import shown
 
 _LEAST_MEMORY = 256 << 20
 _MOST = 1 << 60
-"""The system stores a signed 64-bit number; processor time used before is added."""
+"""Largest limit: systems store signed 64-bit numbers, and processor time already used is added."""
 _ON_MACOS = ("memory_bytes",)
-"""On macOS the limit of the address space has no effect."""
+"""Limits without effect: macOS ignores the limit of the address space."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class WorkerLimits:
     file_bytes: int = 4 << 30
     """Size of each written file: as much as a trace may have."""
     open_files: int = 128
-    """Open at the same time, including pipes and sockets."""
+    """Number of files open at the same time, including pipes and sockets."""
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -120,7 +120,7 @@ if sys.platform != "win32":
 # -- The parent ---------------------------------------------------------------------------------------------
 
 _ENDED = 100
-"""Added to the exit code of a worker that has ended normally."""
+"""Number added to the exit code of a worker that has ended normally."""
 _REQUESTS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 _CAUSES = {
     "SIGKILL": "it was killed, usually by the system because of its memory use",
@@ -130,7 +130,7 @@ _CAUSES = {
 
 @dataclass(frozen=True)
 class WorkerExit:
-    """The end of a worker; ``code`` is None if it died of ``cause``."""
+    """Result of a worker; ``code`` is None if ``cause`` ended it abnormally."""
 
     code: int | None
     cause: str
@@ -139,7 +139,7 @@ class WorkerExit:
 
 
 def run_isolated(module: str, arguments: Sequence[str], limits: WorkerLimits) -> WorkerExit:
-    """Run ``module`` like ``python -m`` in a worker process with these streams.
+    """Run ``module`` like ``python -m`` in a worker process with this process's standard streams.
 
     Call it in the main thread. Raises OSError if no process can be started.
     """
@@ -152,7 +152,7 @@ def run_isolated(module: str, arguments: Sequence[str], limits: WorkerLimits) ->
         with _passed_on(asked) as to:
             process = subprocess.Popen(command, pass_fds=() if read is None else (read,))
             to.append(process)
-            if asked and sys.platform != "win32":  # the request came before the worker existed
+            if asked and sys.platform != "win32":  # the signal came before the worker existed
                 process.terminate()
             process.wait()
     finally:
@@ -164,7 +164,7 @@ def run_isolated(module: str, arguments: Sequence[str], limits: WorkerLimits) ->
 
 def _ending(status: int, limits: WorkerLimits, interrupted: bool) -> WorkerExit:
     code = status - _ENDED
-    if 0 <= code <= 155 and status != 120:  # Python cannot write its output
+    if 0 <= code <= 155 and status != 120:  # 120: Python could not write its output
         return WorkerExit(code, "", interrupted)
     return WorkerExit(None, _cause(status, limits), interrupted)
 
@@ -179,7 +179,7 @@ def _cause(status: int, limits: WorkerLimits) -> str:
 
 
 def _lifeline() -> tuple[int | None, int | None]:
-    """Create the worker's pipe, never as standard streams."""
+    """Create the pipe that ends the worker; its file numbers are never those of standard streams."""
     read: int | None = None
     write: int | None = None
     if sys.platform != "win32":
@@ -194,8 +194,8 @@ def _lifeline() -> tuple[int | None, int | None]:
 
 @contextmanager
 def _passed_on(asked: list[int]) -> Iterator[list[subprocess.Popen[bytes]]]:
-    """Pass requests to end on to the process in the list; a second one kills it. On Windows the worker gets Ctrl-C
-    itself.
+    """Forward termination signals to the process in the list; a second signal kills the process. On Windows the
+    worker receives Ctrl-C directly.
     """
     to: list[subprocess.Popen[bytes]] = []
 
@@ -251,4 +251,4 @@ def _end_with_parent(lifeline: int | None, parent: int) -> None:
     else:
         assert lifeline is not None
         os.read(lifeline, 1)  # no data is ever written
-    os._exit(_ENDED - 1)  # a summary would have no reader
+    os._exit(_ENDED - 1)  # the parent is gone: nothing reads a summary

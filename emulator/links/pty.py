@@ -38,9 +38,9 @@ assert sys.platform != "win32"  # for mypy, which thereby knows the system's fun
 
 
 FIRST_LIMIT = 1024 * 1024
-"""Bytes kept before the first reader."""
+"""Bytes stored before the first reader opens the port."""
 BACKLOG_LIMIT = 16 * 1024 * 1024
-"""Bytes kept for a reader that does not read."""
+"""Bytes stored while a reader does not read."""
 INBOX_LIMIT = 64 * 1024
 """Bytes taken from a reader in advance; the rest waits in the kernel."""
 WRITE_BUDGET = 256 * 1024
@@ -65,9 +65,9 @@ class PtyLink:
         self._backlog = Backlog(FIRST_LIMIT)
         self._inbox = Backlog(INBOX_LIMIT)
         self._present = False  # a process has the port open
-        self._hold_until_s = 0.0  # and gets no data before this time
-        self._serving = False  # and that time is over
-        self._had_reader = False  # now or earlier
+        self._hold_until_s = 0.0  # the reader gets no data before this time
+        self._serving = False  # the reader is present, and that time is over
+        self._had_reader = False  # a reader is or was present
         self._lost_absent = 0
         self._lost_slow = 0
         self._closed = False
@@ -157,7 +157,7 @@ class PtyLink:
     def _read(self) -> bool:
         """Fill the inbox; return whether the reader flushed its input."""
         flushed_any = False
-        while len(self._inbox) <= INBOX_LIMIT - CHUNK:  # the inbox never overflows
+        while len(self._inbox) <= INBOX_LIMIT - CHUNK:  # stop before the inbox exceeds its limit
             data, flushed = self._device.read()
             flushed_any |= flushed
             self._inbox.put(data)
@@ -178,8 +178,8 @@ class PtyLink:
             self._lost_absent += unread
 
     def _renew_device(self) -> None:
-        """Create a new device for the name, because the old one is permanently locked."""
-        self._read()  # its last bytes may have come after the check that found it gone
+        """Create a new device for ``link_path``, because the old device is permanently locked."""
+        self._read()  # the reader's last bytes may have arrived after the check that found it gone
         with contextlib.suppress(LinkError):  # then the port stays locked, but the board continues
             fresh = _open_device(self._name)
             self._device.close()
@@ -245,7 +245,7 @@ class PtyDevice:
         """Return some of the reader's bytes, and whether it flushed its input."""
         try:
             packet = os.read(self._master, CHUNK)
-        except OSError as error:  # EAGAIN: no data; EIO: and no process has it open
+        except OSError as error:  # EAGAIN: no data; EIO: no data, and no process has the port open
             if error.errno not in (errno.EAGAIN, errno.EIO):
                 raise
             return b"", False
@@ -261,7 +261,7 @@ class PtyDevice:
             return 0
 
     def unread(self) -> int | None:
-        """Return at least how many bytes are unread (0 is exact), or None if openings are forbidden (TIOCEXCL)."""
+        """Return a lower bound of unread bytes (0 is exact), or None if the port cannot be opened (TIOCEXCL)."""
         try:
             with self._slave() as slave:
                 # poll() first: it moves pending bytes into the queue that FIONREAD counts

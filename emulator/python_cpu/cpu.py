@@ -1,4 +1,4 @@
-"""The processor for Python firmware. Only waiting costs virtual time.
+"""The processor for Python firmware. Virtual time passes only while firmware waits.
 
 Decision: Python firmware runs in a greenlet, not in a thread or a generator. Threads need locks and switch ten times
 slower; generators need ``yield from`` before every HAL call.
@@ -75,14 +75,14 @@ class PythonCpu:
         self._clock.advance_to(at_ps)  # the firmware has returned
 
     def close(self) -> None:
-        """Unwind the stack, which the garbage collector does not visit."""
+        """End the greenlet and unwind its stack, because the garbage collector does not visit it."""
         if self._context and not self._context.dead:
-            with suppress(greenlet_error):  # it belongs to a thread that has ended
+            with suppress(greenlet_error):  # the greenlet belongs to a thread that has ended
                 self._context.parent = getcurrent()  # return here, which may be inside another firmware
                 self._context.throw()
 
     def snapshot(self) -> None:
-        """Raises InputError if there is firmware."""
+        """Raise InputError if Python firmware is loaded, because its state cannot be saved."""
         if self._main is not None:
             raise InputError(
                 "firmware in Python runs on a stack that cannot be copied, so this board has no snapshots; "
@@ -102,7 +102,7 @@ class PythonCpu:
         try:
             self._main()
         except (InputError, NotJudgedError, MemoryError):
-            raise  # not the firmware's fault
+            raise  # the firmware did not cause this error
         except Exception as error:
             raise FirmwareError(
                 f"the firmware failed at {self._clock.now_s:.6f} s: {type(error).__name__}: {error}"
@@ -139,7 +139,7 @@ class PythonCpu:
             self.wait_until(min(clock.next_ps, until_ps))
 
     def elapse(self, duration_ps: int) -> None:
-        """Be busy, without the time of preempting handlers."""
+        """Execute for a duration, not counting the time of preempting handlers."""
         clock = self._clock
         end_ps = clock.now_ps + duration_ps
         while clock.next_ps <= end_ps:

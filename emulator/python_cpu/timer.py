@@ -1,6 +1,6 @@
 """An interval timer with its update interrupt (RM0368 section 14: TIM9 to TIM11).
 
-Times are computed from the update's number, so nothing drifts.
+The time of an update is computed from its number, so rounding errors do not add up.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from fcu_emulator.emulator.trace import TickLate, TickLost, Trace
 class IntervalTimer:
     """A counter of ``input_hz / (PSC + 1)`` up to ARR.
 
-    ``interrupt()`` is called when the enabled update flag becomes set. A tick is lost while the flag is still set, and
-    late if its handler starts after its time.
+    ``interrupt()`` is called when the enabled update flag becomes set. A tick is lost if the flag is still set, and
+    late if its handler starts later than the update.
     """
 
     def __init__(

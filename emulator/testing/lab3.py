@@ -10,8 +10,8 @@ pytest prints counter-examples, if possible with a scenario that shows them on t
 are computed from vectors, not by the slides' formulas:
 
 * pitch and roll are the inclinations of the X and the Y axis (mu = 1);
-* yaw is the X axis' horizontal direction against the field's. With both pitch and roll the slides' roll is an
-  approximation, and only the range is checked.
+* yaw is the angle between the horizontal directions of the X axis and the field. If neither pitch nor roll is 0,
+  the slides' roll is an approximation, and only yaw's range is checked.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ from fcu_emulator.firmware_model.sensor_data import AxesRaw_TypeDef
 _Method = TypeVar("_Method", bound=Callable[..., None])
 
 ANGLE_TOLERANCE_DEG = 0.01
-"""Difference between an angle in single precision and in double."""
+"""Tolerance: difference between an angle in single and in double precision."""
 _LEAST_HORIZONTAL_MGAUSS = 50.0
 _STARTED_S = 0.1
 
@@ -249,17 +249,17 @@ def _by_hand(firmware: str, scenario: str) -> str:
 class _Properties:
     subject: Subject
     on_board = True
-    """Whether a failure runs boards to show a scenario."""
+    """Whether a failed test runs boards, to find a scenario that shows the failure."""
     coarse = False
-    """Whether only errors count that the board's sensors resolve."""
+    """Whether the tests fail only for errors that the board's sensors can resolve."""
     counterexample = ""
     """The latest example as a scenario; after a failure, the failing one."""
 
     def board_scenario(self, test: Callable[[_Properties], None]) -> str:
         """Return the scenario in which a board shows the failure of ``test``, or "".
 
-        A minimised example may have too small an error, so a second search accepts only errors that sensors
-        resolve.
+        The error of a minimised example may be too small for the sensors. A second search therefore ignores
+        errors that the sensors cannot resolve.
         """
         if not isinstance(self.subject, Compiled) or shows(self.subject.name, self.counterexample):
             return self.counterexample
@@ -329,7 +329,7 @@ class _Properties:
 
     @_of(hard_irons(), st.integers(100, 600), st.permutations(range(6)))
     def test_calibration_finds_any_offset(self, offset: Vector, field: int, order: list[int]) -> None:
-        """After turns of all axes along the field, only C's rounding remains."""
+        """After each axis has pointed along the field, only C's rounding error remains."""
         self._require("calibration")
         ends = [_axis(axis, sign * field) for axis in range(3) for sign in (1, -1)]
         turned = [_plus(ends[index], offset) for index in order]
@@ -407,7 +407,7 @@ class _Properties:
 
 
 def replay(pose: Pose) -> str:
-    """Return a scenario that takes the pose and expects its angles where the lab is exact."""
+    """Return a scenario that sets the pose and expects those angles for which the lab's formulas are exact."""
     fields = ["Pitch"]
     fields += ["Roll"] if pose.pitch_deg == 0 and abs(pose.roll_deg) < 90 else []
     fields += ["Yaw"] if pose.is_about_one_axis and max(abs(pose.roll_deg), abs(pose.pitch_deg)) < 80 else []
@@ -415,7 +415,7 @@ def replay(pose: Pose) -> str:
 
 
 def _inclination(acc: Vector, axis: int) -> float | None:
-    """Return an axis' inclination, positive for X down, and Y up."""
+    """Return the inclination of an axis in degrees, positive if X points down, or Y up."""
     length = math.sqrt(sum(component * component for component in acc))
     if length == 0:
         return None
@@ -424,7 +424,7 @@ def _inclination(acc: Vector, axis: int) -> float | None:
 
 
 def _heading(sample: MotionSample) -> float | None:
-    """Return the X axis' heading in degrees, or None if vertical."""
+    """Return the heading of the X axis in degrees, or None if the axis is vertical."""
     up = np.array(sample.acc, dtype=float)
     field = np.array(sample.mag, dtype=float)
     if not up.any():

@@ -1,4 +1,4 @@
-"""How a change of the world takes effect: its time, the plans that it discards, and the callbacks."""
+"""Changes of the world: start time, discarding of planned motions, and callbacks to observers."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from fcu_emulator.emulator.world.position import Coordinate
 from fcu_emulator.emulator.world.track import Array, Constant, Track
 from fcu_emulator.emulator.world.truth import Disturbance, Truth
 
-NOW_TOLERANCE_S = 1e-9  # now comes from integer picoseconds: the same instant may differ in the last bit
+NOW_TOLERANCE_S = 1e-9  # rounding: the present comes from integer picoseconds
 ZURICH_ALTITUDE_M = 408.0
 TURNED_SIGNALS = ("acc", "gyro", "mag")  # signals that change when the board turns
 
 
 class Changes(Truth):
-    """The truth, with plans from the present on; the present is the time of ``clock``."""
+    """The truth, and planned motions from the present time of ``clock`` on."""
 
     def __init__(self, clock: Clock | None = None, floor_altitude_m: float = ZURICH_ALTITUDE_M) -> None:
         super().__init__(floor_altitude_m)
@@ -80,12 +80,12 @@ class Changes(Truth):
         signals = ("acc", "pressure") if track is self._height else ("acc",)
         for start_s, piece in pieces:
             track.plan(start_s, piece)
-        self._agitate(pieces, (*signals, "mag"))  # the field may vary with the place
+        self._agitate(pieces, (*signals, "mag"))  # the field may vary with the board's position
         self._changed(pieces[0][0], signals)
         return pieces[-1][0]
 
     def _agitate(self, pieces: Sequence[tuple[float, Attitude | Coordinate]], signals: Iterable[str]) -> None:
-        """Mark signals as moved by the pieces; only those that follow a hand begin without a jump."""
+        """Mark signals as moving during the pieces; only pieces that follow a hand begin without a jump."""
         for signal in signals:
             agitation = self._agitation[signal]
             for (start_s, piece), (end_s, _) in pairwise(pieces):
@@ -104,7 +104,7 @@ class Changes(Truth):
         return end_s
 
     def _changed(self, from_s: float, signals: Iterable[str]) -> None:
-        """Apply a change of ``signals``: end their recordings, and call the observers."""
+        """Apply a change of ``signals``: end their replayed recordings, and call the observers."""
         self._restore_laws(from_s, signals)
         self._bound_history(self._clock.now_s)
         for callback in self._listeners:
@@ -112,5 +112,5 @@ class Changes(Truth):
 
 
 def position_at(track: Track[Coordinate], t_s: float) -> float:
-    """Return one coordinate of the position at one time."""
+    """Return the coordinate of the position on ``track`` at ``t_s``."""
     return float(track.at(t_s).position_m(np.array([t_s]))[0])

@@ -1,7 +1,7 @@
 """The world for scenarios, the web page and tests: truth, motions, and live setters.
 
-A motion starts at ``start_s`` of virtual time (None: now), discards later plans for the same quantity, and
-returns its end time. Shakes and magnetic disturbances add up.
+A motion starts at ``start_s`` of virtual time (None: now) and discards later motions of the same quantity.
+It returns its end time. Shakes and magnetic disturbances add up.
 """
 
 from __future__ import annotations
@@ -55,15 +55,15 @@ from fcu_emulator.emulator.world.truth import STANDARD_GRAVITY, pressure_ratio
 from fcu_emulator.emulator.world.warmth import Warmth
 
 EULER_AXES = ("roll", "pitch", "yaw")
-TIME_CONSTANT_S = 0.1  # of a followed hand
+TIME_CONSTANT_S = 0.1  # lag behind a followed hand
 SHAKE_DIRECTIONS = {"north": (1.0, 0.0, 0.0), "west": (0.0, 1.0, 0.0), "up": (0.0, 0.0, 1.0)}
 
 
 class World(Changes):
-    """One truth for all sensors; the present is the time of ``clock``, or power-on without a clock.
+    """True state for all sensors; the present is the time of ``clock``, or power-on without a clock.
 
-    It begins flat and still on the floor, board X to the north, in the air and field of Zurich. A setter acts
-    now, as a jump. Invalid values raise `InputError`.
+    At power-on the board lies flat and still on the floor, X to the north, in the air and field of Zurich.
+    A setter changes the value at once. Invalid values raise `InputError`.
     """
 
     change_weather, blow, shut_door = map(OldName, ("change_pressure", "blow_wind", "slam_door"))
@@ -71,11 +71,11 @@ class World(Changes):
     # -- setters --------------------------------------------------------------------------------------------
 
     def set_attitude(self, roll_deg: float, pitch_deg: float, yaw_deg: float) -> None:
-        """Set the attitude, without an angular rate in between."""
+        """Set the attitude at once, without an angular rate."""
         self._plan_attitude((self._clock.now_s, Held(limits.attitude(roll_deg, pitch_deg, yaw_deg))))
 
     def set_altitude(self, metres: float) -> None:
-        """Put the board ``metres`` above the floor, without acceleration."""
+        """Set the board's height above the floor to ``metres`` at once, without acceleration."""
         now = self._clock.now_s
         rest_m = limits.ALTITUDE.check("metres", metres) - self._shift_at(now)[2]
         self._plan_height((now, RestSegment(rest_m)))
@@ -91,7 +91,7 @@ class World(Changes):
         """Set the air temperature; the board follows slowly."""
         now_degc = limits.TEMPERATURE.check("degc", degc)
         now = self._clock.now_s
-        if now > 0.0:  # the initial state has existed for a long time
+        if now > 0.0:  # at power-on the board already has the air's temperature
             change_degc = now_degc - float(self._temperature.at(now).value(np.array([now]))[0])
             self._lag.plan(now, self._lag.at(now).after(change_degc, now))
         self._set(self._temperature, now_degc, "temperature", "warmth")
@@ -268,7 +268,7 @@ class World(Changes):
         return start
 
     def put_down(self, start_s: float | None = None) -> float:
-        """Let the board rest at its height, without a hand."""
+        """Release the board from the hand; it rests at its present height."""
         start = self._start(start_s)
         self._let_go(start)
         self._changed(start, (*TURNED_SIGNALS, "pressure"))
@@ -293,12 +293,12 @@ class World(Changes):
 
     @property
     def throttle(self) -> tuple[float, ...]:
-        """Present share of the full voltage, by motor."""
+        """Present fraction of the full voltage of each motor."""
         running = self._motors.at(self._clock.now_s)
         return (0.0,) * MOTORS if running is None else tuple(running.throttle.tolist())
 
     def run_motors(self, throttle: float | Sequence[float], start_s: float | None = None) -> float:
-        """Run the motors at this share of the full voltage, 0 to 1: one value, or four; 0 stops them."""
+        """Run the motors at a fraction 0 to 1 of the full voltage: one value, or four; 0 stops them."""
         each = [throttle] * MOTORS if isinstance(throttle, int | float) else list(throttle)
         if len(each) != MOTORS:
             raise InputError(f"throttle must be one number from 0 to 1, or {MOTORS}, not {throttle!r}")
@@ -361,9 +361,9 @@ class World(Changes):
         start_s: float | None = None,
         by: Literal["field", "hand"] = "field",
     ) -> float:
-        """Draw the calibration's figure-of-eight ``turns`` times, back to the start.
+        """Turn the board in the calibration's figure of eight ``turns`` times, back to the start.
 
-        By "field", the calibration is exact; by "hand", nearly so after two turns.
+        With "field" the calibration is exact; with "hand" it is nearly exact after two turns.
         """
         if limits.TURNS.check("turns", turns) % 1.0:
             raise InputError(f"turns must be a whole number, not {turns!r}", kind="not_whole")
@@ -399,7 +399,7 @@ class World(Changes):
         duration_s: float = 1.0,
         start_s: float | None = None,
     ) -> float:
-        """Push the board straight by this way, from rest to rest; ``up_m`` of 0 leaves its height alone."""
+        """Push the board in a straight line, from rest to rest; with ``up_m`` 0 the height does not change."""
         north = limits.WAY.check("north_m", north_m)
         east = limits.WAY.check("east_m", east_m)
         start, end = self._span(start_s, duration_s)
@@ -453,7 +453,7 @@ class World(Changes):
         end = start + periods / frequency
         self._shakes.add(start, end, Shake(start, direction, amplitude, angular))
         signals = ("acc", "pressure") if axis == "up" else ("acc",)
-        for signal in (*signals, "mag"):  # near steel the field varies with the place
+        for signal in (*signals, "mag"):  # near steel the field varies with position
             self._agitation[signal].add(start, end)
         self._changed(start, (*signals, "mag"))
         return end
@@ -491,7 +491,7 @@ class World(Changes):
     def replay(self, recording: Recording, start_s: float | None = None) -> float:
         """Replay a recording's signals, or follow its attitude, with its time 0 at ``start_s``.
 
-        The last row holds until the next motion or setter of the same signal.
+        The last row is valid until the next motion or setter of the same signal.
         """
         start = self._start(start_s)
         row_s = recording.t_s
@@ -538,7 +538,7 @@ class World(Changes):
         return self._disturb_pressure(start, start + DOOR_LASTS_S, SlammedDoor(start, push))
 
     def let_pressure_wander(self, rms_hpa: float, seed: int = 0) -> None:
-        """Let the room's pressure wander from now on; 0: no longer (:mod:`fcu_emulator.emulator.world.air`)."""
+        """Let the room's pressure wander from now on; 0: stop (:mod:`fcu_emulator.emulator.world.air`)."""
         now = self._clock.now_s
         self._wander.plan(now, Wander(limits.WANDER.check("rms_hpa", rms_hpa), seed))
         self._agitation["pressure"].add(now, now)

@@ -3,10 +3,10 @@
 Decisions:
 
 * MROI needs IEN = 1 (AN5069 10.2); the datasheet calls it "always enabled".
-* the threshold has 16 bits, as the datasheet's Table 38 shows, unsigned; AN5069 says 15.
+* the threshold is unsigned and has 16 bits, as in the datasheet's Table 38; AN5069 says 15 bits.
 * INT signals crossings only, not MROI (range overflow).
-* a changed interrupt setting acts from the next sample on, IEN = 0 and IEA at once.
-* with IEN = 0 and IEA = 0 bit INT reads 0, as every bit does after reset, or ``idle_level``.
+* a changed interrupt setting takes effect at the next sample; IEN = 0 and IEA take effect at once.
+* with IEN = 0 and IEA = 0, bit INT reads ``idle_level``, by default 0 as after reset.
 """
 
 from __future__ import annotations
@@ -58,9 +58,9 @@ class InterruptSettings:
         )
 
     def compare(self, compared: NDArray[np.int16], measured: NDArray[np.float64]) -> bytes:
-        """Return a byte of INT_SOURCE_REG without INT per sample.
+        """Return one byte of INT_SOURCE_REG per sample, without bit INT.
 
-        ``compared``, ``measured``: counts (3, n), the latter before saturation.
+        ``compared``, ``measured``: counts (3, n); ``measured`` is not saturated yet.
         """
         axes, counts = np.array(self.axes), compared.astype(np.int64)
         source = (_ABOVE * axes) @ (counts > self.threshold) + (_BELOW * axes) @ (counts < -self.threshold)
@@ -72,7 +72,7 @@ class InterruptGenerator:
     """Generator of INT_SOURCE_REG and the INT signal.
 
     ``compared``: bytes of ``InterruptSettings.compare``; ``idle_level``: bit INT while IEN = 0 and IEA = 0; ``edge``:
-    called at each change.
+    called at each change of the INT signal.
     """
 
     def __init__(
@@ -138,7 +138,7 @@ Shown: TypeAlias = Literal["INT", "DRDY"]
 
 
 class IntDrdyPin:
-    """The pin: INT before DRDY; high impedance without both, or in 4-wire SPI."""
+    """The pin: shows INT if enabled, else DRDY; high impedance if neither is enabled, or in 4-wire SPI."""
 
     def __init__(self) -> None:
         self.pin = Pin("INT/DRDY", level=None)

@@ -1,10 +1,10 @@
-"""The LIS2MDL's measurement: from magnetic field to counts (datasheet Table 3; AN5069 sections 3, 8 and 9).
+"""The LIS2MDL's measurement: conversion of magnetic field to counts (datasheet Table 3; AN5069 sections 3, 8, 9).
 
-A measurement is the mean field, plus or minus Hoff by the last pulse, plus noise. OFF_CANC averages two polarities, so
-Hoff cancels; without it there are set pulses only, every 63 samples or on leaving idle.
+A measurement is the mean field plus noise, plus the offset Hoff after a set pulse, or minus Hoff after a reset pulse.
+OFF_CANC averages both, so Hoff cancels. Without it there are only set pulses, every 63 samples or on leaving idle.
 
-Decisions: LPF of the LIS2MDL is the mean of two measurements. This has -3 dB at exactly ODR/4, and lowers noise as in
-Table 3. It has no effect on single measurements.
+Decisions: LPF of the LIS2MDL is the mean of two measurements. This filter has -3 dB at exactly ODR/4, and reduces noise
+as in Table 3. It has no effect on single measurements.
 
 Decisions where the documents are silent: the 63 samples are counted from leaving idle, which is itself a pulse;
 alternation continues from the last polarity. Offsets left by strong fields are not modelled.
@@ -49,11 +49,11 @@ class Pulses:
         self._periodic = periodic
 
     def leave_idle(self, number: int) -> None:
-        """Count from ``number``, the first measurement after idle."""
+        """Restart the count of measurements at ``number``, the first one after idle."""
         self.first = number
 
     def polarity(self, numbers: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return +1 or -1 for ``numbers``, not before ``configure``."""
+        """Return the polarity (+1 or -1) of each measurement in ``numbers``; requires ``configure``."""
         since = numbers - self._from
         if self._alternating:
             return self._before * (1 - 2 * ((since + 1) % 2))
@@ -66,7 +66,7 @@ MGAUSS_PER_LSB = 1.5
 SELF_TEST_MGAUSS = 150.0  # Table 3 allows +15 to +500 mgauss
 _CONTINUOUS: Final = 0  # CFG_REG_A.MD
 _ODR_HZ = (10, 20, 50, 100)
-_NOISE_FACTOR = {  # Table 3's RMS noise over 4.5 mgauss, by (low power, averaging)
+_NOISE_FACTOR = {  # Table 3's RMS noise / 4.5 mgauss, by (low power, averaging)
     (False, False): 4.5 / 4.5,
     (False, True): 3.0 / 4.5,
     (True, False): 9.0 / 4.5,
@@ -78,9 +78,9 @@ _NOISE_FACTOR = {  # Table 3's RMS noise over 4.5 mgauss, by (low power, averagi
 class MagnetometerSettings:
     """The measurement's settings in the registers."""
 
-    rate: Fraction  # the sensor's own, Hz
+    rate: Fraction  # by the sensor's own clock, Hz
     turn_on_ps: int  # also the time of a single measurement (AN5069 Table 8)
-    conversion_s: float  # of one polarity
+    conversion_s: float  # conversion time of one polarity
     averaging: bool  # OFF_CANC or LPF in continuous mode
     alternating: bool  # set and reset pulses in turn
     periodic_set: bool  # Set_FREQ = 0
@@ -90,7 +90,7 @@ class MagnetometerSettings:
 
     @classmethod
     def decode(cls, mem: bytearray, rate_factor: Fraction = Fraction(1)) -> MagnetometerSettings:
-        """Decode the registers; ``rate_factor``: true over nominal rates."""
+        """Decode the registers; ``rate_factor``: true rate / nominal rate."""
         config, filters = mem[CFG_REG_A.addr], mem[CFG_REG_B.addr]
         low_power = bool(config & CFG_REG_A.LP.mask)
         continuous = CFG_REG_A.MD.get(config) == _CONTINUOUS
@@ -151,7 +151,7 @@ class Magnetometer:
         return words(self._without_offset(self._measure(number, t_s)))
 
     def compare(self, number: int, t_s: Times) -> bytes:
-        """Return a byte of INT_SOURCE_REG without INT per sample."""
+        """Return one byte of INT_SOURCE_REG per sample, without bit INT."""
         measured = np.rint(self._measure(number, t_s))
         compared = self._without_offset(measured) if self.interrupt.after_offset else measured
         return self.interrupt.compare(to_int16(compared), measured)

@@ -2,7 +2,7 @@
 
 Decisions where the documents are silent: triggering a single measurement does not clear Zyxda (ST's own examples poll
 in such a loop); a per-axis flag is cleared by its high byte; registers answer during REBOOT, but not after power-on.
-Measuring with COMP_TEMP_EN = 0, which "must be 1" (datasheet 8.5), is noted.
+A note reports a measurement with COMP_TEMP_EN = 0, because the bit "must be 1" (datasheet 8.5).
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ _BURST_WRAP = {0x6D: 0x68}  # after Z a burst continues at X, never at the tempe
 class LIS2MDL(Sensor):
     """Magnetometer with thermometer; ``magnetic_field_mgauss``: (n, 3) in the sensor's axes.
 
-    ``powered_on_ps``: None for long ago; registers answer 20 ms later. ``int_idle_level``: bit INT while IEN = 0 and
-    IEA = 0.
+    ``powered_on_ps``: None if already started; registers answer 20 ms later. ``int_idle_level``: bit INT while IEN = 0
+    and IEA = 0.
     """
 
     NAME: ClassVar[str] = "LIS2MDL"
@@ -217,7 +217,7 @@ class LIS2MDL(Sensor):
         self._pin.configure(control, now_ps)
         if self._pin.shows == "DRDY" and not self._drives_after_output:
             self._drives_after_output = True
-            self.registers.after_read(OUT, self._after_output)  # reads cost more only from now on
+            self.registers.after_read(OUT, self._after_output)  # reads are slower only from now on
         self._drive_pin(now_ps)
         self._outputs.field.one_by_one = not self._modes.continuous or self._pin.shows == "DRDY"
 
@@ -240,7 +240,7 @@ class LIS2MDL(Sensor):
 # -- forbidden settings -------------------------------------------------------------------------------------
 
 _Forbidden: TypeAlias = Callable[[int], str]
-"""``forbidden(value)``: the violation of that value, or empty."""
+"""``forbidden(value)``: returns the violation that the register value causes, or empty."""
 
 
 def _forbidden_in_a(value: int) -> str:
@@ -277,7 +277,7 @@ _CONTINUOUS_UA = {  # by (low power, offset cancellation): at 10, 20, 50 and 100
 
 
 def _supply_current_ua(mem: bytearray, single_hz: float) -> float:
-    """Return the average supply current in microampere, for single measurements scaled from 10 Hz."""
+    """Return the mean supply current in microampere; for single measurements it is scaled from 10 Hz."""
     config = mem[CFG_REG_A.addr]
     mode = bool(config & CFG_REG_A.LP.mask), bool(mem[CFG_REG_B.addr] & CFG_REG_B.OFF_CANC.mask)
     at_rate = _CONTINUOUS_UA[mode]

@@ -30,11 +30,11 @@ class Streams:
         return self.field, self.temperature, self.compared
 
     def next_number(self) -> int:
-        """Return the next sample's number, counted over all runs."""
+        """Return the next sample's number, which continues over restarts."""
         return self.pulses.first + self.field.index + 1
 
     def start(self, now_ps: int, first_delay_ps: int, rate: Fraction | None, *, temperature: bool) -> None:
-        """Leave idle: one sample after ``first_delay_ps``, then more at ``rate``."""
+        """Leave idle: take one sample after ``first_delay_ps``, then sample at ``rate``."""
         self.pulses.leave_idle(self.next_number())
         self.compared.index = self.field.index  # numbers continue, though this stream was not read
         self.temperature.stop()
@@ -72,7 +72,7 @@ _DATA_READY = DataReady(
 
 
 class Outputs:
-    """Output registers; ``after_sample(count)`` follows new samples of the field."""
+    """Output registers; ``after_sample(count)`` is called after new samples of the field."""
 
     def __init__(
         self, registers: RegisterFile, streams: Streams, after_sample: Callable[[int], None]
@@ -103,7 +103,7 @@ _AFTER_BOOT = 4  # a single measurement while MD reads idle
 
 
 class Modes:
-    """Control of the streams; a boot ends at ``booted_ps``."""
+    """State machine of modes, which starts and stops the streams; a boot ends at ``booted_ps``."""
 
     def __init__(self, mem: bytearray, streams: Streams, booted_ps: int) -> None:
         self._mem = mem
@@ -136,7 +136,7 @@ class Modes:
         self._streams.stop()
 
     def measured(self) -> None:
-        """End a single measurement in idle (AN5069 3.3)."""
+        """Return to idle after a single measurement (AN5069 3.3)."""
         if self._mode != CONTINUOUS:
             self._mode = IDLE
             self._mem[CFG_REG_A.addr] = CFG_REG_A.MD.put(self._mem[CFG_REG_A.addr], IDLE)

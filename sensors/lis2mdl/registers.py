@@ -70,7 +70,7 @@ class INT_CRTL_REG(Register, addr=0x63, reset=0xE0):
 
 
 class INT_SOURCE_REG(Register, addr=0x64, access="r"):
-    """Crossings of the threshold interrupt; reading clears a latched one."""
+    """Sources of the threshold interrupt; a read clears a latched interrupt."""
 
     P_TH_S_X = Bits(7, doc="X over the positive threshold")
     P_TH_S_Y = Bits(6, doc="Y over the positive threshold")

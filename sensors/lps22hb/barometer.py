@@ -1,12 +1,12 @@
 """The LPS22HB's measurement: from pressure and temperature to counts (datasheet Tables 3, 4, 17 and 18).
 
-Decision: the pressure's low-pass starts settled, with the first sample after the rate or the filter has been set or
-LPFP_RES has been read.
+Decision: the pressure's low-pass starts at the value of the first sample after firmware sets the rate or the filter, or
+reads LPFP_RES.
 
-Decision: the other settings of the barometer are noisier by the factors of ``_NOISE``. The datasheet gives 0.0075 hPa
-RMS for one setting; the lab's gets 0.012 hPa, 10 cm, less than a step of a staircase.
+Decision: the datasheet gives the barometer's noise for one setting, 0.0075 hPa RMS; other settings multiply it by
+``_NOISE``. The lab's setting has 0.012 hPa, which is 10 cm, less than a step of a staircase.
 
-Decision: a one-shot conversion takes 13 ms in low noise and 5 ms in low current, figures of the related LPS22HH.
+Decision: a one-shot conversion takes 13 ms in low-noise mode and 5 ms in low-current mode, as in the related LPS22HH.
 
 Approximation: supply current above power-down grows with the rate (Table 3).
 """
@@ -30,11 +30,11 @@ COUNTS_PER_HPA = 4096
 COUNTS_PER_DEGC = 100
 SAMPLE_BYTES = 5  # pressure of 24 bits, temperature of 16
 _ODR_HZ = (0, 1, 10, 25, 50, 75)  # CTRL_REG1.ODR; 6 and 7 measure nothing
-_MIDDLE_HPA, _HALF_RANGE_HPA = 950.0, 150.0  # of 800 to 1100 hPa, where the relative accuracy holds
+_MIDDLE_HPA, _HALF_RANGE_HPA = 950.0, 150.0  # of 800 to 1100 hPa, the range of the relative accuracy
 _ONE_SHOT_PS = {False: 13 * PS_PER_S // 10**3, True: 5 * PS_PER_S // 10**3}  # by low current
 
 
-_NOISE = {  # output RMS over the datasheet's figure; by low current and filter (0: none)
+_NOISE = {  # output RMS / datasheet RMS, by low-current mode and filter (0: none)
     (False, 20): 1.0,
     (False, 9): 1.2,
     (False, 0): 1.4,
@@ -54,7 +54,7 @@ class BarometerSettings:
 
     rate: Fraction  # nominal, Hz; 0 is power-down, where ONE_SHOT works
     low_current: bool
-    divisor: int  # cut-off of the low-pass, rate over this; 0: none
+    divisor: int  # cut-off of the low-pass = rate / divisor; 0: none
 
     @classmethod
     def decode(cls, mem: bytearray) -> BarometerSettings:
@@ -71,7 +71,7 @@ class BarometerSettings:
         return _filter(self.divisor) if self.divisor else None
 
     def conversion_noise(self) -> float:
-        """Return the RMS noise before the filter over the datasheet's figure."""
+        """Return the RMS noise before the filter, divided by the datasheet's figure."""
         behind = _NOISE[self.low_current, self.divisor]
         return behind / _filter(self.divisor).noise_gain if self.divisor else behind
 
@@ -79,7 +79,7 @@ class BarometerSettings:
 class Barometer:
     """Samples of pressure and temperature; signals have shape (n,).
 
-    ``stream``: five bytes each, little-endian, before any offset.
+    ``stream``: five bytes per sample, little-endian, before any offset is subtracted.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class Barometer:
         self._noise = NoiseSource(noise_key(seed, "LPS22HB"), 1)
         self._filter = SampledFilter(self._unfiltered, axes=1)
         self.settings = BarometerSettings(Fraction(0), low_current=False, divisor=0)
-        self._noise_rms_hpa = 0.0  # of the conversion
+        self._noise_rms_hpa = 0.0  # noise of one conversion
         self.stream = SampleStream(SAMPLE_BYTES, self._produce)
         self.stream.when_world_changes(self._filter.forget)
 

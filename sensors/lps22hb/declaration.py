@@ -24,9 +24,9 @@ REFERENCE_DEGC, _FARTHEST_DEGC = 25.0, 65.0
 class LPS22HBErrors(PartErrors):
     """Deviations of an LPS22HB, typical values of Table 3. Decisions:
 
-    * the error of the LPS22HB that calibration removes is one number, ``pressure_bias_hpa``, here before calibration.
-    * relative accuracy is a straight line through the middle of its range.
-    * the error by temperature is a straight line too, 0.1 hPa at the end farther from 25 degC.
+    * ``pressure_bias_hpa`` is the constant pressure error of the LPS22HB before calibration by the user.
+    * the relative error of the LPS22HB grows linearly from the middle of its pressure range.
+    * its error by temperature is linear, 0.1 hPa at the temperature limit farther from 25 degC.
     """
 
     PART: ClassVar[str] = "LPS22HB"

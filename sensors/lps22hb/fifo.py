@@ -1,10 +1,10 @@
 """The LPS22HB's FIFO: 32 levels of pressure and temperature (datasheet section 5, 9.8 and 9.16).
 
-FIFO behaviour stops at the first sample that does not fit. Stream overwrites the oldest level; once emptied, it repeats
-the last read level. Dynamic stream does not.
+FIFO mode stops at the first sample that does not fit. Stream mode overwrites the oldest level; when it is empty, reads
+return the last level again. In dynamic stream mode they do not.
 
 Decisions where the datasheet is silent or contradicts itself: FIFO mode stops when it is full (against 5.2);
-STOP_ON_FTH limits every behaviour to WTM + 1 levels; a read level ends OVR; mode 101b is bypass. Reading TEMP_OUT_H
+STOP_ON_FTH limits every mode to WTM + 1 levels; reading a level clears OVR; mode 101b is bypass. Reading TEMP_OUT_H
 consumes a level.
 """
 
@@ -40,7 +40,7 @@ _OFF = (Behaviour.BYPASS, Behaviour.BYPASS)
 
 
 class PressureFifo:
-    """The FIFO; ``on``: not in bypass; ``active``: may leave bypass."""
+    """The FIFO; ``on``: not in bypass; ``active``: a trigger can take it out of bypass."""
 
     def __init__(self) -> None:
         self._levels: deque[bytes] = deque()  # unread, oldest first
@@ -53,7 +53,7 @@ class PressureFifo:
         self._stopped = self._overrun = False
 
     def configure(self, mem: bytearray, *, triggered: bool) -> None:
-        """Decode the registers; ``triggered``: IA."""
+        """Decode the registers; ``triggered``: state of flag IA."""
         control = mem[FIFO_CTRL.addr]
         enabled = mem[CTRL_REG2.addr] & CTRL_REG2.FIFO_EN.mask
         self._mode = _MODES.get(FIFO_CTRL.F_MODE.get(control), _OFF) if enabled else _OFF
@@ -64,7 +64,7 @@ class PressureFifo:
         self.trigger(on=triggered)
 
     def trigger(self, *, on: bool) -> None:
-        """Set the state of IA."""
+        """Handle the state of flag IA, which triggers modes."""
         self._behaviour = self._mode[on]
         self.on = self._behaviour is not Behaviour.BYPASS
         if self._behaviour is not Behaviour.FIFO:

@@ -1,11 +1,11 @@
 """The LPS22HB's pressure interrupt: reference, comparison and pin (datasheet 9.1 to 9.15, figure 22).
 
-AUTOZERO and AUTORIFP capture REF_P, with which the interrupt compares; AUTOZERO also subtracts it from the output, in
-place of RPDS.
+AUTOZERO and AUTORIFP store a sample in REF_P; the interrupt compares the pressure with REF_P. AUTOZERO also subtracts
+REF_P from the output, instead of RPDS.
 
-Decisions where the datasheet is silent: the measured pressure is the one before RPDS; the captured sample is already
-shown relative to REF_P; RESET_AZ clears REF_P and RESET_ARP does not; a difference equal to the threshold sets neither
-flag; switching a comparison off clears its flag unless latched.
+Decisions where the datasheet is silent: the measured pressure is the pressure before RPDS is subtracted; the sample
+stored in REF_P is itself shown relative to REF_P; RESET_AZ clears REF_P and RESET_ARP does not; a difference equal to
+the threshold sets neither flag; switching a comparison off clears its flag unless latched.
 
 Decisions: with INT_S = 0 the pin shows the enabled data signals ORed together, as in figure 22. Data-ready is P_DA.
 """
@@ -23,7 +23,7 @@ from fcu_emulator.sensors.lps22hb.registers import (
 )
 from fcu_emulator.sensors.pin import Pin
 
-COUNTS_PER_SIXTEENTH = 256  # of 1 hPa: one LSB of THS_P, and of RPDS (from AN4450, for the LPS25H)
+COUNTS_PER_SIXTEENTH = 256  # 1/16 hPa: one LSB of THS_P, and of RPDS (from AN4450, for the LPS25H)
 _LOWEST, _HIGHEST = -(1 << 23), (1 << 23) - 1
 _CAPTURE = INTERRUPT_CFG.AUTOZERO.mask | INTERRUPT_CFG.AUTORIFP.mask
 _REF_P, _REF_P_END = REF_P.addr, REF_P.addr + REF_P.size
@@ -35,7 +35,7 @@ class Reference:
     def __init__(self, mem: bytearray, rpds_counts_per_lsb: int) -> None:
         self._mem = mem
         self._rpds_counts_per_lsb = rpds_counts_per_lsb
-        self._autozero = self._autorifp = False  # captured, and active since then
+        self._autozero = self._autorifp = False  # REF_P is captured and the function is active
         self._subtracted = 0
 
     @property
@@ -58,7 +58,7 @@ class Reference:
         self.configure()
 
     def output(self, sample: bytes) -> bytes:
-        """Return the sample as shown."""
+        """Return the sample as the output registers show it."""
         if not self._subtracted:
             return sample
         counts = min(max(_pressure(sample) - self._subtracted, _LOWEST), _HIGHEST)
@@ -88,7 +88,7 @@ _PH, _PL, _IA = INT_SOURCE.PH.mask, INT_SOURCE.PL.mask, INT_SOURCE.IA.mask
 
 
 class PressureInterrupt:
-    """Comparison of samples while ``on``; ``source``: PH, PL and IA."""
+    """Comparison of samples with the threshold while ``on``; ``source``: flags PH, PL and IA."""
 
     def __init__(self) -> None:
         self.source = 0

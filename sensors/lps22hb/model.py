@@ -1,9 +1,9 @@
 """The LPS22HB's behaviour behind its registers.
 
 Decisions where the datasheet is silent: while the FIFO is on and empty the output registers are unchanged; RESET_AZ,
-RESET_ARP and SWRESET act at once and read 1 for 10 us; SWRESET keeps RPDS and RES_CONF; a write to a busy ONE_SHOT has
-no effect, another rate ends it; BOOT takes one period, or 1 ms in power-down, and changes no setting; registers work
-during it.
+RESET_ARP and SWRESET act at once and read 1 for 10 us; SWRESET keeps RPDS and RES_CONF; a write of ONE_SHOT during a
+measurement has no effect; a new rate aborts it; BOOT takes one period, or 1 ms in power-down, changes no setting, and
+registers work meanwhile.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ _BOOT, _SWRESET, _ONE_SHOT = CTRL_REG2.BOOT.mask, CTRL_REG2.SWRESET.mask, CTRL_R
 
 
 class Commands:
-    """Commands in ``registers``; ``configure(now_ps)`` follows them."""
+    """Handlers of command bits in ``registers``; each calls ``configure(now_ps)`` at the end."""
 
     def __init__(
         self,
@@ -124,7 +124,7 @@ class Commands:
         self._barometer.measure_once(now_ps)
 
 
-TRIMMING_PS = 5 * PS_PER_S // 10**3  # an assumption, without a figure in the datasheet
+TRIMMING_PS = 5 * PS_PER_S // 10**3  # an assumption; the datasheet gives no figure
 _TEMP_OUT_H = TEMP_OUT.addr + 1
 _BURST_WRAP = {_TEMP_OUT_H: PRESS_OUT.addr}  # a burst wraps within the output (datasheet 5.8)
 
@@ -132,8 +132,8 @@ _BURST_WRAP = {_TEMP_OUT_H: PRESS_OUT.addr}  # a burst wraps within the output (
 class LPS22HB(Sensor):
     """Barometer with thermometer; ``pressure_hpa`` and ``temperature_degc``: (n,).
 
-    ``rpds_counts_per_lsb``: 256, or 1 as in ST's driver; ``powered_on_ps``: None for long ago; ``trimming_ps``:
-    duration of BOOT_STATUS then; ``power_on_counts``: first PRESS_OUT (0x2F6666 was seen).
+    ``rpds_counts_per_lsb``: 256, or 1 as in ST's driver; ``powered_on_ps``: None if it has started up; ``trimming_ps``:
+    duration of BOOT_STATUS after power-on; ``power_on_counts``: PRESS_OUT before the first sample (0x2F6666 was seen).
     """
 
     NAME: ClassVar[str] = "LPS22HB"
@@ -238,7 +238,7 @@ class LPS22HB(Sensor):
         output.show(pipeline.fifo.oldest if pipeline.fifo.on else output.latest)
 
     def _check_range(self, sample: bytes, at_ps: int) -> None:
-        """Note that a sample leaves the specified range; how a real sensor measures there is not documented."""
+        """Report a sample outside the specified range; the documents do not say what a real sensor measures there."""
         hpa = int.from_bytes(sample[: PRESS_OUT.size], "little", signed=True) / COUNTS_PER_HPA
         low, high, _ = self.sample_range("pressure_hpa")
         was_inside, self._inside = self._inside, low <= hpa <= high

@@ -1,7 +1,7 @@
-"""From a measured sample of the LPS22HB to its output registers and STATUS (datasheet 9.1 to 9.17).
+"""Output registers and STATUS of the LPS22HB (datasheet 9.1 to 9.17).
 
-With BDU, pressure and temperature are held from the first byte read to PRESS_OUT_H. Decision: P_DA and T_DA are cleared
-by reading the high byte of their output, as in the LPS25H.
+With BDU, pressure and temperature do not change from the read of the first byte until the read of PRESS_OUT_H.
+Decision: P_DA and T_DA are cleared by reading the high byte of their output, as in the LPS25H.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from fcu_emulator.sensors.shared_registers import bit, new_train
 class Pipeline:
     """The path of a sample: reference, interrupt, FIFO and pin.
 
-    ``every_sample``: whether any of them needs each one.
+    ``every_sample``: whether one of them must process each sample.
     """
 
     def __init__(self, mem: bytearray, rpds_counts_per_lsb: int) -> None:
@@ -39,7 +39,7 @@ class Pipeline:
         self.drive(now_ps)
 
     def take(self, sample: bytes, at_ps: int) -> bytes:
-        """Process a measured sample; return it as shown."""
+        """Process a measured sample; return it as the output registers show it."""
         if not self.every_sample:
             return self.reference.output(sample)
         self.reference.take(sample)
@@ -57,7 +57,7 @@ class Pipeline:
         self.drive(now_ps)
 
     def int_source_was_read(self, now_ps: int) -> None:
-        """End a latched interrupt, and its effects."""
+        """Clear a latched interrupt, and end its effects on FIFO and pin."""
         self.interrupt.acknowledge()
         self.fifo.trigger(on=self.interrupt.raised)
         self.drive(now_ps)
@@ -66,7 +66,7 @@ class Pipeline:
         self.int_drdy.drive(self._mem[STATUS.addr], self.fifo.signals(), self.interrupt.source, at_ps)
 
     def reset(self) -> None:
-        """Reset after SWRESET; ``configure`` follows."""
+        """Reset after SWRESET; the caller must then call ``configure``."""
         self.reference.reset_autozero()
         self.reference.reset_autorifp()
 
@@ -88,7 +88,7 @@ _HELD = sum(bit(address) for address in range(_FIRST, _END))
 class PressureOutput:
     """The output registers.
 
-    ``latest``: the latest sample, five bytes; ``stale``: the next read must update.
+    ``latest``: the latest sample, five bytes; ``stale``: the next read must update the registers.
     """
 
     def __init__(self, registers: RegisterFile, latest: bytes) -> None:
@@ -105,7 +105,7 @@ class PressureOutput:
         return bool(self._held[0])
 
     def set_bdu(self, *, on: bool) -> None:
-        """Set BDU; off releases the output."""
+        """Set BDU; if BDU is off, the output is released."""
         self.bdu = on
         if not on:
             self._hold(on=False)
@@ -140,7 +140,7 @@ class PressureOutput:
 
 
 class OutputTrain:
-    """The output, one sample at a time, while FIFO and pin are unused; ``refresh(now_ps)`` takes due samples."""
+    """Train of output samples for C while FIFO and pin are unused; ``refresh(now_ps)`` takes due samples."""
 
     def __init__(
         self,
@@ -162,7 +162,7 @@ class OutputTrain:
         self.train.status = STATUS.addr
 
     def fill(self, now_ps: int) -> None:
-        """Fill the shared train."""
+        """Put the current sample into the shared train."""
         output, version = self._output, self._registers.version[0]
         if now_ps >= self._stream.next_ps or output.stale:
             self._refresh(now_ps)

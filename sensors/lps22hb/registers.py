@@ -85,7 +85,7 @@ class RPDS(Register, addr=0x18, size=2, names=("RPDS_L", "RPDS_H")):
 
 
 class RES_CONF(Register, addr=0x1A):
-    """Power mode; to be changed in power-down only."""
+    """Power mode; firmware must change it in power-down only."""
 
     LC_EN = Bits(0, doc="0 low noise, 1 low current")
 
@@ -127,10 +127,10 @@ class TEMP_OUT(Register, addr=0x2B, size=2, access="r", names=("TEMP_OUT_L", "TE
 
 
 class LPFP_RES(Register, addr=0x33, access="r"):
-    """Reading it restarts the pressure low-pass filter; the value is undefined."""
+    """A read restarts the pressure low-pass filter; the value is undefined."""
 
 
 class CLOCK_TREE_CONFIGURATION(Register, addr=0x43, reset=0x20, modelled=False):
-    """Undocumented; in ST's board driver only."""
+    """Undocumented register; only ST's board driver names it."""
 
     CTE = Bits(5, doc="clock tree; meaning not published")

@@ -1,13 +1,13 @@
 """Embedded functions: pedometer, significant motion, tilt and absolute wrist tilt (AN5040 section 6).
 
-Decision: the four embedded functions are one feature, so that their events come in the order of time on a shared pin.
-One that was off starts again (assumption).
+Decision: one object models the four embedded functions, so that their events reach a shared pin in the order of time.
+A function that is switched on starts from its initial state (assumption).
 
-Decision: the pedometer's step is a peak of the acceleration's magnitude (6.1), as ST does not publish the algorithm. It
-must fall by the threshold after a peak and rise by it before the next, which needs no high-pass filter.
+Decision: the pedometer's step is a peak of the acceleration's magnitude (6.1), as ST does not publish the algorithm.
+The magnitude must fall by the threshold after a peak, and rise by it before the next. This needs no high-pass filter.
 
-Tilt (6.3) is a turn by 35 degrees since the last event, the first time for 2 s. Wrist tilt (6.4; datasheet 12) is an
-acceleration above the threshold, a sine, for the latency.
+A tilt event (6.3) is a turn by 35 degrees since the last event; the first must last 2 s. A wrist tilt event (6.4;
+datasheet 12) is an acceleration above the threshold (sine of an angle) for the latency time.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ class DeltaTime:
         self._stepped = False
 
     def configure(self, period_ps: int, now_ps: int) -> None:
-        """Start windows of this length; 0: none."""
+        """Start windows of length ``period_ps``; 0 stops them."""
         if period_ps != self._period_ps:
             self._period_ps, self._stepped = period_ps, False
             self.end_ps = now_ps + period_ps if period_ps else NEVER_PS
@@ -130,7 +130,7 @@ class DeltaTime:
         self._stepped = True
 
     def close(self) -> bool:
-        """Start the next window; return whether the last had a step."""
+        """Start the next window; return whether the last window had a step."""
         self.end_ps += self._period_ps
         stepped, self._stepped = self._stepped, False
         return stepped
@@ -140,7 +140,7 @@ class DeltaTime:
 
 
 class SignificantMotion:
-    """Counter of the steps between two events."""
+    """Counter of steps; it causes an event after enough steps."""
 
     def __init__(self) -> None:
         self._steps = 0
@@ -163,7 +163,7 @@ _FIRST_TIME_PS = 2 * PS_PER_S
 
 
 class Tilt:
-    """Detector of gravity's turn since the last event."""
+    """Detector of a change of gravity's direction since the last event."""
 
     def __init__(self) -> None:
         self.restart()
@@ -360,7 +360,7 @@ class EmbeddedFunctions:
                 self._sources.fall(events, now_ps)
 
     def _delta_ps(self) -> int:
-        """Return the delta time; it needs the timer at low resolution (datasheet 11.19)."""
+        """Return the delta time, or 0 without the timer at low resolution (datasheet 11.19)."""
         return self._pedometer.delta_ps if self._on & _PEDO and self._timer_runs_slowly() else 0
 
     def _timer_runs_slowly(self) -> bool:
@@ -393,7 +393,7 @@ class EmbeddedFunctions:
         for index, magnitude, (x, y, z) in zip(
             range(first, end, self._every), magnitudes.tolist(), mg.tolist(), strict=True
         ):
-            self._next = index + self._every  # before the tick: an event may call this function again
+            self._next = index + self._every  # set first, because an event may call this function again
             self._tick(self._chip.xl.time_ps(index), magnitude, (x, y, z))
 
     def _tick(self, at_ps: int, magnitude_mg: float, acceleration_mg: Vec3) -> None:
@@ -412,7 +412,7 @@ class EmbeddedFunctions:
                 self._mem[WRIST_TILT_IA.addr] |= directions
 
     def _raise(self, source: FunctionSource, at_ps: int) -> None:
-        """Raise an event after all earlier work, so that the FIFO sees the right order."""
+        """Raise an event after the chip has processed all earlier samples, so that the FIFO stores the right values."""
         self._chip.catch_up(at_ps - 1)
         self._sources.happened(source, at_ps)
 
@@ -423,7 +423,7 @@ class EmbeddedFunctions:
             self._raise(SIGNIFICANT_MOTION, at_ps)
 
     def _count(self, steps: int, at_ps: int) -> None:
-        self._chip.catch_up(at_ps - 1)  # the FIFO copies the counter: first with its old value
+        self._chip.catch_up(at_ps - 1)  # the FIFO copies the step counter: let it store the old value first
         total = int.from_bytes(self._mem[STEP_COUNTER.addr : STEP_COUNTER.addr + 2], "little") + steps
         if self._mem[CTRL10_C.addr] & CTRL10_C.PEDO_RST_STEP.mask:
             total = 0

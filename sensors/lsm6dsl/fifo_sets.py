@@ -1,11 +1,11 @@
 """Contents of the LSM6DSL's FIFO and times of storage (AN5040 8; datasheet 5.5, 9.4 to 9.8).
 
 Decisions where the documents are silent or disagree: reserved modes (2, 5, 7) act as bypass, reserved rates as off; a
-watermark of 0 is never reached; the faster sensor limits the rate (figure 32, not 5.5); ONLY_HIGH_DATA does not remove
-a second set.
+watermark of 0 is never reached; the faster sensor limits the FIFO rate (figure 32, not 5.5); ONLY_HIGH_DATA does not
+remove the second data set.
 
-The faster sensor leads, or the gyroscope; ODR_FIFO selects every 2nd, 4th ... sample. DRDY_MASK replaces words to be
-discarded by 7FFF.
+Samples of the faster sensor trigger storage, or of the gyroscope at equal rates. ODR_FIFO selects every 2nd, 4th ...
+sample. DRDY_MASK replaces words of samples to be discarded by 7FFF.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class FifoMode(IntEnum):
 
 
 class Writer(Enum):
-    """Event that writes data sets, by its signal."""
+    """Signal that makes the FIFO store data sets."""
 
     DATA_READY = "of the faster sensor"
     STEP = "STEP_DETECTOR"
@@ -110,9 +110,9 @@ class Fourth(Enum):
 
 
 class FifoPattern:
-    """Sets written at each trigger: set ``s`` at every ``decimations[s]``-th.
+    """Data sets stored at each trigger: set ``s`` at every ``decimations[s]``-th trigger.
 
-    ``period``: triggers until it repeats; ``length``: words of a period; ``widest``: of a trigger.
+    ``period``: triggers until the pattern repeats; ``length``: words per period; ``widest``: most words per trigger.
     """
 
     def __init__(self, decimations: tuple[int, ...]) -> None:
@@ -133,9 +133,9 @@ class FifoPattern:
 
 @dataclass(frozen=True)
 class Layout:
-    """Stored sets and their triggers, changed only through bypass.
+    """Stored data sets and their triggers; firmware must switch to bypass to change them.
 
-    ``odr_fifo``: its code; ``odr_sensors``: the registers' codes.
+    ``odr_fifo``: code in FIFO_CTRL5; ``odr_sensors``: codes in the sensors' registers.
     """
 
     decimations: tuple[int, ...]
@@ -148,7 +148,7 @@ class Layout:
 
 @dataclass(frozen=True)
 class FifoSettings:
-    """The FIFO's configuration; ``triggers``: signals that switch a triggered mode."""
+    """The FIFO's configuration; ``triggers``: signals that switch a triggered mode on or off."""
 
     mode: FifoMode
     layout: Layout
@@ -237,7 +237,7 @@ Rows: TypeAlias = list[list[int]]
 """Three words for each trigger."""
 
 Contents: TypeAlias = Callable[[list[int]], Rows]
-"""``contents(times_ps)``: a set's words at ascending times."""
+"""``contents(times_ps)``: returns a data set's words at ascending times."""
 
 _SET_BYTES = 6
 _UNSETTLED = np.frombuffer(b"\xff\x7f" * 3, dtype=np.uint8)
@@ -271,7 +271,7 @@ class LatestSample:
 
 
 class DataSets:
-    """Reader of the sets from streams, registers and timestamp."""
+    """Reader that takes the data sets from streams, registers and timestamp."""
 
     def __init__(self, chip: FeatureContext, timestamp: Timestamp) -> None:
         self._mem = chip.registers.mem
@@ -333,16 +333,16 @@ def _words(rows: NDArray[np.uint8]) -> Rows:
 
 
 class SampleTriggers:
-    """Counter of the leading sensor's samples that trigger."""
+    """Counter of the samples that make the FIFO store data sets."""
 
     def __init__(self, chip: FeatureContext) -> None:
         self._chip = chip
-        self._leader = chip.xl  # as visible after data enable
+        self._leader = chip.xl  # samples that pass the data enable (DEN)
         self._every = 0  # samples per trigger; 0: no triggers
         self._next = 0  # the next sample with a trigger
 
     def follow(self, rate_code: int, now_ps: int, *, restart: bool) -> None:
-        """Follow the rates; without ``restart``, keep the phase if possible."""
+        """Apply new rates; without ``restart``, continue in phase if possible."""
         xl, g = self._chip.xl, self._chip.g
         leader = g if g.rate_hz >= xl.rate_hz else xl
         self._leader = self._chip.gates.shown(leader)
@@ -350,7 +350,7 @@ class SampleTriggers:
         if self._leader is not leader:  # data enable passes single samples: each one triggers
             self._every = min(self._every, 1) if self._leader.running else 0
         latest = self._leader.latest(now_ps)
-        if restart or not latest < self._next <= latest + self._every:  # or the stream has restarted
+        if restart or not latest < self._next <= latest + self._every:  # the second: the stream has restarted
             self._next = latest + 1
 
     def begin(self, at_ps: int) -> None:

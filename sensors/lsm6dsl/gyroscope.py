@@ -1,14 +1,14 @@
 """The LSM6DSL's gyroscope: from angular rate to counts (datasheet Table 3; AN5040 section 3).
 
 After power-down the drive starts within ``LSM6DSLErrors.gyro_turn_on_ms``, 35 ms in Table 4; the 70 ms of AN5040 are a
-driver's safe wait. The first samples, as many as Table 16 gives, follow the step response of the low-pass filter.
+safe waiting time for drivers. The first samples, whose number Table 16 gives, follow the low-pass step response.
 Approximation: from 1666 Hz on they settle within a few periods, not 81 ms (Table 16).
 
-One low-pass and the filter before decimation give the overall cut-off of Table 19; the rest of the documented phase at
-20 Hz is a delay (3.8). Where the filter before decimation alone has more delay (12.5 to 208 Hz), its cut-off is
-higher. LPF1 switched off has no phase table: it is delayed as FTYPE = 3.
+One low-pass and the filter before decimation give the overall cut-off of Table 19; a pure delay gives the rest of the
+phase at 20 Hz (3.8). If the filter before decimation alone has too much delay (12.5 to 208 Hz), its cut-off is raised.
+ST gives no phase with LPF1 off; the model then uses the delay of FTYPE = 3.
 
-Decision: out of sleep into low power, as many samples are to be discarded as out of power-down.
+Decision: from sleep to low power, as many gyroscope samples are to be discarded as from power-down.
 """
 
 from __future__ import annotations
@@ -113,10 +113,10 @@ _HIGHEST_DECIMATION, _BISECTIONS = 4.0, 40
 
 
 class GyroscopeFilter(NamedTuple):
-    """``chain`` of the output; its input is the rate of ``delay_s`` ago.
+    """``chain`` filters the output; its input is the angular rate ``delay_s`` earlier.
 
     ``late_s``: the part of the delay not caused by the filter before decimation; ``decimation``: that filter's cut-off
-    over the output rate.
+    divided by the output rate.
     """
 
     chain: Chain | None
@@ -140,7 +140,7 @@ def gyroscope_filter(mem: bytearray, code: int, odr_hz: float, *, high_performan
 
 
 def _rise(filters: Chain | None, discards: int) -> Array:
-    """Return the share of the rate in each of the first samples out of power-down or sleep, which are discarded."""
+    """Return the step response, 0 to 1, for the samples to be discarded after power-down or sleep."""
     if filters is None or filters.start == "zero":
         return np.empty(0)
     low = chain(filters.sections, "zero")
@@ -149,7 +149,7 @@ def _rise(filters: Chain | None, discards: int) -> Array:
 
 
 def high_pass_is_idle(mem: bytearray) -> bool:
-    """Return whether HP_EN_G is set without high performance (AN5040 3.8)."""
+    """Return whether HP_EN_G has no effect, because high performance is off (AN5040 3.8)."""
     control = mem[CTRL7_G.addr]
     low_power = control & CTRL7_G.G_HM_MODE.mask and CTRL2_G.ODR_G.get(mem[CTRL2_G.addr]) in range(1, 6)
     return bool(control & CTRL7_G.HP_EN_G.mask and low_power)
@@ -172,7 +172,7 @@ def _design(code: int, column: int, odr_hz: float) -> _Design:
         first = _design(_FIRST_PHASE_CODE, column, _FIRST_PHASE_ODR_HZ)
         low = _low_pass(_CUTOFF_HZ[code][column], odr_hz, first.decimation)
         return _Design(low, first.delay_s * periods, first.late_s * periods, first.decimation)
-    documented_s = _PHASE_DEG[code][column - 1] / 360 / _PHASE_HZ  # LPF1 off uses the last one
+    documented_s = _PHASE_DEG[code][column - 1] / 360 / _PHASE_HZ  # LPF1 off uses the last column
     lowest, highest = USUAL_DECIMATION, _HIGHEST_DECIMATION
     for decimation in (lowest, *(0.0,) * _BISECTIONS):
         cutoff = decimation or (lowest + highest) / 2
@@ -187,7 +187,7 @@ def _design(code: int, column: int, odr_hz: float) -> _Design:
 
 
 def _low_pass(cutoff_hz: float, odr_hz: float, decimation: float) -> tuple[Section, ...]:
-    """Return the low-pass that has its cut-off at ``cutoff_hz`` together with the filter before decimation."""
+    """Return a low-pass that, with the filter before decimation, has an overall cut-off of ``cutoff_hz``."""
     if cutoff_hz >= odr_hz / 2:
         return ()
     conversions = conversions_per_sample(odr_hz)
@@ -228,9 +228,9 @@ class GyroscopeSettings:
     odr_hz: float
     scale: int  # FS_G code, or 4 for +-125 dps
     filters: GyroscopeFilter
-    noise_rms_factor: float  # before the chain: mdps RMS per mdps/sqrt(Hz)
+    noise_rms_factor: float  # noise before the chain: mdps RMS per mdps/sqrt(Hz)
     self_test: int
-    driven: bool  # also in sleep
+    driven: bool  # the drive runs, also in sleep
     mode: PowerMode
 
     @property

@@ -1,11 +1,11 @@
 """The LSM6DSL's sensor hub: an I2C master that reads other sensors by itself (AN5040 section 7).
 
-A trigger, data-ready at 104 Hz at most or INT2, starts a round over the slaves, whose results appear together at its
-end. Decision: INT2 triggers when it rises, or when it is high as the hub is switched on.
+A trigger (data-ready at 104 Hz at most, or INT2) starts a round, in which the hub reads its slaves. All results appear
+at the end of the round. Decision: INT2 triggers when it rises, or when it is high as the hub is switched on.
 
-Decisions where the documents are silent: a hub slave that does not answer keeps its bytes; a trigger without a slave in
-turn starts no round; switching off aborts the round. SENSORHUB_END_OP is 1 while idle, or with correction a pulse of
-1/100 s.
+Decisions where the documents are silent: the output bytes of a hub slave that does not answer do not change; a trigger
+at which no slave is due starts no round; switching off aborts the round. SENSORHUB_END_OP is 1 while idle, or with
+correction a pulse of 1/100 s.
 
 Iron correction (7.5): calibrated = SI * (M - HI), uncalibrated = SI * (M - HI) + HI.
 
@@ -68,7 +68,7 @@ class AuxiliaryBus:
         self._now_ps = 0
 
     def attach(self, address: int, device: Sensor) -> None:
-        """Connect a sensor; ValueError if the address is wrong or in use."""
+        """Connect a sensor. Raises ValueError if the address is invalid or in use."""
         if not 0 <= address < 0x80:
             raise ValueError(f"auxiliary bus: address 0x{address:02X} is not in 0x00 to 0x7F")
         if address in self._targets:
@@ -80,7 +80,7 @@ class AuxiliaryBus:
         return target is not None and not target.part.i2c_off
 
     def read(self, address: int, subaddress: int, count: int, at_ps: int) -> bytes:
-        """Read from a sensor that answers, until ``at_ps``."""
+        """Read bytes from a sensor that acknowledges; the read ends at ``at_ps``."""
         target = self._begin(address, at_ps)
         target.write(bytes((subaddress,)))
         target.start(read=True)
@@ -153,23 +153,23 @@ _BYTES_PER_SLAVE = 3  # address, sub-address, configuration
 
 @dataclass(frozen=True)
 class Slave:
-    """One slave of the rounds. ``place``: index of its first byte in the outputs."""
+    """One slave that the hub reads or writes. ``place``: index of its first byte in the outputs."""
 
     number: int
     address: int
     subaddress: int
-    every: int  # triggers per turn
+    every: int  # number of triggers per access
     length: int = 0  # bytes to read; 0 for the write
     place: int = 0
 
 
 @dataclass(frozen=True)
 class Plan:
-    """All used slaves, in order, and slave 0's options."""
+    """All used slaves, in the order of access, and slave 0's options."""
 
     slaves: tuple[Slave, ...]
     length: int  # requested bytes of output
-    data: int  # the byte written to slave 0, or the register of its test
+    data: int  # the byte written to slave 0, or the register that it tests
     write_once: bool
     tested: bool  # Src_mode: slave 0 is read only if register ``data`` is not zero
 
@@ -223,7 +223,7 @@ _FASTEST_HZ = 104
 
 
 class Trigger:
-    """The hub's trigger; ``by_pin``: INT2, not samples."""
+    """Trigger of the hub; ``by_pin``: INT2 triggers, not samples."""
 
     def __init__(self, chip: FeatureContext) -> None:
         self.by_pin = False
@@ -242,7 +242,7 @@ class Trigger:
         self.aim(now_ps)
 
     def aim(self, after_ps: int) -> None:
-        """Set the next trigger after ``after_ps``."""
+        """Compute the next trigger after ``after_ps``."""
         following = self._stream.latest(after_ps) + 1
         self._next = -(-following // self._every) * self._every
 
@@ -313,7 +313,7 @@ class SensorHub:
         self._violations = Violations(chip)
         self._enabled = False
         self._trigger = Trigger(chip)
-        self._triggers = 0  # since the master is on
+        self._triggers = 0  # number of triggers since the master was switched on
         self._written = False  # slave 0 has been written since
         self._round: Iterator[int] | None = None
         self._step_ps = NEVER_PS  # end of the present transfer
@@ -409,7 +409,7 @@ class SensorHub:
         self._show_results(at_ps)
 
     def _transfers(self, trigger: int, at_ps: int) -> Iterator[int]:
-        """Yield each transfer's end; the next step does the transfer."""
+        """Yield the end time of each transfer; the next step of the generator executes the transfer."""
         plan = self._plan
         for slave in plan.slaves:
             if trigger % slave.every or (not slave.length and plan.write_once and self._written):
@@ -442,7 +442,7 @@ class SensorHub:
         self._outputs[slave.place : slave.place + len(fitting)] = fitting
 
     def _show_results(self, at_ps: int) -> None:
-        self._chip.catch_up(at_ps - 1)  # the FIFO copies the outputs: first with their old values
+        self._chip.catch_up(at_ps - 1)  # the FIFO copies the outputs: let it store the old values first
         corrected = self._correct()
         mem = self._mem
         mem[SENSORHUB.addr : SENSORHUB.addr + SENSORHUB.size] = self._outputs[: SENSORHUB.size]

@@ -1,4 +1,4 @@
-// What has been seen, for the plot: ten minutes at most, so that an hour's memory is flat.
+// Values received for the plot, at most the last ten minutes, so that memory use is bounded.
 
 import type { Past, Plotted, Printed } from "./protocol";
 
@@ -39,7 +39,7 @@ export class Table {
     this.columns.clear();
   }
 
-  // Times and columns between two moments; a column that is not there is empty.
+  // Times and columns between two times; an unknown column is empty.
   slice(from: number, to: number, names: string[]): (number | null)[][] {
     let low = lower(this.t, from), high = lower(this.t, to);
     low = Math.max(0, low - 1);
@@ -70,7 +70,7 @@ export class History {
     this.prints.clear();
   }
 
-  // What the session has kept takes the place of what has been seen: nothing is missing then.
+  // Replaces the received values by the session's record, which has no gaps.
   replace({ states, prints }: Past): void {
     this.clear();
     for (const state of states) this.addState(state);

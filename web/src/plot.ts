@@ -34,7 +34,7 @@ function scalar(id: string, name: string, unit: string, quantity = ""): Subject 
   };
 }
 
-// What the firmware reads of a quantity, of all parts that measure it.
+// Channels that the firmware reads for one quantity, from all sensors that measure it.
 function readings(outputs: Output[]): Channel[] {
   return outputs.flatMap((one): Channel[] => {
     const whose = outputs.length > 1 ? `${one.part} ` : "";
@@ -58,7 +58,7 @@ const QUANTITIES: Subject[] = [
 const HEIGHT = scalar("Altitude", "Height", "m");
 const VARIABLES: Subject = { id: "variables", name: "Variables", unit: "", channels: [] };
 
-// What can be plotted of a board with these sensors; a quantity that has no page of its own gets one.
+// Subjects that can be plotted for a board with these sensors; other measured quantities get a subject each.
 function subjects(outputs: Output[]): Subject[] {
   const known = QUANTITIES.map((one) => one.quantity);
   const others = [...new Set(outputs.filter((one) => !known.includes(one.quantity)).map((one) => one.quantity))].map((quantity): Subject => {
@@ -144,7 +144,7 @@ export class Plot {
     this.refresh();
   }
 
-  // Variables that the session does not know; the first one may be corrected where it was typed.
+  // Removes variables that the session does not know; the input field shows the first one for correction.
   refuse(names: string[]): void {
     this.watch(this.watched.filter((one) => !names.includes(one)));
     this.add.value = names[0] ?? "";
@@ -171,7 +171,7 @@ export class Plot {
     this.rebuild();
   }
 
-  // At most once a frame, and not at all while it is frozen.
+  // Redraws the plot at most once per frame, and not while it is frozen.
   refresh(): void {
     if (this.pending) return;
     this.pending = true;
@@ -224,7 +224,7 @@ export class Plot {
     const font = "11px system-ui, sans-serif";
     const { unit } = this.subject;
     const tinted = tints(channels, document.documentElement.dataset["theme"] === "dark");
-    // An angle that wraps has an axis of its own, at the right, or its jumps would flatten the other lines.
+    // An angle that wraps has a separate axis at the right, because its jumps would flatten the other lines.
     const turns = channels.some((one) => one.wraps), others = channels.some((one) => !one.wraps);
     const scaleOf = (one: Channel): string => (one.wraps && others ? "turn" : "y");
     const range: uPlot.Scale.Range = (_chart, low, high) => around(low, high);
@@ -289,12 +289,12 @@ export class Plot {
   }
 }
 
-// Names of the quantities that wrap, each once: "Yaw".
+// Names of the quantities that wrap, without duplicates, for example "Yaw".
 function names(channels: Channel[]): string {
   return [...new Set(channels.filter((one) => one.wraps).map((one) => one.name.split(" ")[0]))].join(", ");
 }
 
-// Gaps of an angle's line: where it wraps from one end to the other. What is missing between two points is no gap.
+// Gaps of an angle's line, at the points where it wraps. Missing values between two points are not a gap.
 function wraps(chart: uPlot, index: number, from: number, to: number): uPlot.Series.Gaps {
   const times = chart.data[0], values = chart.data[index] ?? [];
   const gaps: uPlot.Series.Gaps = [];
@@ -309,7 +309,7 @@ function wraps(chart: uPlot, index: number, from: number, to: number): uPlot.Ser
   return gaps;
 }
 
-// What a reload of the page keeps, in this tab.
+// Settings that survive a reload of the page in this tab.
 function kept(name: string): string | null {
   return sessionStorage.getItem(name);
 }
@@ -318,7 +318,7 @@ function keep(name: string, value: string): void {
   sessionStorage.setItem(name, value);
 }
 
-// What is seen, with a margin, and no noise blown up to the whole height.
+// Range of an axis: visible values with a margin, and a minimum height, so that noise is not magnified.
 function around(low: number | null, high: number | null): [number, number] {
   if (low === null || high === null || !Number.isFinite(low)) return [-1, 1];
   const least = Math.max(1e-6, Math.abs(high + low) * 0.0005, 0.02);

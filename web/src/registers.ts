@@ -1,4 +1,4 @@
-// Registers of the sensors and of the chip's peripherals, decoded with the declarations that came from the session.
+// Registers of the sensors and of the chip's peripherals, decoded with declarations from the session.
 
 import { el, setText } from "./dom";
 import type { Field, Part, Registers } from "./protocol";
@@ -25,7 +25,7 @@ export class RegisterView {
       el("table", { class: "register-table" }, this.body));
   }
 
-  // The sensors' names, and the names of the chip's peripherals, of which firmware in Python has none.
+  // Names of the sensors and of the chip's peripherals; firmware in Python has no peripherals.
   offer(parts: string[]): void {
     this.names = parts;
     this.choice.offer(parts.map((name) => ({ id: name, name, attributes: { "data-part": name } })));
@@ -49,7 +49,7 @@ export class RegisterView {
     this.onPart();
   }
 
-  // What the session says before the first values of a part.
+  // Stores a part's declarations, which the session sends before the part's first values.
   declare(part: Part): void {
     if (part.name !== this.part || part.name === this.declared?.name) return;
     this.declared = part;

@@ -1,9 +1,9 @@
-// The secret of the address that fcu web prints: its fragment, which no browser sends to a server. Session storage
-// keeps it for this tab and this port; a cookie would go to each other server of this machine as well.
+// The secret in the address that fcu web prints: the fragment, which browsers never send to a server. Session storage
+// keeps the secret for this tab and port; browsers would send a cookie to every other server on this machine too.
 
 const KEY = "fcu-token";
 
-// Takes the token out of the address bar, and returns it, or the one that was kept; "" if there is none.
+// Removes the token from the address bar and returns it, else the stored token, else "".
 export function token(): string {
   const given = new URLSearchParams(location.hash.slice(1)).get("token");
   if (given !== null && /^[\w-]{1,100}$/.test(given)) {
@@ -13,14 +13,14 @@ export function token(): string {
   return sessionStorage.getItem(KEY) ?? "";
 }
 
-// The printed address pasted into an open page changes the fragment only, and loads nothing.
+// Pasting the printed address into an open page changes only the fragment and does not reload the page.
 export function onNewToken(act: () => void): void {
   window.addEventListener("hashchange", () => {
     if (location.hash.startsWith("#token=")) act();
   });
 }
 
-// What the server wants to be offered by who opens a socket; see emulator/live/requests.py.
+// WebSocket subprotocols that the server requires; see emulator/live/requests.py.
 export function protocols(secret: string): string[] {
   return ["fcu", `fcu.token.${secret}`];
 }

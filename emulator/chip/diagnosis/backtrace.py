@@ -24,7 +24,7 @@ _MAX_FUNCTIONS = 500
 
 
 class Places:
-    """Names of addresses; stripped firmware has only numbers."""
+    """Converter of addresses to names; for stripped firmware it gives only numbers."""
 
     def __init__(self, image: FirmwareImage) -> None:
         self._symbols = image.symbols
@@ -118,7 +118,7 @@ _BASIC_FRAME_BIT, _THUMB = 1 << 4, 1 << 24
 _BASIC_WORDS, _FLOATING_WORDS = 8, 26
 _FRAME_LR, _FRAME_PC, _FRAME_XPSR = 5, 6, 7
 _INTO_CALL = 3  # from a return address, bit 0 set, back into its BL or BLX
-_LONGEST_SEARCH = 64  # words below a saved frame
+_LONGEST_SEARCH = 64  # words of stack searched for a saved frame
 _MAX_CALLS = 12
 
 
@@ -159,10 +159,10 @@ class Backtrace:
         return f"{how} {self._places.place(call.address)}{times}"
 
     def _outward(self, pc: int, lr: int, sp: int) -> Iterator[Call]:
-        """Return all callers; in Thread mode frames farther out are old."""
+        """Return all callers. In Thread mode, frames beyond the outermost function are old data."""
         current, address = pc, max(sp & ~3, RAM_MEMORY.start)
         frame, exc_return = 0, 0
-        if lr in _EXC_RETURNS:  # the handler has not saved it
+        if lr in _EXC_RETURNS:  # the handler has not saved LR
             frame, exc_return = self._find_frame(address), lr
         while True:
             if frame:

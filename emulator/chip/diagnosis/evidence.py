@@ -65,7 +65,7 @@ def _answers(name: str, address: int) -> str:
 
 TRANSFERS_SHOWN = 8
 _MANY = 6
-"""Consecutive reads of 0xFF; no sensor measures -1 on all axes that often."""
+"""Consecutive reads of 0xFF that prove a fault; no sensor measures -1 on all axes that often."""
 
 
 class RecentTransfers:
@@ -233,7 +233,7 @@ class PeripheralNotes:
         ]
 
     def without_clock(self) -> list[str]:
-        """Return peripherals that were written without clock, and have had none since."""
+        """Return peripherals that were written without clock and never got a clock afterwards."""
         first_ps: dict[str, int] = {}
         for note in self._notes:
             if f"written {_NO_CLOCK}" in note.text:
@@ -245,7 +245,7 @@ class PeripheralNotes:
         ]
 
     def cause(self, among: Container[str] | None = None) -> Cause | None:
-        """Return the first missing clock, or that of a peripheral ``among`` these."""
+        """Return the first peripheral without clock as the cause; if ``among`` is given, only one of these."""
         for name in self.without_clock():
             if among is not None and name not in among:
                 continue

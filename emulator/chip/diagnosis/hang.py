@@ -167,7 +167,7 @@ class Waits:
             at in changed for address in loop.variables for at in range(address, address + 4)
         )
         if counted and not why:
-            return None  # the tick may end it
+            return None  # the tick may end the loop
         if counted and changed is not None:
             return Cause(short, [f"It is counted by SysTick's handler, which cannot run: {why}"])
         if why:
@@ -185,7 +185,7 @@ _SPSEL = 1 << 1  # CONTROL: Thread mode uses the process stack
 
 
 class Hang:
-    """The present chip, the last event outside of it, and the bus's problem."""
+    """The chip's present state, the last event outside of the chip, and the bus problem."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""Numbers that printf could not print, found by its format strings in flash.
+"""Detection of numbers that printf could not print, by the format strings in flash.
 
 Matching never backtracks, so hostile formats cannot make it slow.
 """

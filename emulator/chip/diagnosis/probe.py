@@ -1,7 +1,7 @@
 """A test for endless loops, in a copy of the core.
 
-The loop is endless if the state of core and RAM recurs, unless a value that it reads changes. Writes to peripherals and
-reads with side effects are work.
+A loop is endless if the state of core and RAM repeats while the values that the loop reads do not change. A loop that
+writes to peripherals, or has reads with side effects, does work and is not endless.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Loop:
 
 
 class Probe:
-    """A copy of ``core`` for one question, because copies are large."""
+    """A copy of ``core`` for one test; it is not stored, because copies are large."""
 
     def __init__(self, core: Core) -> None:
         self._core = core
@@ -91,7 +91,7 @@ class Probe:
         return None
 
     def handle(self, exception: int) -> frozenset[int] | None:
-        """Handle an exception; return the changed addresses in RAM, None if it does more."""
+        """Run an exception handler; return the addresses that it changes in RAM, or None if it does more."""
         with closing(self._copy) as copy:
             return self._handle(copy, exception)
 

@@ -1,7 +1,7 @@
 """A variable that is read once before a loop: ``volatile`` is missing.
 
 A compiler may turn ``while (!ready) {}`` into one load and a loop that reads nothing. Execution in a copy proves that
-another value would keep the loop.
+only another value of the variable, read before the loop, keeps execution in it.
 """
 
 from __future__ import annotations

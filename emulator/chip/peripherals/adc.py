@@ -1,7 +1,8 @@
 """ADC1: regular conversions with their time (RM0368 section 11), and the board's voltages.
 
-Continuous conversion without DMA or interrupt pauses at EOC; DR has the result at the time of the read. An unconnected
-input reads 0 V. Notes report injected channels, triggers, analog watchdog and discontinuous mode as not modelled.
+Without DMA or interrupt, continuous conversion pauses at EOC; a read of DR returns the result for its time.
+An unconnected input reads 0 V. Notes report injected channels, triggers, analog watchdog and discontinuous mode as not
+modelled.
 """
 
 from __future__ import annotations
@@ -23,14 +24,14 @@ FULL_SCALE = 4095
 
 _BATTERY_CHANNEL, _VREFINT_CHANNEL = 9, 17
 _TEMPERATURE_CHANNELS, _VBAT_CHANNEL = (16, 18), 18
-"""Of the STM32F401 both channels have the sensor; ST's HAL for this chip converts 16."""
+"""Channels of the temperature sensor: the STM32F401 has it on both; ST's HAL for this chip converts 16."""
 _VREFINT_V = 1.21  # STM32F401xB/C datasheet: 1.18 to 1.24 V
 _V25_V, _SLOPE_V_PER_DEGC = 0.76, 0.0025
 _DIVIDER = 20 / 30  # 10k over 20k (steval_fcu001_v1.h of STSW-FCU001)
 
 
 class AdcInputs:
-    """Voltages by channel, including the battery's."""
+    """Input voltages by channel, including the battery voltage."""
 
     def __init__(self, battery_v: float = 3.7, die_degc: float = 30.0) -> None:
         self.battery_v = battery_v
@@ -83,7 +84,7 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         self.inputs = inputs
         self._irq = irq
         self._event: Event | None = None
-        self._rank = 0  # of the sequence, the current conversion
+        self._rank = 0  # index of the current conversion in the sequence
         self._paused = False
         self._wants_dma = True
 
@@ -140,7 +141,7 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
 
     def _begin(self) -> None:
         if self.registers[SR] & _OVR:
-            return  # waits for software (11.8.1)
+            return  # the converter waits for software (11.8.1)
         channel = self._channel()
         register, shift = (SMPR2, 3 * channel) if channel < 10 else (SMPR1, 3 * (channel - 10))
         sampling = _SAMPLING_CYCLES[self.registers[register] >> shift & 7]
@@ -201,7 +202,7 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         self._begin()
 
     def _transfer(self, last: bool) -> None:
-        """Let DMA read DR; without DDS its requests end."""
+        """Let DMA read DR; without DDS, requests end after the last transfer."""
         served = self.soc.dma.request(self.name)
         if last and served and not self.registers[CR2] & _DDS and not self.soc.dma.remaining(self.name):
             self._wants_dma = False

@@ -1,7 +1,7 @@
 """The interface of a peripheral, and shared connections.
 
-At an access ``soc.clock.now_ps`` is exact and due events have happened. A peripheral computes its state when read, or
-schedules events for interrupts, pins and DMA. ``write`` gets a mask of the accessed bits.
+At an access, ``soc.clock.now_ps`` is exact and all due events have been handled. A peripheral computes its state when
+firmware reads it, or schedules events for interrupts, pins and DMA. ``write`` gets a mask of the accessed bits.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from fcu_emulator.emulator.trace import DeviceNote, Trace
 
 
 class ClockTree(Protocol):
-    """Frequencies by RCC's registers (RM0368 section 6.2)."""
+    """Clock frequencies that RCC's registers select (RM0368 section 6.2)."""
 
     sysclk_hz: int
     hclk_hz: int
     nominal_hclk_hz: int
-    """HCLK with exact oscillators, to which the manual's limits apply."""
+    """HCLK if the oscillators were exact; the manual's limits apply to this value."""
     pclk1_hz: int
     nominal_pclk1_hz: int
     pclk2_hz: int
@@ -41,8 +41,8 @@ class InterruptLines(Protocol):
     """The NVIC's inputs, implemented by the core."""
 
     def set_line(self, number: int, level: bool) -> None:
-        """Set or clear an input, counted after the system exceptions; an active level makes the interrupt pending again
-        after its handler.
+        """Set or clear an input, numbered as IRQn; if it is still active after the handler, the interrupt is pending
+        again.
         """
         ...
 
@@ -51,14 +51,14 @@ class DmaRequests(Protocol):
     """The request lines of DMA1 and DMA2."""
 
     def request(self, line: str) -> bool:
-        """Make one transfer for ``line`` ("I2C2_RX", RM0368 tables 28, 29); False without a stream."""
+        """Make one transfer for ``line`` ("I2C2_RX", RM0368 tables 28, 29); return False if no stream serves it."""
         ...
 
     def remaining(self, line: str) -> int: ...
 
 
 class Memory(Protocol):
-    """The bus matrix for DMA (RM0368 section 2.1). Accesses have side effects and 1, 2 or 4 bytes."""
+    """The bus matrix for DMA (RM0368 section 2.1). Accesses have 1, 2 or 4 bytes, and side effects."""
 
     def read(self, address: int, size: int) -> bytes | None: ...
 
@@ -84,7 +84,7 @@ class Soc:
 
 
 class InterruptInput:
-    """One NVIC input, active while any of its sources is. Peripherals share it, each under a ``source`` name."""
+    """One NVIC input, active while any source is active. Each peripheral uses a different ``source`` name."""
 
     def __init__(self, soc: Soc, number: int) -> None:
         self.number = number
@@ -120,7 +120,7 @@ class Peripheral:
     """
 
     index: int | None = None
-    """The index among the peripherals in C; None in Python."""
+    """Index among the peripherals implemented in C; None if implemented in Python."""
     REGISTERS: ClassVar[dict[int, int]] = {}
     NAMES: Mapping[int, str] = MappingProxyType({})
     """The manual's names of registers, by offset."""
@@ -156,7 +156,7 @@ class Peripheral:
         return self.registers.get(offset, 0)
 
     def peek(self, offset: int) -> int:
-        """Return the word without side effects."""
+        """Return the register's word without side effects."""
         return self.registers.get(offset, 0)
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
@@ -170,16 +170,16 @@ class Peripheral:
         return True
 
     def read_with_validity(self, offset: int) -> tuple[int, int]:
-        """Return ``read`` and its validity without accesses and events, ``NOT_CACHEABLE_PS`` after a side effect."""
+        """Return ``read`` and the time of its next change; ``NOT_CACHEABLE_PS`` if the read has a side effect."""
         pure = self.pure_read(offset)
         value = self.read(offset)
         return value, self.next_change_ps() if pure else NOT_CACHEABLE_PS
 
     def same_write_until_ps(self, offset: int, value: int) -> int:
-        """Return until when the write just made would have no effect again, unless another access comes between."""
+        """Return the time until which the same write, repeated without another access, has no effect."""
         del offset, value
         return NOT_CACHEABLE_PS
 
     def next_change_ps(self) -> int:
-        """Return the next change without access and event."""
+        """Return the time of the next change that needs no access and no event."""
         return NEVER_PS

@@ -1,7 +1,7 @@
 """RTC: calendar, backup registers, write protection (RM0368 section 17).
 
-INITF and RSF take no time, on the chip two RTC clocks. Invalid dates carry over. Notes report alarms, wake-up timer,
-tamper, time stamp, calibration and 12 hour format as not modelled.
+INITF and RSF are set at once; on the chip this takes two RTC clocks. Invalid dates carry over into the next unit. Notes
+report alarms, wake-up timer, tamper, time stamp, calibration and 12 hour format as not modelled.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def bcd(value: int) -> int:
 
 
 def from_bcd(value: int) -> int:
-    """Return the number of a BCD value."""
+    """Return the decimal value of a BCD number."""
     return (value >> 4) * 10 + (value & 0xF)
 
 
@@ -69,7 +69,7 @@ _BACKUP = range(rtc.BKPxR.addr, rtc.BKPxR.addr + rtc.BKPxR.count * rtc.BKPxR.ste
 
 
 class Rtc(Peripheral, declared=DECLARED["RTC"]):
-    """Real-time clock, which only a backup domain reset changes."""
+    """Real-time clock; only a backup domain reset resets it."""
 
     def __init__(self, soc: Soc, name: str, base: int, pwr: Pwr, rcc: Rcc) -> None:
         super().__init__(soc, name, base)
@@ -82,8 +82,8 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
     def _power_on(self) -> None:
         self.registers = dict(self.REGISTERS)
         self._hz = self._rcc.rtc_hz()
-        self._keys = 0  # of the unlock sequence
-        self._cycles = 0  # of the RTC clock since the century began, at ``_since_ps``
+        self._keys = 0  # number of correct keys of the unlock sequence so far
+        self._cycles = 0  # RTC clocks from the start of the century to ``_since_ps``
         self._since_ps = self.soc.clock.now_ps
         self._first_weekday = 1  # weekday of the century's first day
 
@@ -108,7 +108,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         return self.peek(offset)
 
     def read_with_validity(self, offset: int) -> tuple[int, int]:
-        """Return the calendar with the time of its next change."""
+        """Return the calendar registers, and the time of their next change."""
         value = self.read(offset)
         if offset not in {TR, DR, SSR} or self.registers[ISR] & _INITF or not self._hz:
             return value, NEVER_PS
@@ -120,7 +120,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         return offset not in {TR, DR, SSR}
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        """Write if DBP and keys allow; the calendar in initialisation mode only (17.3.5)."""
+        """Write if DBP and keys allow it; the calendar is writable in initialisation mode only (17.3.5)."""
         value &= mask
         if offset == WPR:
             expected = _KEYS[self._keys] if self._keys < len(_KEYS) else None
@@ -154,7 +154,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
     # -- calendar ---------------------------------------------------------------------------------------
 
     def _initialise(self, wanted: bool) -> None:
-        """Stop the calendar, or start at the new time."""
+        """Stop the calendar, or start it at the newly set time."""
         running = not self.registers[ISR] & _INITF
         if wanted and running:
             shown = {offset: self.peek(offset) for offset in (TR, DR)}
@@ -169,13 +169,13 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             initialised = _INITS if self.registers[DR] >> 16 & 0xFF else 0  # the year is not 0 (17.6.4)
             self.registers[ISR] = self.registers[ISR] & ~(_INIT | _INITF | _INITS) | _RSF | initialised
         elif running:
-            self.registers[ISR] |= _RSF  # set again soon after software clears it
+            self.registers[ISR] |= _RSF  # the chip sets it again soon after software clears it
 
     def _asynchronous(self) -> int:
         return rtc.PRER.PREDIV_A.get(self.registers[PRER]) + 1
 
     def _cycles_per_s(self) -> int:
-        """Return the RTC clocks in a second (17.3.1)."""
+        """Return the number of RTC clocks per second (17.3.1)."""
         return self._asynchronous() * (rtc.PRER.PREDIV_S.get(self.registers[PRER]) + 1)
 
     def _now_cycles(self) -> int:

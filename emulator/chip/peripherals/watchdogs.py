@@ -1,6 +1,6 @@
 """The watchdogs: IWDG on LSI (RM0368 section 15), and WWDG on PCLK1 / 4096 (section 16).
 
-LSI is 32 kHz here but 17 to 47 kHz on the board. The prescaler of IWDG runs on when the counter is reloaded. Its
+LSI is 32 kHz in the model, but 17 to 47 kHz on the board. A reload of IWDG does not reset its prescaler. IWDG's new
 settings take effect at the next reload (PVU and RVU are not modelled). On the chip WWDG's first count may be shorter.
 """
 
@@ -26,7 +26,7 @@ _UNLOCK, _RELOAD, _START = 0x5555, 0xAAAA, 0xCCCC
 
 
 class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
-    """Resets the chip unless reloaded; only a reset stops it."""
+    """Independent watchdog: resets the chip unless firmware reloads it; only a reset stops it."""
 
     def __init__(self, soc: Soc, name: str, base: int) -> None:
         super().__init__(soc, name, base)
@@ -34,7 +34,7 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
         self._deadline_ps: int | None = None
         self._event: Event | None = None
         self._event_ps = 0
-        self._since_ps = 0  # of the prescaler
+        self._since_ps = 0  # start of the prescaler
         self._same_until_ps = NOT_CACHEABLE_PS
 
     def reset(self) -> None:
@@ -61,7 +61,7 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
             self._reload()
 
     def _reload(self) -> None:
-        """Reload; the event moves when it fires, because reloads would fill the clock's queue."""
+        """Reload. The reset event is moved only when it fires, because frequent moves would fill the clock's queue."""
         divider = 4 << min(self.registers[IWDG_PR], 6)
         if self._deadline_ps is None:
             self._since_ps = self.soc.clock.now_ps
@@ -81,7 +81,7 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
         return self._since_ps - (-cycles * PS_PER_S // LSI_HZ)
 
     def same_write_until_ps(self, offset: int, value: int) -> int:
-        """A reload within the same count of the prescaler changes nothing."""
+        """Return until when another reload has no effect: the end of the current count."""
         if offset != IWDG_KR or value & 0xFFFF != _RELOAD:
             return NOT_CACHEABLE_PS
         return NEVER_PS if self._deadline_ps is None else self._same_until_ps
@@ -102,11 +102,11 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
 WWDG_CR, WWDG_CFR, WWDG_SR = offsets(wwdg.CR, wwdg.CFR, wwdg.SR)
 
 _WDGA, _EWI, _EWIF = masks(wwdg.CR.WDGA, wwdg.CFR.EWI, wwdg.SR.EWIF)
-_T6 = 1 << 6  # of CR.T: if it is clear, the chip is reset
+_T6 = 1 << 6  # highest bit of CR.T: the chip is reset if it is 0
 
 
 class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
-    """Resets the chip when the counter falls below 0x40, or is written above the window."""
+    """Window watchdog: resets the chip if the counter falls below 0x40, or is written while above the window."""
 
     def __init__(self, soc: Soc, name: str, base: int, irq: InterruptInput) -> None:
         super().__init__(soc, name, base)
@@ -137,7 +137,7 @@ class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
             self._reload(value, mask)
         elif offset == WWDG_CFR:
             self._store_counter()
-            early = self.registers[WWDG_CFR] & _EWI  # only a reset clears it (16.6.2)
+            early = self.registers[WWDG_CFR] & _EWI  # only a reset clears EWI (16.6.2)
             super().write(offset, value, mask)
             self.registers[WWDG_CFR] |= early
             self._plan()

@@ -1,13 +1,13 @@
 /* I2C1 to I2C3 as bus master (RM0368 section 18).
  *
- * A message is a sequence of operations: start, address, bytes, stop (18.3.3, figures 163, 164). After each the
- * peripheral continues as STOP, START and DR request, or holds SCL low. The end of an operation is a deferred event,
- * or a scheduled one while an interrupt or DMA waits for it.
+ * A message is a sequence of operations: start, address, bytes, stop (18.3.3, figures 163, 164). After each operation
+ * STOP, START and DR select the next one; without a request the peripheral holds SCL low. The end of an operation is
+ * a scheduled event while an interrupt or DMA waits for it, otherwise a deferred event.
  *
- * The receiver has two stages, DR and shift register; when both are full (BTF), SCL is held until DR is read. ACK
- * applies at the end of a byte; with POS the first byte's answer is the ACK of the time when the address was sent.
- * HAL reads two bytes this way. After a byte without acknowledge SCL is held, so that a late STOP costs no byte. On
- * the chip this is certain only while DR is full.
+ * The receiver has two stages, DR and shift register; when both are full (BTF), SCL stays low until DR is read. ACK is
+ * evaluated at the end of a byte; with POS, the first byte uses the value that ACK had when the address was sent. HAL
+ * reads two bytes this way. After a byte without acknowledge SCL stays low, so that a late STOP loses no byte. On the
+ * chip this is certain only while DR is full.
  *
  * TXE is set with ADDR after a transmitter's address (EV6 and EV8_1 of figure 163). A START clears TXE and BTF. STOP
  * and START wait for the shift register; a byte in DR is lost. A note reports a request while TXE is 0, because the
@@ -23,11 +23,11 @@
 
 #include "generated/registers_i2c.h"
 
-/* Software clears these by writing 0. */
+/* Flags that software clears by writing 0. */
 #define SR1_ERRORS  \
   (SR1_BERR | SR1_ARLO | SR1_AF | SR1_OVR | SR1_PECERR | SR1_TIMEOUT | SR1_SMBALERT)
 
-enum { FAST_MODE_HZ = 400000 }; /* limit of the sensors */
+enum { FAST_MODE_HZ = 400000 }; /* highest clock of the sensors */
 enum { NO_FUNCTION = 255 };
 
 enum Completion {
@@ -39,15 +39,15 @@ enum Completion {
   DONE_RECEIVE,
 };
 
-/* The current operation, or the event for which SCL is held. */
+/* The current operation, or the event for which SCL is held low. */
 enum Phase {
   PHASE_IDLE,
   PHASE_BUSY,
-  PHASE_ADDRESS,   /* the address in DR */
-  PHASE_ADDRESSED, /* ADDR to be cleared */
-  PHASE_SEND,      /* DR, STOP or START */
-  PHASE_FULL,      /* DR to be read */
-  PHASE_ENDED,     /* no acknowledge: STOP or START */
+  PHASE_ADDRESS,   /* waits for the address in DR */
+  PHASE_ADDRESSED, /* waits until ADDR is cleared */
+  PHASE_SEND,      /* waits for DR, STOP or START */
+  PHASE_FULL,      /* waits for a read of DR */
+  PHASE_ENDED,     /* no acknowledge: waits for STOP or START */
 };
 
 enum Noted {
@@ -69,7 +69,7 @@ static int64_t now_ps(const I2c *i2c) { return i2c->peripheral.chip->now_ps; }
 
 static int number_of(const I2c *i2c) { return (int)(i2c - i2c->peripheral.chip->i2c); }
 
-/* Without its pins no device answers. */
+/* Without its pins the I2C reaches no device. */
 static bool is_connected(I2c *i2c) {
   char missing[64];
   bool connected = pins_connected(i2c->peripheral.chip, i2c->pins, missing, sizeof missing);
@@ -145,7 +145,7 @@ static void start_when_free(I2c *i2c) {
   }
 }
 
-/* Execute STOP or START between two bytes; false: no request. */
+/* Execute a requested STOP or START between two bytes; return false without a request. */
 static bool stop_or_start(I2c *i2c) {
   if (!(i2c->cr1 & (CR1_START | CR1_STOP))) {
     return false;
@@ -169,7 +169,7 @@ static void continue_bus(I2c *i2c) {
   }
 }
 
-/* Received bytes are kept. */
+/* Received bytes in DR and shift register stay readable. */
 static void end_of_sending(I2c *i2c) {
   if (i2c->sr2 & SR2_TRA) {
     i2c->sr1 &= ~(uint32_t)(SR1_TXE | SR1_BTF);
@@ -244,7 +244,7 @@ static void sent(I2c *i2c) {
   }
 }
 
-/* ACK, POS, and LAST with DMA. */
+/* Return the answer to the byte, by ACK, POS, and LAST with DMA. */
 static bool acknowledges(I2c *i2c) {
   bool now = i2c->cr1 & CR1_ACK;
   bool acknowledged = i2c->cr1 & CR1_POS ? i2c->acknowledge : now;
@@ -296,7 +296,7 @@ static void i2c_fire(Peripheral *peripheral) {
   }
 }
 
-/* Possible at any point of a message. */
+/* This can happen at any point of a message. */
 static void clear(I2c *i2c) {
   event_cancel(i2c->peripheral.chip, i2c->event);
   i2c_wire_abort(i2c);
@@ -307,7 +307,7 @@ static void clear(I2c *i2c) {
 
 /* -- settings (18.6.2, 18.6.8, 18.6.9) ---------------------------------------------------------------- */
 
-/* The period in clocks of PCLK1; 0 if CCR is 0. */
+/* Return the SCL period in clocks of PCLK1; 0 if CCR is 0. */
 static int64_t clocks_per_bit(uint32_t ccr) {
   int64_t per_period = ccr & CCR_FS ? (ccr & CCR_DUTY ? 25 : 3) : 2; /* 9 + 16, 1 + 2, 1 + 1 */
   return per_period * (ccr & CCR_CCR);
@@ -340,7 +340,7 @@ static void set_rate(I2c *i2c) {
   }
 }
 
-/* Note forbidden settings; the clock runs nevertheless. */
+/* Add notes about forbidden settings; SCL runs nevertheless. */
 static void check_settings(I2c *i2c) {
   Peripheral *peripheral = &i2c->peripheral;
   int64_t pclk_hz = peripheral->chip->clocks.nominal_pclk1_hz, counts = clocks_per_bit(i2c->ccr);
@@ -401,7 +401,7 @@ static void clear_addr(I2c *i2c) {
   }
 }
 
-/* The shift register moves up; SCL is released. */
+/* The byte in the shift register moves to DR; SCL is released. */
 static uint32_t read_data(I2c *i2c) {
   uint32_t value = i2c->dr;
   if (i2c->shift_full) {
@@ -435,7 +435,7 @@ static uint32_t i2c_peek(const Peripheral *peripheral, uint32_t offset) {
   }
 }
 
-/* SR1, SR2 clears ADDR (18.6.6). */
+/* A read of SR1 and then SR2 clears ADDR (18.6.6). */
 static uint32_t read_sr2(I2c *i2c, int64_t *until_ps) {
   int64_t free_ps = i2c_wire_released_ps(i2c);
   uint32_t status = free_ps ? i2c->sr2 | SR2_BUSY : i2c->sr2;

@@ -9,14 +9,14 @@
 #define I2C_BYTES 64
 #define I2C_RECENT 8 /* as in emulator/buses/i2c.py */
 
-/* From start to stop; Python reads this struct. */
+/* A message from start to stop; Python reads this struct. */
 typedef struct {
   int64_t open;
-  int64_t live; /* Python has it, except for the bytes below */
+  int64_t live; /* Python handles it, and lacks only the bytes below */
   int64_t start_ps, end_ps;
   int64_t address, reading, target;
-  int64_t written, subaddress; /* number of bytes, and the first one */
-  int64_t count;               /* of bytes that Python does not have */
+  int64_t written, subaddress; /* number of written bytes, and the first one */
+  int64_t count;               /* number of bytes that Python has not received */
   uint8_t bytes[I2C_BYTES];
 } I2cMessage;
 
@@ -25,21 +25,21 @@ typedef struct {
 typedef struct {
   int32_t (*start)(int64_t now_ps, int32_t address, int64_t start_ps); /* returns enum Answer */
   int32_t (*write)(int64_t now_ps, int32_t value);                     /* returns 1 if acknowledged */
-  /* Return the byte + 256 * (1 + the next sub-address), or without it. */
+  /* Return the byte; if C may read on, plus 256 * (1 + the next sub-address). */
   int32_t (*read)(int64_t now_ps);
   void (*stop)(int64_t now_ps, int64_t end_ps);
   void (*abort)(int64_t now_ps);
-  void (*ended)(int64_t now_ps);          /* recent[] has a message; if chip->detailed */
+  void (*ended)(int64_t now_ps);          /* recent[] has a new message; only if chip->detailed */
   int64_t (*released_ps)(int64_t now_ps); /* 0: no line is held low */
   void (*set_speed)(int64_t now_ps, int64_t hz);
 } I2cCalls;
 
 typedef struct {
-  int64_t has_faults; /* everything is read live */
+  int64_t has_faults; /* Python handles every read */
   int64_t ended;
   I2cMessage message;
   I2cMessage recent[I2C_RECENT];
-  int8_t target_index[128]; /* by address; -1: read live */
+  int8_t target_index[128]; /* by address; -1: Python handles reads */
 } I2cWire;
 
 typedef struct {

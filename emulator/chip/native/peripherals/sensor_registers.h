@@ -15,15 +15,15 @@
 #define OUTPUTS 3
 #define OUTPUT_WIDTH 6
 #define TRAIN_AHEAD 256
-#define POSITION_SYNCED ((int64_t)-1) /* Python has the sub-address */
+#define POSITION_SYNCED ((int64_t)-1) /* Python knows the sub-address, C does not */
 
 enum RegisterAccess { ACCESS_LIVE, ACCESS_MEMORY, ACCESS_STATUS, ACCESS_OUTPUT };
 
 typedef struct {
-  uint64_t version;    /* of the sensor when Python filled this */
-  int64_t at, count;   /* the current sample, and the last one */
-  int64_t taken;       /* samples of which Python does not know */
-  int64_t times[TRAIN_AHEAD + 1]; /* [n]: when sample n + 1 replaces sample n */
+  uint64_t version;    /* the sensor's version when Python filled the train */
+  int64_t at, count;   /* indices of the current sample and the last one */
+  int64_t taken;       /* samples taken by C and not yet reported to Python */
+  int64_t times[TRAIN_AHEAD + 1]; /* [n]: time when sample n + 1 replaces sample n */
   uint64_t holds[OUTPUT_WIDTH], releases[OUTPUT_WIDTH];
   uint8_t samples[(TRAIN_AHEAD + 1) * OUTPUT_WIDTH];
   uint8_t keep[OUTPUT_WIDTH];
@@ -33,15 +33,15 @@ typedef struct {
 } Train;
 
 typedef struct {
-  uint64_t held;   /* by block data update: bytes, by the lowest six bits of the sub-address */
+  uint64_t held;   /* bytes held by block data update; bit number: the lowest six bits of the sub-address */
   uint64_t memory; /* address of the registers' bytes */
   uint8_t next[SUBADDRESSES];
-  uint8_t access[SUBADDRESSES]; /* enum RegisterAccess, + number of the train */
+  uint8_t access[SUBADDRESSES]; /* enum RegisterAccess, plus the train's number */
   uint64_t trains[OUTPUTS]; /* addresses; 0: none */
 } Bank;
 
 typedef struct {
-  /* Return the address of the sensor's bank; 0: read live. BANK_REFUSED: the sensor does not answer. */
+  /* Return the address of the sensor's bank; 0: Python handles reads. BANK_REFUSED: the sensor does not answer. */
   int64_t (*bank)(int64_t now_ps, int32_t target);
   /* Fill the train with the current sample and the next ones, or set is_live. */
   void (*fill)(int64_t now_ps, int32_t target, int32_t train);
@@ -51,8 +51,8 @@ typedef struct {
 
 typedef struct {
   const uint64_t *version;
-  uint64_t known; /* version for which the rest is valid */
-  Bank *bank;     /* NULL: read live */
+  uint64_t known; /* sensor version for which this struct is valid */
+  Bank *bank;     /* NULL: Python handles reads */
   uint8_t increment_bit;
 } Target;
 
@@ -67,12 +67,12 @@ typedef struct {
 void sensor_registers_create(Chip *chip);
 /* Return true if the sensor acknowledges its address. */
 bool target_answers(Chip *chip, Target *target);
-/* Return true if C knows the position, and a bank. */
+/* Return true if C knows the target's position and has its bank. */
 bool target_is_readable(Chip *chip, const Target *target);
 void target_set_position(Chip *chip, const Target *target, uint8_t subaddress);
-/* Read the byte at the position; false: read it live. */
+/* Read the byte at the position; return false if Python must read it. */
 bool target_read(Chip *chip, Target *target, uint8_t *byte);
-/* The bus has changed: ask Python again. */
+/* Call Python for every bank again, because the bus has changed. */
 void target_invalidate(Target *target);
 
 #endif

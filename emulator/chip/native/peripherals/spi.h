@@ -6,14 +6,14 @@
 
 #define SPIS 3
 #define SPI_SENSORS 4
-#define SPI_RECEIVED 256 /* bytes of an answer in C; longer ones in Python */
+#define SPI_RECEIVED 256 /* longest answer in C; Python handles longer ones */
 #define SPI_RECENT 8
 
-#define SPI_READ 0x80u     /* first byte: the sensor answers */
-#define SPI_UNDRIVEN 0xFFu /* read without a driver */
+#define SPI_READ 0x80u     /* bit of the first byte: the host reads */
+#define SPI_UNDRIVEN 0xFFu /* value read if no device drives the line */
 #define SPI_NOTHING (-1)
 
-/* Bytes between two edges of a chip select. */
+/* A message: the bytes between two edges of a chip select. */
 typedef struct {
   int64_t start_ps, end_ps;
   int32_t sensor;
@@ -24,34 +24,34 @@ typedef struct {
 
 typedef struct {
   int64_t at_ps;
-  int32_t byte; /* SPI_NOTHING: a byte was read */
+  int32_t byte; /* byte sent by the host; SPI_NOTHING: the host only received */
 } SpiUnaddressed;
 
 /* Callbacks into Python, by the number of the sensor. */
 typedef struct {
-  /* Settings for the following bytes. */
+  /* Apply settings to the following bytes. */
   void (*configure)(int64_t now_ps, int32_t speed_hz, int32_t mode, int32_t wires);
-  /* Python takes over, with the bytes so far. Return 1 if the sensor has power. */
+  /* Python takes over the message with its bytes so far. Return 1 if the sensor has power. */
   int32_t (*open)(int64_t now_ps, const SpiMessage *message);
   void (*send)(int64_t now_ps, int32_t sensor, int32_t byte);
   int32_t (*receive)(int64_t now_ps, int32_t sensor, int32_t wires);
   void (*close)(int64_t now_ps, int32_t sensor);
-  /* While chip->detailed: a message can be taken. */
+  /* A message has been recorded; only while chip->detailed. */
   void (*ended)(int64_t now_ps);
 } SpiCalls;
 
 typedef struct {
   int32_t port, pin;
-  int32_t target;     /* of sensor_registers.h; negative: read live */
-  uint8_t is_powered; /* has power and answers */
+  int32_t target;     /* index in sensor_registers.h; negative: Python handles reads */
+  uint8_t is_powered; /* the sensor has power and answers */
   uint8_t is_selected, is_live, is_reading;
   SpiMessage message;
 } SpiSensor;
 
 typedef struct {
   SpiCalls calls;
-  uint8_t has_devices; /* now or later */
-  uint8_t wires;       /* 3 or 4, for reading */
+  uint8_t has_devices; /* devices are or will be connected */
+  uint8_t wires;       /* wires for reading: 3 or 4 */
   int32_t mode, speed_hz;
   int32_t sensor_count;
   SpiSensor sensors[SPI_SENSORS];
@@ -72,12 +72,12 @@ typedef struct {
   uint32_t to_send, received;
   int32_t shift; /* SPI_NOTHING: receive only */
   uint8_t is_busy;
-  uint8_t data_read; /* since OVR; then SR clears it */
+  uint8_t data_read; /* DR was read since OVR: a read of SR clears OVR */
   uint8_t modf_seen;
   uint8_t in_dma;
   uint8_t wants_events;
   uint8_t is_connected;
-  int32_t configured_cr1; /* of the line's settings */
+  int32_t configured_cr1; /* CR1 of the line's present settings */
   int64_t byte_ps;
   int32_t event;
   SpiLine line;

@@ -1,8 +1,8 @@
 /* Devices at the pins of an SPI: sensors at chip selects (GPIO pins), and an absent module.
  *
  * A message is the bytes between two edges of a chip select. A byte goes to the sensors that are selected when it
- * ends. The sensors pull chip selects up (LSM6DSL, LIS2MDL, LPS22HB datasheets, 2). Two selected sensors drive the
- * line against each other: the host reads the AND, with a note.
+ * ends. The sensors pull their chip selects up (LSM6DSL, LIS2MDL, LPS22HB datasheets, 2). Two selected sensors drive
+ * the line against each other: the host reads the AND, with a note.
  *
  * C reads the sensor's registers (sensor_registers.h). Python takes over for registers that are read live, if registers
  * are written, and for sequences that no driver uses.
@@ -36,7 +36,7 @@ static void write_sensor(Spi *spi, SpiSensor *sensor, uint8_t byte) {
   spi->line.calls.send(spi->peripheral.chip->now_ps, sensor->message.sensor, byte);
 }
 
-/* Return false if Python must be asked. */
+/* Return false if Python must handle the byte. */
 static bool read_register(Spi *spi, SpiSensor *sensor, uint8_t *byte) {
   Chip *chip = spi->peripheral.chip;
   SpiMessage *message = &sensor->message;
@@ -120,7 +120,7 @@ static void deselect_sensor(Spi *spi, SpiSensor *sensor) {
 
 static void chip_select_changed(Peripheral *peripheral, int pin, bool level) {
   Spi *spi = (Spi *)peripheral;
-  (void)level; /* another port may have this pin, too */
+  (void)level; /* not used: another port may also drive this pin */
   for (int n = 0; n < spi->line.sensor_count; n++) {
     SpiSensor *sensor = &spi->line.sensors[n];
     bool is_high = peripheral->chip->gpio.ports[sensor->port].input >> sensor->pin & 1;
@@ -130,7 +130,7 @@ static void chip_select_changed(Peripheral *peripheral, int pin, bool level) {
   }
 }
 
-/* A message in progress continues live. */
+/* Python continues a message in progress. */
 static void invalidate_targets(Spi *spi) {
   for (int n = 0; n < spi->line.sensor_count; n++) {
     SpiSensor *sensor = &spi->line.sensors[n];
@@ -240,7 +240,7 @@ void fcu_add_absent_spi_device(Chip *chip, int32_t spi, int32_t port, int32_t pi
   line->on_absent_access = on_access;
 }
 
-/* Return the index in a ring of the oldest record that was not taken; -1: none. */
+/* Return the ring index of the oldest record that Python has not read; -1: none. */
 static int take_oldest(uint32_t count, uint32_t *taken) {
   *taken = count - *taken > SPI_RECENT ? count - SPI_RECENT : *taken;
   return *taken == count ? -1 : (int)((*taken)++ % SPI_RECENT);

@@ -7,16 +7,16 @@
 #define USARTS 3
 #define USART_BUFFER 256
 
-/* The frame takes num / den ps. */
+/* Duration of a frame: num / den ps. */
 typedef struct {
   int64_t num, den;
 } UsartFrame;
 
-/* Frames without a gap, timed from the first one, so that they do not drift. */
+/* Frames without a gap. Times are computed from the first frame, so that rounding errors do not add up. */
 typedef struct {
   int64_t start_ps, count;
   UsartFrame frame;
-  uint8_t connected; /* pin switched to the USART */
+  uint8_t connected; /* the pin is switched to the USART */
 } UsartRun;
 
 typedef struct {
@@ -27,15 +27,15 @@ typedef struct {
   UsartFrame frame;
 
   UsartRun run;
-  int64_t txe_ps, idle_ps; /* DR is empty; the line is idle */
-  int64_t tc_ps;           /* TC is set */
-  int16_t pending_byte;    /* until TE and UE are set; -1: none */
-  uint8_t sr_read;         /* since a write of DR: the next one clears TC */
+  int64_t txe_ps, idle_ps; /* times when DR is empty, and when the line is idle */
+  int64_t tc_ps;           /* time when TC is set */
+  int16_t pending_byte;    /* byte that waits until TE and UE are set; -1: none */
+  uint8_t sr_read;         /* SR was read since the last write of DR: the next write clears TC */
   /* Bytes that Python has not received. */
   uint8_t buffer[USART_BUFFER];
   int32_t buffer_length;
 
-  int16_t rx_byte; /* RXNE; -1: none */
+  int16_t rx_byte; /* received byte (RXNE); -1: none */
   uint8_t received;
   uint8_t overrun, idle;
   uint32_t last_sr; /* flags that reading DR clears */
@@ -43,13 +43,13 @@ typedef struct {
   uint8_t wants_events;
   uint8_t in_dma;
 
-  PinFunction pins[2];   /* of the terminal; function 255 ends them */
-  int32_t terminal_baud; /* 0: none */
+  PinFunction pins[2];   /* the terminal's pins; function 255 ends the list */
+  int32_t terminal_baud; /* 0: no terminal */
 } Usart;
 
 /* Callbacks into Python, or NULL. */
 typedef struct {
-  /* Frames from number `first` of a run. detailed: the trace needs them. */
+  /* Frames of a gapless run, from number `first` on. detailed: the trace needs them. */
   void (*sent)(int64_t now_ps, int32_t peripheral, int64_t start_ps, int64_t num, int64_t den, int32_t connected,
                int64_t first, const uint8_t *bytes, int32_t length, int32_t detailed);
   /* The last of these bytes was overwritten. */
