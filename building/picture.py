@@ -69,8 +69,8 @@ def main() -> None:
         [sys.executable, "-m", "fcu_emulator", *COMMAND], cwd=ROOT, stderr=subprocess.PIPE, text=True
     )
     assert served.stderr is not None
-    address = next(found[0] for line in served.stderr if (found := re.search(r"http://\S+", line)))
     try:
+        address = next(found[0] for line in served.stderr if (found := re.search(r"http://\S+", line)))
         with sync_playwright() as driver:
             browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=ARGUMENTS)
             context = browser.new_context(bypass_csp=True, viewport=SIZE, color_scheme="light")

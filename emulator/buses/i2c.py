@@ -22,7 +22,18 @@ STANDARD_MODE_HZ = 100_000
 FAST_MODE_HZ = 400_000
 BUSY_TIMEOUT_PS = 25 * PS_PER_MS  # I2C_TIMEOUT_BUSY_FLAG of ST's HAL
 SCANNED_ADDRESSES = 8
+
 """Firmware that tries at least this number of unused addresses is searching for devices."""
+
+
+def is_scan(counts: Iterable[int]) -> bool:
+    """Return whether failed transfers, counted by address, are a search of the bus.
+
+    A search asks many addresses equally often; one that fails more often is also used by the firmware.
+    """
+    most = sorted(counts, reverse=True)
+    return len(most) >= SCANNED_ADDRESSES and most[0] <= 2 * most[SCANNED_ADDRESSES - 1]
+
 
 BUS_ERROR = "bus error, a misplaced start or stop"
 ARBITRATION_LOST = "arbitration lost to another master"

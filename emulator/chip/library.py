@@ -55,7 +55,7 @@ _HOST_CALLS: Final[tuple[tuple[str, Any], ...]] = (
     ("read", ctypes.CFUNCTYPE(_u32, _i64, _u32, _u32)),
     ("write", ctypes.CFUNCTYPE(None, _i64, _u32, _u32, _u32)),
     ("note", ctypes.CFUNCTYPE(None, _i64, _i32, _i32, ctypes.c_char_p)),
-    ("ignored_access", ctypes.CFUNCTYPE(None, _i64, _i32, _u32, _i32, _u32)),
+    ("ignored_access", ctypes.CFUNCTYPE(_i32, _i64, _i32, _u32, _i32, _u32)),
     ("fault", ctypes.CFUNCTYPE(None, _i64, _i32, _u32, _u32, _u32)),
     ("locked_up", ctypes.CFUNCTYPE(None, _i64, _u32)),
     ("reset", ctypes.CFUNCTYPE(None, _i64, _i32)),
@@ -462,9 +462,11 @@ class FcuChip:
             name = self._by_index[peripheral].name
             self.trace.add(DeviceNote(self.clock.now_ps, name, NOTE_KINDS[kind], text.decode()))
 
-    def _ignored_access(self, peripheral: int, offset: int, what: int, value: int) -> None:
+    def _ignored_access(self, peripheral: int, offset: int, what: int, value: int) -> bool:
+        """Return whether the access was reported, once for each register and reason."""
         del value
         self.on_ignored_access(self._by_index[peripheral], offset, what)
+        return True
 
     def _fault(self, exception: int, cfsr: int, hfsr: int, address: int) -> None:
         """Do nothing; :class:`Core` overrides these methods."""

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 
 from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
-from fcu_emulator.emulator.buses.i2c import SCANNED_ADDRESSES
+from fcu_emulator.emulator.buses.i2c import is_scan
 from fcu_emulator.emulator.chip.memory_map import CHIP_NAME
 from fcu_emulator.emulator.cli.run_figures import figures
 from fcu_emulator.emulator.cli.screen import Look, ProgressLine, Say, is_terminal, say
@@ -98,11 +98,11 @@ def _no_answer(address: int) -> str:
 
 
 def _bus_errors(board: Board) -> Iterator[str]:
-    silent: dict[str, set[int]] = {}
+    silent: dict[str, Counter[int]] = {}
     for one in board.trace.of(BusTransfer):
         if one.result == _no_answer(one.address):
-            silent.setdefault(one.bus, set()).add(one.address)
-    scanned = {bus: addresses for bus, addresses in silent.items() if len(addresses) >= SCANNED_ADDRESSES}
+            silent.setdefault(one.bus, Counter())[one.address] += 1
+    scanned = {bus: addresses for bus, addresses in silent.items() if is_scan(addresses.values())}
     for bus, addresses in scanned.items():
         yield f"{bus}: no answer at {len(addresses)} addresses, from 0x{min(addresses):02X} to 0x{max(addresses):02X}"
     for (bus, result), count in failed_transfers(board).most_common():

@@ -33,8 +33,8 @@ from fcu_emulator.sensors.lsm6dsl.declaration import LSM6DSLErrors
 BOARDS = 200
 """Number of drawn boards, with seeds from 0."""
 _TEMPLATE_ACC_HZ = 20.0  # noise bandwidth with the template's settings: ODR / 400
-_TEMPLATE_BAROMETER = BarometerSettings(Fraction(25), low_current=False, divisor=0)
-_METRES_PER_HPA = 8.4
+_TEMPLATE_BAROMETER = BarometerSettings(Fraction(25), low_current=True, divisor=0)
+_METRES_PER_HPA = 9.0
 _ON_BOARD = next(
     np.array(next(iter(mounted.mountings.values())))
     for mounted in FCU001V1.parts

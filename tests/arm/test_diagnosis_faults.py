@@ -185,3 +185,33 @@ def test_last_reset_is_reported_with_reason_and_time(reasons: tuple[str, ...], r
     assert (diagnosis is None) is (not reported)
     assert diagnosis is None or diagnosis.kind == "reset"
     assert reported in str(diagnosis)
+
+
+# -- stores that the flash refuses ------------------------------------------------------------------------
+
+STORE_AT_4096 = (0x2001, 0x0300, 0x6000, 0xE7FE)  # MOVS R0, #1; LSLS R0, R0, #12; STR R0, [R0]; B .
+FLASH_KEYR, FLASH_CR = 0x4002_3C04, 0x4002_3C10
+KEYS = (0x4567_0123, 0xCDEF_89AB)
+
+
+def lost_store(control: int | None) -> int | None:
+    """The address of the recorded lost store after one to address 4096; ``control``: CR of the unlocked flash."""
+    board = template()
+    patch(board, "main", *STORE_AT_4096)
+    assert board.chip is not None
+    for key in KEYS if control is not None else ():
+        board.chip.core.poke(FLASH_KEYR, key.to_bytes(4, "little"))
+    if control is not None:
+        board.chip.core.poke(FLASH_CR, control.to_bytes(4, "little"))
+    board.run_for(0.001)
+    found = board.chip.faults.lost_store
+    return None if found is None else found.address
+
+
+def test_store_through_null_structure_is_recorded() -> None:
+    assert lost_store(None) == 4096
+
+
+def test_refused_programming_is_not_a_null_store() -> None:
+    """RM0368 3.6.4: a word with PSIZE 0 (bytes) sets PGPERR; the address is meant."""
+    assert lost_store(control=1) is None

@@ -230,6 +230,16 @@ def test_full_duplex_equals_the_board_master() -> None:
     assert exchange(bench, b"\xc5\0\0\0")[1:] == b"\x11\x22\x33"
 
 
+def test_first_full_duplex_message_reads_the_sensor() -> None:
+    """After power-on the LSM6DSL has four wires, and SPI2 has sent nothing before."""
+    bench = CommBench()
+    put(bench, LSM6DSL, 1)  # before it is an output, so that the sensor sees no edge
+    output(bench, LSM6DSL)
+    bench.write(bench.spi2, CR1, FULL_DUPLEX | SPE)
+    put(bench, LSM6DSL, 0)
+    assert exchange(bench, b"\x8f\0")[1:] == b"\x6a"
+
+
 def test_unread_frame_is_an_overrun() -> None:
     """20.3.10: the frame that comes later is lost; DR, then SR clears OVR."""
     bench = CommBench()

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from fcu_emulator import Board, InputError
+from fcu_emulator.emulator.buses.i2c import is_scan
 from fcu_emulator.sensors import AccessError
 from tests.support.sensor_fakes import SENSORS, Chip
 from tests.support.words import Words
@@ -139,3 +140,17 @@ def test_an_i2c_address_has_7_bits(address: Any, words: Words) -> None:
         Board().i2c2.write(address, b"\x00")
     assert caught.value.kind == "i2c_address"
     words("python", str(caught.value))
+
+
+@pytest.mark.parametrize(
+    ("counts", "scan"),
+    [
+        ([1] * 8, True),
+        ([3] * 120, True),
+        ([1] * 7, False),
+        ([800, *[1] * 119], False),  # a wrong address that is used besides a scan
+        ([2, *[1] * 7], True),
+    ],
+)
+def test_scan_asks_many_addresses_equally(counts: list[int], scan: bool) -> None:
+    assert is_scan(counts) == scan

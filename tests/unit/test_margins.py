@@ -156,11 +156,11 @@ def test_altitude_error_excludes_constant_offset() -> None:
     settings = SensorSettings("ideal", {"lps22hb": {"pressure_bias_hpa": 2.0}})
 
     assert sensor_error("Altitude", 3.0, settings) == 0
-    noise_hpa = np.hypot(0.0075 * 1.4, 0.02)  # of the barometer without filter, and of the room
+    noise_hpa = np.hypot(0.0075 * 1.6, 0.02)  # of the barometer with the lab's settings, and of the room
     largest = sensor_error("Altitude", 3.0, SensorSettings("typical"))
-    assert largest == pytest.approx(3 * np.sqrt(2) * 8.4 * noise_hpa, rel=0.01)
+    assert largest == pytest.approx(3 * np.sqrt(2) * 9.0 * noise_hpa, rel=0.01)
     still = sensor_error("Altitude", 3.0, SensorSettings("typical"), BoardErrors())
-    assert still == pytest.approx(3 * np.sqrt(2) * 8.4 * 0.0075 * 1.4, rel=0.01)
+    assert still == pytest.approx(3 * np.sqrt(2) * 9.0 * 0.0075 * 1.6, rel=0.01)
 
 
 def test_shipped_rubric_has_no_warning() -> None:

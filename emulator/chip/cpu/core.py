@@ -329,7 +329,7 @@ class Core(FcuChip):
         elif not self.store_to_flash(address & FLASH_SIZE - 1, size, value):
             self.on_lost_store(address)
 
-    def _ignored_access(self, peripheral: int, offset: int, what: int, value: int) -> None:
+    def _ignored_access(self, peripheral: int, offset: int, what: int, value: int) -> bool:
         kind, done = _IGNORED_ACCESSES[what]
         one = self.peripheral_by_index(peripheral)
         if kind == "unknown":
@@ -337,7 +337,8 @@ class Core(FcuChip):
         elif done == "read":
             self.python.report_clock(one, offset, done)
         else:
-            self.python.report_write_without_clock(one, offset, value)
+            return self.python.report_write_without_clock(one, offset, value)
+        return True
 
     def _fault(self, exception: int, cfsr: int, hfsr: int, address: int) -> None:
         self.on_fault(CoreFault(exception, cfsr, hfsr, address if cfsr & 1 << 15 else None))

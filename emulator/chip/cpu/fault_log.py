@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from fcu_emulator.emulator.chip.cpu.core import Core
 from fcu_emulator.emulator.chip.cpu.exceptions import FAULT_HANDLERS, STKERR, CoreFault
 from fcu_emulator.emulator.chip.memory_map import RAM
-from fcu_emulator.emulator.chip.registers import address_of, scb
+from fcu_emulator.emulator.chip.registers import address_of, flash, scb
 from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_US
 
 CORE = struct.Struct("<17I")
 _CFSR, _HFSR = address_of("SCB", scb.CFSR), address_of("SCB", scb.HFSR)
+_FLASH_CR, _PG = address_of("FLASH", flash.CR), flash.CR.PG.mask
 _SOON_PS = PS_PER_MS
 _SP, _LR, _XPSR = 13, 14, 16
 
@@ -91,8 +92,9 @@ class FaultLog:
         core.on_lost_store = self._record_lost_store
 
     def _record_lost_store(self, address: int) -> None:
-        if self.lost_store is None:
-            core = self._core
+        core = self._core
+        is_programming = (core.peek(_FLASH_CR) or 0) & _PG  # then it is an error of the order or the size
+        if self.lost_store is None and not is_programming:
             registers = CORE.unpack(core.core_state())
             self.lost_store = LostStore(core.clock.now_ps, address, registers, bytes(core.ram))
 

@@ -149,12 +149,14 @@ class PythonPeripherals:
         text = f"{name} {what} while the peripheral has no clock; set {GATES.get(peripheral.name, 'its bit in RCC')}"
         self._report(peripheral, "forbidden", text)
 
-    def report_write_without_clock(self, peripheral: Peripheral, register: int, value: int) -> None:
-        """Report a write that would have changed the register from its value after reset."""
+    def report_write_without_clock(self, peripheral: Peripheral, register: int, value: int) -> bool:
+        """Report a write that would have changed the register from its value after reset; False: it would not."""
         declared = DECLARED.get(peripheral.name)
         known = declared.by_offset.get(register) if declared else None
-        if known is None or (value ^ known.reset) & known.stored:
+        changes = known is None or bool((value ^ known.reset) & known.stored)
+        if changes:
             self.report_clock(peripheral, register, "written")
+        return changes
 
     def report_unknown(self, peripheral: Peripheral, register: int, what: str) -> None:
         text = f"offset 0x{register:02X} {what}; no register has this offset"

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Protocol
 
 from fcu_emulator.emulator.boards.description import BoardSignals
-from fcu_emulator.emulator.buses.i2c import SCANNED_ADDRESSES
+from fcu_emulator.emulator.buses.i2c import is_scan
 from fcu_emulator.emulator.chip.chip import Chip
 from fcu_emulator.emulator.chip.cpu.core import Core
 from fcu_emulator.emulator.chip.cpu.fault_log import CORE, FaultLog, FaultRecord, word_of
@@ -157,9 +157,10 @@ def _unanswered(arm: RunningFirmware, transfers: RecentTransfers) -> Diagnosis |
         for event in signals.trace.of(BusTransfer)
         if event.bus in signals.i2c and event.result != "ok" and not event.device
     ]
-    if not failed or len({one.address for one in failed}) >= SCANNED_ADDRESSES:
+    counts = Counter((one.bus, one.address) for one in failed)
+    if not failed or is_scan(counts.values()):
         return None
-    ((bus, address), count), *_ = Counter((one.bus, one.address) for one in failed).most_common(1)
+    ((bus, address), count), *_ = counts.most_common(1)
     cause = nobody(signals, signals.i2c[bus], address)
     these = [one for one in failed if (one.bus, one.address) == (bus, address)][-TRANSFERS_SHOWN:]
     details = (

@@ -107,11 +107,11 @@ class Interrupts:
             return "SysTick is off: HAL_Init() was not called, or HAL_SuspendTick() was."
         if self.preempts(SYS_TICK):
             return ""
-        if any(masks.primask or masks.faultmask for masks in self._masks):
+        if all(masks.primask or masks.faultmask for masks in self._masks):
             return "interrupts are switched off: __disable_irq() without __enable_irq()."
         priority = self._core.priority
         if not self.handled:
-            basepri = self._masks[0].basepri
+            basepri = max(masks.basepri for masks in self._masks)
             return f"BASEPRI is 0x{basepri:02X}, and SysTick's priority {priority(SYS_TICK) >> 4}."
         running = self.handled
         return (

@@ -157,9 +157,10 @@ static void report_ignored(Peripheral *peripheral, uint32_t offset, enum Ignored
       [WRITE_UNKNOWN] = NO_REGISTER,
   };
   enum IgnoreReason kind = kinds[what];
-  if (!python_registers_is_ignored(peripheral->chip, address, kind)) {
-    python_registers_ignore(peripheral->chip, address, kind);
-    peripheral->chip->host.ignored_access(peripheral->chip->now_ps, peripheral->index, offset, what, value);
+  Chip *chip = peripheral->chip;
+  if (!python_registers_is_ignored(chip, address, kind) &&
+      chip->host.ignored_access(chip->now_ps, peripheral->index, offset, what, value)) {
+    python_registers_ignore(chip, address, kind);
   }
 }
 
@@ -188,7 +189,7 @@ void peripheral_write(Peripheral *peripheral, uint32_t offset, unsigned size, ui
   if (!peripheral->clocked) {
     report_ignored(peripheral, word, WRITE_UNCLOCKED, value << shift & mask);
   } else if (!peripheral_has_register(peripheral, peripheral->base + word)) {
-    report_ignored(peripheral, word, WRITE_UNKNOWN, value);
+    report_ignored(peripheral, word, WRITE_UNKNOWN, value << shift & mask);
   } else {
     peripheral->type->write(peripheral, word, value << shift & mask, mask);
   }

@@ -29,7 +29,8 @@ typedef struct {
   uint32_t (*read)(int64_t now_ps, uint32_t address, uint32_t size);
   void (*write)(int64_t now_ps, uint32_t address, uint32_t size, uint32_t value);
   void (*note)(int64_t now_ps, int32_t peripheral, int32_t kind, const char *text);
-  void (*ignored_access)(int64_t now_ps, int32_t peripheral, uint32_t offset, int32_t what, uint32_t value);
+  /* Return 0 if the access is harmless, so that a later one is reported. */
+  int32_t (*ignored_access)(int64_t now_ps, int32_t peripheral, uint32_t offset, int32_t what, uint32_t value);
   /* Core registers are still those of the faulting instruction. */
   void (*fault)(int64_t now_ps, int32_t exception, uint32_t cfsr, uint32_t hfsr, uint32_t address);
   void (*locked_up)(int64_t now_ps, uint32_t pc);

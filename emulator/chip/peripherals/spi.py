@@ -25,6 +25,7 @@ from fcu_emulator.sensors.spi import SpiTarget
 _FASTEST_HZ = 10_000_000  # SPI clock frequency in the three datasheets
 _MODES: Final[tuple[Mode, ...]] = get_args(Mode)
 _RECEIVED = 256  # SPI_RECEIVED of spi.h
+_SENSORS = 4  # SPI_SENSORS
 
 _i32, _i64 = ctypes.c_int32, ctypes.c_int64
 
@@ -116,6 +117,8 @@ class SpiWire:
         called = self._configure, self._open, self._send, self._receive, self._close, self._ended
         table = _Calls(*(chip.callback(kind, called[n]) for n, (_, kind) in enumerate(_Calls._fields_)))
         chip.library.fcu_connect_spi(chip.handle, number, ctypes.byref(table))
+        if len(self._sensors) > _SENSORS:
+            raise ValueError(f"{bus.name} must have at most {_SENSORS} sensors, not {len(self._sensors)}")
         self._targets = [chip.targets.add(sensor) for sensor in self._sensors]
         for sensor, target in zip(self._sensors, self._targets, strict=True):
             port, pin = sensor.chip_select[1], int(sensor.chip_select[2:])

@@ -27,9 +27,11 @@ static void hand_to_python(Spi *spi, SpiSensor *sensor) {
 }
 
 static void write_sensor(Spi *spi, SpiSensor *sensor, uint8_t byte) {
-  if (!sensor->is_live && sensor->message.command == SPI_NOTHING && !sensor->message.count) {
+  if (sensor->message.command == SPI_NOTHING && !sensor->message.count) {
     sensor->message.command = byte;
-    return;
+    if (!sensor->is_live) {
+      return;
+    }
   }
   sensor->is_reading = false;
   hand_to_python(spi, sensor);
