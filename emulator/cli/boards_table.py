@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import click
 
 from fcu_emulator.emulator.cli.exit_codes import ExitCode
-from fcu_emulator.emulator.cli.screen import paint
+from fcu_emulator.emulator.cli.screen import mark_of, paint
 from fcu_emulator.emulator.grading.verdict import Verdict
 from fcu_emulator.emulator.text import visible
 
@@ -55,10 +55,8 @@ class BoardsTable:
     def add(self, result: BoardResult) -> None:
         self._results.append(result)
         more = "; ".join(filter(None, (", ".join(result.lost), result.why)))
-        if result.code == ExitCode.NOT_JUDGED:
-            mark = paint("----", "warning")
-        else:
-            mark = paint("PASS", "pass") if result.code == ExitCode.PASSED else paint("FAIL", "fail")
+        look, text = mark_of(result.code)
+        mark = paint(text, look)
         click.echo(f"  {mark}  board {result.seed:<6} {visible(f'{result.score:<12} {more}').rstrip()}")
 
     def conclude(self, command: str) -> ExitCode:
@@ -67,7 +65,9 @@ class BoardsTable:
         passed = codes.count(ExitCode.PASSED)
         click.echo()
         click.echo(paint(visible(self._title), "heading"))
-        click.echo(f"  {passed} of {len(codes)} boards {self._all_right}")
+        unjudged = codes.count(ExitCode.NOT_JUDGED)
+        not_judged = f"; {unjudged} not judged" if unjudged else ""
+        click.echo(f"  {passed} of {len(codes) - unjudged} boards {self._all_right}{not_judged}")
         lost: dict[str, list[int]] = {}
         for one in self._results:
             for name in one.lost:

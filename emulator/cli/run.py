@@ -19,7 +19,7 @@ from fcu_emulator.emulator.cli.isolated import announcement as isolation_announc
 from fcu_emulator.emulator.cli.options import RunOptions
 from fcu_emulator.emulator.cli.run_record import RunRecord
 from fcu_emulator.emulator.cli.run_report import Explainer, ProgressDisplay, summary
-from fcu_emulator.emulator.cli.screen import Look, Say, gap
+from fcu_emulator.emulator.cli.screen import Look, Say, gap, mark_of
 from fcu_emulator.emulator.cli.screen import say as say_to_user
 from fcu_emulator.emulator.clock import parse_duration, seconds
 from fcu_emulator.emulator.errors import FcuError, InputError, LinkError, OutputError
@@ -309,11 +309,11 @@ def _judge_and_say(board: Board, runner: Runner, record: RunRecord) -> ExitCode:
     if judgement.unchecked:
         say_to_user(f"expectations not checked: {judgement.unchecked}", "warning")
     if judgement.result is not None:
-        _say_result(judgement.result)
+        _say_result(judgement.result, judgement.code)
     return judgement.code
 
 
-def _say_result(result: Result) -> None:
+def _say_result(result: Result, code: ExitCode) -> None:
     if result.findings or result.reports:
         gap()
     for line in result.reports:
@@ -323,10 +323,10 @@ def _say_result(result: Result) -> None:
         say_to_user(head, "fail", "FAIL")
         for line in diff:  # of the program
             say_to_user(line, wrap=False)
-    if result.findings:
-        gap()
-    count = f"{result.passed_count} of {result.checks} expectations met"
-    say_to_user(count, *(("pass", "PASS") if result.passed else ("fail", "FAIL")))
+    if result.checks:
+        if result.findings:
+            gap()
+        say_to_user(f"{result.passed_count} of {result.checks} expectations met", *mark_of(code))
 
 
 class Stoppable(Protocol):

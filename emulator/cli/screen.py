@@ -19,8 +19,11 @@ from typing import Any, Final, Literal, Protocol, Self, TextIO, TypeAlias
 
 import click
 
+from fcu_emulator.emulator.cli.exit_codes import ExitCode
 from fcu_emulator.emulator.text import visible
 
+_LOCK: Final = threading.RLock()
+"""Held while the progress line is drawn or erased, and while another line takes its place."""
 WIDTH: Final = 98
 """Longest line of wrapped text, in columns."""
 Look: TypeAlias = Literal["pass", "fail", "warning", "heading"]
@@ -38,6 +41,13 @@ _LONGEST = 78  # characters of a progress line; a longer one would be wrapped, a
 def is_terminal(stream: TextIO | None) -> bool:
     """Return whether a stream shows its text to a user, who can see colours and a line that changes."""
     return stream is not None and stream.isatty() and os.environ.get("TERM") != "dumb"
+
+
+def mark_of(code: ExitCode) -> tuple[Look, str]:
+    """Return the look and the mark of a verdict."""
+    if code == ExitCode.NOT_JUDGED:
+        return "warning", "----"
+    return ("pass", "PASS") if code == ExitCode.PASSED else ("fail", "FAIL")
 
 
 def paint(text: str, look: Look | None, *, err: bool = False) -> str:
@@ -74,7 +84,8 @@ def say(line: str, look: Look | None = None, mark: str = "", *, wrap: bool = Tru
     long line is wrapped, unless ``wrap`` is False.
     """
     text = visible(line)
-    lines = wrapped(text, WIDTH - len(f"fcu: {mark}")) if wrap and is_terminal(sys.stderr) else [text]
+    first = f"fcu: {mark} " if mark else "fcu: "
+    lines = wrapped(text, WIDTH - len(first)) if wrap and is_terminal(sys.stderr) else [text]
     lines = [paint(one, None if mark else look, err=True) for one in lines]
     if mark:
         lines[0] = f"{paint(mark, look, err=True)} {lines[0]}"
@@ -99,7 +110,6 @@ class ProgressLine:
         self.text = text
         self._shown = False
         self._over = threading.Event()
-        self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
         if visible_if and is_terminal(sys.stderr):
             self._thread = threading.Thread(target=self._show_until_over, daemon=True)
@@ -127,7 +137,7 @@ class ProgressLine:
 
     def erase(self) -> None:
         """Erase the line, so that other text can be printed in its place."""
-        with self._lock:
+        with _LOCK:
             if self._shown:
                 _write("\r\033[K")
             self._shown = False
@@ -138,16 +148,17 @@ class ProgressLine:
             wait_s = _EVERY_S
             elapsed = f", {time.monotonic() - began_s:.0f} s"
             line = visible(self.text)[: _LONGEST - len(elapsed)] + elapsed
-            with self._lock:
+            with _LOCK:
                 self._shown = True
                 _write(f"\r{line}\033[K")
 
 
 def _print_err(line: str) -> None:
-    if ProgressLine._current is not None:
-        ProgressLine._current.erase()
-    with suppress(OSError, ValueError):  # stderr may be full or closed; the command continues
-        click.echo(line, err=True)
+    with _LOCK:
+        if ProgressLine._current is not None:
+            ProgressLine._current.erase()
+        with suppress(OSError, ValueError):  # stderr may be full or closed; the command continues
+            click.echo(line, err=True)
 
 
 def _write(text: str) -> None:

@@ -100,7 +100,7 @@ def read_csv(path: Path) -> tuple[str, list[str]]:
         with path.open("rb") as file:
             data = file.read(_LARGEST + 1)
     except OSError as error:
-        problem = f"cannot read the roster: {error.strerror or error}; give a CSV file with a column id"
+        problem = f"cannot be read: {error.strerror or error}; give a CSV file with a column id"
         raise InputError(f"{path}: {problem}") from error
     if len(data) > _LARGEST:
         raise InputError(f"{path}: must have at most {_LARGEST >> 20} MiB; give a CSV file with a column id")

@@ -384,7 +384,7 @@ def _value_problem(kind: str, context: dict[str, Any], problem: Any) -> str:
         wanted = f"text that matches {context['pattern']}"
     elif kind in ("string_too_short", "string_too_long"):
         length = _bound(context, "min_length", "at least", "max_length", "at most")
-        wanted = f"{length} characters long"
+        wanted = f"{length} character{'s' * (not length.endswith(' 1'))} long"
     elif wanted is None:
         return f"must not be {shown(problem['input'])}: {problem['msg']}"
     return f"must be {wanted}, not {shown(problem['input'])}"
@@ -392,7 +392,7 @@ def _value_problem(kind: str, context: dict[str, Any], problem: Any) -> str:
 
 def _bound(context: Mapping[str, Any], key: str, word: str, other_key: str, other_word: str) -> str:
     """Return a limit of pydantic in words."""
-    return f"{word} {context[key]:g}" if key in context else f"{other_word} {context[other_key]:g}"
+    return f"{word} {context[key]:.15g}" if key in context else f"{other_word} {context[other_key]:.15g}"
 
 
 def _tag_problem(problem: Any) -> str:

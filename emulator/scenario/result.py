@@ -134,11 +134,11 @@ class Result:
     @property
     def failed_count(self) -> int:
         """Number of failed expectations, without an early end."""
-        return sum(finding.fault != "stopped" for finding in self.findings)
+        return sum(one.fault not in (None, "stopped") for one in self.expectations)
 
     @property
     def passed_count(self) -> int:
-        return self.checks - self.failed_count
+        return sum(one.fault is None for one in self.expectations)
 
     @property
     def lines(self) -> list[str]:

@@ -113,7 +113,7 @@ def put_in_place(
     parts: list[ThresholdSection] = []
     at_ps, height_m = 2 * PS_PER_S, 0.0
     for number, one in enumerate(thresholds):
-        if not one.is_angle and any(entry.get("do") in _LIFTING for entry in others):
+        if not one.is_angle and any(map(_may_lift, others)):
             problem = "must not be Altitude if the timeline lifts the board; give each its run"
             raise ScenarioError(file, f"threshold[{number}].quantity", problem)
         at_ps = begin_ps = at_ps if one.at is None else one.at
@@ -129,7 +129,11 @@ def put_in_place(
     return {**_lasting(table, at_ps, len(thresholds) - 1, file), "timeline": [*timeline, *added]}, parts
 
 
-_LIFTING = frozenset({"lift", "move", "free_fall", "follow_altitude", "replay"})
+_LIFTING = frozenset({"lift", "free_fall", "follow_altitude", "replay"})
+
+
+def _may_lift(entry: Mapping[str, Any]) -> bool:
+    return entry.get("do") in _LIFTING or (entry.get("do") == "move" and bool(entry.get("up_m")))
 
 
 def _lift(metres: float) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from fcu_emulator import Board
 from fcu_emulator.emulator.errors import ScenarioError
 from fcu_emulator.emulator.scenario import load_scenario, run
 from fcu_emulator.emulator.scenario.expectations import ExpectField, RunView
+from fcu_emulator.emulator.scenario.result import ExpectationResult, Result
 from fcu_emulator.emulator.scenario.run_view import FORMATS, PrintedLine, deviation, same_banner
 from fcu_emulator.emulator.scenario.schema import AnyExpectation
 from tests.support.scenario_files import HEAD, IDEAL, SHORT, play, write
@@ -343,3 +344,11 @@ def test_report_flags_angles_of_an_accelerated_board(tmp_path: Path) -> None:
     rows = run(Board(scenario=file)).reports
     flagged = [row for row in rows if "tilt" in row]
     assert 0 < len(flagged) < len(rows) - 3
+
+
+def test_unevaluated_expectation_is_neither_met_nor_failed() -> None:
+    met, failed = ExpectationResult("a"), ExpectationResult("b", "wrong value")
+    result = Result((met, failed, ExpectationResult("c", "stopped")))
+
+    assert (result.passed_count, result.failed_count, result.checks) == (1, 1, 3)
+    assert not result.judged
