@@ -118,7 +118,7 @@ def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[
         unit = MAG.unit if found.line.label == MAG.label else group.unit
         details = _shown(found.line), f"The truth is {truth} {unit}.", *sentences
         summary = f"{where.printed(found.line)}{found.summary}"
-        yield Diagnosis("numbers", summary, details, fatal=False, about=group.fields)
+        yield Diagnosis("numbers", summary, details, fatal=False)
 
 
 def _hint(board: Board, lines: Sequence[LabLine], group: Group) -> Hint | None:

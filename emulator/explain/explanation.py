@@ -3,7 +3,7 @@
 ::
 
     arithmetic = load_rubric("lab3").explain.arithmetic()
-    for one in explain_numbers("lab3.elf", arithmetic, [Output("3.yaw", "yaw_deg", "Yaw", yaw)], Limits()):
+    for one in explain_numbers("lab3.elf", arithmetic, [Output("3.yaw", "yaw_deg", yaw)], Limits()):
         print(one.diagnosis)
 """
 
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, Protocol
 
@@ -56,11 +56,10 @@ class Arithmetic:
 
 @dataclass(frozen=True)
 class Output:
-    """A printed number of a failed check, by its title such as ``Yaw``, and the step that it shows."""
+    """A printed number of a failed check, and the step that it shows."""
 
     check: str
     step: str
-    title: str
     number_format: NumberFormat
 
 
@@ -92,6 +91,17 @@ def explain_numbers(
     return sorted(found.values(), key=lambda one: order.index(one.mistake.step))
 
 
+def first_of(explanations: Sequence[Explanation]) -> list[Diagnosis]:
+    """Return the diagnosis of the first mistake, which names the steps of the others; [] without mistakes."""
+    if not explanations:
+        return []
+    first, *others = explanations
+    if not others:
+        return [first.diagnosis]
+    more = f"Also different from the lab: {', '.join(one.mistake.step for one in others)}."
+    return [replace(first.diagnosis, details=(*first.diagnosis.details, more))]
+
+
 class _Explainer:
     def __init__(self, probed: Probed, arithmetic: Arithmetic) -> None:
         self._probed = probed
@@ -113,15 +123,13 @@ class _Explainer:
         if wrong.agrees(output.step, printed):
             mistake = used.difference(wrong, output.step)
             if mistake is not None:
-                yield self._explanation(output, mistake, line, about=())  # another hint may say more
+                yield self._explanation(output, mistake, line)
             return
         main = self._alignment(self._arithmetic.formulas)
         for alignment in (used, main) if used.formulas != main.formulas else (main,):
             mistakes = alignment.mistakes(output.step, printed)
             if mistakes:
-                printed_only = mistakes[0].step == output.step and isinstance(mistakes[0].computed, Name)
-                about = () if printed_only else None  # a hint about exchanged numbers may say more
-                yield from (self._explanation(output, one, line, about) for one in mistakes)
+                yield from (self._explanation(output, one, line) for one in mistakes)
                 return
 
     def _used(self, alternatives: Sequence[Alternative]) -> Alignment:
@@ -160,9 +168,7 @@ class _Explainer:
 
     # -- words ------------------------------------------------------------------------------------------
 
-    def _explanation(
-        self, output: Output, mistake: Mistake, line: str, about: tuple[str, ...] | None = None
-    ) -> Explanation:
+    def _explanation(self, output: Output, mistake: Mistake, line: str) -> Explanation:
         step, computed = mistake.step, text(mistake.computed)
         place = self._place(mistake, output, line)
         if step == output.step and isinstance(mistake.computed, Name):
@@ -178,9 +184,7 @@ class _Explainer:
             f"The lab has {step} = {text(mistake.formula)}.",
             f"At {attitude} this gives {_number(mistake.actual[pose])} in place of {_number(mistake.expected[pose])}.",
         )
-        about = (output.title,) if about is None else about
-        diagnosis = Diagnosis("formula", summary, details, fatal=False, about=about)
-        return Explanation(output.check, mistake, diagnosis)
+        return Explanation(output.check, mistake, Diagnosis("formula", summary, details, fatal=False))
 
     def _place(self, mistake: Mistake, output: Output, line: str) -> str:
         if mistake.step == output.step and isinstance(mistake.computed, Name):

@@ -187,7 +187,7 @@ def _limits(rubric: Rubric) -> Limits:
 def _explained(
     evidence: Sequence[RunEvidence], firmware: Program, rubric: Rubric, results: Mapping[str, CheckResult]
 ) -> list[RunEvidence]:
-    """Return the evidence with explanations of wrong numbers, which replace hints about them.
+    """Return the evidence with explanations of wrong numbers before the other causes.
 
     Only failed checks that students see are explained, of programs that run and receive samples.
     """
@@ -204,17 +204,14 @@ def _explained(
     wanted = [output for every in outputs.values() for output in every]
     if not wanted:
         return list(evidence)
-    from fcu_emulator.emulator.explain.explanation import explain_numbers
+    from fcu_emulator.emulator.explain.explanation import explain_numbers, first_of
 
     found = explain_numbers(firmware, rubric.explain.arithmetic(), wanted, _limits(rubric))
     changed = []
     for one in evidence:
         checks = {output.check for output in outputs.get(one.run, [])}
-        here = [_cause(each.diagnosis) for each in found if each.check in checks]
-        about = {name for cause in here for name in cause.about}
-        others = [cause for cause in one.causes if cause.kind != "numbers" or about.isdisjoint(cause.about)]
-        causes = sorted((*here, *others), key=lambda cause: cause.kind == "formula" and not cause.about)
-        changed.append(one.model_copy(update={"causes": tuple(causes)}))
+        here = first_of([each for each in found if each.check in checks])
+        changed.append(one.model_copy(update={"causes": (*map(_cause, here), *one.causes)}))
     return changed
 
 
@@ -233,7 +230,7 @@ def _outputs(rubric: Rubric, exercise: str, run: str, results: Mapping[str, Chec
             continue
         fields = [one for one in check.expect if isinstance(one, ExpectField)]
         for step, number in zip(rubric.explain.shows.get(name, ()), fields, strict=False):
-            yield Output(name, step, number.title, number.number_format())
+            yield Output(name, step, number.number_format())
 
 
 @dataclass
@@ -457,9 +454,7 @@ class _JudgedRun:
 
 
 def _cause(one: Diagnosis) -> DiagnosedCause:
-    return DiagnosedCause(
-        kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal, about=one.about
-    )
+    return DiagnosedCause(kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal)
 
 
 def _in_s(spans: Sequence[tuple[int, int]]) -> tuple[tuple[float, float], ...]:

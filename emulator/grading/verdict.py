@@ -82,13 +82,12 @@ class Following(ResultModel):
 
 
 class DiagnosedCause(ResultModel):
-    """One diagnosis: a line with its place, sentences, and the printed numbers that it is about."""
+    """One diagnosis: a line with its place, and sentences."""
 
     kind: str
     summary: str
     details: tuple[str, ...] = ()
     fatal: bool = False
-    about: tuple[str, ...] = ()
 
 
 class RunEvidence(ResultModel):

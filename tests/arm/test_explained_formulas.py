@@ -51,7 +51,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def explained(elf: str | Path) -> list[Explanation]:
     rubric = load_rubric("lab3")
     assert rubric.explain is not None
-    outputs = [Output("check", step, name, NamedFormat(name)) for step, name in SHOWN.items()]
+    outputs = [Output("check", step, NamedFormat(name)) for step, name in SHOWN.items()]
     return explain_numbers(elf, rubric.explain.arithmetic(), outputs, Limits())
 
 

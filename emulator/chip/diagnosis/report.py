@@ -46,8 +46,6 @@ class Diagnosis:
     """The firmware has failed. False: it continues, but probably not as intended."""
     at_ps: int | None = None
     """The time of the failure, if known."""
-    about: tuple[str, ...] = ()
-    """The printed numbers that are wrong, such as ``Yaw``."""
 
     def __str__(self) -> str:
         return "\n".join((self.summary, *(f"{_INDENT}{line}" for line in self.details)))
