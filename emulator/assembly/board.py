@@ -252,6 +252,10 @@ class Board:
         outputs = [timers[timer].pwm(channel) for timer, channel in self.description.motors]
         return tuple(output.duty if output else 0.0 for output in outputs)
 
+    def other_uarts(self) -> dict[str, bytes]:
+        """Return the first 64 KiB sent on each USART without a terminal, by name ("USART2"); {} with Python firmware."""
+        return {} if self.chip is None else self.chip.chip.usarts.unconnected_output()
+
     def supply_current_ua(self) -> dict[str, float]:
         """Return the configured supply current of each sensor in microampere, by name."""
         return self.sensors.supply_current_ua()

@@ -125,6 +125,9 @@ class RunOptions:
         renamed_from="--notes",
         help="Show all notes at the end, including those that correct programs cause.",
     )
+    all_uarts: bool = option(
+        "--all-uarts", is_flag=True, help="Show the output of USARTs without a terminal at the end."
+    )
     isolate: bool = _isolate()
 
 
