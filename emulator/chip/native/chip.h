@@ -41,6 +41,7 @@ typedef struct {
 /* Frequencies in Hz that RCC sets (RM0368 section 6.2). Nominal: with oscillators without error. */
 typedef struct {
   int64_t sysclk_hz, hclk_hz, pclk1_hz, pclk2_hz, timer1_hz, timer2_hz, nominal_pclk1_hz;
+  int64_t lsi_hz, lse_hz; /* 0: not ready */
 } Clocks;
 
 struct Chip {

@@ -254,7 +254,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._starting: dict[str, Event] = {}
         self._check: Event | None = None
         self._pll_hz = self._pll_nominal_hz = 0
-        self._adopted: tuple[Frequencies, int] | None = None  # and the RTC's
+        self._adopted: tuple[Frequencies, tuple[int, int, int]] | None = None  # and the low-speed ones
         self._adopt(frequencies(oscillators.hsi_hz, 0), frequencies(HSI_HZ, 0))
 
     # -- for the other peripherals ---------------------------------------------------------------------------
@@ -442,11 +442,13 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._adopt(frequencies(true_hz, cfgr, timpre=timpre), frequencies(nominal_hz, cfgr, timpre=timpre))
 
     def _adopt(self, clocks: Frequencies, nominal: Frequencies) -> None:
-        adopted = clocks, self.rtc_hz()
+        lsi_hz, lse_hz = self._ready("LSI") * LSI_HZ, self._ready("LSE") * LSE_HZ
+        adopted = clocks, (self.rtc_hz(), lsi_hz, lse_hz)
         if adopted == self._adopted:
             return
         self._adopted = adopted
         self._nominal = nominal
+        self.lsi_hz, self.lse_hz = lsi_hz, lse_hz
         self.nominal_hclk_hz, self.nominal_pclk1_hz = nominal.hclk_hz, nominal.pclk1_hz
         self.sysclk_hz, self.hclk_hz = clocks.sysclk_hz, clocks.hclk_hz
         self.pclk1_hz, self.pclk2_hz = clocks.pclk1_hz, clocks.pclk2_hz

@@ -27,6 +27,7 @@ class FakeClockTree:
     def __init__(self) -> None:
         self.sysclk_hz = self.hclk_hz = self.pclk2_hz = self.timer1_hz = self.timer2_hz = 84_000_000
         self.pclk1_hz = self.nominal_pclk1_hz = 42_000_000
+        self.lsi_hz = self.lse_hz = 0
         self._changed: list[Callable[[], None]] = []
 
     def on_change(self, changed: Callable[[], None]) -> None:

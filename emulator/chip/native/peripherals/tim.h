@@ -31,6 +31,7 @@ typedef struct {
   Peripheral peripheral;
   const struct TimVariant *variant;
   int32_t event;
+  int32_t edge_event; /* TIM5: an oscillator's edge at input 4; -1: none */
   uint32_t registers[21]; /* by offset / 4, without CNT */
 
   enum TimMode mode;
