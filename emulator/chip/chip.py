@@ -84,6 +84,7 @@ class Chip:
                 ConnectedI2c(self.core, name, I2CBus(name, signals.clock, signals.trace))
         self.core.power_on(soc, self.system, self.system.rcc.reset_because)
         self.system.flash.connect(self.core.flash, self.core.flash_programmed, self.core.code_changed)
+        self.system.rtc.connect(self.core.set_exti_line)
         self.core.store_to_flash = self.system.flash.store
         self.system.rcc.control(self.core.all_peripherals, self.core)
 
