@@ -16,6 +16,7 @@ from fcu_emulator.emulator.chip.peripherals.dma import DmaLines
 from fcu_emulator.emulator.chip.peripherals.flash import Flash
 from fcu_emulator.emulator.chip.peripherals.gpio import ConnectedPins
 from fcu_emulator.emulator.chip.peripherals.i2c import I2C_NAMES, ConnectedI2c
+from fcu_emulator.emulator.chip.peripherals.otg import OtgFs
 from fcu_emulator.emulator.chip.peripherals.peripheral import InterruptInput, Peripheral, Soc
 from fcu_emulator.emulator.chip.peripherals.pwr import Pwr
 from fcu_emulator.emulator.chip.peripherals.rcc import NOMINAL, Oscillators, Rcc
@@ -45,11 +46,12 @@ class SystemPeripherals:
         self.iwdg = Iwdg(soc, *_place("IWDG"))
         self.wwdg = Wwdg(soc, *_place("WWDG"), lines[0])
         self.dbgmcu = Dbgmcu(soc, *_place("DBGMCU"))
+        self.otg = OtgFs(soc, "OTG_FS", *ADDRESSES["OTG_FS"])
         self.named = unmodelled_peripherals(soc)
 
     def __iter__(self) -> Iterator[Peripheral]:
         yield from (self.rcc, self.pwr, self.flash)
-        yield from (self.adc, self.crc, self.rtc, self.iwdg, self.wwdg, self.dbgmcu, *self.named)
+        yield from (self.adc, self.crc, self.rtc, self.iwdg, self.wwdg, self.dbgmcu, self.otg, *self.named)
 
 
 class Chip:

@@ -17,7 +17,7 @@ Chip *fcu_create(const Host *host) {
   chip->host_next_ps = chip->next_ps = chip->due_ps = NEVER_PS;
   chip->work_limit = INT64_MAX;
   enum { HSI_HZ = 16000000 }; /* RM0368 6.2.2 */
-  chip->clocks = (Clocks){HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ};
+  chip->clocks = (Clocks){HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, 0, 0};
   memset(chip->alternate, -1, sizeof chip->alternate);
   memset(chip->flash, 0xFF, sizeof chip->flash);
   memset(chip->system_memory, 0xFF, sizeof chip->system_memory);
