@@ -10,7 +10,6 @@ from fcu_emulator.emulator.chip.cpu.core import Core, CoreSettings
 from fcu_emulator.emulator.chip.cpu.python_peripherals import unmodelled_peripherals
 from fcu_emulator.emulator.chip.memory_map import ADDRESSES
 from fcu_emulator.emulator.chip.peripherals.adc import Adc, AdcInputs
-from fcu_emulator.emulator.chip.peripherals.crc import Crc
 from fcu_emulator.emulator.chip.peripherals.dbgmcu import SYSTEM_MEMORY, Dbgmcu, system_memory
 from fcu_emulator.emulator.chip.peripherals.dma import DmaLines
 from fcu_emulator.emulator.chip.peripherals.flash import Flash
@@ -41,7 +40,6 @@ class SystemPeripherals:
         soc.clocks = self.rcc
         self.flash = Flash(soc, *_place("FLASH"), lines[4])
         self.adc = Adc(soc, *_place("ADC1"), lines[18], inputs or AdcInputs())
-        self.crc = Crc(soc, *_place("CRC"))
         self.rtc = Rtc(soc, *_place("RTC"), self.pwr, self.rcc)
         self.iwdg = Iwdg(soc, *_place("IWDG"))
         self.wwdg = Wwdg(soc, *_place("WWDG"), lines[0])
@@ -51,7 +49,7 @@ class SystemPeripherals:
 
     def __iter__(self) -> Iterator[Peripheral]:
         yield from (self.rcc, self.pwr, self.flash)
-        yield from (self.adc, self.crc, self.rtc, self.iwdg, self.wwdg, self.dbgmcu, self.otg, *self.named)
+        yield from (self.adc, self.rtc, self.iwdg, self.wwdg, self.dbgmcu, self.otg, *self.named)
 
 
 class Chip:

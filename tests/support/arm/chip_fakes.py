@@ -3,8 +3,8 @@
 ::
 
     chip = Chip()
-    block = Crc(chip.soc, "CRC", 0x4002_3000)
-    block.write(0x00, 1)
+    block = Dbgmcu(chip.soc, "DBGMCU", 0xE004_2000)
+    block.write(0x04, 1)
     chip.run_to(1_000_000)      # picoseconds; fires what is due, as the core does before an access
 """
 
