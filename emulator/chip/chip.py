@@ -66,7 +66,7 @@ class Chip:
         self.core = Core(signals.clock, signals.trace, segments, settings, memory)
         ConnectedPins(self.core, signals.gpio)
         self.soc = soc = Soc(signals.clock, signals.trace, signals.gpio, self._reset)
-        self.system = SystemPeripherals(soc, oscillators=Oscillators.of(signals.errors))
+        self.system = SystemPeripherals(soc, oscillators=Oscillators.of(signals.errors, signals.crystal_hz))
         soc.dma = DmaLines(self.core)
         self.timers = connect_timers(self.core)
         """By name, "TIM1" to "TIM11"."""

@@ -146,6 +146,7 @@ def create_board(options: RunOptions) -> Board:
         wiring=options.wiring,
         seed=options.seed,
         ideal=options.ideal,
+        crystal_hz=round(options.crystal * 1e6),
     )
 
 
