@@ -392,7 +392,13 @@ int64_t gcd(int64_t a, int64_t b) {
 }
 
 void fcu_set_clocks(Chip *chip, const Clocks *clocks) {
+  bool low_speed_only = !memcmp(&chip->clocks, clocks, offsetof(Clocks, lsi_hz)) &&
+                        (chip->clocks.lsi_hz != clocks->lsi_hz || chip->clocks.lse_hz != clocks->lse_hz);
   chip->clocks = *clocks;
+  timers_oscillators_changed(chip);
+  if (low_speed_only) { /* a change of HCLK rounds the time of the core */
+    return;
+  }
   run_loop_hclk_changed(chip);
   for (int n = 0; n < chip->peripheral_count; n++) {
     if (chip->peripherals[n]->type->clocks_changed) {

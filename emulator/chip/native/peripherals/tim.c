@@ -767,7 +767,12 @@ static void tim_clocks_changed(Peripheral *peripheral) {
     change_clock(tim, peripheral->chip->now_ps, hz);
     reschedule(tim);
   }
-  schedule_edge(tim);
+}
+
+void timers_oscillators_changed(Chip *chip) {
+  for (int timer = 0; timer < TIMERS; timer++) {
+    schedule_edge(&chip->timers.timers[timer]);
+  }
 }
 
 /* The counts of ticks are kept. */

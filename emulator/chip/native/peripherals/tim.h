@@ -68,6 +68,7 @@ typedef struct {
 } Timers;
 
 void timers_create(Chip *chip);
+void timers_oscillators_changed(Chip *chip); /* LSI or LSE */
 void timers_pin_changed(Chip *chip, int port, int pin, bool level);
 
 #endif
