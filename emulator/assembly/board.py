@@ -40,6 +40,7 @@ from fcu_emulator.emulator.assembly.sensor_set import SensorSet
 from fcu_emulator.emulator.assembly.snapshot import Snapshot
 from fcu_emulator.emulator.assembly.terminal import Terminal
 from fcu_emulator.emulator.boards.description import (
+    CRYSTAL_HZ,
     BoardDescription,
     BoardErrors,
     BoardSignals,
@@ -85,6 +86,7 @@ class Board:
     ``cold_start``: False: sensors powered long before. True: supply switched on at t = 0, so that at first
     LSM6DSL (15 ms) and LIS2MDL (20 ms) do not answer (no acknowledge on I2C, 0xFF on SPI), and the board
     warms up.
+    ``crystal_hz``: frequency of the chip's crystal, 4 to 26 MHz, for programs made for another board.
 
     Times are virtual seconds since power-on. Close a board with ``close()`` or a ``with`` block. Raises
     InputError (ScenarioError) when a name, a file or a value cannot be used.
@@ -103,6 +105,7 @@ class Board:
         seed: int | None = None,
         ideal: bool = False,
         cold_start: bool = False,
+        crystal_hz: int = CRYSTAL_HZ,
         profile: str | None = None,
     ) -> None:
         wiring = wiring if profile is None else _given_as_profile(profile)
@@ -113,7 +116,7 @@ class Board:
         if firmware is None and plan is not None:
             firmware = plan.firmware or None
         settings = plan.firmware_settings() if plan else None
-        tried = partial(self._reaches_sensors, firmware)
+        tried = partial(self._reaches_sensors, firmware, crystal_hz=crystal_hz)
         self.booted = choice = choose(board, firmware, wiring, settings, tried)
         self.scenario = plan
         self.seed = seed if seed is not None else plan.seed if plan else 0
@@ -138,7 +141,7 @@ class Board:
         self.leds = {name: Led(name, self.gpio, *pin) for name, pin in board.leds.items()}
         """The LEDs by name, in the order of the board's description."""
         self.signals = BoardSignals(
-            board, choice.wiring, clock, self.trace, self.gpio, uart, i2c, spi, self.seed, own
+            board, choice.wiring, clock, self.trace, self.gpio, uart, i2c, spi, self.seed, own, crystal_hz
         )
         """Signals connected to the chip's pins."""
         self._caller: Caller | None = None
@@ -252,6 +255,10 @@ class Board:
         outputs = [timers[timer].pwm(channel) for timer, channel in self.description.motors]
         return tuple(output.duty if output else 0.0 for output in outputs)
 
+    def other_uarts(self) -> dict[str, bytes]:
+        """Return the first 64 KiB sent on each USART without a terminal, by name ("USART2"); {} with Python firmware."""
+        return {} if self.chip is None else self.chip.chip.usarts.unconnected_output()
+
     def supply_current_ua(self) -> dict[str, float]:
         """Return the configured supply current of each sensor in microampere, by name."""
         return self.sensors.supply_current_ua()
@@ -312,8 +319,10 @@ class Board:
             saved.restore(self)
 
     @classmethod
-    def _reaches_sensors(cls, firmware: str | Path | FirmwareFactory | None, wiring: Wiring) -> bool:
-        board = cls(firmware, wiring=wiring.name, ideal=True)
+    def _reaches_sensors(
+        cls, firmware: str | Path | FirmwareFactory | None, wiring: Wiring, *, crystal_hz: int
+    ) -> bool:
+        board = cls(firmware, wiring=wiring.name, ideal=True, crystal_hz=crystal_hz)
         arm = board._built("a trial")
         with suppress(FcuError):  # the real run will report it
             while board.now_s < _LONGEST_TRIAL_S:

@@ -32,6 +32,10 @@ PinFunction: TypeAlias = tuple[str, int, int]
 """Port, number, and alternate function of the peripheral (datasheet DocID024738 table 9)."""
 
 
+CRYSTAL_HZ = 16_000_000  # of the STEVAL-FCU001V1: HSE_VALUE of STSW-FCU001
+CRYSTAL_RANGE_HZ = range(4_000_000, 26_000_001)  # STM32F401xB/C datasheet, HSE
+
+
 # -- soldered components ------------------------------------------------------------------------------------
 
 
@@ -276,6 +280,11 @@ class BoardSignals:
     spi: Mapping[str, SpiBus]
     number: int = 0
     errors: BoardErrors = field(default_factory=BoardErrors)
+    crystal_hz: int = CRYSTAL_HZ
+
+    def __post_init__(self) -> None:
+        if self.crystal_hz not in CRYSTAL_RANGE_HZ:
+            raise InputError(f"crystal_hz must be an integer from 4 to 26 MHz, not {self.crystal_hz!r}")
 
 
 def __getattr__(name: str) -> type[MountedSensor]:

@@ -10,12 +10,12 @@ from fcu_emulator.emulator.chip.cpu.core import Core, CoreSettings
 from fcu_emulator.emulator.chip.cpu.python_peripherals import unmodelled_peripherals
 from fcu_emulator.emulator.chip.memory_map import ADDRESSES
 from fcu_emulator.emulator.chip.peripherals.adc import Adc, AdcInputs
-from fcu_emulator.emulator.chip.peripherals.crc import Crc
 from fcu_emulator.emulator.chip.peripherals.dbgmcu import SYSTEM_MEMORY, Dbgmcu, system_memory
 from fcu_emulator.emulator.chip.peripherals.dma import DmaLines
 from fcu_emulator.emulator.chip.peripherals.flash import Flash
 from fcu_emulator.emulator.chip.peripherals.gpio import ConnectedPins
 from fcu_emulator.emulator.chip.peripherals.i2c import I2C_NAMES, ConnectedI2c
+from fcu_emulator.emulator.chip.peripherals.otg import OtgFs
 from fcu_emulator.emulator.chip.peripherals.peripheral import InterruptInput, Peripheral, Soc
 from fcu_emulator.emulator.chip.peripherals.pwr import Pwr
 from fcu_emulator.emulator.chip.peripherals.rcc import NOMINAL, Oscillators, Rcc
@@ -40,16 +40,16 @@ class SystemPeripherals:
         soc.clocks = self.rcc
         self.flash = Flash(soc, *_place("FLASH"), lines[4])
         self.adc = Adc(soc, *_place("ADC1"), lines[18], inputs or AdcInputs())
-        self.crc = Crc(soc, *_place("CRC"))
         self.rtc = Rtc(soc, *_place("RTC"), self.pwr, self.rcc)
         self.iwdg = Iwdg(soc, *_place("IWDG"))
         self.wwdg = Wwdg(soc, *_place("WWDG"), lines[0])
         self.dbgmcu = Dbgmcu(soc, *_place("DBGMCU"))
+        self.otg = OtgFs(soc, "OTG_FS", *ADDRESSES["OTG_FS"])
         self.named = unmodelled_peripherals(soc)
 
     def __iter__(self) -> Iterator[Peripheral]:
         yield from (self.rcc, self.pwr, self.flash)
-        yield from (self.adc, self.crc, self.rtc, self.iwdg, self.wwdg, self.dbgmcu, *self.named)
+        yield from (self.adc, self.rtc, self.iwdg, self.wwdg, self.dbgmcu, self.otg, *self.named)
 
 
 class Chip:
@@ -66,7 +66,7 @@ class Chip:
         self.core = Core(signals.clock, signals.trace, segments, settings, memory)
         ConnectedPins(self.core, signals.gpio)
         self.soc = soc = Soc(signals.clock, signals.trace, signals.gpio, self._reset)
-        self.system = SystemPeripherals(soc, oscillators=Oscillators.of(signals.errors))
+        self.system = SystemPeripherals(soc, oscillators=Oscillators.of(signals.errors, signals.crystal_hz))
         soc.dma = DmaLines(self.core)
         self.timers = connect_timers(self.core)
         """By name, "TIM1" to "TIM11"."""
@@ -84,6 +84,7 @@ class Chip:
                 ConnectedI2c(self.core, name, I2CBus(name, signals.clock, signals.trace))
         self.core.power_on(soc, self.system, self.system.rcc.reset_because)
         self.system.flash.connect(self.core.flash, self.core.flash_programmed, self.core.code_changed)
+        self.system.rtc.connect(self.core.set_exti_line)
         self.core.store_to_flash = self.system.flash.store
         self.system.rcc.control(self.core.all_peripherals, self.core)
 

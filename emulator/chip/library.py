@@ -80,7 +80,7 @@ class ClocksTable(ctypes.Structure):
 
     _fields_ = tuple(
         (f"{name}_hz", _i64)
-        for name in ("sysclk", "hclk", "pclk1", "pclk2", "timer1", "timer2", "nominal_pclk1")
+        for name in ("sysclk", "hclk", "pclk1", "pclk2", "timer1", "timer2", "nominal_pclk1", "lsi", "lse")
     )
 
 
@@ -381,7 +381,9 @@ class FcuChip:
 
     def set_clocks(self, tree: ClockTree) -> None:
         clocks = tree.sysclk_hz, tree.hclk_hz, tree.pclk1_hz, tree.pclk2_hz, tree.timer1_hz, tree.timer2_hz
-        self.library.fcu_set_clocks(self.handle, ClocksTable(*clocks, tree.nominal_pclk1_hz))
+        self.library.fcu_set_clocks(
+            self.handle, ClocksTable(*clocks, tree.nominal_pclk1_hz, tree.lsi_hz, tree.lse_hz)
+        )
         self.raise_error()
 
     def gate(self, peripherals: int, clocked: int) -> None:

@@ -111,6 +111,13 @@ class RunOptions:
         help="With --scenario: run on N boards, with a summary.",
     )
     ideal: bool = _ideal()
+    crystal: float = option(
+        "--crystal",
+        type=click.FloatRange(4, 26),
+        default=16.0,
+        metavar="MHZ",
+        help="Frequency of the chip's crystal, for a program of another board. Default: 16.",
+    )
     trace: Path | None = _file("Write every event to a JSON-lines file.", "--trace")
     vcd: Path | None = _file("Write the signals on the board's wires, for logic analysers.", "--vcd")
     perfetto: Path | None = _file("Write a timeline of functions, buses and LEDs.", "--perfetto")
@@ -124,6 +131,9 @@ class RunOptions:
         is_flag=True,
         renamed_from="--notes",
         help="Show all notes at the end, including those that correct programs cause.",
+    )
+    all_uarts: bool = option(
+        "--all-uarts", is_flag=True, help="Show the output of USARTs without a terminal at the end."
     )
     isolate: bool = _isolate()
 

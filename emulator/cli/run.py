@@ -89,7 +89,14 @@ def run_board(options: RunOptions) -> ExitCode:
                     link.close()
                 record.wall_s = runner.wall_s
                 _say_summary(
-                    summary(board, links, runner.wall_s, explainer.recorder, options.verbose),
+                    summary(
+                        board,
+                        links,
+                        runner.wall_s,
+                        explainer.recorder,
+                        all_notes=options.verbose,
+                        all_uarts=options.all_uarts,
+                    ),
                     say,
                     options.quiet,
                 )
@@ -139,6 +146,7 @@ def create_board(options: RunOptions) -> Board:
         wiring=options.wiring,
         seed=options.seed,
         ideal=options.ideal,
+        crystal_hz=round(options.crystal * 1e6),
     )
 
 

@@ -57,14 +57,24 @@ class ProgressDisplay:
 
 
 def summary(
-    board: Board, links: Sequence[ByteLink], wall_s: float, recorder: TruthRecorder, all_notes: bool = False
+    board: Board,
+    links: Sequence[ByteLink],
+    wall_s: float,
+    recorder: TruthRecorder,
+    *,
+    all_notes: bool = False,
+    all_uarts: bool = False,
 ) -> Iterator[tuple[str, Look | None]]:
-    """Yield the lines of the summary with their looks. ``all_notes``: also those of every correct run."""
+    """Yield the lines of the summary with their looks.
+
+    ``all_notes``: also those of every correct run. ``all_uarts``: the output of USARTs without a terminal.
+    """
     factor = board.now_s / wall_s if wall_s > 0 else 0.0
     yield f"{board.now_s:.3f} s of virtual time in {wall_s:.2f} s, {factor:.1f} x real time", "heading"
     yield from ((line, None) for line in (*_ticks(board), *figures(board, recorder)))
     warnings = [*_lost_ticks(board), *_resets(board), *_bus_errors(board), *_notes(board, all_notes)]
     yield from ((line, "warning") for line in warnings)
+    yield from ((line, None) for line in _other_uarts(board, all_uarts))
     for link in links:
         if not (isinstance(link, StdoutLink) and link.reader_gone):  # the reader wanted no more
             yield from ((line, None) for line in link.report())
@@ -85,6 +95,14 @@ def _lost_ticks(board: Board) -> Iterator[str]:
             f"the callback takes longer than {1000 / timer.rate_hz:.3f} ms (the next one waited up to "
             f"{1000 * timer.longest_wait_s:.3f} ms); main() gets little time or none"
         )
+
+
+def _other_uarts(board: Board, show: bool) -> Iterator[str]:
+    for name, data in board.other_uarts().items():
+        if show:
+            yield from (f"{name}: {line}" for line in data.decode(errors="replace").splitlines())
+        elif board.terminal.uart.received_count():  # otherwise the diagnosis shows the first lines
+            yield f"{name} has no terminal, and the program sends on it; --all-uarts shows the output"
 
 
 def _resets(board: Board) -> Iterator[str]:

@@ -288,3 +288,33 @@ def test_pll_with_zero_multiplier_never_starts() -> None:
     assert board.rcc.hclk_hz == 16_000_000
     assert ("forbidden", pll(0x2400_0010).problem()) in board.chip.notes()
     assert pll(0x2400_0010).vco_hz == 0
+
+
+# -- another crystal ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("crystal_hz", "m"), [(8_000_000, 8), (25_000_000, 25)])
+def test_other_crystal_makes_84_mhz(crystal_hz: int, m: int) -> None:
+    """Settings of other boards: VCO of 336 MHz, P = 4 (6.3.2)."""
+    board = Board(Oscillators(crystal_hz=crystal_hz, hse_hz=crystal_hz))
+    board.blocks.flash.write(0x00, 0x702)
+    board.start_hse()
+    board.rcc.write(PLLCFGR, 1 << 22 | 1 << 16 | 336 << 6 | m)
+    board.rcc.write(CFGR, 4 << 10)
+    board.set_bits(CR, PLLON)
+    board.chip.run_for(PS_PER_MS)
+    board.set_bits(CFGR, 2)
+    board.chip.run_for(2 * PS_PER_MS)
+    assert (board.rcc.sysclk_hz, board.rcc.pclk1_hz) == (84_000_000, 42_000_000)
+    assert board.chip.notes() == []
+
+
+def test_note_names_the_crystal_of_the_board() -> None:
+    """PLL settings for 16 MHz on a board with 8 MHz."""
+    board = Board(Oscillators(hse_hz=8_000_000, crystal_hz=8_000_000))
+    board.start_hse()
+    board.rcc.write(PLLCFGR, 1 << 22 | 1 << 16 | 200 << 6 | 16)
+    board.set_bits(CR, PLLON)
+    (note,) = board.chip.notes()
+    assert "8 MHz" in note[1]
+    assert "fit 16 MHz" in note[1]

@@ -340,6 +340,17 @@ def test_two_low_chip_selects_are_noted() -> None:
     )
 
 
+def test_low_chip_selects_without_clock_are_silent() -> None:
+    """Firmware that sets its pins up: each output is low until it is set."""
+    bench = CommBench()
+    for pin in (LSM6DSL, LIS2MDL, LPS22HB):
+        output(bench, pin)
+    for pin in (LSM6DSL, LIS2MDL, LPS22HB):
+        put(bench, pin, 1)
+    three_wire(bench).read(LIS2MDL, 0x4F)
+    assert bench.notes() == []
+
+
 def test_early_chip_select_cuts_the_byte() -> None:
     """Firmware that does not wait for BSY."""
     bench = CommBench()

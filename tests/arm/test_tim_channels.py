@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
 from fcu_emulator.emulator.chip.peripherals.tim import Pwm, Timer
@@ -194,3 +196,51 @@ def test_a_debugger_does_not_take_a_capture(chip: NativeChip) -> None:
     assert tim.read(SR) & CC1IF
     assert tim.read(CCR1) == 77
     assert not tim.read(SR) & CC1IF
+
+
+# -- an oscillator at input 4 of TIM5 (RM0368 13.4.21) -------------------------------------------------------
+
+CCMR2, CCR4, OR, CC4IF, LSI = 0x1C, 0x40, 0x50, 0x10, 0x40
+
+
+def lsi_timer(chip: NativeChip, ccmr2: int, **registers: int) -> Timer:
+    tim = timer(chip, "TIM5", **registers)
+    for offset, value in ((OR, LSI), (CCMR2, ccmr2), (0x20, 1 << 12), (CR1, 1)):
+        tim.write(offset, value)
+    return tim
+
+
+@pytest.mark.parametrize(("ccmr2", "edges"), [(0x0100, 1), (0x0D00, 8)])
+def test_tim5_measures_the_lsi(chip: NativeChip, ccmr2: int, edges: int) -> None:
+    """84 MHz over 32 kHz: 2625 counts an edge; IC4PSC = 3 captures every eighth."""
+    tim = lsi_timer(chip, ccmr2, DIER=CC4IF)
+    chip.run_for(PS_PER_US)
+    chip.clocks.set(lsi_hz=32_000)
+    captured = list[int]()
+    for _ in range(5):
+        while not chip.irq.level(50):
+            chip.run_to(chip.next_ps)
+        captured.append(tim.read(CCR4))
+        assert not chip.irq.level(50)
+    gaps = {after - before for before, after in pairwise(captured)}
+    assert gaps == {2625 * edges}
+
+
+def test_polled_lsi_edge_comes_at_its_time(chip: NativeChip) -> None:
+    tim = lsi_timer(chip, 0x0100)
+    chip.clocks.set(lsi_hz=32_000)
+    value, until_ps = tim.read_with_validity(SR)
+    assert not value & CC4IF
+    chip.run_to(until_ps - 1)
+    assert not tim.read(SR) & CC4IF
+    while chip.clock.now_ps < 31_250_000:
+        value, until_ps = tim.read_with_validity(SR)
+        chip.run_to(until_ps)
+    assert tim.read(SR) & CC4IF
+    assert tim.read(CCR4) == 2625
+
+
+def test_tim5_without_lsi_captures_nothing(chip: NativeChip) -> None:
+    tim = lsi_timer(chip, 0x0100)
+    chip.run_for(1000 * PS_PER_US)
+    assert not tim.read(SR) & CC4IF

@@ -71,7 +71,7 @@ def calls_for_an_access(name: str, folder: Path) -> float:
     "name",
     [
         *(name for name in PROGRAMS if name.startswith("unmapped: a ")),
-        *("unmapped: SDIO is read", "unmapped: OTG_FS is written", "unmapped: private space is read"),
+        *("unmapped: SDIO is read", "unmapped: SPI4 is written", "unmapped: private space is read"),
         *("unmapped: bit-band of a reserved block", "unaligned register", "bit-band: RAM"),
     ],
 )

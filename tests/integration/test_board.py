@@ -6,6 +6,7 @@ import gc
 import re
 import weakref
 from itertools import pairwise
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -370,3 +371,14 @@ def test_firmware_variables_are_reachable_by_their_c_names() -> None:
         board.variable("nothing")
     with pytest.raises(KeyError):
         Board().variable("acc")
+
+
+@pytest.mark.parametrize("crystal_hz", [3_999_999, 26_000_001, 8e6 + 0.5, "8MHz"])
+def test_crystal_outside_datasheet_is_an_error(crystal_hz: Any) -> None:
+    with pytest.raises(InputError, match="crystal_hz must be"):
+        Board(crystal_hz=crystal_hz)
+
+
+def test_crystal_of_board_reaches_the_chip() -> None:
+    board = Board(firmware="tests/arm/broken/other_port.elf", crystal_hz=25_000_000, ideal=True)
+    assert board.signals.crystal_hz == 25_000_000

@@ -83,3 +83,17 @@ def test_callback_time_excludes_fault_handlers(monkeypatch: pytest.MonkeyPatch) 
 def test_verbose_shows_notes_of_correct_programs() -> None:
     assert USUAL not in summary("lab3", "--duration", "1200ms")
     assert USUAL in summary("lab3", "--duration", "1200ms", "--verbose")
+
+
+def test_all_uarts_shows_output_without_terminal() -> None:
+    program = "tests/arm/broken/other_port.elf"
+    line = "\nfcu: USART2: Hello, 21.5 \u00b0C\n"
+    assert line in summary(program, "--duration", "0.05s", "--all-uarts").replace("\r", "")
+    assert line not in summary(program, "--duration", "0.05s")
+
+
+def test_board_returns_output_of_other_uarts() -> None:
+    board = Board(firmware="tests/arm/broken/other_port.elf")
+    board.run_for(0.05)
+    assert board.other_uarts() == {"USART2": "Hello, 21.5 \u00b0C\r\n".encode()}
+    assert Board().other_uarts() == {}

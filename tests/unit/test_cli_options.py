@@ -28,7 +28,8 @@ LINES: list[tuple[str, str, Any]] = [
         "fcu_emulator.emulator.cli.run.run_board",
         """run a.elf --wiring lab3 --scenario desk --duration 1s --speed 2 --serial tcp --serial
         stdout --seed 3 --ideal --trace t.jsonl --vcd v.vcd --perfetto p.json --quiet --gdb 1234
-        --halt --limit lines=5 --json j.json --verbose""",
+        --halt --limit lines=5 --json j.json --verbose --all-uarts
+        --crystal 8""",
         RunOptions(
             firmware="a.elf",
             wiring="lab3",
@@ -45,6 +46,8 @@ LINES: list[tuple[str, str, Any]] = [
             limit=("lines=5",),
             json=Path("j.json"),
             verbose=True,
+            all_uarts=True,
+            crystal=8.0,
             vcd=Path("v.vcd"),
             perfetto=Path("p.json"),
         ),

@@ -47,7 +47,13 @@ class Absent(Peripheral):
 
 # -- unmodelled peripherals (RM0368 table 1) ---------------------------------------------------------------------
 
-NOT_MODELLED = ("I2S2ext", "I2S3ext", "SDIO", "SPI4", "OTG_FS")
+NOT_MODELLED = {
+    "I2S2ext": "audio is neither sent nor received",
+    "I2S3ext": "audio is neither sent nor received",
+    "SDIO": "no command to a card completes",
+    "SPI4": "no transfer completes",
+}
+"""The consequence of each missing peripheral."""
 
 
 class UnmodelledPeripheral(Peripheral):
@@ -55,12 +61,15 @@ class UnmodelledPeripheral(Peripheral):
 
     def read(self, offset: int) -> int:
         del offset
-        self.note("not modelled", "read; every register returns 0")
+        self._note_absence()
         return 0
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
         del offset, value, mask
-        self.note("not modelled", "written without effect")
+        self._note_absence()
+
+    def _note_absence(self) -> None:
+        self.note("not modelled", f"every register reads 0: {NOT_MODELLED[self.name]}")
 
 
 def unmodelled_peripherals(soc: Soc) -> list[UnmodelledPeripheral]:

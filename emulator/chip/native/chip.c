@@ -17,7 +17,7 @@ Chip *fcu_create(const Host *host) {
   chip->host_next_ps = chip->next_ps = chip->due_ps = NEVER_PS;
   chip->work_limit = INT64_MAX;
   enum { HSI_HZ = 16000000 }; /* RM0368 6.2.2 */
-  chip->clocks = (Clocks){HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ};
+  chip->clocks = (Clocks){HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, HSI_HZ, 0, 0};
   memset(chip->alternate, -1, sizeof chip->alternate);
   memset(chip->flash, 0xFF, sizeof chip->flash);
   memset(chip->system_memory, 0xFF, sizeof chip->system_memory);
@@ -395,7 +395,13 @@ int64_t gcd(int64_t a, int64_t b) {
 }
 
 void fcu_set_clocks(Chip *chip, const Clocks *clocks) {
+  bool low_speed_only = !memcmp(&chip->clocks, clocks, offsetof(Clocks, lsi_hz)) &&
+                        (chip->clocks.lsi_hz != clocks->lsi_hz || chip->clocks.lse_hz != clocks->lse_hz);
   chip->clocks = *clocks;
+  timers_oscillators_changed(chip);
+  if (low_speed_only) { /* a change of HCLK rounds the time of the core */
+    return;
+  }
   run_loop_hclk_changed(chip);
   for (int n = 0; n < chip->peripheral_count; n++) {
     if (chip->peripherals[n]->type->clocks_changed) {

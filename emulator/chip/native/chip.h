@@ -1,6 +1,6 @@
 /* The chip: all peripherals in one struct, and the connections between them.
  *
- * Python has the rare peripherals (RCC, PWR, FLASH, ADC, RTC, CRC, watchdogs, DBGMCU), the outside world, and a
+ * Python has the rare peripherals (RCC, PWR, FLASH, ADC, RTC, watchdogs, DBGMCU), the outside world, and a
  * clock with its events. C calls it through struct Host.
  */
 #ifndef FCU_CHIP_H
@@ -42,6 +42,7 @@ typedef struct {
 /* Frequencies in Hz that RCC sets (RM0368 section 6.2). Nominal: with oscillators without error. */
 typedef struct {
   int64_t sysclk_hz, hclk_hz, pclk1_hz, pclk2_hz, timer1_hz, timer2_hz, nominal_pclk1_hz;
+  int64_t lsi_hz, lse_hz; /* 0: not ready */
 } Clocks;
 
 struct Chip {

@@ -33,6 +33,9 @@ class ClockTree(Protocol):
     """Clock of the timers on APB1: twice PCLK1 unless its prescaler is 1."""
     timer2_hz: int
     """Clock of the timers on APB2, by the same rule."""
+    lsi_hz: int
+    """The internal oscillator of 32 kHz; 0 while it is not ready."""
+    lse_hz: int
 
     def on_change(self, changed: Callable[[], None]) -> None: ...
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache, partial
 
-from fcu_emulator.emulator.boards.description import BoardErrors
+from fcu_emulator.emulator.boards.description import CRYSTAL_HZ, BoardErrors
 from fcu_emulator.emulator.chip.library import FcuChip
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, InterruptInput, Peripheral, Soc
 from fcu_emulator.emulator.chip.peripherals.pwr import Pwr
@@ -21,7 +21,7 @@ from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S, PS_PER_US, Event
 # -- frequencies (section 6.2, figure 12) -------------------------------------------------------------------
 
 HSI_HZ = 16_000_000
-HSE_HZ = 16_000_000  # the board's crystal (HSE_VALUE of STSW-FCU001)
+HSE_HZ = CRYSTAL_HZ
 LSI_HZ = 32_000  # STM32F401xB/C datasheet, LSI oscillator: 17 to 47 kHz
 LSE_HZ = 32_768
 
@@ -39,13 +39,21 @@ class Oscillators:
 
     hsi_hz: int = HSI_HZ
     hse_hz: int = HSE_HZ
+    crystal_hz: int = HSE_HZ
+    """The crystal's nominal frequency."""
 
     @classmethod
-    def of(cls, errors: BoardErrors) -> Oscillators:
-        return cls(round(HSI_HZ * (1 + errors.hsi_percent / 100)), round(HSE_HZ * (1 + errors.hse_ppm / 1e6)))
+    def of(cls, errors: BoardErrors, crystal_hz: int = HSE_HZ) -> Oscillators:
+        hse_hz = round(crystal_hz * (1 + errors.hse_ppm / 1e6))
+        return cls(round(HSI_HZ * (1 + errors.hsi_percent / 100)), hse_hz, crystal_hz)
+
+    @property
+    def nominal(self) -> Oscillators:
+        """The same oscillators without errors."""
+        return Oscillators(HSI_HZ, self.crystal_hz, self.crystal_hz)
 
 
-_OTHER_CRYSTALS_HZ = (8_000_000, 25_000_000, 12_000_000)  # of other boards
+_OTHER_CRYSTALS_HZ = (HSE_HZ, 8_000_000, 25_000_000, 12_000_000)  # of other boards
 
 NOMINAL = Oscillators()
 """For the manual's limits, which an oscillator within its tolerance never violates."""
@@ -82,13 +90,13 @@ def pll(pllcfgr: int, oscillators: Oscillators = NOMINAL) -> PllOutput:
     return PllOutput(source_hz // m, vco_hz, vco_hz // p, vco_hz // q)
 
 
-def _other_crystal(pllcfgr: int) -> str:
+def _other_crystal(pllcfgr: int, crystal_hz: int) -> str:
     """Return the hint that a setting fits another board's crystal, or ""."""
     if not rcc.PLLCFGR.PLLSRC.get(pllcfgr):
         return ""
     fitting = (hz for hz in _OTHER_CRYSTALS_HZ if not pll(pllcfgr, Oscillators(hse_hz=hz)).problem())
     hz = next(fitting, 0)
-    return f"; {WRONG_CRYSTAL} {HSE_HZ / 1e6:g} MHz, the settings fit {hz / 1e6:g} MHz" if hz else ""
+    return f"; {WRONG_CRYSTAL} {crystal_hz / 1e6:g} MHz, the settings fit {hz / 1e6:g} MHz" if hz else ""
 
 
 WRONG_CRYSTAL = "the board's crystal has"
@@ -254,7 +262,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._starting: dict[str, Event] = {}
         self._check: Event | None = None
         self._pll_hz = self._pll_nominal_hz = 0
-        self._adopted: tuple[Frequencies, int] | None = None  # and the RTC's
+        self._adopted: tuple[Frequencies, tuple[int, int, int]] | None = None  # and the low-speed ones
         self._adopt(frequencies(oscillators.hsi_hz, 0), frequencies(HSI_HZ, 0))
 
     # -- for the other peripherals ---------------------------------------------------------------------------
@@ -406,10 +414,12 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
     def _start(self, name: str, source: _Source) -> None:
         if name == "PLL":
             pllcfgr = self.registers[PLLCFGR]
-            nominal = pll(pllcfgr)
+            nominal = pll(pllcfgr, self._oscillators.nominal)
             self._pll_hz, self._pll_nominal_hz = pll(pllcfgr, self._oscillators).p_hz, nominal.p_hz
             if nominal.problem():
-                self.note("forbidden", nominal.problem() + _other_crystal(pllcfgr))
+                self.note(
+                    "forbidden", nominal.problem() + _other_crystal(pllcfgr, self._oscillators.crystal_hz)
+                )
             if not self._pll_hz:  # N is 0 (6.3.2)
                 return
         at_ps = self.soc.clock.now_ps + source.start_ps
@@ -437,16 +447,18 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
             self.registers[CFGR] = rcc.CFGR.SWS.put(self.registers[CFGR], wanted)
         used = rcc.CFGR.SWS.get(self.registers[CFGR])
         true_hz = (self._oscillators.hsi_hz, self._oscillators.hse_hz, self._pll_hz)[used]
-        nominal_hz = (HSI_HZ, HSE_HZ, self._pll_nominal_hz)[used]
+        nominal_hz = (HSI_HZ, self._oscillators.crystal_hz, self._pll_nominal_hz)[used]
         timpre, cfgr = bool(rcc.DCKCFGR.TIMPRE.get(self.registers[DCKCFGR])), self.registers[CFGR]
         self._adopt(frequencies(true_hz, cfgr, timpre=timpre), frequencies(nominal_hz, cfgr, timpre=timpre))
 
     def _adopt(self, clocks: Frequencies, nominal: Frequencies) -> None:
-        adopted = clocks, self.rtc_hz()
+        lsi_hz, lse_hz = self._ready("LSI") * LSI_HZ, self._ready("LSE") * LSE_HZ
+        adopted = clocks, (self.rtc_hz(), lsi_hz, lse_hz)
         if adopted == self._adopted:
             return
         self._adopted = adopted
         self._nominal = nominal
+        self.lsi_hz, self.lse_hz = lsi_hz, lse_hz
         self.nominal_hclk_hz, self.nominal_pclk1_hz = nominal.hclk_hz, nominal.pclk1_hz
         self.sysclk_hz, self.hclk_hz = clocks.sysclk_hz, clocks.hclk_hz
         self.pclk1_hz, self.pclk2_hz = clocks.pclk1_hz, clocks.pclk2_hz

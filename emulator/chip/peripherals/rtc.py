@@ -1,19 +1,27 @@
-"""RTC: calendar, backup registers, write protection (RM0368 section 17).
+"""RTC: calendar, alarms, wake-up timer, backup registers, write protection (RM0368 section 17).
 
-INITF and RSF are set at once; on the chip this takes two RTC clocks. Invalid dates carry over into the next unit. Notes
-report alarms, wake-up timer, tamper, time stamp, calibration and 12 hour format as not modelled.
+INITF, RSF, WUTWF and ALRxWF are set at once; on the chip this takes two RTC clocks. Invalid dates carry over into the
+next unit. Notes report tamper, time stamp, calibration and 12 hour format as not modelled.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral, Soc
 from fcu_emulator.emulator.chip.peripherals.pwr import Pwr
 from fcu_emulator.emulator.chip.peripherals.rcc import Rcc
+from fcu_emulator.emulator.chip.peripherals.rtc_alarms import (
+    Subseconds,
+    matches,
+    wake_up_period,
+    wake_up_unit,
+)
 from fcu_emulator.emulator.chip.registers import DECLARED, rtc
 from fcu_emulator.emulator.chip.registers.declaration import masks, offsets
-from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_S
+from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_S, Event
 
 # -- the calendar in BCD (17.6.1, 17.6.2) -------------------------------------------------------------------
 
@@ -63,7 +71,37 @@ def date_register(seconds: int, weekday: int) -> int:
 TR, DR, CR, ISR, PRER, WPR, SSR = offsets(rtc.TR, rtc.DR, rtc.CR, rtc.ISR, rtc.PRER, rtc.WPR, rtc.SSR)
 
 _INITS, _RSF, _INITF, _INIT = masks(rtc.ISR.INITS, rtc.ISR.RSF, rtc.ISR.INITF, rtc.ISR.INIT)
-_CR_MODELLED = rtc.CR.BYPSHAD.mask | rtc.CR.BKP.mask  # BYPSHAD and BKP have no visible effect
+_WUTE, _WUTIE, _WUCKSEL = masks(rtc.CR.WUTE, rtc.CR.WUTIE, rtc.CR.WUCKSEL)
+_WUTF, _WUTWF = masks(rtc.ISR.WUTF, rtc.ISR.WUTWF)
+_ALARM_LINE, _WAKE_UP_LINE = 17, 22  # of EXTI (10.2.5)
+
+
+@dataclass(frozen=True)
+class _Alarm:
+    """An alarm's registers and bits."""
+
+    time: int
+    subseconds: int
+    on: int
+    interrupt: int
+    flag: int
+    writable: int
+
+
+_ALARMS = tuple(
+    _Alarm(time.addr, subseconds.addr, *masks(*bits))
+    for time, subseconds, bits in (
+        (rtc.ALRMAR, rtc.ALRMASSR, (rtc.CR.ALRAE, rtc.CR.ALRAIE, rtc.ISR.ALRAF, rtc.ISR.ALRAWF)),
+        (rtc.ALRMBR, rtc.ALRMBSSR, (rtc.CR.ALRBE, rtc.CR.ALRBIE, rtc.ISR.ALRBF, rtc.ISR.ALRBWF)),
+    )
+)
+_BITS_THAT_ALLOW = {rtc.WUTR.addr: _WUTWF} | {
+    offset: alarm.writable for alarm in _ALARMS for offset in (alarm.time, alarm.subseconds)
+}
+"""The bit of ISR that must be set before a register is written."""
+_EVENT_FLAGS = _WUTF | sum(alarm.flag for alarm in _ALARMS)
+_EVENT_BITS = _WUTE | _WUTIE | _WUCKSEL | sum(alarm.on | alarm.interrupt for alarm in _ALARMS)
+_CR_MODELLED = _EVENT_BITS | rtc.CR.BYPSHAD.mask | rtc.CR.BKP.mask  # the last two have no visible effect
 _KEYS = (0xCA, 0x53)
 _BACKUP = range(rtc.BKPxR.addr, rtc.BKPxR.addr + rtc.BKPxR.count * rtc.BKPxR.step, rtc.BKPxR.step)
 
@@ -75,17 +113,26 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         super().__init__(soc, name, base)
         self._pwr = pwr
         self._rcc = rcc
+        self._events: dict[int, Event] = {}
+        """The next wake-up or instant of an alarm, by its flag in ISR."""
+        self._set_line: Callable[[int, bool], None] = lambda _line, _level: None
         self._power_on()
         rcc.on_change(self._clock_changed)
         rcc.on_backup_reset(self._power_on)
 
+    def connect(self, set_exti_line: Callable[[int, bool], None]) -> None:
+        """Connect the lines of EXTI: ``set_exti_line(number, level)``."""
+        self._set_line = set_exti_line
+
     def _power_on(self) -> None:
         self.registers = dict(self.REGISTERS)
+        self._cancel(*self._events)
         self._hz = self._rcc.rtc_hz()
         self._keys = 0  # number of correct keys of the unlock sequence so far
         self._cycles = 0  # RTC clocks from the start of the century to ``_since_ps``
         self._since_ps = self.soc.clock.now_ps
         self._first_weekday = 1  # weekday of the century's first day
+        self._signal()
 
     def reset(self) -> None:
         """Lock the backup domain (17.3.5)."""
@@ -100,8 +147,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         if offset == TR:
             return time_register(seconds)
         if offset == DR:
-            weekday = (self._first_weekday - 1 + seconds // 86400) % 7 + 1
-            return date_register(seconds, weekday)
+            return self._date(seconds)
         return rtc.PRER.PREDIV_S.get(self.registers[PRER]) - below // self._asynchronous()
 
     def read(self, offset: int) -> int:
@@ -113,8 +159,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         if offset not in {TR, DR, SSR} or self.registers[ISR] & _INITF or not self._hz:
             return value, NEVER_PS
         step = self._asynchronous() if offset == SSR else self._cycles_per_s()
-        cycles = (self._now_cycles() // step + 1) * step - self._cycles
-        return value, self._since_ps - (-cycles * PS_PER_S // self._hz)
+        return value, self._time_ps((self._now_cycles() // step + 1) * step)
 
     def pure_read(self, offset: int) -> bool:
         return offset not in {TR, DR, SSR}
@@ -129,16 +174,55 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             self.note("refused", f"{self._named(offset)} written while PWR_CR.DBP is 0")
         elif offset in _BACKUP:
             super().write(offset, value, mask)
-        elif self._keys < len(_KEYS):
-            self.note("refused", f"{self._named(offset)} written without the keys 0xCA, 0x53 in WPR")
         elif offset == ISR:
-            self._initialise(bool(value & _INIT))
+            self._write_status(value, mask)
+        elif self._keys < len(_KEYS):
+            self._refuse_without_keys(offset)
         elif offset in {TR, DR, PRER}:
             self._set_calendar(offset, value, mask)
+        elif offset in _BITS_THAT_ALLOW:
+            self._write_event(offset, value, mask)
+        elif offset == CR:
+            self._control(value, mask)
         else:
             super().write(offset, value, mask)
-            if offset != CR or self.registers[CR] & ~_CR_MODELLED:
-                self.note("not modelled", f"{self._named(offset)} written")
+            self.note("not modelled", f"{self._named(offset)} written")
+
+    def _refuse_without_keys(self, offset: int) -> None:
+        self.note("refused", f"{self._named(offset)} written without the keys 0xCA, 0x53 in WPR")
+
+    def _write_status(self, value: int, mask: int) -> None:
+        """Clear flags, which needs no keys, and enter or leave initialisation mode (17.3.5)."""
+        self.registers[ISR] &= ~_EVENT_FLAGS | value | ~mask
+        self._signal()
+        wanted = bool(value & _INIT)
+        if self._keys == len(_KEYS):
+            self._initialise(wanted)
+        elif mask & _INIT and wanted is not bool(self.registers[ISR] & _INIT):
+            self._refuse_without_keys(ISR)
+
+    def _write_event(self, offset: int, value: int, mask: int) -> None:
+        """Write a register of an alarm or the wake-up timer, while it is off or in initialisation mode."""
+        if self.registers[ISR] & (_BITS_THAT_ALLOW[offset] | _INITF):
+            super().write(offset, value, mask)
+        else:
+            self.note("refused", f"{self._named(offset)} written while its alarm or timer is on")
+
+    def _control(self, value: int, mask: int) -> None:
+        old = self.registers[CR]
+        super().write(CR, value, mask)
+        cr = self.registers[CR]
+        if cr & ~_CR_MODELLED:
+            self.note("not modelled", "CR written")
+        changed = cr ^ old
+        for on, flag, writable in (
+            (_WUTE, _WUTF, _WUTWF),
+            *((alarm.on, alarm.flag, alarm.writable) for alarm in _ALARMS),
+        ):
+            if changed & on:
+                self.registers[ISR] = self.registers[ISR] & ~writable | (0 if cr & on else writable)
+                self._plan(flag)
+        self._signal()
 
     def _named(self, offset: int) -> str:
         return self.NAMES.get(offset, f"0x{offset:02X}")
@@ -171,6 +255,9 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         elif running:
             self.registers[ISR] |= _RSF  # the chip sets it again soon after software clears it
 
+        if wanted is running:
+            self._plan_all()
+
     def _asynchronous(self) -> int:
         return rtc.PRER.PREDIV_A.get(self.registers[PRER]) + 1
 
@@ -189,3 +276,70 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             self._cycles = self._now_cycles()
             self._since_ps = self.soc.clock.now_ps
         self._hz = self._rcc.rtc_hz()
+        self._plan_all()
+
+    def _date(self, seconds: int) -> int:
+        return date_register(seconds, (self._first_weekday - 1 + seconds // 86400) % 7 + 1)
+
+    def _time_ps(self, cycles: int) -> int:
+        return self._since_ps - (-(cycles - self._cycles) * PS_PER_S // self._hz)
+
+    # -- wake-up timer and alarms -----------------------------------------------------------------------
+
+    def _cancel(self, *flags: int) -> None:
+        for flag in flags:
+            if flag in self._events:
+                self._events.pop(flag).cancel()
+
+    def _plan_all(self) -> None:
+        for flag in (_WUTF, *(alarm.flag for alarm in _ALARMS)):
+            self._plan(flag)
+
+    def _plan(self, flag: int) -> None:
+        """Schedule the first event after a change; none without clock or in initialisation mode."""
+        self._cancel(flag)
+        if not self._hz or self.registers[ISR] & _INITF:
+            return
+        now, per_s = self._now_cycles(), self._cycles_per_s()
+        if flag == _WUTF:
+            if self.registers[CR] & _WUTE:
+                unit = wake_up_unit(self.registers[CR], per_s)
+                self._wake_up_at(now // unit * unit + self._wake_up_period())
+            return
+        alarm = next(one for one in _ALARMS if one.flag == flag)
+        if self.registers[CR] & alarm.on:
+            self._compare_after(alarm, now)
+
+    def _wake_up_period(self) -> int:
+        return wake_up_period(self.registers[CR], self.registers[rtc.WUTR.addr], self._cycles_per_s())
+
+    def _wake_up_at(self, cycles: int) -> None:
+        self._events[_WUTF] = self.soc.clock.schedule(self._time_ps(cycles), lambda: self._wake_up(cycles))
+
+    def _wake_up(self, cycles: int) -> None:
+        self._raise(_WUTF)
+        self._wake_up_at(cycles + self._wake_up_period())
+
+    def _compare_after(self, alarm: _Alarm, cycles: int) -> None:
+        """Compare the calendar at the alarm's next subsecond after ``cycles``."""
+        steps_per_s = rtc.PRER.PREDIV_S.get(self.registers[PRER]) + 1
+        instants = Subseconds.of(self.registers[alarm.subseconds], steps_per_s - 1)
+        following = instants.after(cycles // self._asynchronous(), steps_per_s) * self._asynchronous()
+        self._events[alarm.flag] = self.soc.clock.schedule(
+            self._time_ps(following), lambda: self._compare(alarm, following)
+        )
+
+    def _compare(self, alarm: _Alarm, cycles: int) -> None:
+        seconds = cycles // self._cycles_per_s()
+        if matches(self.registers[alarm.time], time_register(seconds), self._date(seconds)):
+            self._raise(alarm.flag)
+        self._compare_after(alarm, cycles)
+
+    def _raise(self, flag: int) -> None:
+        self.registers[ISR] |= flag
+        self._signal()
+
+    def _signal(self) -> None:
+        isr, cr = self.registers[ISR], self.registers[CR]
+        self._set_line(_WAKE_UP_LINE, bool(isr & _WUTF and cr & _WUTIE))
+        self._set_line(_ALARM_LINE, any(isr & one.flag and cr & one.interrupt for one in _ALARMS))

@@ -19,7 +19,7 @@ _SENT = ctypes.CFUNCTYPE(
 _REPLACED = ctypes.CFUNCTYPE(None, _i64, _i32, _i32)
 
 
-_KEPT = 4096  # bytes of a USART without a line
+_KEPT = 0x1_0000  # bytes of a USART without a line
 
 _STOP_BITS = (Fraction(1), Fraction(1, 2), Fraction(2), Fraction(3, 2))
 """By CR2.STOP."""

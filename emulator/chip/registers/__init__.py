@@ -41,7 +41,7 @@ KINDS: Final[tuple[ModuleType, ...]] = (
 """In the order of the reference manual, then the core's."""
 
 IN_C: Final[tuple[ModuleType, ...]] = (
-    *(syscfg, gpio, dma, exti, tim, i2c, usart, spi),
+    *(crc, syscfg, gpio, dma, exti, tim, i2c, usart, spi),
     *(systick, nvic, scb, dwt),
 )
 """C headers are generated for these."""

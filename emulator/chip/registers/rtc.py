@@ -44,19 +44,19 @@ class CR(Word, addr=0x08):
     SUB1H = Bits(17, access="w", modelled=False, doc="an hour back")
     ADD1H = Bits(16, access="w", modelled=False, doc="an hour forward")
     TSIE = Bits(15, modelled=False, doc="interrupt on time stamp")
-    WUTIE = Bits(14, modelled=False, doc="interrupt on wake-up timer")
-    ALRBIE = Bits(13, modelled=False, doc="interrupt on alarm B")
-    ALRAIE = Bits(12, modelled=False, doc="interrupt on alarm A")
+    WUTIE = Bits(14, doc="interrupt on wake-up timer")
+    ALRBIE = Bits(13, doc="interrupt on alarm B")
+    ALRAIE = Bits(12, doc="interrupt on alarm A")
     TSE = Bits(11, modelled=False, doc="time stamp on")
-    WUTE = Bits(10, modelled=False, doc="wake-up timer on")
-    ALRBE = Bits(9, modelled=False, doc="alarm B on")
-    ALRAE = Bits(8, modelled=False, doc="alarm A on")
+    WUTE = Bits(10, doc="wake-up timer on")
+    ALRBE = Bits(9, doc="alarm B on")
+    ALRAE = Bits(8, doc="alarm A on")
     DCE = Bits(7, modelled=False, doc="coarse calibration on")
     FMT = Bits(6, modelled=False, doc="12 hour format")
     BYPSHAD = Bits(5, doc="shadow registers are bypassed")
     REFCKON = Bits(4, modelled=False, doc="reference clock detection")
     TSEDGE = Bits(3, modelled=False, doc="edge of the time stamp")
-    WUCKSEL = Bits(2, 0, modelled=False, doc="clock of the wake-up timer")
+    WUCKSEL = Bits(2, 0, doc="clock of the wake-up timer")
 
 
 class ISR(Word, addr=0x0C, access="rc_w0", reset=0x7):
@@ -67,17 +67,17 @@ class ISR(Word, addr=0x0C, access="rc_w0", reset=0x7):
     TAMP1F = Bits(13, modelled=False, doc="tamper 1")
     TSOVF = Bits(12, modelled=False, doc="time stamp overflow")
     TSF = Bits(11, modelled=False, doc="time stamp")
-    WUTF = Bits(10, modelled=False, doc="wake-up timer")
-    ALRBF = Bits(9, modelled=False, doc="alarm B")
-    ALRAF = Bits(8, modelled=False, doc="alarm A")
+    WUTF = Bits(10, doc="wake-up timer")
+    ALRBF = Bits(9, doc="alarm B")
+    ALRAF = Bits(8, doc="alarm A")
     INIT = Bits(7, access="rw", doc="initialisation mode")
     INITF = Bits(6, access="r", doc="the calendar can be written")
     RSF = Bits(5, doc="the shadow registers are up to date")
     INITS = Bits(4, access="r", doc="the year is not 0")
     SHPF = Bits(3, access="r", modelled=False, doc="shift pending")
-    WUTWF = Bits(2, access="r", modelled=False, doc="the wake-up timer can be written")
-    ALRBWF = Bits(1, access="r", modelled=False, doc="alarm B can be written")
-    ALRAWF = Bits(0, access="r", modelled=False, doc="alarm A can be written")
+    WUTWF = Bits(2, access="r", doc="the wake-up timer can be written")
+    ALRBWF = Bits(1, access="r", doc="alarm B can be written")
+    ALRAWF = Bits(0, access="r", doc="alarm A can be written")
 
 
 class PRER(Word, addr=0x10, reset=0x007F_00FF):
@@ -87,7 +87,7 @@ class PRER(Word, addr=0x10, reset=0x007F_00FF):
     PREDIV_S = Bits(14, 0, doc="synchronous, less one")
 
 
-class WUTR(Word, addr=0x14, reset=0x0000_FFFF, modelled=False):
+class WUTR(Word, addr=0x14, reset=0x0000_FFFF):
     """Wake-up timer."""
 
     WUT = Bits(15, 0, doc="reload value")
@@ -100,7 +100,7 @@ class CALIBR(Word, addr=0x18, modelled=False):
     DC = Bits(4, 0, doc="amount")
 
 
-class ALRMAR(Word, addr=0x1C, modelled=False):
+class ALRMAR(Word, addr=0x1C):
     """Alarm A."""
 
     MSK4 = Bits(31, doc="date does not count")
@@ -108,7 +108,7 @@ class ALRMAR(Word, addr=0x1C, modelled=False):
     DT = Bits(29, 28, doc="day, tens")
     DU = Bits(27, 24, doc="day, units")
     MSK3 = Bits(23, doc="hours do not count")
-    PM = Bits(22, doc="afternoon")
+    PM = Bits(22, modelled=False, doc="afternoon")
     HT = Bits(21, 20, doc="hours, tens")
     HU = Bits(19, 16, doc="hours, units")
     MSK2 = Bits(15, doc="minutes do not count")
@@ -119,7 +119,7 @@ class ALRMAR(Word, addr=0x1C, modelled=False):
     SU = Bits(3, 0, doc="seconds, units")
 
 
-class ALRMBR(ALRMAR, addr=0x20, modelled=False):
+class ALRMBR(ALRMAR, addr=0x20):
     """Alarm B, like alarm A."""
 
 
@@ -197,14 +197,14 @@ class TAFCR(Word, addr=0x40, modelled=False):
     TAMP1E = Bits(0, doc="tamper 1 on")
 
 
-class ALRMASSR(Word, addr=0x44, modelled=False):
+class ALRMASSR(Word, addr=0x44):
     """Alarm A subseconds."""
 
     MASKSS = Bits(27, 24, doc="bits that are compared")
     SS = Bits(14, 0, doc="subseconds")
 
 
-class ALRMBSSR(Word, addr=0x48, modelled=False):
+class ALRMBSSR(Word, addr=0x48):
     """Alarm B subseconds."""
 
     MASKSS = Bits(27, 24, doc="bits that are compared")

@@ -254,5 +254,5 @@ class OR(Word, addr=0x50):
     """Input remap."""
 
     ITR1_RMP = Bits(11, 10, modelled=False, doc="TIM2: internal trigger 1")
-    TI4_RMP = Bits(7, 6, modelled=False, doc="TIM5: input 4")
+    TI4_RMP = Bits(7, 6, doc="TIM5: input 4 is 0 the pin, 1 LSI, 2 LSE, 3 the RTC's wake-up (without effect)")
     TI1_RMP = Bits(1, 0, modelled=False, doc="TIM11: input 1")

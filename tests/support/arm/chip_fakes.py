@@ -3,8 +3,8 @@
 ::
 
     chip = Chip()
-    block = Crc(chip.soc, "CRC", 0x4002_3000)
-    block.write(0x00, 1)
+    block = Dbgmcu(chip.soc, "DBGMCU", 0xE004_2000)
+    block.write(0x04, 1)
     chip.run_to(1_000_000)      # picoseconds; fires what is due, as the core does before an access
 """
 
@@ -27,6 +27,7 @@ class FakeClockTree:
     def __init__(self) -> None:
         self.sysclk_hz = self.hclk_hz = self.pclk2_hz = self.timer1_hz = self.timer2_hz = 84_000_000
         self.pclk1_hz = self.nominal_pclk1_hz = 42_000_000
+        self.lsi_hz = self.lse_hz = 0
         self._changed: list[Callable[[], None]] = []
 
     def on_change(self, changed: Callable[[], None]) -> None:

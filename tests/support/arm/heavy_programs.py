@@ -140,7 +140,7 @@ def address_programs() -> dict[str, bytes]:
         "unmapped: a reserved block is read": reads(0x4000_1000),
         "unmapped: a reserved block is written": two_values(0x4000_1000, 1, 2),
         "unmapped: SDIO is read": reads(_base("SDIO")),
-        "unmapped: OTG_FS is written": two_values(0x5000_0000, 1, 2),
+        "unmapped: SPI4 is written": two_values(_base("SPI4"), 1, 2),
         "unmapped: private space is read": reads(0xE004_1000),
         "unmapped: another word each time": endless(everywhere, "mov32 r0, 0x40000000\nmov32 r4, 4"),
         "unmapped: a block without clock is read": endless(

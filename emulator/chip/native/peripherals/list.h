@@ -5,6 +5,7 @@
 #ifndef FCU_LIST_H
 #define FCU_LIST_H
 
+#include "peripherals/crc.h"
 #include "peripherals/dma.h"
 #include "peripherals/dwt.h"
 #include "peripherals/exti.h"
@@ -27,6 +28,7 @@
   X(Dma, dma, dma_create)             \
   X(Usarts, usarts, usarts_create)    \
   X(I2c, i2c[I2C_COUNT], i2c_create)  \
-  X(Spi, spi[SPIS], spi_create)
+  X(Spi, spi[SPIS], spi_create)       \
+  X(Crc, crc, crc_create)
 
 #endif

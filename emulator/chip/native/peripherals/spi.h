@@ -57,6 +57,7 @@ typedef struct {
   SpiSensor sensors[SPI_SENSORS];
   uint8_t selected[SPI_SENSORS];
   int32_t selected_count;
+  uint8_t conflict_noted; /* since the latest selection */
   SpiMessage recent[SPI_RECENT];
   uint32_t recent_count, recent_taken;
   SpiUnaddressed unaddressed[SPI_RECENT];

@@ -2,7 +2,7 @@
  *
  * A message is the bytes between two edges of a chip select. A byte goes to the sensors that are selected when it
  * ends. The sensors pull their chip selects up (LSM6DSL, LIS2MDL, LPS22HB datasheets, 2). Two selected sensors drive
- * the line against each other: the host reads the AND, with a note.
+ * the line against each other: the host reads the AND, with a note at the first byte.
  *
  * C reads the sensor's registers (sensor_registers.h). Python takes over for registers that are read live, if registers
  * are written, and for sequences that no driver uses.
@@ -63,8 +63,13 @@ static uint8_t read_sensor(Spi *spi, SpiSensor *sensor) {
   return (uint8_t)spi->line.calls.receive(spi->peripheral.chip->now_ps, sensor->message.sensor, spi->line.wires);
 }
 
-static void note_conflict(Spi *spi) {
+/* Selected sensors without a clock do not conflict, for example while firmware sets its pins up. */
+static void check_conflict(Spi *spi) {
   char names[32] = "";
+  if (spi->line.selected_count < 2 || spi->line.conflict_noted) {
+    return;
+  }
+  spi->line.conflict_noted = true;
   for (int n = 0; n < spi->line.selected_count; n++) {
     const SpiSensor *sensor = &spi->line.sensors[spi->line.selected[n]];
     size_t length = strlen(names);
@@ -85,9 +90,7 @@ static void select_sensor(Spi *spi, SpiSensor *sensor) {
   if (!sensor->is_powered) {
     hand_to_python(spi, sensor);
   }
-  if (line->selected_count > 1) {
-    note_conflict(spi);
-  }
+  line->conflict_noted = false;
 }
 
 static void record_message(Spi *spi, SpiSensor *sensor) {
@@ -186,6 +189,7 @@ static void check_absent(Spi *spi) {
 
 uint8_t spi_line_exchange(Spi *spi, uint8_t out) {
   uint8_t answer = SPI_UNDRIVEN;
+  check_conflict(spi);
   record_unaddressed(spi, out);
   check_absent(spi);
   for (int n = 0; n < spi->line.selected_count; n++) {
@@ -201,6 +205,7 @@ uint8_t spi_line_exchange(Spi *spi, uint8_t out) {
 }
 
 void spi_line_send(Spi *spi, uint8_t out) {
+  check_conflict(spi);
   record_unaddressed(spi, out);
   check_absent(spi);
   for (int n = 0; n < spi->line.selected_count; n++) {
@@ -210,6 +215,7 @@ void spi_line_send(Spi *spi, uint8_t out) {
 
 uint8_t spi_line_receive(Spi *spi) {
   uint8_t answer = SPI_UNDRIVEN;
+  check_conflict(spi);
   record_unaddressed(spi, SPI_NOTHING);
   for (int n = 0; n < spi->line.selected_count; n++) {
     set_wires(spi, 3);

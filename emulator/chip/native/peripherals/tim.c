@@ -238,6 +238,54 @@ static bool captures(TimChannel *channel, bool level) {
   return true;
 }
 
+/* -- TIM5: an oscillator at input 4 (13.4.21) --------------------------------------------------------------- */
+
+#define OSCILLATOR_INPUT 3
+enum { REMAP_LSI = 1, REMAP_LSE = 2 };
+
+/* Return 0 if the pin or nothing is connected. */
+static int64_t oscillator_hz(const Tim *tim) {
+  const Clocks *clocks = &tim->peripheral.chip->clocks;
+  uint32_t remap = FIELD(REGISTER(tim, OR), OR_TI4_RMP);
+  if (tim->edge_event < 0) {
+    return 0;
+  }
+  return remap == REMAP_LSI ? clocks->lsi_hz : remap == REMAP_LSE ? clocks->lse_hz : 0;
+}
+
+static bool is_remapped(const Tim *tim, int source) {
+  return tim->edge_event >= 0 && source == OSCILLATOR_INPUT && REGISTER(tim, OR) & OR_TI4_RMP;
+}
+
+/* The channels that capture its edges, as flags of SR. */
+static uint32_t oscillator_flags(const Tim *tim) {
+  uint32_t flags = 0;
+  for (int n = 0; n < tim->variant->channels; n++) {
+    const TimChannel *channel = &tim->channels[n];
+    flags |= listens_to(channel, n, OSCILLATOR_INPUT) && channel->enable & CCER_CC1E ? flag_of(n) : 0;
+  }
+  return flags;
+}
+
+/* The edges since power-on; even ones rise. */
+static int64_t edges_until(int64_t now_ps, int64_t hz) { return (int64_t)((__int128)now_ps * 2 * hz / PS_PER_S); }
+
+static void schedule_edge(Tim *tim) {
+  Chip *chip = tim->peripheral.chip;
+  int64_t hz = oscillator_hz(tim);
+  uint32_t flags = hz ? oscillator_flags(tim) : 0;
+  if (tim->edge_event < 0) {
+    return;
+  }
+  if (!flags) {
+    event_cancel(chip, tim->edge_event);
+    return;
+  }
+  __int128 next = edges_until(chip->now_ps, hz) + 1;
+  int64_t at_ps = (int64_t)((next * PS_PER_S + 2 * hz - 1) / (2 * hz));
+  (REGISTER(tim, DIER) & flags ? event_schedule : event_defer)(chip, tim->edge_event, at_ps);
+}
+
 /* -- the counts of ticks --------------------------------------------------------------------------------- */
 
 /* A tick is an update with UIE. Lost: the flag was still set. Late: cleared after LATE_AFTER_PS. */
@@ -501,6 +549,32 @@ static void sync(Tim *tim) {
 
 static void on_event(Peripheral *peripheral) { sync((Tim *)peripheral); }
 
+static void capture_edge(Tim *tim, int source, bool level) {
+  catch_up(tim);
+  for (int n = 0; n < tim->variant->channels; n++) {
+    if (listens_to(&tim->channels[n], n, source) && captures(&tim->channels[n], level)) {
+      capture(tim, n);
+    }
+  }
+  reschedule(tim);
+}
+
+static void on_edge(Peripheral *peripheral) {
+  Tim *tim = (Tim *)peripheral;
+  int64_t hz = oscillator_hz(tim);
+  if (hz) {
+    capture_edge(tim, OSCILLATOR_INPUT, edges_until(peripheral->chip->now_ps, hz) % 2 == 0);
+  }
+  schedule_edge(tim);
+}
+
+/* The next flag, of the counter or an oscillator's edge. */
+static int64_t next_flag_ps(Tim *tim) {
+  int64_t at_ps = next_ps(tim);
+  int64_t edge_ps = tim->edge_event < 0 ? NEVER_PS : event_at(tim->peripheral.chip, tim->edge_event);
+  return at_ps < edge_ps ? at_ps : edge_ps;
+}
+
 static bool is_ccr(uint32_t offset) { return offset >= CCRx(1) && offset <= CCRx(4); }
 
 /* Call catch_up() first. */
@@ -550,7 +624,7 @@ static uint32_t tim_read(Peripheral *peripheral, uint32_t offset, int64_t *until
   if (runs || (flags && peripheral->chip->now_ps >= next_ps(tim))) {
     sync(tim);
   }
-  *until_ps = runs ? NOT_CACHEABLE_PS : flags ? next_ps(tim) : NEVER_PS;
+  *until_ps = runs ? NOT_CACHEABLE_PS : flags ? next_flag_ps(tim) : NEVER_PS;
   uint32_t value = value_of(tim, offset);
   if (is_ccr(offset)) {
     read_capture(tim, (int)(offset - CCRx(1)) / 4);
@@ -675,6 +749,7 @@ static void tim_write(Peripheral *peripheral, uint32_t offset, uint32_t value, u
   } else {
     REGISTER(tim, offset) = (REGISTER(tim, offset) & ~mask) | value;
     register_changed(tim, offset);
+    schedule_edge(tim);
   }
   reschedule(tim);
 }
@@ -691,6 +766,12 @@ static void tim_clocks_changed(Peripheral *peripheral) {
     catch_up(tim);
     change_clock(tim, peripheral->chip->now_ps, hz);
     reschedule(tim);
+  }
+}
+
+void timers_oscillators_changed(Chip *chip) {
+  for (int timer = 0; timer < TIMERS; timer++) {
+    schedule_edge(&chip->timers.timers[timer]);
   }
 }
 
@@ -712,6 +793,7 @@ static void tim_reset(Peripheral *peripheral) {
   channels_changed(tim);
   discard_tick(tim);
   reschedule(tim);
+  schedule_edge(tim);
 }
 
 static const PeripheralType TIM = {
@@ -730,6 +812,7 @@ void timers_create(Chip *chip) {
     peripheral_create(chip, &tim->peripheral, &TIM, VARIANTS[n].base, TIM1_SIZE, TIM_OFFSETS);
     tim->variant = &VARIANTS[n];
     tim->event = event_create(&tim->peripheral, on_event);
+    tim->edge_event = tim->variant->base == TIM5_BASE ? event_create(&tim->peripheral, on_edge) : -1;
     tim_reset(&tim->peripheral);
   }
 }
@@ -739,16 +822,10 @@ void timers_pin_changed(Chip *chip, int port, int pin, bool level) {
   for (int timer = 0; function > 0 && timer < TIMERS; timer++) {
     Tim *tim = &chip->timers.timers[timer];
     int source = tim->variant->alternate == function ? channel_of_pin(tim->variant, "ABCDEH"[port], pin) : -1;
-    if (source < 0) {
+    if (source < 0 || is_remapped(tim, source)) {
       continue;
     }
-    catch_up(tim);
-    for (int n = 0; n < tim->variant->channels; n++) {
-      if (listens_to(&tim->channels[n], n, source) && captures(&tim->channels[n], level)) {
-        capture(tim, n);
-      }
-    }
-    reschedule(tim);
+    capture_edge(tim, source, level);
   }
 }
 
@@ -766,7 +843,8 @@ double fcu_timer_rate(const Chip *chip, int32_t index) {
 
 int64_t fcu_timer_next_change(const Chip *chip, int32_t index) {
   Tim now = at_present(timer_of(chip, index));
-  return find_next_ps(&now);
+  now.next_known = false;
+  return next_flag_ps(&now);
 }
 
 /* PWM mode 1: CNT < CCR, down CNT <= CCR (12.3.9). */

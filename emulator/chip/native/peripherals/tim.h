@@ -31,6 +31,7 @@ typedef struct {
   Peripheral peripheral;
   const struct TimVariant *variant;
   int32_t event;
+  int32_t edge_event; /* TIM5: an oscillator's edge at input 4; -1: none */
   uint32_t registers[21]; /* by offset / 4, without CNT */
 
   enum TimMode mode;
@@ -67,6 +68,7 @@ typedef struct {
 } Timers;
 
 void timers_create(Chip *chip);
+void timers_oscillators_changed(Chip *chip); /* LSI or LSE */
 void timers_pin_changed(Chip *chip, int port, int pin, bool level);
 
 #endif

@@ -1,0 +1,68 @@
+"""OTG_FS without a cable: its core can be reset and set up, and no host resets the bus (RM0368 section 22.16).
+
+Transmit FIFOs stay empty, because no host reads them. A full-speed controller without sessions raises no interrupt.
+
+NOT MODELLED, with a note: everything that needs a host or a device at the connector.
+"""
+
+from __future__ import annotations
+
+from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral, Soc
+
+GOTGCTL, GUSBCFG, GRSTCTL, GINTSTS, GRXFSIZ = 0x00, 0x0C, 0x10, 0x14, 0x24
+DIEPTXF0, GNPTXSTS, CID, DCFG, DSTS = 0x28, 0x2C, 0x3C, 0x800, 0x808
+_ENDPOINTS, _ENDPOINT_STEP = 4, 0x20
+DIEPINT, DTXFSTS = 0x908, 0x918  # of endpoint 0
+_FIFOS = range(0x1000, 0x2_0000)
+
+_CONNECTOR_ID, _B_DEVICE = GOTGCTL, 1 << 16
+_FORCE_HOST, _HOST_MODE = 1 << 29, 1 << 0
+_AHB_IDLE, _CORE_RESET = 1 << 31, 1 << 0
+_FIFO_EMPTY, _FIFO_WORDS = 1 << 7, 0x200
+
+_RESETS = {
+    _CONNECTOR_ID: _B_DEVICE,
+    GUSBCFG: 0x0A00,
+    GRSTCTL: _AHB_IDLE,
+    GINTSTS: 0x0400_0020,
+    GRXFSIZ: 0x200,
+    DIEPTXF0: 0x200,
+    GNPTXSTS: 0x0008_0200,
+    CID: 0x1000,
+    DCFG: 0x0220_0000,
+    DSTS: 0x10,
+} | {
+    first + _ENDPOINT_STEP * number: value
+    for number in range(_ENDPOINTS)
+    for first, value in ((DIEPINT, _FIFO_EMPTY), (DTXFSTS, _FIFO_WORDS))
+}
+_READ_ONLY = frozenset(_RESETS) - {GUSBCFG, GRXFSIZ, DIEPTXF0, CID, DCFG}
+
+
+class OtgFs(Peripheral):
+    """The controller's registers; those that no host changes keep their values."""
+
+    def __init__(self, soc: Soc, name: str, base: int, size: int) -> None:
+        super().__init__(soc, name, base, size)
+        self._words = dict(_RESETS)
+
+    def reset(self) -> None:
+        self._words = dict(_RESETS)
+
+    def peek(self, offset: int) -> int:
+        return self._words.get(offset, 0)
+
+    def read(self, offset: int) -> int:
+        return self._words.get(offset, 0)
+
+    def write(self, offset: int, value: int, mask: int = WORD) -> None:
+        self.note("not modelled", "no USB cable is connected: a host never finds the device")
+        value &= mask
+        if offset == GRSTCTL:
+            if value & _CORE_RESET:  # this and the flush bits clear themselves at once
+                self.reset()
+        elif offset not in _READ_ONLY and offset not in _FIFOS:
+            self._words[offset] = self._words.get(offset, 0) & ~mask | value
+        if offset == GUSBCFG:
+            mode = _HOST_MODE if self._words[GUSBCFG] & _FORCE_HOST else 0
+            self._words[GINTSTS] = self._words[GINTSTS] & ~_HOST_MODE | mode
