@@ -67,9 +67,10 @@ static void note(int64_t now_ps, int32_t block, int32_t kind, const char *text) 
   fprintf(stderr, "block %d: %s\n", (int)block, text);
 }
 
-static void ignored_access(int64_t now_ps, int32_t peripheral, uint32_t offset, int32_t what, uint32_t value) {
+static int32_t ignored_access(int64_t now_ps, int32_t peripheral, uint32_t offset, int32_t what, uint32_t value) {
   (void)now_ps;
   fprintf(stderr, "peripheral %d, offset %x: %d, %x\n", (int)peripheral, (unsigned)offset, (int)what, (unsigned)value);
+  return 1;
 }
 
 static void fault(int64_t now_ps, int32_t exception, uint32_t status, uint32_t hard, uint32_t address) {
@@ -118,7 +119,7 @@ int main(int count, char **arguments) {
   Host host = {.advance = advance, .read = read_none, .write = write_none, .note = note,
                .ignored_access = ignored_access,
                .fault = fault, .locked_up = locked_up, .reset = reset, .accessed = accessed};
-  Clocks clocks = {HZ, HZ, HZ, HZ, HZ, HZ, HZ};
+  Clocks clocks = {HZ, HZ, HZ, HZ, HZ, HZ, HZ, 0, 0};
   UsartCalls calls = {.sent = sent};
   chip = need(fcu_create_(&host), "a chip");
   load(arguments[2], fcu_flash_(chip));

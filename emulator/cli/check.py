@@ -6,9 +6,12 @@ checks without their hints, which would distract from it.
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import contextmanager
 from pathlib import Path
 from typing import cast
 
@@ -31,6 +34,7 @@ from fcu_emulator.emulator.grading.rubric import CheckTable, Rubric, load_rubric
 from fcu_emulator.emulator.grading.verdict import CheckResult, DiagnosedCause, RunEvidence, Verdict
 from fcu_emulator.emulator.host.files import write_atomically
 from fcu_emulator.emulator.host.install_hints import command_line
+from fcu_emulator.emulator.host.isolation import limits_of_worker
 from fcu_emulator.emulator.scenario.expectations import Expectation
 from fcu_emulator.emulator.text import visible
 
@@ -67,9 +71,10 @@ def check_program(options: CheckOptions) -> ExitCode:
     for name in options.exercises:
         rubric.exercise(name)  # fails before the build
     firmware, build_log = _built(options.target)
-    if options.boards is not None:
-        return _on_boards(firmware, build_log, rubric, options, options.boards)
-    shown = _judged(firmware, build_log, rubric, options, options.seed).for_student()
+    with _workers(options.jobs, len(rubric.runs)) as workers:
+        if options.boards is not None:
+            return _on_boards(firmware, build_log, rubric, options, options.boards, workers)
+        shown = _judged(firmware, build_log, rubric, options, options.seed, workers).for_student()
     if options.json is not None:
         _write(options.json, shown)
     laws, saved = _save(options.save, shown, rubric, firmware) if options.save is not None else ({}, [])
@@ -81,8 +86,31 @@ def check_program(options: CheckOptions) -> ExitCode:
     return exit_code(shown)
 
 
+@contextmanager
+def _workers(jobs: int | None, runs: int) -> Iterator[Executor | None]:
+    """Yield processes for the runs, at most one for each; None if one is enough, or in a limited process."""
+    count = min(jobs or os.cpu_count() or 1, runs)
+    if count == 1 or limits_of_worker() is not None:
+        yield None
+        return
+    from fcu_emulator.emulator.grading.workers import LocalWorkers
+
+    workers = LocalWorkers(count)
+    try:
+        yield workers
+    except BaseException:
+        workers.shutdown(cancel_futures=True)
+        raise
+    workers.shutdown()
+
+
 def _judged(
-    firmware: str, build_log: str | None, rubric: Rubric, options: CheckOptions, seed: int
+    firmware: str,
+    build_log: str | None,
+    rubric: Rubric,
+    options: CheckOptions,
+    seed: int,
+    workers: Executor | None,
 ) -> Verdict:
     with ProgressLine(f"checking board {seed}") as line:
 
@@ -97,15 +125,21 @@ def _judged(
             exercises=options.exercises or None,
             build_log=build_log,
             progress=show,
+            executor=workers,
         )
 
 
 def _on_boards(
-    firmware: str, build_log: str | None, rubric: Rubric, options: CheckOptions, count: int
+    firmware: str,
+    build_log: str | None,
+    rubric: Rubric,
+    options: CheckOptions,
+    count: int,
+    workers: Executor | None,
 ) -> ExitCode:
     boards = BoardsTable(f"{rubric.title}: {firmware}", "have all points", "loses points")
     for seed in range(options.seed, options.seed + count):
-        shown = _judged(firmware, build_log, rubric, options, seed).for_student()
+        shown = _judged(firmware, build_log, rubric, options, seed, workers).for_student()
         boards.add(points_on_board(seed, shown, exit_code(shown)))
     return boards.conclude(_again(options))
 

@@ -328,6 +328,12 @@ class CheckOptions:
     rubric: str | None = option(
         "--rubric", metavar="NAME|FILE", help="The rubric. Default: the project's, else lab3."
     )
+    jobs: int | None = option(
+        "--jobs",
+        type=click.IntRange(1, 1024),
+        metavar="N",
+        help="Number of processes for the runs. Default: one for each core.",
+    )
     json: Path | None = _file("Write the result also to a JSON file.", "--json")
     save: Path | None = option(
         "--save",

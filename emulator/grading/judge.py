@@ -6,9 +6,11 @@ Limits are never in wall time: load must not change a verdict.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor, as_completed
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
@@ -17,17 +19,17 @@ from fcu_emulator.emulator.analysis.mistakes import explain
 from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.assembly.firmware import FirmwareFactory, choose
-from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY, Diagnosis
+from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 from fcu_emulator.emulator.clock import PS_PER_S, seconds, to_ps
 from fcu_emulator.emulator.errors import FirmwareError, NotJudgedError
 from fcu_emulator.emulator.grading.checks import AnyCheck, Check, FinishedRun
+from fcu_emulator.emulator.grading.explained import cause_of, explained
 from fcu_emulator.emulator.grading.prerequisites import PREREQUISITE
-from fcu_emulator.emulator.grading.rubric import CheckTable, ExerciseTable, Rubric
+from fcu_emulator.emulator.grading.rubric import CheckTable, ExerciseTable, Rubric, load_rubric
 from fcu_emulator.emulator.grading.verdict import (
     MOST_PRINTS,
     MOST_TERMINAL,
     CheckResult,
-    DiagnosedCause,
     ExerciseTitle,
     Following,
     Outcome,
@@ -52,7 +54,6 @@ from fcu_emulator.emulator.scenario.toml_writer import names_files, scenario_tex
 
 if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.firmware import Limits
-    from fcu_emulator.emulator.explain.explanation import Output
 
 _SLICE_S = 0.25  # virtual time between progress reports
 _NO_WALL_S = 1e12
@@ -81,40 +82,33 @@ def judge(
     exercises: Sequence[str] | None = None,
     build_log: str | None = None,
     progress: Callable[[JudgeProgress], None] | None = None,
+    executor: Executor | None = None,
 ) -> Verdict:
     """Judge a firmware (a file, a shipped one by name, or one in Python) on the board ``seed``.
 
     ``exercises``: ids; None for all. ``build_log``: the compiler's output; without it, checks of it are
-    unjudged. Raises InputError for invalid firmware or an unknown exercise.
+    unjudged. ``executor``: for parallel runs, not for firmware in Python; the verdict is the same. Raises
+    InputError for invalid firmware or an unknown exercise.
     """
     wanted = [rubric.exercise(name) for name in exercises] if exercises is not None else rubric.exercises
     digest = firmware_digest(firmware)
-    tables = {f"{one.id}.{check.id}": (one, check) for one in rubric.exercises for check in one.check}
     asked = [f"{exercise.id}.{check.id}" for exercise in wanted for check in exercise.check]
-    needed = rubric.prerequisites.needed(asked)
-    checks: dict[str, list[str]] = {}
-    for check_id in (*asked, *(one for one in tables if one in needed and one not in asked)):
-        checks.setdefault(rubric.run_of(*tables[check_id]), []).append(check_id)
-    total_s = sum(rubric.scenario(name, seed).duration_s for name in checks)
-    done_s = 0.0
+    tasks = [
+        _Task(firmware, seed, name, tuple(checks), frozenset(asked), build_log)
+        for name, checks in _runs_of(rubric, asked).items()
+    ]
+    follow = _Follow(rubric, tasks, progress or (lambda _progress: None))
+    outcomes: Iterable[_Outcome]
+    if executor is None or callable(firmware) or len(tasks) == 1:
+        outcomes = _one_by_one(rubric, tasks, follow)
+    else:
+        outcomes = _in_parallel(executor, rubric, tasks, follow)
     results: dict[str, CheckResult] = {}
-    evidence = []
-    for name, looking in checks.items():
-        one = _JudgedRun(
-            firmware, rubric, name, seed, [tables[check_id][1] for check_id in looking], build_log
-        )
-        before_s = done_s
-
-        def told(now_s: float, name: str = name, before_s: float = before_s) -> None:
-            if progress is not None:
-                progress(JudgeProgress(name, before_s + now_s, total_s))
-
-        one.make(told)
-        done_s += one.duration_s
-        shown = dict.fromkeys(tables[check_id][0].id for check_id in looking if check_id in asked)
-        if shown:
-            evidence.append(one.evidence(tuple(shown)))
-        results |= {check_id: one.result(*tables[check_id]) for check_id in looking}
+    evidence: list[RunEvidence] = []
+    for outcome in outcomes:
+        results |= outcome.results
+        evidence += outcome.evidence
+    tables = _checks_by_id(rubric)
     hints = {check_id: check.hint_for(PREREQUISITE) for check_id, (_, check) in tables.items()}
     results = rubric.prerequisites.applied(results, hints)
     return Verdict(
@@ -126,8 +120,102 @@ def judge(
         version=version("fcu-emulator"),
         exercises=tuple(ExerciseTitle(exercise=each.id, title=each.title) for each in wanted),
         checks=tuple(results[check_id] for check_id in asked),
-        evidence=tuple(_explained(evidence, firmware, rubric, results)),
+        evidence=tuple(explained(evidence, firmware, rubric, results, _limits(rubric))),
     )
+
+
+def _runs_of(rubric: Rubric, asked: Sequence[str]) -> dict[str, list[str]]:
+    """Return the needed runs with their checks, for these checks and those that they require."""
+    tables = _checks_by_id(rubric)
+    needed = rubric.prerequisites.needed(asked)
+    checks: dict[str, list[str]] = {}
+    for check_id in (*asked, *(one for one in tables if one in needed and one not in asked)):
+        checks.setdefault(rubric.run_of(*tables[check_id]), []).append(check_id)
+    return checks
+
+
+def _checks_by_id(rubric: Rubric) -> dict[str, tuple[ExerciseTable, CheckTable]]:
+    return {f"{one.id}.{check.id}": (one, check) for one in rubric.exercises for check in one.check}
+
+
+# -- runs, one by one or in parallel ------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Task:
+    """A run to be made, and its checks by id; ``asked``: the checks of the asked exercises."""
+
+    firmware: Program
+    seed: int
+    run: str
+    checks: tuple[str, ...]
+    asked: frozenset[str]
+    build_log: str | None
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """Results by check; ``evidence`` is empty if no asked check uses the run."""
+
+    results: dict[str, CheckResult]
+    evidence: list[RunEvidence]
+
+
+class _Follow:
+    """Reports the progress of runs that are made one after the other, or end in any order."""
+
+    def __init__(
+        self, rubric: Rubric, tasks: Sequence[_Task], report: Callable[[JudgeProgress], None]
+    ) -> None:
+        self.duration_s = {task.run: rubric.scenario(task.run, task.seed).duration_s for task in tasks}
+        self._total_s = sum(self.duration_s.values())
+        self._done_s = 0.0
+        self._report = report
+
+    def at(self, run: str, now_s: float) -> None:
+        self._report(JudgeProgress(run, self._done_s + now_s, self._total_s))
+
+    def end(self, run: str) -> None:
+        self._done_s += self.duration_s[run]
+        self.at(run, 0.0)
+
+
+def _one_by_one(rubric: Rubric, tasks: Sequence[_Task], follow: _Follow) -> Iterator[_Outcome]:
+    for task in tasks:
+        yield _outcome(task, rubric, partial(follow.at, task.run))
+        follow.end(task.run)
+
+
+def _in_parallel(
+    executor: Executor, rubric: Rubric, tasks: Sequence[_Task], follow: _Follow
+) -> list[_Outcome]:
+    """Make the longest runs first; return the outcomes in the order of the tasks. Raises NotJudgedError."""
+    longest_first = sorted(tasks, key=lambda task: -follow.duration_s[task.run])
+    made = {executor.submit(_outcome_in_worker, task, rubric.file): task.run for task in longest_first}
+    done: dict[str, _Outcome] = {}
+    for future in as_completed(made):
+        done[made[future]] = future.result()
+        follow.end(made[future])
+    return [done[task.run] for task in tasks]
+
+
+def _outcome_in_worker(task: _Task, rubric: str) -> _Outcome:
+    return _outcome(task, _loaded(rubric), lambda _now_s: None)
+
+
+@cache
+def _loaded(path: str) -> Rubric:
+    return load_rubric(Path(path))
+
+
+def _outcome(task: _Task, rubric: Rubric, told: Callable[[float], None]) -> _Outcome:
+    tables = _checks_by_id(rubric)
+    checks = [tables[check_id][1] for check_id in task.checks]
+    run = _JudgedRun(task.firmware, rubric, task.run, task.seed, checks, task.build_log)
+    run.make(told)
+    shown = dict.fromkeys(tables[check_id][0].id for check_id in task.checks if check_id in task.asked)
+    evidence = [run.evidence(tuple(shown))] if shown else []
+    return _Outcome({check_id: run.result(*tables[check_id]) for check_id in task.checks}, evidence)
 
 
 def reworded(verdict: Verdict, rubric: Rubric) -> Verdict:
@@ -182,55 +270,6 @@ def _limits(rubric: Rubric) -> Limits:
         resets_per_s=limits.resets_per_s,
         wall_s=_NO_WALL_S,
     )
-
-
-def _explained(
-    evidence: Sequence[RunEvidence], firmware: Program, rubric: Rubric, results: Mapping[str, CheckResult]
-) -> list[RunEvidence]:
-    """Return the evidence with explanations of wrong numbers before the other causes.
-
-    Only failed checks that students see are explained, of programs that run and receive samples.
-    """
-    if rubric.explain is None or callable(firmware):
-        return list(evidence)
-    outputs: dict[str, list[Output]] = {}
-    for one in evidence:
-        kinds = {cause.kind for cause in one.causes}
-        if one.stopped or kinds & KEEPS_SAMPLES_AWAY or any(cause.fatal for cause in one.causes):
-            continue
-        outputs[one.run] = [
-            output for exercise in one.exercises for output in _outputs(rubric, exercise, one.run, results)
-        ]
-    wanted = [output for every in outputs.values() for output in every]
-    if not wanted:
-        return list(evidence)
-    from fcu_emulator.emulator.explain.explanation import explain_numbers, first_of
-
-    found = explain_numbers(firmware, rubric.explain.arithmetic(), wanted, _limits(rubric))
-    changed = []
-    for one in evidence:
-        checks = {output.check for output in outputs.get(one.run, [])}
-        here = first_of([each for each in found if each.check in checks])
-        changed.append(one.model_copy(update={"causes": (*map(_cause, here), *one.causes)}))
-    return changed
-
-
-def _outputs(rubric: Rubric, exercise: str, run: str, results: Mapping[str, CheckResult]) -> Iterator[Output]:
-    """Yield the wrong numbers of a run that a student sees."""
-    from fcu_emulator.emulator.explain.explanation import Output
-
-    assert rubric.explain is not None
-    table = rubric.exercise(exercise)
-    for check in table.check:
-        name = f"{exercise}.{check.id}"
-        result = results.get(name)
-        if result is None or rubric.run_of(table, check) != run or check.visible != "always":
-            continue
-        if result.outcome not in ("failed", "partial") or result.finding != "wrong value":
-            continue
-        fields = [one for one in check.expect if isinstance(one, ExpectField)]
-        for step, number in zip(rubric.explain.shows.get(name, ()), fields, strict=False):
-            yield Output(name, step, number.number_format())
 
 
 @dataclass
@@ -393,7 +432,7 @@ class _JudgedRun:
             terminal=_shortened(self.board.terminal.text),
             series=tuple(map(self._series, self.numbers.values())),
             following=self._following(),
-            causes=tuple(_cause(one) for one in self._shown_diagnoses()),
+            causes=tuple(cause_of(one) for one in self._shown_diagnoses()),
             ticks=timer.ticks,
             ticks_late=timer.late,
             ticks_lost=timer.lost,
@@ -451,10 +490,6 @@ class _JudgedRun:
             printed=tuple(one[1] for one in kept),
             truth=tuple(one[2] for one in kept),
         )
-
-
-def _cause(one: Diagnosis) -> DiagnosedCause:
-    return DiagnosedCause(kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal)
 
 
 def _in_s(spans: Sequence[tuple[int, int]]) -> tuple[tuple[float, float], ...]:

@@ -6,6 +6,7 @@ import pytest
 
 from fcu_emulator import Board
 from fcu_emulator.emulator.chip.memory_map import FLASH
+from fcu_emulator.emulator.trace import DeviceNote
 from fcu_emulator.firmware_model.arm import prebuilt
 from tests.support.arm.thumb_assembler import Labels, assemble
 from tests.support.words import Words
@@ -215,3 +216,18 @@ def test_store_through_null_structure_is_recorded() -> None:
 def test_refused_programming_is_not_a_null_store() -> None:
     """RM0368 3.6.4: a word with PSIZE 0 (bytes) sets PGPERR; the address is meant."""
     assert lost_store(control=1) is None
+
+
+# -- writes to peripherals without clock ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "register"), [("I2C2", 0x4000_5800), ("ADC1", 0x4001_2004)])
+def test_harmless_write_does_not_hide_a_lost_one(name: str, register: int) -> None:
+    """The reset value changes nothing; the next write to the same register is lost without clock."""
+    board = template()
+    assert board.chip is not None
+    for value in (0, 0, 1):
+        board.chip.core.poke(register, value.to_bytes(4, "little"))
+
+    notes = [one for one in board.trace.of(DeviceNote) if one.device == name]
+    assert [one.what for one in notes] == ["forbidden"]

@@ -347,3 +347,25 @@ def test_rubric_command_checks_file_and_prints_schema(tmp_path: Path, words: Wor
     words("rubric", checked.stdout.splitlines()[0])
     words("rubric", fcu("rubric", "check", str(wrong)).stderr)
     assert '"title": "fcu-emulator rubric, schema 1"' in fcu("rubric", "schema").stdout
+
+
+@pytest.mark.parametrize("program", ["solution", "template-arm", "lab3"])
+def test_parallel_runs_give_the_same_output(program: str, tmp_path: Path) -> None:
+    outputs = []
+    for jobs in ("1", "3"):
+        file = tmp_path / f"{jobs}.json"
+        done = fcu(
+            "check", program, "--exercise", "1", "--exercise", "4", "--jobs", jobs, "--json", str(file)
+        )
+        outputs.append((done.returncode, done.stdout, file.read_text(encoding="utf-8")))
+
+    assert outputs[0] == outputs[1]
+
+
+def test_parallel_runs_refuse_wrong_firmware_alike(tmp_path: Path) -> None:
+    wrong = tmp_path / "wrong.elf"
+    wrong.write_bytes(b"\x7fELF" + bytes(100))
+    outputs = [fcu("check", str(wrong), "--jobs", jobs) for jobs in ("1", "3")]
+
+    assert [one.returncode for one in outputs] == [2, 2]
+    assert outputs[0].stderr == outputs[1].stderr

@@ -9,6 +9,7 @@ from fcu_emulator.emulator.chip.memory_map import CHIP_NAME, PAGE_SHIFT
 from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral, Soc
 from fcu_emulator.emulator.chip.peripherals.rcc import ENABLE
 from fcu_emulator.emulator.chip.registers import DECLARED
+from fcu_emulator.emulator.clock import NEVER_PS
 from fcu_emulator.emulator.trace import DeviceNote
 
 # -- unmodelled addresses ----------------------------------------------------------------------------------------
@@ -135,8 +136,8 @@ class PythonPeripherals:
         register = address - peripheral.base & 0xFFFF_FFFC
         shift = 8 * (address & 3)
         if not peripheral.clocked:
-            self.report_write_without_clock(peripheral, register, value << shift)
-            return NO_REGISTER_PS
+            reported = self.report_write_without_clock(peripheral, register, value << shift)
+            return NO_REGISTER_PS if reported else NEVER_PS
         if not _has(peripheral, register):
             self.report_unknown(peripheral, register, "written")
             return NO_REGISTER_PS

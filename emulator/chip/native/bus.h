@@ -17,6 +17,7 @@ bool bus_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);
 
 #define CACHED_READS 1024 /* a power of 2, like IGNORED_SLOTS */
 #define IGNORED_SLOTS 4096
+#define HARMLESS_SLOTS 64
 
 typedef struct {
   uint64_t version; /* changes when a register in Python may have changed */
@@ -31,6 +32,9 @@ typedef struct {
     uint32_t address, size, value;
   } repeated;
   uint32_t ignored[IGNORED_SLOTS]; /* address | enum IgnoreReason */
+  struct { /* ignored writes that would not have changed their register */
+    uint32_t address, value;
+  } harmless[HARMLESS_SLOTS];
   uint8_t empty_pages[PAGES];      /* enum Access */
   uint8_t unclocked[PAGES];
 } PythonRegisters;
@@ -47,6 +51,9 @@ enum Access { ACCESS_READ = 1, ACCESS_WRITE = 2 };
 void python_registers_invalidate(Chip *chip);
 bool python_registers_is_ignored(const Chip *chip, uint32_t address, enum IgnoreReason kind);
 void python_registers_ignore(Chip *chip, uint32_t address, enum IgnoreReason kind);
+/* Writes without clock that would not have changed the register; another value may. */
+bool python_registers_is_harmless(const Chip *chip, uint32_t address, uint32_t value);
+void python_registers_set_harmless(Chip *chip, uint32_t address, uint32_t value);
 /* *until_ps as in PeripheralType. */
 uint32_t python_load(Chip *chip, uint32_t address, unsigned size, int64_t *until_ps);
 void python_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);

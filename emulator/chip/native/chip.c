@@ -158,9 +158,14 @@ static void report_ignored(Peripheral *peripheral, uint32_t offset, enum Ignored
   };
   enum IgnoreReason kind = kinds[what];
   Chip *chip = peripheral->chip;
-  if (!python_registers_is_ignored(chip, address, kind) &&
-      chip->host.ignored_access(chip->now_ps, peripheral->index, offset, what, value)) {
+  if (python_registers_is_ignored(chip, address, kind) ||
+      (what == WRITE_UNCLOCKED && python_registers_is_harmless(chip, address, value))) {
+    return;
+  }
+  if (chip->host.ignored_access(chip->now_ps, peripheral->index, offset, what, value)) {
     python_registers_ignore(chip, address, kind);
+  } else {
+    python_registers_set_harmless(chip, address, value);
   }
 }
 

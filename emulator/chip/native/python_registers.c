@@ -24,6 +24,17 @@ void python_registers_ignore(Chip *chip, uint32_t address, enum IgnoreReason kin
   chip->python_registers.ignored[hash(address, IGNORED_SLOTS)] = address | kind;
 }
 
+bool python_registers_is_harmless(const Chip *chip, uint32_t address, uint32_t value) {
+  uint32_t slot = hash(address ^ value, HARMLESS_SLOTS);
+  return chip->python_registers.harmless[slot].address == address && chip->python_registers.harmless[slot].value == value;
+}
+
+void python_registers_set_harmless(Chip *chip, uint32_t address, uint32_t value) {
+  uint32_t slot = hash(address ^ value, HARMLESS_SLOTS);
+  chip->python_registers.harmless[slot].address = address;
+  chip->python_registers.harmless[slot].value = value;
+}
+
 static enum IgnoreReason ignore_reason(const Chip *chip, uint32_t address, enum Access access) {
   if (!chip->python_registers.unclocked[page_of(address)]) {
     return NO_REGISTER;

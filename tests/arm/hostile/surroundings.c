@@ -90,9 +90,10 @@ static void note(int64_t now_ps, int32_t block, int32_t kind, const char *text) 
   hostile.notes += strlen(text) > 0;
 }
 
-static void ignored_access(int64_t now_ps, int32_t block, uint32_t offset, int32_t what) {
-  (void)now_ps, (void)block, (void)offset, (void)what;
+static int32_t ignored_access(int64_t now_ps, int32_t block, uint32_t offset, int32_t what, uint32_t value) {
+  (void)now_ps, (void)block, (void)offset, (void)what, (void)value;
   settle();
+  return 1;
 }
 
 static void fault(int64_t now_ps, int32_t exception, uint32_t cfsr, uint32_t hfsr, uint32_t address) {

@@ -1,0 +1,75 @@
+"""Explanations of wrong numbers in a verdict, by the formulas of its rubric."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY, Diagnosis
+from fcu_emulator.emulator.grading.rubric import Rubric
+from fcu_emulator.emulator.grading.verdict import CheckResult, DiagnosedCause, RunEvidence
+from fcu_emulator.emulator.scenario.expectations import ExpectField
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from fcu_emulator.emulator.chip.firmware import Limits
+    from fcu_emulator.emulator.explain.explanation import Output
+
+
+def explained(
+    evidence: Sequence[RunEvidence],
+    firmware: str | Path | Callable[..., Any],
+    rubric: Rubric,
+    results: Mapping[str, CheckResult],
+    limits: Limits,
+) -> list[RunEvidence]:
+    """Return the evidence with explanations of wrong numbers before the other causes.
+
+    Only failed checks that students see are explained, of programs that run and receive samples.
+    """
+    if rubric.explain is None or callable(firmware):
+        return list(evidence)
+    outputs: dict[str, list[Output]] = {}
+    for one in evidence:
+        kinds = {cause.kind for cause in one.causes}
+        if one.stopped or kinds & KEEPS_SAMPLES_AWAY or any(cause.fatal for cause in one.causes):
+            continue
+        outputs[one.run] = [
+            output for exercise in one.exercises for output in _outputs(rubric, exercise, one.run, results)
+        ]
+    wanted = [output for every in outputs.values() for output in every]
+    if not wanted:
+        return list(evidence)
+    from fcu_emulator.emulator.explain.explanation import explain_numbers, first_of
+
+    found = explain_numbers(firmware, rubric.explain.arithmetic(), wanted, limits)
+    changed = []
+    for one in evidence:
+        checks = {output.check for output in outputs.get(one.run, [])}
+        here = first_of([each for each in found if each.check in checks])
+        changed.append(one.model_copy(update={"causes": (*map(cause_of, here), *one.causes)}))
+    return changed
+
+
+def _outputs(rubric: Rubric, exercise: str, run: str, results: Mapping[str, CheckResult]) -> Iterator[Output]:
+    """Yield the wrong numbers of a run that a student sees."""
+    from fcu_emulator.emulator.explain.explanation import Output
+
+    assert rubric.explain is not None
+    table = rubric.exercise(exercise)
+    for check in table.check:
+        name = f"{exercise}.{check.id}"
+        result = results.get(name)
+        if result is None or rubric.run_of(table, check) != run or check.visible != "always":
+            continue
+        if result.outcome not in ("failed", "partial") or result.finding != "wrong value":
+            continue
+        fields = [one for one in check.expect if isinstance(one, ExpectField)]
+        for step, number in zip(rubric.explain.shows.get(name, ()), fields, strict=False):
+            yield Output(name, step, number.number_format())
+
+
+def cause_of(one: Diagnosis) -> DiagnosedCause:
+    """Return a diagnosis as a part of a verdict."""
+    return DiagnosedCause(kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal)
