@@ -133,7 +133,7 @@ def _checked_name(entry: zipfile.ZipInfo) -> tuple[str, ...]:
     if len(name) > _LONGEST_NAME or any(not part.isprintable() for part in path.parts):
         raise ArchiveError(f"has {_shown(entry)}, an invalid file name")
     if any(_RESERVED.fullmatch(part) or ":" in part for part in path.parts):
-        raise ArchiveError(f"has {_shown(entry)}, a file name that is not valid on every system")
+        raise ArchiveError(f"has {_shown(entry)}, an invalid file name on Windows")
     return path.parts
 
 

@@ -24,13 +24,17 @@ void python_registers_ignore(Chip *chip, uint32_t address, enum IgnoreReason kin
   chip->python_registers.ignored[hash(address, IGNORED_SLOTS)] = address | kind;
 }
 
+static uint32_t harmless_slot(uint32_t address, uint32_t value) {
+  return hash(address ^ value ^ value >> 16, HARMLESS_SLOTS); /* the upper half would not reach the hash's bits */
+}
+
 bool python_registers_is_harmless(const Chip *chip, uint32_t address, uint32_t value) {
-  uint32_t slot = hash(address ^ value, HARMLESS_SLOTS);
+  uint32_t slot = harmless_slot(address, value);
   return chip->python_registers.harmless[slot].address == address && chip->python_registers.harmless[slot].value == value;
 }
 
 void python_registers_set_harmless(Chip *chip, uint32_t address, uint32_t value) {
-  uint32_t slot = hash(address ^ value, HARMLESS_SLOTS);
+  uint32_t slot = harmless_slot(address, value);
   chip->python_registers.harmless[slot].address = address;
   chip->python_registers.harmless[slot].value = value;
 }
