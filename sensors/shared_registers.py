@@ -47,7 +47,7 @@ def bit(address: int) -> int:
 
 
 class Train(ctypes.Structure):
-    """Layout of struct Train in sensor_registers.h."""
+    """struct Train of sensor_registers.h."""
 
     _fields_ = (
         ("version", _u64),
@@ -95,7 +95,7 @@ class Train(ctypes.Structure):
 
 
 class Bank(ctypes.Structure):
-    """Layout of struct Bank in sensor_registers.h."""
+    """struct Bank of sensor_registers.h."""
 
     _fields_ = (
         ("held", _u64),

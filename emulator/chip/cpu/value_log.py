@@ -38,13 +38,14 @@ class _Log(ctypes.Structure):
     count: int
     lost: int
     address: int
-    latest: ctypes.Array[ctypes.c_uint32]
+    keys: ctypes.Array[ctypes.c_uint32]
 
     _fields_ = (
-        ("values", ctypes.c_void_p),
+        ("values", ctypes.c_uint64),
         *((name, ctypes.c_uint32) for name in ("capacity", "count", "lost", "address")),
         ("registers", ctypes.c_uint32 * _REGISTERS),
-        ("latest", ctypes.c_uint32 * (2 * _LATEST)),
+        ("keys", ctypes.c_uint32 * _LATEST),
+        ("latest", ctypes.c_uint32 * _LATEST),
     )
 
 
@@ -81,7 +82,7 @@ class ValueLog:
         """Return the values logged since the last call, of type ``VALUE``, and begin again."""
         values = self._values[: self._log.count].copy()
         self._log.count = self._log.lost = self._log.address = 0
-        ctypes.memset(self._log.latest, 0, ctypes.sizeof(self._log.latest))
+        ctypes.memset(self._log.keys, 0, ctypes.sizeof(self._log.keys))
         return values
 
     def _watch(self, on: bool) -> None:

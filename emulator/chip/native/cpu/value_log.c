@@ -11,11 +11,11 @@ enum { CORE_REGISTERS = 13 };
 static bool is_repeated(ValueLog *log, uint32_t number, uint32_t value) {
   uint32_t key = log->address << 6 | number;
   uint32_t slot = (key * 2654435761u) >> 16 & (VALUE_LOG_LATEST - 1);
-  if (log->latest[slot].key == key && log->latest[slot].value == value) {
+  if (log->keys[slot] == key && log->latest[slot] == value) {
     return true;
   }
-  log->latest[slot].key = key;
-  log->latest[slot].value = value;
+  log->keys[slot] = key;
+  log->latest[slot] = value;
   return false;
 }
 
@@ -33,8 +33,8 @@ static void add(ValueLog *log, const uint32_t *registers, uint32_t number) {
     log->lost++;
     return;
   }
-  log->values[log->count++] =
-      (LoggedValue){log->address, number, registers[number], pair_of(registers, number)};
+  LoggedValue *values = (LoggedValue *)(uintptr_t)log->values;
+  values[log->count++] = (LoggedValue){log->address, number, registers[number], pair_of(registers, number)};
 }
 
 void value_log_add(Core *core, uint32_t address) {

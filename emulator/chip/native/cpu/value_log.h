@@ -18,14 +18,12 @@ typedef struct {
 
 /* The memory is Python's (value_log.py). */
 typedef struct ValueLog {
-  LoggedValue *values;
+  uint64_t values; /* address of LoggedValue[capacity] */
   uint32_t capacity, count, lost;
   uint32_t address; /* the previous watched instruction; 0: none */
   uint32_t registers[VALUE_LOG_REGISTERS];
   /* By a hash of address and register: a value that was logged there before is not logged again. */
-  struct {
-    uint32_t key, value;
-  } latest[VALUE_LOG_LATEST];
+  uint32_t keys[VALUE_LOG_LATEST], latest[VALUE_LOG_LATEST];
 } ValueLog;
 
 void value_log_add(Core *core, uint32_t address);
