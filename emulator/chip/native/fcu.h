@@ -8,6 +8,7 @@
 #define FCU_H
 
 #include "chip.h"
+#include "cpu/value_log.h"
 
 /* Only these functions are exported (building/library.py). */
 #pragma GCC visibility push(default)

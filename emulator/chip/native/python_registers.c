@@ -30,7 +30,8 @@ static uint32_t harmless_slot(uint32_t address, uint32_t value) {
 
 bool python_registers_is_harmless(const Chip *chip, uint32_t address, uint32_t value) {
   uint32_t slot = harmless_slot(address, value);
-  return chip->python_registers.harmless[slot].address == address && chip->python_registers.harmless[slot].value == value;
+  return chip->python_registers.harmless[slot].address == address &&
+         chip->python_registers.harmless[slot].value == value;
 }
 
 void python_registers_set_harmless(Chip *chip, uint32_t address, uint32_t value) {
