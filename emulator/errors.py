@@ -45,8 +45,8 @@ def _kind_of(error: type[FcuError]) -> str:
 class FcuError(Exception):
     """Base of everything this package raises on purpose; the text is one line without control characters.
 
-    ``has_lines``: it may have several lines. ``kind`` names the problem in one stable word ("unknown_key"),
-    by default that of the class ("scenario").
+    ``has_lines``: whether the message may have several lines. ``kind`` names the problem in one stable word
+    ("unknown_key"), by default that of the class ("scenario").
     """
 
     has_lines = False

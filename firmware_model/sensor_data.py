@@ -114,7 +114,7 @@ _REMEMBERED = 4096  # samples of a sensor
 
 
 class AxesReader:
-    """A three-axis sensor in the board's axes; earlier samples are looked up."""
+    """A three-axis sensor in the board's axes; the conversion of earlier samples is cached."""
 
     def __init__(self, hal: Hal, device: int, register: int, sensitivity: float) -> None:
         self._hal = hal

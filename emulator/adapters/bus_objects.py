@@ -250,7 +250,7 @@ class SMBus:
     def write_i2c_block_data(
         self, i2c_addr: int, register: int, data: Sequence[int], force: bool | None = None
     ) -> None:
-        """Write registers from ``register`` on, at most 32."""
+        """Write at most 32 bytes to the registers that begin at ``register``."""
         del force
         if len(data) > _BLOCK_MAX:
             raise ValueError(f"Data length cannot exceed {_BLOCK_MAX} bytes")

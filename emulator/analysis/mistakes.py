@@ -310,7 +310,7 @@ def _switched_off(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]
 
 
 def _blocks(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]:
-    """Yield values of two bytes that may be of two samples."""
+    """Report sensors whose two-byte values may mix two samples."""
     labels = {line.label for line in lines}
     lsm6dsl, lis2mdl = board.sensors.lsm6dsl.registers.mem, board.sensors.lis2mdl.registers.mem
     without = [

@@ -1,4 +1,4 @@
-"""Options of commands with more than three."""
+"""Options of the commands that have more than three options."""
 
 from __future__ import annotations
 

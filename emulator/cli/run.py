@@ -136,7 +136,7 @@ def _check_files(options: RunOptions) -> None:
 
 
 def create_board(options: RunOptions) -> Board:
-    """Return the board of the options. Raises InputError."""
+    """Return a board as the options describe it. Raises InputError."""
     firmware = options.firmware
     if firmware is None and options.scenario is None:
         firmware = FCU001V1.default_firmware

@@ -45,7 +45,7 @@ def end_at_once() -> None:
 def ask_again(unraisable: sys.UnraisableHookArgs) -> None:
     """Repeat a request that Python could not raise, for example in a destructor.
 
-    Another thread must repeat it: raised here, it would be dropped again.
+    Another thread must raise it again, because Python would drop it here, too.
     """
     error = unraisable.exc_value
     if isinstance(error, KeyboardInterrupt | Terminated):

@@ -171,7 +171,10 @@ class Alignment:
         return []
 
     def _suspects(self, formulas: Formulas, output: str, values: Mapping[str, Samples]) -> list[str]:
-        """Return the steps of an output that no instruction computes, nor a step after them, in order."""
+        """Return the steps of an output that the firmware does not seem to compute, in order.
+
+        A step counts as computed if an instruction has its values, or those of a step that needs it.
+        """
         chain = _in_order(formulas, output)
         right: set[str] = set()
         for name in reversed(chain):

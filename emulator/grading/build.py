@@ -420,7 +420,7 @@ def _toolchain_of_path() -> _Toolchain:
 
 
 def _toolchain(template: Path, bus: str) -> str:
-    """Return a digest of all that decides the program, except source."""
+    """Return a digest of everything except the source that affects the built program."""
     digest = hashlib.sha256(bus.encode())
     digest.update(_compiler_version().encode())
     for path in sorted(template.rglob("*")):

@@ -134,7 +134,7 @@ class Graded(ResultModel):
 
     @property
     def again(self) -> str:
-        """Return the command that judges again, or ""."""
+        """Return the command that judges this submission again, or "" if there is none."""
         verdict = self.verdict
         if verdict is None or verdict.seed is None or not is_shipped(verdict.rubric, verdict.rubric_digest):
             return ""

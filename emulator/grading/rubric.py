@@ -360,7 +360,7 @@ class Rubric:
         return changed
 
     def files(self) -> list[Path]:
-        """Return the needed files, relative to the rubric's folder. Raises RubricError for one outside."""
+        """Return the needed files, relative to the rubric's folder. Raises RubricError for a file elsewhere."""
         found: list[Path] = []
         for run, table in self._runs.items():
             named = table.get("scenario")

@@ -124,8 +124,8 @@ class Submission:
     def content(self, scratch: Path, take: Take | None = None) -> SubmittedFirmware | SubmittedSource:
         """Return the submitted program; archives are unpacked into ``scratch``, an empty folder.
 
-        ``take``: None for either, source first. Raises RejectedError if the submission is at fault,
-        NotJudgedError if this machine is.
+        ``take``: which one to use if both source and firmware are there; None: the source. Raises RejectedError
+        if the submission is at fault, NotJudgedError if this machine is.
         """
         if self.problem:
             raise RejectedError(self.problem, kind="problem")

@@ -233,7 +233,7 @@ def _age(file: Path) -> float:
 
 
 def _read(file: Path) -> RunningBoard:
-    """Return the board of a file. Raises OSError or ValueError."""
+    """Return the running board that a file describes. Raises OSError or ValueError."""
     known = _parsed(read_own_file(file, _LARGEST_FILE))
     port, token, process, name, serial = (known.get(one.name) for one in fields(RunningBoard))
     if not (

@@ -63,7 +63,7 @@ from fcu_emulator.emulator.text import shown, visible
 
 @dataclass(frozen=True)
 class RunView:
-    """A run as expectations see it, until ``end_ps``."""
+    """The part of a run until ``end_ps``, for the evaluation of expectations."""
 
     board: BoardView
     lines: list[PrintedLine]

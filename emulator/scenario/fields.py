@@ -89,7 +89,7 @@ LED_NAMES, PART_NAMES = ["a LED of the board"], ["a part of the board"]
 
 
 def board_of(info: ValidationInfo) -> BoardDescription:
-    """Return the board that a file is for."""
+    """Return the board for which a scenario file is checked."""
     board: BoardDescription = (info.context or {}).get("board", FCU001V1)
     return board
 

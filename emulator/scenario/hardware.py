@@ -270,7 +270,7 @@ def _shows_the_past(samples: Sequence[_LedSample]) -> bool:
 def _threshold(samples: Sequence[_LedSample]) -> tuple[float, float] | None:
     """Return the angles between which the LED changes, on both sides; None if they may include the correct threshold.
 
-    A change in motion shows an earlier angle: the threshold is not beyond the present one.
+    If the LED changes while the board moves, the angle at that time may already be past the threshold.
     """
     sure = [one for before, one in pairwise(samples) if _is_sure(before, one)]
     lit = min((one for one in sure if one.lit), key=lambda one: abs(one.angle), default=None)
@@ -470,7 +470,7 @@ class ExpectReads(Expectation):
         return f"{part} {register} (0x{address:02X}) read {bounds} times a second"
 
     def watch(self, board: BoardView) -> list[int]:
-        """Count from ``from`` on, because watching costs time."""
+        """Count only from the time ``from`` on, because counting slows the run down."""
         part, address, _ = _outputs()[self.sensor]
         counted = [0]
 

@@ -1,4 +1,6 @@
-"""Mistakes in lines that follow a condition, with the kinds of LEDs, from the board's rests.
+"""Find the mistake in printed lines that must follow a condition, from what they show while the board rests.
+
+The kinds of mistakes are those of LEDs.
 
 Decision: lines are evaluated at rests longer than their longest gap, LEDs at all moments, because a missing
 line shows only when it is due.

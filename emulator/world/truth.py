@@ -194,7 +194,10 @@ class Truth:
         return magnet.moment_am2, north, west, up
 
     def rests(self, from_s: float, to_s: float) -> bool:
-        """Return whether nothing but a wandering pressure changes between these times; False if forgotten."""
+        """Return whether the signals are constant between these times, except for a wandering pressure.
+
+        False if the history of that time has been dropped.
+        """
         return (
             from_s >= self._forgotten_s
             and self._heating.settled(from_s)

@@ -312,7 +312,7 @@ _ROUNDING_STATUS = {0x1E: 0x53, 0x53: 0x1B}  # the three sources, STATUS_REG, FU
 
 
 class Rounding:
-    """Jumps of bursts by ROUNDING and ROUNDING_STATUS."""
+    """Addresses at which a burst jumps back, by ROUNDING and ROUNDING_STATUS."""
 
     CONFIGURATION: tuple[type[Register], ...] = (CTRL5_C, CTRL7_G)
 

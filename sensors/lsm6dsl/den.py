@@ -122,7 +122,7 @@ class Gate:
             self.aim(at_ps)
 
     def aim(self, now_ps: int) -> None:
-        """Set the passed sample to the first after ``now_ps``."""
+        """Let the gate pass the first sample after ``now_ps``."""
         if self._pending and self.source.running:
             self._index = self.source.latest(now_ps) + 1
             self.shown.start_single(now_ps, self.source.time_ps(self._index) - now_ps)

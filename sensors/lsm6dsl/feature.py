@@ -146,7 +146,7 @@ class Violations:
         self._present: set[str] = set()
 
     def report(self, found: Mapping[str, bool], now_ps: int) -> None:
-        """Note new violations; ``found``: whether each text applies."""
+        """Report violations that are new; ``found`` tells for each text if it applies."""
         for text, present in found.items():
             if present and text not in self._present:
                 self._chip.note(now_ps, "forbidden", text)

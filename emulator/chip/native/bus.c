@@ -210,7 +210,7 @@ static void cache_polled(Chip *chip, const Peripheral *peripheral, uint32_t addr
   }
 }
 
-/* Repeat a read of a register that cannot have changed. False: call read_register(). */
+/* Return the cached value of a register that cannot have changed. False: call read_register(). */
 static inline bool repeat_read(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
   PollSkip *poll_skip = &chip->poll_skip;
   Polled *polled = poll_skip_slot(poll_skip, address);
@@ -255,7 +255,7 @@ static bool read_device(Chip *chip, uint32_t address, unsigned size, uint32_t *v
                                : read_bit_band(chip, address, value);
 }
 
-/* Loops that show a state write the same value continuously. */
+/* A loop that displays a state writes the same value again and again. */
 static bool is_redundant_write(const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value) {
   uint32_t shift = 8 * (address & 3), mask = size_mask(size) << shift;
   return peripheral && peripheral->clocked && peripheral_has_register(peripheral, address) &&

@@ -108,7 +108,7 @@ void poll_skip_reset(Chip *chip);
 /* Log changes of RAM; true: RAM has its contents from the beginning of the log. */
 void poll_skip_begin_log(Chip *chip);
 bool poll_skip_ram_unchanged(const Chip *chip);
-/* A register was read that is constant until until_ps. True: time was skipped, read it again. */
+/* A register was read whose value is constant until until_ps. True: time was skipped, read it again. */
 bool poll_skip_register_read(Chip *chip, uint32_t address, int64_t until_ps);
 /* Log a word of RAM before it changes. */
 void poll_skip_log_store(Chip *chip, uint32_t address, uint32_t old);
@@ -132,7 +132,7 @@ typedef struct {
 void idle_skip_create(Chip *chip);
 /* Execute or skip at most `instructions` in a known or suspected loop. False: not in one, nothing done. */
 bool idle_skip_execute(Chip *chip, int64_t instructions);
-/* After a run: suspect a loop if nothing was accessed; then check half as often. */
+/* After a run: if it was long and accessed nothing, suspect an idle loop, and check half as often from then on. */
 void idle_skip_check(Chip *chip);
 
 #endif

@@ -268,7 +268,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
     # -- for the other peripherals ---------------------------------------------------------------------------
 
     def control(self, peripherals: Iterable[Peripheral], chip: FcuChip | None = None) -> None:
-        """Set the peripherals, all without clock."""
+        """Set the list of peripherals and switch all their clocks off."""
         by_name = {peripheral.name: peripheral for peripheral in peripherals}
         self._chip = chip
         self._gated = {offset: _Controlled(names, by_name) for offset, names in ENABLE.items()}
@@ -276,7 +276,7 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._apply_all_gates()
 
     def on_change(self, changed: Callable[[], None]) -> None:
-        """Call ``changed()`` after any change, even the RTC's."""
+        """Call ``changed()`` after a change of any clock, the RTC's included."""
         self._listeners.append(changed)
 
     def on_backup_reset(self, reset: Callable[[], None]) -> None:

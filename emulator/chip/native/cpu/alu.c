@@ -80,7 +80,7 @@ INLINE uint32_t add_with_carry(Core *core, uint32_t x, uint32_t y, uint32_t carr
   uint32_t n = core->r[insn->n];             \
   (void)carry, (void)n
 
-/* In IT blocks, without flags. Free of branches, because conditions are hard to predict. */
+/* Variants for IT blocks, which do not set flags. Free of branches, because conditions are hard to predict. */
 #define DEFINE_PREDICATED(operand, name, result)              \
   OPERATION(name##_predicated_##operand) {                    \
     FETCH(operand);                                           \

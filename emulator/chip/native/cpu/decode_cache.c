@@ -9,7 +9,7 @@
 #include "cpu/transfers.h"
 
 #define CAPACITY 65536 /* twice the need of a firmware of 100 KB */
-#define MAX_BLOCK 64   /* instructions; plus four, because an IT block is not divided */
+#define MAX_BLOCK 64   /* instructions; a block may have four more, so that no IT block is split */
 #define MAX_STEPS 5    /* of one instruction, with two links */
 #define MAX_BLOCK_STEPS (MAX_STEPS * (MAX_BLOCK + 4) + 2)
 
@@ -146,7 +146,7 @@ static bool emit_next(BlockBuilder *builder, bool is_first, bool may_continue) {
   }
   Insn insn = decode_at(builder->core, memory, builder->address, builder->it), *condition = NULL;
   bool rest_of_it = it_advance(builder->it);
-  if (rest_of_it && insn.flags & ENDS_BLOCK) { /* UNPREDICTABLE for branches, else rare */
+  if (rest_of_it && insn.flags & ENDS_BLOCK) { /* UNPREDICTABLE for branches, and rare for other instructions */
     emit(builder, return_to_loop);
     return false;
   }

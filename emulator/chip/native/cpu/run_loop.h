@@ -34,7 +34,7 @@ void run_loop_create(Chip *chip);
 void run_loop_update_limit(Chip *chip);
 void run_loop_hclk_changed(Chip *chip);
 
-/* For idle_skip.c: one run, and the handling of its end. */
+/* Execute one run and handle its end; for idle_skip.c. */
 enum Stop run_loop_run(Chip *chip, int64_t instructions);
 /* Execute one instruction; false: other work is due. */
 bool run_loop_step(Chip *chip);

@@ -72,7 +72,7 @@ RESULT(vmov, M)
 RESULT(vabs, M & ~SIGN)
 RESULT(vneg, negated(M))
 
-/* Integers in the order of the values. */
+/* Map a float to an integer so that comparing the integers compares the floats. */
 static int32_t ordinal(uint32_t value) {
   int32_t magnitude = (int32_t)(value & ~SIGN);
   return value & SIGN ? -magnitude : magnitude;

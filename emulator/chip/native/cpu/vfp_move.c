@@ -1,6 +1,7 @@
 /* Transfers of floating-point registers (ARMv7-M ARM A6.5 to A6.7).
  *
- * n: base; d: first S register (a D register is two); a: number of S registers. In moves n and m are core registers.
+ * n: base; d: first S register (a D register is two); a: number of S registers. In these moves n and m are numbers of
+ * core registers.
  */
 #include "cpu/transfers.h"
 #include "cpu/vfp.h"

@@ -23,7 +23,7 @@
 #define PS_PER_S INT64_C(1000000000000)
 #define WORD 0xFFFFFFFFu
 
-/* The bits of an access at its lowest byte. */
+/* The mask of an access of `size` bytes at bit 0. */
 static inline uint32_t size_mask(unsigned size) { return size == 4 ? WORD : (1u << 8 * size) - 1; }
 
 /* Write the bits of mask, as far as the register stores them. */

@@ -33,7 +33,8 @@ _Static_assert(sizeof TIM_RESETS[0] == sizeof((Tim *)0)->registers, "the registe
 #define ICPSC(settings) FIELD(settings, CCMR1_IC1PSC)
 #define CCS(settings) FIELD(settings, CCMR1_CC1S)
 enum { FORCED_LOW = 4, FORCED_HIGH = 5, PWM1 = 6, PWM2 = 7 };
-/* Later handlers are late. On ARM none is immediate: entry and HAL's check of flags take a hundred instructions. */
+/* Later handlers are late. No handler starts at once: exception entry and HAL's check of flags take about a hundred
+ * instructions. */
 #define LATE_AFTER_PS INT64_C(10000000)
 
 enum { NOTE_SMCR, NOTE_DIER, NOTE_DCR, NOTE_DMAR };
@@ -159,8 +160,8 @@ static uint32_t flag_of(int channel) { return 2u << channel; }
 
 static bool is_input(const TimChannel *channel) { return CCS(channel->settings) != 0; }
 
-/* Positions that raise the flag. Above ARR: at the overflow (12.4.5). CMS 1: counting down, 2: up, 3: both (12.4.1).
- */
+/* Counter positions at which the flag is set. Above ARR: at the overflow (12.4.5). CMS 1: counting down, 2: up,
+ * 3: both (12.4.1). */
 static void find_matches(const Tim *tim, TimChannel *channel) {
   int64_t compare = channel->compare, arr = tim->arr, *matches = channel->matches;
   uint32_t cms = FIELD(REGISTER(tim, CR1), CR1_CMS);
@@ -257,7 +258,7 @@ static bool is_remapped(const Tim *tim, int source) {
   return tim->edge_event >= 0 && source == OSCILLATOR_INPUT && REGISTER(tim, OR) & OR_TI4_RMP;
 }
 
-/* The channels that capture its edges, as flags of SR. */
+/* The channels that capture the edges of this input, as flags of SR. */
 static uint32_t oscillator_flags(const Tim *tim) {
   uint32_t flags = 0;
   for (int n = 0; n < tim->variant->channels; n++) {
