@@ -39,7 +39,7 @@ _ONE_BYTE = tuple(bytes((value,)) for value in range(256))  # a look-up is faste
 _LONGEST_KEPT = 64  # bytes of a burst whose plan is cached
 
 
-class Output(Protocol):
+class SharedOutput(Protocol):
     """Output registers, which C can read from a train of samples."""
 
     train: Train
@@ -113,7 +113,7 @@ class RegisterFile:
         self._before: list[ReadHook | None] = [None] * ADDRESSES
         self._after: list[AfterHook | None] = [None] * ADDRESSES
         self._on_write: list[WriteHook | None] = [None] * ADDRESSES
-        self.outputs: list[Output] = []
+        self.outputs: list[SharedOutput] = []
         # how C reads a byte, while these are the byte's hooks
         self._access: list[tuple[int, _Hooks]] = [(MEMORY, _NO_HOOKS)] * ADDRESSES
         self._bank_bytes = bytearray(ctypes.sizeof(Bank))
@@ -139,7 +139,7 @@ class RegisterFile:
         self._forget_plans()
 
     def add_output(
-        self, output: Output, *registers: tuple[type[Register], ReadHook, AfterHook | None]
+        self, output: SharedOutput, *registers: tuple[type[Register], ReadHook, AfterHook | None]
     ) -> None:
         """Let C read ``registers`` from the output's train, while they have no other hooks."""
         access = OUTPUT + len(self.outputs)

@@ -236,7 +236,7 @@ def load() -> Any:
     return library
 
 
-class _Owner:
+class _ChipOwner:
     """The chip in C is freed when no object refers to this one."""
 
 
@@ -262,7 +262,7 @@ class FcuChip:
         if not handle:
             raise MemoryError("the chip in C")
         self.handle = _pointer(handle)
-        self._owner = _Owner()
+        self._owner = _ChipOwner()
         self._destroy = weakref.finalize(self._owner, self.library.fcu_destroy, self.handle)
         shared = (_i64 * 8).from_address(handle)
         self.shared = memoryview(shared).cast("B").cast("q")

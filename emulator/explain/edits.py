@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Final
 
 from fcu_emulator.emulator.explain.expression import (
-    Call,
+    FunctionCall,
     Name,
     Negative,
     Node,
@@ -62,13 +62,13 @@ def _operand(node: Node, names: tuple[str, ...]) -> Iterator[Node]:
 
 
 def _function(node: Node) -> Iterator[Node]:
-    if not isinstance(node, Call):
+    if not isinstance(node, FunctionCall):
         return
-    yield from (Call(name, node.arguments) for name in _FUNCTIONS.get(node.function, ()))
+    yield from (FunctionCall(name, node.arguments) for name in _FUNCTIONS.get(node.function, ()))
     if node.function == "atan2":
         first, second = node.arguments
-        yield Call("atan2", (second, first))
-        yield Call("atan", (Operation("/", first, second),))
+        yield FunctionCall("atan2", (second, first))
+        yield FunctionCall("atan", (Operation("/", first, second),))
     elif len(node.arguments) == 1:
         yield node.arguments[0]
 
@@ -98,7 +98,7 @@ def _operation(node: Node) -> Iterator[Node]:
         yield Operation(node.operator, right, left)
     yield from _inside(node)
     if node.operator == "/":
-        yield Call("trunc", (node,))
+        yield FunctionCall("trunc", (node,))
     if node.operator == "**":
         yield from (Operation("**", left, Number(power)) for power in (1.0, 3.0, 0.5))
         yield Operation("*", left, right)
@@ -135,11 +135,11 @@ def _replaced(node: Node, others: Mapping[Node, Node]) -> Node:
 def _unit(node: Node) -> Iterator[Node]:
     """Degrees in place of radians, and the other way round; an integer in place of a float."""
     half_turn, pi = _ANGLE
-    if isinstance(node, Name | Call):
+    if isinstance(node, Name | FunctionCall):
         yield Operation("/", Operation("*", node, half_turn), pi)
         yield Operation("/", Operation("*", node, pi), half_turn)
-        yield Call("trunc", (node,))
-        yield Call("abs", (node,))
+        yield FunctionCall("trunc", (node,))
+        yield FunctionCall("abs", (node,))
 
 
 def constants(formula: Node) -> Iterator[tuple[float, Callable[[float], Node]]]:

@@ -3,7 +3,7 @@
 ::
 
     arithmetic = load_rubric("lab3").explain.arithmetic()
-    for one in explain_numbers("lab3.elf", arithmetic, [Output("3.yaw", "yaw_deg", yaw)], Limits()):
+    for one in explain_numbers("lab3.elf", arithmetic, [ShownNumber("3.yaw", "yaw_deg", yaw)], Limits()):
         print(one.diagnosis)
 """
 
@@ -13,7 +13,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
 import numpy as np
 
@@ -23,18 +23,11 @@ from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 from fcu_emulator.emulator.chip.firmware import Limits
 from fcu_emulator.emulator.explain.alignment import Alignment, Formulas, Mistake, PrintedNumbers
 from fcu_emulator.emulator.explain.expression import Name, Node, names, text
-from fcu_emulator.emulator.explain.probe import POSES, Probed, Register, probe
+from fcu_emulator.emulator.explain.probe import POSES, InputRegister, Probed, probe
 from fcu_emulator.emulator.explain.search import ValueSearch
+from fcu_emulator.emulator.scenario.formats import NumberFormat
 
 _MOST_LINES: Final = 200
-
-
-class NumberFormat(Protocol):
-    """Finds a number in a printed line."""
-
-    def number(self, line: str) -> float | None:
-        """Return the number; None if the line has another format."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -49,13 +42,13 @@ class Alternative:
 class Arithmetic:
     """A lab's arithmetic as data: the inputs, the formulas in their order, and alternatives."""
 
-    inputs: Mapping[str, Register]
+    inputs: Mapping[str, InputRegister]
     formulas: Formulas
     alternatives: Sequence[Alternative] = ()
 
 
 @dataclass(frozen=True)
-class Output:
+class ShownNumber:
     """A printed number of a failed check, and the step that it shows."""
 
     check: str
@@ -73,7 +66,7 @@ class Explanation:
 
 
 def explain_numbers(
-    firmware: str | Path, arithmetic: Arithmetic, outputs: Iterable[Output], limits: Limits
+    firmware: str | Path, arithmetic: Arithmetic, outputs: Iterable[ShownNumber], limits: Limits
 ) -> list[Explanation]:
     """Return explanations of wrong outputs, each mistake once, in the order of the formulas.
 
@@ -110,7 +103,7 @@ class _Explainer:
         self._places = Places(probed.image)
         self._best: dict[tuple[int, ...], Alignment] = {}
 
-    def explain(self, output: Output) -> Iterator[Explanation]:
+    def explain(self, output: ShownNumber) -> Iterator[Explanation]:
         """Yield the mistakes behind a wrong output; nothing if it is right, constant or not printed."""
         printed, line = self._printed(output)
         if printed is None:
@@ -151,7 +144,7 @@ class _Explainer:
     def _alignment(self, formulas: Formulas) -> Alignment:
         return Alignment(formulas, self._probed.inputs, self._search, len(POSES))
 
-    def _printed(self, output: Output) -> tuple[PrintedNumbers | None, str]:
+    def _printed(self, output: ShownNumber) -> tuple[PrintedNumbers | None, str]:
         values, latest = [], ""
         for lines in self._probed.lines:
             number = None
@@ -168,7 +161,7 @@ class _Explainer:
 
     # -- words ------------------------------------------------------------------------------------------
 
-    def _explanation(self, output: Output, mistake: Mistake, line: str) -> Explanation:
+    def _explanation(self, output: ShownNumber, mistake: Mistake, line: str) -> Explanation:
         step, computed = mistake.step, text(mistake.computed)
         place = self._place(mistake, output, line)
         if step == output.step and isinstance(mistake.computed, Name):
@@ -186,7 +179,7 @@ class _Explainer:
         )
         return Explanation(output.check, mistake, Diagnosis("formula", summary, details, fatal=False))
 
-    def _place(self, mistake: Mistake, output: Output, line: str) -> str:
+    def _place(self, mistake: Mistake, output: ShownNumber, line: str) -> str:
         if mistake.step == output.step and isinstance(mistake.computed, Name):
             printed = PrintedLines(self._probed.image, self._places, line.encode("latin-1"))
             place = printed.place(printed.lines[0].made_by) if printed.lines else ""

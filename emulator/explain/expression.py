@@ -62,7 +62,7 @@ class FormulaError(ValueError):
     """A formula is not valid; the text says what would be right."""
 
 
-Node: TypeAlias = "Name | Number | Call | Operation | Negative"
+Node: TypeAlias = "Name | Number | FunctionCall | Operation | Negative"
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Number:
 
 
 @dataclass(frozen=True)
-class Call:
+class FunctionCall:
     """A function of ``FUNCTIONS``."""
 
     function: str
@@ -132,7 +132,7 @@ def _node(node: ast.expr) -> Node:
             count = _ARGUMENTS.get(name, 1)
             if len(arguments) != count:
                 raise FormulaError(f"{name}() must have {count} arguments, not {len(arguments)}")
-            return Call(name, tuple(map(_node, arguments)))
+            return FunctionCall(name, tuple(map(_node, arguments)))
         case ast.Call(func=ast.Name(id=name)):
             raise FormulaError(f"unknown function {name}(); known: {', '.join(FUNCTIONS)}")
     raise FormulaError("must have names, numbers, + - * / ** and functions only")
@@ -149,7 +149,7 @@ def names(node: Node) -> Iterator[str]:
 def children(node: Node) -> tuple[Node, ...]:
     """Return the operands of a node."""
     match node:
-        case Call(arguments=arguments):
+        case FunctionCall(arguments=arguments):
             return arguments
         case Operation(left=left, right=right):
             return left, right
@@ -161,8 +161,8 @@ def children(node: Node) -> tuple[Node, ...]:
 def with_children(node: Node, operands: tuple[Node, ...]) -> Node:
     """Return the node with other operands."""
     match node:
-        case Call(function=function):
-            return Call(function, operands)
+        case FunctionCall(function=function):
+            return FunctionCall(function, operands)
         case Operation(operator=operator):
             return Operation(operator, *operands)
         case Negative():
@@ -182,7 +182,7 @@ def simplified(node: Node) -> Node:
             return operand
         case Operation(operator="*" | "/" | "**", left=operand, right=Number(value=1.0)):
             return operand
-        case Call(function="largest" | "smallest" | "first", arguments=(Number() as number,)):
+        case FunctionCall(function="largest" | "smallest" | "first", arguments=(Number() as number,)):
             return number
     return node
 
@@ -198,7 +198,7 @@ def text(node: Node, above: int = 0) -> str:
             return name
         case Number(value=value):
             return "pi" if value == math.pi else f"{value:.10g}"
-        case Call(function=function, arguments=arguments):
+        case FunctionCall(function=function, arguments=arguments):
             return f"{function}({', '.join(map(text, arguments))})"
         case Negative(operand=operand):
             return (
@@ -252,7 +252,7 @@ class Evaluator:
                 return self.values[name] if name in self.values else np.full((REPEATS, self._poses), np.nan)
             case Negative(operand=operand):
                 return np.negative(self._value(operand))
-            case Call(function=function, arguments=arguments):
+            case FunctionCall(function=function, arguments=arguments):
                 result: Samples = FUNCTIONS[function](*map(self._value, arguments))
                 return result if function in _EXACT else self._rounded(result)
             case Operation(operator=operator, left=left, right=right):

@@ -25,7 +25,7 @@ from fcu_emulator.emulator.errors import FirmwareError
 from fcu_emulator.emulator.trace import BusTransfer, TraceEvent
 
 
-class Pose(NamedTuple):
+class ProbePose(NamedTuple):
     """An attitude in degrees, and an altitude in metres above the floor."""
 
     roll_deg: float
@@ -34,8 +34,8 @@ class Pose(NamedTuple):
     altitude_m: float
 
 
-PAST: Final = (Pose(35, -20, 50, 0), Pose(-50, 25, 160, 0), Pose(20, 40, -100, 0))
-POSES: Final = (Pose(-25, -55, 75, 140), Pose(62, 15, -30, 220), Pose(-15, 33, 120, 300))
+PAST: Final = (ProbePose(35, -20, 50, 0), ProbePose(-50, 25, 160, 0), ProbePose(20, 40, -100, 0))
+POSES: Final = (ProbePose(-25, -55, 75, 140), ProbePose(62, 15, -30, 220), ProbePose(-15, 33, 120, 300))
 """The poses whose values are logged: both tilts at once, which no exchanged axis survives."""
 _HARD_IRON_MGAUSS: Final = (310.0, -220.0, 150.0)
 _TEMPERATURE_DEGC: Final = 23.5
@@ -53,7 +53,7 @@ _LIBRARY: Final = re.compile(
 
 
 @dataclass(frozen=True)
-class Register:
+class InputRegister:
     """The first register of a sensor's signed number, little-endian."""
 
     sensor: str
@@ -71,7 +71,7 @@ class Probed:
     image: FirmwareImage
 
 
-def probe(firmware: str | Path, inputs: Mapping[str, Register], limits: Limits) -> Probed | None:
+def probe(firmware: str | Path, inputs: Mapping[str, InputRegister], limits: Limits) -> Probed | None:
     """Run an ELF, HEX or BIN file through the poses; None if the firmware fails or is in Python."""
     board = Board(firmware, ideal=True)
     if board.chip is None:
@@ -88,7 +88,7 @@ def probe(firmware: str | Path, inputs: Mapping[str, Register], limits: Limits) 
 
 
 def _run(
-    board: Board, inputs: Mapping[str, Register], image: FirmwareImage
+    board: Board, inputs: Mapping[str, InputRegister], image: FirmwareImage
 ) -> tuple[dict[str, list[float]], list[Values], list[list[str]]]:
     assert board.chip is not None
     board.world.set_hard_iron(*_HARD_IRON_MGAUSS)
@@ -133,12 +133,12 @@ def _watched_run(board: Board, seen: _Bytes, seconds: float) -> None:
         stop()
 
 
-def _put(board: Board, pose: Pose) -> None:
+def _put(board: Board, pose: ProbePose) -> None:
     board.world.set_attitude(pose.roll_deg, pose.pitch_deg, pose.yaw_deg)
     board.world.set_altitude(pose.altitude_m)
 
 
-def _number(seen: _Bytes, register: Register) -> float:
+def _number(seen: _Bytes, register: InputRegister) -> float:
     found = [seen.get((register.sensor, register.register + n)) for n in range(register.bytes)]
     if None in found:
         return np.nan

@@ -26,7 +26,7 @@ from pydantic_core import PydanticCustomError
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.explain.explanation import Alternative, Arithmetic
 from fcu_emulator.emulator.explain.expression import CONSTANTS, FUNCTIONS, FormulaError, Node, names, parse
-from fcu_emulator.emulator.explain.probe import Register
+from fcu_emulator.emulator.explain.probe import InputRegister
 from fcu_emulator.emulator.scenario.fields import Table
 from fcu_emulator.emulator.text import shown
 
@@ -101,7 +101,9 @@ class ExplainTable(Table):
 
     def arithmetic(self) -> Arithmetic:
         """Return the checked formulas."""
-        inputs = {name: Register(one.sensor, one.register_, one.bytes) for name, one in self.inputs.items()}
+        inputs = {
+            name: InputRegister(one.sensor, one.register_, one.bytes) for name, one in self.inputs.items()
+        }
         alternatives = (Alternative(_trees(one.formulas), frozenset(one.not_for)) for one in self.alternative)
         return Arithmetic(inputs, _trees(self.formulas), tuple(alternatives))
 

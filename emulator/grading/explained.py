@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fcu_emulator.emulator.chip.firmware import Limits
-    from fcu_emulator.emulator.explain.explanation import Output
+    from fcu_emulator.emulator.explain.explanation import ShownNumber
 
 
 def explained(
@@ -30,7 +30,7 @@ def explained(
     """
     if rubric.explain is None or callable(firmware):
         return list(evidence)
-    outputs: dict[str, list[Output]] = {}
+    outputs: dict[str, list[ShownNumber]] = {}
     for one in evidence:
         kinds = {cause.kind for cause in one.causes}
         if one.stopped or kinds & KEEPS_SAMPLES_AWAY or any(cause.fatal for cause in one.causes):
@@ -52,9 +52,11 @@ def explained(
     return changed
 
 
-def _outputs(rubric: Rubric, exercise: str, run: str, results: Mapping[str, CheckResult]) -> Iterator[Output]:
+def _outputs(
+    rubric: Rubric, exercise: str, run: str, results: Mapping[str, CheckResult]
+) -> Iterator[ShownNumber]:
     """Yield the wrong numbers of a run that a student sees."""
-    from fcu_emulator.emulator.explain.explanation import Output
+    from fcu_emulator.emulator.explain.explanation import ShownNumber
 
     assert rubric.explain is not None
     table = rubric.exercise(exercise)
@@ -67,7 +69,7 @@ def _outputs(rubric: Rubric, exercise: str, run: str, results: Mapping[str, Chec
             continue
         fields = [one for one in check.expect if isinstance(one, ExpectField)]
         for step, number in zip(rubric.explain.shows.get(name, ()), fields, strict=False):
-            yield Output(name, step, number.number_format())
+            yield ShownNumber(name, step, number.number_format())
 
 
 def cause_of(one: Diagnosis) -> DiagnosedCause:

@@ -94,7 +94,7 @@ def judge(
     digest = firmware_digest(firmware)
     asked = [f"{exercise.id}.{check.id}" for exercise in wanted for check in exercise.check]
     tasks = [
-        _Task(firmware, seed, name, tuple(checks), frozenset(asked), build_log)
+        _RunTask(firmware, seed, name, tuple(checks), frozenset(asked), build_log)
         for name, checks in _runs_of(rubric, asked).items()
     ]
     follow = _Follow(rubric, tasks, progress or (lambda _progress: None))
@@ -142,7 +142,7 @@ def _checks_by_id(rubric: Rubric) -> dict[str, tuple[ExerciseTable, CheckTable]]
 
 
 @dataclass(frozen=True)
-class _Task:
+class _RunTask:
     """A run to be made, and its checks by id; ``asked``: the checks of the asked exercises."""
 
     firmware: Program
@@ -165,7 +165,7 @@ class _Follow:
     """Reports the progress of runs that are made one after the other, or end in any order."""
 
     def __init__(
-        self, rubric: Rubric, tasks: Sequence[_Task], report: Callable[[JudgeProgress], None]
+        self, rubric: Rubric, tasks: Sequence[_RunTask], report: Callable[[JudgeProgress], None]
     ) -> None:
         self.duration_s = {task.run: rubric.scenario(task.run, task.seed).duration_s for task in tasks}
         self._total_s = sum(self.duration_s.values())
@@ -180,14 +180,14 @@ class _Follow:
         self.at(run, 0.0)
 
 
-def _one_by_one(rubric: Rubric, tasks: Sequence[_Task], follow: _Follow) -> Iterator[_Outcome]:
+def _one_by_one(rubric: Rubric, tasks: Sequence[_RunTask], follow: _Follow) -> Iterator[_Outcome]:
     for task in tasks:
         yield _outcome(task, rubric, partial(follow.at, task.run))
         follow.end(task.run)
 
 
 def _in_parallel(
-    executor: Executor, rubric: Rubric, tasks: Sequence[_Task], follow: _Follow
+    executor: Executor, rubric: Rubric, tasks: Sequence[_RunTask], follow: _Follow
 ) -> list[_Outcome]:
     """Make the longest runs first; return the outcomes in the order of the tasks. Raises NotJudgedError."""
     longest_first = sorted(tasks, key=lambda task: -follow.duration_s[task.run])
@@ -199,7 +199,7 @@ def _in_parallel(
     return [done[task.run] for task in tasks]
 
 
-def _outcome_in_worker(task: _Task, rubric: str) -> _Outcome:
+def _outcome_in_worker(task: _RunTask, rubric: str) -> _Outcome:
     return _outcome(task, _loaded(rubric), lambda _now_s: None)
 
 
@@ -208,7 +208,7 @@ def _loaded(path: str) -> Rubric:
     return load_rubric(Path(path))
 
 
-def _outcome(task: _Task, rubric: Rubric, told: Callable[[float], None]) -> _Outcome:
+def _outcome(task: _RunTask, rubric: Rubric, told: Callable[[float], None]) -> _Outcome:
     tables = _checks_by_id(rubric)
     checks = [tables[check_id][1] for check_id in task.checks]
     run = _JudgedRun(task.firmware, rubric, task.run, task.seed, checks, task.build_log)

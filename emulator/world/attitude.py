@@ -238,7 +238,7 @@ class Twist:
 
 
 @dataclass(frozen=True, eq=False)
-class Sweep:
+class SweepSegment:
     """Change of the Euler angles ``start_deg`` (3,) by ``change_deg`` (3,)."""
 
     start_deg: Array

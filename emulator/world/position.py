@@ -47,7 +47,7 @@ class RestSegment:
 
 
 @dataclass(frozen=True)
-class Lift:
+class LiftSegment:
     """A hand's move from ``from_m`` by ``metres``."""
 
     from_m: float
@@ -162,7 +162,7 @@ def accelerations(row_s: Array, row_m: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Shake:
+class ShakeSegment:
     """Acceleration amplitude cos(w t) along ``direction`` (3,), world frame, from ``start_s``."""
 
     start_s: float

@@ -24,7 +24,7 @@ from fcu_emulator.emulator.world.attitude import Attitude, Held, matrix_to_euler
 from fcu_emulator.emulator.world.hand import Grip
 from fcu_emulator.emulator.world.magnetism import HeldMagnet, Magnet, Steel, ned_to_nwu_mgauss
 from fcu_emulator.emulator.world.motors import Motors
-from fcu_emulator.emulator.world.position import Coordinate, RestSegment, Shake
+from fcu_emulator.emulator.world.position import Coordinate, RestSegment, ShakeSegment
 from fcu_emulator.emulator.world.track import Agitation, Array, Constant, Overlays, Spans, Track
 from fcu_emulator.emulator.world.warmth import Warmth
 
@@ -86,7 +86,7 @@ class Truth:
         self._height: Track[Coordinate] = Track(RestSegment(0.0))
         self._grip: Track[Grip | None] = Track(None)
         self._motors: Track[Motors | None] = Track(None)
-        self._shakes: Overlays[Shake] = Overlays()
+        self._shakes: Overlays[ShakeSegment] = Overlays()
         self._gravity = Track(Constant(STANDARD_GRAVITY))
         self._earth = Track(Constant(ned_to_nwu_mgauss(*ZURICH_FIELD_UT)))
         self._disturbances: Overlays[Disturbance] = Overlays()
@@ -272,7 +272,7 @@ class Truth:
 
     def _motion_m_s2(self, t_s: Array) -> Array:
         moved = self._along(t_s, lambda piece, t: piece.acceleration_m_s2(t))
-        total: Array = self._shakes.total(t_s, Shake.acceleration_m_s2) + moved
+        total: Array = self._shakes.total(t_s, ShakeSegment.acceleration_m_s2) + moved
         return total
 
     def _along(self, t_s: Array, function: Callable[[Coordinate, Array], Array]) -> Array:
@@ -328,7 +328,7 @@ class Truth:
         """Return metres north, west and up, (N, 3), or (1, 3) at rest."""
         carried = self._along(t_s, lambda piece, t: piece.position_m(t))
         carried = carried + self._grip.evaluate(t_s, self._shift_in)
-        total: Array = carried + self._shakes.total(t_s, Shake.displacement_m)
+        total: Array = carried + self._shakes.total(t_s, ShakeSegment.displacement_m)
         return total
 
     def _altitude_m(self, t_s: Array) -> Array:

@@ -28,7 +28,7 @@ from fcu_emulator.emulator.world.air import (
 from fcu_emulator.emulator.world.attitude import (
     Held,
     RecordedAttitude,
-    Sweep,
+    SweepSegment,
     Turn,
     WavedEight,
     X,
@@ -43,11 +43,11 @@ from fcu_emulator.emulator.world.magnetism import MOMENT_AM2, HeldMagnet, Magnet
 from fcu_emulator.emulator.world.motors import MOTORS, Motors
 from fcu_emulator.emulator.world.position import (
     Coordinate,
-    Lift,
+    LiftSegment,
     Parabola,
     RecordedCoordinate,
     RestSegment,
-    Shake,
+    ShakeSegment,
 )
 from fcu_emulator.emulator.world.recording import MEASURED, Interpolation, Recording
 from fcu_emulator.emulator.world.track import Array, Constant, Linear, MinimumJerk, Track
@@ -352,7 +352,9 @@ class World(Changes):
         start_deg = self._euler_deg_at(start)
         end_deg = start_deg.copy()
         end_deg[EULER_AXES.index(axis)] = limits.ANGLE.check("to_deg", to_deg)
-        return self._plan_attitude((start, Sweep(start_deg, end_deg - start_deg, pace)), (end, Held(end_deg)))
+        return self._plan_attitude(
+            (start, SweepSegment(start_deg, end_deg - start_deg, pace)), (end, Held(end_deg))
+        )
 
     def figure_eight(
         self,
@@ -412,7 +414,7 @@ class World(Changes):
 
     def _push(self, track: Track[Coordinate], way_m: float, start_s: float, end_s: float) -> float:
         from_m = position_at(track, start_s)
-        lift = Lift(from_m, way_m, MinimumJerk(start_s, end_s - start_s))
+        lift = LiftSegment(from_m, way_m, MinimumJerk(start_s, end_s - start_s))
         return self._plan_position(track, (start_s, lift), (end_s, RestSegment(from_m + way_m)))
 
     def free_fall(self, duration_s: float, catch_s: float = 0.05, start_s: float | None = None) -> float:
@@ -451,7 +453,7 @@ class World(Changes):
         limits.EXCURSION.check("way of the shake (lower g or higher Hz)", 2.0 * amplitude / angular**2)
         direction = np.array(SHAKE_DIRECTIONS[axis])
         end = start + periods / frequency
-        self._shakes.add(start, end, Shake(start, direction, amplitude, angular))
+        self._shakes.add(start, end, ShakeSegment(start, direction, amplitude, angular))
         signals = ("acc", "pressure") if axis == "up" else ("acc",)
         for signal in (*signals, "mag"):  # near steel the field varies with position
             self._agitation[signal].add(start, end)

@@ -98,7 +98,7 @@ class MotionFilter:
 _FREE_FALL_MG = (156, 219, 250, 312, 344, 406, 469, 500)  # FF_THS, for every full scale
 
 
-class FreeFall:
+class FreeFallDetector:
     """FF_IA while every axis has stayed within FF_THS for FF_DUR/ODR."""
 
     def __init__(self) -> None:
@@ -210,7 +210,7 @@ _State: TypeAlias = Literal["idle", "shock", "quiet", "second"]
 _AXES = (TAP_SRC.X_TAP.mask, TAP_SRC.Y_TAP.mask, TAP_SRC.Z_TAP.mask)
 
 
-class Tap:
+class TapDetector:
     """Recogniser of taps; single and double ones are never on together."""
 
     def __init__(self) -> None:

@@ -15,10 +15,10 @@ from fcu_emulator.sensors.lsm6dsl.accelerometer import MG_PER_LSB, EventSamples
 from fcu_emulator.sensors.lsm6dsl.event_detectors import (
     Activity,
     Axes,
-    FreeFall,
+    FreeFallDetector,
     MotionFilter,
     Orientation,
-    Tap,
+    TapDetector,
     WakeUp,
 )
 from fcu_emulator.sensors.lsm6dsl.feature import FeatureContext, SignalName, Signals, Violations
@@ -99,8 +99,8 @@ class Events:
         self._low_pass_on_6d = False
         self._rate_changed = rate_changed
         self._filter = MotionFilter()
-        self._free_fall, self._wake_up = FreeFall(), WakeUp()
-        self._orientation, self._tap = Orientation(), Tap()
+        self._free_fall, self._wake_up = FreeFallDetector(), WakeUp()
+        self._orientation, self._tap = Orientation(), TapDetector()
         signals = chip.signals
         self._ff, self._wu = EventOutput(signals, "FF"), EventOutput(signals, "WU")
         self._sleep, self._six_d = EventOutput(signals, "INACT_STATE"), EventOutput(signals, "6D")

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from fcu_emulator.emulator.chip.firmware import Limits
-from fcu_emulator.emulator.explain.explanation import Explanation, Output, explain_numbers
+from fcu_emulator.emulator.explain.explanation import Explanation, ShownNumber, explain_numbers
 from fcu_emulator.emulator.explain.expression import text
 from fcu_emulator.emulator.grading.rubric import load_rubric
 from fcu_emulator.emulator.scenario.formats import NamedFormat
@@ -51,7 +51,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def explained(elf: str | Path) -> list[Explanation]:
     rubric = load_rubric("lab3")
     assert rubric.explain is not None
-    outputs = [Output("check", step, NamedFormat(name)) for step, name in SHOWN.items()]
+    outputs = [ShownNumber("check", step, NamedFormat(name)) for step, name in SHOWN.items()]
     return explain_numbers(elf, rubric.explain.arithmetic(), outputs, Limits())
 
 

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from fcu_emulator.emulator.explain.edits import edits
 from fcu_emulator.emulator.explain.expression import (
-    Call,
     Evaluator,
     FormulaError,
+    FunctionCall,
     Name,
     Negative,
     Node,
@@ -38,8 +38,8 @@ def nodes() -> st.SearchStrategy[Node]:
             inner.map(Negative),
             st.builds(Operation, st.sampled_from("+-*/"), inner, inner),
             st.builds(lambda one: Operation("**", one, Number(2.0)), inner),
-            st.builds(lambda one: Call("sin", (one,)), inner),
-            st.builds(lambda one, other: Call("atan2", (one, other)), inner, inner),
+            st.builds(lambda one: FunctionCall("sin", (one,)), inner),
+            st.builds(lambda one, other: FunctionCall("atan2", (one, other)), inner, inner),
         ),
         max_leaves=8,
     )
@@ -115,9 +115,9 @@ def _single(node: Node) -> np.float32:
             return np.float32(number)
         case Negative(operand=operand):
             return np.float32(-_single(operand))
-        case Call(function="sin", arguments=(one,)):
+        case FunctionCall(function="sin", arguments=(one,)):
             return np.sin(_single(one))
-        case Call(arguments=(one, other)):
+        case FunctionCall(arguments=(one, other)):
             return np.arctan2(_single(one), _single(other))
         case Operation(operator=operator, left=left, right=right):
             apply = {
