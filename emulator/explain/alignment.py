@@ -38,7 +38,8 @@ _LOOSE: Final = 1e-3
 """A tolerance above this share of the value proves nothing, as for the sine of a large number."""
 _FIRST: Final = 5
 """Candidates for the first of two mistakes."""
-_DIGITS: Final = 4
+_DIGITS: Final = range(2, 8)
+"""Of a constant: the fewest that give the printed numbers."""
 
 
 @dataclass(frozen=True)
@@ -148,7 +149,9 @@ class Alignment:
     def _explained(
         self, formulas: Formulas, output: str, printed: PrintedNumbers, depth: int
     ) -> list[Mistake]:
-        suspects = self._suspects(formulas, output, self._values(formulas))
+        values = self._values(formulas)
+        suspects = self._suspects(formulas, output, values)
+        suspects.sort(key=lambda name: not self._differs(values[name]))  # a constant fits many mistakes
         if depth == _MOST_MISTAKES:
             exchanged = self._other_step(formulas, output, output, printed)
             if exchanged is not None:
@@ -181,6 +184,10 @@ class Alignment:
             if name != output and (name in right or self._addresses(values[name])):
                 right |= set(_in_order(formulas, name))
         return [name for name in chain if name not in right]
+
+    def _differs(self, samples: Samples) -> bool:
+        """Return whether the values differ among the poses."""
+        return bool(np.ptp(self._last(samples)[0]) != 0)
 
     def _varies(self, name: str) -> bool:
         last = self._last(self._evaluator.values[name])
@@ -237,8 +244,12 @@ class Alignment:
             value = _root(off, usual)
             if value is not None and self._gives(formulas, name, formula(value), output, printed):
                 exact = self._mistake(formulas, name, formula(value), output)
-                rounded = formula(float(f"{value:.{_DIGITS}g}"))
-                return replace(exact, computed=simplified(rounded))
+                rounded = (formula(float(f"{value:.{digits}g}")) for digits in _DIGITS)
+                short = next(
+                    (one for one in rounded if self._gives(formulas, name, one, output, printed)),
+                    formula(value),
+                )
+                return replace(exact, computed=simplified(short))
         return None
 
     def _candidates_in_log(self, formulas: Formulas, name: str) -> list[Mistake]:

@@ -145,10 +145,10 @@ def _unit(node: Node) -> Iterator[Node]:
 def constants(formula: Node) -> Iterator[tuple[float, Callable[[float], Node]]]:
     """Yield each place for an unknown constant: its usual value, and the formula with another one.
 
-    First each number may be another one, then any operand may be multiplied by a number, have one added, or be one.
+    First each number may be another one, then any operand may be a number, be multiplied by one, or have one added.
     """
-    yield from _places(formula, _other_number, lambda changed: changed)
-    yield from _places(formula, _scaled, lambda changed: changed)
+    for edit in (_other_number, _a_number, _scaled):
+        yield from _places(formula, edit, lambda changed: changed)
 
 
 _Edit = Callable[[Node], Iterator[tuple[float, Callable[[float], Node]]]]
@@ -173,8 +173,12 @@ def _other_number(node: Node) -> Iterator[tuple[float, Callable[[float], Node]]]
         yield node.value, Number
 
 
+def _a_number(node: Node) -> Iterator[tuple[float, Callable[[float], Node]]]:
+    if not isinstance(node, Number):
+        yield 0.0, Number
+
+
 def _scaled(node: Node) -> Iterator[tuple[float, Callable[[float], Node]]]:
     if not isinstance(node, Number):
         yield 1.0, lambda value: Operation("*", node, Number(value))
         yield 0.0, lambda value: Operation("+", node, Number(value))
-        yield 0.0, Number
