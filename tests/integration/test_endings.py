@@ -130,7 +130,7 @@ def test_command_without_a_summary_ends_in_one_line(
     name: str, isolated: tuple[str, ...], command: tuple[str, ...], folders: list[Path]
 ) -> None:
     process = started(*command, *isolated)
-    _wait_until_loaded(process, worker=bool(isolated))
+    _wait_until_loaded(process, worker=bool(isolated) or command[0] == "check")
     process.send_signal(getattr(signal, name))
     _, errors = process.communicate(timeout=60)
     assert process.returncode == INTERRUPTED, errors
@@ -256,9 +256,8 @@ def _wait_until_loaded(process: subprocess.Popen[str], *, worker: bool = False) 
     """Poll until the process, or its worker, has the chip's library: it is about to run the firmware."""
     while True:
         assert process.poll() is None, process.communicate()
-        children = (
-            Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text(encoding="ascii").split()
-        )
+        threads = Path(f"/proc/{process.pid}/task").glob("*/children")
+        children = [number for one in threads for number in one.read_text(encoding="ascii").split()]
         for number in children if worker else [str(process.pid)]:
             with suppress(OSError):
                 if "/emulator/chip/native/" in Path(f"/proc/{number}/maps").read_text(encoding="utf-8"):
