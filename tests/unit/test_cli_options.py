@@ -165,7 +165,7 @@ LINES: list[tuple[str, str, Any]] = [
     ),
     (
         "fcu_emulator.emulator.cli.check.check_program",
-        """check a.elf --exercise 1 -e 2 --seed 3 --rubric other --json j.json --save motions --hint --hint
+        """check a.elf --exercise 1 -e 2 --seed 3 --rubric other --jobs 2 --json j.json --save motions --hint --hint
         --boards 4""",
         CheckOptions(
             target="a.elf",
@@ -173,6 +173,7 @@ LINES: list[tuple[str, str, Any]] = [
             exercises=("1", "2"),
             seed=3,
             json=Path("j.json"),
+            jobs=2,
             save=Path("motions"),
             hints=2,
             boards=4,
