@@ -66,8 +66,10 @@ class BoardsTable:
         click.echo()
         click.echo(paint(visible(self._title), "heading"))
         unjudged = codes.count(ExitCode.NOT_JUDGED)
-        not_judged = f"; {unjudged} not judged" if unjudged else ""
-        click.echo(f"  {passed} of {len(codes) - unjudged} boards {self._all_right}{not_judged}")
+        judged = len(codes) - unjudged
+        counts = [f"{passed} of {judged} boards {self._all_right}"] if judged else []
+        counts += [f"{unjudged} not judged"] if unjudged else []
+        click.echo(f"  {'; '.join(counts)}")
         lost: dict[str, list[int]] = {}
         for one in self._results:
             for name in one.lost:
