@@ -39,16 +39,29 @@ def main() -> None:
     _write_what_can_be_written()
     sys.unraisablehook = ask_again
     end_in_order()
-    try:
-        code = int(execute(sys.argv[1:]))
-    except Terminated:  # during the report of another signal
-        code = _INTERRUPTED
-    end_at_once()
+    code = _execute_and_clean_up(sys.argv[1:])
     for stream in (sys.stdout, sys.stderr):
         lost = None if stream is None else _lost(stream)
         if lost is not None and stream is sys.stdout and code in (0, 1):
             code = _READER_GONE if _is_broken_pipe(lost) else _NOT_JUDGED
     sys.exit(code)
+
+
+def _execute_and_clean_up(arguments: Sequence[str]) -> int:
+    """Run the command line and clean up, even if more signals interrupt the report of the first or the cleanup."""
+    code = None
+    while True:
+        try:
+            if code is None:
+                code = int(execute(arguments))
+            cleanup = sys.modules.get("fcu_emulator.emulator.host.cleanup")
+            if cleanup is not None:
+                cleanup.clean_up()
+            end_at_once()
+        except (KeyboardInterrupt, Terminated):
+            code = _INTERRUPTED
+        else:
+            return code
 
 
 def _start_quickly() -> None:

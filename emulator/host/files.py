@@ -8,9 +8,11 @@ import secrets
 import stat
 import tempfile
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 from fcu_emulator.emulator.errors import InputError, LinkError, OutputError
+from fcu_emulator.emulator.host.cleanup import before_exit, done
 
 _BUFFER = 1 << 18
 _SHORTEST_SECRET, _LONGEST_SECRET = 16, 4096  # bytes
@@ -37,6 +39,8 @@ def write_atomically(path: Path, data: bytes | str, *, private: bool = False) ->
             return
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=".", suffix=".tmp", dir=path.parent)
+        remove = partial(_remove, Path(name))
+        before_exit(remove)
         try:
             with os.fdopen(handle, "wb") as file:
                 file.write(contents)
@@ -44,11 +48,17 @@ def write_atomically(path: Path, data: bytes | str, *, private: bool = False) ->
                 Path(name).chmod(0o644)
             Path(name).replace(path)
         except BaseException:
-            with suppress(OSError):
-                Path(name).unlink()
+            remove()
             raise
+        finally:
+            done(remove)
     except OSError as error:
         raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def _remove(path: Path) -> None:
+    with suppress(OSError):
+        path.unlink()
 
 
 def secret(path: Path) -> bytes:

@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from fcu_emulator.emulator.errors import InputError, LinkError, OutputError, failure_text
+from fcu_emulator.emulator.host.cleanup import before_exit, done
 from fcu_emulator.emulator.host.files import write_atomically
 from fcu_emulator.emulator.host.loopback import HOST, LARGEST_PORT, listen
 from fcu_emulator.emulator.links.runtime_folder import read_own_file, runtime_folder
@@ -103,6 +104,7 @@ class ControlServer:
         port: int = self._listener.getsockname()[1]
         self._board = RunningBoard(port, secrets.token_hex(16), os.getpid(), name, tuple(serial))
         self._file = folder / f"board-{os.getpid()}-{port}.json"
+        before_exit(self._remove_file)
         try:
             write_atomically(self._file, json.dumps(asdict(self._board)), private=True)
         except OutputError as error:
@@ -133,12 +135,16 @@ class ControlServer:
         leaves.reader.close()
 
     def close(self) -> None:
-        with suppress(OSError):
-            self._file.unlink()
+        self._remove_file()
+        done(self._remove_file)
         for caller in self._callers:
             caller.reader.close()
         self._callers.clear()
         self._listener.close()
+
+    def _remove_file(self) -> None:
+        with suppress(OSError):
+            self._file.unlink()
 
 
 class _Client:

@@ -16,6 +16,7 @@ import sys
 from pathlib import Path
 
 from fcu_emulator.emulator.errors import LinkError
+from fcu_emulator.emulator.host.cleanup import before_exit, done
 from fcu_emulator.emulator.links.runtime_folder import runtime_folder
 
 PORT_NAME = "ttyFCU"
@@ -28,25 +29,37 @@ class PortName:
         self.path = path
         self._lock_fd = lock_fd
         self._device = ""
+        before_exit(self._remove_files)
 
     def point_to(self, device: str) -> None:
         """Make ``path`` a link to ``device``, atomically. Raises LinkError."""
-        fresh = self.path.with_name(f".{self.path.name}.new")
+        self._device = device
+        fresh = self._new_link
         try:
             fresh.unlink(missing_ok=True)
             fresh.symlink_to(device)
             fresh.replace(self.path)
         except OSError as error:
             raise LinkError(f"--serial pty: cannot create the link {self.path}: {error.strerror}") from error
-        self._device = device
 
     def release(self) -> None:
+        self._remove_files()
+        done(self._remove_files)
+        os.close(self._lock_fd)
+
+    def _remove_files(self) -> None:
         with contextlib.suppress(OSError):
             if str(self.path.readlink()) == self._device:
                 self.path.unlink()
-        with contextlib.suppress(OSError):
-            _lock_path(self.path).unlink()  # while it is locked: afterwards it could be another board's
-        os.close(self._lock_fd)
+        lock = _lock_path(self.path)
+        if _is_same_file(self._lock_fd, lock):  # while it is locked: afterwards it could be another board's
+            with contextlib.suppress(OSError):
+                self._new_link.unlink(missing_ok=True)
+                lock.unlink()
+
+    @property
+    def _new_link(self) -> Path:
+        return self.path.with_name(f".{self.path.name}.new")
 
 
 def claim_port(path: Path | None = None) -> PortName:

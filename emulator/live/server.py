@@ -16,6 +16,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Protocol
 
 from fcu_emulator.emulator.errors import InputError, LinkError
+from fcu_emulator.emulator.host.cleanup import before_exit, done
 from fcu_emulator.emulator.links.limited_lines import LimitedLines
 from fcu_emulator.emulator.live import address as addresses
 from fcu_emulator.emulator.live import listening, messages
@@ -122,7 +123,11 @@ class PageServer:
             self._loop.call_soon_threadsafe(self._stop.set)
             self._thread.join()
         if not self._fixed:
-            addresses.withdraw(self.address)
+            self._withdraw_address()
+            done(self._withdraw_address)
+
+    def _withdraw_address(self) -> None:
+        addresses.withdraw(self.address)
 
     # -- in the server's thread -------------------------------------------------------------------------
 
@@ -167,6 +172,8 @@ class PageServer:
         port = next(iter(server.sockets)).getsockname()[1]
         host = listening.host(self._listen_on)
         self.address = addresses.address_for(port, host) if self._fixed else addresses.fresh(port, host)
+        if not self._fixed:
+            before_exit(self._withdraw_address)
         addresses.publish(self.address)
         self._requests = Requests(self.address, listening.hosts(self._listen_on, port))
         self._ready.set()

@@ -211,6 +211,53 @@ def test_signal_during_class_creation_ends_the_command(name: str, folders: list[
     assert left(folders) == []
 
 
+TWO_SIGNALS = """
+import os, signal, sys
+from fcu_emulator.emulator.cli import main
+import {module} as module
+
+replaced = {place}
+
+def interrupted(*arguments, **options):
+    if {first}:
+        replaced(*arguments, **options)
+    os.kill(os.getpid(), signal.SIGTERM)
+    return replaced(*arguments, **options)
+
+{place} = interrupted
+sys.argv = ["fcu", *{command!r}]
+main()
+"""
+"""A command that gets a signal before or after a call, and another whenever the cleanup calls it again."""
+LINKS = "fcu_emulator.emulator.links."
+RUN = ("run", "lab3", "--speed", "1", "--serial", "pty", "--duration", "10ms")
+WEB = ("web", "--no-browser", "--duration", "10ms")
+
+
+@pytest.mark.parametrize(
+    ("command", "module", "place", "first"),
+    [
+        (RUN, LINKS + "control", "module.write_atomically", True),
+        (RUN, LINKS + "control", "module.ControlServer.close", False),
+        (RUN, LINKS + "port_name", "module.PortName.point_to", True),
+        (RUN, LINKS + "port_name", "module.PortName.release", False),
+        (WEB, LINKS + "control", "module.write_atomically", True),
+        (WEB, LINKS + "control", "module.ControlServer.close", False),
+        (WEB, "fcu_emulator.emulator.live.server", "module.PageServer.close", False),
+    ],
+)
+def test_signal_beside_a_file_of_others_removes_it(
+    command: tuple[str, ...], module: str, place: str, first: bool, folders: list[Path]
+) -> None:
+    program = TWO_SIGNALS.format(module=module, place=place, first=first, command=command)
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert done.returncode == INTERRUPTED, done.stderr
+    assert "Traceback" not in done.stderr
+    assert left(folders) == []
+
+
 # -- A full disk --------------------------------------------------------------------------------------------
 
 
