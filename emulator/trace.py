@@ -7,9 +7,10 @@ fields: times in seconds as exact decimal strings, bytes in hexadecimal.
 
 from __future__ import annotations
 
+import json
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from functools import lru_cache
 from json.encoder import encode_basestring_ascii as quoted
 from pathlib import Path
@@ -18,6 +19,8 @@ from typing import Any, ClassVar, TypeAlias, TypeVar
 from fcu_emulator.emulator.clock import PS_PER_S
 from fcu_emulator.emulator.errors import OutputError
 from fcu_emulator.emulator.host.files import BoundedFile
+
+NoteValue: TypeAlias = int | float | str
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +72,18 @@ class RegisterWrite(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class DeviceNote(TraceEvent):
-    """An access that a sensor refuses, forbids or does not model; ``what`` tells which."""
+    """An access that a sensor or peripheral refuses, forbids or does not model; ``what`` tells which.
+
+    ``problem`` names the case, such as "scl-too-fast": it stays the same when ``text`` is reworded. ``data`` holds the
+    values of the text by name.
+    """
 
     kind: ClassVar[str] = "note"
     device: str
     what: str
     text: str
+    problem: str = ""
+    data: Mapping[str, NoteValue] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,11 +197,16 @@ def _hexadecimal(value: bytes) -> str:
     return f'"{value.hex()}"'
 
 
+def _compact(value: Mapping[str, NoteValue]) -> str:
+    return json.dumps(value, separators=(",", ":"))
+
+
 _TEXTS: dict[type, Callable[[Any], str]] = {
     int: str,
     str: quoted,
     bytes: _hexadecimal,
     bytearray: _hexadecimal,
+    dict: _compact,
 }
 _NAMES = {
     kind: tuple(field.name for field in fields(kind) if field.name != "t_ps")

@@ -160,7 +160,13 @@ class Sensor:
 
     def refuse(self, now_ps: int) -> None:
         from_ms = self._accessible_ps / _PS_PER_MS
-        self.registers.note(now_ps, "not accessible", f"trimming values are loaded until {from_ms:g} ms")
+        self.registers.note(
+            now_ps,
+            "not accessible",
+            "loading",
+            f"trimming values are loaded until {from_ms:g} ms",
+            until_ms=from_ms,
+        )
 
     def supply_current_ua(self) -> float:
         """Return the configured supply current in microampere."""

@@ -23,8 +23,15 @@ AfterHook: TypeAlias = Callable[[int, int, int], None]
 WriteHook: TypeAlias = Callable[[int, int, int], None]
 """``hook(old, new, now_ps)``, called after a byte has been written."""
 
-NoteCallback: TypeAlias = Callable[[int, str, str], None]
-"""``note(now_ps, kind, text)``: an event for the user's trace."""
+
+class NoteCallback(Protocol):
+    """An event for the user's trace.
+
+    ``what``: "forbidden", "write ignored" and so on. ``problem``: the case's stable name. ``data``: the values of ``text``.
+    """
+
+    def __call__(self, now_ps: int, what: str, problem: str, text: str, **data: float | str) -> None: ...
+
 
 WriteLog: TypeAlias = Callable[[int, str, int, int], None]
 """``log(now_ps, register, old, new)``: a register was written."""
@@ -84,8 +91,8 @@ def _one_after_the_other(earlier: AfterHook, later: AfterHook) -> AfterHook:
     return both
 
 
-def _no_note(now_ps: int, kind: str, text: str) -> None:
-    del now_ps, kind, text
+def _no_note(now_ps: int, what: str, problem: str, text: str, **data: float | str) -> None:
+    del now_ps, what, problem, text, data
 
 
 class RegisterFile:
@@ -289,17 +296,24 @@ class RegisterFile:
         self.version[0] += 1
         if self.write_log is not None:
             self.write_log(now_ps, self.map.name(address), old, new)
-        if mask == 0:
-            self.note(now_ps, "write ignored", f"{self.map.name(address)} (0x{address:02X}) is not writable")
-        else:
-            if value != new:
-                bits = ", ".join(str(bit) for bit in range(8) if (value ^ new) >> bit & 1)
-                self.note(now_ps, "write ignored", f"{self.map.name(address)}: bit {bits} cannot be changed")
-            if (new ^ self.map.reset[address]) & self.map.unmodelled[address]:
-                self.note(now_ps, "not modelled", f"{self._unmodelled_fields(address, new)} written")
+        self._note_write(address, value, new, now_ps)
         hook = self._on_write[address]
         if hook is not None:
             hook(old, new, now_ps)
+
+    def _note_write(self, address: int, value: int, new: int, now_ps: int) -> None:
+        name = self.map.name(address)
+        if self.map.write_mask[address] == 0:
+            text = f"{name} (0x{address:02X}) is not writable"
+            self.note(now_ps, "write ignored", "read-only-register", text, register=name, value=value)
+            return
+        if value != new:
+            bits = ", ".join(str(bit) for bit in range(8) if (value ^ new) >> bit & 1)
+            text = f"{name}: bit {bits} cannot be changed"
+            self.note(now_ps, "write ignored", "read-only-bits", text, register=name, mask=value ^ new)
+        if (new ^ self.map.reset[address]) & self.map.unmodelled[address]:
+            text = f"{self._unmodelled_fields(address, new)} written"
+            self.note(now_ps, "not modelled", "unmodelled-write", text, register=name, value=new)
 
     def _unmodelled_fields(self, address: int, value: int) -> str:
         register = self.map.at[address]
@@ -310,11 +324,13 @@ class RegisterFile:
 
     def _note_reserved_read(self, first: int, end: int, now_ps: int) -> None:
         for address in range(first, end):
-            self.note(now_ps, "reserved", f"0x{address:02X} read; nothing is documented there")
+            text = f"0x{address:02X} read; nothing is documented there"
+            self.note(now_ps, "reserved", "reserved-read", text, address=address)
 
     def _note_unmodelled_read(self, first: int, end: int, now_ps: int) -> None:
         for address in range(first, end):
-            self.note(now_ps, "not modelled", f"{self.map.name(address)} read")
+            name = self.map.name(address)
+            self.note(now_ps, "not modelled", "unmodelled-read", f"{name} read", register=name)
 
     def _plan(self, address: int, count: int) -> _Plan:
         if not 0 <= address < ADDRESSES or not 0 < count < 1 << _COUNT_BITS:  # an invalid burst has no plan

@@ -22,7 +22,7 @@ from fcu_emulator.emulator.buses.i2c import I2CBus
 from fcu_emulator.emulator.buses.spi import SpiBus
 from fcu_emulator.emulator.clock import NEVER_PS, Clock, Event
 from fcu_emulator.emulator.errors import InputError
-from fcu_emulator.emulator.trace import DeviceNote, GpioEdge, RegisterWrite, Trace
+from fcu_emulator.emulator.trace import DeviceNote, GpioEdge, NoteValue, RegisterWrite, Trace
 from fcu_emulator.emulator.world import World
 from fcu_emulator.sensors.errors import PartErrors
 from fcu_emulator.sensors.part import Sensor, Signal, SubaddressTarget
@@ -123,8 +123,8 @@ def _refuse_unknown(settings: SensorSettings, board: BoardDescription) -> None:
 
 
 def _note(trace: Trace, device: str) -> NoteCallback:
-    def note(now_ps: int, what: str, text: str) -> None:
-        trace.add(DeviceNote(now_ps, device, what, text))
+    def note(now_ps: int, what: str, problem: str, text: str, **data: NoteValue) -> None:
+        trace.add(DeviceNote(now_ps, device, what, text, problem, data))
 
     return note
 

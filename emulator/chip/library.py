@@ -33,13 +33,31 @@ from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, ClockTree, P
 from fcu_emulator.emulator.chip.registers import names_of
 from fcu_emulator.emulator.chip.sensor_registers import Targets, TargetTable
 from fcu_emulator.emulator.clock import Clock
-from fcu_emulator.emulator.trace import DeviceNote, Trace
+from fcu_emulator.emulator.trace import DeviceNote, NoteValue, Trace
 
 _i32, _u32, _i64, _pointer = ctypes.c_int32, ctypes.c_uint32, ctypes.c_int64, ctypes.c_void_p
 _u64 = ctypes.c_uint64
 
 WORK_OF_A_CALL: Final = 2_000
 """Work of a call from C into Python, in units of work.h."""
+
+
+def split_note(text: str) -> tuple[str, dict[str, NoteValue], str]:
+    """Split a note of C, such as "scl-too-fast scl_khz=800 | SCL runs at 800 kHz", into problem, values and text."""
+    head, _, words = text.partition(" | ")
+    problem, *values = head.split()
+    return problem, {name: _number(value) for name, value in (one.split("=", 1) for one in values)}, words
+
+
+def _number(text: str) -> NoteValue:
+    for read in int, float:
+        try:
+            return read(text)
+        except ValueError:
+            pass
+    return text
+
+
 NOTE_KINDS: Final = ("forbidden", "not modelled", "refused")
 """enum NoteKind of peripheral.h."""
 PERIPHERAL_CLASSES: Final[dict[str, type[NativePeripheral]]] = {}
@@ -462,7 +480,8 @@ class FcuChip:
         if key not in self._noted:
             self._noted.add(key)
             name = self._by_index[peripheral].name
-            self.trace.add(DeviceNote(self.clock.now_ps, name, NOTE_KINDS[kind], text.decode()))
+            problem, data, words = split_note(text.decode())
+            self.trace.add(DeviceNote(self.clock.now_ps, name, NOTE_KINDS[kind], words, problem, data))
 
     def _ignored_access(self, peripheral: int, offset: int, what: int, value: int) -> bool:
         """Return whether the access was reported, once for each register and reason."""

@@ -128,8 +128,15 @@ class RunRecord:
             ],
             "bytes_lost": received_bytes_lost(board),
             "notes": [
-                {"what": what, "device": device, "text": text, "count": count}
-                for (what, device, text), count in notes(board).items()
+                {
+                    "what": note.what,
+                    "device": note.device,
+                    "problem": note.problem,
+                    "data": note.data,
+                    "text": note.text,
+                    "count": count,
+                }
+                for note, count in notes(board)
             ],
             "serial": [{"undelivered": link.undelivered(), "report": link.report()} for link in self._links],
             "expectations": self._expectations(),

@@ -132,16 +132,15 @@ def _bus_errors(board: Board) -> Iterator[str]:
         yield f"{name}: {lost} received bytes lost: the firmware does not read them (overrun)"
 
 
-_USUAL_NOTES = {("forbidden", "LIS2MDL", "CFG_REG_A: measuring with COMP_TEMP_EN = 0")}
+_USUAL_NOTES = {("LIS2MDL", "no-temperature-compensation")}
 """Notes in every correct run: the lab sets that bit after switching the sensor on."""
 
 
 def _notes(board: Board, all_notes: bool) -> Iterator[str]:
-    for (what, device, text), count in notes(board).items():
-        if (what, device, text) in _USUAL_NOTES and not all_notes:
-            continue
-        times = f" ({count} times)" if count > 1 else ""
-        yield f"{what}: {device} {text}{times}"
+    for note, count in notes(board):
+        if all_notes or (note.device, note.problem) not in _USUAL_NOTES:
+            times = f" ({count} times)" if count > 1 else ""
+            yield f"{note.what}: {note.device} {note.text}{times}"
 
 
 def chip_events(board: Board) -> dict[str, tuple[float, int]]:
@@ -165,9 +164,15 @@ def received_bytes_lost(board: Board) -> int:
     return sum(1 for event in board.trace.of(Fault) if event.where == name)
 
 
-def notes(board: Board) -> Counter[tuple[str, str, str]]:
-    """Count refused, forbidden or unmodelled operations by kind, device and text."""
-    return Counter((note.what, note.device, note.text) for note in board.trace.of(DeviceNote))
+def notes(board: Board) -> list[tuple[DeviceNote, int]]:
+    """Return the first note of each text with the number of notes that are equal to it except for their time."""
+    first: dict[tuple[str, str, str], DeviceNote] = {}
+    counts: Counter[tuple[str, str, str]] = Counter()
+    for note in board.trace.of(DeviceNote):
+        key = note.what, note.device, note.text
+        first.setdefault(key, note)
+        counts[key] += 1
+    return [(note, counts[key]) for key, note in first.items()]
 
 
 # -- The explanation of a failure ---------------------------------------------------------------------------

@@ -233,36 +233,39 @@ class LIS2MDL(Sensor):
         return note_and_configure
 
     def _note(self, forbidden: _Forbidden, old: int, new: int, now_ps: int) -> None:
-        if forbidden(new) not in ("", forbidden(old)):
-            self.registers.note(now_ps, "forbidden", forbidden(new))
+        violation = forbidden(new)
+        if violation not in (None, forbidden(old)):
+            self.registers.note(now_ps, "forbidden", *violation)
 
 
 # -- forbidden settings -------------------------------------------------------------------------------------
 
-_Forbidden: TypeAlias = Callable[[int], str]
-"""``forbidden(value)``: returns the violation that the register value causes, or empty."""
+_Forbidden: TypeAlias = Callable[[int], tuple[str, str] | None]
+"""``forbidden(value)``: returns name and text of the violation that the register value causes."""
 
 
-def _forbidden_in_a(value: int) -> str:
+def _forbidden_in_a(value: int) -> tuple[str, str] | None:
     """Return violations of AN5069 section 7 and datasheet 8.5."""
     if value & CFG_REG_A.REBOOT.mask and value & CFG_REG_A.SOFT_RST.mask:
-        return "CFG_REG_A: REBOOT and SOFT_RST at once"
+        return "boot-and-reset", "CFG_REG_A: REBOOT and SOFT_RST at once"
     idle = CFG_REG_A.MD.get(value) > 1 or value & (CFG_REG_A.REBOOT.mask | CFG_REG_A.SOFT_RST.mask)
     if not idle and not value & CFG_REG_A.COMP_TEMP_EN.mask:
-        return "CFG_REG_A: measuring with COMP_TEMP_EN = 0"
-    return ""
+        return "no-temperature-compensation", "CFG_REG_A: measuring with COMP_TEMP_EN = 0"
+    return None
 
 
-def _forbidden_in_b(value: int) -> str:
+def _forbidden_in_b(value: int) -> tuple[str, str] | None:
     if value & CFG_REG_B.OFF_CANC_ONE_SHOT.mask and not value & CFG_REG_B.OFF_CANC.mask:
-        return "CFG_REG_B: OFF_CANC_ONE_SHOT without OFF_CANC"
-    return ""
+        return "offset-cancellation", "CFG_REG_B: OFF_CANC_ONE_SHOT without OFF_CANC"
+    return None
 
 
-def _forbidden_in_c(value: int) -> str:
+def _forbidden_in_c(value: int) -> tuple[str, str] | None:
     """Return violations of AN5069 Rev 4: INT/DRDY is SDO in 4-wire SPI."""
     shown = value & (CFG_REG_C.INT_on_PIN.mask | CFG_REG_C.DRDY_on_PIN.mask)
-    return "CFG_REG_C: INT/DRDY is SDO while 4WSPI = 1" if shown and value & CFG_REG_C.FOURWSPI.mask else ""
+    if shown and value & CFG_REG_C.FOURWSPI.mask:
+        return "pin-is-sdo", "CFG_REG_C: INT/DRDY is SDO while 4WSPI = 1"
+    return None
 
 
 # -- supply current, for estimates of battery life (datasheet Table 3, AN5069 Table 8) ----------------------

@@ -117,7 +117,9 @@ class Commands:
     def _start_one_shot(self, now_ps: int) -> None:
         mem = self._registers.mem
         if CTRL_REG1.ODR.get(mem[CTRL_REG1.addr]):
-            self._registers.note(now_ps, "forbidden", "CTRL_REG2.ONE_SHOT while CTRL_REG1.ODR is not 0")
+            self._registers.note(
+                now_ps, "forbidden", "one-shot-while-on", "CTRL_REG2.ONE_SHOT while CTRL_REG1.ODR is not 0"
+            )
             mem[CTRL_REG2.addr] &= ~_ONE_SHOT
             return
         self._one_shot = True
@@ -244,7 +246,13 @@ class LPS22HB(Sensor):
         was_inside, self._inside = self._inside, low <= hpa <= high
         if was_inside and not self._inside:
             self.registers.note(
-                at_ps, "out of range", f"{hpa:.0f} hPa; specified from {low:.0f} to {high:.0f} hPa"
+                at_ps,
+                "out of range",
+                "pressure-range",
+                f"{hpa:.0f} hPa; specified from {low:.0f} to {high:.0f} hPa",
+                hpa=hpa,
+                min_hpa=low,
+                max_hpa=high,
             )
 
     def _before_settled(self, first: int, end: int, now_ps: int) -> None:
@@ -314,17 +322,19 @@ class LPS22HB(Sensor):
 
     def _write_control1(self, old: int, new: int, now_ps: int) -> None:
         if CTRL_REG1.ODR.get(new) > 5 >= CTRL_REG1.ODR.get(old):
-            self.registers.note(now_ps, "forbidden", "CTRL_REG1.ODR above 5")
+            self.registers.note(now_ps, "forbidden", "reserved-rate", "CTRL_REG1.ODR above 5")
         if CTRL_REG1.ODR.get(new):
             self._commands.end_one_shot()
         self._configure(now_ps)
 
     def _write_fifo_ctrl(self, old: int, new: int, now_ps: int) -> None:
         if FIFO_CTRL.F_MODE.get(new) == 0b101 != FIFO_CTRL.F_MODE.get(old):
-            self.registers.note(now_ps, "forbidden", "FIFO_CTRL.F_MODE = 101b")
+            self.registers.note(now_ps, "forbidden", "reserved-fifo-mode", "FIFO_CTRL.F_MODE = 101b")
         self._configure(now_ps)
 
     def _write_res_conf(self, old: int, new: int, now_ps: int) -> None:
         if old != new and self._stream.running:
-            self.registers.note(now_ps, "forbidden", "RES_CONF.LC_EN changed outside power-down")
+            self.registers.note(
+                now_ps, "forbidden", "changed-while-on", "RES_CONF.LC_EN changed outside power-down"
+            )
         self._configure(now_ps)

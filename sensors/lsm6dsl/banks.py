@@ -266,7 +266,7 @@ class Banks:
 
     def select(self, value: int, now_ps: int) -> RegisterFile:
         if value == FUNC_CFG_ACCESS.FUNC_CFG_EN_B.mask:
-            self.main.note(now_ps, "forbidden", "FUNC_CFG_ACCESS = 0x20 selects no bank")
+            self.main.note(now_ps, "forbidden", "no-bank", "FUNC_CFG_ACCESS = 0x20 selects no bank")
         for registers_ in self.files():  # the register is visible in every bank
             registers_.mem[FUNC_CFG_ACCESS.addr] = value
         return self.embedded.get(value, self.main)
@@ -286,7 +286,9 @@ def on_bank_write(
             del old, new
             measuring = mem[CTRL1_XL.addr] & CTRL1_XL.ODR_XL.mask or mem[CTRL2_G.addr] & CTRL2_G.ODR_G.mask
             if bank == BANK_A and measuring:
-                chip.note(now_ps, "forbidden", f"{register.__name__} written while a sensor is on")
+                name = register.__name__
+                text = f"{name} written while a sensor is on"
+                chip.note(now_ps, "forbidden", "changed-while-on", text, register=name)
             chip.catch_up(now_ps)
             changed(now_ps)
 

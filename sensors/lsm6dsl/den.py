@@ -78,14 +78,14 @@ class DenSettings:
         return (self.mode, self.active_high, self.stamp_xl) != (old.mode, old.active_high, old.stamp_xl)
 
 
-def violations(mem: bytearray) -> dict[str, bool]:
+def violations(mem: bytearray) -> dict[tuple[str, str], bool]:
     """Return every invalid setting, and whether it is present."""
     mode = _mode(mem)
     gates_xl = mode == DenMode.EDGE and bool(mem[CTRL4_C.addr] & CTRL4_C.DEN_XL_EN.mask)
     return {
-        f"CTRL6_C: TRIG_EN, LVL1_EN, LVL2_EN = {mode:03b}b is not a data-enable mode": mode
+        ("den-mode", f"CTRL6_C: TRIG_EN, LVL1_EN, LVL2_EN = {mode:03b}b is not a data-enable mode"): mode
         not in set(DenMode),
-        "CTRL4_C.DEN_XL_EN by edge needs CTRL8_XL.LPF2_XL_EN = 0": gates_xl
+        ("den-edge-with-lpf2", "CTRL4_C.DEN_XL_EN by edge needs CTRL8_XL.LPF2_XL_EN = 0"): gates_xl
         and bool(mem[CTRL8_XL.addr] & CTRL8_XL.LPF2_XL_EN.mask),
     }
 

@@ -367,19 +367,24 @@ class EmbeddedFunctions:
         fast = self._mem[WAKE_UP_DUR.addr] & WAKE_UP_DUR.TIMER_HR.mask
         return bool(self._mem[CTRL10_C.addr] & CTRL10_C.TIMER_EN.mask and not fast)
 
-    def _find_violations(self, *, too_slow: bool) -> dict[str, bool]:
+    def _find_violations(self, *, too_slow: bool) -> dict[tuple[str, str], bool]:
         bank_a, bank_b = self._chip.banks[BANK_A].mem, self._chip.banks[BANK_B].mem
         walks, counts = self._on & (_PEDO | _SIGN_MOTION), self._on & _PEDO
         wide = bank_a[BankA.CONFIG_PEDO_THS_MIN.addr] & BankA.CONFIG_PEDO_THS_MIN.PEDO_FS.mask
         narrow = not self._mem[CTRL1_XL.addr] & CTRL1_XL.FS_XL.mask
         return {
-            "CTRL10_C: embedded functions need CTRL1_XL.ODR_XL of 26 Hz or more": too_slow,
-            "CONFIG_PEDO_THS_MIN.PEDO_FS = 1 needs CTRL1_XL.FS_XL of 4 g or more": bool(walks and wide)
+            ("embedded-rate", "CTRL10_C: embedded functions need CTRL1_XL.ODR_XL of 26 Hz or more"): too_slow,
+            ("pedometer-range", "CONFIG_PEDO_THS_MIN.PEDO_FS = 1 needs CTRL1_XL.FS_XL of 4 g or more"): bool(
+                walks and wide
+            )
             and narrow,
-            "PEDO_DEB_REG.DEB_TIME = 0": bool(walks) and not self._pedometer.debounce_ps,
-            "STEP_COUNT_DELTA needs TIMER_EN = 1 and TIMER_HR = 0": bool(counts and self._pedometer.delta_ps)
+            ("pedometer-debounce", "PEDO_DEB_REG.DEB_TIME = 0"): bool(walks)
+            and not self._pedometer.debounce_ps,
+            ("step-timer", "STEP_COUNT_DELTA needs TIMER_EN = 1 and TIMER_HR = 0"): bool(
+                counts and self._pedometer.delta_ps
+            )
             and not self._timer_runs_slowly(),
-            "A_WRIST_TILT_THS above 0x3F": bool(self._on & _WRIST_TILT)
+            ("wrist-tilt-threshold", "A_WRIST_TILT_THS above 0x3F"): bool(self._on & _WRIST_TILT)
             and bank_b[BankB.A_WRIST_TILT_THS.addr] > 0x3F,
         }
 

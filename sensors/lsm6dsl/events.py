@@ -271,7 +271,7 @@ class Events:
 _FASTEST_ODR = 10  # 6664 Hz: too fast for activity recognition
 
 
-def event_violations(mem: bytearray) -> dict[str, bool]:
+def event_violations(mem: bytearray) -> dict[tuple[str, str], bool]:
     """Return the invalid settings of event functions that are on (AN5040 5.5, 5.6)."""
     config = mem[TAP_CFG.addr]
     on = bool(config & TAP_CFG.INTERRUPTS_ENABLE.mask)
@@ -279,8 +279,10 @@ def event_violations(mem: bytearray) -> dict[str, bool]:
     taps = bool(config & (TAP_CFG.TAP_X_EN.mask | TAP_CFG.TAP_Y_EN.mask | TAP_CFG.TAP_Z_EN.mask))
     rests = bool(TAP_CFG.INACT_EN.get(config))
     return {
-        "TAP_THS_6D.TAP_THS not above the wake-up threshold": on and taps and 0 < 2 * tap <= wake_up,
-        "TAP_CFG.INACT_EN with ODR_XL above 3332 Hz": on
+        ("tap-threshold", "TAP_THS_6D.TAP_THS not above the wake-up threshold"): on
+        and taps
+        and 0 < 2 * tap <= wake_up,
+        ("inactivity-rate", "TAP_CFG.INACT_EN with ODR_XL above 3332 Hz"): on
         and rests
         and CTRL1_XL.ODR_XL.get(mem[CTRL1_XL.addr]) == _FASTEST_ODR,
     }

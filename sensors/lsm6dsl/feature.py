@@ -110,8 +110,8 @@ class FeatureContext:
         """Return the nominal rate; 0 when stopped."""
         return stream.rate_hz / self.rate_factor
 
-    def note(self, now_ps: int, kind: str, text: str) -> None:
-        self.registers.note(now_ps, kind, text)
+    def note(self, now_ps: int, what: str, problem: str, text: str, **data: float | str) -> None:
+        self.registers.note(now_ps, what, problem, text, **data)
 
 
 class Feature(Protocol):
@@ -143,11 +143,11 @@ class Violations:
 
     def __init__(self, chip: FeatureContext) -> None:
         self._chip = chip
-        self._present: set[str] = set()
+        self._present: set[tuple[str, str]] = set()
 
-    def report(self, found: Mapping[str, bool], now_ps: int) -> None:
-        """Report violations that are new; ``found`` tells for each text if it applies."""
-        for text, present in found.items():
-            if present and text not in self._present:
-                self._chip.note(now_ps, "forbidden", text)
-        self._present = {text for text, present in found.items() if present}
+    def report(self, found: Mapping[tuple[str, str], bool], now_ps: int) -> None:
+        """Report violations that are new; ``found`` tells for each problem's name and text if it applies."""
+        for violation, present in found.items():
+            if present and violation not in self._present:
+                self._chip.note(now_ps, "forbidden", *violation)
+        self._present = {violation for violation, present in found.items() if present}

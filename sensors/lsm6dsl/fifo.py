@@ -208,7 +208,9 @@ class Fifo:
         if not self.active or old.mode is FifoMode.BYPASS:
             self._clear()
         elif changed:
-            self._chip.note(now_ps, "forbidden", "FIFO configuration changed without going through bypass")
+            self._chip.note(
+                now_ps, "forbidden", "fifo-changed", "FIFO configuration changed without going through bypass"
+            )
             self._stopped = False
         if old.layout != new.layout:
             self._take_layout()
@@ -342,7 +344,9 @@ class Fifo:
         data = bytearray()
         for address in range(first, end):
             if not buffer.readable():
-                self._chip.note(now_ps, "forbidden", "FIFO_DATA_OUT read while the FIFO is empty")
+                self._chip.note(
+                    now_ps, "forbidden", "fifo-empty", "FIFO_DATA_OUT read while the FIFO is empty"
+                )
             data.append(buffer.low() if address == FIFO_DATA_OUT.addr else buffer.high())
         bits = self._flags.bits
         self._update_flags(now_ps)

@@ -172,7 +172,7 @@ class FifoSettings:
         )
 
 
-def violations(mem: bytearray) -> dict[str, bool]:
+def violations(mem: bytearray) -> dict[tuple[str, str], bool]:
     """Return every invalid setting, and whether it is present."""
     ctrl2, ctrl4, ctrl5 = mem[FIFO_CTRL2.addr], mem[FIFO_CTRL4.addr], mem[FIFO_CTRL5.addr]
     mode = FIFO_CTRL5.FIFO_MODE.get(ctrl5)
@@ -183,16 +183,18 @@ def violations(mem: bytearray) -> dict[str, bool]:
     unlimited = not mem[FIFO_CTRL1.addr] and not ctrl2 & FIFO_CTRL2.FTH_10_8.mask
     mixed = not decimations[0] or bool(decimations[1])
     return {
-        f"FIFO_CTRL5.FIFO_MODE = {mode} is reserved": mode not in set(FifoMode),
-        "FIFO_CTRL5.ODR_FIFO above 10": FIFO_CTRL5.ODR_FIFO.get(ctrl5) >= len(ODR_HZ),
-        "FIFO_CTRL2.FIFO_TEMP_EN needs TIMER_PEDO_FIFO_EN = 0": on and ctrl2 & both == both,
-        "FIFO_CTRL4.ONLY_HIGH_DATA needs the gyroscope's set and no accelerometer's": on
+        ("reserved-fifo-mode", f"FIFO_CTRL5.FIFO_MODE = {mode} is reserved"): mode not in set(FifoMode),
+        ("reserved-fifo-rate", "FIFO_CTRL5.ODR_FIFO above 10"): FIFO_CTRL5.ODR_FIFO.get(ctrl5) >= len(ODR_HZ),
+        ("fifo-temperature", "FIFO_CTRL2.FIFO_TEMP_EN needs TIMER_PEDO_FIFO_EN = 0"): on
+        and ctrl2 & both == both,
+        ("fifo-high-data", "FIFO_CTRL4.ONLY_HIGH_DATA needs the gyroscope's set and no accelerometer's"): on
         and bool(ctrl4 & FIFO_CTRL4.ONLY_HIGH_DATA.mask)
         and mixed,
-        "FIFO_CTRL4.STOP_ON_FTH needs a watermark": on
+        ("fifo-watermark", "FIFO_CTRL4.STOP_ON_FTH needs a watermark"): on
         and bool(ctrl4 & FIFO_CTRL4.STOP_ON_FTH.mask)
         and unlimited,
-        "FIFO used without CTRL3_C.BDU and IF_INC": on and mem[CTRL3_C.addr] & bus != bus,
+        ("fifo-without-bdu", "FIFO used without CTRL3_C.BDU and IF_INC"): on
+        and mem[CTRL3_C.addr] & bus != bus,
     }
 
 

@@ -253,7 +253,7 @@ class Trigger:
 # -- invalid settings ---------------------------------------------------------------------------------------
 
 
-def violations(mem: bytearray, plan: Plan, *, enabled: bool, active: bool) -> dict[str, bool]:
+def violations(mem: bytearray, plan: Plan, *, enabled: bool, active: bool) -> dict[tuple[str, str], bool]:
     """Return every violation, and whether it is present."""
     control = mem[MASTER_CONFIG.addr]
     iron = bool(control & MASTER_CONFIG.IRON_EN.mask)
@@ -261,12 +261,13 @@ def violations(mem: bytearray, plan: Plan, *, enabled: bool, active: bool) -> di
     passes = bool(control & MASTER_CONFIG.PASS_THROUGH_MODE.mask)
     longest = OUTPUT_BYTES - RAW_BYTES if iron else OUTPUT_BYTES
     return {
-        "MASTER_CONFIG: MASTER_ON and PASS_THROUGH_MODE at once": enabled and passes,
-        f"SLAVEx_CONFIG: more than {longest} bytes to read": active and plan.length > longest,
-        "MASTER_CONFIG.IRON_EN needs slave 0 to read 6 bytes": active
+        ("hub-pass-through", "MASTER_CONFIG: MASTER_ON and PASS_THROUGH_MODE at once"): enabled and passes,
+        ("hub-too-long", f"SLAVEx_CONFIG: more than {longest} bytes to read"): active
+        and plan.length > longest,
+        ("hub-correction", "MASTER_CONFIG.IRON_EN needs slave 0 to read 6 bytes"): active
         and iron
         and not plan.reads_magnetometer,
-        "CTRL9_XL.SOFT_EN needs MASTER_CONFIG.IRON_EN": active and soft and not iron,
+        ("hub-soft-iron", "CTRL9_XL.SOFT_EN needs MASTER_CONFIG.IRON_EN"): active and soft and not iron,
     }
 
 

@@ -196,17 +196,20 @@ def _caught_up(catch_up: Callable[[int], None], hook: ReadHook) -> ReadHook:
 _NOT_A_USER_OFFSET = 0x80  # -128; datasheet 9.91 to 9.93 give -127 to 127
 
 
-def measuring_violations(mem: bytearray) -> dict[str, bool]:
+def measuring_violations(mem: bytearray) -> dict[tuple[str, str], bool]:
     """Return the invalid settings of both sensors (datasheet Tables 52, 55, 63, 64)."""
     offsets = {register.__name__: mem[register.addr] for register in (X_OFS_USR, Y_OFS_USR, Z_OFS_USR)}
     return {
-        "CTRL1_XL.ODR_XL above 11": CTRL1_XL.ODR_XL.get(mem[CTRL1_XL.addr]) > 11,
-        "CTRL2_G.ODR_G above 10": CTRL2_G.ODR_G.get(mem[CTRL2_G.addr]) > 10,
-        "CTRL5_C.ST_XL = 11b": CTRL5_C.ST_XL.get(mem[CTRL5_C.addr]) == 3,
-        "CTRL5_C.ST_G = 10b": CTRL5_C.ST_G.get(mem[CTRL5_C.addr]) == 2,
-        "CTRL8_XL.HP_REF_MODE without HP_SLOPE_XL_EN = 1 and HPCF_XL above 0": reference_mode_is_idle(mem),
-        "CTRL7_G.HP_EN_G outside high performance": high_pass_is_idle(mem),
-        **{f"{name} = 0x80": value == _NOT_A_USER_OFFSET for name, value in offsets.items()},
+        ("reserved-rate", "CTRL1_XL.ODR_XL above 11"): CTRL1_XL.ODR_XL.get(mem[CTRL1_XL.addr]) > 11,
+        ("reserved-rate", "CTRL2_G.ODR_G above 10"): CTRL2_G.ODR_G.get(mem[CTRL2_G.addr]) > 10,
+        ("reserved-self-test", "CTRL5_C.ST_XL = 11b"): CTRL5_C.ST_XL.get(mem[CTRL5_C.addr]) == 3,
+        ("reserved-self-test", "CTRL5_C.ST_G = 10b"): CTRL5_C.ST_G.get(mem[CTRL5_C.addr]) == 2,
+        (
+            "reference-mode",
+            "CTRL8_XL.HP_REF_MODE without HP_SLOPE_XL_EN = 1 and HPCF_XL above 0",
+        ): reference_mode_is_idle(mem),
+        ("high-pass", "CTRL7_G.HP_EN_G outside high performance"): high_pass_is_idle(mem),
+        **{("user-offset", f"{name} = 0x80"): value == _NOT_A_USER_OFFSET for name, value in offsets.items()},
     }
 
 

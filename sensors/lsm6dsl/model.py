@@ -243,7 +243,9 @@ class LSM6DSL(Sensor):
         self.catch_up(now_ps)  # with the old settings
         boot, reset = new & CTRL3_C.BOOT.mask, new & CTRL3_C.SW_RESET.mask
         if boot and reset:
-            self.registers.note(now_ps, "forbidden", "CTRL3_C: BOOT and SW_RESET at once")  # AN5040 5.7
+            self.registers.note(
+                now_ps, "forbidden", "boot-and-reset", "CTRL3_C: BOOT and SW_RESET at once"
+            )  # AN5040 5.7
         if reset and not self._clearing.pending(CTRL3_C.SW_RESET.mask, now_ps):
             self._measuring.refresh(now_ps)
             self._reset_registers()
@@ -285,7 +287,9 @@ class LSM6DSL(Sensor):
 
     def _int2_applied(self, at_ps: int, level: int) -> None:
         if not int2_is_input(self.registers.mem):
-            self.registers.note(at_ps, "forbidden", "INT2 driven from outside while it is an output")
+            self.registers.note(
+                at_ps, "forbidden", "int2-driven", "INT2 driven from outside while it is an output"
+            )
             return
         self.version[0] += 1  # ends the trains
         self.catch_up(at_ps)

@@ -185,12 +185,13 @@ class CONTROL(Register, addr=0x10, reset=0x04):
 def test_note_names_the_unmodelled_field_written(value: int) -> None:
     registers = RegisterFile(RegisterMap([CONTROL]))
     notes = []
-    registers.note = lambda now_ps, kind, text: notes.append((now_ps, kind, text))
+    registers.note = lambda now_ps, what, problem, text, **data: notes.append((now_ps, problem, text, data))
 
     registers.write(0x10, bytes([value]), 7)
 
-    not_modelled = [note for note in notes if note[1] == "not modelled"]
-    assert not_modelled == ([(7, "not modelled", "CONTROL.KNOWN written")] if value & 0x40 else [])
+    written = {"register": "CONTROL", "value": value & 0x47}
+    unmodelled = [(7, "unmodelled-write", "CONTROL.KNOWN written", written)] if value & 0x40 else []
+    assert [note for note in notes if note[1] == "unmodelled-write"] == unmodelled
     assert registers.mem[0x10] == value & 0x47
 
 
@@ -198,14 +199,13 @@ def test_note_names_the_unmodelled_field_written(value: int) -> None:
 def test_note_names_the_reserved_bits_written(value: int) -> None:
     registers = RegisterFile(RegisterMap([CONTROL]))
     notes = []
-    registers.note = lambda now_ps, kind, text: notes.append((now_ps, kind, text))
+    registers.note = lambda now_ps, what, problem, text, **data: notes.append((now_ps, problem, data))
 
     registers.write(0x10, bytes([value]), 7)
 
-    refused = ", ".join(str(bit) for bit in (3, 4, 5, 7) if value >> bit & 1)
-    ignored = [note for note in notes if note[1] == "write ignored"]
-    assert [at_ps for at_ps, _, _ in ignored] == ([7] if refused else [])
-    assert all(text.startswith(f"CONTROL: bit {refused} ") for _, _, text in ignored)
+    refused = value & 0xB8
+    ignored = [note for note in notes if note[1] == "read-only-bits"]
+    assert ignored == ([(7, "read-only-bits", {"register": "CONTROL", "mask": refused})] if refused else [])
 
 
 def test_write_hook_gets_old_and_masked_new_value() -> None:

@@ -59,7 +59,7 @@ class Bench:
         self.heard: list[tuple[SignalName, bool, int]] = []
         self.notes: list[str] = []
         self.registers = RegisterFile(LSM6DSL.MAP, {0x3F: 0x3E})
-        self.registers.note = lambda now_ps, kind, text: self.notes.append(text)
+        self.registers.note = lambda now_ps, what, problem, text, **_: self.notes.append(text)
         self.xl, self.g = SampleStream(6, _producer(XL, 3)), SampleStream(6, _producer(G, 3))
         self.temperature = SampleStream(2, _producer(TEMPERATURE, 1))
         self.signals = Signals()

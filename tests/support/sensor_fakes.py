@@ -352,7 +352,7 @@ class Chip:
         self.notes: list[tuple[str, str]] = []
         self.log: list[tuple[str, int, int]] = []
         self.part.observe(
-            lambda now_ps, kind, text: self.notes.append((kind, text)),
+            lambda now_ps, what, problem, text, **_: self.notes.append((what, text)),
             lambda now_ps, register, old, new: self.log.append((register, old, new)),
         )
 

@@ -10,7 +10,7 @@ from fcu_emulator.emulator.chip.peripherals.peripheral import WORD, Peripheral, 
 from fcu_emulator.emulator.chip.peripherals.rcc import ENABLE
 from fcu_emulator.emulator.chip.registers import DECLARED
 from fcu_emulator.emulator.clock import NEVER_PS
-from fcu_emulator.emulator.trace import DeviceNote
+from fcu_emulator.emulator.trace import DeviceNote, NoteValue
 
 # -- unmodelled addresses ----------------------------------------------------------------------------------------
 
@@ -40,10 +40,13 @@ class Absent(Peripheral):
         if offset in self._reported or len(self._reported) > _MAX_REPORTED:
             return
         self._reported.add(offset)
-        text = f"{self.name}, 0x{self.base + offset:08X}: {what}"
+        problem, address = "no-peripheral", self.base + offset
+        text = f"{self.name}, 0x{address:08X}: {what}"
         if len(self._reported) > _MAX_REPORTED:
+            problem = "no-peripheral-often"
             text = f"{self.name}: more than {_MAX_REPORTED} of its addresses are used; the others are not reported"
-        self.soc.trace.add(DeviceNote(self.soc.clock.now_ps, CHIP_NAME, "not modelled", text))
+        data: dict[str, NoteValue] = {"address": address}
+        self.soc.trace.add(DeviceNote(self.soc.clock.now_ps, CHIP_NAME, "not modelled", text, problem, data))
 
 
 # -- unmodelled peripherals (RM0368 table 1) ---------------------------------------------------------------------
@@ -70,7 +73,9 @@ class UnmodelledPeripheral(Peripheral):
         self._note_absence()
 
     def _note_absence(self) -> None:
-        self.note("not modelled", f"every register reads 0: {NOT_MODELLED[self.name]}")
+        self.note(
+            "not modelled", "peripheral-not-modelled", f"every register reads 0: {NOT_MODELLED[self.name]}"
+        )
 
 
 def unmodelled_peripherals(soc: Soc) -> list[UnmodelledPeripheral]:
@@ -157,7 +162,7 @@ class PythonPeripherals:
     def report_clock(self, peripheral: Peripheral, register: int, what: str) -> None:
         name = peripheral.NAMES.get(register, f"offset 0x{register:02X}")
         text = f"{name} {what} while the peripheral has no clock; set {GATES.get(peripheral.name, 'its bit in RCC')}"
-        self._report(peripheral, "forbidden", text)
+        self._report(peripheral, "forbidden", f"{what}-without-clock", text, register)
 
     def report_write_without_clock(self, peripheral: Peripheral, register: int, value: int) -> bool:
         """Report a write that would have changed the register from its value after reset; False: it would not."""
@@ -170,12 +175,15 @@ class PythonPeripherals:
 
     def report_unknown(self, peripheral: Peripheral, register: int, what: str) -> None:
         text = f"offset 0x{register:02X} {what}; no register has this offset"
-        self._report(peripheral, "not modelled", text)
+        self._report(peripheral, "not modelled", "no-register", text, register)
 
-    def _report(self, peripheral: Peripheral, kind: str, text: str) -> None:
+    def _report(self, peripheral: Peripheral, what: str, problem: str, text: str, offset: int) -> None:
         if (peripheral.name, text) not in self._reported:
             self._reported.add((peripheral.name, text))
-            self._soc.trace.add(DeviceNote(self._soc.clock.now_ps, peripheral.name, kind, text))
+            note = DeviceNote(
+                self._soc.clock.now_ps, peripheral.name, what, text, problem, {"offset": offset}
+            )
+            self._soc.trace.add(note)
 
 
 def _validity(peripheral: Peripheral, until_ps: int) -> int:

@@ -41,7 +41,6 @@ from fcu_emulator.emulator.chip.diagnosis.setup import (
 )
 from fcu_emulator.emulator.chip.image import FirmwareImage
 from fcu_emulator.emulator.chip.memory_map import RAM_MEMORY
-from fcu_emulator.emulator.chip.peripherals.rcc import WRONG_CRYSTAL
 from fcu_emulator.emulator.chip.peripherals.tim import Timer
 from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S
 from fcu_emulator.emulator.trace import BusTransfer, DeviceNote, GpioEdge, Trace
@@ -134,7 +133,7 @@ def _stack(arm: RunningFirmware, places: Places) -> Diagnosis | None:
 def _wrong_crystal(trace: Trace) -> Diagnosis | None:
     """Report PLL settings that fit another board's crystal."""
     for note in trace.of(DeviceNote):
-        if note.device == "RCC" and WRONG_CRYSTAL in note.text:
+        if note.problem == "wrong-crystal":
             violated, _, crystal = note.text.partition("; ")
             summary = f"the program is made for another crystal: {crystal}"
             look = "HSE_VALUE and PLLM have to fit the board; all times and rates of the program are wrong."

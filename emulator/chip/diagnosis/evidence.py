@@ -218,7 +218,6 @@ def _text(transfer: BusTransfer, i2c: Mapping[str, I2CBus]) -> str:
 
 # -- accesses without effect -------------------------------------------------------------------------------------
 
-_NO_CLOCK = "while the peripheral has no clock"
 _NOTES_SHOWN = 6
 
 
@@ -236,7 +235,7 @@ class PeripheralNotes:
         """Return peripherals that were written without clock and never got a clock afterwards."""
         first_ps: dict[str, int] = {}
         for note in self._notes:
-            if f"written {_NO_CLOCK}" in note.text:
+            if note.problem == "written-without-clock":
                 first_ps.setdefault(note.device, note.t_ps)
         return [
             name

@@ -207,7 +207,7 @@ void peripheral_note(Peripheral *peripheral, int id, enum NoteKind kind, const c
   if (id >= 0) {
     peripheral->noted |= 1u << id;
   }
-  char text[240];
+  char text[320];
   va_list arguments;
   va_start(arguments, format);
   vsnprintf(text, sizeof text, format, arguments);

@@ -121,13 +121,17 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         elif offset == CR2:
             self._control(value)
         elif offset == CR1 and value & _CR1_NOT_MODELLED:
-            self.note("not modelled", "CR1: analog watchdog, injected channels, discontinuous mode")
+            self.note(
+                "not modelled",
+                "watchdog-or-injected",
+                "CR1: analog watchdog, injected channels, discontinuous mode",
+            )
         self._signal()
 
     def _control(self, value: int) -> None:
         cr2 = self.registers[CR2]
         if cr2 & _TRIGGERS or value & adc.CR2.JSWSTART.mask:
-            self.note("not modelled", "CR2: external triggers and injected conversions")
+            self.note("not modelled", "external-trigger", "CR2: external triggers and injected conversions")
         if not cr2 & _DMA:
             self._wants_dma = True  # writing 0 and 1 again restarts requests (11.8.1)
         if not cr2 & _ADON:

@@ -84,7 +84,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
         elif offset == CR:
             self._control(value & mask, mask)
         elif offset in {OPTKEYR, OPTCR}:
-            self.note("not modelled", "option bytes are fixed")
+            self.note("not modelled", "option-bytes", "option bytes are fixed")
         else:
             super().write(offset, value, mask)
             self._check_later()
@@ -95,7 +95,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
             return
         if key != _UNLOCK[self._key_step]:
             self._key_refused = True
-            self.note("refused", "KEYR: wrong key; FLASH_CR stays locked until reset")
+            self.note("refused", "wrong-key", "KEYR: wrong key; FLASH_CR stays locked until reset")
             return
         self._key_step += 1
         if self._key_step == len(_UNLOCK):
@@ -104,7 +104,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
 
     def _control(self, value: int, mask: int) -> None:
         if self.registers[CR] & _LOCK:
-            self.note("refused", "CR written while it is locked; write the two keys to KEYR first")
+            self.note("refused", "locked", "CR written while it is locked; write the two keys to KEYR first")
             return
         super().write(CR, value, mask)
         if value & _LOCK:
@@ -128,7 +128,9 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
             errors |= _PGPERR
         if errors:
             self._fail(
-                errors, f"a store to the flash while PG in CR is {control & _PG} and PSIZE {_bits(control)}"
+                errors,
+                "store-refused",
+                f"a store to the flash while PG in CR is {control & _PG} and PSIZE {_bits(control)}",
             )
             return False
         content = self._memory[offset : offset + size]
@@ -149,6 +151,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
             self.registers[CR] &= ~_STRT
             self._fail(
                 _PGSERR,
+                "nothing-to-erase",
                 f"CR.STRT with SER, MER and SNB = 0x{control & 0x7E:02X}, which selects nothing to erase",
             )
             return
@@ -175,8 +178,8 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
             self.registers[SR] |= _EOP
         self._signal()
 
-    def _fail(self, errors: int, text: str) -> None:
-        self.note("refused", text)
+    def _fail(self, errors: int, problem: str, text: str) -> None:
+        self.note("refused", problem, text, errors=errors)
         self.registers[SR] |= errors
         if self.registers[CR] & _ERRIE:
             self.registers[SR] |= _OPERR  # visible only with the error interrupt enabled (3.8.4)
@@ -194,7 +197,14 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
         if needed:
             hclk_mhz = self.soc.clocks.nominal_hclk_hz / 1e6
             setting = f"ACR.LATENCY = {self.registers[ACR] & 0xF} at HCLK = {hclk_mhz:g} MHz"
-            self.note("forbidden", f"{setting}; the flash needs {needed} wait states")
+            self.note(
+                "forbidden",
+                "wait-states",
+                f"{setting}; the flash needs {needed} wait states",
+                latency=self.registers[ACR] & 0xF,
+                needed=needed,
+                hclk_mhz=hclk_mhz,
+            )
 
     def _missing_wait_states(self) -> int:
         needed = max(-(-self.soc.clocks.nominal_hclk_hz // _HZ_PER_WAIT_STATE) - 1, 0)

@@ -56,7 +56,7 @@ class OtgFs(Peripheral):
         return self._words.get(offset, 0)
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
-        self.note("not modelled", "no USB cable is connected: a host never finds the device")
+        self.note("not modelled", "no-cable", "no USB cable is connected: a host never finds the device")
         value &= mask
         if offset == GRSTCTL:
             if value & _CORE_RESET:  # this and the flush bits clear themselves at once

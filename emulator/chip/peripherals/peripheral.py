@@ -14,7 +14,7 @@ from typing import ClassVar, Protocol
 from fcu_emulator.emulator.buses.gpio import Gpio
 from fcu_emulator.emulator.chip.registers.declaration import DeclaredPeripheral
 from fcu_emulator.emulator.clock import NEVER_PS, Clock
-from fcu_emulator.emulator.trace import DeviceNote, Trace
+from fcu_emulator.emulator.trace import DeviceNote, NoteValue, Trace
 
 # -- the internal connections of the chip -------------------------------------------------------------------
 
@@ -143,11 +143,11 @@ class Peripheral:
         self.registers = dict(self.REGISTERS)
         self._noted: set[tuple[str, str]] = set()
 
-    def note(self, what: str, text: str) -> None:
-        """Add a note "forbidden", "refused" or "not modelled", once."""
+    def note(self, what: str, problem: str, text: str, **data: NoteValue) -> None:
+        """Add a note "forbidden", "refused" or "not modelled", once; see :class:`DeviceNote`."""
         if (what, text) not in self._noted:
             self._noted.add((what, text))
-            self.soc.trace.add(DeviceNote(self.soc.clock.now_ps, self.name, what, text))
+            self.soc.trace.add(DeviceNote(self.soc.clock.now_ps, self.name, what, text, problem, data))
 
     def gate(self, *, clocked: bool) -> None:
         self.clocked = clocked

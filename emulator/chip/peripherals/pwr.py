@@ -29,7 +29,11 @@ class Pwr(Peripheral, declared=DECLARED["PWR"]):
             if value & _CSBF:
                 self.registers[CSR] &= ~_SBF
             if value & (_LPDS | _PDDS):
-                self.note("not modelled", "CR: stop and standby mode (LPDS, PDDS); the core only sleeps")
+                self.note(
+                    "not modelled",
+                    "stop-standby",
+                    "CR: stop and standby mode (LPDS, PDDS); the core only sleeps",
+                )
         elif offset == CSR:
             # the backup regulator is ready at once
             ready = _BRR if self.registers[CSR] & _BRE else 0

@@ -90,16 +90,12 @@ def pll(pllcfgr: int, oscillators: Oscillators = NOMINAL) -> PllOutput:
     return PllOutput(source_hz // m, vco_hz, vco_hz // p, vco_hz // q)
 
 
-def _other_crystal(pllcfgr: int, crystal_hz: int) -> str:
-    """Return the hint that a setting fits another board's crystal, or ""."""
+def _fitting_crystal_hz(pllcfgr: int) -> int:
+    """Return the other board's crystal that the settings fit, or 0."""
     if not rcc.PLLCFGR.PLLSRC.get(pllcfgr):
-        return ""
+        return 0
     fitting = (hz for hz in _OTHER_CRYSTALS_HZ if not pll(pllcfgr, Oscillators(hse_hz=hz)).problem())
-    hz = next(fitting, 0)
-    return f"; {WRONG_CRYSTAL} {crystal_hz / 1e6:g} MHz, the settings fit {hz / 1e6:g} MHz" if hz else ""
-
-
-WRONG_CRYSTAL = "the board's crystal has"
+    return next(fitting, 0)
 
 
 @dataclass(frozen=True)
@@ -314,11 +310,13 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
 
     def write(self, offset: int, value: int, mask: int = WORD) -> None:
         if offset == BDCR and not self._pwr.backup_writable:
-            self.note("refused", "BDCR written while PWR_CR.DBP is 0")
+            self.note("refused", "backup-locked", "BDCR written while PWR_CR.DBP is 0")
             return
         if offset == PLLCFGR and self.registers[CR] & _SOURCES["PLL"].on:
             self.note(
-                "forbidden", "PLLCFGR written while the PLL is on; it takes effect at the PLL's next start"
+                "forbidden",
+                "pll-is-on",
+                "PLLCFGR written while the PLL is on; it takes effect at the PLL's next start",
             )
         old = self.registers.get(offset, 0)
         super().write(offset, value, mask)
@@ -416,14 +414,25 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
             pllcfgr = self.registers[PLLCFGR]
             nominal = pll(pllcfgr, self._oscillators.nominal)
             self._pll_hz, self._pll_nominal_hz = pll(pllcfgr, self._oscillators).p_hz, nominal.p_hz
-            if nominal.problem():
-                self.note(
-                    "forbidden", nominal.problem() + _other_crystal(pllcfgr, self._oscillators.crystal_hz)
-                )
+            self._note_settings(nominal, pllcfgr)
             if not self._pll_hz:  # N is 0 (6.3.2)
                 return
         at_ps = self.soc.clock.now_ps + source.start_ps
         self._starting[name] = self.soc.clock.schedule(at_ps, partial(self._started, name))
+
+    def _note_settings(self, nominal: PllOutput, pllcfgr: int) -> None:
+        problem, fitting_hz = nominal.problem(), _fitting_crystal_hz(pllcfgr)
+        if problem and fitting_hz:
+            crystal_mhz, fits_mhz = self._oscillators.crystal_hz / 1e6, fitting_hz / 1e6
+            self.note(
+                "forbidden",
+                "wrong-crystal",
+                f"{problem}; the board's crystal has {crystal_mhz:g} MHz, the settings fit {fits_mhz:g} MHz",
+                crystal_mhz=crystal_mhz,
+                fits_mhz=fits_mhz,
+            )
+        elif problem:
+            self.note("forbidden", "pll-settings", problem, vco_mhz=nominal.vco_hz / 1e6)
 
     def _started(self, name: str) -> None:
         source = _SOURCES[name]
@@ -472,4 +481,4 @@ class Rcc(Peripheral, declared=DECLARED["RCC"]):
         self._check = None
         problem = self._nominal.problem()
         if problem:
-            self.note("forbidden", problem)
+            self.note("forbidden", "bus-too-fast", problem, pclk1_mhz=self._nominal.pclk1_hz / 1e6)

@@ -171,7 +171,12 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             expected = _KEYS[self._keys] if self._keys < len(_KEYS) else None
             self._keys = self._keys + 1 if value & 0xFF == expected else 0
         elif not self._pwr.backup_writable:
-            self.note("refused", f"{self._named(offset)} written while PWR_CR.DBP is 0")
+            self.note(
+                "refused",
+                "backup-locked",
+                f"{self._named(offset)} written while PWR_CR.DBP is 0",
+                register=self._named(offset),
+            )
         elif offset in _BACKUP:
             super().write(offset, value, mask)
         elif offset == ISR:
@@ -186,10 +191,17 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             self._control(value, mask)
         else:
             super().write(offset, value, mask)
-            self.note("not modelled", f"{self._named(offset)} written")
+            self.note(
+                "not modelled", "not-modelled", f"{self._named(offset)} written", register=self._named(offset)
+            )
 
     def _refuse_without_keys(self, offset: int) -> None:
-        self.note("refused", f"{self._named(offset)} written without the keys 0xCA, 0x53 in WPR")
+        self.note(
+            "refused",
+            "no-key",
+            f"{self._named(offset)} written without the keys 0xCA, 0x53 in WPR",
+            register=self._named(offset),
+        )
 
     def _write_status(self, value: int, mask: int) -> None:
         """Clear flags, which needs no keys, and enter or leave initialisation mode (17.3.5)."""
@@ -206,14 +218,19 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         if self.registers[ISR] & (_BITS_THAT_ALLOW[offset] | _INITF):
             super().write(offset, value, mask)
         else:
-            self.note("refused", f"{self._named(offset)} written while its alarm or timer is on")
+            self.note(
+                "refused",
+                "written-while-enabled",
+                f"{self._named(offset)} written while its alarm or timer is on",
+                register=self._named(offset),
+            )
 
     def _control(self, value: int, mask: int) -> None:
         old = self.registers[CR]
         super().write(CR, value, mask)
         cr = self.registers[CR]
         if cr & ~_CR_MODELLED:
-            self.note("not modelled", "CR written")
+            self.note("not modelled", "not-modelled", "CR written", register="CR")
         changed = cr ^ old
         for on, flag, writable in (
             (_WUTE, _WUTF, _WUTWF),
@@ -229,11 +246,16 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
 
     def _set_calendar(self, offset: int, value: int, mask: int) -> None:
         if not self.registers[ISR] & _INITF:
-            self.note("refused", f"{self._named(offset)} written outside initialisation mode (ISR.INIT)")
+            self.note(
+                "refused",
+                "not-initialising",
+                f"{self._named(offset)} written outside initialisation mode (ISR.INIT)",
+                register=self._named(offset),
+            )
             return
         super().write(offset, value, mask)
         if offset == TR and value & rtc.TR.PM.mask:
-            self.note("not modelled", "TR.PM: the 12 hour format")
+            self.note("not modelled", "12-hour-format", "TR.PM: the 12 hour format")
 
     # -- calendar ---------------------------------------------------------------------------------------
 

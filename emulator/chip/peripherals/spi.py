@@ -151,7 +151,16 @@ class SpiWire:
         self._speed_hz = self._bus.speed_hz = speed_hz
         if speed_hz > _FASTEST_HZ:
             text = f"SCK runs at {speed_hz / 1e6:g} MHz; the parts' limit is 10 MHz"
-            self._trace.add(DeviceNote(self._clock.now_ps, self._bus.name, "forbidden", text))
+            self._trace.add(
+                DeviceNote(
+                    self._clock.now_ps,
+                    self._bus.name,
+                    "forbidden",
+                    text,
+                    "sck-too-fast",
+                    {"sck_mhz": speed_hz / 1e6, "max_mhz": _FASTEST_HZ / 1e6},
+                )
+            )
 
     def _open(self, message: Any) -> bool:
         kept: _CachedMessage = message.contents
@@ -203,7 +212,7 @@ def connect_absent_part(chip: FcuChip, part: AbsentPart, gpio: Gpio) -> None:
     """Connect an absent module; the first attempt to send to it is noted."""
 
     def tried() -> None:
-        chip.trace.add(DeviceNote(chip.clock.now_ps, part.name, "not modelled", part.note))
+        chip.trace.add(DeviceNote(chip.clock.now_ps, part.name, "not modelled", part.note, "absent-part"))
 
     port, pin = part.chip_select
     gpio.frequent(port, pin)

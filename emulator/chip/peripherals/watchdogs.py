@@ -51,7 +51,7 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
             self._take_key(value & mask & 0xFFFF)
         elif not self._unlocked:
             name = self.NAMES.get(offset, f"0x{offset:02X}")
-            self.note("refused", f"{name} written without the key 0x5555 in KR")
+            self.note("refused", "no-key", f"{name} written without the key 0x5555 in KR", register=name)
         else:
             super().write(offset, value, mask)
 

@@ -263,11 +263,14 @@ static void clear_flags(DmaController *dma, int first, uint32_t bits) {
 static void check(DmaController *dma, int n, uint32_t value, enum Request line) {
   bool to_memory = FIELD(value, SxCR_DIR) == MEMORY_TO_MEMORY;
   if (to_memory && controller_of(dma) == 0) {
-    peripheral_note(&dma->peripheral, -1, NOTE_FORBIDDEN, "memory to memory is for DMA2 only (RM0368 9.3.2)");
+    peripheral_note(&dma->peripheral, -1, NOTE_FORBIDDEN,
+                    "memory-to-memory | memory to memory is for DMA2 only (RM0368 9.3.2)");
   }
   if (!to_memory && line == NONE) {
-    peripheral_note(&dma->peripheral, -1, NOTE_FORBIDDEN,
-               "stream %d channel %u is enabled, but no request line is there", n, FIELD(value, SxCR_CHSEL));
+    peripheral_note(
+        &dma->peripheral, -1, NOTE_FORBIDDEN,
+        "no-request-line stream=%d channel=%u | stream %d channel %u is enabled, but no request line is there", n,
+        FIELD(value, SxCR_CHSEL), n, FIELD(value, SxCR_CHSEL));
   }
 }
 
@@ -277,11 +280,13 @@ static void control_written(DmaController *dma, int n, uint32_t value) {
   bool was_on = stream->control & SxCR_EN;
   uint32_t kept = was_on ? stream->control & ~CHANGEABLE_WHILE_ON : value & ~CHANGEABLE_WHILE_ON;
   if (value & SxCR_PFCTRL) {
-    peripheral_note(&dma->peripheral, -1, NOTE_NOT_MODELLED, "S%dCR.PFCTRL", n);
+    peripheral_note(&dma->peripheral, -1, NOTE_NOT_MODELLED, "peripheral-flow-control stream=%d | S%dCR.PFCTRL", n,
+                    n);
   }
   if (was_on && (value ^ stream->control) & ~CHANGEABLE_WHILE_ON) {
-    peripheral_note(&dma->peripheral, -1, NOTE_FORBIDDEN, "S%dCR reconfigured while the stream is enabled: no effect",
-               n);
+    peripheral_note(&dma->peripheral, -1, NOTE_FORBIDDEN,
+                    "written-while-enabled stream=%d | S%dCR reconfigured while the stream is enabled: no effect",
+                    n, n);
   }
   stream->control = kept | (value & CHANGEABLE_WHILE_ON);
   if (value & SxCR_EN && !was_on) {
@@ -299,9 +304,9 @@ static void write_stream(DmaController *dma, int n, uint32_t word, uint32_t valu
   if (word == CR) {
     control_written(dma, n, value & SxCR_STORED);
   } else if (stream->control & SxCR_EN && (word == NDTR || word == PAR)) {
-    peripheral_note(&dma->peripheral, -1, NOTE_FORBIDDEN, "S%d%s written while the stream is enabled: no effect",
-        n,
-               word == NDTR ? "NDTR" : "PAR");
+    peripheral_note(&dma->peripheral, -1, NOTE_FORBIDDEN,
+                    "written-while-enabled stream=%d | S%d%s written while the stream is enabled: no effect", n, n,
+                    word == NDTR ? "NDTR" : "PAR");
   } else if (word == NDTR) {
     stream->items = stream->length = value & 0xFFFF;
   } else if (word == PAR) {

@@ -75,7 +75,8 @@ static void exti_write(Peripheral *peripheral, uint32_t offset, uint32_t value, 
     case EMR:
       write_bits(&exti->emr, value, mask, LINES);
       if (exti->emr) {
-        peripheral_note(peripheral, 0, NOTE_NOT_MODELLED, "EMR: events that wake WFE without an interrupt");
+        peripheral_note(peripheral, 0, NOTE_NOT_MODELLED,
+                        "event-mask | EMR: events that wake WFE without an interrupt");
       }
       break;
     case RTSR: write_bits(&exti->rtsr, value, mask, LINES); break;
@@ -139,7 +140,7 @@ static void syscfg_write(Peripheral *peripheral, uint32_t offset, uint32_t value
   uint32_t *word = &((Syscfg *)peripheral)->registers[offset >> 2];
   write_bits(word, value, mask, writable(offset));
   if (offset == MEMRMP && *word) {
-    peripheral_note(peripheral, 0, NOTE_NOT_MODELLED, "MEMRMP: address 0 stays the flash");
+    peripheral_note(peripheral, 0, NOTE_NOT_MODELLED, "remap | MEMRMP: address 0 stays the flash");
   } else if (offset == CMPCR) {
     *word = *word & CMPCR_CMP_PD ? CMPCR_CMP_PD | CMPCR_READY : 0; /* ready at once (7.2.7) */
   } else if (EXTICR1 <= offset && offset <= EXTICR4) {

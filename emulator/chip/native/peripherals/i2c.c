@@ -74,8 +74,8 @@ static bool is_connected(I2c *i2c) {
   char missing[64];
   bool connected = pins_connected(i2c->peripheral.chip, i2c->pins, missing, sizeof missing);
   if (!connected) {
-    peripheral_note(&i2c->peripheral, -1, NOTE_FORBIDDEN, "no device can answer before the pins are switched: %s",
-               missing);
+    peripheral_note(&i2c->peripheral, -1, NOTE_FORBIDDEN,
+                    "pins-not-switched | no device can answer before the pins are switched: %s", missing);
   }
   return connected && i2c->calls.start;
 }
@@ -349,29 +349,36 @@ static void check_settings(I2c *i2c) {
   const char *mode = fast ? "fast" : "standard";
   i2c->settings_checked = 1;
   if (llabs(freq * INT64_C(1000000) - pclk_hz) >= 1000000) {
-    peripheral_note(peripheral, -1, NOTE_FORBIDDEN,
-               "CR2.FREQ is %u, PCLK1 is %g MHz: set-up and hold times are wrong", freq, (double)pclk_hz / 1e6);
+    peripheral_note(
+        peripheral, -1, NOTE_FORBIDDEN,
+        "freq-wrong freq_mhz=%u pclk1_mhz=%g | CR2.FREQ is %u, PCLK1 is %g MHz: set-up and hold times are wrong",
+        freq, (double)pclk_hz / 1e6, freq, (double)pclk_hz / 1e6);
   }
   if (freq < slowest) {
-    peripheral_note(peripheral, -1, NOTE_FORBIDDEN, "%s mode needs PCLK1 of at least %u MHz, CR2.FREQ says %u", mode,
-               slowest, freq);
+    peripheral_note(
+        peripheral, -1, NOTE_FORBIDDEN,
+        "pclk1-too-slow mode=%s freq_mhz=%u min_mhz=%u | %s mode needs PCLK1 of at least %u MHz, CR2.FREQ says %u",
+        mode, freq, slowest, mode, slowest, freq);
   }
   if (count < (fast && i2c->ccr & CCR_DUTY ? 1 : 4)) {
-    peripheral_note(peripheral, -1, NOTE_FORBIDDEN, "CCR counts %u; at least 4, or 1 with DUTY", count);
+    peripheral_note(peripheral, -1, NOTE_FORBIDDEN,
+                    "ccr-too-small ccr=%u | CCR counts %u; at least 4, or 1 with DUTY", count, count);
   }
   if (i2c->trise != longest) {
-    peripheral_note(peripheral, -1, NOTE_FORBIDDEN, "TRISE is %u; %u fits %s mode at %u MHz", i2c->trise, longest, mode,
-               freq);
+    peripheral_note(peripheral, -1, NOTE_FORBIDDEN,
+                    "trise-wrong trise=%u fits=%u | TRISE is %u; %u fits %s mode at %u MHz", i2c->trise, longest,
+                    i2c->trise, longest, mode, freq);
   }
   if (counts && pclk_hz * 100 > counts * FAST_MODE_HZ * 101) {
-    peripheral_note(peripheral, -1, NOTE_FORBIDDEN, "SCL runs at %.0f kHz; the sensors' limit is 400 kHz",
-               (double)pclk_hz / (double)counts / 1000);
+    peripheral_note(peripheral, -1, NOTE_FORBIDDEN,
+                    "scl-too-fast scl_khz=%.0f max_khz=400 | SCL runs at %.0f kHz; the sensors' limit is 400 kHz",
+                    (double)pclk_hz / (double)counts / 1000, (double)pclk_hz / (double)counts / 1000);
   }
 }
 
 static void note_not_modelled(I2c *i2c, uint32_t bits, enum Noted id, const char *text) {
   if (bits) {
-    peripheral_note(&i2c->peripheral, (int)id, NOTE_NOT_MODELLED, "%s", text);
+    peripheral_note(&i2c->peripheral, (int)id, NOTE_NOT_MODELLED, "not-modelled | %s", text);
   }
 }
 
@@ -476,7 +483,7 @@ static void write_data(I2c *i2c, uint8_t value) {
   } else if (i2c->sr2 & SR2_TRA) {
     if (i2c->dr_full && !(i2c->cr1 & (CR1_START | CR1_STOP))) {
       peripheral_note(&i2c->peripheral, NOTED_DATA_LOST, NOTE_FORBIDDEN,
-                 "DR written while TXE was 0: the byte that waited there is lost");
+                      "data-lost | DR written while TXE was 0: the byte that waited there is lost");
     }
     i2c->sr1 &= ~(uint32_t)SR1_BTF;
     i2c->dr = value;
@@ -513,7 +520,7 @@ static void write_cr1(I2c *i2c, uint32_t cr1) {
     }
     if (cr1 & ~before & (CR1_START | CR1_STOP) && i2c->dr_full && i2c->phase != PHASE_ENDED) {
       peripheral_note(&i2c->peripheral, NOTED_STOP_EARLY, NOTE_FORBIDDEN,
-                 "STOP or START while a byte waits in DR (TXE = 0): that byte is not sent");
+                      "stop-early | STOP or START while a byte waits in DR (TXE = 0): that byte is not sent");
     }
     i2c->cr1 = cr1; /* START and STOP wait for a byte in progress */
     continue_bus(i2c);
@@ -530,7 +537,8 @@ static void write_cr2(I2c *i2c) {
 
 static void note_if_enabled(I2c *i2c, enum Noted id, const char *name) {
   if (i2c->cr1 & CR1_PE) {
-    peripheral_note(&i2c->peripheral, (int)id, NOTE_FORBIDDEN, "%s written while PE in CR1 is 1", name);
+    peripheral_note(&i2c->peripheral, (int)id, NOTE_FORBIDDEN,
+                    "written-while-enabled register=%s | %s written while PE in CR1 is 1", name, name);
   }
 }
 

@@ -221,10 +221,12 @@ static bool is_known(uint32_t offset) {
 
 static void note_unknown(Scb *scb, uint32_t offset, const char *what, bool written) {
   if (offset < MPU_TYPE || offset >= MPU_END) {
-    peripheral_note(&scb->peripheral, -1, NOTE_NOT_MODELLED, "0x%08X %s; there is no such register",
-               SCS_BASE + offset, what);
+    peripheral_note(&scb->peripheral, -1, NOTE_NOT_MODELLED,
+                    "no-register address=%u | 0x%08X %s; there is no such register", SCS_BASE + offset,
+                    SCS_BASE + offset, what);
   } else if (written) {
-    peripheral_note(&scb->peripheral, 0, NOTE_NOT_MODELLED, "MPU: set up by the firmware; nothing is protected");
+    peripheral_note(&scb->peripheral, 0, NOTE_NOT_MODELLED,
+                    "mpu | MPU: set up by the firmware; nothing is protected");
   }
 }
 

@@ -162,7 +162,7 @@ static void end_frame(Peripheral *peripheral) {
 static void write_data(Spi *spi, uint32_t value) {
   if (!(spi->sr & SR_TXE)) {
     peripheral_note(&spi->peripheral, NOTE_LOST, NOTE_FORBIDDEN,
-               "DR written while TXE was 0: the frame that waited there is lost");
+                    "data-lost | DR written while TXE was 0: the frame that waited there is lost");
   }
   spi->to_send = value;
   spi->sr &= ~(uint32_t)SR_TXE;
@@ -199,25 +199,25 @@ static void check_pins(Spi *spi) {
   const PinFunction *pins = SPI[spi->number].pins;
   spi->is_connected = pins_connected(spi->peripheral.chip, pins, missing, sizeof missing);
   if (!spi->is_connected) {
-    peripheral_note(&spi->peripheral, -1, NOTE_FORBIDDEN, "no part can answer before the pins are switched: %s",
-        missing);
+    peripheral_note(&spi->peripheral, -1, NOTE_FORBIDDEN,
+                    "pins-not-switched | no part can answer before the pins are switched: %s", missing);
   }
 }
 
 static void check_enable(Spi *spi) {
   if (!(spi->cr1 & CR1_MSTR)) {
     peripheral_note(&spi->peripheral, NOTE_SLAVE, NOTE_NOT_MODELLED,
-               "slave mode: SPE set with MSTR = 0, and no other master on this board");
+                    "slave-mode | slave mode: SPE set with MSTR = 0, and no other master on this board");
   } else if (!(spi->cr1 & CR1_SSM) && !(spi->cr2 & CR2_SSOE)) {
     peripheral_note(&spi->peripheral, NOTE_NSS, NOTE_NOT_MODELLED,
-               "NSS as input (SSM = 0, SSOE = 0); it is taken as high");
+                    "nss-input | NSS as input (SSM = 0, SSOE = 0); it is taken as high");
   }
   check_pins(spi);
 }
 
 static void cr1_changed(Spi *spi, uint32_t old) {
   if (spi->cr1 & CR1_CRCEN) {
-    peripheral_note(&spi->peripheral, NOTE_CRC, NOTE_NOT_MODELLED, "CRCEN (CRC calculation)");
+    peripheral_note(&spi->peripheral, NOTE_CRC, NOTE_NOT_MODELLED, "crc | CRCEN (CRC calculation)");
   }
   if (spi->modf_seen) {
     spi->sr &= ~(uint32_t)SR_MODF;
@@ -227,7 +227,7 @@ static void cr1_changed(Spi *spi, uint32_t old) {
     spi->sr |= SR_MODF;
     spi->cr1 &= ~(uint32_t)MASTER_ENABLED;
     peripheral_note(&spi->peripheral, NOTE_MODF, NOTE_FORBIDDEN,
-               "master with SSM = 1 and SSI = 0: mode fault (MODF), SPE and MSTR cleared");
+                    "mode-fault | master with SSM = 1 and SSI = 0: mode fault (MODF), SPE and MSTR cleared");
   }
   if (!(spi->cr1 & CR1_SPE)) {
     return;
@@ -245,7 +245,7 @@ static void cr1_changed(Spi *spi, uint32_t old) {
 
 static void cr2_changed(Spi *spi) {
   if (spi->cr2 & CR2_FRF) {
-    peripheral_note(&spi->peripheral, NOTE_TI, NOTE_NOT_MODELLED, "FRF (TI mode)");
+    peripheral_note(&spi->peripheral, NOTE_TI, NOTE_NOT_MODELLED, "ti-mode | FRF (TI mode)");
   }
   spi->wants_events = (spi->cr2 & EVENT_ENABLES) != 0;
   int64_t end_ps = event_at(spi->peripheral.chip, spi->event);
@@ -312,7 +312,7 @@ static void spi_write(Peripheral *peripheral, uint32_t offset, uint32_t value, u
     case I2SCFGR:
       write_bits(&spi->i2scfgr, value, mask, I2SCFGR_STORED);
       if (spi->i2scfgr & I2SCFGR_I2SMOD) {
-        peripheral_note(peripheral, NOTE_I2S, NOTE_NOT_MODELLED, "I2SMOD (I2S mode)");
+        peripheral_note(peripheral, NOTE_I2S, NOTE_NOT_MODELLED, "i2s | I2SMOD (I2S mode)");
       }
       break;
     case I2SPR: write_bits(&spi->i2spr, value, mask, I2SPR_STORED); break;

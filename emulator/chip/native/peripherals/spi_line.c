@@ -75,8 +75,10 @@ static void check_conflict(Spi *spi) {
     size_t length = strlen(names);
     snprintf(names + length, sizeof names - length, "%sP%c%d", n ? " and " : "", "ABCDEH"[sensor->port], sensor->pin);
   }
-  peripheral_note(&spi->peripheral, -1, NOTE_FORBIDDEN,
-             "chip selects %s are low at once: the parts drive the line against each other", names);
+  peripheral_note(
+      &spi->peripheral, -1, NOTE_FORBIDDEN,
+      "chip-selects-conflict | chip selects %s are low at once: the parts drive the line against each other",
+      names);
 }
 
 static void select_sensor(Spi *spi, SpiSensor *sensor) {

@@ -654,7 +654,8 @@ static void cr1_changed(Tim *tim) {
 static void dier_changed(Tim *tim) {
   uint32_t dier = REGISTER(tim, DIER);
   if (dier & CC_DMA) {
-    peripheral_note(&tim->peripheral, NOTE_DIER, NOTE_NOT_MODELLED, "DIER: DMA requests on capture and compare");
+    peripheral_note(&tim->peripheral, NOTE_DIER, NOTE_NOT_MODELLED,
+                    "capture-dma | DIER: DMA requests on capture and compare");
   }
   if (!(dier & DIER_UIE)) {
     discard_tick(tim);
@@ -716,11 +717,11 @@ static void register_changed(Tim *tim, uint32_t offset) {
     channels_changed(tim);
   } else if (offset == SMCR && REGISTER(tim, SMCR) & ECE_SMS) {
     peripheral_note(peripheral, NOTE_SMCR, NOTE_NOT_MODELLED,
-               "SMCR: slave mode or external clock; the counter runs freely");
+                    "slave-mode | SMCR: slave mode or external clock; the counter runs freely");
   } else if (offset == DCR) {
-    peripheral_note(peripheral, NOTE_DCR, NOTE_NOT_MODELLED, "DCR: DMA bursts");
+    peripheral_note(peripheral, NOTE_DCR, NOTE_NOT_MODELLED, "dma-burst register=DCR | DCR: DMA bursts");
   } else if (offset == DMAR) {
-    peripheral_note(peripheral, NOTE_DMAR, NOTE_NOT_MODELLED, "DMAR: DMA bursts");
+    peripheral_note(peripheral, NOTE_DMAR, NOTE_NOT_MODELLED, "dma-burst register=DMAR | DMAR: DMA bursts");
   }
 }
 

@@ -136,15 +136,15 @@ static void send(Usart *usart, uint8_t value) {
   bool stays_set = now_ps >= usart->tc_ps && !usart->sr_read;
   bool connected = pins_connected(usart->peripheral.chip, usart->pins, missing, sizeof missing);
   if (!connected) {
-    peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN, "a byte is sent, but nothing leaves the chip: switch %s",
-        missing);
+    peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN,
+                    "pins-not-switched | a byte is sent, but nothing leaves the chip: switch %s", missing);
   }
   if (now_ps >= usart->txe_ps) {
     transmit(usart, value, connected);
   } else {
     replace(usart, value);
     peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN,
-        "DR written while TXE was 0: the byte that waited there is lost");
+                    "data-lost | DR written while TXE was 0: the byte that waited there is lost");
   }
   if (!stays_set) {
     usart->tc_ps = usart->idle_ps;
@@ -159,8 +159,9 @@ static void write_data(Usart *usart, uint8_t value) {
   }
   usart->pending_byte = value;
   usart->tc_ps = NEVER_PS;
-  peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN,
-             "DR written while UE or TE in CR1 is 0: the byte waits until both are set");
+  peripheral_note(
+      &usart->peripheral, -1, NOTE_FORBIDDEN,
+      "written-while-disabled | DR written while UE or TE in CR1 is 0: the byte waits until both are set");
 }
 
 static void take_data(Usart *usart) {
@@ -197,12 +198,13 @@ static void check_terminal_settings(Usart *usart, double baud, bool plain) {
     return;
   }
   if (fabs(baud / expected - 1) > BAUD_TOLERANCE) {
-    peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN, "%.0f baud; a terminal at %d baud would show garbage", baud,
-               expected);
+    peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN,
+                    "baud-rate baud=%.0f expected=%d | %.0f baud; a terminal at %d baud would show garbage", baud,
+                    expected, baud, expected);
   }
   if (!plain) {
     peripheral_note(&usart->peripheral, -1, NOTE_FORBIDDEN,
-        "frames are not 8N1; a terminal set to 8N1 would show garbage");
+                    "frame-format | frames are not 8N1; a terminal set to 8N1 would show garbage");
   }
 }
 
@@ -234,7 +236,7 @@ static void set_frame(Usart *usart) {
 static void settings_changed(Usart *usart, uint32_t offset) {
   for (size_t n = 0; n < sizeof UNMODELLED_BITS / sizeof *UNMODELLED_BITS; n++) {
     if (UNMODELLED_BITS[n].offset == offset && REGISTER(usart, offset) & UNMODELLED_BITS[n].bit) {
-      peripheral_note(&usart->peripheral, -1, NOTE_NOT_MODELLED, "%s", UNMODELLED_BITS[n].name);
+      peripheral_note(&usart->peripheral, -1, NOTE_NOT_MODELLED, "not-modelled | %s", UNMODELLED_BITS[n].name);
     }
   }
   usart->wants_events = REGISTER(usart, CR1) & (CR1_IDLEIE | CR1_RXNEIE | CR1_TCIE | CR1_TXEIE) ||
