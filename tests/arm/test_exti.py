@@ -110,7 +110,7 @@ def test_exti_event_mode_is_noted(pins: Pins) -> None:
     pins.exti.write(EMR, 0)
     assert pins.chip.notes() == []
     pins.exti.write(EMR, 1)
-    assert pins.chip.notes() == [("not modelled", "EMR: events that wake WFE without an interrupt")]
+    assert pins.chip.problems() == {"event-mask": {}}
 
 
 def test_debug_pull_ups_cause_no_edge(pins: Pins) -> None:
@@ -122,7 +122,7 @@ def test_debug_pull_ups_cause_no_edge(pins: Pins) -> None:
 
 def test_memory_remapping_is_noted(pins: Pins) -> None:
     pins.syscfg.write(0x00, 1)
-    assert pins.chip.notes() == [("not modelled", "MEMRMP: address 0 stays the flash")]
+    assert pins.chip.problems() == {"remap": {}}
 
 
 def test_the_compensation_cell_is_ready_at_once(pins: Pins) -> None:

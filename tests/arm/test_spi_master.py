@@ -11,6 +11,7 @@ from fcu_emulator.emulator.clock import NEVER_PS, PS_PER_MS, PS_PER_S, PS_PER_US
 from fcu_emulator.emulator.trace import BusTransfer, DeviceNote
 from fcu_emulator.sensors.spi import SpiTarget
 from tests.support.arm.comm_bench import RAM, CommBench
+from tests.support.words import Words
 
 CR1, CR2, SR, DR = 0x00, 0x04, 0x08, 0x0C  # RM0368 20.5
 MSTR, SPE, LSBFIRST, SSI, SSM, DFF = 1 << 2, 1 << 6, 1 << 7, 1 << 8, 1 << 9, 1 << 11
@@ -335,9 +336,8 @@ def test_two_low_chip_selects_are_noted() -> None:
     spi = three_wire(bench)
     put(bench, LSM6DSL, 0)
     spi.read(LIS2MDL, 0x4F)
-    assert any(
-        text.startswith("forbidden: ") and "PA8 and PB12 are low at once" in text for text in bench.notes()
-    )
+    assert "chip-selects-conflict" in bench.problems()
+    assert any("PA8 and PB12" in text for text in bench.notes())
 
 
 def test_low_chip_selects_without_clock_are_silent() -> None:
@@ -387,18 +387,21 @@ def test_master_with_low_nss_has_mode_fault() -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "words"),
+    ("value", "problem", "data"),
     [
-        (SSM | SSI | SPE, "not modelled: slave mode"),
-        (SSM | SSI | MSTR | SPE, "forbidden: SCK runs at 21 MHz"),
-        (SSM | SSI | MSTR | 1 << 13, "not modelled: CRC"),
-        (MSTR | SPE | 3 << 3, "not modelled: NSS as input"),
+        (SSM | SSI | SPE, "slave-mode", {}),
+        (SSM | SSI | MSTR | SPE, "sck-too-fast", {"sck_mhz": 21, "max_mhz": 10}),
+        (SSM | SSI | MSTR | 1 << 13, "crc", {}),
+        (MSTR | SPE | 3 << 3, "nss-input", {}),
     ],
 )
-def test_unmodelled_or_too_fast_setting_is_noted(value: int, words: str) -> None:
+def test_unmodelled_or_too_fast_setting_is_noted(
+    value: int, problem: str, data: dict[str, object], words: Words
+) -> None:
     bench = CommBench()
     bench.write(bench.spi2, CR1, value)
-    assert any(words in text for text in bench.notes())
+    assert bench.problems()[problem] == data
+    words("chip", "\n".join(bench.notes()))
 
 
 def test_nss_as_an_output_is_not_noted() -> None:
@@ -416,14 +419,15 @@ def test_overwritten_frame_in_dr_is_noted() -> None:
         bench.write(bench.spi2, DR, value)
     assert bench.notes() == []
     bench.write(bench.spi2, DR, 2)
-    assert bench.notes() == ["forbidden: DR written while TXE was 0: the frame that waited there is lost"]
+    assert bench.problems() == {"data-lost": {}}
 
 
 def test_pins_without_alternate_function_are_unconnected() -> None:
     bench = CommBench()
     bench.chip.fcu.set_alternate("B", 15, None)
     assert three_wire(bench).read(LIS2MDL, 0x4F) == b"\xff"
-    assert any(text.startswith("forbidden: ") and "PB15 to AF5" in text for text in bench.notes())
+    assert "pins-not-switched" in bench.problems()
+    assert any("PB15 to AF5" in text for text in bench.notes())
 
 
 def test_absent_bluenrg_keeps_its_interrupt_low() -> None:

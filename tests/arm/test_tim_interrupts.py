@@ -248,8 +248,5 @@ def test_dma_bursts_and_compare_requests_are_noted() -> None:
     tim3 = tick.chip.timer("TIM3")
     for offset, value in ((DIER, 1 << 9), (0x48, 1), (0x4C, 1), (0x4C, 2)):
         tim3.write(offset, value)
-    assert tick.chip.notes() == [
-        ("not modelled", "DIER: DMA requests on capture and compare"),
-        ("not modelled", "DCR: DMA bursts"),
-        ("not modelled", "DMAR: DMA bursts"),
-    ]
+    assert tick.chip.problems() == {"capture-dma": {}, "dma-burst": {"register": "DMAR"}}
+    assert len(tick.chip.notes()) == 3

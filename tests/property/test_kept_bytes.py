@@ -114,7 +114,9 @@ class Bench:
         self._saved: tuple[int, float, list[Snapshot]] | None = None
         self.noted: tuple[list[str], list[str]] = ([], [])
         for master, noted in zip(self.masters, self.noted, strict=True):
-            master.part.observe(lambda _, what, problem, text, noted=noted, **_data: noted.append(f"{what}: {text}"), None)
+            master.part.observe(
+                lambda _, what, problem, text, noted=noted, **_data: noted.append(f"{what}: {text}"), None
+            )
             for address, value in SWITCHED_ON[name]:
                 master.write(address, bytes((value,)), self.now_ps)
 

@@ -18,7 +18,7 @@ from fcu_emulator.emulator.chip.peripherals.gpio import ConnectedPins
 from fcu_emulator.emulator.chip.peripherals.peripheral import Soc
 from fcu_emulator.emulator.chip.peripherals.tim import Timer, connect_timers
 from fcu_emulator.emulator.clock import Clock
-from fcu_emulator.emulator.trace import DeviceNote, Trace
+from fcu_emulator.emulator.trace import DeviceNote, NoteValue, Trace
 
 
 class FakeClockTree:
@@ -110,6 +110,10 @@ class Chip:
         """(what, text) of every note so far."""
         return [(note.what, note.text) for note in self.trace.of(DeviceNote)]
 
+    def problems(self) -> dict[str, dict[str, NoteValue]]:
+        """Return the values of each problem that was noted, by its name."""
+        return {note.problem: dict(note.data) for note in self.trace.of(DeviceNote)}
+
     def _reset(self, reason: str) -> None:
         self.resets.append((self.clock.now_ps, reason))
 
@@ -162,3 +166,7 @@ class NativeChip:
     def notes(self) -> list[tuple[str, str]]:
         """(what, text) of every note so far."""
         return [(note.what, note.text) for note in self.trace.of(DeviceNote)]
+
+    def problems(self) -> dict[str, dict[str, NoteValue]]:
+        """Return the values of each problem that was noted, by its name."""
+        return {note.problem: dict(note.data) for note in self.trace.of(DeviceNote)}

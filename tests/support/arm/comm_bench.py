@@ -14,7 +14,7 @@ from fcu_emulator.emulator.buses.spi import SpiBus
 from fcu_emulator.emulator.chip.peripherals.i2c import ConnectedI2c
 from fcu_emulator.emulator.chip.peripherals.peripheral import Peripheral
 from fcu_emulator.emulator.chip.peripherals.spi import SpiWire, connect_absent_part
-from fcu_emulator.emulator.trace import DeviceNote
+from fcu_emulator.emulator.trace import DeviceNote, NoteValue
 from tests.support.arm.chip_fakes import FakeClockTree, FakeInterrupts, NativeChip
 
 ACCESS_PS = 100_000  # a few instructions at 84 MHz
@@ -106,3 +106,7 @@ class CommBench(FakeProcessor):
     def notes(self) -> list[str]:
         """Of every note so far its kind and its text, such as ``forbidden: TRISE is 2; ...``."""
         return [f"{note.what}: {note.text}" for note in self.trace.of(DeviceNote)]
+
+    def problems(self) -> dict[str, dict[str, NoteValue]]:
+        """Return the values of each problem that was noted, by its name."""
+        return {note.problem: dict(note.data) for note in self.trace.of(DeviceNote)}
