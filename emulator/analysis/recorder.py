@@ -1,7 +1,8 @@
 """Printed lines and LEDs of a run, with the truth at the same times: a range, because printed values are old.
 
-Decision: the recorder reads the terminal every 4.87 ms of virtual time, not at each byte, because a line of
-the lab takes that long on the wire.
+Decision: the recorder samples the callback every 4.87 ms of virtual time and the LEDs every 48.7 ms. It reads the
+terminal and computes the truth for about 100 samples at once, because a call for each sample would take as long as
+the firmware. A line has the time of the sample that follows its first byte.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from fractions import Fraction
 import numpy as np
 
 from fcu_emulator.emulator.assembly.board import Board
-from fcu_emulator.emulator.clock import PS_PER_MS, Periodic
+from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S, Periodic
 from fcu_emulator.emulator.scenario.run_view import FORMATS, TRUTH, lab_angles
 
 SETTLE_S = 0.15
@@ -22,7 +23,8 @@ _LOOK_PS = Fraction(487 * PS_PER_MS, 100)
 """Not a multiple of the callback's period."""
 _INSTANTS = 9
 _LINES_KEPT, _LIGHTS_KEPT = 1_000, 4_000
-_LIGHTS_EVERY = 10  # polls
+_REST_KEPT = 4096  # bytes
+_LIGHTS_EVERY, _COLLECT_EVERY = 10, 100  # samples
 _FAULTS = {"HardFault", "MemManage", "BusFault", "UsageFault"}  # ARMv7-M ARM B1.5.2
 LABELS = tuple(line_format.label for line_format in FORMATS)
 
@@ -80,41 +82,79 @@ class TruthRecorder:
 
     def __init__(self, board: Board) -> None:
         self.board = board
-        self.lines: deque[LabLine] = deque(maxlen=_LINES_KEPT)
-        self.lights: deque[Lights] = deque(maxlen=_LIGHTS_KEPT)
+        self._lines: deque[LabLine] = deque(maxlen=_LINES_KEPT)
+        self._lights: deque[Lights] = deque(maxlen=_LIGHTS_KEPT)
+        self._lit: list[tuple[float, dict[str, bool]]] = []  # LEDs without a truth yet
+        self._times = board.terminal.uart.arrival_times()
         self._position = board.terminal.uart.received_count()
         self._rest = b""
-        self._began_s = board.now_s
+        self._start_ps = board.clock.now_ps
         self._looks = 0
+        self._closed = False
         self.looks_at_callback = 0
         """Number of polls of built firmware while the timer ticked and no fault was handled."""
         self.callback_seen = 0
         """Number of these polls during the timer's interrupt."""
         self._watching = Periodic(board.clock, board.clock.now_ps, _LOOK_PS, self._look)
 
+    @property
+    def lines(self) -> Sequence[LabLine]:
+        """The latest complete lines."""
+        self._collect()
+        return self._lines
+
+    @property
+    def lights(self) -> Sequence[Lights]:
+        """The LEDs at the latest samples."""
+        self._collect()
+        return self._lights
+
     def close(self) -> None:
+        self._collect()
+        self._closed = True
         self._watching.cancel()
+        self.board.terminal.uart.release_times(self._times)
 
     def _look(self) -> None:
         board = self.board
-        if board.terminal.uart.received_count() > self._position:
-            data, self._position = board.terminal.since(self._position)
-            began_s = self._began_s
-            *complete, rest = (self._rest + data).split(b"\n")
-            for number, raw in enumerate(complete):
-                self._add(raw, began_s if number == 0 and self._rest else board.now_s)
-            if complete or not self._rest:
-                self._began_s = board.now_s
-            self._rest = rest[-4096:]
         self._looks += 1
         if board.chip is not None and board.timer.ticks:
             self._look_at_callback(board.chip.handled(), board.timer.name)
         if self._looks % _LIGHTS_EVERY == 0:
-            force = board.world.specific_force_g(np.array([board.now_s]))
-            pitch, roll = lab_angles(force)
-            lit = {name: led.on for name, led in board.leds.items()}
-            force_g = float(np.linalg.norm(force))
-            self.lights.append(Lights(board.now_s, float(pitch[0]), float(roll[0]), force_g, lit))
+            self._lit.append((board.now_s, {name: led.on for name, led in board.leds.items()}))
+        if self._looks % _COLLECT_EVERY == 0:
+            self._collect()
+
+    def _collect(self) -> None:
+        if self._closed:
+            return
+        self._collect_lines()
+        if self._lit:
+            force = self.board.world.specific_force_g(np.array([at_s for at_s, _ in self._lit]))
+            pitch, roll = (angle.tolist() for angle in lab_angles(force))
+            force_g = np.linalg.norm(force, axis=1).tolist()
+            for number, (at_s, lit) in enumerate(self._lit):
+                self._lights.append(Lights(at_s, pitch[number], roll[number], force_g[number], lit))
+            self._lit.clear()
+
+    def _collect_lines(self) -> None:
+        terminal = self.board.terminal
+        data, end = terminal.since(self._position)
+        if not data:
+            return
+        begin = self._position - len(self._rest)
+        *complete, rest = (self._rest + data).split(b"\n")
+        self._rest = rest[-_REST_KEPT:]
+        for raw in complete:
+            self._add(raw, self._sampled_s(begin))
+            begin += len(raw) + 1
+        self._position = end
+        self._times.forget(end - len(self._rest))
+
+    def _sampled_s(self, number: int) -> float:
+        """Return the time of the first sample at which output byte ``number`` had arrived."""
+        late_ps = self._times.ps(number) - self._start_ps
+        return float(self._start_ps - -late_ps // _LOOK_PS * _LOOK_PS) / PS_PER_S
 
     def _look_at_callback(self, handled: Sequence[str], timer: str) -> None:
         """Count a poll of the callback, except during faults, below which its interrupt stays active."""
@@ -127,7 +167,7 @@ class TruthRecorder:
         for line_format in FORMATS:
             if text.startswith(line_format.label):
                 truth = self._truth(line_format.fields, at_s)
-                self.lines.append(LabLine(line_format.label, text, at_s, line_format.parse(text), truth))
+                self._lines.append(LabLine(line_format.label, text, at_s, line_format.parse(text), truth))
 
     def _truth(self, fields: tuple[str, ...], at_s: float) -> dict[str, ValueRange]:
         t_s = np.linspace(max(at_s - SETTLE_S, 0.0), at_s, _INSTANTS)

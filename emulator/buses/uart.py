@@ -10,6 +10,7 @@ terminal at 115200 baud shows garbage. The trace records the wrong rate.
 from __future__ import annotations
 
 import codecs
+from bisect import bisect_right
 from collections import deque
 from dataclasses import dataclass
 from fractions import Fraction
@@ -71,6 +72,29 @@ class _ByteRun:
         return arrived
 
 
+class ArrivalTimes:
+    """The times at which output bytes arrived. ``number`` counts the bytes since power-on, from 0."""
+
+    def __init__(self) -> None:
+        self._runs: list[tuple[int, int, Fraction]] = []  # first byte, start and frame of each run
+
+    def add(self, first: int, run: _ByteRun) -> None:
+        if not self._runs or self._runs[-1][0] != first:
+            self._runs.append((first, run.start_ps, run.frame_ps))
+
+    def ps(self, number: int) -> int:
+        """Return when a byte had arrived; 0 for a byte that had arrived when the recording began."""
+        index = bisect_right(self._runs, number, key=lambda run: run[0]) - 1
+        if index < 0:
+            return 0
+        first, start_ps, frame_ps = self._runs[index]
+        return start_ps + (number - first + 1) * frame_ps.numerator // frame_ps.denominator
+
+    def forget(self, before: int) -> None:
+        """Forget the times of bytes before ``before``."""
+        del self._runs[: max(bisect_right(self._runs, before, key=lambda run: run[0]) - 1, 0)]
+
+
 class Transceiver(Protocol):
     """The USART of a chip; it calls ``open_run`` and ``carry``."""
 
@@ -123,6 +147,7 @@ class Uart:
         self._on_wire = deque((self._run,))  # incomplete runs, and the latest
         self._text = bytearray()
         self.dropped = 0
+        self._times: list[ArrivalTimes] = []
         self._typed: deque[_Typed] = deque()  # on the way to the board
         self._rx_line_free_ps = 0
         self._rx_data: int | None = None
@@ -169,8 +194,10 @@ class Uart:
         now_ps = self._clock.now_ps
         for run in self._on_wire:
             arrived = run.take(now_ps)
-            if run.connected:
+            if arrived and run.connected:
                 self._text += arrived
+                for times in self._times:
+                    times.add(self.dropped + len(self._text) - run.done, run)
         while len(self._on_wire) > 1 and not self._on_wire[0].waiting:
             self._on_wire.popleft()
         if len(self._text) > _KEPT:
@@ -178,6 +205,16 @@ class Uart:
             del self._text[:excess]
             self.dropped += excess
         return self._text
+
+    def arrival_times(self) -> ArrivalTimes:
+        """Return the times of bytes from now on; its user forgets old ones."""
+        self.received()
+        self._times.append(ArrivalTimes())
+        return self._times[-1]
+
+    def release_times(self, times: ArrivalTimes) -> None:
+        """Stop adding to ``times``."""
+        self._times.remove(times)
 
     def received_count(self) -> int:
         """Return the number, including bytes no longer kept."""

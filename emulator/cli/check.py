@@ -88,14 +88,14 @@ def check_program(options: CheckOptions) -> ExitCode:
 
 @contextmanager
 def _workers(jobs: int | None, runs: int) -> Iterator[Executor | None]:
-    """Yield processes for the runs, at most one for each; None if one is enough, or in a limited process."""
+    """Yield processes for the runs beside this one; None if this one is enough, or in a limited process."""
     count = min(jobs or os.cpu_count() or 1, runs)
     if count == 1 or limits_of_worker() is not None:
         yield None
         return
     from fcu_emulator.emulator.grading.workers import LocalWorkers
 
-    workers = LocalWorkers(count)
+    workers = LocalWorkers(count - 1)
     try:
         yield workers
     except BaseException:

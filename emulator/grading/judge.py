@@ -189,10 +189,18 @@ def _one_by_one(rubric: Rubric, tasks: Sequence[_RunTask], follow: _Follow) -> I
 def _in_parallel(
     executor: Executor, rubric: Rubric, tasks: Sequence[_RunTask], follow: _Follow
 ) -> list[_Outcome]:
-    """Make the longest runs first; return the outcomes in the order of the tasks. Raises NotJudgedError."""
+    """Return the outcomes in the order of the tasks. Raises NotJudgedError.
+
+    The executor makes the longest runs first. This process makes the shortest runs that no worker has begun.
+    """
     longest_first = sorted(tasks, key=lambda task: -follow.duration_s[task.run])
-    made = {executor.submit(_outcome_in_worker, task, rubric.file): task.run for task in longest_first}
+    submitted = [(task, executor.submit(_outcome_in_worker, task, rubric.file)) for task in longest_first]
     done: dict[str, _Outcome] = {}
+    for task, future in reversed(submitted):
+        if future.cancel():
+            done[task.run] = _outcome(task, rubric, partial(follow.at, task.run))
+            follow.end(task.run)
+    made = {future: task.run for task, future in submitted if task.run not in done}
     for future in as_completed(made):
         done[made[future]] = future.result()
         follow.end(made[future])

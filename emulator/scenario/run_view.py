@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import math
 import re
-from bisect import bisect_right
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -225,7 +224,6 @@ def unit_of(field: str) -> str:
 # -- Time of printing ---------------------------------------------------------------------------------------
 
 
-_LOOK_PS = Fraction(PS_PER_MS)
 _COLLECT_PS = Fraction(PS_PER_S)
 _TRUTH_STEPS = 21  # instants in a settling time
 MAX_SETTLE_PS = PS_PER_S  # the world remembers 5 s
@@ -233,7 +231,7 @@ MAX_SETTLE_PS = PS_PER_S  # the world remembers 5 s
 
 @dataclass(frozen=True)
 class PrintedLine:
-    """A line without surrounding blanks, and the time when its printing began."""
+    """A line without surrounding blanks, and the time when its printing began, in whole milliseconds."""
 
     number: int  # counted from 1
     text: str
@@ -274,16 +272,12 @@ class Recorder:
         self._world, self._uart, self._clock = board.world, board.terminal.uart, board.clock
         self._wanted = wanted
         self._lines: list[PrintedLine] = []
-        self._looks: list[tuple[int, int]] = [(0, 0)]  # (bytes, time of the previous poll)
-        self._last_look_ps = 0
+        self._times = self._uart.arrival_times()
         self._collected = 0  # bytes since power-on
         self._stopped = False
         self._tilts: list[TiltSample] | None = [] if tilts else None
         self._samples: dict[str, list[float]] = {name: [] for name in sampled}
-        self._watching = [
-            Periodic(self._clock, 0, _LOOK_PS, self._look),
-            Periodic(self._clock, 0, _COLLECT_PS, self._collect),
-        ]
+        self._watching = Periodic(self._clock, 0, _COLLECT_PS, self._collect)
         self._clock.schedule(until_ps, self._stop, last=True)
 
     def lines(self) -> list[PrintedLine]:
@@ -306,17 +300,10 @@ class Recorder:
     def _stop(self) -> None:
         self._collect()
         self._stopped = True
-        for periodic in self._watching:
-            periodic.cancel()
-
-    def _look(self) -> None:
-        count = self._uart.received_count()
-        if count > self._looks[-1][0]:
-            self._looks.append((count, self._last_look_ps))
-        self._last_look_ps = self._clock.now_ps
+        self._watching.cancel()
+        self._uart.release_times(self._times)
 
     def _collect(self) -> None:
-        self._look()
         if self._tilts is not None:
             next_ps = self._tilts[-1].at_ps + TILT_STEP_PS if self._tilts else 0
             self._tilts += tilts_of(self._world, range(next_ps, self._clock.now_ps + 1, TILT_STEP_PS))
@@ -329,13 +316,12 @@ class Recorder:
         for raw in complete:
             self._add(raw, self._collected)
             self._collected += len(raw) + 1
-        self._looks = [look for look in self._looks if look[0] > self._collected] or self._looks[-1:]
+        self._times.forget(self._collected)
 
     def _add(self, raw: bytes, position: int) -> None:
         """Add one line; the return of "\n\r" is not part of the next."""
         begin = position + len(raw) - len(raw.lstrip(b"\r"))
-        first_seen = bisect_right(self._looks, begin, key=lambda look: look[0])
-        at_ps = self._looks[first_seen][1]
+        at_ps = max((self._times.ps(begin) - 1) // PS_PER_MS, 0) * PS_PER_MS
         text = decoded(raw).strip(" \r\t")
         self._lines.append(PrintedLine(len(self._lines) + 1, text, at_ps, self._truth(text, at_ps)))
 

@@ -148,6 +148,7 @@ class Compiled:
         self.name = str(firmware)
         self._names = {**self.USUAL, **(names or {})}
         self._board: Board | None = None
+        self._missing: dict[str, str] = {}
 
     @property
     def board(self) -> Board:
@@ -159,6 +160,11 @@ class Compiled:
 
     def missing(self, what: str) -> str:
         """Return the missing function or variable, or ""."""
+        if what not in self._missing:
+            self._missing[what] = self._find_missing(what)
+        return self._missing[what]
+
+    def _find_missing(self, what: str) -> str:
         functions = {"angles": "eCompass", "calibration": "MagCalibration", "altitude": "getAltitude"}
         variables = {"angles": ("acc", "mag", "pitch", "roll", "yaw"), "calibration": ("mag",)}
         arm = self.board.chip
@@ -252,8 +258,12 @@ class _Properties:
     """Whether a failed test runs boards, to find a scenario that shows the failure."""
     coarse = False
     """Whether the tests fail only for errors that the board's sensors can resolve."""
-    counterexample = ""
-    """The latest example as a scenario; after a failure, the failing one."""
+    _example: Callable[[], str] = str
+
+    @property
+    def counterexample(self) -> str:
+        """The latest example as a scenario; after a failure, the failing one."""
+        return self._example()
 
     def board_scenario(self, test: Callable[[_Properties], None]) -> str:
         """Return the scenario in which a board shows the failure of ``test``, or "".
@@ -291,7 +301,7 @@ class _Properties:
     @_of(samples(noise_mg=30, noise_mgauss=30))
     def test_angles_stay_within_their_ranges(self, sample: MotionSample) -> None:
         found = self._angles(sample)
-        self.counterexample = pose_scenario(sample.pose, {})
+        self._example = functools.partial(pose_scenario, sample.pose, {})
         for name, limit_deg in (("pitch", 90.0), ("roll", 90.0), ("yaw", 180.0)):
             found_deg = getattr(found, name)
             right = abs(found_deg) <= limit_deg + ANGLE_TOLERANCE_DEG
@@ -320,7 +330,7 @@ class _Properties:
             value = getattr(found, name.lower()) if exact is None else exact
             if math.isfinite(value):  # the scenario rejects a NaN anyway
                 expected[name] = value, angle_tolerance_deg(name, error_deg)
-        self.counterexample = pose_scenario(sample.pose, expected, gravity=acc, field=mag)
+        self._example = functools.partial(pose_scenario, sample.pose, expected, gravity=acc, field=mag)
         for name in (name.lower() for name in wrong):
             one, other = getattr(found, name), getattr(scaled, name)
             raise AssertionError(
@@ -335,7 +345,7 @@ class _Properties:
         turned = [_plus(ends[index], offset) for index in order]
         for end in ends:
             last = self.subject.calibrated([*turned, _plus(end, offset)])[-1]
-            self.counterexample = calibration_scenario(offset, field, order, end)
+            self._example = functools.partial(calibration_scenario, offset, field, order, end)
             limit = 2 * LEAST_MGAUSS if self.coarse else 1
             right = all(abs(found - true) <= limit for found, true in zip(last, end, strict=True))
             assert right, (
@@ -347,7 +357,9 @@ class _Properties:
     def test_altitude_is_0_where_it_was_zeroed(self, press_hpa: float, temperature_degc: float) -> None:
         self._require("altitude")
         found = self.subject.altitude(press_hpa, temperature_degc, press_hpa)
-        self.counterexample = altitude_scenario(press_hpa, press_hpa, temperature_degc, 0.0, abs(found))
+        self._example = functools.partial(
+            altitude_scenario, press_hpa, press_hpa, temperature_degc, 0.0, abs(found)
+        )
         limit = 2 * least_m(press_hpa, press_hpa, temperature_degc) if self.coarse else 0.01
         assert abs(found) < limit, (
             f"the altitude is {found:.3f} m at the floor, at {press_hpa:g} hPa and {temperature_degc:g} degC"
@@ -365,7 +377,9 @@ class _Properties:
         found = self.subject.altitude(press_hpa, temperature, float(zero))
         expected = ((float(zero) / press_hpa) ** (1 / 5.257) - 1) * (temperature + 273.15) / 0.0065
         error = abs(found - expected)
-        self.counterexample = altitude_scenario(float(zero), press_hpa, temperature, expected, error)
+        self._example = functools.partial(
+            altitude_scenario, float(zero), press_hpa, temperature, expected, error
+        )
         right = found > 0 and math.isclose(found, expected, rel_tol=1e-4, abs_tol=0.02)
         if self.coarse:
             right = error < 2 * least_m(float(zero), press_hpa, temperature, expected)
@@ -395,7 +409,7 @@ class _Properties:
         difference = _apart(found_deg, expected_deg) if name == "yaw" else abs(found_deg - expected_deg)
         field = name.capitalize()
         tolerance = angle_tolerance_deg(field, difference)
-        self.counterexample = pose_scenario(sample.pose, {field: (expected_deg, tolerance)})
+        self._example = functools.partial(pose_scenario, sample.pose, {field: (expected_deg, tolerance)})
         right = (
             difference < self._angle_limit_deg(field)
             and abs(found_deg) <= RANGES_DEG[field] + ANGLE_TOLERANCE_DEG
