@@ -391,7 +391,7 @@ def test_diff_refuses_in_one_line(arguments: list[str], problem: str) -> None:
 
 def test_run_with_too_many_events_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Firmware that storms its pins cannot fill the memory: what is kept is counted while it runs."""
-    monkeypatch.setattr(observation, "MOST_EVENTS", 100)
+    monkeypatch.setattr(observation, "MOST_EVENTS", 30)
     board = Board("template", scenario="flat")
 
     with pytest.raises(NotJudgedError) as refused:

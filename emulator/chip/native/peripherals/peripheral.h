@@ -127,8 +127,9 @@ int pin_level(const Chip *chip, int port, int pin);
 
 enum NoteKind { NOTE_FORBIDDEN, NOTE_NOT_MODELLED, NOTE_REFUSED };
 
-/* Report an access that the firmware should not make. The format begins with the problem's stable name and its values, as
-   in "scl-too-fast scl_khz=%.0f | SCL runs at ...". id 0 to 31: reported once. id -1: Python drops repeated texts. */
+/* Report an access that the firmware should not make. The format begins with the problem's stable name and its
+ * values, as in "scl-too-fast scl_khz=%.0f | SCL runs at ...". id 0 to 31: reported once. id -1: Python drops
+ * repeated texts. */
 void peripheral_note(Peripheral *peripheral, int id, enum NoteKind kind, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
