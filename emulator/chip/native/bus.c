@@ -5,8 +5,8 @@
 
 #include "fcu.h"
 
-#define FLASH_INTERFACE_BASE 0x40023C00u /* its registers, whose cost includes stores to the memory */
-#define MEMORY_LIKE_AFTER 1000 /* reads without a write, before read_memory_like() is used */
+#define FLASH_INTERFACE_BASE 0x40023C00u /* the cost of its registers includes its stores to RAM */
+#define MEMORY_LIKE_AFTER 1000 /* consecutive reads after which read_memory_like() is used */
 
 static bool in_ram(uint32_t address, unsigned size) { return address - RAM_BASE <= RAM_SIZE - size; }
 
@@ -40,7 +40,7 @@ static bool is_ram_bit(uint32_t address, uint32_t *byte, unsigned *bit) {
   return offset < 32 * RAM_SIZE;
 }
 
-/* A remainder would need a division: size is a power of 2. */
+/* size is a power of 2, so that no division is needed. */
 static bool is_unaligned(uint32_t address, unsigned size) { return address & (size - 1); }
 
 /* A call of memcpy() would take longer than the access. */
@@ -195,8 +195,8 @@ static bool write_bit_band(Chip *chip, uint32_t address, uint32_t value) {
   return true;
 }
 
-/* Cache a register for repeat_read(). Excluded: memory-like peripherals, and the core's registers, which change with
- * its state. */
+/* Cache a register for repeat_read(), except memory-like peripherals and the core's registers, which
+ * change with the core's state. */
 static void cache_polled(Chip *chip, const Peripheral *peripheral, uint32_t address, unsigned size, uint32_t value,
                         int64_t until_ps) {
   Polled *polled = poll_skip_slot(&chip->poll_skip, address);
@@ -210,7 +210,8 @@ static void cache_polled(Chip *chip, const Peripheral *peripheral, uint32_t addr
   }
 }
 
-/* Return the cached value of a register that cannot have changed. False: call read_register(). */
+/* Return the cached value of a register that cannot have changed. If the result is false, call
+ * read_register(). */
 static inline bool repeat_read(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
   PollSkip *poll_skip = &chip->poll_skip;
   Polled *polled = poll_skip_slot(poll_skip, address);
@@ -327,7 +328,7 @@ static bool read_unaligned(Core *core, uint32_t address, unsigned size, uint32_t
   return true;
 }
 
-/* Read a register that is polled continuously; false: use the normal path. */
+/* Read a register that is polled continuously. Return false if the normal path must be used. */
 static bool read_memory_like(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {
   Peripheral *peripheral = chip_peripheral_at(chip, address);
   if (!peripheral || !peripheral->memory_like || ++peripheral->reads_since_write <= MEMORY_LIKE_AFTER ||
@@ -355,7 +356,7 @@ static __attribute__((noinline)) bool read_any(Core *core, uint32_t address, uns
   return read_device(core->chip, address, size, value) || access_fault(core, address, STOP_READ);
 }
 
-/* All but memory-like reads. A separate function saves fewer registers. */
+/* Handle all reads except memory-like ones. As a separate function it saves fewer host registers. */
 static __attribute__((noinline)) bool read_polled(Core *core, uint32_t address, unsigned size, uint32_t *value) {
   return (!core->watching && repeat_read(core->chip, address, size, value)) ||
          read_any(core, address, size, value);
@@ -388,7 +389,8 @@ static void write_ram(Core *core, uint32_t address, unsigned size, uint32_t valu
   core_ram_written(core, address, size);
 }
 
-/* FLASH, which is in Python, programs the word or refuses it. False: another address. */
+/* Let FLASH, a peripheral in Python, program the word or refuse it. Return false for an address outside
+ * the flash. */
 static bool write_flash(Chip *chip, uint32_t address, unsigned size, uint32_t value) {
   const uint8_t *bytes = core_bytes_at(&chip->core, address, size);
   if (chip->bare || !bytes || (uintptr_t)(bytes - chip->flash) >= FLASH_SIZE) {

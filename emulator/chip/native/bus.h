@@ -9,7 +9,8 @@
 
 /* -- bus.c ----------------------------------------------------------------------------------------------- */
 
-/* By DMA or a debugger, at the current time (core.h: by the core). False: no memory or register. */
+/* Accesses of DMA or a debugger at the current time; core.h has those of the core. Return false if the
+ * address has no memory or register. */
 bool bus_load(Chip *chip, uint32_t address, unsigned size, uint32_t *value);
 bool bus_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);
 
@@ -26,7 +27,7 @@ typedef struct {
     uint64_t version;
     uint32_t address, size, value;
   } reads[CACHED_READS];
-  struct { /* a write without effect until until_ps */
+  struct { /* a write that has no effect until until_ps */
     int64_t until_ps;
     uint64_t version;
     uint32_t address, size, value;
@@ -39,10 +40,10 @@ typedef struct {
   uint8_t unclocked[PAGES];
 } PythonRegisters;
 
-/* Why an address reads as 0 and ignores writes; reported already. */
+/* The reason why an address reads as 0 and ignores writes. It has been reported. */
 enum IgnoreReason { NO_REGISTER = 1, READ_WITHOUT_CLOCK = 2, WRITE_WITHOUT_CLOCK = 3 };
 
-/* Values of chip->until_ps after a call of Python: no register at the address, or in its whole kilobyte. */
+/* Values of chip->until_ps after a call of Python: the address, or its whole kilobyte, has no register. */
 #define NO_REGISTER_PS ((int64_t)-2)
 #define EMPTY_PAGE_PS ((int64_t)-3)
 
@@ -51,7 +52,7 @@ enum Access { ACCESS_READ = 1, ACCESS_WRITE = 2 };
 void python_registers_invalidate(Chip *chip);
 bool python_registers_is_ignored(const Chip *chip, uint32_t address, enum IgnoreReason kind);
 void python_registers_ignore(Chip *chip, uint32_t address, enum IgnoreReason kind);
-/* Writes without clock that would not have changed the register; another value may. */
+/* Writes without clock of values that would not have changed the register. Another value may change it. */
 bool python_registers_is_harmless(const Chip *chip, uint32_t address, uint32_t value);
 void python_registers_set_harmless(Chip *chip, uint32_t address, uint32_t value);
 /* *until_ps as in PeripheralType. */
@@ -60,8 +61,8 @@ void python_store(Chip *chip, uint32_t address, unsigned size, uint32_t value);
 
 /* -- poll_skip.c: loops that poll registers ----------------------------------------------------------- */
 
-#define POLL_SKIP_COMPARE_AFTER 3 /* reads of a register before states are compared */
-#define POLL_SKIP_MAX_MISSES 50   /* unsuccessful comparisons before a pause */
+#define POLL_SKIP_COMPARE_AFTER 3 /* number of reads of a register before states are compared */
+#define POLL_SKIP_MAX_MISSES 50   /* number of unsuccessful comparisons before a pause */
 #define POLL_SKIP_PAUSE 2000
 #define POLL_SKIP_STATES 64
 #define POLL_SKIP_LOGGED 128
@@ -76,7 +77,7 @@ typedef struct {
 typedef struct {
   uint32_t address;
   int32_t poll_count;
-  /* Last value: valid for this size and version until until_ps. */
+  /* The last value. It is valid for this size and version until until_ps. */
   uint32_t size, value;
   int64_t until_ps, version;
 } Polled;
@@ -98,17 +99,18 @@ typedef struct {
 
 /* An access other than a side-effect free read of a register. */
 void poll_skip_side_effect(Chip *chip);
-/* Registers may have changed: event, side effect, or new run. */
+/* Invalidate cached registers after an event, a side effect, or the start of a run. */
 static inline void poll_skip_invalidate(PollSkip *poll_skip) { poll_skip->version++; }
 /* Multiplicative hash, because registers of different peripherals have the same low bits (Knuth, TAOCP 6.4). */
 static inline Polled *poll_skip_slot(PollSkip *poll_skip, uint32_t address) {
   return &poll_skip->polled[(address * 0x9E3779B1u >> 16) % POLL_SKIP_POLLED];
 }
 void poll_skip_reset(Chip *chip);
-/* Log changes of RAM; true: RAM has its contents from the beginning of the log. */
+/* Log changes of RAM. Return true if RAM has the same contents as at the beginning of the log. */
 void poll_skip_begin_log(Chip *chip);
 bool poll_skip_ram_unchanged(const Chip *chip);
-/* A register was read whose value is constant until until_ps. True: time was skipped, read it again. */
+/* Handle a read of a register whose value is constant until until_ps. Return true if time was skipped and
+ * the register must be read again. */
 bool poll_skip_register_read(Chip *chip, uint32_t address, int64_t until_ps);
 /* Log a word of RAM before it changes. */
 void poll_skip_log_store(Chip *chip, uint32_t address, uint32_t old);
@@ -125,14 +127,16 @@ typedef struct {
   } loops[IDLE_SKIP_SLOTS];
   int64_t check_interval;
   int64_t accesses, not_before;
-  uint32_t suspect; /* address in a suspected loop; 1: none */
+  uint32_t suspect; /* an address in a suspected loop, or 1 */
   int32_t failures;
 } IdleSkip;
 
 void idle_skip_create(Chip *chip);
-/* Execute or skip at most `instructions` in a known or suspected loop. False: not in one, nothing done. */
+/* Execute or skip at most `instructions` in a known or suspected loop. Return false, without effect,
+ * outside of such a loop. */
 bool idle_skip_execute(Chip *chip, int64_t instructions);
-/* After a run: if it was long and accessed nothing, suspect an idle loop, and check half as often from then on. */
+/* Called after a run. If the run was long and accessed nothing, suspect an idle loop, and check half as
+ * often from then on. */
 void idle_skip_check(Chip *chip);
 
 #endif

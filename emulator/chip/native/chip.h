@@ -56,7 +56,7 @@ struct Chip {
   int64_t work_limit;
   int64_t observed; /* the trace needs its events at once */
 
-  int32_t bare; /* all registers are Python's: fcu_execute() */
+  int32_t bare; /* all registers are Python's, as in fcu_execute() */
   Host host;
   Clocks clocks;
 
@@ -94,7 +94,8 @@ struct Chip {
   uint8_t ram[RAM_SIZE], flash[FLASH_SIZE], system_memory[SYSTEM_MEMORY_SIZE];
 };
 
-/* Carry out all events up to to_ps. At the same time the chip's events precede Python's, in the order of scheduling.
+/* Execute all events up to to_ps. Of simultaneous events, the chip's precede Python's; both follow the
+ * order of scheduling.
  */
 void chip_advance(Chip *chip, int64_t to_ps);
 void chip_settle(Chip *chip);

@@ -15,10 +15,11 @@
 
 /* -- chip and memories: chip.c ------------------------------------------------------------------------ */
 
-/* A chip before power-on, with erased flash; NULL without host memory. */
+/* Return a chip before power-on, with erased flash, or NULL if the host has no memory. */
 Chip *fcu_create(const Host *host);
 void fcu_destroy(Chip *chip);
-/* Before power-on: cycles per instruction as a fraction; whether waiting loops are skipped. */
+/* Call these before power-on. They set the cycles per instruction as a fraction, and whether waiting loops
+ * are skipped. */
 void fcu_configure(Chip *chip, int64_t cycles_num, int64_t cycles_den, int32_t skip);
 /* FLASH_SIZE, RAM_SIZE and SYSTEM_MEMORY_SIZE bytes. After changing code call fcu_invalidate_code(). */
 uint8_t *fcu_flash(Chip *chip);
@@ -27,7 +28,7 @@ uint8_t *fcu_system_memory(Chip *chip);
 
 /* -- core registers: state.c -------------------------------------------------------------------------- */
 
-/* By number: 0 to 15, then enum Register of state.c. Between runs only. */
+/* Registers by number: 0 to 15, then enum Register of state.c. Call these between runs only. */
 void fcu_read_registers(const Chip *chip, const int32_t *numbers, uint32_t *values, int32_t count);
 void fcu_write_registers(Chip *chip, const int32_t *numbers, const uint32_t *values, int32_t count);
 int32_t fcu_thumb(const Chip *chip);
@@ -42,40 +43,40 @@ int32_t fcu_run_until(Chip *chip, int64_t at_ps);
 /* Execute at most `instructions` without time, exceptions and peripherals in C; return enum Stop. step_over: ignore
  * a breakpoint on the first one. */
 int32_t fcu_execute(Chip *chip, int64_t instructions, int32_t step_over);
-/* In a callback: end fcu_execute() after the current instruction. */
+/* Call it in a callback, to end fcu_execute() after the current instruction. */
 void fcu_end_run(Chip *chip);
 /* The latest fcu_execute(): its instructions (a faulting one counts), and the address of a refused access. */
 int64_t fcu_executed(const Chip *chip);
 uint32_t fcu_fault_address(const Chip *chip);
-/* Reset after the current instruction; fcu_reset_now(): at once, while halted. */
+/* Reset after the current instruction. fcu_reset_now() resets at once, while halted. */
 void fcu_request_reset(Chip *chip, int32_t reason);
 void fcu_reset_now(Chip *chip, int32_t reason);
-/* For fcu_execute(): enter an exception regardless of priorities. 0: stack or table are not in memory. In
- * exceptions.c. */
+/* Enter an exception regardless of priorities, for fcu_execute(). Return 0 if stack or table are not in
+ * memory (exceptions.c). */
 int32_t fcu_enter_exception(Chip *chip, int32_t number, uint32_t vectors);
 
 /* -- debugging: run_loop.c --------------------------------------------------------------------------------- */
 
 /* Halt before the next instruction, after an exception entry in progress. */
 void fcu_halt(Chip *chip);
-/* step: halt again after one instruction, or after an exception entry. */
+/* With step, halt again after one instruction or exception entry. */
 void fcu_resume(Chip *chip, int32_t step);
 /* While halted fcu_run_until() returns at once. */
 int32_t fcu_is_halted(const Chip *chip);
 void fcu_wake(Chip *chip);
-/* Select if BKPT halts the core. fcu_halted_on_bkpt(): it has, since the last call. */
+/* Select if BKPT halts the core. fcu_halted_on_bkpt() returns whether it has done so since the last call. */
 void fcu_debug(Chip *chip, int32_t on);
 int32_t fcu_halted_on_bkpt(Chip *chip);
 
 void fcu_invalidate_code(Chip *chip);
-/* After a change of at most 8 bytes of the flash. */
+/* Call it after a change of at most 8 bytes of the flash. */
 void fcu_flash_programmed(Chip *chip, uint32_t offset, uint32_t size);
 /* Add or remove a breakpoint (STOP_BREAKPOINT). */
 void fcu_set_breakpoint(Chip *chip, uint32_t address, int32_t on);
 
 /* -- computed values: value_log.c ------------------------------------------------------------------------- */
 
-/* Log into `log` from now on; NULL: do not log. */
+/* Log into `log` from now on, or stop logging if it is NULL. */
 void fcu_log_values(Chip *chip, ValueLog *log);
 /* Select the instructions from begin to end (excluded). They are executed one by one meanwhile. */
 void fcu_watch_values(Chip *chip, uint32_t begin, uint32_t end, int32_t on);
@@ -95,7 +96,7 @@ typedef struct {
   uint32_t asleep;
 } Status;
 void fcu_status(const Chip *chip, Status *status);
-/* The most expensive kind of work since power-on. */
+/* Return the most expensive kind of work since power-on. */
 typedef struct {
   int64_t times;
   int32_t kind, index;
@@ -109,13 +110,14 @@ int32_t fcu_execution_priority(const Chip *chip, int32_t primask, int32_t basepr
 
 /* Call host.accessed() at the core's accesses from begin to end (included). All accesses are slower meanwhile. */
 void fcu_watch_memory(Chip *chip, int32_t on, uint32_t begin, uint32_t end);
-/* Access an address with all side effects; 0: no memory or register. */
+/* Access an address with all side effects. Return 0 if it has no memory or register. */
 int32_t fcu_load(Chip *chip, uint32_t address, uint32_t size, uint32_t *value);
 int32_t fcu_store(Chip *chip, uint32_t address, uint32_t size, uint32_t value);
 
 /* -- snapshots: chip.c ------------------------------------------------------------------------------------ */
 
-/* The whole chip as bytes, valid for the same chip only. Between runs only. */
+/* Save and restore the whole chip as bytes, which are valid for the same chip only. Call these between
+ * runs only. */
 int64_t fcu_snapshot_size(void);
 void fcu_save(const Chip *chip, void *snapshot);
 void fcu_restore(Chip *chip, const void *snapshot);
@@ -124,7 +126,7 @@ void fcu_restore(Chip *chip, const void *snapshot);
 
 void fcu_advance(Chip *chip, int64_t to_ps);
 void fcu_settle(Chip *chip);
-/* The earliest event of the chip that ends a run. */
+/* Return the time of the chip's earliest event that ends a run. */
 int64_t fcu_next_event(const Chip *chip);
 void fcu_set_clocks(Chip *chip, const Clocks *clocks);
 
@@ -134,9 +136,9 @@ int32_t fcu_peripheral_count(const Chip *chip);
 uint32_t fcu_peripheral_base(const Chip *chip, int32_t index);
 /* Return -1 for an address without a peripheral in C. */
 int32_t fcu_peripheral_at(const Chip *chip, uint32_t address);
-/* RCC gates the clock of the peripheral in Python at an address. */
+/* Switch the clock of the peripheral in Python at an address, for RCC. */
 void fcu_gate_python(Chip *chip, uint32_t address, int32_t clocked);
-/* RCC gates clocks or resets peripherals: bit = index. */
+/* Switch clocks or reset peripherals, for RCC. Bit n stands for the peripheral with index n. */
 void fcu_gate(Chip *chip, uint64_t peripherals, uint64_t clocked);
 int32_t fcu_is_clocked(const Chip *chip, int32_t index);
 void fcu_reset_peripherals(Chip *chip, uint64_t peripherals);
@@ -144,7 +146,7 @@ void fcu_reset_peripherals(Chip *chip, uint64_t peripherals);
  * without side effects. */
 uint32_t fcu_read_peripheral(Chip *chip, int32_t index, uint32_t offset);
 uint32_t fcu_peek_peripheral(Chip *chip, int32_t index, uint32_t offset);
-/* 1: a read has no side effect, and the value does not change continuously. */
+/* Return 1 if a read has no side effect and the value does not change continuously. */
 int32_t fcu_is_pure(Chip *chip, int32_t index, uint32_t offset);
 void fcu_write_peripheral(Chip *chip, int32_t index, uint32_t offset, uint32_t value, uint32_t mask);
 
@@ -161,14 +163,15 @@ void fcu_set_alternate(Chip *chip, int32_t port, int32_t pin, int32_t function);
 
 /* port is an index in "ABCDEH". */
 void fcu_connect_pins(Chip *chip, const PinCalls *calls);
-/* Output edges recorded while the trace is not observed. Take the latest, oldest first; *lost: dropped ones. */
+/* Output edges that were recorded while the trace is not observed. Take the latest ones, the oldest first;
+ * *lost is the number of dropped edges. */
 int64_t fcu_pending_edges(const Chip *chip);
 int64_t fcu_take_edges(Chip *chip, Edge *edges, int64_t size, int64_t *lost);
 /* Call changed() when the pin's input level changes. */
 void fcu_watch_pin(Chip *chip, int32_t port, int32_t pin);
 /* Report edges of this pin only while chip->detailed. */
 void fcu_frequent_pin(Chip *chip, int32_t port, int32_t pin);
-/* Level of all external drivers together; -1: not driven. */
+/* Set the level of all external drivers together; -1 if none drives the pin. */
 void fcu_drive_pin(Chip *chip, int32_t port, int32_t pin, int32_t level);
 /* Return -1 for none. */
 int32_t fcu_pin_output(const Chip *chip, int32_t port, int32_t pin);
@@ -181,11 +184,12 @@ void fcu_set_exti_line(Chip *chip, int32_t line, int32_t level);
 
 void fcu_connect_timers(Chip *chip, const TimCalls *calls);
 const TickCounts *fcu_timer_counts(const Chip *chip, int32_t index);
-/* Update rate in Hz; 0 while ARR is 0. */
+/* Return the update rate in Hz; 0 while ARR is 0. */
 double fcu_timer_rate(const Chip *chip, int32_t index);
-/* Next time when a flag of SR may be set. */
+/* Return the next time when a flag of SR may be set. */
 int64_t fcu_timer_next_change(const Chip *chip, int32_t index);
-/* Channel 1 to 4. 1: frequency and duty are set; 0: no PWM output; -1: no such channel. */
+/* Return frequency and duty of channel 1 to 4. The result is 1 if they are set, 0 without PWM output, -1
+ * if the channel does not exist. */
 int32_t fcu_timer_pwm(const Chip *chip, int32_t index, int32_t channel, double *frequency_hz, double *duty);
 
 /* -- USARTs by index: usart.c ------------------------------------------------------------------------- */
@@ -195,9 +199,9 @@ void fcu_connect_usarts(Chip *chip, const UsartCalls *calls);
 void fcu_usart_wire(Chip *chip, int32_t index, int32_t port, int32_t pin, int32_t function, int32_t baud);
 /* Pass all bytes sent so far to sent(). */
 void fcu_usart_flush(Chip *chip, int32_t index);
-/* Length of a frame, num / den ps; 0: no bit clock. */
+/* Set num / den to the length of a frame in ps. Return 0 without bit clock. */
 int32_t fcu_usart_frame(const Chip *chip, int32_t index, int64_t *num, int64_t *den);
-/* Next time of TXE or TC. */
+/* Return the next time of TXE or TC. */
 int64_t fcu_usart_next_change(Chip *chip, int32_t index);
 /* Return 0 if the byte is lost by overrun. */
 int32_t fcu_usart_receive(Chip *chip, int32_t index, int32_t value);
@@ -205,17 +209,18 @@ void fcu_usart_line_idle(Chip *chip, int32_t index);
 
 /* -- DMA request lines (enum Request): dma.c ---------------------------------------------------------- */
 
-/* 1: a stream has made the transfer. The second returns NDTR of the stream. */
+/* Return 1 if a stream has made the transfer. The second function returns NDTR of the stream. */
 int32_t fcu_dma_request(Chip *chip, int32_t line);
 uint32_t fcu_dma_remaining(const Chip *chip, int32_t line);
 
 /* -- registers of the sensors: sensor_registers.c; I2C: i2c.c, i2c_wire.c ----------------------------------------- */
 
 SensorRegisters *fcu_connect_targets(Chip *chip, const TargetCalls *calls);
-/* version: the sensor's version counter, which must stay valid; increment_bit: of a sub-address, or 0. -1: too many,
- * read live. */
+/* version: address of the sensor's version counter, which must stay valid. increment_bit: the bit of a
+ * sub-address that selects increments, or 0. Return -1 if there are too many targets; Python then handles
+ * the reads. */
 int32_t fcu_add_target(Chip *chip, const uint64_t *version, int32_t increment_bit);
-/* number: 0 for I2C1. speed_hz: initial; shortest_ps: limit of the bus's period. */
+/* number: 0 for I2C1. speed_hz: the initial speed. shortest_ps: the shortest period of the bus. */
 void fcu_connect_i2c(Chip *chip, int32_t number, const I2cCalls *calls, int64_t speed_hz, int64_t shortest_ps);
 /* which: 0 or 1. Without pins the bus is always connected. */
 void fcu_i2c_pin(Chip *chip, int32_t number, int32_t which, int32_t port, int32_t pin, int32_t function);
@@ -223,12 +228,13 @@ I2cWire *fcu_i2c_wire(Chip *chip, int32_t number);
 
 /* -- SPI: spi_line.c; spi: 0 for SPI1 -------------------------------------------------------------------- */
 
-/* At most SPI_SENSORS; target: from fcu_add_target(). */
+/* Add a sensor, at most SPI_SENSORS. target: a result of fcu_add_target(). */
 void fcu_connect_spi(Chip *chip, int32_t spi, const SpiCalls *calls);
 void fcu_add_spi_sensor(Chip *chip, int32_t spi, int32_t port, int32_t pin, int32_t target);
-/* A module that is not fitted: on_access() is called once, when firmware first sends to it. */
+/* Add a module that is not fitted. on_access() is called once, when firmware first sends to it. */
 void fcu_add_absent_spi_device(Chip *chip, int32_t spi, int32_t port, int32_t pin, void (*on_access)(int64_t now_ps));
-/* Take the oldest recorded message or unaddressed byte; 0: none. At most SPI_RECENT are kept. */
+/* Take the oldest recorded message or unaddressed byte. Return 0 if there is none. At most SPI_RECENT are
+ * kept. */
 int32_t fcu_take_spi_message(Chip *chip, int32_t spi, SpiMessage *message);
 int32_t fcu_take_spi_unaddressed(Chip *chip, int32_t spi, SpiUnaddressed *unaddressed);
 

@@ -20,12 +20,13 @@ bool python_registers_is_ignored(const Chip *chip, uint32_t address, enum Ignore
 }
 
 void python_registers_ignore(Chip *chip, uint32_t address, enum IgnoreReason kind) {
-  poll_skip_invalidate(&chip->poll_skip); /* an evicted address will be reported again */
+  poll_skip_invalidate(&chip->poll_skip); /* an address that another one replaces will be reported again */
   chip->python_registers.ignored[hash(address, IGNORED_SLOTS)] = address | kind;
 }
 
 static uint32_t harmless_slot(uint32_t address, uint32_t value) {
-  return hash(address ^ value ^ value >> 16, HARMLESS_SLOTS); /* the upper half would not reach the hash's bits */
+  return hash(address ^ value ^ value >> 16, HARMLESS_SLOTS); /* the upper half of the address would not
+                                                                 reach the bits of the hash */
 }
 
 bool python_registers_is_harmless(const Chip *chip, uint32_t address, uint32_t value) {

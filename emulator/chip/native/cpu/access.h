@@ -8,7 +8,8 @@
 
 #include "cpu/dispatch.h"
 
-/* False: nothing has happened. The last three bytes of a memory take the slow path, for all sizes. */
+/* Return false, without effect, if the slow path is needed. The last three bytes of a memory always need
+ * it. */
 #define DEFINE_FAST_ACCESS(bits, type)                                                   \
   INLINE bool load##bits(const Core *core, uint32_t address, uint32_t *value) {          \
     type data;                                                                           \

@@ -80,7 +80,8 @@ INLINE uint32_t add_with_carry(Core *core, uint32_t x, uint32_t y, uint32_t carr
   uint32_t n = core->r[insn->n];             \
   (void)carry, (void)n
 
-/* Variants for IT blocks, which do not set flags. Free of branches, because conditions are hard to predict. */
+/* Variants for IT blocks, which do not set flags. They contain no branches, because the host predicts the
+ * conditions badly. */
 #define DEFINE_PREDICATED(operand, name, result)              \
   OPERATION(name##_predicated_##operand) {                    \
     FETCH(operand);                                           \
@@ -157,7 +158,7 @@ EACH_OPERAND(DEFINE_COMPARISON, cmp, ~m, 1)
 
 enum Variant { WITHOUT_FLAGS, WITH_FLAGS, IN_IT_BLOCK };
 
-/* By enum Alu, Variant, Operand. */
+/* Indices: enum Alu, Variant, Operand. */
 static const Operation operations[ALUS][3][OPERANDS] = {
     [AND] = ALL(and), [BIC] = ALL(bic), [ORR] = ALL(orr), [ORN] = ALL(orn),
     [EOR] = ALL(eor), [ADD] = ALL(add), [ADC] = ALL(adc), [SBC] = ALL(sbc),

@@ -103,7 +103,7 @@ void decode_movt(Insn *insn) {
   writes_d(insn);
 }
 
-/* Section A5.3.3; the rest is in data32.c. */
+/* Section A5.3.3. data32.c has the other instructions of this section. */
 bool decode_bit_field(uint16_t first, uint16_t second, Insn *insn) {
   unsigned low5 = bits(second, 4, 0);
   insn->shift = (uint8_t)(bits(second, 14, 12) << 2 | bits(second, 7, 6));

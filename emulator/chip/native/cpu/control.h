@@ -4,7 +4,7 @@
 
 #include "cpu/dispatch.h"
 
-/* Skip insn->shift steps unless the condition holds (A7.3.1). */
+/* Skip insn->shift steps if the condition does not hold (A7.3.1). */
 Operation skip_unless(unsigned condition);
 /* Set core->it_mask to a condition with an even number. */
 Operation mask_operation(unsigned condition);

@@ -43,8 +43,8 @@ struct Insn {
 
 /* Set by the decoders for the block builder. */
 enum InsnFlag {
-  PREDICATED = 1,    /* executed if it_mask, inverted by a, is set */
-  ENDS_BLOCK = 2,    /* writes PC or ends the run, or may do so */
+  PREDICATED = 1,    /* executed if it_mask is set; a inverts the mask */
+  ENDS_BLOCK = 2,    /* may write PC or end the run */
   DIRECT_BRANCH = 4, /* its target is imm */
   UNCONDITIONAL = 8, /* ignores the condition of its IT block */
   IS_IT = 16,        /* imm: ITSTATE */
@@ -57,11 +57,11 @@ enum { NPRIV = 1, SPSEL = 2, FPCA = 4, FLOATING_CONTEXT = 12 }; /* CONTROL; bit 
 
 enum Shift { LSL, LSR, ASR, ROR, RRX }; /* SRType (A7.4.2) */
 
-/* Why a run ended; as in bare_core.py. */
+/* The reason why a run ended; the values are those of bare_core.py. */
 enum Stop {
   STOP_SLICE,      /* all instructions, or fcu_end_run() */
   STOP_BREAKPOINT, /* before the instruction */
-  STOP_WFI,        /* after the instruction, like the next two */
+  STOP_WFI,        /* pc is after the instruction, as for the next two */
   STOP_WFE,
   STOP_SVC,
   STOP_BKPT,             /* on the instruction */
@@ -84,7 +84,7 @@ enum SlowStores { STORES_CHECKED = 1, STORES_LOGGED = 2, STORES_CHANGE_CODE = 4 
 typedef struct {
   uint32_t base, size;
   uint8_t *bytes;
-  uint32_t *blocks;    /* by half-word: offset of the block that begins there; 0: none */
+  uint32_t *blocks;    /* index: half-word; value: offset of the block that begins there, or 0 */
   uint8_t *code_flags; /* by half-word: enum CodeFlag */
   bool writable;
 } Memory;
@@ -103,14 +103,14 @@ struct Core {
   uint64_t chain_end;
   uint64_t chain_limit; /* maximum of chain_end */
   const Insn *insns;
-  const Insn *unresolved_link; /* just left without a destination; or NULL */
+  const Insn *unresolved_link; /* the link by which the last chain was left without a destination, or NULL */
   uint8_t *ram;
   const uint8_t *flash;
   /* Offsets below which access.h needs no check; 0: check all. */
   uint32_t ram_load_limit, ram_store_limit, flash_load_limit;
   uint32_t it_mask; /* -1 if the condition holds, else 0 */
   uint32_t slow_stores;
-  /* From here to fpscr: CORE_STATE_SIZE bytes that, with memory, determine a program's course. */
+  /* The CORE_STATE_SIZE bytes from here to fpscr determine, with the memory, what a program does. */
   uint32_t r[16]; /* 13: SP in use; 15: next instruction */
   union {
     struct {
@@ -123,7 +123,7 @@ struct Core {
   uint32_t itstate; /* 0 outside of IT blocks */
   uint32_t ipsr;
   uint32_t primask, basepri, faultmask, control;
-  uint32_t sp[2]; /* MSP, PSP; stale if in use */
+  uint32_t sp[2]; /* MSP and PSP; outdated for the pointer in use */
   uint32_t s[32];
   uint32_t fpscr;
   uint32_t exclusive, exclusive_address, exclusive_value; /* local monitor (A3.4.1) */
@@ -140,9 +140,9 @@ struct Core {
 
 /* -- run_loop.c ------------------------------------------------------------------------------------------ */
 
-/* End the run at this count. In an access or at the end of a chain. */
+/* End the run at this count. Call it in an access or at the end of a chain. */
 static inline void core_set_limit(Core *core, uint64_t limit) { core->limit = limit; }
-/* PRIMASK, BASEPRI or FAULTMASK holds back an exception; one of these has changed. */
+/* Handle a change of PRIMASK, BASEPRI or FAULTMASK, which may hold back an exception. */
 bool core_exception_pending(const Core *core);
 void core_masks_changed(Core *core);
 void core_send_event(Core *core);
@@ -151,15 +151,16 @@ void core_invalidate_code(Core *core, uint32_t address, uint32_t size);
 
 /* -- bus.c: after sync_state() ------------------------------------------------------------------------ */
 
-/* False: no memory there, and the run stops on the instruction. size is 1, 2 or 4; unaligned accesses are split as
- * on the bus. Peripherals may change limit and code. */
+/* Return false if the address has no memory; the run then stops on the instruction. size is 1, 2 or 4.
+ * Unaligned accesses are split as on the bus. Peripherals may change limit and code. */
 bool core_read(Core *core, uint32_t address, unsigned size, uint32_t *value);
 bool core_write(Core *core, uint32_t address, unsigned size, uint32_t value);
-/* False: fault. LDM, STM, LDRD, STRD and VFP transfers must be aligned regardless of CCR (A3.2.1). */
+/* Return false after a fault. LDM, STM, LDRD, STRD and VFP transfers must be aligned regardless of CCR
+ * (A3.2.1). */
 bool core_is_aligned(Core *core, uint32_t address);
-/* RAM was written by DMA or a debugger. */
+/* Handle a write of DMA or a debugger to RAM. */
 void core_ram_written(Core *core, uint32_t address, uint32_t size);
-/* NULL: the address is not in memory. */
+/* Return NULL for an address outside of the memory. */
 const uint8_t *core_bytes_at(const Core *core, uint32_t address, uint32_t size);
 void core_trap_unaligned(Core *core, bool on);
 /* Pass changes of RAM to poll_skip_log_store(). */

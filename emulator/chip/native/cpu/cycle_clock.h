@@ -16,7 +16,7 @@
 
 /* Time after n more instructions: origin_ps + ((count + n) * num + extra) / den, rounded down once. */
 typedef struct {
-  int64_t count; /* instructions since the origin, without the current run */
+  int64_t count; /* instructions since the origin, not counting the current run */
   int64_t origin_ps;
   int64_t num, den, extra;
   int64_t extra_per_cycle;
@@ -39,7 +39,7 @@ void cycle_clock_sleep_until(CycleClock *cycle_clock, int64_t at_ps);
 /* Change HCLK `running` instructions after the start of the current run. */
 void cycle_clock_set_rate(CycleClock *cycle_clock, int64_t hclk_hz, int64_t at_ps, int64_t running);
 
-/* Return the time after n more instructions; n = -1: start of the current one. */
+/* Return the time after n more instructions. For n = -1: the start of the current one. */
 static inline int64_t cycle_clock_ps(const CycleClock *cycle_clock, int64_t n) {
   int64_t count = cycle_clock->count + n;
   if (count >= 0 && count < cycle_clock->limit) {

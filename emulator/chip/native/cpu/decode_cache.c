@@ -32,7 +32,7 @@ OPERATION(resolve_link) {
   core->unresolved_link = insn;
 }
 
-/* Before an instruction that reads PC although UNPREDICTABLE: it reads its own address. */
+/* Inserted before an instruction that reads PC where this is UNPREDICTABLE: it reads its own address. */
 COMPUTATION(set_pc, core->r[15] = insn->address)
 
 COMPUTATION(align_sp, core->r[13] &= ~3u)
@@ -114,7 +114,7 @@ static Insn *emit_condition(BlockBuilder *builder) {
   return condition;
 }
 
-/* it_mask is set once for consecutive ones, the first time by IT itself. */
+/* it_mask is set once for consecutive instructions with one condition; for the first ones IT sets it. */
 static void emit_predicated(BlockBuilder *builder, Insn insn) {
   Insn *before = builder->at - 1;
   if (before->flags & IS_IT) {
@@ -146,7 +146,8 @@ static bool emit_next(BlockBuilder *builder, bool is_first, bool may_continue) {
   }
   Insn insn = decode_at(builder->core, memory, builder->address, builder->it), *condition = NULL;
   bool rest_of_it = it_advance(builder->it);
-  if (rest_of_it && insn.flags & ENDS_BLOCK) { /* UNPREDICTABLE for branches, and rare for other instructions */
+  if (rest_of_it && insn.flags & ENDS_BLOCK) { /* this is UNPREDICTABLE for branches, and rare for other
+                                                  instructions */
     emit(builder, return_to_loop);
     return false;
   }
@@ -190,7 +191,7 @@ static Memory *memory_at(Core *core, uint32_t address) {
   return NULL;
 }
 
-/* Also ends the current chain after this instruction. */
+/* The current chain also ends after this instruction. */
 static void flush(Core *core) {
   DecodeCache *cache = core->decode_cache;
   int64_t work = WORK_DECODE * (int64_t)cache->used;
@@ -272,7 +273,7 @@ const Insn *decode_cache_block(Core *core, const Memory *memory, uint32_t addres
 
 const Insn *decode_cache_prefix(Core *core, const Insn *block, unsigned count) {
   Insn *prefix = core->decode_cache->prefix;
-  unsigned most = block->remaining - count; /* minimum number of instructions to leave out */
+  unsigned most = block->remaining - count; /* minimum number of skipped instructions */
   const Insn *rest = block;
   for (const Insn *insn = block + 1; insn->remaining >= most; insn++) {
     bool begins = insn->address != insn[-1].address && !insn->it;

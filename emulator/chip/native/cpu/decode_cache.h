@@ -18,9 +18,10 @@ void decode_cache_destroy(Core *core);
 
 /* Return the block, and resolve the link that execution came from. */
 const Insn *decode_cache_block(Core *core, const Memory *memory, uint32_t address);
-/* Return at most `count` instructions of a block, then a return to the loop. NULL: an IT block does not fit. */
+/* Return at most `count` instructions of a block and a return to the loop, or NULL if an IT block does not
+ * fit. */
 const Insn *decode_cache_prefix(Core *core, const Insn *block, unsigned count);
-/* Return one instruction, then a return to the loop. The caller checks the condition of core->itstate. */
+/* Return one instruction and a return to the loop. The caller checks the condition of core->itstate. */
 const Insn *decode_cache_single(Core *core, const Memory *memory, uint32_t address);
 
 static inline uint32_t address_after(const Memory *memory, uint32_t address) {

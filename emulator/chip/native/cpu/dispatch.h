@@ -54,7 +54,7 @@ INLINE void enter_block(Core *core, const Insn *insn, int32_t budget) {
   exit_chain(core, insn->address, budget);
 }
 
-/* After sync_state(): continue after the executed instruction. */
+/* Continue after the executed instruction. sync_state() has been called. */
 static inline void resume_chain(Core *core, const Insn *insn) {
   const Insn *next = insn + 1;
   uint64_t end = core->limit < core->chain_limit ? core->limit : core->chain_limit;
@@ -89,7 +89,7 @@ static inline void stop_after(Core *core, const Insn *insn, int32_t budget, enum
 
 /* -- branch targets, for enter_block() ---------------------------------------------------------------- */
 
-/* The loop continues at r[15], or the run ends with EXCEPTION_RETURN. In run_loop.c. */
+/* Return to the loop, which continues at r[15], or end the run with EXCEPTION_RETURN (run_loop.c). */
 extern const Insn exit_to_loop, exception_return;
 
 INLINE const Insn *block_at(Core *core, uint32_t target) {

@@ -126,7 +126,7 @@ DEFINE_PARALLEL(u, false, MODULO)
 DEFINE_PARALLEL(uq, false, SATURATED)
 DEFINE_PARALLEL(uh, false, HALVED)
 
-/* By bits 6:4 of second and first (A5.3.13, A5.3.14). */
+/* Indices: bits 6:4 of the second and of the first half-word (A5.3.13, A5.3.14). */
 #define ROW(letters)                                   \
   {letters##add8, letters##add16, letters##asx, NULL,  \
    letters##sub8, letters##sub16, letters##sax, NULL}
@@ -168,7 +168,7 @@ OPERATION(sel) {
   NEXT;
 }
 
-/* By bits 5:4 of first and second. */
+/* Indices: bits 5:4 of the first and of the second half-word. */
 static const Operation MISCELLANEOUS[4][4] = {
     {qadd, qdadd, qsub, qdsub}, {rev, rev16, rbit, revsh}, {sel}, {clz}};
 

@@ -60,7 +60,7 @@ bool exceptions_end_wfi(const Chip *chip) {
                        nvic_execution_priority(&chip->nvic, false, core->basepri, core->faultmask);
 }
 
-/* False: the stack cannot be written. */
+/* Return false if the stack cannot be written. */
 static bool push_stack(Chip *chip) {
   Core *core = &chip->core;
   Exceptions *exceptions = &chip->exceptions;
@@ -91,7 +91,7 @@ static bool push_stack(Chip *chip) {
   return true;
 }
 
-/* ExceptionTaken: main stack, no floating-point context. */
+/* ExceptionTaken(): the handler uses the main stack and has no floating-point context. */
 static void enter_handler(Chip *chip, int number, uint32_t vector) {
   Core *core = &chip->core;
   core->thumb = vector & 1;
@@ -188,7 +188,7 @@ void exceptions_supervisor_call(Chip *chip) {
   }
 }
 
-/* False: the core locks up. */
+/* Return false if the core locks up. */
 static bool escalate(Chip *chip, Fault fault) {
   Scb *scb = &chip->scb;
   int now = execution_priority(chip), number = fault.exception;
@@ -229,7 +229,7 @@ void exceptions_fault(Chip *chip, Fault fault) {
   }
 }
 
-/* By 512 MB (ARMv7-M ARM table B3-1). */
+/* Index: region of 512 MB (ARMv7-M ARM table B3-1). */
 static bool is_execute_never(uint32_t address) { return 0xE4u >> (address >> 29) & 1; }
 
 Fault exceptions_fault_for(const Chip *chip, enum Stop stop) {

@@ -23,7 +23,7 @@ typedef struct {
 } Exceptions;
 
 void exceptions_reset(Chip *chip);
-/* Between instructions: begin an entry if a pending exception preempts. */
+/* Called between instructions. Begin an entry if a pending exception preempts. */
 bool exceptions_take_pending(Chip *chip);
 bool exceptions_may_preempt(const Chip *chip);
 /* A pending exception ends WFI, as if PRIMASK were 0 (B1.5.19). */
@@ -33,7 +33,7 @@ void exceptions_supervisor_call(Chip *chip);
 void exceptions_fault(Chip *chip, Fault fault);
 /* exception is 0 if it was not a fault. */
 Fault exceptions_fault_for(const Chip *chip, enum Stop stop);
-/* EXC_RETURN is in PC. True: sleep on exit. */
+/* Return from an exception; PC contains EXC_RETURN. The result is true for sleep on exit. */
 bool exceptions_return(Chip *chip);
 
 #endif

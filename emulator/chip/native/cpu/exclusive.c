@@ -41,7 +41,7 @@ DEFINE_EXCLUSIVE(, 4)
 DEFINE_EXCLUSIVE(h, 2)
 DEFINE_EXCLUSIVE(b, 1)
 
-/* d: value read or failure; a: value to store. */
+/* d: the value read, or the status; a: the value to store. */
 static bool decode_exclusive(Operation run, unsigned n, unsigned d, unsigned a, Insn *insn) {
   insn->run = run;
   insn->n = (uint8_t)n;

@@ -1,21 +1,22 @@
 /* Skipping of loops that wait for a variable: HAL_Delay(), while (!flag), while (1).
  *
- * They access no register; so a run without accesses is ended for a check after a while. In a known loop one
- * iteration is executed. If registers and RAM are unchanged, whole iterations up to the next event are counted
- * instead of executed. New loops are found by single steps.
+ * These loops access no register. Therefore a long run without accesses is ended and checked. In a known
+ * loop one iteration is executed. If registers and RAM are unchanged, whole iterations up to the next
+ * event are counted instead of executed. New loops are found by single steps.
  *
- * Decision: idle loops are detected at the end of a run. A check at every backward branch would slow down all loops.
+ * Decision: idle loops are detected at the end of a run. A check at every backward branch would slow down
+ * all loops.
  */
 #include <string.h>
 
 #include "bus.h"
 #include "chip.h"
 
-#define CHECK_INTERVAL 20000 /* maximum instructions of a run */
+#define CHECK_INTERVAL 20000 /* maximum number of instructions in a run */
 #define MAX_CHECK_INTERVAL 100000000
 #define SUSPECT_AFTER 2000 /* instructions without an access */
 #define LONGEST_LOOP 256
-#define PAUSE 1000000 /* instructions after an unsuccessful search; doubled each time */
+#define PAUSE 1000000 /* instructions until the next search; doubled after each unsuccessful one */
 #define MAX_DOUBLINGS 5
 #define MAX_MISSES 100
 #define NO_ADDRESS 1u

@@ -17,7 +17,7 @@ static bool decode_form(uint32_t address, uint16_t first, uint16_t second, Insn 
     *form = REGISTER;
     insn->m = bits(second, 3, 0);
     insn->shift = bits(second, 5, 4);
-  } else { /* LDRT and its like, without protected regions */
+  } else { /* LDRT and similar instructions; no region is protected */
     *form = !write_back ? OFFSET : pre ? PRE_INDEXED : POST_INDEXED;
     insn->imm = add ? bits(second, 7, 0) : -bits(second, 7, 0);
     return bits(second, 11, 11) && (pre || write_back);
@@ -43,7 +43,7 @@ static bool decode_single(uint32_t address, uint16_t first, uint16_t second, Ins
   return known && !(load && !word && d == 13);
 }
 
-/* P = W = 0: exclusives (A5.3.6). */
+/* P = W = 0 are exclusive accesses (A5.3.6). */
 static bool decode_dual_or_exclusive(uint32_t address, uint16_t first, uint16_t second, Insn *insn) {
   bool pre = bits(first, 8, 8), add = bits(first, 7, 7), write_back = bits(first, 5, 5);
   bool load = bits(first, 4, 4);

@@ -8,13 +8,13 @@
 #define LOWEST_IN(list) __builtin_ctz(list)
 #define FOR_EACH_IN(list, rest) for (uint32_t rest = (list); rest; rest &= rest - 1)
 
-/* NULL: they are not in RAM, or accesses must be checked. */
+/* Return NULL if the words are not in RAM or accesses must be checked. */
 INLINE uint8_t *words_in_ram(const Core *core, const Insn *insn, uint32_t address, uint32_t plain) {
   uint32_t offset = address - RAM_BASE;
   return LIKELY(offset < plain && offset <= RAM_SIZE - insn->shift && !(offset & 3)) ? core->ram + offset : NULL;
 }
 
-/* A base in the list is loaded. */
+/* A base register in the list gets the loaded value. */
 INLINE void load_registers(Core *core, const Insn *insn, const uint8_t *words, uint32_t base) {
   core->r[insn->n] = base;
   FOR_EACH_IN(insn->imm, rest) {

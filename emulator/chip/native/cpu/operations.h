@@ -4,11 +4,12 @@
 
 #include "cpu/dispatch.h"
 
-/* The register m shifted by 1 to 32 (enum Shift first), m, or imm. C after a logical operation: unchanged with
- * CONSTANT, bit 31 with ROTATED_CONSTANT (ThumbExpandImm_C, A5.3.2). */
+/* The second operand: register m shifted by 1 to 32 (the values of enum Shift come first), m, or imm. A
+ * logical operation leaves C unchanged with CONSTANT, and sets it to bit 31 with ROTATED_CONSTANT
+ * (ThumbExpandImm_C, A5.3.2). */
 enum Operand { BY_LSL = LSL, BY_LSR, BY_ASR, BY_ROR, BY_RRX, UNSHIFTED, CONSTANT, ROTATED_CONSTANT, OPERANDS };
 
-/* MOV and MVN have no n; TST to CMP no d, and always set flags. */
+/* MOV and MVN have no n. TST to CMP have no d, and always set flags. */
 enum Alu { NO_ALU, AND, BIC, ORR, ORN, EOR, ADD, ADC, SBC, SUB, RSB, MOV, MVN, TST, TEQ, CMN, CMP, ALUS };
 
 /* The caller has set d, n, m, imm and shift. */
@@ -25,7 +26,7 @@ void decode_movt(Insn *insn);
 bool decode_pack(uint16_t first, uint16_t second, Insn *insn);
 bool decode_bit_field(uint16_t first, uint16_t second, Insn *insn);
 
-/* In dsp.c: the shift of n by the lowest byte of m; REV, REV16, RBIT, REVSH of m. */
+/* Functions of dsp.c: the shift of n by the lowest byte of m, and REV, REV16, RBIT, REVSH of m. */
 Operation shift_by_register(enum Shift type, bool set_flags);
 Operation reversal(unsigned number);
 

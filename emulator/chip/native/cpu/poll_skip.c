@@ -1,9 +1,10 @@
 /* Skipping of poll loops.
  *
- * At a read of a polled register the core's state is recorded. If registers and RAM equal an earlier state of this
- * run, and nothing in between had an effect, the loop repeats until a register read in it may change. Whole
- * iterations before that time are counted, not executed; the result is exact. A log of changed words replaces
- * copies of RAM. After a number of misses comparing pauses for this register.
+ * Each read of a polled register records the core's state. If registers and RAM equal an earlier state of
+ * this run, and nothing in between had an effect, the loop repeats until one of the registers that it
+ * reads may change. Whole iterations before that time are counted, not executed; the result is exact. A
+ * log of changed words replaces copies of RAM. After a number of misses, this register is not compared for
+ * a while.
  */
 #include <string.h>
 
@@ -32,10 +33,10 @@ void poll_skip_log_store(Chip *chip, uint32_t address, uint32_t old) {
     poll_skip->log[poll_skip->logged].address = address;
     poll_skip->log[poll_skip->logged].old = old;
   }
-  poll_skip->logged++; /* beyond the log: no state is comparable */
+  poll_skip->logged++; /* the log is full: states cannot be compared */
 }
 
-/* The first entry of a word in the log has its former value, which must be the present one. */
+/* The first entry of a word in the log has its former value. This must be the present value. */
 static bool ram_unchanged_since(const Chip *chip, uint32_t since) {
   const PollSkip *poll_skip = &chip->poll_skip;
   if (poll_skip->logged > POLL_SKIP_LOGGED) {
@@ -79,7 +80,8 @@ static PollState *find_state(Chip *chip) {
   return NULL;
 }
 
-/* Skip to the last read before the register's change; past the change if the loop contains no other read. */
+/* Skip to the last read before the register's change. If the loop contains no other read, skip beyond the
+ * change. */
 static int64_t skip(Chip *chip, int64_t position, int64_t period, bool alone, bool *changed) {
   CycleClock *cycle_clock = &chip->cycle_clock;
   int64_t limit = (int64_t)chip->core.limit, valid_ps = chip->poll_skip.valid_ps, end = chip->run_loop.slice_end;

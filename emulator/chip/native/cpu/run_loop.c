@@ -33,7 +33,7 @@ static void end_run(Core *core, enum Stop why) {
   core->limit = core->counter;
 }
 
-/* NULL: no code is there, and the run has ended. */
+/* Return NULL if the address has no code; the run has then ended. */
 static const Memory *code_at_pc(Core *core) {
   if (!core->thumb) {
     end_run(core, STOP_INVALID_STATE);
@@ -313,7 +313,8 @@ static void reset(Chip *chip) {
   run_loop->reported_lock_up = 0;
   int64_t before = chip->work;
   python_registers_invalidate(chip);
-  chip->host.reset(chip->now_ps, reason); /* RCC last: no peripheral gets new clocks with old settings */
+  chip->host.reset(chip->now_ps, reason); /* RCC is last, so that no peripheral gets new clocks with old
+                                             settings */
   fcu_start(chip);
   cycle_clock_sleep_until(&chip->cycle_clock, chip->now_ps + RESET_PULSE_PS);
   chip->work += WORK_RESET;

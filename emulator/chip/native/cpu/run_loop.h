@@ -1,8 +1,8 @@
-/* The main loop: runs of instructions between events, interrupts, sleep, faults and reset. A run consists of chains
- * of basic blocks (dispatch.h), or of single instructions.
+/* The main loop: runs of instructions between events, interrupts, sleep, faults and reset. A run consists
+ * of chains of basic blocks (dispatch.h), or of single instructions.
  *
- * Order at one time: events, debugger's halt, reset, exception entry, instruction. It depends on virtual time only,
- * so that end times of runs do not matter.
+ * The order of simultaneous work is: events, debugger's halt, reset, exception entry, instruction. It
+ * depends on virtual time only, not on the times at which runs end.
  */
 #ifndef FCU_RUN_LOOP_H
 #define FCU_RUN_LOOP_H
@@ -30,13 +30,13 @@ typedef struct {
 } RunLoop;
 
 void run_loop_create(Chip *chip);
-/* After an event was scheduled or an exception made pending: end the run in time. */
+/* End the run in time for an event that was scheduled or an exception that became pending. */
 void run_loop_update_limit(Chip *chip);
 void run_loop_hclk_changed(Chip *chip);
 
 /* Execute one run and handle its end; for idle_skip.c. */
 enum Stop run_loop_run(Chip *chip, int64_t instructions);
-/* Execute one instruction; false: other work is due. */
+/* Execute one instruction. Return false if other work is due. */
 bool run_loop_step(Chip *chip);
 
 #endif

@@ -48,7 +48,7 @@ void write_stack_pointer(Core *core, bool process, uint32_t value) {
   *(bank(core) == process ? &core->r[13] : &core->sp[process]) = value & ~3u;
 }
 
-/* As in library.py, after R0 to R15. */
+/* Numbers of the registers after R0 to R15, as in library.py. */
 enum Register { XPSR = 16, MSP, PSP, PRIMASK, BASEPRI, FAULTMASK, CONTROL, FPSCR, S0 };
 
 static uint32_t read_register(const Core *core, int number) {

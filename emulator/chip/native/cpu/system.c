@@ -3,7 +3,7 @@
 
 #include "peripherals/nvic.h"
 
-/* SYSm (table B5-1); 0 to 7: xPSR. */
+/* Values of SYSm (table B5-1); 0 to 7 are xPSR. */
 enum SpecialRegister {
   MSP = 8,
   PSP = 9,
@@ -16,12 +16,12 @@ enum SpecialRegister {
 
 static bool privileged(const Core *core) { return in_handler(core) || !(core->control & NPRIV); }
 
-/* No effect in HardFault and NMI (B5.2.1, B5.2.3). */
+/* The masks have no effect in HardFault and NMI (B5.2.1, B5.2.3). */
 static void set_faultmask(Core *core, uint32_t value) {
   core->faultmask = value && core->ipsr != NMI && core->ipsr != HARD_FAULT;
 }
 
-/* SYSm bit 0: IPSR, bit 2: not APSR. EPSR reads as 0. */
+/* Bit 0 of SYSm selects IPSR; bit 2 excludes APSR. EPSR reads as 0. */
 static uint32_t program_status(const Core *core, unsigned which) {
   uint32_t apsr = read_xpsr(core) & 0xF80F0000;
   return (which & 4 ? 0 : apsr) | ((which & 1) && privileged(core) ? core->ipsr : 0);
@@ -75,7 +75,7 @@ static void write_special_register(Core *core, unsigned number, uint32_t value) 
   }
 }
 
-/* After a write to a mask: an exception may now preempt. */
+/* Called after a write to a mask, because an exception may now preempt. */
 INLINE void continue_unmasked(Core *core, const Insn *insn, int32_t budget) {
   if (LIKELY(!core_exception_pending(core))) {
     NEXT;
@@ -113,7 +113,7 @@ bool decode_cps(uint16_t first, Insn *insn) {
   return bits(first, 3, 2) == 0;
 }
 
-/* For barriers, too: accesses complete at once. */
+/* Barriers also use it, because accesses complete at once. */
 void nop(Core *core, const Insn *insn, int32_t budget) { NEXT; }
 
 OPERATION(wfe) { stop_after(core, insn, budget, STOP_WFE); }
@@ -136,7 +136,7 @@ static bool decode_barrier(unsigned number, Insn *insn) {
 bool decode_system32(uint16_t first, uint16_t second, Insn *insn) {
   insn->imm = bits(second, 7, 0);
   switch (bits(first, 10, 4)) {
-  case 0x38: /* xPSR without APSR cannot be written */
+  case 0x38: /* only APSR of xPSR can be written */
     insn->n = bits(first, 3, 0);
     insn->shift = bits(second, 11, 10);
     insn->run = insn->imm < 4 ? msr_apsr : msr;

@@ -1,7 +1,8 @@
 /* ValueLog: the values that watched instructions compute.
  *
- * Before a watched instruction is executed, each register that has changed since the previous watched one is logged
- * with that one's address. So the result of a call is logged at the call.
+ * Before each watched instruction, every register that has changed since the previous watched instruction
+ * is logged with the address of that previous instruction. Therefore the result of a call is logged at the
+ * call.
  */
 #ifndef FCU_VALUE_LOG_H
 #define FCU_VALUE_LOG_H
@@ -11,7 +12,8 @@
 #define VALUE_LOG_REGISTERS 45 /* R0 to R12, S0 to S31 */
 #define VALUE_LOG_LATEST 65536 /* a power of two */
 
-/* number: 0 to 12 for R0 to R12, 13 to 44 for S0 to S31. pair: the other register of an even and odd pair. */
+/* number: 0 to 12 for R0 to R12, 13 to 44 for S0 to S31. pair: the other register of a pair of an even and
+ * an odd number. */
 typedef struct {
   uint32_t address, number, value, pair;
 } LoggedValue;
@@ -20,9 +22,10 @@ typedef struct {
 typedef struct ValueLog {
   uint64_t values; /* address of LoggedValue[capacity] */
   uint32_t capacity, count, lost;
-  uint32_t address; /* the previous watched instruction; 0: none */
+  uint32_t address; /* address of the previous watched instruction, or 0 */
   uint32_t registers[VALUE_LOG_REGISTERS];
-  /* By a hash of address and register: a value that was logged there before is not logged again. */
+  /* The last values by a hash of address and register. A value that was logged there before is not logged
+     again. */
   uint32_t keys[VALUE_LOG_LATEST], latest[VALUE_LOG_LATEST];
 } ValueLog;
 

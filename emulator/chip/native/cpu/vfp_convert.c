@@ -20,10 +20,10 @@ static uint32_t to_fixed(Core *core, uint32_t value, unsigned by, bool is_signed
     return 0;
   }
   int exponent = number.exponent + (int)by;
-  if (number.significand && exponent > 16) { /* or infinite; exceeds 32 bits */
+  if (number.significand && exponent > 16) { /* exceeds 32 bits, or is infinite */
     return saturated(core, number.sign, is_signed, width);
   }
-  uint64_t wide = number.significand << 24; /* 24 binary places, the lowest sticky */
+  uint64_t wide = number.significand << 24; /* 24 binary places; the lowest is sticky */
   int down = -exponent;
   if (down <= 0) {
     wide = number.significand << exponent << 24;
@@ -133,7 +133,7 @@ RESULT(vcvtb_f16_f32, with_half(D, to_half(core, M), false))
 RESULT(vcvtt_f16_f32, with_half(D, to_half(core, M), true))
 
 static bool decode_fixed(uint16_t first, uint16_t second, Insn *insn) {
-  static const Operation FIXED[] = { /* bits: to fixed, unsigned, 32 bits */
+  static const Operation FIXED[] = { /* index bits: to fixed point, unsigned, 32 bits */
       fixed_f32_s16, fixed_f32_s32, fixed_f32_u16, fixed_f32_u32,
       fixed_s16_f32, fixed_s32_f32, fixed_u16_f32, fixed_u32_f32};
   bool is_word = second & 0x80;

@@ -8,8 +8,9 @@
 #define D core->s[insn->d]
 #define RESULT(name, result) COMPUTATION(name, use_floating_point(core), D = result)
 
-/* Host arithmetic is exact if FPSCR rounds to nearest and IXC, the only flag of ordinary operands, is set. Results
- * from 2^-100 up are not tiny, overflown or NaN, and flushed operands do not matter. */
+/* The host's result can be used if FPSCR rounds to nearest and IXC, the only flag that ordinary operands
+ * raise, is already set. A finite result of 2^-100 or more is not tiny, and flushed operands do not change
+ * it. */
 
 static inline bool host_is_exact(const Core *core) {
   return LIKELY((core->fpscr & (FPSCR_RMODE | FPSCR_FZ | FPSCR_IXC)) == FPSCR_IXC);

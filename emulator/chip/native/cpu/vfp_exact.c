@@ -49,7 +49,7 @@ Number unpacked(Core *core, uint32_t value) {
   };
 }
 
-/* The lowest bit is sticky. */
+/* Shift right. The lowest bit of the result is sticky. */
 static uint64_t shifted_right(uint64_t significand, int by) {
   if (by <= 0) {
     return significand;
@@ -85,7 +85,7 @@ static bool rounds_away(uint64_t lost, uint64_t half, bool is_odd, bool sign, en
   }
 }
 
-/* The sign is bit 31, also of half precision. */
+/* The sign is bit 31, also for half precision. */
 uint32_t rounded(Core *core, Number number, Format format, enum Rounding mode) {
   uint32_t sign = zero(number.sign);
   if (!number.significand) {

@@ -99,7 +99,7 @@ DEFINE_MULTIPLE(vstm)
 
 static bool decode_vfp_multiple(uint16_t first, Insn *insn) {
   bool load = first & 0x10, back = first & 0x20, before = first & 0x100;
-  insn->a = (uint8_t)(insn->imm / 4); /* before rounding down for D registers */
+  insn->a = (uint8_t)(insn->imm / 4); /* the number before it is rounded down for D registers */
   if (before) {
     insn->run = load ? vldmdb_back : vstmdb_back;
   } else {
@@ -184,7 +184,7 @@ OPERATION(vmrs_apsr) {
   NEXT;
 }
 
-/* SP and PC are UNPREDICTABLE; as results undefined, except VMRS to PC. */
+/* SP and PC are UNPREDICTABLE. As results they make the instruction undefined here, except VMRS to PC. */
 static bool can_be_moved(bool to_core, unsigned number) { return !to_core || (number != 13 && number != 15); }
 static void may_read_pc(Insn *insn) { insn->flags |= insn->n == 15 || insn->m == 15 ? READS_PC : 0; }
 

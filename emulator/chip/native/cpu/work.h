@@ -1,10 +1,10 @@
 /* Work: the cost of a run, which depends on the firmware only, not on the machine.
  *
- * A unit is an executed instruction, 2 to 3 ns in 2020; skipped waiting costs nothing. Other weights are additional
- * times, measured by tests/campaigns/heavy_bench.py. library.py adds calls of Python.
+ * A unit is an executed instruction, 2 to 3 ns in 2020; skipped waiting costs nothing. Other weights are
+ * additional times, measured by tests/campaigns/heavy_bench.py. library.py adds calls of Python.
  *
- * Decision: only slow operations are counted. Instructions need no counter: a run knows its number. A limit on
- * processor time was rejected, because verdicts would depend on the machine.
+ * Decision: only slow operations are counted. Instructions need no counter: a run knows its number. A
+ * limit on processor time would make verdicts depend on the machine.
  */
 #ifndef FCU_WORK_H
 #define FCU_WORK_H
@@ -36,7 +36,7 @@ static inline int page_of(uint32_t address) {
   return address < PRIVATE_BASE ? PAGE_OTG : PAGE_PRIVATE;
 }
 
-/* work includes the effects of the occurrences. */
+/* work includes the effects of all occurrences. */
 typedef struct {
   int64_t times, work;
 } Cost;

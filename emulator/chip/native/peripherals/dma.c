@@ -21,7 +21,7 @@ _Static_assert(SxFCR(0) == FIRST_STREAM + 4 * FCR, "the words of a stream");
 
 enum { PERIPHERAL_TO_MEMORY, MEMORY_TO_PERIPHERAL, MEMORY_TO_MEMORY };
 #define CHANGEABLE_WHILE_ON (SxCR_EN | SxCR_DMEIE | SxCR_TEIE | SxCR_HTIE | SxCR_TCIE)
-/* At the positions of stream 0. */
+/* Masks at the position of stream 0. */
 #define FLAGS (LISR_FEIF0 | LISR_DMEIF0 | LISR_TEIF0 | LISR_HTIF0 | LISR_TCIF0)
 static const uint8_t FLAG_SHIFT[4] = {0, 6, 16, 22}; /* streams 0 to 3, 4 to 7 */
 
@@ -91,7 +91,7 @@ static void detach(DmaController *dma, int n) {
 
 void dma_connect(Peripheral *peripheral, enum Request line) { peripheral->chip->dma.requester[line] = peripheral; }
 
-/* All but the core's private peripherals (RM0368 2.1). */
+/* DMA reaches everything except the core's private peripherals (RM0368 2.1). */
 static bool is_accessible(uint32_t address) { return address < PERIPHERALS_BASE + PERIPHERALS_SIZE; }
 
 static bool load_item(Chip *chip, uint32_t address, unsigned size, uint32_t *value) {

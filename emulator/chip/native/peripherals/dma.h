@@ -10,7 +10,7 @@
 typedef struct {
   uint32_t control, items, peripheral, memory[2], fifo_control; /* CR, NDTR, PAR, M0AR, M1AR, FCR */
   uint32_t flags; /* bits of LISR or HISR */
-  /* Initial values; a circular transfer reloads the length, and so does enabling a completed stream. */
+  /* Initial values. A circular transfer reloads the length, and enabling a completed stream does so, too. */
   uint32_t length, moved, size, peripheral_step, memory_step;
   int64_t copy_ps;   /* end of a memory-to-memory transfer */
   enum Request line; /* the line that it serves */
@@ -25,7 +25,7 @@ typedef struct {
 typedef struct {
   DmaController controllers[DMA_CONTROLLERS];
   Peripheral *requester[REQUESTS];
-  uint8_t server[REQUESTS]; /* serving stream: 1 to 8 of DMA1, 9 to 16 of DMA2; 0: none */
+  uint8_t server[REQUESTS]; /* the serving stream: 1 to 8 for DMA1, 9 to 16 for DMA2, or 0 */
 } Dma;
 
 void dma_create(Chip *chip);

@@ -15,7 +15,7 @@ static uint32_t counted(const Dwt *dwt) {
   if (!dwt->trace_enabled || !(dwt->registers[0] & DWT_CTRL_CYCCNTENA)) {
     return 0;
   }
-  /* 1 ps compensates for rounding down. */
+  /* The 1 ps compensates for rounding down. */
   return (uint32_t)((Wide)(dwt->peripheral.chip->now_ps - dwt->since_ps + 1) * dwt->hz / PS_PER_S);
 }
 

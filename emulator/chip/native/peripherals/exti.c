@@ -105,7 +105,7 @@ static const PeripheralType EXTI_TYPE = {
   .read = peripheral_read_as_peek, .peek = exti_peek, .write = exti_write, .reset = exti_reset
 };
 
-/* EXTICR (7.2.3 to 7.2.6); -1: the code has no port. */
+/* Return the port that EXTICR selects (7.2.3 to 7.2.6), or -1 if the code has no port. */
 static int selected_port(const Syscfg *syscfg, int line) {
   static const int8_t PORT_OF[16] = {0, 1, 2, 3, 4, -1, -1, 5, -1, -1, -1, -1, -1, -1, -1, -1};
   return PORT_OF[syscfg->registers[(EXTICR1 >> 2) + line / 4] >> line % 4 * 4 & 15];

@@ -1,12 +1,12 @@
 /* GPIO ports A to E and H (RM0368 section 8), and the level of each pin.
  *
- * The lowest strong driver wins: output stage, or devices outside (combined by emulator/buses/gpio.py). Without one
- * the pull resistor decides; a floating pin reads as 0.
+ * The lowest strong driver wins: output stage, or devices outside (combined by emulator/buses/gpio.py).
+ * Without one the pull resistor decides; a floating pin reads as 0.
  *
- * Reset: PA13 to PA15, PB3 and PB4 belong to the debug port (AF0), so MODER of port A is 0xA800 0000; some revisions
- * of RM0368 print 0x0C00 0000, which contradicts 8.3.1. Analog pins read as 0 (8.3.12).
+ * Reset: PA13 to PA15, PB3 and PB4 belong to the debug port (AF0), so MODER of port A is 0xA800 0000; some
+ * revisions of RM0368 print 0x0C00 0000, which contradicts 8.3.1. Analog pins read as 0 (8.3.12).
  *
- * In the trace an output at open drain 1, and a pin that stops being an output, show 1.
+ * In the trace, an open-drain output at 1 and a pin that stops being an output have the level 1.
  *
  * NOT MODELLED
  * - Levels in alternate-function mode: the pin is released.
@@ -182,7 +182,7 @@ static void configure(GpioPort *port, uint32_t offset, uint32_t value, uint32_t 
   }
 }
 
-/* LCKK 1, 0, 1 with the same pins, in words, locks until reset (8.4.8). */
+/* Writing LCKK as 1, 0, 1 in words with the same pins locks them until reset (8.4.8). */
 static void write_lock(GpioPort *port, uint32_t value, uint32_t mask) {
   if (port->locked || mask != WORD) {
     return;

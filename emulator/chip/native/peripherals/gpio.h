@@ -7,7 +7,7 @@
 #define PORTS 6 /* A to E, H (RM0368 2.3) */
 #define PIN_LISTENERS 64
 
-/* In sets of pins: bit = pin. */
+/* In a set of pins, bit n stands for pin n. */
 typedef struct {
   Peripheral peripheral;
   uint32_t registers[10]; /* by offset / 4, without IDR and BSRR */
@@ -17,7 +17,7 @@ typedef struct {
   uint16_t pulled_up, pulled_down;
   uint16_t analog;
   uint16_t input;               /* resulting level; 0 while floating */
-  uint16_t traced, traced_high; /* once an output, and its level in the trace */
+  uint16_t traced, traced_high; /* the pin has been an output, and its level in the trace */
   uint16_t frequent;            /* traced in detail only */
   uint16_t has_listener;
   uint16_t watched;

@@ -39,7 +39,7 @@ enum Completion {
   DONE_RECEIVE,
 };
 
-/* The current operation, or the event for which SCL is held low. */
+/* The current operation, or the event that ends a pause with SCL low. */
 enum Phase {
   PHASE_IDLE,
   PHASE_BUSY,
@@ -69,7 +69,7 @@ static int64_t now_ps(const I2c *i2c) { return i2c->peripheral.chip->now_ps; }
 
 static int number_of(const I2c *i2c) { return (int)(i2c - i2c->peripheral.chip->i2c); }
 
-/* Without its pins the I2C reaches no device. */
+/* An I2C without its pins reaches no device. */
 static bool is_connected(I2c *i2c) {
   char missing[64];
   bool connected = pins_connected(i2c->peripheral.chip, i2c->pins, missing, sizeof missing);
@@ -244,7 +244,7 @@ static void sent(I2c *i2c) {
   }
 }
 
-/* Return the answer to the byte, by ACK, POS, and LAST with DMA. */
+/* Return the answer to the byte. ACK, POS, and with DMA also LAST, determine it. */
 static bool acknowledges(I2c *i2c) {
   bool now = i2c->cr1 & CR1_ACK;
   bool acknowledged = i2c->cr1 & CR1_POS ? i2c->acknowledge : now;
@@ -296,7 +296,7 @@ static void i2c_fire(Peripheral *peripheral) {
   }
 }
 
-/* This can happen at any point of a message. */
+/* Called at any point of a message. */
 static void clear(I2c *i2c) {
   event_cancel(i2c->peripheral.chip, i2c->event);
   i2c_wire_abort(i2c);

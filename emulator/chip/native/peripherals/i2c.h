@@ -9,10 +9,10 @@
 #define I2C_BYTES 64
 #define I2C_RECENT 8 /* as in emulator/buses/i2c.py */
 
-/* A message from start to stop; Python reads this struct. */
+/* A message from start to stop. Python reads this struct. */
 typedef struct {
   int64_t open;
-  int64_t live; /* Python handles it, and lacks only the bytes below */
+  int64_t live; /* Python handles the message; it has not received the bytes below */
   int64_t start_ps, end_ps;
   int64_t address, reading, target;
   int64_t written, subaddress; /* number of written bytes, and the first one */
@@ -30,7 +30,7 @@ typedef struct {
   void (*stop)(int64_t now_ps, int64_t end_ps);
   void (*abort)(int64_t now_ps);
   void (*ended)(int64_t now_ps);          /* recent[] has a new message; only if chip->detailed */
-  int64_t (*released_ps)(int64_t now_ps); /* 0: no line is held low */
+  int64_t (*released_ps)(int64_t now_ps); /* 0 if no line is held low */
   void (*set_speed)(int64_t now_ps, int64_t hz);
 } I2cCalls;
 
@@ -39,7 +39,7 @@ typedef struct {
   int64_t ended;
   I2cMessage message;
   I2cMessage recent[I2C_RECENT];
-  int8_t target_index[128]; /* by address; -1: Python handles reads */
+  int8_t target_index[128]; /* index: address; -1 if Python handles reads */
 } I2cWire;
 
 typedef struct {
@@ -51,11 +51,11 @@ typedef struct {
   uint8_t in_dma;       /* in a DMA request */
   uint8_t settings_checked;
   uint8_t nack_next;   /* DMA has announced the last byte */
-  uint8_t dr_full;     /* a byte waits for the shift register */
-  uint8_t shift_full;  /* DR was full when the byte arrived */
+  uint8_t dr_full;     /* a byte in DR waits for the shift register */
+  uint8_t shift_full;  /* the last byte arrived while DR was full */
   uint8_t acknowledge; /* POS: answer to the next byte */
   uint8_t shift;
-  uint8_t reads_registers; /* bytes come from sensor_registers.h, as far as they can */
+  uint8_t reads_registers; /* bytes come from sensor_registers.h if possible */
   uint32_t last_sr1;
   int64_t bit_ps, byte_ps, start_ps;
   int64_t speed_hz, shortest_ps;
@@ -68,7 +68,7 @@ void i2c_create(Chip *chip);
 
 /* -- i2c_wire.c ------------------------------------------------------------------------------------------ */
 
-/* In the order of peripherals/i2c.py. */
+/* Callbacks in the order of peripherals/i2c.py. */
 enum Answer { ANSWER_ACK, ANSWER_NACK, ANSWER_BUS_ERROR, ANSWER_ARBITRATION };
 
 /* Send the address byte in the shift register. */

@@ -12,7 +12,7 @@
 
 #define EXCEPTIONS 101 /* 16 + 85 interrupts (RM0368 table 38) */
 #define FIRST_INTERRUPT 16
-#define THREAD_PRIORITY 256 /* outside of handlers; smaller is more urgent */
+#define THREAD_PRIORITY 256 /* outside of handlers; a smaller number is more urgent */
 
 enum Exception {
   RESET = 1,
@@ -50,7 +50,7 @@ void nvic_set_line(Nvic *nvic, int number, bool level);
 void nvic_activate(Nvic *nvic, int number);
 void nvic_deactivate(Nvic *nvic, int number);
 
-/* Offsets in the system control space: ICTR, ISER to IPR, STIR (B3.4.3). */
+/* Handle the offsets of ICTR, ISER to IPR, and STIR in the system control space (B3.4.3). */
 bool nvic_has_register(uint32_t offset);
 uint32_t nvic_read(const Nvic *nvic, uint32_t offset);
 void nvic_write(Nvic *nvic, uint32_t offset, uint32_t value, uint32_t mask);

@@ -52,7 +52,8 @@ typedef struct {
   /* Restore the state after reset: system reset, or RCC_xxxRSTR. */
   void (*reset)(Peripheral *peripheral);
   /* These may be NULL. */
-  bool (*is_pure)(const Peripheral *peripheral, uint32_t offset); /* false: read() would give NOT_CACHEABLE_PS */
+  bool (*is_pure)(const Peripheral *peripheral, uint32_t offset); /* false if read() would give
+                                                                     NOT_CACHEABLE_PS */
   bool (*is_redundant_write)(const Peripheral *peripheral, uint32_t offset, uint32_t value, uint32_t mask);
   void (*clocks_changed)(Peripheral *peripheral); /* a frequency has changed */
   void (*gated)(Peripheral *peripheral);          /* peripheral->clocked has changed */
@@ -65,14 +66,14 @@ struct Peripheral {
   Chip *chip;
   uint32_t base, size;
   int32_t index;
-  uint32_t noted;  /* reported ones: bit = id */
-  uint8_t clocked; /* RCC; without clock it reads as 0 and ignores writes */
+  uint32_t noted;  /* reported notes: bit n stands for id n */
+  uint8_t clocked; /* set by RCC; without clock a peripheral reads as 0 and ignores writes */
   uint32_t reads_since_write;
-  uint8_t memory_like;      /* reads have no side effect; changes by events and writes only */
+  uint8_t memory_like;      /* reads have no side effect; only events and writes change registers */
   uint32_t implemented[32]; /* bit = offset / 4, first 4 KB */
 };
 
-/* offsets: its registers, ended by -1. */
+/* offsets: the offsets of its registers; -1 ends the list. */
 void peripheral_create(Chip *chip, Peripheral *peripheral, const PeripheralType *type, uint32_t base, uint32_t size,
                        const int16_t *offsets);
 
@@ -91,7 +92,7 @@ uint32_t peripheral_read_as_peek(Peripheral *peripheral, uint32_t offset, int64_
 
 typedef void (*Fire)(Peripheral *peripheral);
 
-/* At creation. fire() runs at the event's time. */
+/* Called at creation. fire() runs at the event's time. */
 int event_create(Peripheral *peripheral, Fire fire);
 /* A time in the past means now. */
 void event_schedule(Chip *chip, int event, int64_t at_ps);
@@ -102,9 +103,9 @@ int64_t event_at(const Chip *chip, int event);
 
 /* -- DMA lines; interrupts: peripheral_set_irq() of chip.h -------------------------------------------- */
 
-/* At creation: dma_ready() is called when a stream serves the line. */
+/* Called at creation. dma_ready() is called when a stream serves the line. */
 void dma_connect(Peripheral *peripheral, enum Request line);
-/* Make one transfer at once; false: no stream serves the line. */
+/* Make one transfer at once. Return false if no stream serves the line. */
 bool dma_request(Chip *chip, enum Request line);
 /* Return 0 if no stream serves the line. */
 uint32_t dma_remaining(const Chip *chip, enum Request line);
@@ -114,10 +115,11 @@ typedef struct {
   uint8_t pin, function;
 } PinFunction;
 
-/* Write the pins that are not switched ("PB10 to AF4, PB3 to AF9"); true: none. Function 255 ends the list. */
+/* Write the list of pins that are not switched, such as "PB10 to AF4, PB3 to AF9". Return true if all are
+ * switched. Function 255 ends `pins`. */
 bool pins_connected(const Chip *chip, const PinFunction *pins, char *missing, size_t size);
 
-/* At creation: call changed() at every change of the input level. */
+/* Called at creation. changed() is called at every change of the input level. */
 typedef void (*PinChanged)(Peripheral *peripheral, int pin, bool level);
 void pin_listen(Peripheral *peripheral, char port, int pin, PinChanged changed);
 /* Return -1 if the pin floats. port is an index. */
@@ -127,9 +129,9 @@ int pin_level(const Chip *chip, int port, int pin);
 
 enum NoteKind { NOTE_FORBIDDEN, NOTE_NOT_MODELLED, NOTE_REFUSED };
 
-/* Report an access that the firmware should not make. The format begins with the problem's stable name and its
- * values, as in "scl-too-fast scl_khz=%.0f | SCL runs at ...". id 0 to 31: reported once. id -1: Python drops
- * repeated texts. */
+/* Report an access that the firmware should not make. The format begins with the problem's stable name and
+ * its values, as in "scl-too-fast scl_khz=%.0f | SCL runs at ...". An id of 0 to 31 is reported once. For
+ * id -1, Python drops repeated texts. */
 void peripheral_note(Peripheral *peripheral, int id, enum NoteKind kind, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 

@@ -18,7 +18,7 @@
 #define AIRCR_KEY 0x05FAu
 #define CPACR_FULL (CPACR_CP10 | CPACR_CP11)
 #define SHCSR_ENABLES (SHCSR_MEMFAULTENA | SHCSR_BUSFAULTENA | SHCSR_USGFAULTENA)
-#define PRIORITY_BITS 0xF0F0F0F0u /* upper half of each byte */
+#define PRIORITY_BITS 0xF0F0F0F0u /* only the upper half of each byte is stored */
 
 /* To ID_ISAR4 (Cortex-M4 TRM table 4-1). */
 static const uint32_t identification[13] = {0x30,       0x200,      0x100000,   0,          0x30, 0, 0x01000000, 0,
@@ -265,7 +265,7 @@ static void write(Peripheral *peripheral, uint32_t offset, uint32_t value, uint3
   }
 }
 
-/* SYST_CVR counts; reading SYST_CSR clears COUNTFLAG. */
+/* SYST_CVR counts, and reading SYST_CSR clears COUNTFLAG; other registers have no side effect. */
 static bool is_pure(const Peripheral *peripheral, uint32_t offset) {
   return offset != SYST_CVR &&
          !(offset == SYST_CSR && systick_peek(&peripheral->chip->systick, SYST_CSR) & SYST_CSR_COUNTFLAG);

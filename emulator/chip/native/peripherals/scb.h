@@ -12,7 +12,7 @@ typedef struct {
 
 void scb_create(Chip *chip);
 void scb_reset(Scb *scb);
-/* False: it becomes a HardFault (B1.5.14). */
+/* Return false if the fault becomes a HardFault (B1.5.14). */
 bool scb_fault_enabled(const Scb *scb, int exception);
 
 #endif

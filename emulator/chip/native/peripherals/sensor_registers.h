@@ -15,7 +15,7 @@
 #define OUTPUTS 3
 #define OUTPUT_WIDTH 6
 #define TRAIN_AHEAD 256
-#define POSITION_SYNCED ((int64_t)-1) /* Python knows the sub-address, C does not */
+#define POSITION_SYNCED ((int64_t)-1) /* only Python knows the sub-address */
 
 enum RegisterAccess { ACCESS_LIVE, ACCESS_MEMORY, ACCESS_STATUS, ACCESS_OUTPUT };
 
@@ -58,7 +58,7 @@ typedef struct {
 
 /* Python accesses the first member (sensor_registers.py). */
 typedef struct {
-  int64_t positions[TARGETS]; /* the next sub-address of each target, or POSITION_SYNCED */
+  int64_t positions[TARGETS]; /* next sub-address of each target, or POSITION_SYNCED */
   TargetCalls calls;
   int32_t count;
   Target target[TARGETS];

@@ -269,7 +269,7 @@ static uint32_t spi_peek(const Peripheral *peripheral, uint32_t offset) {
   }
 }
 
-/* SR after DR clears OVR; SR, then CR1 clears MODF (20.3.10). */
+/* A read of DR and then SR clears OVR. A read of SR and then a write of CR1 clears MODF (20.3.10). */
 static uint32_t read_status(Spi *spi, int64_t *until_ps) {
   uint32_t status = spi->sr;
   *until_ps = event_at(spi->peripheral.chip, spi->event);

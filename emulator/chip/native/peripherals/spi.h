@@ -63,7 +63,7 @@ typedef struct {
   SpiUnaddressed unaddressed[SPI_RECENT];
   uint32_t unaddressed_count, unaddressed_taken;
   int32_t absent_port, absent_pin;          /* chip select; SPI_NOTHING: none */
-  void (*on_absent_access)(int64_t now_ps); /* NULL after the first call */
+  void (*on_absent_access)(int64_t now_ps); /* NULL after the first access */
 } SpiLine;
 
 typedef struct {
@@ -88,7 +88,7 @@ void spi_create(Chip *chip);
 
 void spi_line_create(SpiLine *line);
 void spi_line_configure(Spi *spi, int32_t speed_hz, int32_t mode);
-/* At the end of a byte. With three wires in one direction. */
+/* Exchange a byte at its end. With three wires, bytes go in one direction only. */
 uint8_t spi_line_exchange(Spi *spi, uint8_t out);
 void spi_line_send(Spi *spi, uint8_t out);
 uint8_t spi_line_receive(Spi *spi);

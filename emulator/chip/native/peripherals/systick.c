@@ -12,7 +12,7 @@ typedef __int128 Wide;
 
 static bool is_counting(const SysTick *tick) { return event_at(tick->chip, tick->event) < NEVER_PS; }
 
-/* 1 ps compensates for rounding down. */
+/* The 1 ps compensates for rounding down. */
 static int64_t elapsed(const SysTick *tick) {
   return (int64_t)((Wide)(tick->chip->now_ps - tick->origin_ps + 1) * tick->hz / PS_PER_S);
 }

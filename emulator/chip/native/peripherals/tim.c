@@ -28,19 +28,19 @@ _Static_assert(sizeof TIM_RESETS[0] == sizeof((Tim *)0)->registers, "the registe
 #define ALL_FLAGS 0xFFu
 #define CC_DMA (DIER_CC1DE | DIER_CC2DE | DIER_CC3DE | DIER_CC4DE)
 #define ECE_SMS (SMCR_ECE | SMCR_SMS)
-/* At the position of channel 1. */
+/* Masks at the position of channel 1. */
 #define OCM(settings) FIELD(settings, CCMR1_OC1M)
 #define ICPSC(settings) FIELD(settings, CCMR1_IC1PSC)
 #define CCS(settings) FIELD(settings, CCMR1_CC1S)
 enum { FORCED_LOW = 4, FORCED_HIGH = 5, PWM1 = 6, PWM2 = 7 };
-/* Later handlers are late. No handler starts at once: exception entry and HAL's check of flags take about a hundred
- * instructions. */
+/* A handler that clears the flag later than this is late. Exception entry and HAL's check of flags take
+ * about a hundred instructions. */
 #define LATE_AFTER_PS INT64_C(10000000)
 
 enum { NOTE_SMCR, NOTE_DIER, NOTE_DCR, NOTE_DMAR };
 
 typedef struct {
-  uint8_t flags, number; /* bits of SR, and their NVIC input */
+  uint8_t flags, number; /* bits of SR, and the NVIC input that they raise */
 } TimIrq;
 
 typedef struct TimVariant {
@@ -94,12 +94,13 @@ static int channel_of_pin(const TimVariant *variant, char port, int pin) {
   return -1;
 }
 
-/* index is a position in a cycle (12.3.2, 13.3.2): counting up the value, counting down the distance from ARR;
- * centre-aligned from 0 to ARR and back in 2 * ARR counts. The arrival at 0, centre-aligned also at ARR, is an
- * overflow or underflow.
+/* index is a position in a cycle (12.3.2, 13.3.2). Counting up, it is the value of CNT; counting down, the
+ * distance from ARR. A centre-aligned cycle goes from 0 to ARR and back in 2 * ARR counts. The arrival at
+ * 0 is an overflow or underflow; in centre-aligned mode, so is the arrival at ARR.
  *
- * Negative: outside of the cycle, because ARR was set below the counter. Up, and (undocumented) centre-aligned, it
- * continues to its largest value and wraps without an event; down, it moves back into the cycle.
+ * A negative index is outside of the cycle, because ARR was set below the counter. A counter that counts
+ * up continues to its largest value and wraps without an event; one that counts down moves back into the
+ * cycle. For the centre-aligned mode, which is not documented, the model counts up.
  */
 
 static int64_t modulus(const Tim *tim) { return INT64_C(1) << tim->variant->bits; }
@@ -140,9 +141,9 @@ static void set_cnt(Tim *tim, int64_t value, bool falling) {
   }
 }
 
-/* The counter must not be blocked. */
+/* The caller makes sure that the counter is not blocked. */
 static int64_t steps_to_overflow(const Tim *tim) {
-  bool within = tim->index < tim->overflow_period; /* usually; a remainder needs a division */
+  bool within = tim->index < tim->overflow_period; /* the usual case; a remainder needs a division */
   return tim->overflow_period - (within ? tim->index : tim->index % tim->overflow_period);
 }
 
@@ -160,8 +161,8 @@ static uint32_t flag_of(int channel) { return 2u << channel; }
 
 static bool is_input(const TimChannel *channel) { return CCS(channel->settings) != 0; }
 
-/* Counter positions at which the flag is set. Above ARR: at the overflow (12.4.5). CMS 1: counting down, 2: up,
- * 3: both (12.4.1). */
+/* Counter positions at which the flag is set. A compare value above ARR sets it at the overflow (12.4.5).
+ * CMS selects the direction: 1 down, 2 up, 3 both (12.4.1). */
 static void find_matches(const Tim *tim, TimChannel *channel) {
   int64_t compare = channel->compare, arr = tim->arr, *matches = channel->matches;
   uint32_t cms = FIELD(REGISTER(tim, CR1), CR1_CMS);
@@ -219,7 +220,7 @@ static void capture(Tim *tim, int channel) {
   REGISTER(tim, CCRx(channel + 1)) = (uint32_t)cnt_of(tim);
 }
 
-/* Its own pin (CCxS = 1) or the neighbour's (2). */
+/* Return the channel's own input (CCxS = 1) or its neighbour's (CCxS = 2). */
 static bool listens_to(const TimChannel *channel, int number, int source) {
   uint32_t selected = CCS(channel->settings);
   return (selected == 1 && source == number) || (selected == 2 && source == (number ^ 1));
@@ -258,7 +259,7 @@ static bool is_remapped(const Tim *tim, int source) {
   return tim->edge_event >= 0 && source == OSCILLATOR_INPUT && REGISTER(tim, OR) & OR_TI4_RMP;
 }
 
-/* The channels that capture the edges of this input, as flags of SR. */
+/* Return the channels that capture the edges of this input, as flags of SR. */
 static uint32_t oscillator_flags(const Tim *tim) {
   uint32_t flags = 0;
   for (int n = 0; n < tim->variant->channels; n++) {
@@ -268,7 +269,7 @@ static uint32_t oscillator_flags(const Tim *tim) {
   return flags;
 }
 
-/* The edges since power-on; even ones rise. */
+/* The number of edges since power-on; even ones rise. */
 static int64_t edges_until(int64_t now_ps, int64_t hz) { return (int64_t)((__int128)now_ps * 2 * hz / PS_PER_S); }
 
 static void schedule_edge(Tim *tim) {
@@ -289,7 +290,8 @@ static void schedule_edge(Tim *tim) {
 
 /* -- the counts of ticks --------------------------------------------------------------------------------- */
 
-/* A tick is an update with UIE. Lost: the flag was still set. Late: cleared after LATE_AFTER_PS. */
+/* A tick is an update with UIE. It is lost if the flag was still set, and late if the flag is cleared
+ * after LATE_AFTER_PS. */
 
 static void tick_due(Tim *tim) {
   tim->counts.ticks++;
@@ -386,7 +388,7 @@ static void set_origin(Tim *tim, int64_t at_ps) {
   tim->extra = 0;
 }
 
-/* Before times exceed 64 bits; times do not change. */
+/* Called before times exceed 64 bits. Times do not change. */
 static void move_origin(Tim *tim, int64_t now_ps) {
   if (tim->base_tick > 0 && tim->hz && now_ps - tim->origin_ps > tim->max_ps / 2) {
     __int128 passed = (__int128)tim->base_tick * tim->num + tim->extra;
@@ -410,7 +412,7 @@ static int64_t counts_in(const Tim *tim, int64_t ticks) {
   return tim->prescale == 1 ? ticks : ticks < tim->prescale ? 0 : ticks / tim->prescale;
 }
 
-/* The counter must be running. */
+/* The caller makes sure that the counter runs. */
 static int64_t time_after(const Tim *tim, int64_t steps) {
   int64_t ticks = tim->base_tick + steps * tim->prescale;
   if (!tim->hz) {
@@ -455,7 +457,7 @@ static int64_t steps_to_update(const Tim *tim) {
   return steps_to_overflow(tim) + tim->repetitions_left * tim->overflow_period;
 }
 
-/* At most up to the next update. */
+/* Count at most up to the next update. */
 static inline void advance(Tim *tim, int64_t steps) {
   if (steps <= 0) {
     return;
@@ -569,7 +571,7 @@ static void on_edge(Peripheral *peripheral) {
   schedule_edge(tim);
 }
 
-/* The next flag, of the counter or an oscillator's edge. */
+/* Return the time of the next flag, of the counter or of an oscillator's edge. */
 static int64_t next_flag_ps(Tim *tim) {
   int64_t at_ps = next_ps(tim);
   int64_t edge_ps = tim->edge_event < 0 ? NEVER_PS : event_at(tim->peripheral.chip, tim->edge_event);
@@ -592,7 +594,7 @@ static uint32_t value_of(const Tim *tim, uint32_t offset) {
 /* Return a copy at the current time, without effects on the chip. */
 static Tim at_present(const Tim *tim) {
   Tim now = *tim;
-  REGISTER(&now, DIER) = 0; /* these have events: none is due */
+  REGISTER(&now, DIER) = 0; /* the flags of these have events, and none is due */
   catch_up(&now);
   REGISTER(&now, DIER) = REGISTER(tim, DIER);
   return now;
@@ -611,7 +613,7 @@ static void read_capture(Tim *tim, int channel) {
   }
 }
 
-/* CNT, DIR and captures change, or have side effects. */
+/* CNT and DIR change continuously. Reads of captures have side effects. */
 static bool tim_is_pure(const Peripheral *peripheral, uint32_t offset) {
   const Tim *tim = (const Tim *)peripheral;
   return offset != CNT && !is_ccr(offset) && !(offset == CR1 && tim->mode == TIM_CENTRE);
@@ -633,7 +635,7 @@ static uint32_t tim_read(Peripheral *peripheral, uint32_t offset, int64_t *until
   return value;
 }
 
-/* Also for ARR. CNT keeps its value. */
+/* Also used for ARR. CNT keeps its value. */
 static void cr1_changed(Tim *tim) {
   uint32_t cr1 = REGISTER(tim, CR1);
   int64_t now_ps = tim->peripheral.chip->now_ps, value = cnt_of(tim);
@@ -664,7 +666,7 @@ static void dier_changed(Tim *tim) {
   }
 }
 
-/* Without OCxPE it becomes active at once (12.4.7). */
+/* Without OCxPE the new value becomes active at once (12.4.7). */
 static void compare_changed(Tim *tim, int number) {
   TimChannel *channel = &tim->channels[number];
   if (is_input(channel) || !(channel->settings & CCMR1_OC1PE)) {
@@ -849,7 +851,7 @@ int64_t fcu_timer_next_change(const Chip *chip, int32_t index) {
   return next_flag_ps(&now);
 }
 
-/* PWM mode 1: CNT < CCR, down CNT <= CCR (12.3.9). */
+/* PWM mode 1 is active while CNT < CCR; counting down, while CNT <= CCR (12.3.9). */
 static double duty_below(const Tim *tim, uint32_t compare) {
   double cycle = tim->mode == TIM_CENTRE ? (double)tim->arr : (double)tim->arr + 1;
   double share = (tim->mode == TIM_DOWN ? compare + 1.0 : compare) / cycle;

@@ -13,7 +13,7 @@ typedef struct {
   int64_t ticks; /* updates while UIE was set */
   int64_t late;
   int64_t lost;
-  int64_t longest_wait_ps; /* from a late tick to its handler */
+  int64_t longest_wait_ps; /* longest time from a late tick to its handler */
 } TickCounts;
 
 typedef struct {
@@ -31,7 +31,7 @@ typedef struct {
   Peripheral peripheral;
   const struct TimVariant *variant;
   int32_t event;
-  int32_t edge_event; /* TIM5: an oscillator's edge at input 4; -1: none */
+  int32_t edge_event; /* TIM5: event of an oscillator's edge at input 4, or -1 */
   uint32_t registers[21]; /* by offset / 4, without CNT */
 
   enum TimMode mode;
@@ -44,8 +44,8 @@ typedef struct {
   Divisor by_num;
   int64_t max_ps, max_ticks; /* products below need only 64 bits */
   int64_t origin_ps;
-  int64_t base_tick; /* of the last count; stopped: minus the phase */
-  uint32_t prescale, repetition, repetitions_left; /* active PSC + 1, and RCR */
+  int64_t base_tick; /* time of the last count; while stopped, minus the phase */
+  uint32_t prescale, repetition, repetitions_left; /* active values of PSC + 1 and RCR */
   uint8_t running, updates_enabled, one_pulse;
   uint8_t preload_done; /* active registers equal preloaded ones */
 

@@ -273,7 +273,7 @@ static bool is_interrupt_active(const Usart *usart) {
   return status & cr1 & (SR_TXE | SR_TC | SR_RXNE | SR_IDLE) || (status & SR_ORE && errors);
 }
 
-/* Schedule the time of a flag that an interrupt or DMA waits for. */
+/* Schedule an event for the flag that an interrupt or DMA waits for. */
 static void schedule_next(Usart *usart) {
   Chip *chip = usart->peripheral.chip;
   int64_t at_ps = NEVER_PS;
@@ -320,7 +320,7 @@ static uint32_t usart_read(Peripheral *peripheral, uint32_t offset, int64_t *unt
     *until_ps = NOT_CACHEABLE_PS;
     return read_data(usart);
   }
-  if (offset == SR) { /* begins a clearing sequence; repetitions have no further effect */
+  if (offset == SR) { /* this read begins a clearing sequence; further reads have no effect */
     *until_ps = next_flag_ps(usart);
     usart->sr_read = true;
     usart->last_sr = status_of(usart);

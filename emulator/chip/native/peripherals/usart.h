@@ -16,7 +16,7 @@ typedef struct {
 typedef struct {
   int64_t start_ps, count;
   UsartFrame frame;
-  uint8_t connected; /* the pin is switched to the USART */
+  uint8_t connected; /* the transmitter's pin is switched to the USART */
 } UsartRun;
 
 typedef struct {
@@ -38,7 +38,7 @@ typedef struct {
   int16_t rx_byte; /* received byte (RXNE); -1: none */
   uint8_t received;
   uint8_t overrun, idle;
-  uint32_t last_sr; /* flags that reading DR clears */
+  uint32_t last_sr; /* flags that the next read of DR clears */
 
   uint8_t wants_events;
   uint8_t in_dma;
