@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from fcu_emulator.emulator.chip.image.symbols import Symbols
 
 INSTRUCTIONS: Final = 10_000_000
-"""A tenth of a second of virtual time."""
+"""The limit of a call: a tenth of a second of virtual time."""
 TIMEOUT_S: Final = 1.0
 _RETURN: Final = 0x0FFF_FFFE
 """The copy stops at this return address, because it has no memory there."""
@@ -65,7 +65,7 @@ _WITH_ADDRESS: Final = (Stop.UNALIGNED, Stop.READ, Stop.WRITE)
 
 
 class _NeedsBoardError(Exception):
-    """The function needs the board: it has accessed a peripheral or waits."""
+    """The function needs the board, because it has accessed a peripheral or waits."""
 
 
 class Frame:
@@ -103,7 +103,7 @@ class Frame:
         return kind.value(b"".join(word.to_bytes(4, "little") for word in words[:8]), 0)
 
     def _hidden_result(self) -> int | None:
-        """Reserve memory, with its address in R0, for a result too large for registers."""
+        """Reserve memory for a result that is too large for registers, and put its address in R0."""
         kind = self._result
         if not isinstance(kind, Structure | Array) or kind.size <= 4:
             return None
@@ -197,7 +197,7 @@ class Scratch:
         copy.read_python, copy.write_python = self._register_read, self._register_written
 
     def refresh(self) -> None:
-        """Copy the present state of the chip."""
+        """Copy the chip's present state."""
         core, copy = self._core, self._copy
         if core.retired == 0:
             raise InputError(

@@ -31,7 +31,7 @@ def _place(name: str) -> tuple[str, int]:
 
 
 class SystemPeripherals:
-    """The peripherals in Python without connections to the outside. Sets ``soc.clocks``."""
+    """The peripherals in Python that have no connections to the outside. They set ``soc.clocks``."""
 
     def __init__(self, soc: Soc, inputs: AdcInputs | None = None, oscillators: Oscillators = NOMINAL) -> None:
         lines = {number: InterruptInput(soc, number) for number in (0, 4, 5, 18)}
@@ -69,7 +69,7 @@ class Chip:
         self.system = SystemPeripherals(soc, oscillators=Oscillators.of(signals.errors, signals.crystal_hz))
         soc.dma = DmaLines(self.core)
         self.timers = connect_timers(self.core)
-        """By name, "TIM1" to "TIM11"."""
+        """The timers by name, "TIM1" to "TIM11"."""
         self.usarts = ConnectedUsarts(self.core, {board.serial.peripheral: signals.uart})
         wire_terminal(self.core, board.serial.peripheral, board.serial.tx)
         for name, spi in signals.spi.items():

@@ -121,7 +121,7 @@ class ArmFirmware:
 
 
 WORK_PER_S = 400_000_000
-"""About one second of processor time."""
+"""The work of about one second of processor time."""
 
 
 @dataclass(frozen=True)
@@ -129,17 +129,19 @@ class Limits:
     """Limits since power-on. Raises InputError for a limit of 0 or less."""
 
     instructions: int = 10**13
-    """Including skipped waiting: 43 hours of virtual time at 84 MHz."""
+    """Executed and skipped instructions: 43 hours of virtual time at 84 MHz."""
     terminal_bytes: int = 64 << 20
-    """An hour and a half of output at 115200 baud."""
+    """Printed bytes: an hour and a half of output at 115200 baud."""
     resets_per_s: int = 1_000
-    """Per second of virtual time. The shortest watchdog period is 0.1 ms."""
+    """Resets in each second of virtual time. The shortest watchdog period is 0.1 ms."""
     wall_s: float = 3600.0
-    """Time spent running this board, without waiting for the wall clock."""
+    """Wall time for running this board, without waiting for real time."""
     trace_bytes: int = LARGEST_FILE
-    """Size of a trace file."""
+    """Maximum size of a trace file in bytes."""
     work_per_s: int = WORK_PER_S
-    """In executed instructions, for each second of virtual time since power-on plus one."""
+    """Executed instructions (or work of the same cost) for each second of virtual time since power-on, plus
+    one second.
+    """
 
     def __post_init__(self) -> None:
         for field in fields(self):

@@ -1,7 +1,7 @@
 """The chip in C (emulator/chip/native), called through ctypes; ``fcu.h`` documents each function.
 
-Decision: the structures are declared once more for ctypes, and a test asks the compiler whether both declarations
-agree. A callback takes 220 ns with ctypes and 440 ns with cffi in ABI mode.
+Decision: the structures are declared again for ctypes, and a test compares both declarations with the help of
+the compiler. A callback takes 220 ns with ctypes and 440 ns with cffi in ABI mode.
 """
 
 from __future__ import annotations
@@ -232,7 +232,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {
     "fcu_i2c_pin": (None, _pointer, _i32, _i32, _i32, _i32, _i32),
     "fcu_i2c_wire": (_pointer, _pointer, _i32),
 }
-"""Result and arguments, as in fcu.h."""
+"""Types of result and arguments of each function, as in fcu.h."""
 
 
 _REGISTER_NUMBERS: Final = {
@@ -328,7 +328,7 @@ class FcuChip:
 
     def _memory(self, place: Callable[[Any], int], size: int) -> memoryview[int]:
         buffer = (ctypes.c_uint8 * size).from_address(place(self.handle))
-        vars(buffer)["owner"] = self._owner  # C's memory lives as long as this view
+        vars(buffer)["owner"] = self._owner  # the memory of C is kept as long as this view
         return memoryview(buffer).cast("B")
 
     def memory(self, address: int, size: int) -> memoryview[int] | None:
@@ -368,7 +368,7 @@ class FcuChip:
 
     @property
     def thumb(self) -> bool:
-        """EPSR.T, without which nothing executes."""
+        """EPSR.T, which must be set while the core executes."""
         return bool(self.library.fcu_thumb(self.handle))
 
     @thumb.setter

@@ -31,7 +31,7 @@ class ReadableTarget(Protocol):
     """A sensor at a bus."""
 
     part: Sensor
-    """With the bus's increment bit."""
+    """The sub-address with the bus's increment bit."""
 
     @property
     def version(self) -> array[int]:
@@ -58,7 +58,7 @@ class ReadableTarget(Protocol):
 
 
 class ReadingChip(Protocol):
-    """Members of the chip that are used here."""
+    """The members of the chip that this module uses."""
 
     clock: Clock
     library: Any

@@ -12,7 +12,9 @@ from fcu_emulator.emulator.trace import Trace
 
 
 class Stop(Enum):
-    """Why a run ended. The core raises exceptions for all but SLICE, HALT, BREAKPOINT and the sleeps."""
+    """The reason why a run ended. All reasons except SLICE, HALT, BREAKPOINT and the sleeps raise an
+    exception on the core.
+    """
 
     SLICE = auto()  # all instructions, or ``end_run``
     HALT = auto()  # before the instruction, for a debugger
@@ -22,7 +24,7 @@ class Stop(Enum):
     SVC = auto()  # after the instruction
     BKPT = auto()  # on the instruction
     EXCEPTION_RETURN = auto()  # an EXC_RETURN value has been loaded into PC
-    UNDEFINED = auto()  # on the instruction, like all that follow
+    UNDEFINED = auto()  # ``pc`` is on the instruction, as for all values below
     INVALID_STATE = auto()
     NO_COPROCESSOR = auto()
     UNALIGNED = auto()
@@ -39,7 +41,7 @@ _STOPS: Final = (
     *(Stop.FETCH, Stop.READ, Stop.WRITE),
 )
 """enum Stop of core.h."""
-_EXECUTE_NEVER = 1 << 2 | 1 << 5 | 1 << 6 | 1 << 7  # by 512 MB: execute-never (ARMv7-M ARM table B3-1)
+_EXECUTE_NEVER = 1 << 2 | 1 << 5 | 1 << 6 | 1 << 7  # for each 512 MB: execute-never (ARMv7-M ARM table B3-1)
 
 
 def fetch_fault(address: int) -> Stop:
@@ -48,7 +50,7 @@ def fetch_fault(address: int) -> Stop:
 
 
 class BareCore(FcuChip):
-    """A core to be run from ``pc``; set ``thumb`` first.
+    """A core that runs from ``pc``. Set ``thumb`` first.
 
     Accesses to registers call ``read_python`` and ``write_python``; watched loads and stores call ``on_access``.
     """
@@ -60,7 +62,7 @@ class BareCore(FcuChip):
         self.on_access: Callable[[int, int, bool], None] = lambda _address, _size, _written: None
 
     def run(self, instructions: int, past: bool = False) -> Stop:
-        """Execute from ``pc``; ``past``: ignore a breakpoint there."""
+        """Execute from ``pc``. ``past``: ignore a breakpoint there."""
         stop = _STOPS[self.library.fcu_execute(self.handle, instructions, past)]
         self.raise_error()
         self.executed = self.count()
@@ -74,12 +76,14 @@ class BareCore(FcuChip):
         self.library.fcu_end_run(self.handle)
 
     def enter_exception(self, number: int, vectors: int) -> bool:
-        """Save the context and enter a handler; False if stack or table are not in memory."""
+        """Save the context and enter a handler. Return False if the stack or the vector table is not in
+        memory.
+        """
         return bool(self.library.fcu_enter_exception(self.handle, number, vectors))
 
     @property
     def fault_address(self) -> int:
-        """Address of the failed access: READ, WRITE or UNALIGNED."""
+        """Address of the access that ended the run with READ, WRITE or UNALIGNED."""
         address: int = self.library.fcu_fault_address(self.handle)
         return address
 

@@ -30,7 +30,7 @@ CYCLES_PER_INSTRUCTION: Final = Fraction(13, 10)
 """See cycle_clock.h."""
 RESETS_KEPT: Final = 10_000
 _REASONS: Final = ("", "SYSRESETREQ", "PIN", "IWDG", "WWDG", "power-on")
-"""enum ResetReason of run_loop.h, and those that come from Python."""
+"""The reasons of enum ResetReason in run_loop.h, and the reasons that come from Python."""
 _HALTED, _BY_WORK = 1, 3
 """enum Ended of run_loop.h."""
 _IGNORED_ACCESSES: Final = (
@@ -51,7 +51,7 @@ class CoreSettings:
 
 
 class Masks(NamedTuple):
-    """Registers that keep exceptions from being taken."""
+    """Registers that mask exceptions."""
 
     primask: int
     basepri: int
@@ -77,19 +77,19 @@ class Core(FcuChip):
         self.on_fault: Callable[[CoreFault], None] = lambda _fault: None
         """Called at each fault, before registers and stack change."""
         self.store_to_flash: Callable[[int, int, int], bool] = lambda _offset, _size, _value: False
-        """Carry out a store: offset, size, value. False: it was refused."""
+        """Called to execute a store with offset, size and value; returns False if the flash refuses it."""
         self.on_lost_store: Callable[[int], None] = lambda _address: None
         """Called at each refused store to the flash."""
         self.on_access: Callable[[int, int, bool], None] = lambda _address, _size, _written: None
-        """Called at watched accesses: address, size, is it a store."""
+        """Called at watched accesses with the address, the size, and whether it is a store."""
         self.resets: deque[tuple[int, str]] = deque(maxlen=RESETS_KEPT)
         """(time in ps, reason) of the latest resets, without power-on."""
         self.before_reset = b"", b""
         """R0 to R12, SP, LR, PC, xPSR, and the RAM, before the latest reset."""
         self.code_version = 0
-        """Changes with the content of the flash."""
+        """A number that changes with the content of the flash."""
         self.stepping = False
-        """Only one instruction is being executed."""
+        """Whether only one instruction is being executed."""
         self._load(segments)
         for address, data in system_memory:
             self._bytes(address, data)
@@ -174,7 +174,7 @@ class Core(FcuChip):
 
     @property
     def skipped(self) -> int:
-        """Repetitions that were counted, not executed."""
+        """The number of skipped repetitions, which were counted but not executed."""
         return self.status().skipped
 
     @property
@@ -199,7 +199,7 @@ class Core(FcuChip):
 
     @property
     def locked_up(self) -> str:
-        """Why the core is locked up, or ""."""
+        """The reason for the lock-up, or ""."""
         status = self.status()
         return _locked_up(status.locked_up_pc) if status.locked_up else ""
 
@@ -224,7 +224,7 @@ class Core(FcuChip):
 
     @property
     def active(self) -> int:
-        """Including preempted exceptions; bit = exception number."""
+        """The active exceptions, including preempted ones. Bit n is exception n."""
         return _mask(self.status().active)
 
     def priority(self, exception: int) -> int:
@@ -247,7 +247,7 @@ class Core(FcuChip):
         self.clock.now_ps = max(self.clock.now_ps, self.shared[0])
 
     def resume(self, step: bool) -> None:
-        """Resume; ``step``: for one instruction or exception entry."""
+        """Resume. ``step``: halt again after one instruction or exception entry."""
         self.stepping = step
         self.library.fcu_resume(self.handle, step)
 
@@ -298,19 +298,19 @@ class Core(FcuChip):
         return self.python.peek(address)
 
     def poke(self, address: int, data: bytes) -> bool:
-        """Write 1, 2 or 4 aligned bytes with all effects; False without a register."""
+        """Write 1, 2 or 4 aligned bytes with all effects. Return False if the address has no register."""
         stored = self.library.fcu_store(self.handle, address, len(data), int.from_bytes(data, "little"))
         self.raise_error()
         return bool(stored)
 
     def read(self, address: int, size: int) -> bytes | None:
-        """Read as DMA does, with side effects; None is a bus error."""
+        """Read as DMA does, with side effects. Return None after a bus error."""
         value = ctypes.c_uint32()
         loaded = self.library.fcu_load(self.handle, address, size, ctypes.byref(value))
         return value.value.to_bytes(size, "little") if loaded else None
 
     def write(self, address: int, data: bytes) -> bool:
-        """Write as DMA does, but never to flash; False is a bus error."""
+        """Write as DMA does, but never to the flash. Return False after a bus error."""
         value = int.from_bytes(data, "little")
         return bool(self.library.fcu_store(self.handle, address, len(data), value))
 
@@ -355,7 +355,9 @@ class Core(FcuChip):
         self._on_reset(why)
         for native in self.peripherals.values():
             native.reset()
-        for peripheral in reversed(self._python_peripherals):  # RCC last: no new clocks with old settings
+        for peripheral in reversed(
+            self._python_peripherals
+        ):  # RCC is last, so that no peripheral gets new clocks with old settings
             peripheral.reset()
 
     def _accessed(self, address: int, size: int, written: int) -> None:

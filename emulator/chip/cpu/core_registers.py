@@ -13,22 +13,22 @@ CORE = (*(f"r{number}" for number in range(13)), "sp", "lr", "pc", "xpsr")
 MASKS = ("primask", "basepri", "faultmask", "control")
 FLOATING_POINT = (*(f"s{number}" for number in range(32)), "fpscr")
 EVERYTHING = ("xpsr", "control", *MASKS[:3], "msp", "psp", *CORE[:15], *FLOATING_POINT)
-"""All but PC, in an order in which they can be written."""
+"""All registers except PC, in an order in which they can be written."""
 
 
 RegisterCalls = tuple["memoryview[int]", Callable[[], object], Callable[[], object]]
-"""Words for the values; a call that reads them, and one that writes them."""
+"""The words for the values, the call that reads them, and the call that writes them."""
 
 
 class Engine(Protocol):
-    """An engine with register access."""
+    """A core whose registers can be read and written."""
 
     def register_calls(self, names: tuple[str, ...]) -> RegisterCalls:
         """Return the calls for these names."""
 
 
 class CoreRegisters:
-    """Registers accessed in one call; ``words`` contains their values."""
+    """Registers that are accessed in one call. ``words`` contains their values."""
 
     def __init__(self, engine: Engine, names: Sequence[str]) -> None:
         self.names = tuple(names)

@@ -28,7 +28,9 @@ def word_of(ram: bytes, address: int) -> int | None:
 
 @dataclass(frozen=True)
 class FaultRecord:
-    """One fault; ``registers`` contains R0 to R12, SP, LR, PC, xPSR; ``active`` has a bit for each exception."""
+    """One fault. ``registers`` contains R0 to R12, SP, LR, PC and xPSR. ``active`` has a bit for each
+    exception.
+    """
 
     t_ps: int
     fault: CoreFault
@@ -49,7 +51,7 @@ class FaultRecord:
 
     @property
     def handled(self) -> int:
-        """The exception whose handler was running; 0 for none."""
+        """The exception whose handler was running, or 0."""
         return self.registers[_XPSR] & 0x1FF
 
     def follows(self, other: FaultRecord) -> bool:
@@ -93,7 +95,9 @@ class FaultLog:
 
     def _record_lost_store(self, address: int) -> None:
         core = self._core
-        is_programming = (core.peek(_FLASH_CR) or 0) & _PG  # then it is an error of the order or the size
+        is_programming = (
+            core.peek(_FLASH_CR) or 0
+        ) & _PG  # in this case the order or the size of the stores is wrong
         if self.lost_store is None and not is_programming:
             registers = CORE.unpack(core.core_state())
             self.lost_store = LostStore(core.clock.now_ps, address, registers, bytes(core.ram))

@@ -1,4 +1,4 @@
-"""The rarely accessed peripherals, in Python, and addresses without one."""
+"""The peripherals in Python, which firmware accesses rarely, and addresses without a peripheral."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from fcu_emulator.emulator.trace import DeviceNote, NoteValue
 
 _MAX_REPORTED = 100
 NO_REGISTER_PS, EMPTY_PAGE_PS = -2, -3
-"""As in bus.h: C remembers that no register is there."""
+"""Values of bus.h, with which C remembers that an address has no register."""
 
 
 class Absent(Peripheral):
@@ -91,7 +91,7 @@ GATES = {
     for register, names in ENABLE.items()
     for name in names.values()
 }
-"""The bit that switches each peripheral's clock on."""
+"""The bit that switches the clock on, by peripheral."""
 
 _RANGES = (
     (memory_map.PERIPHERALS, memory_map.PERIPHERALS_SIZE),
@@ -165,7 +165,9 @@ class PythonPeripherals:
         self._report(peripheral, "forbidden", f"{what}-without-clock", text, register)
 
     def report_write_without_clock(self, peripheral: Peripheral, register: int, value: int) -> bool:
-        """Report a write that would have changed the register from its value after reset; False: it would not."""
+        """Report a write that would have changed the register from its value after reset. Return False for
+        other writes.
+        """
         declared = DECLARED.get(peripheral.name)
         known = declared.by_offset.get(register) if declared else None
         changes = known is None or bool((value ^ known.reset) & known.stored)

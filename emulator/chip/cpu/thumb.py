@@ -7,11 +7,11 @@ from enum import Enum, auto
 
 
 class Flow(Enum):
-    """What executes after an instruction."""
+    """The ways in which execution continues after an instruction."""
 
     NEXT = auto()
     JUMP = auto()  # to ``target``
-    BRANCH = auto()  # to ``target`` or to the next one
+    BRANCH = auto()  # to ``target`` or to the next instruction
     CALL = auto()  # to ``target``, and back after it
     RETURN = auto()  # to the address in LR
     POP_RETURN = auto()  # to an address on the stack
@@ -21,7 +21,7 @@ class Flow(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Instruction:
-    """``stores``: it changes more than R0 to R12, SP, LR, PC and xPSR."""
+    """An instruction. ``stores``: it changes more than R0 to R12, SP, LR, PC and xPSR."""
 
     size: int
     flow: Flow = Flow.NEXT

@@ -21,10 +21,11 @@ from fcu_emulator.emulator.chip.cpu.core import Core
 
 Values: TypeAlias = npt.NDArray[np.void]
 VALUE: Final = np.dtype([("address", "u4"), ("number", "u4"), ("value", "u4"), ("pair", "u4")])
-"""struct LoggedValue of value_log.h: a register's value after the instruction at ``address``; ``pair`` is the other
-register of an even and odd pair, which may hold the rest of a double."""
+"""struct LoggedValue of value_log.h: a register's value after the instruction at ``address``; ``pair`` is the
+neighbouring register, which may hold the other half of a double.
+"""
 FIRST_FLOAT: Final = 13
-"""Numbers below are R0 to R12, the others S0 to S31."""
+"""Numbers below this one are R0 to R12; the others are S0 to S31."""
 _CAPACITY: Final = 1 << 17
 _REGISTERS: Final = 45
 _LATEST: Final = 1 << 16
@@ -75,7 +76,7 @@ class ValueLog:
 
     @property
     def lost(self) -> int:
-        """Values that found no room since the latest :meth:`take`."""
+        """The number of values since the latest :meth:`take` that did not fit into the log."""
         return self._log.lost
 
     def take(self) -> Values:
@@ -93,7 +94,7 @@ class ValueLog:
 def as_numbers(values: Values) -> dict[str, npt.NDArray[Any]]:
     """Return the values as each type that the registers may hold: int32, float32 and float64.
 
-    The arrays have the length of ``values``; a type that a register cannot hold is nan there.
+    The arrays have the length of ``values``. An element is nan if its register cannot hold the type.
     """
     words = values["value"]
     is_float_register = values["number"] >= FIRST_FLOAT

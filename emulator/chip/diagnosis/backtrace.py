@@ -24,7 +24,7 @@ _MAX_FUNCTIONS = 500
 
 
 class Places:
-    """Converter of addresses to names; for stripped firmware it gives only numbers."""
+    """Converts addresses to names; for stripped firmware, to numbers."""
 
     def __init__(self, image: FirmwareImage) -> None:
         self._symbols = image.symbols
@@ -62,7 +62,9 @@ class Places:
         return self.address_of("_end", "end", "_ebss", "__bss_end__")
 
     def call_of(self, names: Container[str], start: int, code: ReadCode) -> tuple[int, str] | None:
-        """Return the call in ``start`` that leads to one of ``names``, also indirectly, but not by pointer."""
+        """Return the call in ``start`` that leads to one of ``names``, directly or through other functions.
+        Calls by pointer are not followed.
+        """
         waiting, seen = deque([(start, 0)]), {start}
         while waiting and len(seen) < _MAX_FUNCTIONS:
             address, first_site = waiting.popleft()
@@ -117,13 +119,13 @@ _TO_THREAD = 1 << 3  # of EXC_RETURN (ARMv7-M ARM table B1-8)
 _BASIC_FRAME_BIT, _THUMB = 1 << 4, 1 << 24
 _BASIC_WORDS, _FLOATING_WORDS = 8, 26
 _FRAME_LR, _FRAME_PC, _FRAME_XPSR = 5, 6, 7
-_INTO_CALL = 3  # from a return address, bit 0 set, back into its BL or BLX
+_INTO_CALL = 3  # distance from a return address, whose bit 0 is set, back into its BL or BLX
 _LONGEST_SEARCH = 64  # words of stack searched for a saved frame
 _MAX_CALLS = 12
 
 
 class Call(NamedTuple):
-    """A current instruction or a caller's BL; ``times`` counts nested calls."""
+    """The current instruction, or a caller's BL. ``times`` counts nested calls."""
 
     address: int
     interrupted: bool = False
@@ -159,7 +161,7 @@ class Backtrace:
         return f"{how} {self._places.place(call.address)}{times}"
 
     def _outward(self, pc: int, lr: int, sp: int) -> Iterator[Call]:
-        """Return all callers. In Thread mode, frames beyond the outermost function are old data."""
+        """Return all callers. In Thread mode, words beyond the outermost function's frame are old data."""
         current, address = pc, max(sp & ~3, RAM_MEMORY.start)
         frame, exc_return = 0, 0
         if lr in _EXC_RETURNS:  # the handler has not saved LR

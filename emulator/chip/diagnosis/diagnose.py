@@ -196,8 +196,8 @@ _WAITING = {
 def slow_callback(chip: Chip, places: Places) -> Diagnosis | None:
     """Report the first timer that loses over a tenth of its ticks, or some because of a waiting call.
 
-    While the handler takes longer than the period, it is entered again at once. It therefore takes the period times the
-    due ticks per handled tick.
+    A handler that takes longer than the period is entered again at once. Therefore its duration is the period
+    times the number of due ticks for each handled tick.
 
     Decision: a slow timer callback is never called a failure, because a scenario may slow the bus down on purpose.
     """
@@ -271,7 +271,7 @@ _SP, _LR, _PC = 13, 14, 15
 
 
 def reset_report(core: Core, places: Places, fault: FaultRecord | None) -> Diagnosis | None:
-    """Report the place of the latest watchdog or repeated reset."""
+    """Report the place of the latest reset by a watchdog, or of repeated resets."""
     resets = core.resets
     if not resets or (resets[-1][1] not in _WATCHDOGS and len(resets) < _MANY_RESETS):
         return None

@@ -15,7 +15,7 @@ from fcu_emulator.sensors.spi import READ
 
 # -- an I2C address without a device ------------------------------------------------------------------------
 
-_DEVICE_ADDRESSES = range(0x08, 0x78)  # of devices (NXP UM10204 table 4)
+_DEVICE_ADDRESSES = range(0x08, 0x78)  # addresses of devices (NXP UM10204 table 4)
 
 
 def nobody(signals: BoardSignals, bus: I2CBus, address: int) -> Cause:
@@ -97,7 +97,7 @@ class RecentTransfers:
         return [f"{at(transfer.t_ps)}  {_text(transfer, self._signals.i2c)}" for transfer in transfers]
 
     def failure(self) -> Cause | None:
-        """Return the cause of a held line, or of a latest transfer that failed."""
+        """Return the cause of a held line, or of the failure of the latest transfer."""
         for bus in self._i2c:
             if any(fault.kind == "stuck" for fault in bus.faults(self._now_ps)):
                 text = f"a line of {bus.name} is held low"

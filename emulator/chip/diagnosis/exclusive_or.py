@@ -11,7 +11,7 @@ from fcu_emulator.emulator.chip.image.symbols import FunctionAt
 _ARITHMETIC = ("eCompass", "getAltitude")
 _CALLERS = ("HAL_TIM_PeriodElapsedCallback", "main")
 _SIGN_BIT = 0x400
-"""0x80000000, with which compilers negate a double in software."""
+"""0x80000000, with which compilers change the sign of a double."""
 
 
 def exclusive_or(places: Places, code: ReadCode) -> str:
@@ -52,7 +52,9 @@ def _constants(address: int, first: int, second: int) -> Iterator[int]:
         yield base + 4 * (first & 0xFF)
     elif first == 0xF8DF:
         yield base + (second & 0xFFC)
-    elif first >> 11 == 0b10100 or first == 0xF20F:  # ADR: the address of a double that is loaded afterwards
+    elif (
+        first >> 11 == 0b10100 or first == 0xF20F
+    ):  # ADR gives the address of a double that is loaded afterwards
         offset = 4 * (first & 0xFF) if first >> 11 == 0b10100 else second & 0xFF
         yield from (base + offset, base + offset + 4)
     elif first == 0xE9DF or (first & 0xFFBF == 0xED9F and second & 0xE00 == 0xA00):

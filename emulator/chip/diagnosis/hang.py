@@ -1,7 +1,8 @@
 """Firmware in an endless loop: its condition, and why it never becomes true.
 
-Decision: a loop in ``main()`` that reads nothing, while interrupts of peripherals are enabled, counts as correct.
-Without them it may be the intended end, so it is not a failure. Code on the process stack is not checked.
+Decision: a loop in ``main()`` that reads nothing counts as correct while interrupts of peripherals are
+enabled. Without such interrupts it may be the intended end, so it is not a failure. Code on the process stack
+is not checked.
 """
 
 from __future__ import annotations
@@ -78,7 +79,9 @@ _TICKING = systick.SYST_CSR.ENABLE.mask | systick.SYST_CSR.TICKINT.mask
 
 
 class Interrupts:
-    """The interrupts in the core's present state, or at any instruction of a loop that has ``masks``."""
+    """The interrupts that can be taken in the core's present state, or at any instruction of a loop with
+    ``masks``.
+    """
 
     def __init__(self, core: Core, masks: Iterable[Masks] = ()) -> None:
         self._core = core
@@ -167,7 +170,7 @@ class Waits:
             at in changed for address in loop.variables for at in range(address, address + 4)
         )
         if counted and not why:
-            return None  # the tick may end the loop
+            return None  # the timer's tick may end the loop
         if counted and changed is not None:
             return Cause(short, [f"It is counted by SysTick's handler, which cannot run: {why}"])
         if why:
@@ -334,7 +337,9 @@ class Hang:
         )
 
     def _outermost(self, loop: Loop) -> int:
-        """Return the loop's function that calls the others, or its last instruction, which is the same each time."""
+        """Return the function in the loop that calls the others, or the loop's last instruction. Both do not
+        depend on where the run ended.
+        """
         calls = [call.address for call in self._calls if call.address != self._pc]
         inside = [address for address in calls if {address, address - 2} & loop.code]
         return inside[-1] if inside else max(loop.code, default=self._pc)

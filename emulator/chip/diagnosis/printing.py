@@ -18,7 +18,7 @@ from fcu_emulator.emulator.chip.memory_map import FLASH_MEMORY
 _STRING = re.compile(rb"[\t\n\r\x20-\x7e]{3,255}\x00")
 _CONVERSION = re.compile(r"%[-+ #0]*\d*(?:\.\d+)?(?:hh|h|ll|l)?([diuxXfFeEgGcsp%])")
 LATEST_TEXT = 1 << 16
-"""The number of latest bytes that are checked."""
+"""The number of bytes that are checked, from the end of the output."""
 _MAX_FORMATS, _MAX_LINES = 500, 400
 _FLOATS, _INTEGERS = "fFeEgG", "diu"
 _SHOWN = 60

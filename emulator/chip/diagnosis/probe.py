@@ -38,7 +38,7 @@ class Loop:
 
 
 class Probe:
-    """A copy of ``core`` for one test; it is not stored, because copies are large."""
+    """A copy of ``core`` for one test. It is not kept, because copies are large."""
 
     def __init__(self, core: Core) -> None:
         self._core = core
@@ -57,7 +57,9 @@ class Probe:
         copy.watch_memory(RAM, RAM + RAM_SIZE - 1)
 
     def resume(self, frame: int) -> None:
-        """Continue the code interrupted at ``frame`` (ARMv7-M ARM B1.5.6); R4 to R11 stay the handler's."""
+        """Continue the code that was interrupted at ``frame`` (ARMv7-M ARM B1.5.6). R4 to R11 keep the
+        handler's values.
+        """
         saved = [self._core.peek(frame + 4 * n) or 0 for n in range(8)]
         names = ("r0", "r1", "r2", "r3", "r12", "lr", "pc", "xpsr")
         CoreRegisters(self._copy, names).write(*saved)
@@ -81,7 +83,7 @@ class Probe:
             now = copy.core_state()
             if now == state and bytes(copy.ram) == ram:
                 return self._described(code)
-            if length == compared:  # Brent: a later state to compare with, after twice as many steps
+            if length == compared:  # Brent's algorithm: compare with a later state after twice as many steps
                 state, ram = now, bytes(copy.ram)
                 length, compared = 0, 2 * compared
                 code.clear()
@@ -91,7 +93,9 @@ class Probe:
         return None
 
     def handle(self, exception: int) -> frozenset[int] | None:
-        """Run an exception handler; return the addresses that it changes in RAM, or None if it does more."""
+        """Run an exception handler. Return the addresses that it changes in RAM, or None if it has other
+        effects.
+        """
         with closing(self._copy) as copy:
             return self._handle(copy, exception)
 

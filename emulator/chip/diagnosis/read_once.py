@@ -23,7 +23,7 @@ _OTHER_VALUES = (0, 1, 0xFFFF_FFFF, 0x7FFF_FFFF, 0x8000_0000)
 
 
 def read_once(core: Core, places: Places, loop: frozenset[int]) -> Cause | None:
-    """Return why the loop was entered, if a variable that has changed since is the reason."""
+    """Return the variable because of which the loop was entered, if it has changed since."""
     condition = _Condition(core, max(loop))
     starts = _instructions(core, places, min(loop))
     seen = (condition.decided_by(start) for start in starts)
@@ -96,7 +96,7 @@ class _Condition:
         return None
 
     def _stays(self, start: int, other: tuple[int, bytes] | None = None) -> bool | None:
-        """Return whether execution stays in the loop; None if it does more."""
+        """Return whether execution stays in the loop, or None if it has other effects."""
         copy = self._copy
         copy.ram[:] = self._ram
         if other is not None:

@@ -43,7 +43,7 @@ class Diagnosis:
     """One line."""
     details: tuple[str, ...]
     fatal: bool = True
-    """The firmware has failed. False: it continues, but probably not as intended."""
+    """Whether the firmware has failed. If False, it continues, but probably not as intended."""
     at_ps: int | None = None
     """The time of the failure, if known."""
 
@@ -52,7 +52,7 @@ class Diagnosis:
 
 
 class Cause(NamedTuple):
-    """The reason in a few words, and sentences with details."""
+    """The reason in a few words, and details in sentences."""
 
     short: str
     sentences: list[str]

@@ -27,12 +27,12 @@ _CALLBACK = "HAL_TIM_PeriodElapsedCallback"
 _HAL_TIM = "stm32f4xx_hal_tim.c"  # contains the default callback
 _LAB = (b"ACC[x,y,z]", b"Pitch:")
 
-_SILENT_PS = PS_PER_S // 2  # by then output has begun
+_SILENT_PS = PS_PER_S // 2  # a correct program has begun its output by then
 _CR1, _DIER, _PSC, _ARR, _USART_CR1, _BRR = 0x00, 0x0C, 0x28, 0x2C, 0x0C, 0x08
 _PE, _CEN, _UIE, _SPE, _UE, _TE = 1, 1, 1, 1 << 6, 1 << 13, 1 << 3
 _USART2_FUNCTION = 7  # AF7 (DS9716 table 9)
 _FURTHEST_OFF = 0.03  # larger errors of a baud rate garble bytes (AN3155 allows 2 to 3 %)
-_LAB_RATES_HZ = (800.0, 84e6 / 52 / 2000)  # the lab's rate, and ST's
+_LAB_RATES_HZ = (800.0, 84e6 / 52 / 2000)  # the rate of the lab and of ST's examples
 _NEAR = 0.005
 _TICK_HZ = 1000.0  # the HAL's time base
 
@@ -131,7 +131,7 @@ def _other_bus_on(chip: Chip, signals: BoardSignals) -> str:
 
 
 def bus_never_on(chip: Chip, signals: BoardSignals, places: Places) -> Cause | None:
-    """Report bus calls without a bus of the board switched on."""
+    """Report calls of bus functions if no bus of the board is switched on."""
     peripherals = chip.core.peripherals
     talks = places.address_of(*_TALKS_TO_SENSORS) is not None
     used = any(bus.recent_transfers() for bus in signals.i2c.values()) or any(
@@ -167,7 +167,7 @@ _SR = 0x08
 
 
 def byte_left(chip: Chip, signals: BoardSignals) -> Cause | None:
-    """Report a received byte left in an idle SPI's DR, which the next read gets."""
+    """Report a received byte in the DR of an idle SPI. The next transfer would read it as its first byte."""
     for name, bus in signals.spi.items():
         status = chip.core.peripherals[name].peek(_SR)
         idle = all(signals.gpio.level(select[1], int(select[2:])) for select in bus.chip_selects)
@@ -217,7 +217,10 @@ def never_ticked(chip: Chip, signals: BoardSignals, places: Places) -> Diagnosis
     if signals.clock.now_ps < 2 * PS_PER_S or any(timer.ticks for timer in chip.timers.values()):
         return None
     callback = places.address_of(_CALLBACK)
-    if callback is None or places.file(callback) in (_HAL_TIM, ""):  # last, because it reads all line numbers
+    if callback is None or places.file(callback) in (
+        _HAL_TIM,
+        "",
+    ):  # the last check, because it reads all line numbers
         return None
     what, why = _why_no_ticks(chip, signals.board.timer.peripheral)
     where = places.place(callback)

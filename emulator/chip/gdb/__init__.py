@@ -1,1 +1,3 @@
-"""The GDB remote serial protocol; section names are those of that appendix in the GDB manual."""
+"""The GDB remote serial protocol. Quoted names are sections of the appendix with this title in the GDB
+manual.
+"""

@@ -84,7 +84,7 @@ reset                    reset the chip and halt it; then: maintenance flush reg
 
 
 class Monitor:
-    """Executes ``monitor`` commands; the answer to a wrong command is its error."""
+    """Executes ``monitor`` commands. The answer to an invalid command is an error message."""
 
     def __init__(
         self,

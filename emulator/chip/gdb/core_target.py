@@ -34,7 +34,7 @@ _WATCHED = {
     PointKind.ACCESS: (False, True),
 }
 _Range = tuple[Point, int, int, int]
-"""A watchpoint, its first address, the address after its last one, and the bytes there per byte of the point."""
+"""A watchpoint, its first address, the address after its last byte, and its contents."""
 
 
 class Points:
@@ -113,7 +113,7 @@ class CoreTarget:
         self._run = run
         self._points = Points(core, self._accessed)
         self._everything = CoreRegisters(core, EVERYTHING)
-        self._single_step = False  # the debugger requests one instruction
+        self._single_step = False  # the debugger has requested one instruction
         self._hit: HaltReason | None = None
         self._on_bkpt = False
         self._lock_up_reported = False

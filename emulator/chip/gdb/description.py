@@ -54,7 +54,7 @@ FEATURES: Final[dict[str, Sequence[GdbRegister]]] = {
 REGISTERS: Final = tuple(register for registers in FEATURES.values() for register in registers)
 
 ADDRESSES: Final = (
-    ("rom", 0, FLASH_SIZE),  # the flash again: the core boots from here (RM0368 section 2.4)
+    ("rom", 0, FLASH_SIZE),  # the alias of the flash from which the core boots (RM0368 section 2.4)
     ("flash", FLASH, FLASH_SIZE),
     ("rom", SYSTEM_MEMORY, SYSTEM_MEMORY_SIZE),
     ("ram", RAM, RAM_SIZE),
@@ -64,7 +64,7 @@ ADDRESSES: Final = (
     ("ram", memory_map.OTG, memory_map.OTG_SIZE),
     ("ram", memory_map.PRIVATE, memory_map.PRIVATE_SIZE),
 )
-"""Kind, first address and size; registers count as RAM for a debugger."""
+"""Kind, first address and size of each range. Registers count as RAM for a debugger."""
 
 
 def target_xml() -> bytes:

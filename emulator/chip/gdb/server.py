@@ -106,7 +106,9 @@ class GdbServer:
         if self._client is not None:
             waiting.append(self._client)
         found = select.select(waiting, [], [], patience_s)[0]
-        if self._client in found:  # it may leave now: accept a new connection after that
+        if (
+            self._client in found
+        ):  # the debugger may leave in this step; a new connection is accepted after it
             found = [ready for ready in found if ready is not self._listener]
         for ready in found:
             if ready is self._listener:
@@ -130,7 +132,7 @@ class GdbServer:
 
     def _hear(self, caller: _Caller) -> None:
         """Read from a connection that is not the debugger yet."""
-        if caller not in self._callers:  # another one became the debugger
+        if caller not in self._callers:  # another connection became the debugger
             return
         try:
             data = caller.socket.recv(_CHUNK)

@@ -32,7 +32,7 @@ class Point:
 
 @dataclass(frozen=True)
 class HaltReason:
-    """Why the core has stopped by itself: at a point, after a step (``point`` None), or by a failure."""
+    """The reason for a stop: a point, the end of a step (``point`` is None), or a failure."""
 
     point: Point | None = None
     address: int = 0

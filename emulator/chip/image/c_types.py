@@ -14,7 +14,9 @@ from fcu_emulator.emulator.chip.image.elf import DebugInfoError
 from fcu_emulator.emulator.chip.memory_map import CAPACITY
 
 CValue = int | float | tuple["CValue", ...] | SimpleNamespace
-"""bool for _Bool, tuple for arrays, an object for structures and unions, int for pointers and enumerations."""
+"""A C value in Python: bool for _Bool, tuple for arrays, an object for structures and unions, int for
+pointers and enumerations.
+"""
 
 _FLOATS = {2: "<e", 4: "<f", 8: "<d"}
 
@@ -81,7 +83,7 @@ class Array:
 
     @cached_property
     def leaves(self) -> int:
-        """At least one per element, because empty structures take work."""
+        """At least one for each element, because reading empty structures also takes time."""
         return max(self.element.leaves, 1) * self.count
 
     def value(self, raw: bytes, offset: int) -> tuple[CValue, ...]:
@@ -91,7 +93,7 @@ class Array:
 
 @dataclass(frozen=True)
 class BitField:
-    """Bits from bit ``low`` of the structure's byte."""
+    """A bit field that begins at bit ``low`` of the structure's byte."""
 
     low: int
     bits: int
@@ -111,7 +113,7 @@ class BitField:
 
 @dataclass(frozen=True)
 class Member:
-    """A member; those of anonymous structures count as their parent's."""
+    """A member. Members of anonymous structures count as their parent's."""
 
     name: str
     offset: int
@@ -277,8 +279,8 @@ def _location(member: DebugEntry) -> int:
 
 
 def _first_bit(member: DebugEntry, bits: int, unit_size: int) -> int:
-    """Return the lowest bit from the structure's start (DWARF 5 section 5.7.6); before DWARF 4 the entry counts from
-    the unit's highest bit.
+    """Return the lowest bit, counted from the structure's start (DWARF 5 section 5.7.6). Before DWARF 4, the
+    entry counts from the unit's highest bit.
     """
     first = member.number(_AT_DATA_BIT_OFFSET)
     if first is None:
@@ -301,7 +303,7 @@ def _bounded(made: CType) -> CType:
 _VARIABLE = 0x34
 _AT_LOCATION, _AT_ABSTRACT_ORIGIN, _AT_SPECIFICATION = 0x02, 0x31, 0x47
 _OP_ADDR = 0x03
-_MAX_VARIABLES = 1 << 16  # one for each byte of RAM
+_MAX_VARIABLES = 1 << 16  # one element for each byte of RAM
 _LONGEST_CHAIN = 8  # two steps: to a declaration or an origin
 
 

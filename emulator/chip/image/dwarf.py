@@ -17,7 +17,7 @@ from fcu_emulator.emulator.chip.image.elf import DebugInfoError, Sections, print
 
 _LONGEST_LEB128 = 10  # bytes of a 64-bit number
 _LONGEST_STRING = 4096
-_DWARF64 = 0xFFFF_FFF0  # from here lengths announce the 64-bit format
+_DWARF64 = 0xFFFF_FFF0  # lengths from this value on announce the 64-bit format
 
 
 class Budget:
@@ -68,7 +68,7 @@ class Cursor:
 
     def uleb128(self) -> int:
         """Return an unsigned LEB128 number (DWARF 5 section 7.6)."""
-        if self.offset < self.end and self.data[self.offset] < 0x80:  # one byte: nearly all numbers
+        if self.offset < self.end and self.data[self.offset] < 0x80:  # nearly all numbers have one byte
             return self.byte()
         return self._leb128()[0]
 
@@ -151,7 +151,7 @@ FIXED_SIZES = {
 }
 
 Value = int | bytes
-"""Bytes for blocks, expressions and inline strings; otherwise a number."""
+"""Return bytes for blocks, expressions and inline strings, and a number for other forms."""
 
 
 def read_value(cursor: Cursor, form: int) -> Value:
@@ -187,7 +187,7 @@ class Abbreviation:
     has_children: bool
     attributes: tuple[tuple[int, int, int], ...]
     fixed_size: int | None
-    """Size of the values in bytes, if always the same."""
+    """Size of the values in bytes, if it is always the same."""
 
 
 @dataclass(frozen=True)

@@ -203,7 +203,7 @@ class _SectionHeader(NamedTuple):
 
 
 class Sections:
-    """Sections of an ELF file; the first of a name counts."""
+    """Sections of an ELF file. If a name occurs more than once, the first section is used."""
 
     def __init__(self, data: bytes, offset: int, count: int, names: int) -> None:
         self.problem: str | None = None

@@ -34,7 +34,7 @@ class FirmwareImage:
     segments: tuple[Segment, ...] = field(repr=False)
     """By rising physical address, without overlaps."""
     stack_pointer: int
-    """Word 0 of the vector table."""
+    """The initial stack pointer, word 0 of the vector table."""
     reset_vector: int
     """Word 1: the reset handler, bit 0 set (Thumb)."""
     symbols: Symbols | None
@@ -180,7 +180,7 @@ _FOREIGN = {
 }
 _S_RECORDS = (b"S0", b"S1", b"S2", b"S3")
 _TEXT_BYTES = frozenset(range(0x20, 0x7F)) | frozenset(b"\t\n\r\f")
-_TEXT_SAMPLE = 256  # bytes; a vector table with its zero bytes is never all text
+_TEXT_SAMPLE = 256  # bytes; a vector table has zero bytes, so it never looks like text
 
 
 def read_binary(file: str, data: bytes) -> tuple[Segment, ...]:

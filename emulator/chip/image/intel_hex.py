@@ -11,7 +11,7 @@ from fcu_emulator.emulator.chip.image.segments import Segment, check_place, join
 from fcu_emulator.emulator.chip.memory_map import CAPACITY
 from fcu_emulator.emulator.errors import FirmwareFileError
 
-_LONGEST_FILE = 16 * CAPACITY  # characters: a record with one byte needs 15
+_LONGEST_FILE = 16 * CAPACITY  # characters; a record with one byte needs 15
 _DATA, _END, _SEGMENT_BASE, _SEGMENT_START, _LINEAR_BASE, _LINEAR_START = range(6)
 _LENGTHS = {_END: 0, _SEGMENT_BASE: 2, _SEGMENT_START: 4, _LINEAR_BASE: 2, _LINEAR_START: 4}
 

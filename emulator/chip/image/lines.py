@@ -123,7 +123,7 @@ def _header(program: Cursor, strings: dict[int, bytes], budget: Budget) -> _Line
     size = program.unsigned(4)
     code = program.skip(0) + size
     instruction_length = program.byte()
-    program.skip(2 if version >= 4 else 1)  # operations per instruction, default is_stmt
+    program.skip(2 if version >= 4 else 1)  # skip operations per instruction and default is_stmt
     line_base = (program.byte() ^ 0x80) - 0x80
     line_range = program.byte()
     if line_range == 0:
@@ -161,7 +161,7 @@ def _entries(program: Cursor, strings: dict[int, bytes], budget: Budget) -> list
     """Return (name, directory's number) pairs."""
     columns = [(program.uleb128(), program.uleb128()) for _ in range(program.byte())]
     count, room = program.uleb128(), program.end - program.offset
-    if count > room:  # entries without bytes could have any number
+    if count > room:  # the number of entries without bytes would have no limit
         raise DebugInfoError(f"a table of files announces {count} entries in {room} bytes")
     entries = []
     for _ in range(count):

@@ -1,4 +1,4 @@
-"""Names and lines of a program; damaged parts leave a note and never stop a run.
+"""Names and lines of a program. Damaged parts cause a note and never stop a run.
 
 Decision: the symbol table is indexed on its first use, in one pass. Other runs have no cost.
 """
@@ -37,7 +37,7 @@ _UNDEFINED = 0
 class FunctionAt(NamedTuple):
     """The function that contains an address, ``offset`` bytes after its even ``start``.
 
-    ``name`` is the one in the source: ``main`` for GCC's ``main.constprop.0``.
+    ``name`` is the name in the source: ``main`` for GCC's ``main.constprop.0``.
     """
 
     name: str

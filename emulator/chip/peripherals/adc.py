@@ -1,8 +1,8 @@
 """ADC1: regular conversions with their time (RM0368 section 11), and the board's voltages.
 
-Without DMA or interrupt, continuous conversion pauses at EOC; a read of DR returns the result for its time.
-An unconnected input reads 0 V. Notes report injected channels, triggers, analog watchdog and discontinuous mode as not
-modelled.
+Without DMA or interrupt, continuous conversion pauses at EOC, and a read of DR returns the result for the
+time of the read. An unconnected input reads 0 V. Notes report injected channels, triggers, analog watchdog
+and discontinuous mode as not modelled.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
         if cr2 & _TRIGGERS or value & adc.CR2.JSWSTART.mask:
             self.note("not modelled", "external-trigger", "CR2: external triggers and injected conversions")
         if not cr2 & _DMA:
-            self._wants_dma = True  # writing 0 and 1 again restarts requests (11.8.1)
+            self._wants_dma = True  # writing 0 and then 1 restarts requests (11.8.1)
         if not cr2 & _ADON:
             self._stop()
         elif value & _SWSTART and self._event is None:
@@ -145,7 +145,7 @@ class Adc(Peripheral, declared=DECLARED["ADC1"]):
 
     def _begin(self) -> None:
         if self.registers[SR] & _OVR:
-            return  # the converter waits for software (11.8.1)
+            return  # the converter waits until software clears OVR (11.8.1)
         channel = self._channel()
         register, shift = (SMPR2, 3 * channel) if channel < 10 else (SMPR1, 3 * (channel - 10))
         sampling = _SAMPLING_CYCLES[self.registers[register] >> shift & 7]

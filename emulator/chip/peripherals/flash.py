@@ -121,7 +121,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
     # -- operations (3.6) -------------------------------------------------------------------------------
 
     def store(self, offset: int, size: int, value: int) -> bool:
-        """Program bits from 1 to 0; False: the store is refused (3.6.3)."""
+        """Program bits from 1 to 0. Return False if the store is refused (3.6.3)."""
         control = self.registers[CR]
         errors = 0 if control & _PG else _PGSERR
         if size != 1 << flash.CR.PSIZE.get(control):
@@ -161,7 +161,7 @@ class Flash(Peripheral, declared=DECLARED["FLASH"]):
         self._begin(duration_ms * PS_PER_MS)
 
     def _begin(self, duration_ps: int) -> None:
-        """Set BSY; an operation begun earlier ends first, as the bus waits for it (3.6.1)."""
+        """Set BSY. An earlier operation ends first, because the bus waits for it (3.6.1)."""
         begin_ps = self.soc.clock.now_ps
         if self._operation is not None:
             begin_ps = self._until_ps

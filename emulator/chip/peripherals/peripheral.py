@@ -87,7 +87,9 @@ class Soc:
 
 
 class InterruptInput:
-    """One NVIC input, active while any source is active. Each peripheral uses a different ``source`` name."""
+    """One NVIC input, which is active while any source is active. Each peripheral has its own ``source``
+    name.
+    """
 
     def __init__(self, soc: Soc, number: int) -> None:
         self.number = number

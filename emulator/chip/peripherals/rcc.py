@@ -1,7 +1,7 @@
 """RCC: clocks, gates, resets and reset flags (RM0368 section 6).
 
-Oscillators need their typical start-up time (STM32F401xB/C datasheet). Without effect: MCO1, MCO2, clock security,
-spread spectrum, xxxLPENR. The board may not have the model's 32 kHz crystal.
+Oscillators need their typical start-up time (STM32F401xB/C datasheet). MCO1, MCO2, clock security, spread
+spectrum and xxxLPENR have no effect. The model has a 32 kHz crystal, which the board may not have.
 """
 
 from __future__ import annotations
@@ -56,7 +56,9 @@ class Oscillators:
 _OTHER_CRYSTALS_HZ = (HSE_HZ, 8_000_000, 25_000_000, 12_000_000)  # of other boards
 
 NOMINAL = Oscillators()
-"""For the manual's limits, which an oscillator within its tolerance never violates."""
+"""Oscillators for checks of the manual's limits, which a real oscillator within its tolerance does not
+violate.
+"""
 
 
 @dataclass(frozen=True)
@@ -139,7 +141,7 @@ def _timer_hz(hclk_hz: int, shift: int, timpre: bool) -> int:
 # -- gate and reset bits (sections 6.3.5 to 6.3.12) --------------------------------------------------------------
 
 _PERIPHERALS_BY_FIELD = {"OTGFS": "OTG_FS", "ADC": "ADC1"}
-"""Fields without their peripheral's name in front; the ADCs share one reset."""
+"""Fields that do not begin with their peripheral's name. The ADCs share one reset."""
 
 
 def _gates(suffix: str, *registers: type[Word]) -> dict[int, dict[int, str]]:
@@ -202,7 +204,7 @@ _SOURCES = {
     "LSE": _source(rcc.BDCR, "LSE", 2 * PS_PER_S),
 }
 _READY_FLAGS = sum(source.flag for source in _SOURCES.values())
-_SYSCLK_SOURCES = ("HSI", "HSE", "PLL")  # in the order of SW
+_SYSCLK_SOURCES = ("HSI", "HSE", "PLL")  # in the order of the codes of SW
 
 
 _OSCILLATORS = frozenset((CR, PLLCFGR, BDCR, CSR))
@@ -221,7 +223,9 @@ class _Controlled:
         self._latest: dict[int, tuple[int, tuple[tuple[int, Peripheral], ...]]] = {}
 
     def of(self, bits: int) -> tuple[int, tuple[tuple[int, Peripheral], ...]]:
-        """Return those in C (bit = index), and those in Python with their bits."""
+        """Return the peripherals in C as a set of bits (bit n is index n), and the peripherals in Python with
+        their bits.
+        """
         found = self._latest.get(bits)
         if found is None:
             if len(self._latest) >= _SETTINGS:

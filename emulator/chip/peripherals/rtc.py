@@ -114,7 +114,7 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
         self._pwr = pwr
         self._rcc = rcc
         self._events: dict[int, Event] = {}
-        """The next wake-up or instant of an alarm, by its flag in ISR."""
+        """The next wake-up or alarm, with its flag in ISR."""
         self._set_line: Callable[[int, bool], None] = lambda _line, _level: None
         self._power_on()
         rcc.on_change(self._clock_changed)
@@ -318,7 +318,9 @@ class Rtc(Peripheral, declared=DECLARED["RTC"]):
             self._plan(flag)
 
     def _plan(self, flag: int) -> None:
-        """Schedule the first event after a change; none without clock or in initialisation mode."""
+        """Schedule the first event after a change. There are no events without clock or in initialisation
+        mode.
+        """
         self._cancel(flag)
         if not self._hz or self.registers[ISR] & _INITF:
             return

@@ -43,7 +43,7 @@ class Subseconds:
 
     first: int
     every: int
-    """0: only the first one."""
+    """The distance of these instants; 0 for a single instant."""
 
     @classmethod
     def of(cls, alrmssr: int, prediv_s: int) -> Subseconds:

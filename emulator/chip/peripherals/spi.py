@@ -2,8 +2,9 @@
 
 The chip reads most registers itself (:mod:`fcu_emulator.sensors.shared_registers`), and passes other messages to Python.
 
-The board's Bluetooth module is absent: SPI1 (PA5 to PA7), chip select PB0, reset PB2, interrupt PA4. ST's stock
-firmware times out (0.2 s). The interrupt line is low, because high would keep HCI_Isr in its loop.
+The board's Bluetooth module is absent: SPI1 (PA5 to PA7), chip select PB0, reset PB2, interrupt PA4. ST's
+stock firmware waits 0.2 s for the module and then continues. The interrupt line is low, because a high level
+would keep HCI_Isr in its loop.
 """
 
 from __future__ import annotations
@@ -144,7 +145,7 @@ class SpiWire:
     def _configure(self, speed_hz: int, mode: int, wires: int) -> None:
         self.mode, self.wires = _MODES[mode], 3 if wires == 3 else 4
         self._bus.mode = self.mode
-        if speed_hz > 0:  # not before SPE is set
+        if speed_hz > 0:  # the speed is 0 until SPE is set
             self._bus.is_enabled = True
         if speed_hz == self._speed_hz:
             return

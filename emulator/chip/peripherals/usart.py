@@ -43,7 +43,7 @@ PERIPHERAL_CLASSES["USART"] = Usart
 
 
 class ConnectedUsarts:
-    """Connects ``lines`` by USART name. Of other output the first bytes are kept for a diagnosis."""
+    """Connects ``lines`` by USART name. The first bytes of other USARTs are kept for a diagnosis."""
 
     def __init__(self, chip: FcuChip, lines: Mapping[str, Uart]) -> None:
         self._chip = chip

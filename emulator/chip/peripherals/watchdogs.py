@@ -26,7 +26,7 @@ _UNLOCK, _RELOAD, _START = 0x5555, 0xAAAA, 0xCCCC
 
 
 class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
-    """Independent watchdog: resets the chip unless firmware reloads it; only a reset stops it."""
+    """The independent watchdog, which resets the chip if firmware does not reload it. Only a reset stops it."""
 
     def __init__(self, soc: Soc, name: str, base: int) -> None:
         super().__init__(soc, name, base)
@@ -81,7 +81,7 @@ class Iwdg(Peripheral, declared=DECLARED["IWDG"]):
         return self._since_ps - (-cycles * PS_PER_S // LSI_HZ)
 
     def same_write_until_ps(self, offset: int, value: int) -> int:
-        """Return until when another reload has no effect: the end of the current count."""
+        """Return the end of the current count, until which another reload has no effect."""
         if offset != IWDG_KR or value & 0xFFFF != _RELOAD:
             return NOT_CACHEABLE_PS
         return NEVER_PS if self._deadline_ps is None else self._same_until_ps
@@ -106,7 +106,9 @@ _T6 = 1 << 6  # highest bit of CR.T: the chip is reset if it is 0
 
 
 class Wwdg(Peripheral, declared=DECLARED["WWDG"]):
-    """Window watchdog: resets the chip if the counter falls below 0x40, or is written while above the window."""
+    """The window watchdog, which resets the chip if the counter falls below 0x40, or if it is written while
+    it is above the window.
+    """
 
     def __init__(self, soc: Soc, name: str, base: int, irq: InterruptInput) -> None:
         super().__init__(soc, name, base)

@@ -38,7 +38,7 @@ KINDS: Final[tuple[ModuleType, ...]] = (
     *(crc, pwr, rcc, syscfg, gpio, dma, exti, adc, tim, iwdg, wwdg, rtc, i2c, usart, spi, flash, dbgmcu),
     *(systick, nvic, scb, dwt),
 )
-"""In the order of the reference manual, then the core's."""
+"""The declared peripherals in the order of the reference manual, followed by the core's."""
 
 IN_C: Final[tuple[ModuleType, ...]] = (
     *(crc, syscfg, gpio, dma, exti, tim, i2c, usart, spi),
@@ -52,7 +52,7 @@ DECLARED: Final[dict[str, DeclaredPeripheral]] = {
 """Every declared peripheral by the manual's name."""
 
 SYSTEM_CONTROL_SPACE: Final = ("SysTick", "NVIC", "SCB")
-"""These share one place in the memory map."""
+"""These peripherals share one address range."""
 
 
 def address_of(peripheral_name: str, register: type[Word]) -> int:

@@ -43,7 +43,7 @@ def headers() -> dict[str, str]:
 
 _MEMORY = ("FLASH", "RAM", "SYSTEM_MEMORY", "PERIPHERALS", "OTG", "PRIVATE")
 _C_NAMES = {"FLASH": "FLASH_R", "ROM table": "ROM_TABLE"}
-"""As in ST's headers, because FLASH is the memory."""
+"""FLASH is called FLASH_R as in ST's headers, because FLASH is the memory there."""
 
 
 def _memory_map() -> str:

@@ -7,7 +7,7 @@ from fcu_emulator.sensors.register import Bits
 
 SOURCE = "ARMv7-M ARM C1.8"
 INSTANCES = ("DWT",)
-C_PREFIX = "DWT_"  # LSR is a shift, too
+C_PREFIX = "DWT_"  # LSR is also the name of a shift
 
 
 class CTRL(Word, addr=0x000, reset=0x4000_0000):

@@ -21,7 +21,7 @@ class ACR(Word, addr=0x00):
 
 
 class KEYR(Word, addr=0x04, access="w"):
-    """Key: two in a row unlock CR."""
+    """Key register: two keys in a row unlock CR."""
 
     KEY = Bits(31, 0, doc="0x45670123, then 0xCDEF89AB")
 

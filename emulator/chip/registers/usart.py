@@ -31,7 +31,7 @@ class DR(Word, addr=0x04):
 
 
 class BRR(Word, addr=0x08):
-    """Baud rate: the kernel clock divided by 16 (or 8) times this."""
+    """Baud rate: the kernel clock is divided by 16 (or 8) times this number."""
 
     DIV_Mantissa = Bits(15, 4, doc="whole part")
     DIV_Fraction = Bits(3, 0, doc="sixteenths")

@@ -7,7 +7,7 @@
 #define PORTS 6 /* A to E, H (RM0368 2.3) */
 #define PIN_LISTENERS 64
 
-/* In a set of pins, bit n stands for pin n. */
+/* In a set of pins, bit n is pin n. */
 typedef struct {
   Peripheral peripheral;
   uint32_t registers[10]; /* by offset / 4, without IDR and BSRR */

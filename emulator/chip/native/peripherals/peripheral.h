@@ -66,7 +66,7 @@ struct Peripheral {
   Chip *chip;
   uint32_t base, size;
   int32_t index;
-  uint32_t noted;  /* reported notes: bit n stands for id n */
+  uint32_t noted;  /* reported notes: bit n is the note with id n */
   uint8_t clocked; /* set by RCC; without clock a peripheral reads as 0 and ignores writes */
   uint32_t reads_since_write;
   uint8_t memory_like;      /* reads have no side effect; only events and writes change registers */
