@@ -33,7 +33,7 @@ _BLOCKS = 32
 PAGE = _BLOCK * _BLOCKS
 """Number of samples filtered together."""
 
-_FORGOTTEN = 1e-9  # a remaining effect of full scale times this is far below one count
+_FORGOTTEN = 1e-9  # full scale times this factor is far below one count
 _GRID = 1 << 15
 
 SLOPE: Section = (0.5, -0.5, 0.0, 0.0, 0.0)  # (x[n] - x[n-1]) / 2
@@ -82,7 +82,7 @@ def chain(sections: tuple[Section, ...], start: Start) -> Chain:
 
 
 class Chain:
-    """A cascade of sections; signals are (axes, n), states (axes, ``order``)."""
+    """A cascade of sections. Signals have shape (axes, n), states (axes, ``order``)."""
 
     def __init__(self, sections: tuple[Section, ...], start: Start) -> None:
         self.sections = sections
@@ -122,7 +122,7 @@ class Chain:
         return np.zeros((axes, self.order))
 
     def run(self, page: Array, state: Array) -> tuple[Array, Array]:
-        if not (state.any() or page.any()):  # the input equals its reference
+        if not (state.any() or page.any()):  # with the kind "reference", the input equals its reference
             return np.zeros_like(page), state
         blocks = page.reshape(len(page), _BLOCKS, _BLOCK)
         states = self._states(blocks, state)
@@ -175,7 +175,7 @@ Source: TypeAlias = Callable[[int, int], Array]
 """``source(number, count)``: unfiltered samples, (axes, count)."""
 
 _SEGMENT = 16  # length in multiples of the warm-up pages
-_KEPT = 4  # pages: the stream's block, and the lag of a second reader
+_KEPT = 4  # pages: one for the stream's block, and more for a second reader that lags behind
 
 
 class _Page:
@@ -191,7 +191,7 @@ class _Page:
 
 
 class SampledFilter:
-    """The samples of ``source`` through a chain, by number."""
+    """The filtered samples of ``source``, by number."""
 
     def __init__(self, source: Source, axes: int = 3) -> None:
         self._source = source

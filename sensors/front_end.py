@@ -5,8 +5,8 @@ Decisions where the documents are silent:
 * The converter of the LSM6DSL runs at its highest output rate, 6664 Hz by its own oscillator.
 * Analog stages are second-order Butterworth low-passes; the digital filter has fourth order and -3 dB at half the
   output rate, so that later filters keep their cut-off within 0.2 dB.
-* A signal is clipped at the limits of the converter's 16 bits, before any digital filter. A clip at the output would
-  average strong vibration to a plausible value.
+* A signal is clipped at the limits of the converter's 16 bits, before any digital filter. Clipping at the
+  output instead would turn strong vibration into a plausible mean value.
 
 For slow signals the chain is a pure delay. A plain function must return values that are already filtered.
 
@@ -49,8 +49,10 @@ USUAL_DECIMATION = 0.5
 """Cut-off of the low-pass before decimation, as a fraction of the output rate."""
 
 _FORGOTTEN = 1e-7  # fraction of a filter's impulse response that is truncated
-_ALL_CLIPPED = 1 - 1e-9  # fraction of full scale; allows for rounding of the filter weights
-_SLOW = 25.0  # motion this many times slower than the filters' delay has an error below 1e-3
+_ALL_CLIPPED = 1 - 1e-9  # fraction of full scale; the tolerance for rounding of the filter weights
+_SLOW = (
+    25.0  # if motion is this many times slower than the filters' delay, a pure delay has an error below 1e-3
+)
 _LOOKS_AT_ONCE = 1 << 18  # signal values per block, limits the memory
 _PRODUCTS_AT_ONCE = 1 << 16
 
@@ -253,8 +255,11 @@ def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-_AVERAGED, _FEW_AVERAGED = 32, 4  # signal values per conversion, if its structure is unknown
-_SLOW_CONVERSIONS = 50.0  # as _SLOW, but in conversion times, for averaged conversions
+_AVERAGED, _FEW_AVERAGED = (
+    32,
+    4,
+)  # signal values per conversion, for a signal that does not report its fast intervals
+_SLOW_CONVERSIONS = 50.0  # like _SLOW, but counted in conversion times, for averaged conversions
 
 
 def averaged(signal: Signal, t_s: Times, conversion_s: float) -> Array:
@@ -262,7 +267,7 @@ def averaged(signal: Signal, t_s: Times, conversion_s: float) -> Array:
     if not isinstance(signal, DynamicSignal):
         return signal(t_s)
     samples = signal(t_s - conversion_s / 2)
-    # number of values that suffices for slower motion
+    # number of values that is enough for slower motion
     for looks, enough in ((_FEW_AVERAGED, 1), (_AVERAGED, _FEW_AVERAGED)):
         pace_s = conversion_s * _SLOW_CONVERSIONS / enough
         moving = signal.agitated(t_s[0] - conversion_s, t_s[-1], pace_s)
@@ -407,7 +412,7 @@ class Flicker:
         total = np.zeros((len(self._at_seconds), len(seconds)))
         for octave, source in enumerate(self._octaves):
             apart_s = 1 << octave
-            # so that the octaves' interpolation points are at different times
+            # an offset that puts the interpolation points of the octaves at different times
             shifted = seconds + apart_s * octave // _OCTAVES
             before, part = shifted // apart_s, shifted % apart_s / apart_s
             drawn = source.block(int(before[0]), int(before[-1] - before[0]) + 2)

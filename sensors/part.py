@@ -32,7 +32,8 @@ from fcu_emulator.sensors.sampling import PS_PER_S, SampleStream, Times
 
 
 Signal: TypeAlias = Callable[[Times], NDArray[np.float64]]
-"""A quantity at the given times: shape (n, 3) in the sensor's axes, or (n,); n may be 1 if ``one_row`` allows it.
+"""A quantity at n times, with shape (n, 3) in the sensor's axes, or (n,). If ``one_row`` allows it, one row
+is enough for a constant signal.
 
 A plain function must return filtered values.
 """
@@ -180,7 +181,7 @@ class Sensor:
         return ()
 
     def catch_up(self, now_ps: int) -> None:
-        """Do all work due until ``now_ps``."""
+        """Do all work that is due until ``now_ps``."""
 
     def next_event_ps(self) -> int:
         """Return when a wired pin may change, or ``NEVER_PS``."""
@@ -324,7 +325,7 @@ class SubaddressTarget:
         self.last_burst = (0, 0)
         """Sub-address and length of the last read; the next read continues after it."""
         self._expects_subaddress = False
-        self._booting = not part.accessible(now_ps())  # checked again only while True
+        self._booting = not part.accessible(now_ps())  # checked again only while it is True
 
     def start(self, *, read: bool) -> bool:
         """Begin a transfer; return True to acknowledge."""
@@ -394,7 +395,7 @@ class SubaddressTarget:
         return self.part.register_name(address)
 
     def answers(self) -> bool:
-        """Return whether the sensor acknowledges its address. Only a write can change True."""
+        """Return whether the sensor acknowledges its address. Only a write can change the result True."""
         if self._booting:
             self._booting = not self.part.accessible(self._now_ps())
         return not self._booting and not self.part.i2c_off

@@ -25,8 +25,9 @@ ACCESSES: Final = ("rw", "r", "w", "rc_w0", "rc_w1", "rs")
 class Bits:
     """Bits ``msb`` down to ``lsb`` of a register.
 
-    ``access``: if it differs from the register's. ``count``: number of equal fields, ``step`` bits apart; numbers from
-    ``first`` on replace the ``x`` in names. ``overlay``: a second meaning of bits that another field declares.
+    ``access``: if it differs from the register's. ``count``: number of equal fields, ``step`` bits apart.
+    Numbers from ``first`` on replace the ``x`` in their names. ``overlay``: a second meaning of bits that
+    another field declares.
     """
 
     __slots__ = (

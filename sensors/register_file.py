@@ -42,7 +42,7 @@ _Plan: TypeAlias = tuple[_Piece, tuple[_Piece, ...]]  # the first piece, and the
 NEVER_PS = 1 << 62  # later than any run; an int, so that comparisons stay fast
 
 _COUNT_BITS = 22  # bits for the length in a plan's key, which stays a small integer
-_ONE_BYTE = tuple(bytes((value,)) for value in range(256))  # a look-up is faster than building the bytes
+_ONE_BYTE = tuple(bytes((value,)) for value in range(256))  # a look-up is faster than creating the bytes
 _LONGEST_KEPT = 64  # bytes of a burst whose plan is cached
 
 

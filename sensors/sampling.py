@@ -201,7 +201,8 @@ class SampleStream:
         return max(-1, self._origin_index + (at_ps - self._origin_ps) * self._den // self._num)
 
     def _fill(self, first: int) -> None:
-        # Whole multiples of ``_num`` are exact, and small numbers keep Python's integers fast.
+        # The origin moves by whole multiples of ``_num``, which are exact. Small numbers keep Python's
+        # integers fast.
         spans = (first - self._origin_index) // self._den
         self._origin_ps += spans * self._num
         self._origin_index += spans * self._den

@@ -29,7 +29,7 @@ class SpiTarget:
         self._modes = part.BUS.spi_modes
         self._command: int | None = None
         self.position = 0
-        self._booting = not part.accessible(now_ps())  # checked again only while True
+        self._booting = not part.accessible(now_ps())  # checked again only while it is True
 
     @property
     def version(self) -> array[int]:

@@ -39,7 +39,7 @@ class InterruptSettings:
     active_level: int
     axes: tuple[bool, bool, bool]
     threshold: int  # counts
-    after_offset: bool  # compare the output, after the hard-iron offset
+    after_offset: bool  # compare the output, from which the hard-iron offset has been subtracted
 
     @classmethod
     def decode(cls, mem: bytearray) -> InterruptSettings:

@@ -1,13 +1,14 @@
 """The LIS2MDL's measurement: conversion of magnetic field to counts (datasheet Table 3; AN5069 sections 3, 8, 9).
 
-A measurement is the mean field plus noise, plus the offset Hoff after a set pulse, or minus Hoff after a reset pulse.
-OFF_CANC averages both, so Hoff cancels. Without it there are only set pulses, every 63 samples or on leaving idle.
+A measurement is the mean field plus noise, plus the offset Hoff after a set pulse, or minus Hoff after a
+reset pulse. OFF_CANC averages both, so Hoff cancels. Without OFF_CANC there are only set pulses, one every 63
+samples and one when the sensor leaves idle.
 
 Decisions: LPF of the LIS2MDL is the mean of two measurements. This filter has -3 dB at exactly ODR/4, and reduces noise
 as in Table 3. It has no effect on single measurements.
 
-Decisions where the documents are silent: the 63 samples are counted from leaving idle, which is itself a pulse;
-alternation continues from the last polarity. Offsets left by strong fields are not modelled.
+Decisions where the documents are silent: the 63 samples are counted from the pulse at which the sensor leaves
+idle; alternation continues from the last polarity. Offsets left by strong fields are not modelled.
 """
 
 from __future__ import annotations
@@ -37,8 +38,8 @@ class Pulses:
     def __init__(self) -> None:
         self.first = 0
         """Number of the first measurement since leaving idle."""
-        self._from = 0  # the settings below apply from this measurement on ...
-        self._before = SET  # ... and this was the polarity until then
+        self._from = 0  # the settings below apply from this measurement on
+        self._before = SET  # the polarity before that measurement
         self._alternating = False
         self._periodic = True
 
@@ -79,7 +80,7 @@ class MagnetometerSettings:
     """The measurement's settings in the registers."""
 
     rate: Fraction  # by the sensor's own clock, Hz
-    turn_on_ps: int  # also the time of a single measurement (AN5069 Table 8)
+    turn_on_ps: int  # duration of one conversion, and of a single measurement (AN5069 Table 8)
     conversion_s: float  # conversion time of one polarity
     averaging: bool  # OFF_CANC or LPF in continuous mode
     alternating: bool  # set and reset pulses in turn
@@ -172,7 +173,9 @@ class Magnetometer:
         )
         if settings.averaging:
             earlier_s, earlier = t_s - float(1 / settings.rate), numbers - 1
-            if number == self.pulses.first and not settings.alternating:  # the filter starts with its first
+            if (
+                number == self.pulses.first and not settings.alternating
+            ):  # the filter starts with its first measurement
                 earlier_s[0], earlier[0] = t_s[0], number
             signal = (signal + averaged(self._field_mgauss, earlier_s, settings.conversion_s)) / 2
             sign = (sign + self.pulses.polarity(earlier)) / 2
@@ -194,7 +197,7 @@ class Magnetometer:
 
 
 DEGC_PER_LSB = 1 / 8
-ZERO_DEGC = 25.0  # the temperature that reads 0
+ZERO_DEGC = 25.0  # the temperature at which the register reads 0
 TEMPERATURE_COUNTS = 2048  # in both directions
 
 

@@ -217,7 +217,9 @@ class LIS2MDL(Sensor):
         self._pin.configure(control, now_ps)
         if self._pin.shows == "DRDY" and not self._drives_after_output:
             self._drives_after_output = True
-            self.registers.after_read(OUT, self._after_output)  # reads are slower only from now on
+            self.registers.after_read(
+                OUT, self._after_output
+            )  # added only now, because it makes reads slower
         self._drive_pin(now_ps)
         self._outputs.field.one_by_one = not self._modes.continuous or self._pin.shows == "DRDY"
 

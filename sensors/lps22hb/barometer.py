@@ -30,7 +30,10 @@ COUNTS_PER_HPA = 4096
 COUNTS_PER_DEGC = 100
 SAMPLE_BYTES = 5  # pressure of 24 bits, temperature of 16
 _ODR_HZ = (0, 1, 10, 25, 50, 75)  # CTRL_REG1.ODR; 6 and 7 measure nothing
-_MIDDLE_HPA, _HALF_RANGE_HPA = 950.0, 150.0  # of 800 to 1100 hPa, the range of the relative accuracy
+_MIDDLE_HPA, _HALF_RANGE_HPA = (
+    950.0,
+    150.0,
+)  # the middle of 800 to 1100 hPa, the range of the relative accuracy
 _ONE_SHOT_PS = {False: 13 * PS_PER_S // 10**3, True: 5 * PS_PER_S // 10**3}  # by low current
 
 
@@ -52,7 +55,7 @@ def _filter(divisor: int) -> Chain:
 class BarometerSettings:
     """The measurement's settings in the registers."""
 
-    rate: Fraction  # nominal, Hz; 0 is power-down, where ONE_SHOT works
+    rate: Fraction  # nominal rate in Hz; 0 is power-down, in which ONE_SHOT works
     low_current: bool
     divisor: int  # cut-off of the low-pass = rate / divisor; 0: none
 

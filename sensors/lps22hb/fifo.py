@@ -1,7 +1,7 @@
 """The LPS22HB's FIFO: 32 levels of pressure and temperature (datasheet section 5, 9.8 and 9.16).
 
-FIFO mode stops at the first sample that does not fit. Stream mode overwrites the oldest level; when it is empty, reads
-return the last level again. In dynamic stream mode they do not.
+FIFO mode stops at the first sample that does not fit. Stream mode overwrites the oldest level. Reads of an
+empty FIFO return the last level again, except in dynamic stream mode.
 
 Decisions where the datasheet is silent or contradicts itself: FIFO mode stops when it is full (against 5.2);
 STOP_ON_FTH limits every mode to WTM + 1 levels; reading a level clears OVR; mode 101b is bypass. Reading TEMP_OUT_H
@@ -27,7 +27,7 @@ class Behaviour(Enum):
     DYNAMIC_STREAM = auto()
 
 
-_MODES = {  # FIFO_CTRL.F_MODE: without the interrupt, with it
+_MODES = {  # by FIFO_CTRL.F_MODE: the mode without the interrupt, and with it
     0b000: (Behaviour.BYPASS, Behaviour.BYPASS),
     0b001: (Behaviour.FIFO, Behaviour.FIFO),
     0b010: (Behaviour.STREAM, Behaviour.STREAM),
@@ -40,7 +40,7 @@ _OFF = (Behaviour.BYPASS, Behaviour.BYPASS)
 
 
 class PressureFifo:
-    """The FIFO; ``on``: not in bypass; ``active``: a trigger can take it out of bypass."""
+    """The FIFO. ``on``: it is not in bypass. ``active``: it is on, or a trigger can switch it on."""
 
     def __init__(self) -> None:
         self._levels: deque[bytes] = deque()  # unread, oldest first

@@ -35,7 +35,7 @@ class Reference:
     def __init__(self, mem: bytearray, rpds_counts_per_lsb: int) -> None:
         self._mem = mem
         self._rpds_counts_per_lsb = rpds_counts_per_lsb
-        self._autozero = self._autorifp = False  # REF_P is captured and the function is active
+        self._autozero = self._autorifp = False  # REF_P has been captured and the function is active
         self._subtracted = 0
 
     @property

@@ -57,7 +57,7 @@ class Pipeline:
         self.drive(now_ps)
 
     def int_source_was_read(self, now_ps: int) -> None:
-        """Clear a latched interrupt, and end its effects on FIFO and pin."""
+        """Clear a latched interrupt and its effects on FIFO and pin."""
         self.interrupt.acknowledge()
         self.fifo.trigger(on=self.interrupt.raised)
         self.drive(now_ps)

@@ -64,7 +64,7 @@ _NOISE_FACTOR = (80 / 80, 130 / 80, 80 / 80, 90 / 80)  # Table 3: 80, 130, 80, 9
 _LOW_POWER_RMS_FACTOR = (1.8, 3.0, 2.0, 2.4)  # Table 3: mg RMS in low-power and normal mode
 _LOW_POWER_LAST_CODE = 5  # up to 208 Hz XL_HM_MODE selects low-power or normal mode
 
-_LOW_POWER_ODR_9_FACTOR = 0.6  # Table 3: with LPF2 at ODR/9; white noise would have half
+_LOW_POWER_ODR_9_FACTOR = 0.6  # Table 3, with LPF2 at ODR/9; white noise would give half of it
 _ODR_9_CODE = 2  # CTRL8_XL.HPCF_XL
 
 SELF_TEST_MG = 800.0  # Table 3 allows 90 to 1700 mg
@@ -81,7 +81,7 @@ _XL_TURN_ON_104_TO_833 = (1, 2)
 _XL_TURN_ON_OTHERS = (0, 1)
 _XL_MIDDLE_FROM_HZ, _XL_MIDDLE_TO_HZ = 104, 833
 _XL_FROM_FAST_TO_FAST = 5  # Table 12: high performance above 833 Hz before and after
-_XL_CHANGE = 1  # Table 12: in addition to those of a turn-on
+_XL_CHANGE = 1  # Table 12: discarded in addition to the samples after a turn-on
 
 
 class PowerMode(NamedTuple):
@@ -276,7 +276,7 @@ class AccelerometerSettings:
     event_filters: EventFilters
     analog_hz: float | None
     mode: PowerMode
-    noise_rms_factor: float  # before the chain: mg RMS per ug/sqrt(Hz)
+    noise_rms_factor: float  # noise before the chain: mg RMS per ug/sqrt(Hz)
     self_test: int
     user_offset_mg: tuple[float, float, float]
 

@@ -314,7 +314,7 @@ _ROUNDING_STATUS = {0x1E: 0x53, 0x53: 0x1B}  # the three sources, STATUS_REG, FU
 
 
 class Rounding:
-    """Addresses at which a burst jumps back, by ROUNDING and ROUNDING_STATUS."""
+    """The addresses after which a burst continues at another address, by ROUNDING and ROUNDING_STATUS."""
 
     CONFIGURATION: tuple[type[Register], ...] = (CTRL5_C, CTRL7_G)
 

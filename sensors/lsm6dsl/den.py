@@ -50,7 +50,9 @@ class DenMode(IntEnum):
 
 @dataclass(frozen=True)
 class DenSettings:
-    """``stamp_xl``: the accelerometer is stamped, not the gyroscope; ``axes``: of X, Y, Z."""
+    """Settings of data enable. ``stamp_xl``: the accelerometer is stamped instead of the gyroscope. ``axes``:
+    the stamped axes of X, Y, Z.
+    """
 
     mode: DenMode
     active_high: bool
@@ -98,7 +100,9 @@ def _mode(mem: bytearray) -> int:
 
 
 class Gate:
-    """``source``: the sensor's stream; ``shown``: the passed samples while ``closed``."""
+    """The gate of one sensor. ``source``: the sensor's stream. ``shown``: the samples that pass while the
+    gate is ``closed``.
+    """
 
     def __init__(self, source: SampleStream) -> None:
         self.source = source
@@ -167,7 +171,7 @@ class DataEnable:
         self._settings = DenSettings.decode(self._mem)
         self._gates = {"xl": Gate(chip.xl), "g": Gate(chip.g)}
         self._den_active = False
-        self._windows = 0  # of FIFO mode, including the present one
+        self._windows = 0  # windows of FIFO mode, including the present one
         self._latched = _NONE  # sample marked by the latest pulse
         self._next = 0  # DEN_DRDY: first unprocessed sample
         self._wired = False
@@ -188,7 +192,7 @@ class DataEnable:
     # -- feature interface ------------------------------------------------------------------------------
 
     def configure(self, now_ps: int) -> None:
-        """Decode the registers; a marked sample to come is kept."""
+        """Decode the registers. A mark for a future sample is kept."""
         old, settings = self._settings, DenSettings.decode(self._mem)
         self._settings = settings
         if settings.begins_anew(old):
@@ -277,7 +281,7 @@ class DataEnable:
         elif self._settings.mode is DenMode.LEVEL:
             bits[:] = self._den_active
         else:
-            # between two windows the value of the last one
+            # between two windows, the LSB has the value of the last window
             bits[:] = self._windows > 0 and self._windows % 2 == 0
         for axis, on in enumerate(self._settings.axes):
             if on:

@@ -56,7 +56,7 @@ _DELTA_LSB_PS = 16384 * PS_PER_S // 10000  # datasheet 11.19: 1.6384 s
 class PedometerSettings:
     """The pedometer's settings in bank A."""
 
-    full_scale_mg: float  # limit of each axis, for any FS_XL
+    full_scale_mg: float  # limit of each axis, independent of FS_XL
     threshold_mg: float
     debounce_steps: int
     debounce_ps: int  # a longer pause restarts the debounce
@@ -284,7 +284,7 @@ class EmbeddedFunctions:
         self._violations = Violations(chip)
         self._on = 0  # active functions, as bits of CTRL10_C
         self._accelerometer_on = False
-        self._every, self._next = 1, 0  # samples per tick; sample of the next tick
+        self._every, self._next = 1, 0  # samples per tick, and the sample of the next tick
         self._mg_per_lsb = MG_PER_LSB[0]
         self._steps, self._delta = StepDetector(), DeltaTime()
         self._significant_motion, self._tilt, self._wrist_tilt = SignificantMotion(), Tilt(), WristTilt()
@@ -417,7 +417,9 @@ class EmbeddedFunctions:
                 self._mem[WRIST_TILT_IA.addr] |= directions
 
     def _raise(self, source: FunctionSource, at_ps: int) -> None:
-        """Raise an event after the chip has processed all earlier samples, so that the FIFO stores the right values."""
+        """Raise an event. The chip first processes all earlier samples, so that the FIFO stores the right
+        values.
+        """
         self._chip.catch_up(at_ps - 1)
         self._sources.happened(source, at_ps)
 

@@ -58,7 +58,9 @@ _DIVISOR = (4, 100, 9, 400)  # HPCF_XL: cut-off is ODR over this; code 0 is the 
 
 
 class MotionFilter:
-    """``slope`` of the latest sample, and ``motion`` by the filter of SLOPE_FDS, in mg."""
+    """The filters of the event functions. ``slope``: the slope at the latest sample; ``motion``: the output
+    of the filter that SLOPE_FDS selects, both in mg.
+    """
 
     __slots__ = ("_decay", "_previous", "motion", "slope")
 
@@ -99,7 +101,7 @@ _FREE_FALL_MG = (156, 219, 250, 312, 344, 406, 469, 500)  # FF_THS, for every fu
 
 
 class FreeFallDetector:
-    """FF_IA while every axis has stayed within FF_THS for FF_DUR/ODR."""
+    """Detector of free fall: FF_IA is set while every axis has stayed within FF_THS for FF_DUR/ODR."""
 
     def __init__(self) -> None:
         self._duration = DurationCounter()
@@ -131,7 +133,9 @@ def _wake_up_mg(mem: bytearray, full_scale_mg: int) -> float:
 
 
 class WakeUp:
-    """WU_IA and the axes while one has exceeded WK_THS for WAKE_DUR/ODR."""
+    """Detector of wake-up: WU_IA and the bits of the axes are set while an axis has exceeded WK_THS for
+    WAKE_DUR/ODR.
+    """
 
     def __init__(self) -> None:
         self._duration = DurationCounter()
@@ -211,12 +215,12 @@ _AXES = (TAP_SRC.X_TAP.mask, TAP_SRC.Y_TAP.mask, TAP_SRC.Z_TAP.mask)
 
 
 class TapDetector:
-    """Recogniser of taps; single and double ones are never on together."""
+    """Recogniser of taps. Single and double taps are never signalled together."""
 
     def __init__(self) -> None:
         self._state: _State = "idle"
         self._count = 0  # samples since the state began
-        self._is_second = False  # the shock or quiet time may be of a second tap
+        self._is_second = False  # the shock or quiet time may be that of a second tap
         self._over = False
         self._bits = 0
         self._enabled = (False, False, False)

@@ -187,7 +187,9 @@ class Events:
     def catch_up(self, now_ps: int) -> None:
         stream = self._chip.xl
         while self._running:
-            latest = stream.latest(now_ps)  # of another run of the stream if the rate has changed meanwhile
+            latest = stream.latest(
+                now_ps
+            )  # the number belongs to another run of the stream if the rate has changed meanwhile
             if self._next > latest:
                 return
             self._process(self._next, min(latest + 1, self._next + _BLOCK))
@@ -227,7 +229,9 @@ class Events:
         self._six_d.update(self._orientation.step(tilt), at_ps)
         changed = self.activity.step(motion)
         self._sleep.update(WAKE_UP_SRC.SLEEP_STATE_IA.mask if changed else 0, at_ps)
-        if changed or self.activity.inactive:  # no tap meanwhile, and the waking sample is not a tap
+        if (
+            changed or self.activity.inactive
+        ):  # taps are not detected meanwhile, and the waking sample is not a tap
             self._tap.reset()
             tap = 0
         else:

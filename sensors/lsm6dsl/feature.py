@@ -69,7 +69,7 @@ class Signals:
 
 
 class Gates:
-    """Data enable's gates: of a sensor's samples, and of the FIFO."""
+    """The gates of data enable: one for a sensor's samples, and one for the FIFO."""
 
     def __init__(self) -> None:
         self.fifo_open = True
@@ -125,7 +125,7 @@ class Feature(Protocol):
         """Decode the registers; all work before ``now_ps`` is done."""
 
     def catch_up(self, now_ps: int) -> None:
-        """Process all work due until ``now_ps``."""
+        """Process all work that is due until ``now_ps``."""
 
     def reset(self, now_ps: int) -> None:
         """Reset the feature (SW_RESET); ``configure`` follows."""

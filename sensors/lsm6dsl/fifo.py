@@ -45,7 +45,8 @@ from fcu_emulator.sensors.register_file import NEVER_PS
 class FifoBuffer:
     """Words, oldest first; those that do not fit overwrite the oldest.
 
-    A full memory reads 0 with OVER_RUN, as the count has 11 bits (AN5040 Table 64). ``gone``: words removed.
+    The count of a full memory reads 0 with OVER_RUN, because it has 11 bits (AN5040 Table 64). ``gone``:
+    number of removed words.
     """
 
     def __init__(self) -> None:
@@ -120,7 +121,7 @@ class FifoFlags:
         return bool(self.bits & _FULL)
 
     def update(self, ahead: int | None, at_ps: int) -> None:
-        """Update the flags; ``ahead``: words of the next trigger, if any."""
+        """Update the flags. ``ahead``: number of words of the next trigger, or 0."""
         buffer, bits = self._buffer, 0
         fill = buffer.fill
         if not fill:
@@ -181,10 +182,12 @@ class Fifo:
         self._pattern_first = 0  # number of the pattern's first word
         self._trigger = 0  # number of the next trigger in the pattern
         self._samples = SampleTriggers(chip)
-        self._switched = self._stopped = False  # a triggered mode's event has come; FIFO mode has stopped
+        self._switched = self._stopped = (
+            False  # the event of a triggered mode has occurred, or FIFO mode has stopped
+        )
         self._flags = FifoFlags(self._buffer, chip.signals)
         self._open = True  # gate of data enable
-        self._done_ps = -1  # all work until then is done
+        self._done_ps = -1  # all work until this time is done
         self._events: list[FifoEvent] = []
         self._wire()
 
@@ -240,7 +243,7 @@ class Fifo:
         """Return when a routed flag may change; never too late."""
         settings = self._settings
         if not settings.on_pin or settings.layout.writer is not Writer.DATA_READY or not self._collects():
-            return NEVER_PS  # waiting for an event of another function, which knows its time
+            return NEVER_PS  # the FIFO waits for an event of another function, which knows its time
         triggers = self._flags.triggers_to_next(self._pattern.widest)
         return self._samples.time_ps(triggers - 1) if triggers else NEVER_PS
 

@@ -62,9 +62,9 @@ CONFIGURATION: tuple[type[Register], ...] = (
 )
 """Registers that configure the FIFO."""
 
-_DECIMATION = (0, 1, 2, 3, 4, 8, 16, 32)  # of every DEC_* field; 0: the set is not in the FIFO
+_DECIMATION = (0, 1, 2, 3, 4, 8, 16, 32)  # the factor of each DEC_* code; 0: the set is not in the FIFO
 SET_WORDS = 3
-WORDS = 2048  # of memory (datasheet 5.5: 4 kB; its 5.5.2 contradicts with 4096)
+WORDS = 2048  # words of memory (4 kB in section 5.5 of the datasheet; its section 5.5.2 says 4096 words)
 
 _INT1_FLAGS = INT1_CTRL.INT1_FULL_FLAG.mask | INT1_CTRL.INT1_FIFO_OVR.mask | INT1_CTRL.INT1_FTH.mask
 _INT2_FLAGS = INT2_CTRL.INT2_FULL_FLAG.mask | INT2_CTRL.INT2_FIFO_OVR.mask | INT2_CTRL.INT2_FTH.mask
@@ -352,7 +352,9 @@ class SampleTriggers:
         if self._leader is not leader:  # data enable passes single samples: each one triggers
             self._every = min(self._every, 1) if self._leader.running else 0
         latest = self._leader.latest(now_ps)
-        if restart or not latest < self._next <= latest + self._every:  # the second: the stream has restarted
+        if (
+            restart or not latest < self._next <= latest + self._every
+        ):  # the second condition: the stream has restarted
             self._next = latest + 1
 
     def begin(self, at_ps: int) -> None:

@@ -36,7 +36,7 @@ _IRON_PERIOD_PS = PS_PER_S // 100
 
 @dataclass(frozen=True, eq=False)
 class FunctionSource:
-    """An event: its bit, its signal, and routing bits, one of which it needs to latch.
+    """An event with its bit, its signal, and routing bits. It latches only if one of them is set.
 
     ``bit_ps``: the bit's duration without latching; None: until cleared.
     """
@@ -175,7 +175,7 @@ class FunctionSources:
             },
         )
         if HUB_IDLE in self._latching - was:
-            self._set_bit(HUB_IDLE, on=False)  # not a level any more: it waits for the next event
+            self._set_bit(HUB_IDLE, on=False)  # the level has ended; the bit waits for the next event
         self.fall([source for source in self._held_in_order() if source not in self._latching], now_ps)
 
     def catch_up(self, now_ps: int) -> None:
@@ -211,7 +211,7 @@ class FunctionSources:
         self.fall([source for source in self._held_in_order() if source.register is FUNC_SRC2], now_ps)
 
     def _held_in_order(self) -> list[FunctionSource]:
-        """Return held sources in a fixed order, unlike that of a set."""
+        """Return the held sources in a fixed order, which a set does not have."""
         return [source for source in _SOURCES if source in self._held]
 
     def _set_bit(self, source: FunctionSource, *, on: bool) -> None:

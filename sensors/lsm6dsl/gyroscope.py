@@ -108,7 +108,10 @@ _PHASE_DEG = {
     9: (8, 10, 12, 6),
     10: (7, 9, 11, 5),
 }
-_FIRST_PHASE_CODE, _FIRST_PHASE_ODR_HZ = 3, 52  # below: the same delay in sample periods
+_FIRST_PHASE_CODE, _FIRST_PHASE_ODR_HZ = (
+    3,
+    52,
+)  # at rates below, the delay has the same number of sample periods
 _HIGHEST_DECIMATION, _BISECTIONS = 4.0, 40
 
 
@@ -172,7 +175,9 @@ def _design(code: int, column: int, odr_hz: float) -> _Design:
         first = _design(_FIRST_PHASE_CODE, column, _FIRST_PHASE_ODR_HZ)
         low = _low_pass(_CUTOFF_HZ[code][column], odr_hz, first.decimation)
         return _Design(low, first.delay_s * periods, first.late_s * periods, first.decimation)
-    documented_s = _PHASE_DEG[code][column - 1] / 360 / _PHASE_HZ  # LPF1 off uses the last column
+    documented_s = (
+        _PHASE_DEG[code][column - 1] / 360 / _PHASE_HZ
+    )  # with LPF1 off the model uses the last column
     lowest, highest = USUAL_DECIMATION, _HIGHEST_DECIMATION
     for decimation in (lowest, *(0.0,) * _BISECTIONS):
         cutoff = decimation or (lowest + highest) / 2
@@ -216,7 +221,13 @@ _LOW_POWER_RMS_FACTOR = 75 / 4  # Table 3: 75 mdps RMS in low-power and normal m
 _LOW_POWER_LAST_CODE = 5
 _PS_PER_MS = PS_PER_S // 1000
 
-SELF_TEST_DPS = (50.0, 400.0, 400.0, 400.0, 50.0)  # Table 3 allows 20 to 80 at 250 dps, 150 to 700 at 2000
+SELF_TEST_DPS = (
+    50.0,
+    400.0,
+    400.0,
+    400.0,
+    50.0,
+)  # dps; Table 3 allows 20 to 80 at 250 dps, and 150 to 700 at 2000 dps
 _SELF_TEST_SIGN = (0, 1, 0, -1)  # CTRL5_C.ST_G; 2 is not allowed
 _OFF = PowerMode(0.0, high_performance=True, column=False)
 

@@ -52,7 +52,7 @@ def _clocks_ps(clocks: int) -> int:
 
 
 WRITE_PS = _clocks_ps(1 + 9 * 3 + 1)  # address, sub-address, one byte of data
-UNANSWERED_PS = _clocks_ps(1 + 9 + 1)  # address, then the master gives up
+UNANSWERED_PS = _clocks_ps(1 + 9 + 1)  # the address; then the master stops
 
 
 def read_ps(count: int) -> int:
@@ -228,7 +228,11 @@ class Trigger:
     def __init__(self, chip: FeatureContext) -> None:
         self.by_pin = False
         self._chip = chip
-        self._stream, self._every, self._next = chip.xl, 1, 0  # the samples, and the next triggering one
+        self._stream, self._every, self._next = (
+            chip.xl,
+            1,
+            0,
+        )  # the samples, and the next sample that triggers
 
     @property
     def running(self) -> bool:
@@ -315,7 +319,7 @@ class SensorHub:
         self._enabled = False
         self._trigger = Trigger(chip)
         self._triggers = 0  # number of triggers since the master was switched on
-        self._written = False  # slave 0 has been written since
+        self._written = False  # slave 0 has been written since the master was switched on
         self._round: Iterator[int] | None = None
         self._step_ps = NEVER_PS  # end of the present transfer
         self._outputs = bytearray(OUTPUT_BYTES)

@@ -35,7 +35,7 @@ from fcu_emulator.sensors.register_file import ReadHook, RegisterFile
 from fcu_emulator.sensors.sampling import DataReady, OutputWords, SampleStream, Times, to_int16
 
 LSB_PER_DEGC = 256
-ZERO_DEGC = 25.0  # the temperature that reads 0
+ZERO_DEGC = 25.0  # the temperature at which the register reads 0
 _TEMPERATURE_HZ = Fraction(52)
 
 
@@ -97,7 +97,9 @@ class Measuring:
         self.refresh(now_ps)
 
     def _before_masked_status(self, first: int, end: int, now_ps: int) -> None:
-        """Do the same, but not as the hook of a register that C reads: it would not hide samples."""
+        """Do the same. With this separate hook Python handles the reads, because C would not hide masked
+        samples.
+        """
         self._before_status(first, end, now_ps)
 
     def _set_mask(self, mem: bytearray) -> None:

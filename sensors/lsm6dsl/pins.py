@@ -190,12 +190,12 @@ PULSE_PS = 75 * PS_PER_S // 10**6
 
 
 class _SensorSignal:
-    """One sensor's signal; ``next`` is the first sample not yet signalled."""
+    """The data-ready signal of one sensor. ``next`` is the first sample that has not been signalled."""
 
     def __init__(self, name: SignalName, flag: int, stream: SampleStream) -> None:
         self.name: SignalName = name
         self.flag = flag
-        self.sensor = self.stream = stream  # may be shown through another one
+        self.sensor = self.stream = stream  # the stream's samples may be shown through the gate's stream
         self.next = 0
         self.routed = False
 
