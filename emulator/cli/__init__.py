@@ -28,7 +28,7 @@ _OUT_OF_RESOURCES = {errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.ENOSPC, err
 _COMPLETION = "_FCU_COMPLETE"
 """Variable by which a shell requests completions; click derives its name."""
 _LEAST_ADDRESS_SPACE = 256 << 20
-"""Bytes; with less, numpy's linear algebra exits at once with code 1."""
+"""Bytes of address space; with less, numpy's linear algebra exits at once with code 1."""
 _NOT_JUDGED, _INTERRUPTED, _READER_GONE = 4, 130, 141
 """Copies of exit codes, because importing exit_codes may fail."""
 
@@ -48,7 +48,9 @@ def main() -> None:
 
 
 def _execute_and_clean_up(arguments: Sequence[str]) -> int:
-    """Run the command line and clean up, even if more signals interrupt the report of the first or the cleanup."""
+    """Run the command line and clean up, even if further signals interrupt the cleanup or the report of the
+    first signal.
+    """
     code = None
     while True:
         try:

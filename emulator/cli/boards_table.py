@@ -42,8 +42,8 @@ def points_on_board(seed: int, verdict: Verdict, code: ExitCode) -> BoardResult:
 class BoardsTable:
     """Prints results as they are added.
 
-    ``all_right`` describes boards without losses ("have all points"), ``is_lost`` the lost checks ("loses
-    points").
+    ``all_right`` is the text for boards without losses ("have all points"), ``is_lost`` the text for the
+    others ("loses points").
     """
 
     def __init__(self, title: str, all_right: str, is_lost: str) -> None:

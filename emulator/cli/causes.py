@@ -30,6 +30,6 @@ def _leds(text: str) -> set[str]:
 
 
 def _without_numbers(text: str) -> str:
-    """Return a key for equal causes: only the LED keeps its number."""
+    """Return a key that is equal for equal causes: all numbers are removed, except that of a LED."""
     leds = sorted(_leds(text))
     return " ".join([*leds, "".join(char for char in text if not char.isdigit())])

@@ -1,7 +1,7 @@
 """``fcu check``: show which exercises are done, and details of the next one.
 
-Decision: a problem that keeps samples from the program, or main() from running, is shown before the failed
-checks without their hints, which would distract from it.
+Decision: a problem because of which the program gets no samples, or main() does not run, is shown before the
+failed checks. Their hints are not shown, because they would distract from it.
 """
 
 from __future__ import annotations
@@ -162,7 +162,9 @@ def _write(path: Path, verdict: Verdict) -> None:
 
 
 def _save(folder: Path, verdict: Verdict, rubric: Rubric, firmware: str) -> tuple[dict[str, Path], list[str]]:
-    """Write the motions as scenarios; return those of laws by check, and all file names."""
+    """Write the motions as scenarios. Return the files of property checks by check, and the names of all
+    files.
+    """
     texts = {f"{run.run}.toml": run.replay for run in verdict.evidence if run.replay}
     laws: dict[str, Path] = {}
     for check in verdict.checks:
@@ -390,7 +392,9 @@ class _Screen:
                 )
 
     def _is_written(self, name: str, advice: str) -> bool:
-        """Return whether an exercise has points, the advised functions, or wrong lines."""
+        """Return whether the student has begun an exercise: it has points, the advised functions, or wrong
+        lines.
+        """
         if any(one.points for one in self._verdict.of(name)):
             return True
         functions = _FUNCTION.findall(advice)

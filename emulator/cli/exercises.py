@@ -45,7 +45,7 @@ class LabExercises:
         ]
 
     def start(self, exercise: str, firmware: str, seed: int) -> None:
-        """Judge a copy of the firmware, whose file may change meanwhile. Raises InputError."""
+        """Judge a copy of the firmware, because its file may change meanwhile. Raises InputError."""
         self._rubric.exercise(exercise)
         if self._running is not None:
             raise InputError(

@@ -105,7 +105,7 @@ def _graded_class(
             advance(graded)
     lines = with_copies((one.path or one.student.id, found[one.student.id]) for one in submissions)
     if options.anonymous:
-        lines.sort(key=lambda one: one.id)  # the roster's order identifies students
+        lines.sort(key=lambda one: one.id)  # the order of the roster would identify students
     whole = GradedClass(
         rubric=rubric.name,
         rubric_title=rubric.title,
@@ -128,7 +128,7 @@ def _earlier(
     submissions: Sequence[Submission],
     shown: Mapping[str, Student] | None,
 ) -> dict[str, Graded]:
-    """Return earlier results, by id, of students who are not in the list ``only``. Raises InputError."""
+    """Return the earlier results of students who are not in the list ``only``, by id. Raises InputError."""
     again = {student.id.casefold() for student in load_roster(only).students}
     _check_known(only, again, submissions)
     file = out / "grade.json"

@@ -19,7 +19,7 @@ from fcu_emulator.emulator.host.isolation import (
 
 
 def limits_of_run(settings: Sequence[str], isolate: bool) -> tuple[WorkerLimits | None, tuple[str, ...]]:
-    """Return the worker's limits, or None without a worker, and the settings for the board.
+    """Return the worker's limits (None without a worker) and the settings for the board.
 
     Raises InputError for limits of a process without ``--isolate``.
     """

@@ -10,7 +10,7 @@ _USUAL_RUBRIC = "lab3"
 
 
 def rubric_of(target: str) -> str:
-    """Return the rubric in the folder ``target`` or beside the file, else LAB3's."""
+    """Return the rubric in the folder ``target``, or beside the file ``target``; if there is none, LAB3's."""
     path = Path(target)
     own = (path if path.is_dir() else path.parent) / PROJECT_RUBRIC
     return str(own) if own.is_file() else _USUAL_RUBRIC

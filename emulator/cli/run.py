@@ -161,7 +161,9 @@ def run_end_ps(options: RunOptions, board: Board) -> int | None:
 
 
 def _speed(text: str | None, serial: tuple[str, ...], end_ps: int | None) -> float | None:
-    """Return virtual over wall time, None without pacing; by default 1 if a user watches."""
+    """Return the ratio of virtual to wall time, or None without pacing. The default is 1 if a user watches
+    the output.
+    """
     if text is None:
         in_terminal = sys.stdout is not None and sys.stdout.isatty()
         watched = in_terminal or any(spec != "stdout" and not spec.startswith("file:") for spec in serial)
@@ -349,7 +351,7 @@ class Stoppable(Protocol):
 def interruptible(run: Stoppable) -> Iterator[list[str]]:
     """Yield a list that gets the signal's name when a signal ends the run.
 
-    Ctrl-C ends the run with its summary, a second one the program. Ignored signals stay ignored, for
+    Ctrl-C ends the run with its summary; a second Ctrl-C ends the program. Ignored signals stay ignored, for
     ``nohup`` and a script's ``&``.
     """
 

@@ -65,7 +65,7 @@ def summary(
     all_notes: bool = False,
     all_uarts: bool = False,
 ) -> Iterator[tuple[str, Look | None]]:
-    """Yield the lines of the summary with their looks.
+    """Yield the lines of the summary with their colours.
 
     ``all_notes``: also those of every correct run. ``all_uarts``: the output of USARTs without a terminal.
     """
@@ -76,7 +76,7 @@ def summary(
     yield from ((line, "warning") for line in warnings)
     yield from ((line, None) for line in _other_uarts(board, all_uarts))
     for link in links:
-        if not (isinstance(link, StdoutLink) and link.reader_gone):  # the reader wanted no more
+        if not (isinstance(link, StdoutLink) and link.reader_gone):  # the reader had closed the output
             yield from ((line, None) for line in link.report())
 
 

@@ -57,7 +57,8 @@ def paint(text: str, look: Look | None, *, err: bool = False) -> str:
 
 
 def wrapped(text: str, width: int = WIDTH, hang: int = 4) -> list[str]:
-    """Return untrusted text as lines with escapes for control characters; further lines are indented by ``hang`` more.
+    """Return untrusted text as lines with escapes for control characters. Lines after the first are indented
+    by ``hang`` more characters.
 
     Paths and other long words are not broken.
     """
@@ -80,8 +81,8 @@ class Say(Protocol):
 def say(line: str, look: Look | None = None, mark: str = "", *, wrap: bool = True) -> None:
     """Print a line for the user on stderr with the prefix ``fcu:``; control characters become escapes.
 
-    With ``mark``, such as "FAIL", the colour is that of the mark, which is before the line. On a terminal a
-    long line is wrapped, unless ``wrap`` is False.
+    With ``mark``, such as "FAIL", the line begins with the mark and has its colour. On a terminal a long line
+    is wrapped, unless ``wrap`` is False.
     """
     text = visible(line)
     first = f"fcu: {mark} " if mark else "fcu: "

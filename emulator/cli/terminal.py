@@ -74,7 +74,7 @@ class _TcpPort:
             return None
 
     def write(self, data: bytes) -> None:
-        while data:  # sendall hides how much was sent before the timeout, which is for reading
+        while data:  # sendall does not tell how much was sent before the timeout, which is meant for reading
             with contextlib.suppress(TimeoutError):
                 data = data[self._socket.send(data) :]
 
@@ -93,7 +93,7 @@ class _SerialPort:
             raise LinkError(f"{name}: {getattr(error, 'strerror', None) or error}") from error
 
     def read(self) -> bytes | None:
-        try:  # available bytes only: pyserial loses the part of a longer read at the end
+        try:  # reads available bytes only, because pyserial loses the bytes of an incomplete longer read when the port closes
             data: bytes = self._device.read(max(1, min(self._device.in_waiting, _CHUNK)))
         except self._errors:
             return None
@@ -265,6 +265,6 @@ def key(getwch: Callable[[], str], kbhit: Callable[[], bool]) -> bytes:
             if ending := _ESCAPES.get(getwch()):
                 return f"\x1b[{ending}".encode()
             continue
-        if "\ud800" <= character <= "\udbff":  # a surrogate; its pair follows
+        if "\ud800" <= character <= "\udbff":  # the first surrogate of a pair; the second follows
             character += getwch()
         return character.encode("utf-16", "surrogatepass").decode("utf-16", "replace").encode()

@@ -53,8 +53,8 @@ def find_compiler(
 ) -> Path | None:
     """Return the compiler's path, None if not installed.
 
-    ``environment``: PATH, HOME and Windows' variables. ``system``: as ``sys.platform``. ``root``: of the
-    absolute folders on Linux and macOS.
+    ``environment``: PATH, HOME and Windows' variables. ``system``: as ``sys.platform``. ``root``: the folder
+    that replaces / on Linux and macOS.
     """
     name = COMPILER + (".exe" if system == "win32" else "")
     found = shutil.which(COMPILER, path=environment.get("PATH", os.defpath))

@@ -29,7 +29,7 @@ from fcu_emulator.emulator.explain.expression import (
 from fcu_emulator.emulator.explain.search import ValueSearch
 
 Formulas = Mapping[str, Node]
-"""Steps in their order: each uses inputs and steps before it."""
+"""Steps in order: each uses inputs and earlier steps."""
 
 _MOST_MISTAKES: Final = 2
 _MOST_TRIED: Final = 5_000
@@ -39,7 +39,7 @@ _LOOSE: Final = 1e-3
 _FIRST: Final = 5
 """Candidates for the first of two mistakes."""
 _DIGITS: Final = range(2, 8)
-"""Of a constant: the fewest that give the printed numbers."""
+"""Digits of a constant: the smallest number of digits that gives the printed numbers is used."""
 
 
 @dataclass(frozen=True)
@@ -196,7 +196,7 @@ class Alignment:
     def _other_step(
         self, formulas: Formulas, name: str, output: str, printed: PrintedNumbers
     ) -> Mistake | None:
-        """Find another step or input that is used in the place of a step."""
+        """Find another step or input that the firmware uses instead of a step."""
         for other in (*formulas, *self._inputs):
             depends = name != output and name in _in_order(formulas, other)
             if other == name or depends or not self._varies(other):
@@ -264,7 +264,7 @@ class Alignment:
         return found
 
     def _before(self, formulas: Formulas, name: str) -> list[str]:
-        """Return the names that may be in the place of others in a formula: those that do not depend on its step."""
+        """Return the names that may replace others in a formula: all that do not depend on its step."""
         every = (*self._inputs, *formulas)
         return [one for one in every if self._varies(one) and name not in _in_order(formulas, one)]
 
@@ -280,7 +280,7 @@ class Alignment:
         kept = dict(evaluator.values)
         evaluator.values[name] = evaluator(computed)
         key = id(formulas), name, output
-        if key not in self._dependents:  # the formulas are kept, so that no others get their id
+        if key not in self._dependents:  # the formulas are kept, so that other objects do not get the same id
             self._dependents[key] = formulas, _dependents(formulas, name, output)
         for other in self._dependents[key][1]:
             evaluator.values[other] = evaluator(formulas[other])

@@ -133,7 +133,7 @@ def _replaced(node: Node, others: Mapping[Node, Node]) -> Node:
 
 
 def _unit(node: Node) -> Iterator[Node]:
-    """Degrees in place of radians, and the other way round; an integer in place of a float."""
+    """Degrees instead of radians and vice versa; an integer instead of a float."""
     half_turn, pi = _ANGLE
     if isinstance(node, Name | FunctionCall):
         yield Operation("/", Operation("*", node, half_turn), pi)
@@ -145,7 +145,8 @@ def _unit(node: Node) -> Iterator[Node]:
 def constants(formula: Node) -> Iterator[tuple[float, Callable[[float], Node]]]:
     """Yield each place for an unknown constant: its usual value, and the formula with another one.
 
-    First each number may be another one, then any operand may be a number, be multiplied by one, or have one added.
+    First each number is replaced by the unknown, then each operand is replaced, multiplied by the unknown, or
+    increased by it.
     """
     for edit in (_other_number, _a_number, _scaled):
         yield from _places(formula, edit, lambda changed: changed)

@@ -45,7 +45,7 @@ FUNCTIONS: Final[Mapping[str, Callable[..., Any]]] = {
     "smallest": lambda samples: np.minimum.accumulate(samples, axis=1),
     "first": lambda samples: np.repeat(samples[:, :1], samples.shape[1], axis=1),
 }
-"""``largest``, ``smallest`` and ``first``: of all values since the beginning."""
+"""``largest``, ``smallest`` and ``first`` use all values since the beginning."""
 _EXACT: Final = frozenset({"trunc", "abs", "min", "max", "largest", "smallest", "first"})
 _ARGUMENTS: Final = {"atan2": 2, "min": 2, "max": 2}
 _OPERATORS: Final[Mapping[type[ast.operator], tuple[str, Callable[..., Any]]]] = {

@@ -1,8 +1,8 @@
 """Run a firmware in several poses of an ideal board, and log the values that it computes.
 
-The board stands still in each pose, its sensors have no errors, and a magnet is on it. So a formula has one value in a
-pose, and equal values in all poses mean equal formulas. The first poses only create a past, for the largest and the
-smallest value of an axis.
+The board stands still in each pose, its sensors have no errors, and a magnet is on it. Therefore a formula
+has one value in a pose, and formulas with equal values in all poses are taken as equal. The first poses only
+create a past for the largest and smallest value of an axis.
 """
 
 from __future__ import annotations
@@ -36,11 +36,13 @@ class ProbePose(NamedTuple):
 
 PAST: Final = (ProbePose(35, -20, 50, 0), ProbePose(-50, 25, 160, 0), ProbePose(20, 40, -100, 0))
 POSES: Final = (ProbePose(-25, -55, 75, 140), ProbePose(62, 15, -30, 220), ProbePose(-15, 33, 120, 300))
-"""The poses whose values are logged: both tilts at once, which no exchanged axis survives."""
+"""The poses whose values are logged. The board is tilted about both axes, so that every exchange of axes
+changes a value.
+"""
 _HARD_IRON_MGAUSS: Final = (310.0, -220.0, 150.0)
 _TEMPERATURE_DEGC: Final = 23.5
 _START_S: Final = 2.3
-"""Until the first read of the firmware after its start."""
+"""Time until the first read of the firmware after its start."""
 _SETTLE_S: Final = 0.3
 _READ_S: Final = 0.1
 """Longer than the period of the slowest sensor's reads."""

@@ -12,7 +12,9 @@ from fcu_emulator.emulator.chip.cpu.value_log import Values, as_numbers
 
 _TYPES: Final = ("int32", "float32", "float64")
 _MOST_VALUES: Final = 40
-"""An instruction with more different values in one pose is a counter or a copy, where any value may occur."""
+"""An instruction with more different values in one pose belongs to a counter or a copy, in which any value
+may occur.
+"""
 
 
 class ValueSearch:
@@ -22,7 +24,7 @@ class ValueSearch:
         self._tables = [_sorted(log) for log in logs]
 
     def addresses(self, expected: npt.NDArray[np.float64], tolerance: npt.NDArray[np.float64]) -> list[int]:
-        """Return the instructions that compute the expected values, one a pose; in ascending order."""
+        """Return the instructions that compute the expected values, one for each pose, in ascending order."""
         if not np.all(np.isfinite(expected)):
             return []
         found: set[int] = set()

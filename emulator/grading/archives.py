@@ -28,7 +28,7 @@ _DIRECTORY_ENTRY = re.compile(re.escape(b"PK\x01\x02"))
 _ENCRYPTED = 0x1
 _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _PIECE = 1 << 16
-_HONEST = 1 << 20  # bytes allowed regardless of the ratio
+_HONEST = 1 << 20  # bytes that are allowed regardless of the ratio
 _LONGEST_NAME = 240
 _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\..*)?")  # Windows opens devices by these names
 
@@ -43,9 +43,9 @@ class Bounds:
 
     entries: int
     bytes: int
-    """Limit for the archive, and for its unpacked files."""
+    """Maximum bytes of the archive, and of its unpacked files."""
     ratio: float = 200.0
-    """Unpacked over packed size. Text has 10, an ELF file 4, a HEX file of zeros 150."""
+    """Maximum ratio of unpacked to packed size. Text has 10, an ELF file 4, a HEX file of zeros 150."""
 
 
 SUBMISSION: Final = Bounds(entries=2_000, bytes=64 << 20)
@@ -66,7 +66,7 @@ def unpack(archive: Path, into: Path, bounds: Bounds = SUBMISSION) -> None:
         raise
     except OSError as error:
         reason = one_line(error.strerror or str(error), 120)
-        if error.errno is None or is_about_the_name(error):  # None: zipfile's error about the contents
+        if error.errno is None or is_about_the_name(error):  # None if zipfile has refused the contents
             raise ArchiveError(f"cannot be unpacked: {reason}") from error
         raise NotJudgedError(f"this machine cannot unpack the archive: {reason}") from error
     except Exception as error:  # zipfile raises a dozen kinds of errors for damaged archives

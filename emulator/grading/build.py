@@ -6,9 +6,9 @@ With ``sandbox=False`` only the limits apply, and root compiles as the user ``no
 Decision: the support layer is compiled once and copied into each build, which takes a tenth of the time. A
 container for each build was rejected: it needs a privileged service.
 
-Decision: after a failed build, a control program and then the submission are compiled again, because the kept
-result "does not compile" must never be caused by the machine. Searching the messages for "No space left" was
-rejected: source can forge them.
+Decision: after a failed build, a control program is compiled, and then the submission again, because the
+machine must never cause the result "does not compile". Searching the messages for "No space left" was
+rejected, because source code can produce such messages.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ _TWICE = re.compile(
     r" (\S+\.o:)?(?P<there>[\w+.-]+\.c)?"
 )
 _UNDEFINED = re.compile(r"(?m)^(?P<where>[\w+.-]+\.c(:\d+)?)?\S* undefined reference to [`'](?P<name>[^']+)'")
-_A_FILE = "another file"  # if the linker names no file
+_A_FILE = "another file"  # used if the linker names no file
 _LINKER = re.compile(r"(?m)^(?:/\S*/)?(?:arm-none-eabi-)?ld: (?:in function [`'].*:$\n?)?")
 _OBJECT = re.compile(r"\bbuild/\w+/(\w[\w+.-]*)\.o\b")
 _LIMITED = (
@@ -80,7 +80,9 @@ code=$?
 [ $code -le 128 ] || echo $((code - 128)) >>signals
 exit $code
 """
-"""Script around each compiler program that records the ending signal; source can forge only messages."""
+"""A script around each compiler program that records the signal which ended it. Source code can forge
+messages, but not this record.
+"""
 _MADE_ERRORS = 2  # make's exit code for a failed command
 _CONTROL = {"main.c": b"int main(void) { return 0; }\n"}
 _STOPS = {
@@ -97,7 +99,7 @@ class CompileError(RejectedError):
     """The program does not compile; ``log``: the compiler's messages."""
 
     def __init__(self, log: str) -> None:
-        # a line with a space quotes the student's source
+        # a line that begins with a space quotes the student's source
         first = next((line for line in log.splitlines() if line[:1] != " " and _FAILURE.search(line)), "")
         super().__init__(_link_error(log) or "does not compile" + (f": {one_line(first)}" if first else ""))
         self.log = log
@@ -335,7 +337,7 @@ class Builder:
                 stdin=subprocess.DEVNULL,
                 stdout=sink,
                 stderr=subprocess.STDOUT,
-                start_new_session=True,  # to end all its processes
+                start_new_session=True,  # a separate group, so that all its processes can be ended
                 **as_nobody,
             )
         with self._processes_lock:

@@ -70,7 +70,7 @@ class NoFault(Check):
 
 
 class NoDiagnosis(Check):
-    """The final diagnosis contains none of these kinds, and no fatal one."""
+    """The final diagnosis contains none of these kinds and no fatal problem."""
 
     kind: Literal["no_diagnosis"]
     of: list[Kind] = Field(min_length=1)
@@ -112,7 +112,7 @@ class NoWarnings(Check):
 
 _LOOK_PS = Fraction(PS_PER_MS, 10)
 _FEW = 8  # polls, 0.8 ms
-_BYTES = 4  # sent during these polls, all in the callback: main() is suspended
+_BYTES = 4  # bytes sent during these polls come from the callback, because main() is suspended
 
 
 class QuietCallback(Check):
@@ -185,7 +185,7 @@ PROPERTIES = (
     "altitude_is_0_where_it_was_zeroed",
     "less_pressure_is_more_altitude",
 )
-"""Names in :mod:`fcu_emulator.emulator.testing.lab3`, without ``test_``."""
+"""Names of tests in :mod:`fcu_emulator.emulator.testing.lab3`, without ``test_``."""
 
 
 def _known_property(name: str) -> str:

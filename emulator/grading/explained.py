@@ -26,7 +26,7 @@ def explained(
 ) -> list[RunEvidence]:
     """Return the evidence with explanations of wrong numbers before the other causes.
 
-    Only failed checks that students see are explained, of programs that run and receive samples.
+    Only failed checks that students see are explained, and only if the program runs and receives samples.
     """
     if rubric.explain is None or callable(firmware):
         return list(evidence)

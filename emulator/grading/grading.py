@@ -92,7 +92,7 @@ class Grader:
             reason = f"this machine has run out of a resource: {error.strerror or error}"
         except (
             Exception
-        ) as error:  # a worker's memory, an error of Dask, a bug of fcu: not caused by the program
+        ) as error:  # out of memory, an error of Dask, or a bug of fcu: not caused by the program
             reason = f"fcu failed, please report this bug: {type(error).__name__}: {error}"
         else:
             reason = "; ".join(dict.fromkeys(check.unjudged_because for check in verdict.unjudged))

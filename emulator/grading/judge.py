@@ -86,9 +86,9 @@ def judge(
 ) -> Verdict:
     """Judge a firmware (a file, a shipped one by name, or one in Python) on the board ``seed``.
 
-    ``exercises``: ids; None for all. ``build_log``: the compiler's output; without it, checks of it are
-    unjudged. ``executor``: for parallel runs, not for firmware in Python; the verdict is the same. Raises
-    InputError for invalid firmware or an unknown exercise.
+    ``exercises``: ids; None for all. ``build_log``: the compiler's output; without it, checks of the output
+    are unjudged. ``executor``: makes runs in parallel, with the same verdict; it is not used for firmware in
+    Python. Raises InputError for invalid firmware or an unknown exercise.
     """
     wanted = [rubric.exercise(name) for name in exercises] if exercises is not None else rubric.exercises
     digest = firmware_digest(firmware)
@@ -125,7 +125,7 @@ def judge(
 
 
 def _runs_of(rubric: Rubric, asked: Sequence[str]) -> dict[str, list[str]]:
-    """Return the needed runs with their checks, for these checks and those that they require."""
+    """Return the runs that the asked checks and their prerequisites need, with the checks of each run."""
     tables = _checks_by_id(rubric)
     needed = rubric.prerequisites.needed(asked)
     checks: dict[str, list[str]] = {}
@@ -516,7 +516,7 @@ def _expected(failed: Sequence[ExpectationResult], check: CheckTable) -> str:
         share = f"{check.points / len(check.expect):g} of {check.points:g} points"
         return f"{texts[0]}; for {share} also: {'; '.join(texts[1:])}"
     if failed and failed[0].fault == "missing":
-        return texts[0]  # other expectations of missing lines say nothing
+        return texts[0]  # other expectations about missing lines give no information
     return "; also not met: ".join(texts)
 
 

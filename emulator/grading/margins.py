@@ -1,4 +1,4 @@
-"""Warnings about margins with which a rubric's threshold checks test nothing, or fail correct programs.
+"""Warnings about margins that are too large to test anything, or so small that correct programs fail.
 
 Decision: the sensors' error is the largest of :data:`BOARDS` drawn boards, with noise and the wandering
 of the pressure at three standard deviations. The sum of all limits was rejected: no board of a class has it.

@@ -360,7 +360,9 @@ def _yaml(file: Path) -> Any:
         raise InputError(f"{file} must have at most {_LARGEST_METADATA >> 20} MiB")
     try:
         import yaml
-    except ImportError as error:  # without PyYAML, grades would go to numbers instead of students
+    except (
+        ImportError
+    ) as error:  # without PyYAML, the numbers of submissions would get the grades instead of the students
         problem = f"cannot read {file} without PyYAML; install it: pip install PyYAML"
         raise InputError(problem, kind="not_installed") from error
     try:

@@ -22,7 +22,7 @@ PREREQUISITE = "prerequisite"
 
 
 class PrerequisiteError(ValueError):
-    """Entry ``number`` of ``check`` requires an unknown check, or itself."""
+    """Entry ``number`` of ``check`` requires an unknown check or the check itself."""
 
     def __init__(self, check: str, number: int, problem: str) -> None:
         super().__init__(problem)
@@ -31,7 +31,9 @@ class PrerequisiteError(ValueError):
 
 
 class Prerequisites:
-    """Required checks of each check, by full names such as "1.alarm"; an exercise names its ``counted`` ones."""
+    """The required checks of each check, by full names such as "1.alarm". An exercise stands for its
+    ``counted`` checks.
+    """
 
     def __init__(self, requires: Mapping[str, Sequence[str]], counted: Collection[str]) -> None:
         self._requires = requires

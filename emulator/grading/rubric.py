@@ -60,7 +60,7 @@ _NOT_OF_A_RUN = frozenset({"schema", "expect", "report", "firmware", "seed"})
 _FILE_KEYS = frozenset({"csv", "file"})
 """Scenario keys that name a file."""
 _NOT_JUDGING = frozenset({"late", "explain"})
-"""Tables that decide no outcome."""
+"""Tables that do not affect outcomes."""
 _WORDS = frozenset({"title", "hint", "hint_steps", "next", "visible", "detail"})
 """Keys that affect only a check's display."""
 
@@ -150,7 +150,7 @@ class ExerciseTable(Table):
 
 
 class RubricLimits(Table):
-    """[limits]: limits of each run, in the firmware's measures, never in wall time."""
+    """[limits]: limits on each run, in units that depend on the firmware only, never in wall time."""
 
     instructions: int = Field(10**11, ge=1)
     terminal_bytes: int = Field(1 << 20, ge=1, le=8 << 20)

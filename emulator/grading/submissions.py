@@ -124,8 +124,8 @@ class Submission:
     def content(self, scratch: Path, take: Take | None = None) -> SubmittedFirmware | SubmittedSource:
         """Return the submitted program; archives are unpacked into ``scratch``, an empty folder.
 
-        ``take``: which one to use if both source and firmware are there; None: the source. Raises RejectedError
-        if the submission is at fault, NotJudgedError if this machine is.
+        ``take``: the type to use if a submission has both source and firmware; None: source. Raises
+        RejectedError if the submission is at fault, NotJudgedError if this machine is.
         """
         if self.problem:
             raise RejectedError(self.problem, kind="problem")
@@ -154,7 +154,7 @@ def _newest(path: Path) -> datetime:
 
 
 class _Resolved(NamedTuple):
-    """``sure``: False if found by a name alone, which a student may have chosen."""
+    """``sure``: False if the student was found only by a name that students can choose."""
 
     entry: SubmittedEntry
     student: Student

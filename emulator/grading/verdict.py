@@ -50,7 +50,7 @@ class CheckResult(ResultModel):
     detail: Detail = "full"
     unjudged_because: str = ""
     requires_unmet: tuple[str, ...] = ()
-    """Required checks that cost this check its points."""
+    """Required checks that have not passed, so that this check has no points."""
 
 
 def requires_text(unmet: Iterable[tuple[str, str]]) -> str:

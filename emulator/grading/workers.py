@@ -1,8 +1,8 @@
 """Workers that judge programs: local processes or a Dask cluster, behind one interface.
 
-Decision: each job has one warm process with one pipe, so a submission that exhausts the memory ends only its
-own process; the task is tried once more. ``ProcessPoolExecutor`` was rejected: it breaks as a whole when one
-process dies. Processes are spawned, not forked, because the parent has threads.
+Decision: each job has one process, which judges many programs, and one pipe. A submission that exhausts the
+memory ends only its process, and the task is tried once more. ``ProcessPoolExecutor`` was rejected: it breaks
+as a whole when one process dies. Processes are spawned, not forked, because the parent has threads.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from fcu_emulator.emulator.errors import InputError, NotJudgedError
 from fcu_emulator.emulator.text import one_line
 
 _ATTEMPTS: Final = 2
-_END_S: Final = 5.0  # for a process to end by itself
+_END_S: Final = 5.0  # time in which a process must end by itself
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,8 @@ class _Task:
 class LocalWorkers(Executor):
     """Executor with ``jobs`` processes on this machine.
 
-    ``initializer``: called in each process. ``longest_s``: wall time of one task, against an endless loop of
-    fcu.
+    ``initializer``: called in each process. ``longest_s``: maximum wall time of one task, in case of an
+    endless loop in fcu.
     """
 
     def __init__(

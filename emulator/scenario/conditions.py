@@ -52,7 +52,7 @@ def led_states(run: RunView, led: str) -> Iterator[tuple[int, int, bool]]:
 
 
 class Stretch(NamedTuple):
-    """A part of a run; None is within the margin."""
+    """Periods of a run, each with its state; the state is None within the margin."""
 
     begin_ps: int
     end_ps: int

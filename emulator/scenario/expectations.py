@@ -74,11 +74,11 @@ class RunView:
     samples: Mapping[str, Sequence[float]] = field(default_factory=dict)
     """Quantities of conditions, in the same steps."""
     watched: Mapping[int, Any] = field(default_factory=dict)
-    """Results of :meth:`Expectation.watch` by identity of the expectation."""
+    """Results of :meth:`Expectation.watch` by the ``id()`` of the expectation."""
 
 
 class Expectation(Expected):
-    """One ``[[expect]]`` table; ``ON_TERMINAL``: reads terminal output, which ends with a crash."""
+    """One ``[[expect]]`` table. ``ON_TERMINAL``: it reads terminal output, which a crash ends."""
 
     ON_TERMINAL: ClassVar[bool] = False
 
@@ -86,7 +86,7 @@ class Expectation(Expected):
     def evaluate(self, run: RunView) -> ExpectationResult: ...
 
     def result(self, run: RunView) -> ExpectationResult:
-        """Evaluate the expectation; too long a search is "stopped"."""
+        """Evaluate the expectation. A search that takes too long gives "stopped"."""
         try:
             return self.evaluate(run)
         except TimeoutError:
@@ -120,7 +120,7 @@ class Windowed(Window, Expectation):
 
 
 class ExpectLine(Windowed):
-    """A line with exactly this text appears; with ``count`` exactly so often."""
+    """A line with exactly this text appears; with ``count``, exactly that many times."""
 
     kind: Literal["line"]
     text: str = Field(max_length=255)  # longest PRINTF
@@ -157,7 +157,7 @@ class _Matching(Windowed):
 
 
 class ExpectRegex(_Matching):
-    """A line contains the pattern; with ``count``, exactly so many lines contain it."""
+    """A line contains the pattern; with ``count``, exactly that many lines contain it."""
 
     kind: Literal["regex"]
     count: int | None = Field(None, ge=1)
@@ -354,7 +354,7 @@ class ExpectField(_Number):
         return f"the true {self.quantity}{scaled}" + (f" ({recent})" if recent else "")
 
     def evaluate(self, run: RunView) -> ExpectationResult:
-        """Fail as missing without a print; also fail for a line in another format."""
+        """Fail as "missing" if the number is not printed. Also fail if a line has another format."""
         line_format = self.number_format(run.patience)
         lines = [line for line in self.lines_in_window(run) if line_format.is_begun_by(line.text)]
         if not lines:

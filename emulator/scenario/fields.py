@@ -295,7 +295,7 @@ def resources_of(info: ValidationInfo) -> Resources:
 def read_bounded(path: Path, name: str, what: str) -> bytes:
     """Return a small regular file. Raises ValueError with the reason."""
     try:
-        if path.exists() and not path.is_file():  # opening a pipe or a terminal would block
+        if path.exists() and not path.is_file():  # to open a pipe or a terminal would block
             raise ValueError(f"{name} must be a regular file: {what}")
         with path.open("rb") as stream:
             data = stream.read(_MAX_FILE_BYTES + 1)

@@ -60,7 +60,7 @@ class _LedSample(NamedTuple):
     other_steep: bool
     """Whether the other angle is beyond the threshold."""
     since_ps: int
-    """When the board reached this side of the threshold."""
+    """The time at which the board reached this side of the threshold."""
     changed: tuple[int, float]
     """Time and angle of the LED's change since the previous sample, else of this sample."""
 
@@ -194,9 +194,11 @@ class ExpectLedFollows(Windowed):
 
 
 _SLOW_PS = 1_300 * PS_PER_MS  # a second, and the text
-_STALE_PS = 2_400 * PS_PER_MS  # one loop of main reads, the next shows
+_STALE_PS = (
+    2_400 * PS_PER_MS
+)  # one iteration of main()'s loop reads the sensor, and the next one switches the LED
 _PROMPT_PS = 300 * PS_PER_MS
-_RESTING_DEG = 0.01  # in 10 ms; in motion the LED lags
+_RESTING_DEG = 0.01  # degrees in 10 ms; in motion the LED lags
 _MOSTLY = 0.8
 _FEWEST_CHANGES = 3
 
@@ -205,7 +207,7 @@ class _OneSided(NamedTuple):
     """A LED that is right beyond one end of the scale and dark beyond the other."""
 
     first: _LedSample
-    """First sample beyond the other end."""
+    """The first sample beyond the other end of the scale."""
     late_ps: int
     """Delay on the correct side, 0 if on time."""
 
@@ -252,7 +254,7 @@ def _is_late(samples: Sequence[_LedSample], wrong: Sequence[_LedSample]) -> bool
 
 
 def _catches_up(samples: Sequence[_LedSample], wrong: Sequence[_LedSample]) -> bool:
-    """Return whether the LED became right before the board left that side."""
+    """Return whether the LED had the correct state before the board left that side."""
     last = {one.since_ps: one for one in samples}
     return all(last[one.since_ps].lit is one.steep for one in wrong)
 

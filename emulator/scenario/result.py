@@ -23,7 +23,7 @@ class ExpectationResult:
     """Result of one expectation at a moment; ``key`` is its place in the file, such as ``expect[2]``."""
 
     expected: str
-    """The expectation, or the part not met."""
+    """The expectation, or the part of it that is not met."""
     fault: Fault | None = None
     seen: str = ""
     diff: tuple[str, ...] = ()

@@ -10,8 +10,8 @@ passes itself to it.
 
 Decision: blanks and carriage returns around a line are ignored, because terminals do not show them.
 
-Decision: the length of the terminal's text is polled every virtual millisecond, because an event for every
-byte would also record every bus transfer, a hundred times as many.
+Decision: the time of a line is computed from the UART's frames, because an event for each byte would also
+record every bus transfer, a hundred times as many.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class TerminalView(SerialEnd, Protocol):
 
 
 class BoardView(RunnableBoard, Protocol):
-    """A board that plays a scenario."""
+    """The parts of a board that a scenario uses."""
 
     world: World
     trace: Trace
@@ -136,7 +136,7 @@ def escaped(text: str) -> str:
 
 
 _Law: TypeAlias = Callable[[World, Array], Array]
-MOVING_G = "moving"  # not printed; whether the accelerometer measures tilt
+MOVING_G = "moving"  # never printed; shows whether the accelerometer measures tilt
 
 
 def _compass(column: int) -> _Law:

@@ -73,7 +73,7 @@ class ThresholdTable(Table):
         return [(name, round(value, _DIGITS)) for name, value in poses]
 
     def _far(self) -> float:
-        """Return a value where a wrong threshold differs from a missing one."""
+        """Return a value at which a wrong threshold and a missing one give different results."""
         far = self.value + _FAR * self.margin
         return min(far, (self.value + self.margin + _STEEPEST_DEG) / 2) if self.is_angle else far
 

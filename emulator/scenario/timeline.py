@@ -178,7 +178,7 @@ class Lift(MotionAction):
 
 
 class Move(MotionAction):
-    """Push the board straight by a way; ``up_m`` of 0 leaves its height alone."""
+    """Push the board in a straight line by a distance. With ``up_m`` = 0 its height does not change."""
 
     do: Literal["move"]
     north_m: Annotated[float, within(limits.WAY)] = 0.0
@@ -313,7 +313,7 @@ class RunMotors(WorldAction):
     throttle: Share | Annotated[tuple[Share, Share, Share, Share], Strict(False)] | Literal["firmware"]
 
     def plan(self, world: World, start_s: float) -> None:
-        """Plan given throttles; the firmware's PWM is not known ahead."""
+        """Plan the given throttles. The firmware's PWM is not known in advance."""
         world.run_motors(0.0 if self.throttle == "firmware" else self.throttle, start_s)
 
     def act(self, board: BoardView, from_ps: int) -> None:

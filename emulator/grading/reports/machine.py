@@ -1,7 +1,7 @@
 """Reports that other programs read: CSV for learning platforms, JUnit for CI, Gradescope's ``results.json``.
 
-Decision: a submission without a grade never gets a zero. Only on Gradescope a rejected one gets 0 and the
-reason, because its student can submit again.
+Decision: a submission without a grade never gets a zero. Only on Gradescope a rejected submission gets 0
+points and the reason, because its student can submit again.
 """
 
 from __future__ import annotations
