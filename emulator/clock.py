@@ -27,7 +27,7 @@ NEVER_PS: Final = 1 << 62  # beyond any run: 53 days
 
 
 def to_ps(seconds: float) -> int:
-    """Convert seconds to the nearest picosecond."""
+    """Convert seconds to picoseconds, rounded to the nearest."""
     return round(seconds * PS_PER_S)
 
 
@@ -35,7 +35,7 @@ def to_ps(seconds: float) -> int:
 
 
 _LAST: Final = 1 << 60  # added to an event's order
-_FEW: Final = 1_000  # below this, cancelled entries stay
+_FEW: Final = 1_000  # if the queue has fewer entries, cancelled ones stay in it
 
 
 class Event:
@@ -154,7 +154,7 @@ class Clock:
         """Fire everything due up to and including ``at_ps``."""
         for hand_over in self.before_firing:
             hand_over(at_ps)
-        start_ps = self.now_ps  # late calls move time back while they are executed
+        start_ps = self.now_ps  # late calls set the time back while they are executed
         while self.next_ps <= at_ps or self.deferred_ps <= at_ps:
             self.fire_next()
         self.now_ps = max(self.now_ps, start_ps, at_ps)
@@ -193,7 +193,7 @@ _PS_PER_UNIT = {
     "min": 60 * PS_PER_S,
     "h": 3600 * PS_PER_S,
 }
-NUMBER: Final = r"[0-9]{1,9}(?:\.[0-9]{1,12})?"  # limited, against numbers of a million digits
+NUMBER: Final = r"[0-9]{1,9}(?:\.[0-9]{1,12})?"  # limited, because a number may have a million digits
 DURATION: Final = rf"({NUMBER}) ?({'|'.join(_PS_PER_UNIT)})"
 _RIGHT = 'a number and a unit (us, ms, s, min, h), such as "50ms" or "1.5s"'
 _LONGEST_PS = 1_000_000 * PS_PER_S  # eleven days of virtual time

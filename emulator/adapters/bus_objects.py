@@ -33,7 +33,9 @@ EREMOTEIO: Final = 121
 
 @contextmanager
 def os_errors(not_acknowledged: int) -> Iterator[None]:
-    """Turn an I2CError into OSError: ``not_acknowledged`` (an errno), ETIMEDOUT for a stuck bus, or EIO."""
+    """Convert an I2CError to an OSError with ``not_acknowledged`` (an errno), ETIMEDOUT for a stuck bus, or
+    EIO.
+    """
     try:
         yield
     except I2CNackError as error:

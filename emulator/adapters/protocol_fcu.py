@@ -41,7 +41,7 @@ def port_of(board: Board, timeout: float | None = None) -> Serial:
 
 
 class Serial(serial.SerialBase):  # type: ignore[misc]  # pyserial has no types
-    """A port as pyserial's others; ``board`` is None until it is open."""
+    """A port like the others of pyserial. ``board`` is None until the port is open."""
 
     board: Board | None = None
     is_open: bool

@@ -1,4 +1,4 @@
-"""An incomplete hard-iron calibration: the constant error of MAG shows the mistake, because the iron is known."""
+"""Detection of an incomplete hard-iron calibration by the constant error of MAG. The board's iron is known."""
 
 from __future__ import annotations
 
@@ -11,14 +11,16 @@ from fcu_emulator.emulator.analysis.field import changes
 from fcu_emulator.emulator.analysis.numbers import AXES, Hint
 from fcu_emulator.emulator.analysis.recorder import LabLine
 
-_FAR = 60.0  # mgauss that no right calibration leaves, and of a hard iron that matters
+_FAR = (
+    60.0  # mgauss: an error that a correct calibration never leaves, and the smallest hard iron that matters
+)
 _NEAR, _NEAR_SHARE = 40.0, 0.15
 
 Numbers = NDArray[np.float64]
 
 
 def calibration_hint(lines: Sequence[LabLine], iron_mgauss: Numbers) -> Hint | None:
-    """Return the error left by the calibration of the hard iron, for a program that prints a yaw."""
+    """Return a diagnosis of the error that the calibration leaves, for a program that prints a yaw."""
     found = changes(lines)
     if found is None or not any(line.label == "Pitch:" and line.values for line in lines):
         return None

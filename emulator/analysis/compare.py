@@ -37,9 +37,9 @@ TIMING_PS = 20 * PS_PER_MS
 """Tolerance of the pace: a few callbacks, far below the lab's period of 1 s."""
 
 _LOOP_PS = 2 * PS_PER_S  # one period of the lab's main loop, including text, with a margin
-_DRIFT = 25  # a run may be late by 1/25 in all
+_DRIFT = 25  # a run may be late by 1/25 of its duration
 _CONTEXT = 3
-_SAME_AFTER = 8  # entries that must be equal after one that only one run has
+_SAME_AFTER = 8  # number of entries that must be equal after an entry that only one run has
 _COUNTS = re.compile(r"(\d+) ticks, (\d+) lost")
 _NEGATIVE_ZERO = re.compile(r"-(?=0(?:\.0+)?(?![\d.]))")
 """The sign of a zero: -0.0f and 0.0f, or -0 and 0, count as equal."""

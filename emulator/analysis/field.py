@@ -19,11 +19,11 @@ from fcu_emulator.emulator.analysis.recorder import LabLine
 
 MAG = Group("MAG[x,y,z]", tuple(f"MAG.{axis}" for axis in AXES), 50.0, "mgauss", 1.5)
 _FEWEST = 5  # lines, and
-_SHARE = 0.9  # of the lines that must fit
+_SHARE = 0.9  # share of the lines that must fit
 _TURNED = 400.0  # mgauss by which two axes must change: a good part of a turn
 _SLACK = 60.0  # mgauss beyond the first half's extremes
 _RIGHT_FACTOR = 1.15
-_HIGH_BYTES = 6  # of the earth's field, and of a board's hard iron, in steps of 256
+_HIGH_BYTES = 6  # largest values of the earth's field, and of a board's hard iron in steps of 256
 
 Numbers = NDArray[np.float64]
 
@@ -41,7 +41,9 @@ class _Rows(NamedTuple):
         return (self.low + self.high) / 2
 
     def residual(self, mapped_low: Numbers, mapped_high: Numbers, values: Numbers | None = None) -> float:
-        """Return the worst error of nearly all rows, in mgauss, beyond a constant on each axis."""
+        """Return the largest error of nearly all rows in mgauss, after a constant has been subtracted on each
+        axis.
+        """
         printed = self.values if values is None else values
         offset = np.median(printed - (mapped_low + mapped_high) / 2, axis=0)
         moved = printed - offset

@@ -15,18 +15,18 @@ from fcu_emulator.emulator.analysis.numbers import YAW, Hint, always_0
 from fcu_emulator.emulator.analysis.recorder import LabLine
 
 _FEWEST = 5  # blocks
-_SHARE = 0.85  # of the blocks that a formula must explain
-_DIFFERENT = 2  # blocks that the right formula must not explain,
-_BETTER = 3  # and from which another is nearer by at least this factor
+_SHARE = 0.85  # share of the blocks that a formula must explain
+_DIFFERENT = 2  # number of blocks that the right formula must not explain,
+_BETTER = 3  # and factor by which another formula must be nearer
 _NEAR_DEG = 4.0  # a block takes some 30 ms, and the board may be turning
 _NEAR_SHARE, _NEAR_M = 0.04, 0.3
-_MOVING_SHARE, _MOST_MOVING = 0.3, 15.0  # of the change of the truth in the last 0.15 s
-_LONGEST_S = 0.5  # between the lines of a block
+_MOVING_SHARE, _MOST_MOVING = 0.3, 15.0  # share of the change of the truth in the last 0.15 s
+_LONGEST_S = 0.5  # seconds between the lines of a block
 _LABELS = {"ACC[x,y,z]": "acc", "MAG[x,y,z]": "mag", "Pre:": "pre"}
 
 
 Near: TypeAlias = Callable[[float, float], float]
-"""Largest distance of a printed value from a formula, by the value and the formula's scale."""
+"""Maximum distance of a printed value from a formula, as a function of the value and the formula's scale."""
 
 
 class Block(NamedTuple):
@@ -362,7 +362,7 @@ def altitude_hint(lines: Sequence[LabLine], temperature_degc: float) -> Hint | N
     truths = [(row.line.truth["Altitude"], (row.line.values or {})["Altitude"]) for row in rows]
     off = sum(truth.distance(value) > _OFF_M for truth, value in truths)
     if off < _DIFFERENT:
-        return None  # effect of noise and of a single reading at the floor on a right program
+        return None  # effect of noise, and of a single reading at the floor, on a correct program
     named = explained("Altitude", rows, right, list(_wrong_altitudes(ratio, kelvin)), _metres)
     return named or explained("Altitude", rows, right, list(_times(rows, right)), _metres)
 
@@ -389,7 +389,7 @@ def _times(rows: Sequence[Block], right: Formula) -> Iterator[Formula]:
     )
 
 
-_OF_DEGC = 0.03, 0.13  # a temperature of 8 to 40 over the same in kelvin
+_OF_DEGC = 0.03, 0.13  # the ratio of a temperature from 8 to 40 degC to the same temperature in kelvin
 _HIGH_M, _PLAIN_FACTOR = 1.0, 1.15
 
 

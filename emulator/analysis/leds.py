@@ -42,7 +42,7 @@ def led_hints(board: Board, recorder: TruthRecorder) -> Iterator[Diagnosis]:
                 ),
                 fatal=False,
             )
-    if {"LED1", "LED2"} <= board.leds.keys():  # only these have rules in the lab
+    if {"LED1", "LED2"} <= board.leds.keys():  # only these LEDs have rules in the lab
         since_s = next((line.at_s for line in recorder.lines if line.label == "Pitch:"), math.inf)
         lights = [one for one in recorder.lights if one.at_s > since_s]
         for name, angle in (("LED1", "pitch"), ("LED2", "roll")):
@@ -102,7 +102,7 @@ def _sides(name: str, angle: str, looks: Sequence[_LedCondition]) -> Iterator[Di
 
 _FEWEST_EDGES = 4
 _STILL_G = 0.05
-_REGULAR, _MOSTLY = 0.25, 0.9  # of the usual interval; of all intervals
+_REGULAR, _MOSTLY = 0.25, 0.9  # share of the usual interval, and share of all intervals
 _TOGGLE = "BSP_LED_Toggle"
 _CALLBACK = "HAL_TIM_PeriodElapsedCallback"
 

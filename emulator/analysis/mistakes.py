@@ -185,7 +185,7 @@ def _full_scale(board: Board, group: Group, factor: float) -> tuple[str, ...]:
 
 
 def _rests_on(group: Group) -> set[str]:
-    if group in (TILT, MAG):  # a mistake in one vector is also in the other
+    if group in (TILT, MAG):  # a mistake in one vector also affects the other
         return {ACC.label}
     if group is YAW:
         return {ACC.label, MAG.label, "Pitch"}

@@ -15,7 +15,7 @@ from fcu_emulator.emulator.analysis.recorder import LabLine, ValueRange
 
 _FEWEST = 2  # minimum number of wrong lines
 _SHARE = 0.9  # minimum share of the lines that a change must fit
-_NARROW = 3  # a wrap is distinguished from random numbers by its small distance
+_NARROW = 3  # the small distance distinguishes a wrap from random numbers
 AXES = ("x", "y", "z")
 
 

@@ -96,7 +96,9 @@ class PerfettoFile:
     def _show_stack(self, functions: list[str]) -> None:
         now_ps = self._board.clock.now_ps
         before = [name for name, _ in self._open]
-        if functions and functions[0] in before[1:]:  # its callers were not found in this sample
+        if (
+            functions and functions[0] in before[1:]
+        ):  # the callers of the function were not found in this sample
             functions = before[: before.index(functions[0])] + functions
         same = 0
         for (was, _), now in zip_longest(self._open, functions, fillvalue=("", 0)):

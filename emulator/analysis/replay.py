@@ -34,8 +34,9 @@ from fcu_emulator.emulator.trace import BusTransfer, GpioEdge, TerminalBytes, Tr
 
 _LF = ord("\n")
 _LOADED_PS = 2 * PS_PER_US
-"""From the last bit of a text to the loop's read of its variables (0.3 us), and from the timer's interrupt to
-the callback's first transfer (1.6 us), in the supplied solution."""
+"""More than the times that the supplied solution needs: 0.3 us from the last bit of a text until the loop
+reads its variables, and 1.6 us from the timer's interrupt until the callback's first transfer.
+"""
 
 
 def replay(board: Board, firmware: Callable[[Any], HostedApplication]) -> Observation:

@@ -16,7 +16,7 @@ from fcu_emulator.emulator.clock import Clock
 from fcu_emulator.emulator.trace import GpioEdge, Trace
 
 LevelCallback: TypeAlias = Callable[[int], None]
-"""``changed(level)``, called with the chip's new input level, 0 or 1."""
+"""``changed(level)``: called with the chip's new input level, 0 or 1."""
 
 _PORTS = "ABCDEH"  # the STM32F401 has no port F and G (RM0368 section 2.3)
 

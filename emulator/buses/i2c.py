@@ -43,7 +43,7 @@ _LONGEST = 65535  # HAL's 16-bit length
 _SHORT = 32  # longer reads are not cached
 
 _RECENT = 8
-_FOR_GOOD_S = 1e6  # longer than a board runs
+_FOR_GOOD_S = 1e6  # later than the end of any run
 
 Message: TypeAlias = tuple[int, int, int, bytes | bytearray, bytes | bytearray, I2CError | str | None]
 """A transfer: start and end in ps, address, bytes written, bytes read, failure."""
@@ -54,7 +54,7 @@ class I2CTarget(Protocol):
     """A device on the bus."""
 
     def start(self, *, read: bool) -> bool:
-        """Handle a (repeated) start; True acknowledges."""
+        """Handle a start or repeated start. Return True to acknowledge."""
         ...
 
     def write(self, data: bytes) -> int:
@@ -175,7 +175,7 @@ class I2CBus:
     def set_speed(self, speed_hz: int) -> None:
         """Set another clock rate, from the next transfer on."""
         self.speed_hz = speed_hz
-        self._kept.clear()  # cached reads contain durations, which depend on the clock rate
+        self._kept.clear()  # cached reads contain durations that depend on the clock rate
 
     @property
     def now_ps(self) -> int:

@@ -15,7 +15,7 @@ class I2CWire:
 
     def __init__(self, bus: I2CBus) -> None:
         self.bus = bus
-        self._open = False  # a message has begun and is not recorded yet
+        self._open = False  # a message has begun and has not been recorded
         self._start_ps = 0
         self._address = 0
         self._reading = False

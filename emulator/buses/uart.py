@@ -109,7 +109,7 @@ class Transceiver(Protocol):
     def frame_bits(self) -> Fraction: ...
 
     def receive(self, value: int) -> bool:
-        """Receive a byte; False if it is lost."""
+        """Receive a byte. Return False if it is lost."""
         ...
 
     def line_idle(self) -> None:
@@ -141,14 +141,14 @@ class Uart:
         self._trace = trace
         self.brr = divider(kernel_clock_hz, baud)
         self._frame_ps = Fraction(_FRAME_BITS * self.brr * PS_PER_S, kernel_clock_hz)
-        self.txe_ps = 0  # when the data register is next empty
-        self.idle_ps = 0  # when the line is next idle (TC)
+        self.txe_ps = 0  # time at which the data register is next empty
+        self.idle_ps = 0  # time at which the line is next idle (TC)
         self._run = _ByteRun(0, self._frame_ps)
-        self._on_wire = deque((self._run,))  # incomplete runs, and the latest
+        self._on_wire = deque((self._run,))  # the runs that are not complete, and the latest run
         self._text = bytearray()
         self.dropped = 0
         self._times: list[ArrivalTimes] = []
-        self._typed: deque[_Typed] = deque()  # on the way to the board
+        self._typed: deque[_Typed] = deque()  # bytes on the way to the board
         self._rx_line_free_ps = 0
         self._rx_data: int | None = None
         self.rx_lost = 0

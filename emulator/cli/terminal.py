@@ -93,7 +93,7 @@ class _SerialPort:
             raise LinkError(f"{name}: {getattr(error, 'strerror', None) or error}") from error
 
     def read(self) -> bytes | None:
-        try:  # reads available bytes only, because pyserial loses the bytes of an incomplete longer read when the port closes
+        try:  # available bytes only: pyserial loses an incomplete longer read when the port closes
             data: bytes = self._device.read(max(1, min(self._device.in_waiting, _CHUNK)))
         except self._errors:
             return None

@@ -152,7 +152,7 @@ def run_isolated(module: str, arguments: Sequence[str], limits: WorkerLimits) ->
         with _passed_on(asked) as to:
             process = subprocess.Popen(command, pass_fds=() if read is None else (read,))
             to.append(process)
-            if asked and sys.platform != "win32":  # the signal came before the worker existed
+            if asked and sys.platform != "win32":  # the signal came before the worker was started
                 process.terminate()
             process.wait()
     finally:
@@ -251,4 +251,4 @@ def _end_with_parent(lifeline: int | None, parent: int) -> None:
     else:
         assert lifeline is not None
         os.read(lifeline, 1)  # no data is ever written
-    os._exit(_ENDED - 1)  # the parent is gone: nothing reads a summary
+    os._exit(_ENDED - 1)  # the parent has ended, so that a summary would not be read

@@ -1,7 +1,7 @@
 """TCP ports that only programs on this machine can reach.
 
-Decision: serial ports, the debugger's port and the control port listen on 127.0.0.1 only. Others connect through ``ssh
--L``. Only the page, which has a token, can have another address.
+Decision: serial ports, the debugger's port and the control port listen on 127.0.0.1 only. Programs on other
+machines connect through ``ssh -L``. Only the page, which has a token, can have another address.
 """
 
 from __future__ import annotations

@@ -52,7 +52,9 @@ class PortName:
             if str(self.path.readlink()) == self._device:
                 self.path.unlink()
         lock = _lock_path(self.path)
-        if _is_same_file(self._lock_fd, lock):  # while it is locked: afterwards it could be another board's
+        if _is_same_file(
+            self._lock_fd, lock
+        ):  # removed while it is locked, because later it could be another board's
             with contextlib.suppress(OSError):
                 self._new_link.unlink(missing_ok=True)
                 lock.unlink()
@@ -124,7 +126,7 @@ def _lock(path: Path) -> int | None:
                 fcntl.flock(lock_fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if _is_same_file(lock_fd, path):
                 return lock_fd
-            os.close(lock_fd)  # its last owner removed the file between open and lock: try again
+            os.close(lock_fd)  # the last owner removed the file between open and lock: try again
         except BlockingIOError:
             os.close(lock_fd)
             return None

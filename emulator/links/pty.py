@@ -32,7 +32,7 @@ from fcu_emulator.emulator.links import programs
 from fcu_emulator.emulator.links.byte_link import Backlog, Patience, losses
 from fcu_emulator.emulator.links.port_name import PortName, claim_port
 
-assert sys.platform != "win32"  # for mypy, which thereby knows the system's functions
+assert sys.platform != "win32"  # this test tells mypy which functions the system has
 
 # -- The link -----------------------------------------------------------------------------------------------
 
@@ -179,8 +179,8 @@ class PtyLink:
 
     def _renew_device(self) -> None:
         """Create a new device for ``link_path``, because the old device is permanently locked."""
-        self._read()  # the reader's last bytes may have arrived after the check that found it gone
-        with contextlib.suppress(LinkError):  # then the port stays locked, but the board continues
+        self._read()  # the reader's last bytes may have arrived after the check that did not find it any more
+        with contextlib.suppress(LinkError):  # the port stays locked, but the board continues
             fresh = _open_device(self._name)
             self._device.close()
             self._device = fresh

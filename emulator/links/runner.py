@@ -54,8 +54,8 @@ class Pacer:
 # -- The run ------------------------------------------------------------------------------------------------
 
 
-_TYPED_AHEAD = 4096  # bytes in transit to the board; the rest waits in its link
-_FLUSH_S = 5.0  # time for a slow reader at the end
+_TYPED_AHEAD = 4096  # bytes on the way to the board; the rest waits in its link
+_FLUSH_S = 5.0  # wall time for a slow reader at the end
 
 
 @dataclass(frozen=True)

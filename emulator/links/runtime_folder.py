@@ -51,7 +51,9 @@ def _windows_folder() -> Path:
 
 def _posix_folder(user: int, option: str, instead: str) -> Path:
     runtime = os.environ.get("XDG_RUNTIME_DIR")
-    if runtime and _belongs_to(user, Path(runtime)):  # after "su" it may still be the other user's
+    if runtime and _belongs_to(
+        user, Path(runtime)
+    ):  # after "su" the variable may still name the other user's folder
         folder = Path(runtime) / NAME
     else:
         folder = Path(tempfile.gettempdir()) / f"{NAME}-{user}"

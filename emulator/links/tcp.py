@@ -77,13 +77,15 @@ class Reader:
         self.coding = coding
         self.gone = False
         self._socket = connection
-        self._encoded = b""  # in transit to the socket
+        self._encoded = b""  # bytes on the way to the socket
 
     def unread(self) -> int:
         return len(self.backlog) + len(self._encoded)
 
     def receive(self) -> bytes:
-        if self.gone or len(self._encoded) > CHUNK:  # it reads no answers: these first
+        if (
+            self.gone or len(self._encoded) > CHUNK
+        ):  # a reader may not read its answers, so they are sent first
             return b""
         try:
             data = self._socket.recv(CHUNK)
@@ -236,7 +238,10 @@ class TcpLink:
             try:
                 connection, _ = self._listener.accept()
             except OSError as error:
-                if error.errno in (errno.ECONNABORTED, errno.EPROTO):  # it has given up: try the next
+                if error.errno in (
+                    errno.ECONNABORTED,
+                    errno.EPROTO,
+                ):  # this client has given up: try the next one
                     continue
                 return
             if len(self._readers) >= MOST_READERS:

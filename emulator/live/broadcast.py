@@ -17,16 +17,16 @@ Publish = Callable[[SessionEvent, object | None], None]
 """``publish(event, client)`` sends to one client, or to all if ``client`` is None."""
 
 # Wall time, s:
-_FRAME_S = 0.02  # between two frames (a State and the text until then) while something changes
-_ANSWER_S = 0.005  # from a frame to the one that shows the effect of a command
-_HEARTBEAT_S = 0.5  # in addition to _FRAME_S, while nothing changes
-_SLOWLY_S = 0.1  # between two updates of registers and bus
-_FINDINGS_S, _VERDICTS_S = 2.0, 0.5  # between two updates of findings, of verdicts
-_FAILURE_S = 0.5  # between two checks for stuck firmware
-_UNSEEN_S = 0.1  # between two stored states while there are no clients
-_PACE_S = 1.0  # over which the pace is measured
+_FRAME_S = 0.02  # time between two frames (a State and the text before it) while something changes
+_ANSWER_S = 0.005  # time from a frame to the frame that shows the effect of a command
+_HEARTBEAT_S = 0.5  # time in addition to _FRAME_S while nothing changes
+_SLOWLY_S = 0.1  # time between two updates of registers and bus
+_FINDINGS_S, _VERDICTS_S = 2.0, 0.5  # time between two updates of findings, and of verdicts
+_FAILURE_S = 0.5  # time between two checks for stuck firmware
+_UNSEEN_S = 0.1  # time between two stored states while there are no clients
+_PACE_S = 1.0  # time over which the pace is measured
 # Virtual time, s:
-_TRUTH_S = 0.5  # longest age of the truth: the pressure wanders by 0.002 hPa meanwhile
+_TRUTH_S = 0.5  # maximum age of the truth; the pressure wanders by 0.002 hPa in this time
 
 _HISTORY = 64 << 10  # bytes of the terminal for a new client
 _LONGEST_LINE = 4096  # bytes of an incomplete line
@@ -98,7 +98,9 @@ class Broadcast:
 
     def frame_in_s(self, wall_s: float) -> float:
         frame_s = self._next_frame_s - wall_s
-        if self._clients and (frame_s > 0.0 or self.changed):  # otherwise the overdue frame has no changes
+        if self._clients and (
+            frame_s > 0.0 or self.changed
+        ):  # otherwise the overdue frame would have no changes
             return frame_s
         return math.inf
 
@@ -110,7 +112,8 @@ class Broadcast:
             self._keep_unseen(wall_s, running)
             return
         if wall_s >= self._next_frame_s and (self.changed or wall_s >= self._next_frame_s + _HEARTBEAT_S):
-            # Count from the due time: otherwise a slightly late frame would skip the next one.
+            # The next frame is due after the due time of this one; otherwise a slightly late frame would skip
+            # the next one.
             due_s = max(self._next_frame_s, wall_s - _FRAME_S / 2)
             self._last_frame_s, self._next_frame_s = wall_s, due_s + _FRAME_S
             self.changed = False
@@ -158,7 +161,7 @@ class Broadcast:
             self.measure_pace(wall_s)
         is_old = board.now_s - self._truth_s > _TRUTH_S
         if not self._truth or is_old or not board.world.rests(self._truth_s, board.now_s):
-            self._truth = view.truth(board)  # evaluating an unchanged truth is expensive
+            self._truth = view.truth(board)  # to evaluate an unchanged truth again is expensive
             self._truth_s = board.now_s
         names = dict.fromkeys(name for watch in self._clients.values() for name in watch.variables)
         values: dict[str, float] = {}

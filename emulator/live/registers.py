@@ -71,7 +71,7 @@ def values(board: Board, name: str) -> dict[str, str]:
 
 
 def note(board: Board, name: str) -> str:
-    """Return a remark on the current state of a peripheral, if any."""
+    """Return a remark on the current state of a peripheral, or ""."""
     peripheral = _peripheral(board, name) if _part(board, name) is None else None
     if peripheral is None or peripheral.clocked:
         return ""

@@ -40,16 +40,16 @@ if TYPE_CHECKING:
     from fcu_emulator.emulator.links.control import ControlServer
 
 # Wall time, s:
-_SLICE_S = 0.02  # of a slice of the run; a command shortens it
+_SLICE_S = 0.02  # wall time of a slice of the run; a command shortens it
 _STANDING_S = 0.1  # longest wait of a paused board
-_WATCH_S = 0.2  # between two checks of the firmware's file
-_LAG_FORGIVEN_S = 0.25  # a board that is later than this does not catch up
+_WATCH_S = 0.2  # time between two checks of the firmware's file
+_LAG_FORGIVEN_S = 0.25  # a board that is late by more than this does not catch up
 _STEP_WALL_S = 5.0  # maximum of one step
 # Virtual time: maximum of one step, and the run between two checks for its end
 _STEP_PS = {"second": PS_PER_S, "line": 10 * PS_PER_S, "tick": PS_PER_S}
 _STEP_SLICE_PS = {"second": 10 * PS_PER_MS, "line": PS_PER_MS, "tick": PS_PER_MS // 20}
 
-_TYPED_AHEAD = 2048  # bytes of a link that wait for the board
+_TYPED_AHEAD = 2048  # maximum bytes of a link that wait for the board
 _MOST_WAITING = 1000  # commands
 _MOST_UPLOADS = 2  # each with up to 11 MiB
 
@@ -250,7 +250,7 @@ class LiveSession:
                 self._run_debugged(self._debugger, at_ps)
             elif at_ps > self.board.clock.now_ps:
                 self.board.run_until_ps(at_ps)
-        except Exception as error:  # of the firmware, of a disturbed scenario, of the machine
+        except Exception as error:  # failures of the firmware, of a disturbed scenario, or of the machine
             self._fail(failure_text(error))
         self._broadcast.changed = True
 
@@ -434,7 +434,7 @@ class LiveSession:
         def perform() -> None:
             try:
                 entry.perform(board, at_ps)
-            except InputError as error:  # it must not end the run
+            except InputError as error:  # this failure must not end the run
                 refused.append(error)
 
         clock.schedule(at_ps, perform)

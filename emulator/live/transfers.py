@@ -13,7 +13,7 @@ from fcu_emulator.sensors.declaration import Quantity
 from fcu_emulator.sensors.part import Sensor
 from fcu_emulator.sensors.register import ADDRESSES, RegisterMap
 
-_REMEMBERED = 16  # transfers of Python firmware: those of a few ticks
+_REMEMBERED = 16  # number of transfers of Python firmware that are kept, enough for a few ticks
 _SHOWN_UNITS = {
     "g": ("mg", 1000.0),
     "dps": ("mdps", 1000.0),
@@ -111,7 +111,7 @@ def samples(board: Board, latest: Sequence[BusTransfer]) -> dict[str, list[float
     seen = set()
     for transfer in reversed(latest):
         kind = transfer.device, transfer.register, len(transfer.read)
-        if kind not in seen:  # of several with the same id, the latest
+        if kind not in seen:  # the latest of several transfers with the same id
             seen.add(kind)
             for sample in decoded(board, transfer):
                 found.setdefault(sample.id, sample.values)

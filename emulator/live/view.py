@@ -19,8 +19,8 @@ from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.world.attitude import matrix_to_euler
 from fcu_emulator.emulator.world.track import Array
 
-_MOST_LEAVES = 16  # limit of shown numbers of one variable
-_LOOKS_OF_LOAD = 400  # kept by the recorder: two seconds of virtual time
+_MOST_LEAVES = 16  # maximum count of numbers that are shown of one variable
+_LOOKS_OF_LOAD = 400  # samples of two seconds of virtual time
 
 
 def hello(board: Board, ways: list[str], exercises: list[dict[str, Any]]) -> messages.Hello:

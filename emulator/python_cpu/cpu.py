@@ -78,7 +78,9 @@ class PythonCpu:
         """End the greenlet and unwind its stack, because the garbage collector does not visit it."""
         if self._context and not self._context.dead:
             with suppress(greenlet_error):  # the greenlet belongs to a thread that has ended
-                self._context.parent = getcurrent()  # return here, which may be inside another firmware
+                self._context.parent = (
+                    getcurrent()
+                )  # the stack returns to here, which may be inside another firmware
                 self._context.throw()
 
     def snapshot(self) -> None:

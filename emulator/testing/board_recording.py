@@ -53,7 +53,7 @@ _AT_POWER_ON: Mapping[str, Callable[[Mapping[str, Any]], dict[str, object]]] = {
     },
     "set_gravity": lambda given: {"gravity": float(given["m_s2"])},
 }
-"""Methods with only a key of [world] at power-on."""
+"""Methods that correspond to a key of [world] and can only be used at power-on."""
 
 
 class BoardRecording:

@@ -22,7 +22,7 @@ from fcu_emulator.emulator.world.truth import ZURICH_FIELD_UT
 
 FILE = "replay.toml"
 REFERENCE = "lab3"
-"""A correct firmware: a scenario that it fails is not used."""
+"""A correct firmware. A scenario in which it fails is not used."""
 
 Table: TypeAlias = dict[str, Any]
 

@@ -169,7 +169,7 @@ def board(
     try:
         made = Board(firmware, **asked)
     except InputError as error:
-        pytest.fail(str(error), pytrace=False)  # this package's frames do not help
+        pytest.fail(str(error), pytrace=False)  # frames of this package are not helpful
     from fcu_emulator.emulator.testing.board_recording import BoardRecording
 
     request.node.stash[_RECORDING] = BoardRecording(made, cold=bool(asked.get("cold_start")))

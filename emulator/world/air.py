@@ -24,10 +24,12 @@ DOOR_HPA = 0.1
 
 _AIR_KG_M3 = 1.2
 _PA_PER_HPA = 100.0
-_DOOR_S = 0.15  # time of the strongest push
-DOOR_LASTS_S = 15 * _DOOR_S  # then 1e-5 of it remains
+_DOOR_S = 0.15  # time of the strongest push after the door's movement
+DOOR_LASTS_S = 15 * _DOOR_S  # after this time 1e-5 of the push remains
 _GUST_HZ = np.geomspace(0.05, 1.0, 12)
-_GUST_SHARES = 1.0 / _GUST_HZ / np.sqrt((1.0 / _GUST_HZ**2).sum() / 2.0)  # share of each line; RMS of all: 1
+_GUST_SHARES = (
+    1.0 / _GUST_HZ / np.sqrt((1.0 / _GUST_HZ**2).sum() / 2.0)
+)  # amplitude of each line; together they have an RMS of 1
 _GUST_PHASES = 2.0 * np.pi * (np.arange(1.0, 13.0) * 0.6180339887498949 % 1.0)
 _GUST_ENDS_S = 1.0  # duration of a wind's rise and fall
 
@@ -40,7 +42,7 @@ class Wander:
     def __init__(self, rms_hpa: float, seed: int) -> None:
         random = np.random.default_rng([seed & (2**63 - 1), zlib.crc32(b"pressure")])
         low, high = _WANDER_HZ[:-1], _WANDER_HZ[1:]
-        power = 1.0 / low - 1.0 / high  # of f^-2 in each band
+        power = 1.0 / low - 1.0 / high  # the integral of f^-2 over each band
         self._rms_hpa = rms_hpa
         self._amplitudes = rms_hpa * np.sqrt(2.0 * power / power.sum())
         self._w_rad_s = 2.0 * np.pi * low * (high / low) ** random.random(low.size)

@@ -27,7 +27,7 @@ from fcu_emulator.emulator.world.track import Array, MinimumJerk, MotionProfile
 # -- Rotations ----------------------------------------------------------------------------------------------
 
 
-GIMBAL_LOCK_COSINE = 1e-9  # of the pitch; below it roll and yaw turn about the same axis
+GIMBAL_LOCK_COSINE = 1e-9  # cosine of the pitch; below it roll and yaw turn about the same axis
 
 
 def euler_to_matrix(euler_deg: Array) -> Array:
@@ -127,7 +127,7 @@ def euler_rates(euler: Array, euler_dot: Array, euler_ddot: Array) -> tuple[Arra
 
 
 class Attitude(Protocol):
-    """A piece of attitude; results have N rows, or 1 if it does not move."""
+    """A piece of the attitude. Results have N rows, or 1 if the board does not move."""
 
     @property
     def pace_s(self) -> float:
@@ -146,7 +146,7 @@ class Attitude(Protocol):
 
 
 class Held:
-    """Rest at ``euler_deg`` (3,), which a later sweep starts from."""
+    """Rest at ``euler_deg`` (3,), from which a later sweep starts."""
 
     pace_s = math.inf
 
@@ -302,7 +302,7 @@ class RecordedAttitude:
 
     def _arcs(self, t_s: Array) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], Array, Array, Array]:
         row = np.clip(np.searchsorted(self.row_s, t_s, side="right") - 1, 0, self.row_s.size - 2)
-        used, of_time = np.unique(row, return_inverse=True)  # many samples share an arc
+        used, of_time = np.unique(row, return_inverse=True)  # many samples are on one arc
         start = euler_to_matrix(self.row_deg[used])
         axis, angle = axis_and_angle(start.transpose(0, 2, 1) @ euler_to_matrix(self.row_deg[used + 1]))
         return row, start[of_time], axis[of_time], angle[of_time]

@@ -1,9 +1,9 @@
 """Pieces of attitude and altitude that follow a target which changes often, as by a mouse.
 
-A steady hand is followed 3 / w late: w = 4 / time constant leaves a quarter of it for the time between
-commands. For an attitude, the deviation x is the rotation vector from target to board; its derivatives use
-the right Jacobian of SO(3) (Chirikjian, "Stochastic Models, Information Theory, and Lie Groups" 2, 2012,
-section 10.3).
+A board follows a steady hand with a delay of 3 / w. With w = 4 / time constant, a quarter of the time
+constant remains for the time between commands. For an attitude, the deviation x is the rotation vector from
+target to board; its derivatives use the right Jacobian of SO(3) (Chirikjian, "Stochastic Models, Information
+Theory, and Lie Groups" 2, 2012, section 10.3).
 
 Decision: a followed board approaches its target with three equal poles, so that its acceleration is
 continuous over all commands.

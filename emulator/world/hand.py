@@ -27,9 +27,9 @@ TREMOR_HZ = 8.0
 _KNUCKLES_M = 0.086  # distance from the wrist at which a tremor's acceleration is measured
 _SINUSOIDS = 4
 _SPREAD_HZ = 2.5  # range of their frequencies
-_OTHER_AXES = 0.5  # tremor's angle about each of these, relative to bending the wrist
+_OTHER_AXES = 0.5  # angle of the tremor about each of these axes, relative to the angle of the wrist
 _FADE_IN_S = 0.5  # duration of a tremor's start, to avoid a jolt
-_GOLDEN = 0.6180339887498949  # multiples of it leave no two phases close together
+_GOLDEN = 0.6180339887498949  # multiples of this angle are never close together
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,9 @@ class Tremor:
     def of(cls, start_s: float, wrist_m: Array, peak_m_s2: float, frequency_hz: float) -> Tremor:
         spread = (np.arange(_SINUSOIDS) + 0.5) / _SINUSOIDS - 0.5  # evenly between -0.5 and 0.5
         w_rad_s = 2.0 * np.pi * (frequency_hz + _SPREAD_HZ * spread)[:, np.newaxis]
-        peak_rad_s2 = peak_m_s2 / _KNUCKLES_M / np.sqrt(_SINUSOIDS)  # of each: together the same mean square
+        peak_rad_s2 = (
+            peak_m_s2 / _KNUCKLES_M / np.sqrt(_SINUSOIDS)
+        )  # amplitude of each sinusoid; together they have the same mean square
         across = np.cross((0.0, 0.0, 1.0), wrist_m)  # the axis about which the wrist bends
         length = np.linalg.norm(across)
         bending = across / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
@@ -80,7 +82,9 @@ class Tremor:
 
 @dataclass(frozen=True, eq=False)
 class Grip:
-    """A hand around the board; ``taken_m`` (3,): the board from the wrist when taken, NWU."""
+    """A hand that holds the board. ``taken_m`` (3,): position of the board from the wrist when the hand took
+    it, NWU.
+    """
 
     wrist_m: Array
     tremor: Tremor | None

@@ -23,8 +23,8 @@ from fcu_emulator.emulator.world.track import Array
 
 MGAUSS_PER_UT = 10.0
 MU0_4PI = 1.0  # mgauss m3 / (A m2)
-MOMENT_AM2 = 0.3  # of a bar of neodymium as large as a fingernail
-FELT_MGAUSS = 0.1  # weaker fields are out of reach: 1/15 of the LIS2MDL's step
+MOMENT_AM2 = 0.3  # moment of a neodymium bar of the size of a fingernail
+FELT_MGAUSS = 0.1  # weaker fields are omitted: 1/15 of the LIS2MDL's step
 
 
 def ned_to_nwu_mgauss(north_ut: float, east_ut: float, down_ut: float) -> Array:
@@ -76,7 +76,9 @@ def _decimal_year(date: dt.date) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Magnet:
-    """A dipole moved north, east of the board, pointing west so that it turns the compass."""
+    """A dipole that moves to the north on a line east of the board. It points west, so that it turns the
+    compass.
+    """
 
     closest_s: float
     moment_am2: float

@@ -18,10 +18,10 @@ from fcu_emulator.emulator.world.track import Array
 
 MOTORS = 4
 FULL_HZ = 400.0
-FULL_M_S2 = 15.0  # RMS of an axis, all four together
+FULL_M_S2 = 15.0  # RMS of each axis with all four motors
 FULL_MGAUSS = (-80.0, -42.0, 14.0)
 
-_UNEQUAL = np.array([1.0, 0.985, 1.012, 0.994])  # relative speeds at the same throttle
+_UNEQUAL = np.array([1.0, 0.985, 1.012, 0.994])  # relative speeds of the motors at the same throttle
 _PHASES = 2.0 * np.pi * np.array([0.0, 0.62, 0.24, 0.85])
 _BLADES = 2
 

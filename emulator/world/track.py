@@ -158,7 +158,7 @@ class Spans(Generic[P]):
             del self._past[:old]
 
     def between(self, from_s: float, to_s: float) -> list[Span[P]]:
-        """Return the events that touch these times, in the order in which they were added.
+        """Return the events that are active at these times, in the order in which they were added.
 
         Raises InputError if some of them may have been dropped.
         """
@@ -215,7 +215,7 @@ class Agitation(Spans[float]):
         """
         if end_s <= 0.0:
             return
-        if self._recent:  # following a hand at 50 commands per second is one motion
+        if self._recent:  # 50 commands of a hand per second are one motion
             last = self._recent[-1]
             if last.event == event and last.start_s <= start_s <= last.end_s:
                 self._recent[-1] = last._replace(end_s=max(last.end_s, end_s))

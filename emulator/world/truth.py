@@ -55,9 +55,11 @@ STANDARD_GRAVITY = 9.80665  # m/s2 in one g
 ZURICH_FIELD_UT = (21.5, 0.0, 43.0)  # the World Magnetic Model at Zurich, rounded, turned to north
 ROOM_DEGC = 25.0
 ROOM_PERCENT = 45.0
-HISTORY_CHANGES = 65_536  # of one quantity, about 1.2 kB each: 20 minutes of a hand at 50 commands per second
-KEPT_S = 60.0  # kept in any case: the filters of the sensors need it
-RECENT_S = 5.0  # changes of the last seconds are searched one by one
+HISTORY_CHANGES = (
+    65_536  # changes of one quantity, 1.2 kB each: 20 minutes of a hand with 50 commands per second
+)
+KEPT_S = 60.0  # seconds that are always kept, because the filters of the sensors need them
+RECENT_S = 5.0  # seconds whose changes are searched one by one
 UP = np.array([0.0, 0.0, 1.0])
 NOTHING = np.zeros((1, 3))
 HALF_TURN_DEG = 180.0

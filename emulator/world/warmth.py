@@ -19,7 +19,7 @@ import numpy as np
 
 from fcu_emulator.emulator.world.track import Array
 
-_SETTLED_AFTER = 25.0  # time constants, after which 1e-11 of a difference remains
+_SETTLED_AFTER = 25.0  # number of time constants after which 1e-11 of a difference remains
 
 
 @dataclass(frozen=True)

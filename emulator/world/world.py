@@ -342,7 +342,7 @@ class World(Changes):
         start_s: float | None = None,
         profile: Literal["linear", "minimum_jerk"] = "linear",
     ) -> float:
-        """Change one Euler angle to ``to_deg``, also by more than 180 degrees."""
+        """Change one Euler angle to ``to_deg``, which may be more than 180 degrees away."""
         if axis not in EULER_AXES:
             raise InputError(f"axis must be one of {', '.join(EULER_AXES)}, not {axis!r}", kind="choice")
         if profile not in ("linear", "minimum_jerk"):
@@ -418,7 +418,9 @@ class World(Changes):
         return self._plan_position(track, (start_s, lift), (end_s, RestSegment(from_m + way_m)))
 
     def free_fall(self, duration_s: float, catch_s: float = 0.05, start_s: float | None = None) -> float:
-        """Drop the board from rest for ``duration_s``, then stop it in ``catch_s``, perhaps below the floor."""
+        """Drop the board from rest for ``duration_s``, then stop it within ``catch_s``. It may end below the
+        floor.
+        """
         start, caught = self._span(start_s, duration_s)
         catch = limits.DURATION.check("catch_s", catch_s)
         gravity = float(self._gravity.at(start).value(np.array([start]))[0])

@@ -182,7 +182,7 @@ def test_library_is_imported_in_its_own_place(library: str) -> None:
     assert not outside
 
 
-def test_the_packages_import_one_another_in_one_direction() -> None:
+def test_packages_import_one_another_in_one_direction() -> None:
     arrows = {
         (top(dotted(name)), top(entry.module))
         for name in NAMES
@@ -245,7 +245,7 @@ def test_packages_import_only_lower_packages() -> None:
     assert upward == set()
 
 
-def test_every_package_has_its_place_in_the_order() -> None:
+def test_every_package_has_its_place_in_order() -> None:
     assert {package_or_module(module) for module in MODULES} == set(ORDER)
 
 
@@ -264,11 +264,11 @@ def test_package_import_needs_nothing_missing_on_windows(module: str) -> None:
 @pytest.mark.parametrize(
     "module", ["emulator", "emulator.cli", "emulator.cli.run", "emulator.assembly.board", "emulator.scenario"]
 )
-def test_only_board_with_built_firmware_loads_the_core(module: str) -> None:
+def test_only_board_with_built_firmware_loads_core(module: str) -> None:
     assert not {one for one in reached_from(module) if one.startswith("emulator.chip.cpu")}
 
 
-def test_every_file_has_a_docstring() -> None:
+def test_every_file_has_docstring() -> None:
     assert [name for name in NAMES if not (ast.get_docstring(tree(name)) or "").strip()] == []
 
 

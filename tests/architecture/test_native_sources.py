@@ -20,7 +20,7 @@ FILES = [*SOURCES, *HEADERS]
 
 @needs_gcc
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.name)
-def test_a_file_compiles_without_warnings(path: Path) -> None:
+def test_file_compiles_without_warnings(path: Path) -> None:
     command = ["gcc", "-std=gnu11", "-O2", "-Wall", "-Wextra", "-S", "-o", "-", f"-I{FOLDER}", str(path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
 
@@ -37,7 +37,7 @@ def test_header_compiles_alone(path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
-def test_every_file_starts_with_a_comment() -> None:
+def test_every_file_starts_with_comment() -> None:
     assert [path.name for path in FILES if not path.read_text(encoding="utf-8").startswith("/* ")] == []
 
 

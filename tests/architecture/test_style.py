@@ -29,7 +29,7 @@ def linked() -> None:
     ],
     ids=["lint", "format", "types"],
 )
-def test_the_tree_is_clean(command: list[str]) -> None:
+def test_tree_is_clean(command: list[str]) -> None:
     done = subprocess.run(
         [sys.executable, "-m", *command], cwd=ROOT, capture_output=True, text=True, check=False
     )

@@ -66,7 +66,7 @@ def is_in_repository(command: str) -> bool:
 
 
 @workflows
-def test_commands_of_workflow_are_in_the_repository(file: Path) -> None:
+def test_commands_of_workflow_are_in_repository(file: Path) -> None:
     commands = [step["run"] for job in jobs(file).values() for step in job["steps"] if "run" in step]
 
     assert commands
@@ -119,14 +119,14 @@ def test_jobs_have_time_limit_and_keep_no_password(file: Path) -> None:
                 assert step["with"]["persist-credentials"] is False
 
 
-def test_one_workflow_calls_the_continuous_integration() -> None:
+def test_one_workflow_calls_continuous_integration() -> None:
     assert [file.stem for file in FILES if "- run: .ci/run\n" in file.read_text(encoding="utf-8")] == [
         "tests"
     ]
 
 
 @pytest.mark.parametrize("form", FORMS, ids=lambda file: file.stem)
-def test_issue_form_asks_for_the_version(form: Path) -> None:
+def test_issue_form_asks_for_version(form: Path) -> None:
     text = form.read_text(encoding="utf-8")
 
     assert ("fcu --version" in text) is (form.stem != "feature")

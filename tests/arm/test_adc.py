@@ -60,7 +60,7 @@ def connect_sequence(adc: Adc, voltages: list[float]) -> None:
     adc.write(SQR3, sum(channel << 5 * channel for channel in range(len(voltages))))
 
 
-def test_the_batterys_voltage(chip: Chip, adc: Adc) -> None:
+def test_batterys_voltage(chip: Chip, adc: Adc) -> None:
     adc.write(CR2, ADON | EOCS)
     adc.write(CR2, ADON | EOCS | SWSTART)
     chip.run_to(conversion_ps() - 1)
@@ -101,7 +101,7 @@ def test_internal_channels_have_to_be_switched_on(
         assert adc.read(DR) * VOLTS_PER_LSB == pytest.approx(volts, abs=5e-4)
 
 
-def test_the_factory_calibration_agrees_with_the_sensor(chip: Chip, adc: Adc) -> None:
+def test_factory_calibration_agrees_with_sensor(chip: Chip, adc: Adc) -> None:
     """Datasheet: VREFIN_CAL, TS_CAL1 at 30 degC and TS_CAL2 at 110 degC, from 0x1FFF7A2A on, all at 3.3 V."""
     calibration = struct.unpack_from("<3H", system_memory(), 0x1FFF_7A2A - SYSTEM_MEMORY)
     adc.write(CCR, ADCPRE_DIV4 | TSVREFE)
@@ -142,7 +142,7 @@ def test_sampling_time_adds_to_conversion(chip: Chip, adc: Adc) -> None:
     assert adc.read(SR) & EOC
 
 
-def test_a_scan_by_dma(chip: Chip, adc: Adc) -> None:
+def test_scan_by_dma(chip: Chip, adc: Adc) -> None:
     """RM0368 11.8.1: each conversion makes a request."""
     connect_sequence(adc, [0.0, 1.65, 3.3])
     taken: list[int] = []
@@ -155,7 +155,7 @@ def test_a_scan_by_dma(chip: Chip, adc: Adc) -> None:
     assert len(taken) == 3
 
 
-def test_requests_stop_after_the_last_transfer_without_dds(chip: Chip, adc: Adc) -> None:
+def test_requests_stop_after_last_transfer_without_dds(chip: Chip, adc: Adc) -> None:
     """RM0368 11.12.3, DDS; writing 0 and 1 to DMA lets the requests begin anew (11.8.1)."""
     results: list[int] = []
     chip.dma.serve("ADC1", lambda: results.append(adc.read(DR)))
@@ -172,7 +172,7 @@ def test_requests_stop_after_the_last_transfer_without_dds(chip: Chip, adc: Adc)
     assert len(results) == 3
 
 
-def test_an_overrun_stops_the_scan(chip: Chip, adc: Adc) -> None:
+def test_overrun_stops_scan(chip: Chip, adc: Adc) -> None:
     """RM0368 11.8.2: with EOCS each result must be read in time; the first of them stays in DR."""
     connect_sequence(adc, [0.0, 1.65, 3.3])
     adc.write(CR1, SCAN | OVRIE)
@@ -185,7 +185,7 @@ def test_an_overrun_stops_the_scan(chip: Chip, adc: Adc) -> None:
     assert not chip.irq.level(ADC_IRQ)
 
 
-def test_the_end_of_conversion_interrupt(chip: Chip, adc: Adc) -> None:
+def test_end_of_conversion_interrupt(chip: Chip, adc: Adc) -> None:
     """RM0368 table 38: the ADC has interrupt 18."""
     adc.write(CR1, EOCIE)
     adc.write(CR2, ADON | SWSTART)
@@ -195,7 +195,7 @@ def test_the_end_of_conversion_interrupt(chip: Chip, adc: Adc) -> None:
     assert not chip.irq.level(ADC_IRQ)
 
 
-def test_continuous_conversion_gives_the_voltage_when_read(chip: Chip, adc: Adc) -> None:
+def test_continuous_conversion_gives_voltage_when_read(chip: Chip, adc: Adc) -> None:
     """RM0368 11.3.5; the model converts only when DR is read, which nobody can tell."""
     adc.write(CR2, ADON | CONT | SWSTART)
     chip.run_to(PS_PER_MS)

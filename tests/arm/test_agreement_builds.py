@@ -48,7 +48,7 @@ def _complete(observation: Observation) -> list[str]:
     return lines[:last]
 
 
-def test_ideal_board_equals_the_model() -> None:
+def test_ideal_board_equals_model() -> None:
     """The shipped noisy scenario with ``ideal``: no noise, and it does not move."""
     _, one = ran("solution", "flat", 1.2, ideal=True)
     _, other = ran("lab3", "flat", 1.2, ideal=True)
@@ -56,7 +56,7 @@ def test_ideal_board_equals_the_model() -> None:
     assert not compare(one, other)
 
 
-def test_template_prints_the_same_as_python_model() -> None:
+def test_template_prints_same_as_python_model() -> None:
     board, in_c = ran("template-arm", "flat", 2.4)
     on_its_samples = replayed(board, "template")
     _, in_python = ran("template", "flat", 2.4)

@@ -48,7 +48,7 @@ def test_bus_fault_keeps_old_values_in_both(
     assert not compare(in_python, in_c)
 
 
-def test_stuck_line_costs_both_the_hal_timeout(tmp_path: Path) -> None:
+def test_stuck_line_costs_both_hal_timeout(tmp_path: Path) -> None:
     """HAL V1.6.0 waits 25 ms for BUSY to clear (I2C_TIMEOUT_BUSY_FLAG): 20 ticks a transfer.
 
     When the line is let go before that, the C firmware goes on at once; the Python model waits to the end.
@@ -62,7 +62,7 @@ def test_stuck_line_costs_both_the_hal_timeout(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("part", ["LSM6DSL", "LIS2MDL", "LPS22HB"])
-def test_missing_sensor_ends_both_boots_after_the_banner(tmp_path: Path, part: str) -> None:
+def test_missing_sensor_ends_both_boots_after_banner(tmp_path: Path, part: str) -> None:
     """ST's start-up then hangs without a word."""
     missing = f"[[timeline]]\ndo = 'inject_fault'\nkind = 'absent'\naddress = '{part}'\n"
     scenario = write(tmp_path, IDEAL + missing)

@@ -75,7 +75,7 @@ def page_code() -> list[str]:
     return re.findall(r"^```c\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
 
 
-def test_exercises_in_c_equal_the_python_firmware(tmp_path: Path) -> None:
+def test_exercises_in_c_equal_python_firmware(tmp_path: Path) -> None:
     project = start(tmp_path / "mylab")
     write_code(project, solved())
     main = project / "main.c"
@@ -108,7 +108,7 @@ def test_negative_zero_and_tolerance_show_no_difference(tmp_path: Path) -> None:
         assert fcu(*command, *options).stdout.decode().endswith("no difference in 9 s\n")
 
 
-def test_unchanged_template_differs_from_the_solution(tmp_path: Path) -> None:
+def test_unchanged_template_differs_from_solution(tmp_path: Path) -> None:
     elf = str(make(start(tmp_path / "mylab")))
 
     text = fcu("diff", "lab3", elf, "--scenario", "desk", *SHORT, code=1).stdout.decode()
@@ -116,7 +116,7 @@ def test_unchanged_template_differs_from_the_solution(tmp_path: Path) -> None:
     assert "first difference, terminal, entry 14: different text" in text
 
 
-def test_arithmetic_mistake_is_the_first_difference(tmp_path: Path) -> None:
+def test_arithmetic_mistake_is_first_difference(tmp_path: Path) -> None:
     """The sign of Gx in the pitch: everything else is right."""
     code = solved()
     assert "minus_gx = -acc.AXIS_X" in code[FUNCTIONS]
@@ -131,7 +131,7 @@ def test_arithmetic_mistake_is_the_first_difference(tmp_path: Path) -> None:
     assert r"\rPitch: 2.498770 deg Roll: 1.305874 deg Yaw: 0.000000 deg \n" in text
 
 
-def test_example_of_the_page_prints_the_acceleration(tmp_path: Path) -> None:
+def test_example_of_page_prints_acceleration(tmp_path: Path) -> None:
     functions, loop = page_code()
     project = start(tmp_path / "mylab")
     write_code(project, {FUNCTIONS: functions, LOOP: loop})

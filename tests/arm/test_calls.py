@@ -68,7 +68,7 @@ def test_arguments_and_results_follow_gcc(one: Function, any_abi: Board) -> None
 
 
 @pytest.mark.skipif(shutil.which("arm-none-eabi-gcc") is None, reason="arm-none-eabi-gcc is not installed")
-def test_kept_programs_equal_a_fresh_build(tmp_path: Path) -> None:
+def test_kept_programs_equal_fresh_build(tmp_path: Path) -> None:
     build_elsewhere(tmp_path)
     board = started("hard", tmp_path)
 
@@ -116,7 +116,7 @@ def test_address_is_accepted_as_pointer(board: Board) -> None:
 # -- effects ------------------------------------------------------------------------------------------------
 
 
-def test_nothing_is_changed_by_a_call() -> None:
+def test_nothing_is_changed_by_call() -> None:
     called, left_alone = started(), started()
     for _ in range(3):
         called.call("counted")
@@ -136,7 +136,7 @@ def test_nothing_is_changed_by_a_call() -> None:
     assert called.now_s == left_alone.now_s
 
 
-def test_kept_call_changes_the_board() -> None:
+def test_kept_call_changes_board() -> None:
     board = started()
 
     assert [board.call("counted", keep=True) for _ in range(3)] == [1, 2, 3]
@@ -149,7 +149,7 @@ def test_kept_call_changes_the_board() -> None:
     assert board.variable("calls") == 4
 
 
-def test_scratch_copy_keeps_changes_until_the_next(board: Board) -> None:
+def test_scratch_copy_keeps_changes_until_next(board: Board) -> None:
     with board.scratch() as copy:
         assert [copy.call("counted") for _ in range(2)] == [1, 2]
         copy.set_variable("calls", 10)
@@ -158,7 +158,7 @@ def test_scratch_copy_keeps_changes_until_the_next(board: Board) -> None:
         assert copy.call("counted") == 1
 
 
-def test_time_passes_for_a_function_that_waits() -> None:
+def test_time_passes_for_function_that_waits() -> None:
     board = Board(firmware="solution")
     board.run_for(0.1)
     now_s = board.now_s
@@ -168,7 +168,7 @@ def test_time_passes_for_a_function_that_waits() -> None:
     assert 0.019 <= board.now_s - now_s < 0.022  # ticks of 1 ms, the first one cut
 
 
-def test_firmware_driver_reads_a_sensor() -> None:
+def test_firmware_driver_reads_sensor() -> None:
     board = Board(firmware="solution", ideal=True)
     board.run_for(1.2)
     assert board.chip is not None

@@ -18,7 +18,7 @@ def test_python_events_fire_while_chip_runs() -> None:
     assert (seen, chip.clock.now_ps) == ([1_000, 2_000, 3_000], 3_000)
 
 
-def test_error_of_an_event_reaches_the_caller() -> None:
+def test_error_of_event_reaches_caller() -> None:
     chip = NativeChip()
 
     def fail() -> None:

@@ -84,7 +84,7 @@ def test_unwritable_folder_is_refused_in_one_line(tmp_path: Path, words: Words) 
     reason="arm-none-eabi-gcc or make is not installed",
 )
 @BUSES
-def test_it_builds_without_a_warning(tmp_path: Path, bus: str) -> None:
+def test_it_builds_without_warning(tmp_path: Path, bus: str) -> None:
     fcu_new(str(tmp_path / "lab"), "--bus", bus)
     done = subprocess.run(["make", "-j2"], cwd=tmp_path / "lab", capture_output=True, text=True, check=False)
 

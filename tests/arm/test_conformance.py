@@ -35,12 +35,12 @@ def kernels(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     return build(request.param, tmp_path_factory.mktemp("kernels"))
 
 
-def test_board_computes_the_same_as_qemu(kernels: Path) -> None:
+def test_board_computes_same_as_qemu(kernels: Path) -> None:
     assert parsed(on_board(kernels)) == results()
 
 
 @needs_qemu
-def test_qemu_computes_the_kept_results(kernels: Path) -> None:
+def test_qemu_computes_kept_results(kernels: Path) -> None:
     assert parsed(on_qemu(kernels)) == results()
 
 

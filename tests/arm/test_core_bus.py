@@ -32,7 +32,7 @@ def run(body: str) -> CoreBench:
         ("strb", 3, 0x7800_0000, 0xFF00_0000),
     ],
 )
-def test_store_writes_only_its_bytes_of_a_register(
+def test_store_writes_only_its_bytes_of_register(
     instruction: str, offset: int, value: int, mask: int
 ) -> None:
     """RM0368 2.3: blocks on AHB and APB take byte, half-word and word accesses."""
@@ -75,7 +75,7 @@ def test_accesses_of_all_sizes_reach_their_bytes(register: int, size: str, offse
         ("ldrb", 3, 0x87),
     ],
 )
-def test_load_reads_its_bytes_of_a_register(instruction: str, offset: int, value: int) -> None:
+def test_load_reads_its_bytes_of_register(instruction: str, offset: int, value: int) -> None:
     core = CoreBench(f"reset: mov32 r0, EFFECT+{offset}\n {instruction} r1, [r0]\n log r1\n b .\n")
     core.probe.registers[8] = 0x8765_4320  # one is added by reading
     core.run_us(100)
@@ -117,7 +117,7 @@ def test_loads_and_stores_of_memory_may_be_unaligned(offset: int) -> None:
 
 @pytest.mark.parametrize("byte", [0, 1, 0x123, 0xFFFF])
 @pytest.mark.parametrize("bit", [0, 3, 7])
-def test_bit_band_alias_reaches_a_bit_of_ram(byte: int, bit: int) -> None:
+def test_bit_band_alias_reaches_bit_of_ram(byte: int, bit: int) -> None:
     """PM0214 2.2.5: 0x22000000 + 32 x byte + 4 x bit; all but bit 0 of what is written is ignored."""
     alias = 0x2200_0000 + 32 * byte + 4 * bit
     core = CoreBench(
@@ -137,7 +137,7 @@ def test_bit_band_alias_reaches_a_bit_of_ram(byte: int, bit: int) -> None:
 
 
 @pytest.mark.parametrize("bit", [0, 9, 31])
-def test_bit_band_alias_reaches_a_bit_of_registers(bit: int) -> None:
+def test_bit_band_alias_reaches_bit_of_registers(bit: int) -> None:
     """PM0214 2.2.5: 0x42000000 + 32 x byte + 4 x bit: a read-modify-write of the word."""
     alias = 0x4200_0000 + 32 * (PROBE - 0x4000_0000 + 8) + 4 * bit
     core = CoreBench(f"reset: mov32 r0, {alias}\n ldr r2, [r0]\n log r2\n movs r1, #1\n str r1, [r0]\n b .\n")
@@ -150,7 +150,7 @@ def test_bit_band_alias_reaches_a_bit_of_registers(bit: int) -> None:
     assert value == ((1 << bit) + 1) | 1 << bit  # two reads, each with its effect
 
 
-def test_bit_write_with_event_ends_the_run() -> None:
+def test_bit_write_with_event_ends_run() -> None:
     """An interrupt raised by the access is taken behind it, as with a plain store."""
     icsr_set = "mov32 r0, ICSR\n mov32 r1, 0x10000000\n"
     core = CoreBench(f"reset: {icsr_set} str r1, [r0]\n log 1\n b .\npend_sv: log 2\n bx lr\n")
@@ -169,7 +169,7 @@ def test_flash_appears_at_address_0() -> None:
     assert core.values == [STACK, core.labels["reset"] + 1]
 
 
-def test_the_vector_table_can_be_moved_to_ram() -> None:
+def test_vector_table_can_be_moved_to_ram() -> None:
     """B3.2.5: VTOR; as boot loaders and RTOSes do."""
     core = CoreBench(
         f"""

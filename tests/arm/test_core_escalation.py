@@ -37,7 +37,7 @@ def run(body: str, before: str = "") -> CoreBench:
 
 
 @pytest.mark.parametrize("value", [0xFFFF_FFF1, 0xFFFF_FFF5, 0xFFFF_FFF7, 0xFFFF_FF79, 0xFFFF_FFFB])
-def test_a_wrong_exc_return_is_refused(value: int) -> None:
+def test_wrong_exc_return_is_refused(value: int) -> None:
     """B1.5.8: UsageFault with INVPC, taken as if chained; LR says where it came from."""
     core = CoreBench(
         f"""
@@ -57,7 +57,7 @@ usage_fault:
     assert core.values == [value]
 
 
-def test_exc_return_in_thread_mode_is_an_address() -> None:
+def test_exc_return_in_thread_mode_is_address() -> None:
     """B1.5.8: only Handler mode looks for it; the address is Execute Never."""
     core = run("mov32 r1, 0xFFFFFFF9\n bx r1", ALL_ENABLED)
 
@@ -77,7 +77,7 @@ def test_return_from_inactive_exception_is_refused() -> None:
     assert core.system("CFSR") == INVPC
 
 
-def test_a_frame_for_the_wrong_mode_is_refused() -> None:
+def test_frame_for_wrong_mode_is_refused() -> None:
     """B1.5.8: returning to Thread mode with an IPSR that is not 0."""
     core = run("svc #0\n b .\nsvc: mov32 r0, 0x01000010\n str r0, [sp, #28]\n bx lr", ALL_ENABLED)
 
@@ -85,7 +85,7 @@ def test_a_frame_for_the_wrong_mode_is_refused() -> None:
     assert core.system("CFSR") == INVPC
 
 
-def test_unreadable_frame_is_an_unstacking_error() -> None:
+def test_unreadable_frame_is_unstacking_error() -> None:
     """B1.5.8, B3.2.15: UNSTKERR."""
     core = CoreBench(
         f"""
@@ -111,7 +111,7 @@ bus_fault: log 5
 # -- stacks ---------------------------------------------------------------------------------------------
 
 
-def test_a_full_main_stack_is_a_stacking_error() -> None:
+def test_full_main_stack_is_stacking_error() -> None:
     """B1.5.6, B3.2.15: STKERR; the handler runs although the frame could not be saved (PM0214 2.4.3)."""
     core = CoreBench(
         f"reset: mov32 r0, {RAM + 8}\n msr msp, r0\n svc #0\n b .\n"
@@ -151,7 +151,7 @@ svc:   log 11
     assert core.system("CFSR") == STKERR
 
 
-def test_pushing_below_the_ram_is_a_bus_fault() -> None:
+def test_pushing_below_ram_is_bus_fault() -> None:
     """The end of a runaway recursion; then the frame cannot be saved either."""
     core = CoreBench(
         "reset: push {r4-r11, lr}\n b reset\nhard_fault: mov32 r0, STACK\n msr msp, r0\n log 3\n b .\n",
@@ -194,7 +194,7 @@ hard_fault: log 3
     assert core.values == [3]
 
 
-def test_fault_of_higher_priority_preempts_the_handler() -> None:
+def test_fault_of_higher_priority_preempts_handler() -> None:
     core = CoreBench(
         f"""
 reset: {ALL_ENABLED} {store("SHPR1", 0x1000)} {interrupts({0: 0x20})} {store("ISPR", 1)} b .
@@ -210,12 +210,12 @@ bus_fault: mov r4, lr
     assert core.values == [0xFFFF_FFF1]
 
 
-def test_a_fault_with_primask_set_is_escalated() -> None:
+def test_fault_with_primask_set_is_escalated() -> None:
     """B1.5.14: configurable faults have priority 0 or worse, PRIMASK makes the present one 0."""
     assert run("cpsid i\n udf #0", ALL_ENABLED).values[0] == HARD_FAULT
 
 
-def test_blocked_svc_is_a_hard_fault() -> None:
+def test_blocked_svc_is_hard_fault() -> None:
     """B1.5.14: SVC with PRIMASK set, or in a handler of the same priority."""
     core = run("cpsid i\n svc #0")
 
@@ -224,7 +224,7 @@ def test_blocked_svc_is_a_hard_fault() -> None:
     assert core.system("CFSR") == 0
 
 
-def test_a_breakpoint_without_debugger_is_a_hard_fault() -> None:
+def test_breakpoint_without_debugger_is_hard_fault() -> None:
     """C1.6.1, B3.2.16: HFSR.DEBUGEVT, DFSR.BKPT."""
     core = run("fault: bkpt #0")
 
@@ -249,7 +249,7 @@ def test_fault_in_hard_fault_handler_locks_up(fault: str) -> None:
     assert "lock-up" in text
 
 
-def test_a_fault_with_faultmask_set_locks_up() -> None:
+def test_fault_with_faultmask_set_locks_up() -> None:
     """B1.5.15: at priority -1."""
     core = run("cpsid f\n udf #0")
 
@@ -257,7 +257,7 @@ def test_a_fault_with_faultmask_set_locks_up() -> None:
     assert len(core.faults()) == 1
 
 
-def test_a_reset_ends_a_lock_up() -> None:
+def test_reset_ends_lock_up() -> None:
     """B1.5.15: as the watchdog does it."""
     core = CoreBench("reset: log 1\n cpsid f\n udf #0\n")
     core.at_us(500, lambda: core.core.request_reset("IWDG"))
@@ -267,7 +267,7 @@ def test_a_reset_ends_a_lock_up() -> None:
     assert len(core.faults()) == 2
 
 
-def test_hard_fault_handler_may_skip_the_instruction() -> None:
+def test_hard_fault_handler_may_skip_instruction() -> None:
     """B1.5.8: it may change the return address in the frame."""
     core = CoreBench(
         "reset: udf #0\n log 1\n udf #1\n log 2\n b .\n"

@@ -69,7 +69,7 @@ def test_fault_sets_exception_status_and_return_address(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", TRAPS)
-def test_fault_without_its_handler_is_a_hard_fault(name: str) -> None:
+def test_fault_without_its_handler_is_hard_fault(name: str) -> None:
     """B1.5.14, "priority escalation": HFSR.FORCED; CFSR still says what it was."""
     body, _, status = TRAPS[name]
     core = run(body if "fault:" in body else f"fault: {body}")
@@ -82,7 +82,7 @@ def test_fault_without_its_handler_is_a_hard_fault(name: str) -> None:
 @pytest.mark.parametrize(
     ("instruction", "address"), [("ldr r0, [r1]", NOWHERE + 4), ("strb r0, [r1]", NOWHERE + 5)]
 )
-def test_bfar_has_the_address_of_the_access(instruction: str, address: int) -> None:
+def test_bfar_has_address_of_access(instruction: str, address: int) -> None:
     """B3.2.18."""
     core = run(f"mov32 r1, {address}\n {instruction}")
 
@@ -110,7 +110,7 @@ def test_skipped_instruction_in_it_block_does_not_trap(divisor: int, condition: 
     assert core.values == [0]
 
 
-def test_a_division_inside_of_an_it_block_traps() -> None:
+def test_division_inside_of_it_block_traps() -> None:
     """On the instruction (B1.5.14), not behind the block."""
     core = run(f"{store('CCR', 0x210)} movs r1, #0\n cmp r1, #0\n itt eq\nfault: udiveq r0, r0, r1\n nopeq\n")
 
@@ -145,7 +145,7 @@ def test_some_accesses_must_always_be_aligned(instruction: str, offset: int) -> 
     assert core.system("CFSR") == (UNALIGNED if faults else 0)
 
 
-def test_an_unaligned_ldrex_faults_in_any_case() -> None:
+def test_unaligned_ldrex_faults_in_any_case() -> None:
     """A3.2.1; the engine itself refuses it."""
     core = run(f"mov32 r1, {RAM + 65}\nfault: ldrex r2, [r1]", ALL_ENABLED)
 
@@ -212,7 +212,7 @@ def test_code_in_device_memory_is_never_executed(address: int) -> None:
 
 
 @pytest.mark.parametrize("address", [0x6000_0000, 0x0804_0000, 0x2001_0000, 0x1000_0000])
-def test_code_at_unmapped_address_is_a_bus_fault(address: int) -> None:
+def test_code_at_unmapped_address_is_bus_fault(address: int) -> None:
     """B3.2.15: IBUSERR; BFAR is not written."""
     core = run(f"mov32 r1, {address + 1}\n bx r1", ALL_ENABLED)
 
@@ -220,7 +220,7 @@ def test_code_at_unmapped_address_is_a_bus_fault(address: int) -> None:
     assert core.system("CFSR") == IBUSERR
 
 
-def test_execution_past_ram_end_is_a_bus_fault() -> None:
+def test_execution_past_ram_end_is_bus_fault() -> None:
     code = f"mov32 r1, {STACK - 4}\n mov32 r2, 0xBF00BF00\n str r2, [r1]\n adds r1, #1\n bx r1"
     core = run("sub sp, sp, #64\n" + code, ALL_ENABLED)
 
@@ -228,7 +228,7 @@ def test_execution_past_ram_end_is_a_bus_fault() -> None:
     assert core.system("CFSR") == IBUSERR
 
 
-def test_an_even_address_leaves_thumb_state() -> None:
+def test_even_address_leaves_thumb_state() -> None:
     """A2.3.1, B1.5.14: the instruction at the address faults with INVSTATE; T is 0 in the saved xPSR."""
     core = run(f"mov32 r1, {CODE}\n blx r1", ALL_ENABLED)
 
@@ -248,7 +248,7 @@ def test_even_address_faults_in_any_slicing(step: int) -> None:
     assert core.system("CFSR") == INVSTATE
 
 
-def test_an_even_vector_leaves_thumb_state() -> None:
+def test_even_vector_leaves_thumb_state() -> None:
     """B1.5.6: ExceptionTaken() takes T from bit 0 of the vector."""
     core = CoreBench(f"reset: svc #0\n b .\n {HANDLERS}", vectors={"svc": CODE})
     core.run_us(100)
@@ -257,7 +257,7 @@ def test_an_even_vector_leaves_thumb_state() -> None:
     assert core.system("CFSR") == INVSTATE
 
 
-def test_an_even_reset_vector_faults_at_once() -> None:
+def test_even_reset_vector_faults_at_once() -> None:
     """B1.5.5, TakeReset()."""
     core = CoreBench(f"start: b .\n {HANDLERS}", vectors={"reset": CODE})
     core.run_us(100)

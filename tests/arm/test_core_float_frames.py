@@ -15,7 +15,7 @@ def frame(core: CoreBench, at: int, words: int = 8) -> list[int]:
 FILL = "\n".join(f"movs r0, #{n}\n vmov s{n}, r0" for n in range(32))
 
 
-def test_the_floating_point_frame() -> None:
+def test_floating_point_frame() -> None:
     """B1.5.7, figure B1-4: 26 words; S0 to S15, FPSCR and a reserved word above the basic frame."""
     core = CoreBench(
         f"""
@@ -49,7 +49,7 @@ def test_frame_without_floating_point_is_short() -> None:
     assert core.register(5) == 0xFFFF_FFF9
 
 
-def test_the_first_floating_point_instruction_sets_fpca() -> None:
+def test_first_floating_point_instruction_sets_fpca() -> None:
     """B1.4.4: with FPCCR.ASPEN, which is set at reset."""
     core = CoreBench(
         f"reset: {FPU_ON} mrs r4, control\n log r4\n vmov s0, r0\n mrs r4, control\n log r4\n b .\n"
@@ -59,7 +59,7 @@ def test_the_first_floating_point_instruction_sets_fpca() -> None:
     assert [control & 4 for control in core.values] == [0, 4]
 
 
-def test_floating_point_registers_survive_a_handler() -> None:
+def test_floating_point_registers_survive_handler() -> None:
     """B1.5.7: S0 to S15 and FPSCR are saved by hardware; a new context begins with FPSCR 0 (FPDSCR)."""
     core = CoreBench(
         f"""
@@ -86,7 +86,7 @@ irq0:  vmrs r0, fpscr
     assert core.floating_point() == [*range(32), 0xF000_0000]
 
 
-def test_a_handler_using_floating_point_is_itself_interrupted() -> None:
+def test_handler_using_floating_point_is_itself_interrupted() -> None:
     """Table B1-8: 0xFFFFFFE1, handler with floating-point frame; each level has its own S0."""
     core = CoreBench(
         f"""

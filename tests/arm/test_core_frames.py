@@ -23,7 +23,7 @@ def frame(core: CoreBench, at: int, words: int = 8) -> list[int]:
     return [core.word(at + 4 * n) for n in range(words)]
 
 
-def test_the_basic_frame() -> None:
+def test_basic_frame() -> None:
     """B1.5.6, figure B1-3: R0 to R3, R12, LR, return address, xPSR, upwards."""
     core = CoreBench(
         f"""
@@ -44,7 +44,7 @@ svc:   mov r4, sp
     assert core.register(6) & 0x1FF == 11
 
 
-def test_the_handler_may_change_the_frame() -> None:
+def test_handler_may_change_frame() -> None:
     """B1.5.8: everything is taken from the stack; system calls return their results so."""
     core = CoreBench(
         """
@@ -64,7 +64,7 @@ svc:   movs r0, #42
     assert core.values == [42, 43]
 
 
-def test_flags_and_registers_survive_a_handler() -> None:
+def test_flags_and_registers_survive_handler() -> None:
     """B1.5.6: what a C function may change is saved by hardware (AAPCS)."""
     core = CoreBench(
         f"""
@@ -216,7 +216,7 @@ hard_fault:
 
 
 @pytest.mark.parametrize("start", range(20))
-def test_an_interrupt_never_disturbs_an_it_block(start: int) -> None:
+def test_interrupt_never_disturbs_it_block(start: int) -> None:
     """B1.4.2: whenever it comes, the block's instructions have the conditions that they had."""
     core = CoreBench(
         f"""

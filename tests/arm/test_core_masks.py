@@ -32,7 +32,7 @@ def masked(mask: str, unmask: str, priorities: dict[int, int], number: int = 2) 
         ("movs r2, #0x20\n msr basepri, r2\n movs r2, #0x30", "msr basepri, r2"),
     ],
 )
-def test_mask_delays_an_interrupt_until_cleared(mask: str, unmask: str) -> None:
+def test_mask_delays_interrupt_until_cleared(mask: str, unmask: str) -> None:
     """B1.4.3, B1.5.4; ARMv7-M ARM B5.2.1: CPSIE takes effect at once, the interrupt is next."""
     core = masked(mask, unmask, {2: 0x20})
 
@@ -106,7 +106,7 @@ irq2:  log 30
     assert core.values == [1, 10, 30, 11]
 
 
-def test_faultmask_is_cleared_by_leaving_a_handler() -> None:
+def test_faultmask_is_cleared_by_leaving_handler() -> None:
     """B1.4.3: cleared on return from every exception but NMI; what it held off follows."""
     core = CoreBench(
         f"""
@@ -135,7 +135,7 @@ def test_nmi_is_not_masked() -> None:
     assert core.values == [2, 1]
 
 
-def test_a_polled_critical_section_does_not_starve_interrupts() -> None:
+def test_polled_critical_section_does_not_starve_interrupts() -> None:
     """An interrupt raised while PRIMASK is 1 is taken in the one-instruction window of each pass."""
     core = CoreBench(
         f"""

@@ -24,7 +24,7 @@ def order(priorities: dict[int, int], *pulses: tuple[float, int], before: str = 
     return core.values[1:]
 
 
-def test_a_more_urgent_interrupt_preempts_a_handler() -> None:
+def test_more_urgent_interrupt_preempts_handler() -> None:
     """B1.5.4: an exception preempts code whose execution priority is a larger number."""
     assert order({0: 0x40, 1: 0x20}, (200, 0), (240, 1)) == [10, 20, 21, 11]
 
@@ -45,12 +45,12 @@ def test_more_urgent_pending_interrupt_comes_first() -> None:
     assert order({0: 0x40, 1: 0x30}, (200, 0), (200, 1)) == [20, 21, 10, 11]
 
 
-def test_of_equal_priorities_the_lower_number_comes_first() -> None:
+def test_of_equal_priorities_lower_number_comes_first() -> None:
     """B1.5.4: "the exception with the lowest exception number"."""
     assert order({0: 0x40, 1: 0x40}, (200, 1), (200, 0)) == [10, 11, 20, 21]
 
 
-def test_a_subpriority_orders_but_does_not_preempt() -> None:
+def test_subpriority_orders_but_does_not_preempt() -> None:
     """B1.5.4, B3.2.6: with PRIGROUP 5 bits 7 and 6 are the group, and 0x50 and 0x40 one group."""
     grouped = store("AIRCR", 0x05FA_0500)
 
@@ -58,7 +58,7 @@ def test_a_subpriority_orders_but_does_not_preempt() -> None:
     assert order({0: 0x50, 1: 0x40}, (200, 0), (200, 1), before=grouped) == [20, 21, 10, 11]
 
 
-def test_prigroup_3_gives_four_bits_to_the_group() -> None:
+def test_prigroup_3_gives_four_bits_to_group() -> None:
     """PM0214 table 51; what the HAL's NVIC_PRIORITYGROUP_4 sets."""
     assert order({0: 0x50, 1: 0x40}, (200, 0), (240, 1), before=store("AIRCR", 0x05FA_0300)) == [
         10,
@@ -133,7 +133,7 @@ def test_late_arrival_is_taken_first(delay: int) -> None:
     assert core.time_us(30) == 200 + ENTRY_CYCLES + 3
 
 
-def test_interrupt_after_entry_preempts_the_handler() -> None:
+def test_interrupt_after_entry_preempts_handler() -> None:
     """B1.5.11: too late to take its place."""
     core = bench({0: 0x40, 2: 0x20})
     core.pulse_at_us(200, 0)

@@ -39,7 +39,7 @@ def test_reset_values(address: int, value: int) -> None:
 
 
 @pytest.mark.parametrize("word", range(3))
-def test_enable_registers_have_a_bit_for_each_input(word: int) -> None:
+def test_enable_registers_have_bit_for_each_input(word: int) -> None:
     """B3.4.3; RM0368 table 38: 85 inputs."""
     implemented = (1 << 85) - 1 >> 32 * word & 0xFFFF_FFFF
     enable = "cpsid i\n" + store(f"ISER+{4 * word}", 0xFFFF_FFFF)
@@ -128,7 +128,7 @@ svc:   {store("SHCSR", 0)} mov32 r0, ICSR
     assert core.values == [11]
 
 
-def test_systems_priorities_are_in_the_shpr() -> None:
+def test_systems_priorities_are_in_shpr() -> None:
     """B3.2.10 to B3.2.12: by byte, as the HAL writes them."""
     core = run(
         "mov32 r0, SHPR3\n movs r1, #0xFF\n strb r1, [r0, #3]\n movs r1, #0x35\n strb r1, [r0, #2]\n"
@@ -138,7 +138,7 @@ def test_systems_priorities_are_in_the_shpr() -> None:
     assert core.values == [0xF030_0000]
 
 
-def test_sysresetreq_resets_and_keeps_the_ram() -> None:
+def test_sysresetreq_resets_and_keeps_ram() -> None:
     """B3.2.6: AIRCR.SYSRESETREQ; as NVIC_SystemReset does it. SRAM is not touched (RM0368 6.1.1)."""
     core = CoreBench(
         f"""
@@ -212,13 +212,13 @@ def test_reset_restores_power_on_state() -> None:
         (0xFFFF_FFFF, 1),
     ],
 )
-def test_a_program_lies_in_flash_or_ram(address: int, size: int) -> None:
+def test_program_lies_in_flash_or_ram(address: int, size: int) -> None:
     """RM0368 2.3: 256 KB at 0x08000000, 64 KB at 0x20000000; system memory is ST's."""
     with pytest.raises(ValueError, match=f"{size} bytes at 0x{address:08X} are neither in flash nor in RAM"):
         CoreBench("reset: b .\n", more=[(address, bytes(size))])
 
 
-def test_a_program_may_bring_its_ram() -> None:
+def test_program_may_bring_its_ram() -> None:
     core = CoreBench(
         "reset: mov32 r0, RAM\n ldr r4, [r0]\n log r4\n b .\n", more=[(0x2000_0000, b"\x2a\0\0\0")]
     )

@@ -167,7 +167,7 @@ def run(program: str, skip: bool) -> CoreBench:
 
 
 @pytest.mark.parametrize("name", LOOPS)
-def test_waiting_loop_is_skipped_without_a_difference(name: str) -> None:
+def test_waiting_loop_is_skipped_without_difference(name: str) -> None:
     quick, slow = run(LOOPS[name], True), run(LOOPS[name], False)
 
     assert slow.core.skipped == 0
@@ -178,7 +178,7 @@ def test_waiting_loop_is_skipped_without_a_difference(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NEVER_SKIPPED)
-def test_a_loop_that_does_something_is_executed(name: str) -> None:
+def test_loop_that_does_something_is_executed(name: str) -> None:
     quick, slow = run(NEVER_SKIPPED[name], True), run(NEVER_SKIPPED[name], False)
 
     assert quick.values

@@ -33,7 +33,7 @@ def test_systick_period_is_reload_plus_one(reload: int) -> None:
     assert len(times) == 9
 
 
-def test_a_million_periods_do_not_drift() -> None:
+def test_million_periods_do_not_drift() -> None:
     """84 MHz / 84000, the HAL's millisecond: the thousandth tick is at exactly 1 s behind the start."""
     core = CoreBench(
         f"reset: {started(83_999)} wfi\nagain: wfi\n b again\nsys_tick: log 1\n bx lr\n", hclk_hz=84_000_000
@@ -45,7 +45,7 @@ def test_a_million_periods_do_not_drift() -> None:
     assert times[999] - times[0] == 999 * 10**9
 
 
-def test_the_counter_counts_down_from_reload() -> None:
+def test_counter_counts_down_from_reload() -> None:
     """B3.3.5: SYST_CVR is 0 when written, reload one clock later."""
     core = CoreBench(
         f"reset: {started(20)} mov32 r0, SYST_CVR\n"
@@ -88,7 +88,7 @@ wait:  ldr r4, [r0]
     assert 45 <= core.log_us[1][0] <= 45 + 6
 
 
-def test_writing_the_counter_clears_it_and_the_flag() -> None:
+def test_writing_counter_clears_it_and_flag() -> None:
     """B3.3.5: "a write of any value clears the register to 0" and COUNTFLAG; no exception comes of it."""
     core = CoreBench(
         f"""
@@ -160,7 +160,7 @@ reset: {started(99)} {store("SYST_CSR", 0)} mov32 r0, SYST_CVR
 
 
 @pytest.mark.parametrize("cycles", [Fraction(13, 10), Fraction(7, 3)])
-def test_writing_csr_again_does_not_disturb_the_count(cycles: Fraction) -> None:
+def test_writing_csr_again_does_not_disturb_count(cycles: Fraction) -> None:
     """HAL_SuspendTick and HAL_ResumeTick, a thousand times: the phase stays what it was."""
     toggle = f"again: {store('SYST_CSR', 5)} {store('SYST_CSR', 7)} b again\n"
     core = CoreBench(f"reset: {started(999)} {toggle} sys_tick: bx lr\n", cycles=cycles)
@@ -171,7 +171,7 @@ def test_writing_csr_again_does_not_disturb_the_count(cycles: Fraction) -> None:
     assert core.system("SYST_CVR") == still.system("SYST_CVR")
 
 
-def test_hclk_change_continues_from_the_count() -> None:
+def test_hclk_change_continues_from_count() -> None:
     """RM0368 6.2: SysTick is fed from HCLK."""
     core = CoreBench(f"reset: {started(99)} {store('RATE', 500)} wfi\n b .\nsys_tick: log 1\n bx lr\n")
     core.run_us(600)
@@ -181,7 +181,7 @@ def test_hclk_change_continues_from_the_count() -> None:
     assert core.log_us[0][0] == first + 2 * (ENTRY_CYCLES + 3)
 
 
-def test_systick_calibration_equals_the_manual() -> None:
+def test_systick_calibration_equals_manual() -> None:
     """PM0214 4.5.4: 10500, which is 1 ms of 84 MHz / 8."""
     core = CoreBench("reset: mov32 r0, 0xE000E01C\n ldr r4, [r0]\n log r4\n b .\n")
     core.run_us(20)
@@ -259,7 +259,7 @@ def test_cyccnt_continues_from_written_value() -> None:
     assert core.values == [3]  # wraps
 
 
-def test_a_change_of_hclk_keeps_cyccnt_counting_cycles() -> None:
+def test_change_of_hclk_keeps_cyccnt_counting_cycles() -> None:
     core = CoreBench(
         f"reset: {DWT_ON} {store('RATE', 250)} nop\n nop\n mov32 r0, CYCCNT\n ldr r4, [r0]\n log r4\n b .\n"
     )

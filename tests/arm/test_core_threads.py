@@ -81,7 +81,7 @@ sys_tick:
 YIELD = "mov32 r0, ICSR\n mov32 r1, 0x10000000\n str r1, [r0]\n dsb\n isb\n"
 
 
-def test_svc_starts_a_thread_on_its_stack() -> None:
+def test_svc_starts_thread_on_its_stack() -> None:
     """Table B1-8: returning with 0xFFFFFFFD goes to Thread mode on the process stack, CONTROL.SPSEL set."""
     core = CoreBench(
         START
@@ -211,7 +211,7 @@ def test_preemption_by_systick_loses_nothing() -> None:
     assert core.values == [400, 400]
 
 
-def test_handlers_do_not_use_the_process_stack() -> None:
+def test_handlers_do_not_use_process_stack() -> None:
     """B1.4.1, B1.5.6: the frame is on the process stack, the handler on the main stack."""
     core = CoreBench(
         f"""
@@ -264,7 +264,7 @@ svc:   mrs r4, psp
 
 
 @pytest.mark.parametrize("number", [0, 3, 255])
-def test_svc_number_is_read_from_the_code(number: int) -> None:
+def test_svc_number_is_read_from_code(number: int) -> None:
     """How kernels find it: the half-word in front of the return address (PM0214 3.10.10)."""
     core = CoreBench(
         f"""

@@ -75,7 +75,7 @@ def test_new_hclk_applies_from_its_store() -> None:
     assert core.log_us == [(3, 1), (8 + 4 * 0.25, 2), (first + 4 * 2, 3)]
 
 
-def test_hclk_change_by_event_applies_from_the_event() -> None:
+def test_hclk_change_by_event_applies_from_event() -> None:
     """As when the crystal fails and the clock security system goes back to HSI (RM0368 6.2.7)."""
     core = CoreBench(f"reset: {interrupts({0: 0})} wfi\n log 1\n b .\nirq0: bx lr\n")
     core.at_us(100, lambda: core.clocks.set(hclk_hz=2_000_000))
@@ -92,7 +92,7 @@ def test_cycles_per_instruction_must_be_sensible(words: Words) -> None:
         words("chip", str(caught.value))
 
 
-def test_sleep_takes_the_time_until_the_event() -> None:
+def test_sleep_takes_time_until_event() -> None:
     core = CoreBench(f"reset: {interrupts({0: 0})} wfi\n log 1\n b .\nirq0: bx lr\n", hclk_hz=84_000_000)
     core.pulse_at_us(1_000_000.000_001, 0)
     core.core.run_until_ps(2 * PS_PER_S)
@@ -140,7 +140,7 @@ reset: {store("DEMCR", 1 << 24)} {store("DWT_CTRL", 1)} {store("CPACR", 0xF << 2
 @pytest.mark.parametrize("ends_us", [(90,), range(1, 90)], ids=["at once", "one by one"])
 @pytest.mark.parametrize("kind", CONDITIONAL)
 @pytest.mark.parametrize("length", [1, 2, 4])
-def test_an_instruction_whose_condition_fails_takes_a_cycle(
+def test_instruction_whose_condition_fails_takes_cycle(
     kind: str, length: int, ends_us: Iterable[int]
 ) -> None:
     """Cortex-M4 technical reference manual (ARM DDI 0439), 3.3.1."""
@@ -194,7 +194,7 @@ loop:  cmp r1, #0
     cycles=cycles_each,
 )
 @settings(max_examples=60, deadline=None)
-def test_dividing_a_run_changes_nothing(
+def test_dividing_run_changes_nothing(
     pulses: list[tuple[float, int]], flag_us: float, cuts: list[int], cycles: Fraction
 ) -> None:
     whole, divided = (interrupted_core(pulses, flag_us, cycles=cycles) for _ in range(2))

@@ -14,7 +14,7 @@ EXAMPLES = re.findall(r"^<!-- (\w+) -->\n```text\n(.*?)\n```$", PAGE.read_text()
 
 
 @pytest.mark.parametrize(("name", "shown"), EXAMPLES, ids=[name for name, _ in EXAMPLES])
-def test_documented_example_equals_the_diagnosis(name: str, shown: str) -> None:
+def test_documented_example_equals_diagnosis(name: str, shown: str) -> None:
     """``...`` stands for the rest."""
     said = (EXPECTED / f"{name}.txt").read_text().rstrip("\n")
     if shown.endswith("\n..."):
@@ -24,5 +24,5 @@ def test_documented_example_equals_the_diagnosis(name: str, shown: str) -> None:
     assert without_times(shown) == without_times(said)
 
 
-def test_every_block_of_text_is_an_example() -> None:
+def test_every_block_of_text_is_example() -> None:
     assert PAGE.read_text().count("```text") == len(EXAMPLES) > 10

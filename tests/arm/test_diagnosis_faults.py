@@ -63,7 +63,7 @@ def patch(board: Board, function: str, *code: int) -> int:
         ((0x4802, 0x2108, 0x6001, 0x2201, 0x6813, NOP, 0xED14, 0xE000), "unaligned"),
     ],
 )
-def test_the_cause_of_a_fault_is_named(code: tuple[int, ...], named: str, words: Words) -> None:
+def test_cause_of_fault_is_named(code: tuple[int, ...], named: str, words: Words) -> None:
     board = template()
     address = patch(board, "main", *code)
     board.run_for(0.001)
@@ -213,7 +213,7 @@ def test_store_through_null_structure_is_recorded() -> None:
     assert lost_store(None) == 4096
 
 
-def test_refused_programming_is_not_a_null_store() -> None:
+def test_refused_programming_is_not_null_store() -> None:
     """RM0368 3.6.4: a word with PSIZE 0 (bytes) sets PGPERR; the address is meant."""
     assert lost_store(control=1) is None
 
@@ -222,7 +222,7 @@ def test_refused_programming_is_not_a_null_store() -> None:
 
 
 @pytest.mark.parametrize(("name", "register"), [("I2C2", 0x4000_5800), ("ADC1", 0x4001_2004)])
-def test_harmless_write_does_not_hide_a_lost_one(name: str, register: int) -> None:
+def test_harmless_write_does_not_hide_lost_one(name: str, register: int) -> None:
     """The reset value changes nothing; the next write to the same register is lost without clock."""
     board = template()
     assert board.chip is not None

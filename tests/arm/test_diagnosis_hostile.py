@@ -15,7 +15,7 @@ EXC_RETURN = 0xFFFF_FFF9
 
 
 @pytest.mark.parametrize("seed", range(24))
-def test_damaged_firmware_is_diagnosed_without_an_error(seed: int) -> None:
+def test_damaged_firmware_is_diagnosed_without_error(seed: int) -> None:
     """Some half-words of the template's code are replaced; a third of the files has no symbols."""
     board = Board(firmware=ELF)
     assert board.chip is not None

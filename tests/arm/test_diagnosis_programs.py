@@ -37,14 +37,14 @@ needs_compiler = pytest.mark.skipif(
 
 
 @pytest.mark.parametrize("name", RUN_S)
-def test_a_broken_program_is_explained(name: str) -> None:
+def test_broken_program_is_explained(name: str) -> None:
     expected = (EXPECTED / f"{name}.txt").read_text().rstrip("\n")
 
     assert without_times(diagnosed(name)) == without_times(expected)
 
 
 @pytest.mark.parametrize("name", RUN_S)
-def test_only_a_stuck_program_is_a_failure(name: str) -> None:
+def test_only_stuck_program_is_failure(name: str) -> None:
     board = run(name)
     assert board.chip is not None
     diagnosis = board.chip.diagnosis()
@@ -95,7 +95,7 @@ def test_diagnosis_lists_unacknowledged_transfers(
     words("diagnosis", "\n".join((diagnosis.summary, *shown)))
 
 
-def test_every_program_has_an_expectation() -> None:
+def test_every_program_has_expectation() -> None:
     programs = {file.stem for file in FOLDER.glob("*.elf")}
 
     assert programs == RUN_S.keys() | {
@@ -131,7 +131,7 @@ def test_hardware_wait_of_three_seconds_is_allowed() -> None:
     assert board.chip.diagnosis() is not None
 
 
-def test_a_diagnosis_changes_nothing() -> None:
+def test_diagnosis_changes_nothing() -> None:
     """The probe works on a copy: a run that is looked at goes on as one that is not."""
     looked_at, left_alone = (Board(firmware=FOLDER / "unshifted_address.elf") for _ in range(2))
     for board in (looked_at, left_alone):
@@ -162,7 +162,7 @@ def rebuilt(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @needs_compiler
 @pytest.mark.parametrize("name", REBUILT)
-def test_rebuilt_programs_have_the_same_summary(name: str, rebuilt: Path) -> None:
+def test_rebuilt_programs_have_same_summary(name: str, rebuilt: Path) -> None:
     """Another compiler gives other addresses; what is said first is the same."""
     summary = diagnosed(name, rebuilt).splitlines()[0]
 

@@ -100,7 +100,7 @@ def test_firmware_for_i2c2_on_spi2_is_explained(words: Words) -> None:
 
 
 @pytest.mark.parametrize("fault", [I2CFault("stuck"), I2CFault("absent", address=0x1E)])
-def test_a_bus_broken_on_purpose_is_named(fault: I2CFault, words: Words) -> None:
+def test_bus_broken_on_purpose_is_named(fault: I2CFault, words: Words) -> None:
     board = template("lab3", "I2C2")
     board.i2c2.bus.inject(fault)
     board.run_for(0.2)
@@ -110,7 +110,7 @@ def test_a_bus_broken_on_purpose_is_named(fault: I2CFault, words: Words) -> None
     words("diagnosis", diagnosis.summary)
 
 
-def test_temporarily_failing_device_is_not_a_wrong_address() -> None:
+def test_temporarily_failing_device_is_not_wrong_address() -> None:
     board = template("lab3", "I2C2")
     board.run_for(1.3)
     board.i2c2.bus.inject(I2CFault.in_ps("nack", board.clock.now_ps, LONG_PS, 0x1E))

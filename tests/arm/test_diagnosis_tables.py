@@ -54,7 +54,7 @@ def test_hfsr_is_decoded_bit_by_bit() -> None:
         (84, "SPI4"),
     ],
 )
-def test_interrupts_have_the_manuals_names(interrupt: int, name: str) -> None:
+def test_interrupts_have_manuals_names(interrupt: int, name: str) -> None:
     """RM0368 table 38."""
     assert exception_name(16 + interrupt) == name
     assert handler_name(16 + interrupt) == f"{name}_IRQHandler"
@@ -83,7 +83,7 @@ def test_system_exceptions_and_gaps_are_named() -> None:
         ("something else", 0x50, ["0x50"]),
     ],
 )
-def test_wrong_address_names_the_intended_sensor(
+def test_wrong_address_names_intended_sensor(
     given: str, on_the_wire: int, meant: list[str], words: Words
 ) -> None:
     """Addresses: LSM6DSL datasheet T10, LIS2MDL 5.1.1, LPS22HB 7.2.1; the HAL takes them in 8 bits."""
@@ -95,6 +95,6 @@ def test_wrong_address_names_the_intended_sensor(
     words("diagnosis", cause.short)
 
 
-def test_every_fault_status_bit_has_a_meaning() -> None:
+def test_every_fault_status_bit_has_meaning() -> None:
     assert {bits.name for bits in scb.CFSR.fields} == CFSR.keys()
     assert {bits.name for bits in scb.HFSR.fields} == HFSR.keys()

@@ -101,7 +101,7 @@ def test_half_and_complete_transfers_raise_interrupts() -> None:
     assert (bench.flags(3), bench.chip.irq.level(14)) == (TCIF, True)
 
 
-def test_transfer_from_memory_uses_the_register_size() -> None:
+def test_transfer_from_memory_uses_register_size() -> None:
     bench = DmaBench()
     bench.ram[:4] = b"\x11\x22\x33\x44"
     bench.start(7, I2C2_RX | TO_PERIPHERAL | MINC | 1 << 11 | 1 << 13, 2)
@@ -118,7 +118,7 @@ def test_packing_is_little_endian() -> None:
     assert bytes(bench.ram[:4]) == b"\1\2\3\4"
 
 
-def test_a_circular_stream_starts_again_by_itself() -> None:
+def test_circular_stream_starts_again_by_itself() -> None:
     bench = DmaBench()
     bench.start(3, I2C2_RX | MINC | CIRC, 4)
     assert bench.requests(10) == 10
@@ -126,7 +126,7 @@ def test_a_circular_stream_starts_again_by_itself() -> None:
     assert bench.dma1.read(stream_base(3) + 4) == 2
 
 
-def test_a_double_buffer_changes_sides() -> None:
+def test_double_buffer_changes_sides() -> None:
     bench = DmaBench()
     bench.dma1.write(stream_base(3) + 0x10, RAM + 0x100)
     bench.start(3, I2C2_RX | MINC | DBM, 2)
@@ -147,7 +147,7 @@ def test_memory_to_memory_takes_time_and_sets_tc() -> None:
     assert bench.chip.irq.rises == [(8 * 4 * 10**12 // 84_000_000, 56)]
 
 
-def test_unmapped_address_ends_the_stream_with_te() -> None:
+def test_unmapped_address_ends_stream_with_te() -> None:
     bench = DmaBench()
     bench.start(3, I2C2_RX | MINC | TEIE, 4, memory=0x6000_0000)
     bench.requests(2)
@@ -156,7 +156,7 @@ def test_unmapped_address_ends_the_stream_with_te() -> None:
     assert not bench.dma1.read(stream_base(3)) & EN
 
 
-def test_request_needs_an_enabled_stream() -> None:
+def test_request_needs_enabled_stream() -> None:
     bench = DmaBench()
     assert not bench.lines.request("I2C2_RX")
     bench.start(3, I2C2_RX | MINC, 1)
@@ -213,7 +213,7 @@ def test_stopped_memory_copy_moves_nothing_more() -> None:
     assert not any(bench.ram[0x40:0x44])
 
 
-def test_enabling_a_completed_stream_reloads_ndtr() -> None:
+def test_enabling_completed_stream_reloads_ndtr() -> None:
     """RM0368 9.5.6: to the value that software wrote last."""
     bench = DmaBench()
     bench.start(3, I2C2_RX | MINC, 2)
@@ -226,7 +226,7 @@ def test_enabling_a_completed_stream_reloads_ndtr() -> None:
     assert bytes(bench.ram[:3]) == b"\3\4\0"
 
 
-def test_registers_are_protected_while_a_stream_runs() -> None:
+def test_registers_are_protected_while_stream_runs() -> None:
     bench = DmaBench()
     bench.start(3, I2C2_RX | MINC, 4)
     bench.dma1.write(stream_base(3) + 4, 9)
@@ -237,7 +237,7 @@ def test_registers_are_protected_while_a_stream_runs() -> None:
     assert len(bench.chip.notes()) == 2
 
 
-def test_a_stream_without_items_does_not_start() -> None:
+def test_stream_without_items_does_not_start() -> None:
     bench = DmaBench()
     bench.start(3, I2C2_RX, 0)
     assert not bench.dma1.read(stream_base(3)) & EN
@@ -273,7 +273,7 @@ def test_channel_without_request_line_is_noted() -> None:
         ("TIM2_UP", {("DMA1", 1, 3), ("DMA1", 7, 3)}),
     ],
 )
-def test_request_lines_equal_the_manual(line: str, places: set[tuple[str, int, int]]) -> None:
+def test_request_lines_equal_manual(line: str, places: set[tuple[str, int, int]]) -> None:
     """RM0368 tables 28 and 29."""
     bench = DmaBench()
     found = set()

@@ -106,7 +106,7 @@ CRASH_WHEN_STEEP = Program(
 )
 
 
-def test_crash_in_one_exercise_keeps_the_others(folder: Path) -> None:
+def test_crash_in_one_exercise_keeps_others(folder: Path) -> None:
     verdict = judge(build(CRASH_WHEN_STEEP, "Og", folder), load_rubric("lab3"), seed=1, exercises=["3", "4"])
 
     assert lost(verdict) == ("3.yaw", "3.led1")  # the figure-of-eight before the yaw is steep, too

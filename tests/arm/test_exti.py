@@ -43,7 +43,7 @@ def test_each_line_has_its_interrupt(pins: Pins, line: int) -> None:
 
 
 @pytest.mark.parametrize(("rising", "falling", "seen"), [(True, False, 1), (False, True, 1), (True, True, 2)])
-def test_only_the_selected_edges_count(pins: Pins, rising: bool, falling: bool, seen: int) -> None:
+def test_only_selected_edges_count(pins: Pins, rising: bool, falling: bool, seen: int) -> None:
     pins.listen(4, rising=rising, falling=falling)
     for level in (1, 0):
         pins.chip.gpio.drive("A", 4, level)
@@ -51,7 +51,7 @@ def test_only_the_selected_edges_count(pins: Pins, rising: bool, falling: bool, 
     assert len(pins.chip.irq.rises) == seen
 
 
-def test_exti_line_follows_the_port_of_syscfg(pins: Pins) -> None:
+def test_exti_line_follows_port_of_syscfg(pins: Pins) -> None:
     """RM0368 7.2.4: EXTICR2 holds lines 4 to 7, port C is 2."""
     pins.listen(4)
     pins.syscfg.write(EXTICR2, 2)
@@ -61,7 +61,7 @@ def test_exti_line_follows_the_port_of_syscfg(pins: Pins) -> None:
     assert pins.chip.irq.level(10)
 
 
-def test_a_masked_edge_waits_for_its_mask(pins: Pins) -> None:
+def test_masked_edge_waits_for_its_mask(pins: Pins) -> None:
     pins.exti.write(RTSR, 1)
     pins.chip.gpio.drive("A", 0, 1)
     assert not pins.chip.irq.level(6)
@@ -69,7 +69,7 @@ def test_a_masked_edge_waits_for_its_mask(pins: Pins) -> None:
     assert pins.chip.irq.level(6)
 
 
-def test_software_can_raise_an_enabled_line(pins: Pins) -> None:
+def test_software_can_raise_enabled_line(pins: Pins) -> None:
     """RM0368 10.3.5: sets PR where IMR is set; clearing PR clears SWIER."""
     pins.exti.write(IMR, 1 << 9)
     pins.exti.write(SWIER, 1 << 9 | 1 << 3)
@@ -98,7 +98,7 @@ def test_internal_exti_line_is_set_by_its_peripheral(pins: Pins) -> None:
     assert pins.chip.irq.level(41)
 
 
-def test_reset_lowers_the_interrupt(pins: Pins) -> None:
+def test_reset_lowers_interrupt(pins: Pins) -> None:
     pins.listen(4)
     pins.chip.gpio.drive("A", 4, 1)
     pins.exti.reset()
@@ -125,7 +125,7 @@ def test_memory_remapping_is_noted(pins: Pins) -> None:
     assert pins.chip.problems() == {"remap": {}}
 
 
-def test_the_compensation_cell_is_ready_at_once(pins: Pins) -> None:
+def test_compensation_cell_is_ready_at_once(pins: Pins) -> None:
     """RM0368 7.2.7: CMP_PD and READY."""
     pins.syscfg.write(0x20, 1)
     assert pins.syscfg.read(0x20) == 0x101

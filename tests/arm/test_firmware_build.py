@@ -64,7 +64,7 @@ def rebuilt(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @needs_compiler
 @variants
-def test_shipped_file_equals_a_fresh_build(name: str, rebuilt: Path) -> None:
+def test_shipped_file_equals_fresh_build(name: str, rebuilt: Path) -> None:
     built = rebuilt / name
     if compiler_of(built) != compiler_of(shipped(name)):
         pytest.skip(f"another compiler: {compiler_of(built)}, not {compiler_of(shipped(name))}")
@@ -73,7 +73,7 @@ def test_shipped_file_equals_a_fresh_build(name: str, rebuilt: Path) -> None:
 
 
 @variants
-def test_program_is_within_the_chip_memory(name: str) -> None:
+def test_program_is_within_chip_memory(name: str) -> None:
     with shipped(name).open("rb") as file:
         elf = ELFFile(file)
         loaded = [segment for segment in elf.iter_segments() if segment["p_type"] == "PT_LOAD"]
@@ -85,7 +85,7 @@ def test_program_is_within_the_chip_memory(name: str) -> None:
 
 
 @variants
-def test_the_vector_table_starts_the_program(name: str) -> None:
+def test_vector_table_starts_program(name: str) -> None:
     """ARMv7-M ARM B1.5.3: word 0 is the stack, word 1 the reset handler with bit 0 set for Thumb."""
     with shipped(name).open("rb") as file:
         table = ELFFile(file).get_section_by_name(".isr_vector")
@@ -102,7 +102,7 @@ def test_the_vector_table_starts_the_program(name: str) -> None:
 
 
 @variants
-def test_the_variables_a_debugger_asks_for_are_there(name: str) -> None:
+def test_variables_debugger_asks_for_are_there(name: str) -> None:
     needed = COMMON_SYMBOLS | (SOLUTION_SYMBOLS if name.startswith("solution") else set())
 
     assert needed <= symbols(name).keys()
@@ -110,7 +110,7 @@ def test_the_variables_a_debugger_asks_for_are_there(name: str) -> None:
 
 
 @variants
-def test_the_sensors_bus_shows_in_the_symbols(name: str) -> None:
+def test_sensors_bus_shows_in_symbols(name: str) -> None:
     handle, other = ("hspi2", "hi2c2") if "spi2" in name else ("hi2c2", "hspi2")
 
     assert handle in symbols(name)
@@ -118,7 +118,7 @@ def test_the_sensors_bus_shows_in_the_symbols(name: str) -> None:
 
 
 @variants
-def test_line_numbers_lead_to_the_sources(name: str) -> None:
+def test_line_numbers_lead_to_sources(name: str) -> None:
     with shipped(name).open("rb") as file:
         elf = ELFFile(file)
         assert elf.has_dwarf_info()

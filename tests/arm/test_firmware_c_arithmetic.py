@@ -100,7 +100,7 @@ def test_pressure_is_converted_alike(c: ctypes.CDLL, raw: int) -> None:
     assert c.PressureFromBytes(raw.to_bytes(3, "little", signed=True)) == pressure_hpa(raw)
 
 
-def test_pressure_equals_the_slides(c: ctypes.CDLL) -> None:
+def test_pressure_equals_slides(c: ctypes.CDLL) -> None:
     """Raw 4003431 prints 977.400024."""
     assert f"{c.PressureFromBytes((4003431).to_bytes(3, 'little')):f}" == "977.400024"
 
@@ -111,7 +111,7 @@ def test_temperature_is_converted_alike(c: ctypes.CDLL, raw: int) -> None:
 
 
 @given(acc=st.tuples(milli_g, milli_g, milli_g), mag=st.tuples(milligauss, milligauss, milligauss))
-def test_angles_are_equal_to_the_last_bit(
+def test_angles_are_equal_to_last_bit(
     c: ctypes.CDLL, acc: tuple[int, int, int], mag: tuple[int, int, int]
 ) -> None:
     set_axes(c, "acc", acc)
@@ -123,7 +123,7 @@ def test_angles_are_equal_to_the_last_bit(
 
 
 @given(press=st.floats(0, 1300, width=32), zero_level=st.floats(250, 1300, width=32), raw_temperature=int16)
-def test_altitude_is_equal_to_the_last_bit(
+def test_altitude_is_equal_to_last_bit(
     c: ctypes.CDLL, press: float, zero_level: float, raw_temperature: int
 ) -> None:
     temperature = temperature_degc(raw_temperature)
@@ -146,5 +146,5 @@ def test_calibration_follows_every_sample_alike(c: ctypes.CDLL, samples: list[tu
         assert Axes.in_dll(c, "mag").values() == (mag.AXIS_X, mag.AXIS_Y, mag.AXIS_Z)
 
 
-def test_the_python_models_f32_is_this_computers_float() -> None:
+def test_python_models_f32_is_this_computers_float() -> None:
     assert f32(0.122) == ctypes.c_float(0.122).value

@@ -36,13 +36,13 @@ def gdb() -> Debugger:
 # -- framing ------------------------------------------------------------------------------------------------
 
 
-def test_a_packet_as_the_manual_writes_it() -> None:
+def test_packet_as_manual_writes_it() -> None:
     assert frame(b"OK") == b"$OK#9a"
     assert frame(b"a}b#") == b"$a}]b}\x03#" + b"%02x" % ((ord("a") + 0x7D + 0x5D + ord("b") + 0x7D + 3) % 256)
 
 
 @given(st.lists(st.binary(max_size=200), max_size=5), st.integers(1, 50))
-def test_packets_survive_the_wire_however_it_is_cut(payloads: list[bytes], length: int) -> None:
+def test_packets_survive_wire_however_it_is_cut(payloads: list[bytes], length: int) -> None:
     wire = b"+".join(map(frame, payloads))
     framer = Framer()
 
@@ -61,7 +61,7 @@ def test_framer_recognises_control_and_corrupt_bytes() -> None:
     assert framer.feed(b"$O#zz") == [Arrival.CORRUPT]
 
 
-def test_a_control_c_inside_a_packet_is_data() -> None:
+def test_control_c_inside_packet_is_data() -> None:
     assert Framer().feed(b"$a\x03#64") == [b"a\x03"]
 
 
@@ -72,7 +72,7 @@ def test_too_long_packet_is_discarded() -> None:
     assert framer.feed(b"$" + b"m" * (LONGEST + 1) + b"#00$g#67") == [Arrival.OVERLONG, b"g"]
 
 
-def test_escape_at_the_end_is_dropped() -> None:
+def test_escape_at_end_is_dropped() -> None:
     assert unescape(b"ab}") == b"ab"
     assert unescape(b"}]}]") == b"}}"
 
@@ -80,7 +80,7 @@ def test_escape_at_the_end_is_dropped() -> None:
 # -- descriptions -------------------------------------------------------------------------------------------
 
 
-def test_the_registers_have_the_names_that_gdb_requires() -> None:
+def test_registers_have_names_that_gdb_requires() -> None:
     """GDB manual, "ARM Features": r0 to r12, sp, lr, pc, xpsr; d0 to d15, fpscr; msp, psp."""
     features = {feature.get("name"): feature for feature in ET.fromstring(target_xml()).iter("feature")}
     names = {name: [reg.get("name") for reg in feature] for name, feature in features.items()}
@@ -160,7 +160,7 @@ def test_acknowledgements_can_be_switched_off(gdb: Debugger) -> None:
     assert not gdb.session.acknowledged
 
 
-def test_monitor_commands_answer_on_the_console(gdb: Debugger) -> None:
+def test_monitor_commands_answer_on_console(gdb: Debugger) -> None:
     gdb.session.handle(b"qRcmd," + b"time".hex().encode())
 
     assert gdb.commands == ["time"]
@@ -222,7 +222,7 @@ def test_impossible_range_is_refused(gdb: Debugger, packet: bytes) -> None:
     assert gdb.ask(packet) == MALFORMED
 
 
-def test_a_program_is_loaded_into_the_flash(gdb: Debugger) -> None:
+def test_program_is_loaded_into_flash(gdb: Debugger) -> None:
     """GDB manual, "Packets": vFlashErase, vFlashWrite, vFlashDone."""
     gdb.target.flash[:] = bytes(FLASH_SIZE)
 
@@ -241,7 +241,7 @@ def test_a_program_is_loaded_into_the_flash(gdb: Debugger) -> None:
 
 
 @pytest.mark.parametrize("packet", [b"s", b"vCont;s:1;c", b"S05", b"vCont;s"])
-def test_a_step_executes_one_instruction(gdb: Debugger, packet: bytes) -> None:
+def test_step_executes_one_instruction(gdb: Debugger, packet: bytes) -> None:
     assert gdb.go(packet) == STOPPED
     assert gdb.target.registers["pc"] == START + 2
     assert gdb.target.now_ps == INSTRUCTION_PS
@@ -275,7 +275,7 @@ def test_breakpoint_kind_is_reported_if_supported(gdb: Debugger) -> None:
 
 
 @pytest.mark.parametrize(("kind", "word"), [(b"2", b"watch"), (b"4", b"awatch")])
-def test_watchpoint_stops_after_the_access(gdb: Debugger, kind: bytes, word: bytes) -> None:
+def test_watchpoint_stops_after_access(gdb: Debugger, kind: bytes, word: bytes) -> None:
     gdb.target.stores[START + 6] = RAM + 0x12
     assert gdb.ask(b"Z%s,%x,4" % (kind, RAM + 0x10)) == OK
 
@@ -283,7 +283,7 @@ def test_watchpoint_stops_after_the_access(gdb: Debugger, kind: bytes, word: byt
     assert gdb.target.registers["pc"] == START + 8
 
 
-def test_execution_continues_at_a_given_address(gdb: Debugger) -> None:
+def test_execution_continues_at_given_address(gdb: Debugger) -> None:
     assert gdb.go(b"s%x" % (START + 0x20)) == STOPPED
     assert gdb.target.registers["pc"] == START + 0x22
 

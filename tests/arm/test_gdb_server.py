@@ -57,14 +57,14 @@ def bench() -> Iterator[Bench]:
     bench.close()
 
 
-def test_without_a_debugger_the_board_runs(bench: Bench) -> None:
+def test_without_debugger_board_runs(bench: Bench) -> None:
     bench.run()
 
     assert bench.target.now_ps == SLICE_PS
     assert bench.server.port > 0
 
 
-def test_debugger_after_a_leaving_one_is_served(bench: Bench) -> None:
+def test_debugger_after_leaving_one_is_served(bench: Bench) -> None:
     """Both are seen in the same moment."""
     bench.connect().close()
     client = bench.connect()
@@ -72,7 +72,7 @@ def test_debugger_after_a_leaving_one_is_served(bench: Bench) -> None:
     assert client.ask(b"?") == b"T05thread:1;"
 
 
-def test_halted_board_waits_for_a_debugger() -> None:
+def test_halted_board_waits_for_debugger() -> None:
     bench = Bench(halted=True)
     bench.run()
     client = bench.connect()
@@ -86,7 +86,7 @@ def test_halted_board_waits_for_a_debugger() -> None:
     bench.close()
 
 
-def test_connecting_halts_the_board_and_time(bench: Bench) -> None:
+def test_connecting_halts_board_and_time(bench: Bench) -> None:
     bench.run()
     client = bench.connect()
     came_ps = bench.target.now_ps
@@ -130,7 +130,7 @@ def test_corrupt_packet_and_lost_answer_are_repeated(bench: Bench) -> None:
     assert client.wait() == b"QC1"
 
 
-def test_too_long_packet_is_an_error(bench: Bench) -> None:
+def test_too_long_packet_is_error(bench: Bench) -> None:
     client = bench.connect()
     client.send(b"$" + b"m" * (3 * LONGEST) + b"#00")
 
@@ -138,7 +138,7 @@ def test_too_long_packet_is_an_error(bench: Bench) -> None:
     assert client.ask(b"qC") == b"QC1"
 
 
-def test_monitor_commands_reach_the_board(bench: Bench) -> None:
+def test_monitor_commands_reach_board(bench: Bench) -> None:
     client = bench.connect()
 
     assert client.ask(b"qRcmd," + b"time".hex().encode()) == b"O" + b"<time>".hex().encode()
@@ -167,7 +167,7 @@ def test_leaving_debugger_removes_its_breakpoints(bench: Bench, goodbye: bytes) 
     assert bench.connect().ask(b"?") == b"T05thread:1;"
 
 
-def test_kill_ends_the_run(bench: Bench) -> None:
+def test_kill_ends_run(bench: Bench) -> None:
     client = bench.connect()
     client.send(frame(b"k"))
     bench.run()
@@ -178,7 +178,7 @@ def test_kill_ends_the_run(bench: Bench) -> None:
     assert bench.target.now_ps == before_ps
 
 
-def test_waiting_debugger_is_told_the_end(bench: Bench) -> None:
+def test_waiting_debugger_is_told_end(bench: Bench) -> None:
     client = bench.connect()
     client.send(frame(b"c"))
     bench.run()
@@ -210,7 +210,7 @@ def test_firmware_failure_reaches_debugger_or_caller() -> None:
 
 @settings(max_examples=25)
 @given(st.lists(st.one_of(st.binary(max_size=300), st.binary(max_size=50).map(frame)), max_size=8))
-def test_nothing_that_a_client_sends_breaks_the_server(pieces: list[bytes]) -> None:
+def test_nothing_that_client_sends_breaks_server(pieces: list[bytes]) -> None:
     bench = Bench()
     client = bench.connect()
     client.send(b"".join(pieces))
@@ -230,7 +230,7 @@ def test_port_in_use_is_refused_in_one_line(bench: Bench) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_the_server_listens_on_this_machine_only(bench: Bench) -> None:
+def test_server_listens_on_this_machine_only(bench: Bench) -> None:
     with socket.socket() as elsewhere, pytest.raises(OSError, match="refused"):
         elsewhere.connect(("127.0.0.2", bench.server.port))
 
@@ -319,7 +319,7 @@ def test_halted_wall_time_does_not_count() -> None:
         ("fly", "'fly'"),
     ],
 )
-def test_a_monitor_command_answers(command: str, answer: str, words: Words) -> None:
+def test_monitor_command_answers(command: str, answer: str, words: Words) -> None:
     board = Board(firmware="solution")
     server = serve(board, 0, halted=True)
     client = Client(server, lambda: server.run_until_ps(0))
@@ -406,7 +406,7 @@ def test_silent_connection_blocks_nothing(bench: Bench) -> None:
     assert bench.connect().ask(b"?") == b"T05thread:1;"
 
 
-def test_a_packet_may_come_in_pieces(bench: Bench) -> None:
+def test_packet_may_come_in_pieces(bench: Bench) -> None:
     client = bench.call()
     for byte in b"+" + frame(b"?"):
         assert not bench.server.halted

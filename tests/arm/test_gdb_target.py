@@ -82,7 +82,7 @@ def test_breakpoint_stops_again_when_set_again() -> None:
     assert 50 < gdb.now_us <= 54
 
 
-def test_a_breakpoint_changes_no_memory_and_no_time() -> None:
+def test_breakpoint_changes_no_memory_and_no_time() -> None:
     gdb, free = Debugged(LOOP), CoreBench(LOOP)
     gdb.break_at("here")
     code = gdb.target.read_memory(CODE, 16)
@@ -256,7 +256,7 @@ def test_step_enters_due_interrupt_and_svc() -> None:
     assert places == [gdb.at("irq3"), gdb.at("back"), gdb.at("back") + 2]  # chained, returned, one more
 
 
-def test_debugger_during_exception_entry_sees_the_handler() -> None:
+def test_debugger_during_exception_entry_sees_handler() -> None:
     program = f"reset: {interrupts({3: 0})}\nloop: b loop\nirq3: bx lr"
     bench = CoreBench(program)
     bench.pulse_at_us(500, 3)
@@ -309,7 +309,7 @@ def test_watchpoint_stops_after_each_access(
     assert seen == [(gdb.at(label), HaltReason(point, RAM + at)) for label, at in stops]
 
 
-def test_watchpoint_stops_with_the_written_value() -> None:
+def test_watchpoint_stops_with_written_value() -> None:
     gdb = Debugged(ACCESSES)
     gdb.target.add(Point(PointKind.WRITE, RAM + 4, 4))
     gdb.go()
@@ -360,7 +360,7 @@ def test_bkpt_halts_and_continues_after_it() -> None:
     assert gdb.target.read_registers()["r0"] == 2
 
 
-def test_bkpt_without_a_debugger_is_a_fault() -> None:
+def test_bkpt_without_debugger_is_fault() -> None:
     gdb = Debugged(BKPT)
     gdb.target.release()
 
@@ -377,7 +377,7 @@ def test_lock_up_is_reported_once() -> None:
     assert gdb.go() is None
 
 
-def test_reset_goes_to_the_first_instruction() -> None:
+def test_reset_goes_to_first_instruction() -> None:
     gdb = Debugged(LOOP)
     gdb.go(until_us=50)
     gdb.target.halt()
@@ -395,14 +395,14 @@ def test_reset_goes_to_the_first_instruction() -> None:
 
 
 @pytest.mark.parametrize("name", ["r0", "r12", "lr", "msp", "psp", "s0", "s31"])
-def test_a_register_is_written_and_read(name: str) -> None:
+def test_register_is_written_and_read(name: str) -> None:
     gdb = Debugged(LOOP)
     gdb.target.write_register(name, 0x2000_1230)
 
     assert gdb.target.read_registers()[name] == 0x2000_1230
 
 
-def test_the_stack_in_use_is_sp() -> None:
+def test_stack_in_use_is_sp() -> None:
     gdb = Debugged(LOOP)
     gdb.target.write_register("psp", 0x2000_0800)
     gdb.target.write_register("control", 2)  # SPSEL
@@ -410,7 +410,7 @@ def test_the_stack_in_use_is_sp() -> None:
     assert gdb.target.read_registers()["sp"] == 0x2000_0800
 
 
-def test_written_pc_wakes_a_sleeping_core() -> None:
+def test_written_pc_wakes_sleeping_core() -> None:
     gdb = Debugged("reset: wfi\nother: movs r0, #5\nend: b .")
     gdb.go(until_us=20)
     gdb.target.halt()

@@ -45,7 +45,7 @@ def test_reset_values(chip: NativeChip, name: str, moder: int, pupdr: int) -> No
     assert (port.read(MODER), port.read(PUPDR)) == (moder, pupdr)
 
 
-def test_a_led_is_lit_by_a_low_output(chip: NativeChip, port: NativePeripheral) -> None:
+def test_led_is_lit_by_low_output(chip: NativeChip, port: NativePeripheral) -> None:
     """ST's firmware: PB5, active low, lit from MX_GPIO_Init on because ODR is 0."""
     led = Led("LED1", chip.gpio, "B", 5)
     assert not led.on
@@ -98,7 +98,7 @@ def test_input_reads_its_driver(chip: NativeChip, port: NativePeripheral) -> Non
     assert port.read(IDR) >> 7 & 1 == 0
 
 
-def test_pull_decides_without_a_driver(chip: NativeChip, port: NativePeripheral) -> None:
+def test_pull_decides_without_driver(chip: NativeChip, port: NativePeripheral) -> None:
     port.write(PUPDR, 1 << 14, 3 << 14)
     assert port.read(IDR) >> 7 & 1 == 1
     chip.gpio.drive("B", 7, 0)
@@ -110,13 +110,13 @@ def test_pull_decides_without_a_driver(chip: NativeChip, port: NativePeripheral)
     assert chip.gpio.driven("B", 7) is None
 
 
-def test_an_output_is_read_back_through_idr(port: NativePeripheral) -> None:
+def test_output_is_read_back_through_idr(port: NativePeripheral) -> None:
     mode(port, 3, OUTPUT)
     port.write(BSRR, 1 << 3)
     assert port.read(IDR) >> 3 & 1 == 1
 
 
-def test_an_analog_pin_reads_zero(chip: NativeChip, port: NativePeripheral) -> None:
+def test_analog_pin_reads_zero(chip: NativeChip, port: NativePeripheral) -> None:
     """RM0368 8.3.12."""
     chip.gpio.drive("B", 1, 1)
     assert port.read(IDR) & 2
@@ -126,7 +126,7 @@ def test_an_analog_pin_reads_zero(chip: NativeChip, port: NativePeripheral) -> N
     assert port.read(IDR) & 2
 
 
-def test_alternate_function_releases_the_pin(chip: NativeChip, port: NativePeripheral) -> None:
+def test_alternate_function_releases_pin(chip: NativeChip, port: NativePeripheral) -> None:
     mode(port, 5, OUTPUT)
     port.write(AFRL, 2 << 20)
     mode(port, 5, ALTERNATE)
@@ -156,13 +156,13 @@ def test_locked_pins_keep_their_set_up_until_reset(port: NativePeripheral) -> No
 
 
 @pytest.mark.parametrize("middle", [1 << 6, 1 << 16 | 1 << 5])
-def test_a_broken_lock_sequence_locks_nothing(port: NativePeripheral, middle: int) -> None:
+def test_broken_lock_sequence_locks_nothing(port: NativePeripheral, middle: int) -> None:
     for value in (1 << 16 | 1 << 5, middle, 1 << 16 | 1 << 5):
         port.write(LCKR, value)
     assert not port.read(LCKR) >> 16
 
 
-def test_each_listener_gets_an_edge_once(chip: NativeChip, port: NativePeripheral) -> None:
+def test_each_listener_gets_edge_once(chip: NativeChip, port: NativePeripheral) -> None:
     heard = list[tuple[str, int]]()
     chip.gpio.listen("B", 7, lambda level: heard.append(("first", level)))
     chip.gpio.listen("B", 7, lambda level: heard.append(("second", level)))
@@ -172,7 +172,7 @@ def test_each_listener_gets_an_edge_once(chip: NativeChip, port: NativePeriphera
     assert heard == [("first", 1), ("second", 1)]
 
 
-def test_pin_state_before_the_chip_is_kept() -> None:
+def test_pin_state_before_chip_is_kept() -> None:
     """Parts pull their chip selects up before there is a chip."""
     heard = list[int]()
     clock, trace = Clock(), Trace()
@@ -194,7 +194,7 @@ def test_listener_may_drive_another_pin(chip: NativeChip, port: NativePeripheral
     assert port.read(IDR) >> 6 & 3 == 3
 
 
-def test_error_of_a_listener_reaches_the_caller(chip: NativeChip, port: NativePeripheral) -> None:
+def test_error_of_listener_reaches_caller(chip: NativeChip, port: NativePeripheral) -> None:
     def fail(_level: int) -> None:
         raise ValueError("in a listener")
 

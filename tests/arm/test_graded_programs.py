@@ -49,7 +49,7 @@ def test_template_passes_only_exercise_1(rubric: Rubric) -> None:
     }
 
 
-def test_the_solution_passes_everything_on_another_board(rubric: Rubric) -> None:
+def test_solution_passes_everything_on_another_board(rubric: Rubric) -> None:
     verdict = judge("solution", rubric, seed=2)
 
     assert (green(verdict), verdict.points) == (list(EXERCISES), rubric.max_points)

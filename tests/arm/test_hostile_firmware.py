@@ -36,7 +36,7 @@ def faults(board: Board) -> list[str]:
     return [event.text for event in board.trace.of(Fault)]
 
 
-def test_an_endless_loop_costs_nothing(tmp_path: Path) -> None:
+def test_endless_loop_costs_nothing(tmp_path: Path) -> None:
     board = board_with(program("reset: b ."), tmp_path)
 
     board.run_for(100)
@@ -70,7 +70,7 @@ def test_every_address_may_be_accessed(access: str, tmp_path: Path) -> None:
     assert len(board.trace) < 100
 
 
-def test_reading_all_registers_bounds_the_notes(tmp_path: Path, words: Words) -> None:
+def test_reading_all_registers_bounds_notes(tmp_path: Path, words: Words) -> None:
     """RM0368 table 1: 131072 words from 0x40000000 on, most of them no register."""
     source = f"""
     reset: {EVERY_CLOCK_AND_INTERRUPT}
@@ -124,7 +124,7 @@ def test_fault_in_fault_handler_locks_up(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("stack", [RAM, RAM + 8, 0x2001_0000, 0x0800_1000, 0x4000_0000, 0xFFFF_FFF8, 0])
-def test_a_stack_anywhere_survives_interrupts(stack: int, tmp_path: Path) -> None:
+def test_stack_anywhere_survives_interrupts(stack: int, tmp_path: Path) -> None:
     """What cannot be saved is a stacking error (STKERR), which becomes a HardFault, and that a lock-up."""
     source = "reset:\n" + put("SYST_RVR", 100) + f"mov32 r2, {stack}\nmov sp, r2\n" + put("SYST_CSR", 7)
     board = board_with(program(source + "b .\ninterrupt: push {r0-r3, lr}\npop {r0-r3, pc}"), tmp_path)
@@ -149,7 +149,7 @@ def test_semihosting_calls_reach_no_host(semihosting: str, tmp_path: Path) -> No
     assert sorted(path.name for path in tmp_path.iterdir()) == ["hostile.bin"]
 
 
-def test_two_register_reads_are_not_a_loop(tmp_path: Path) -> None:
+def test_two_register_reads_are_not_loop(tmp_path: Path) -> None:
     """A polled register read twice at the same passage, as LDM does: the loop still ends."""
     source = f"""
     reset: {EVERY_CLOCK_AND_INTERRUPT}

@@ -295,7 +295,7 @@ def survives(data: bytes, folder: Path, most: int = MOST_INSTRUCTIONS) -> None:
 
 @pytest.mark.parametrize("shard", range(5))
 @pytest.mark.parametrize("made", [noise, instructions, register_writes, transfers])
-def test_random_programs_do_not_break_the_board(
+def test_random_programs_do_not_break_board(
     made: Callable[[Random], bytes], shard: int, tmp_path: Path
 ) -> None:
     random = Random(f"{made.__name__} {shard}")
@@ -304,13 +304,13 @@ def test_random_programs_do_not_break_the_board(
 
 
 @pytest.mark.parametrize("shard", range(5))
-def test_random_clock_settings_do_not_break_the_board(shard: int, tmp_path: Path) -> None:
+def test_random_clock_settings_do_not_break_board(shard: int, tmp_path: Path) -> None:
     random = Random(f"clocks {shard}")
     for _ in range(20):
         survives(clock_settings(random), tmp_path, HIGHEST_PLL * MOST_INSTRUCTIONS)
 
 
-def test_the_random_programs_do_something(tmp_path: Path) -> None:
+def test_random_programs_do_something(tmp_path: Path) -> None:
     """They are executed, not only refused: registers of many blocks are met, and interrupts come."""
     random = Random(0)
     kinds = (instructions, register_writes)

@@ -96,7 +96,7 @@ def run(driver: Path, first: int, count: int, programs: list[Path]) -> dict[str,
     return dict(line.rsplit(" ", maxsplit=1) for line in done.stdout.splitlines())
 
 
-def test_hostile_streams_pass_the_sanitizers(driver: Path, programs: list[Path]) -> None:
+def test_hostile_streams_pass_sanitizers(driver: Path, programs: list[Path]) -> None:
     seen = run(driver, 0, STREAMS, programs)
 
     assert int(seen["streams"]) == STREAMS
@@ -108,7 +108,7 @@ def test_stream_depends_on_its_number_only(driver: Path, programs: list[Path]) -
     assert run(driver, 640, 640, programs) == run(driver, 640, 640, programs)
 
 
-def test_sanitizer_finding_names_the_stream(driver: Path, programs: list[Path]) -> None:
+def test_sanitizer_finding_names_stream(driver: Path, programs: list[Path]) -> None:
     """An option of the driver makes a mistake of its own: one byte after the chip's memory."""
     done = subprocess.run(
         [driver, "70", "1", *programs],

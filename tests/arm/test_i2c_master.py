@@ -127,7 +127,7 @@ def test_delays_neither_lose_nor_repeat_bytes(count: int, delays: list[int]) -> 
 
 @settings(max_examples=30, deadline=None)
 @given(counts, delays)
-def test_the_interrupt_handler_reads_the_same(count: int, delays: list[int]) -> None:
+def test_interrupt_handler_reads_same(count: int, delays: list[int]) -> None:
     _, hal, memory = bench_with_memory(delays)
     memory.address = 0x33
     data = hal.receive_interrupt(MEMORY, count)
@@ -158,7 +158,7 @@ def start_stream(bench: CommBench, stream: int, count: int, direction: int = 0) 
 
 
 @pytest.mark.parametrize("count", [2, 3, 6, 14])
-def test_dma_with_last_reads_the_same(count: int) -> None:
+def test_dma_with_last_reads_same(count: int) -> None:
     """RM0368 18.3.7: with LAST the byte after the next to last transfer is not acknowledged."""
     bench, hal, memory = bench_with_memory()
     start_stream(bench, RX_STREAM, count)
@@ -172,7 +172,7 @@ def test_dma_with_last_reads_the_same(count: int) -> None:
 
 
 @pytest.mark.parametrize("count", [1, 2, 9])
-def test_dma_writes_what_a_whole_transfer_writes(count: int) -> None:
+def test_dma_writes_same_as_whole_transfer(count: int) -> None:
     """RM0368 18.3.7: TxE requests each byte; BTF after the last one, then STOP."""
     bench, hal, memory = bench_with_memory()
     data = bytes(range(0xA0, 0xA0 + count))
@@ -188,7 +188,7 @@ def test_dma_writes_what_a_whole_transfer_writes(count: int) -> None:
 
 
 @pytest.mark.parametrize("moved", [1, 3])
-def test_stopping_the_stream_midway_holds_the_i2c_read(moved: int) -> None:
+def test_stopping_stream_midway_holds_i2c_read(moved: int) -> None:
     """RM0368 9.3.15, 18.3.3: the next byte waits in DR with RxNE; firmware can take it, NACK and stop."""
     bench, hal, _ = bench_with_memory()
     start_stream(bench, RX_STREAM, 6)
@@ -209,7 +209,7 @@ def test_stopping_the_stream_midway_holds_the_i2c_read(moved: int) -> None:
     assert not any(bench.ram[moved : moved + 6])
 
 
-def test_prompt_firmware_takes_the_wire_time() -> None:
+def test_prompt_firmware_takes_wire_time() -> None:
     """Six bytes at 400 kHz: start, three address bytes, restart, data, stop, and software's own time."""
     bench, hal, _ = bench_with_memory()
     bench.trace.record_all()
@@ -277,7 +277,7 @@ def test_forbidden_setting_is_noted(
     ("cr2", "ccr", "trise"),
     [(42, 0x8000 | 35, 13), (4, 0x8000 | 4, 2), (2, 10, 3), (10, 0xC000 | 1, 4), (2, 4, 3)],
 )
-def test_settings_at_the_manuals_limits_are_not_noted(cr2: int, ccr: int, trise: int) -> None:
+def test_settings_at_manuals_limits_are_not_noted(cr2: int, ccr: int, trise: int) -> None:
     """18.6.2, 18.6.8, 18.6.9; where SCL stays below the sensors' 400 kHz. The oscillator is not exact."""
     bench, _, _ = bench_with_memory()
     bench.clocks.set(pclk1_hz=cr2 * 1_000_150, nominal_pclk1_hz=cr2 * 1_000_000)
@@ -300,7 +300,7 @@ def test_setting_changed_while_enabled_is_noted_once(register: int, name: str) -
     assert len(bench.notes()) == 1
 
 
-def test_freq_of_a_fractional_pclk1_is_rounded() -> None:
+def test_freq_of_fractional_pclk1_is_rounded() -> None:
     """18.6.2: FREQ holds whole megahertz; ST's HAL rounds 10.5 MHz down."""
     bench, _, _ = bench_with_memory()
     bench.clocks.set(pclk1_hz=10_500_000)
@@ -343,7 +343,7 @@ def test_receiver_address_sets_addr_alone() -> None:
 
 
 @pytest.mark.parametrize("bit", [START, STOP])
-def test_byte_written_after_the_request_is_dropped(bit: int) -> None:
+def test_byte_written_after_request_is_dropped(bit: int) -> None:
     """ST's HAL writes a dummy byte after START, to end the interrupts of TXE and BTF."""
     bench = addressed_for_writing()
     bench.write(bench.i2c2, DR, 0x31)
@@ -399,7 +399,7 @@ def test_sensor_setup_equals_whole_transfers() -> None:
 # -- what goes wrong ------------------------------------------------------------------------------------
 
 
-def test_absent_address_sets_af_and_frees_the_bus() -> None:
+def test_absent_address_sets_af_and_frees_bus() -> None:
     bench, hal, _ = bench_with_memory()
     with pytest.raises(HalError):
         hal.mem_read(0x33, 0, 1)
@@ -476,7 +476,7 @@ def test_sr1_write_clears_only_written_error_flags() -> None:
 
 
 @pytest.mark.parametrize("bits", [SWRST, 0])
-def test_reset_and_disable_let_go_of_the_bus(bits: int) -> None:
+def test_reset_and_disable_let_go_of_bus(bits: int) -> None:
     """18.6.1: SWRST, and PE = 0."""
     bench, _, _ = bench_with_memory()
     bench.modify(bench.i2c2, CR1, set_bits=START)
@@ -565,7 +565,7 @@ def test_full_receiver_holds_clock_until_dr_read() -> None:
     assert memory.address == 0x23
 
 
-def test_start_clears_the_rest_of_a_transmission() -> None:
+def test_start_clears_rest_of_transmission() -> None:
     bench, hal, _ = bench_with_memory()
     hal._send_address(MEMORY << 1)
     hal._clear_addr()

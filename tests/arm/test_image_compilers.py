@@ -138,7 +138,7 @@ def variable(image: FirmwareImage, name: str) -> Any:
 
 
 @styles
-def test_values_are_those_of_the_source(tmp_path: Path, style: list[str]) -> None:
+def test_values_are_those_of_source(tmp_path: Path, style: list[str]) -> None:
     image = built(tmp_path, style)
 
     assert {name: variable(image, name) for name in EXPECTED} == EXPECTED
@@ -187,7 +187,7 @@ def test_lines_are_those_of_binutils(tmp_path: Path, style: list[str]) -> None:
         ("-g0", "-g "),
     ],
 )
-def test_unreadable_information_names_the_required_option(
+def test_unreadable_information_names_required_option(
     tmp_path: Path, option: str, advice: str, words: Words
 ) -> None:
     image = built(tmp_path, ["-gdwarf-5", "-O2", option])
@@ -201,7 +201,7 @@ def test_unreadable_information_names_the_required_option(
     assert found.name == "Reset_Handler"
 
 
-def test_a_stripped_program_loads_the_same_bytes(tmp_path: Path, words: Words) -> None:
+def test_stripped_program_loads_same_bytes(tmp_path: Path, words: Words) -> None:
     whole, stripped = built(tmp_path, ["-g", "-O2"]), built(tmp_path, ["-O2", "-s"])
 
     assert stripped.segments == whole.segments
@@ -210,7 +210,7 @@ def test_a_stripped_program_loads_the_same_bytes(tmp_path: Path, words: Words) -
     words("firmware_file", note)
 
 
-def test_hex_and_binary_equal_the_elf(tmp_path: Path) -> None:
+def test_hex_and_binary_equal_elf(tmp_path: Path) -> None:
     image = built(tmp_path, ["-O2"])
     for kind, name in (("ihex", "lab.hex"), ("binary", "lab.bin")):
         command = ["arm-none-eabi-objcopy", "-O", kind, "lab.elf", name]

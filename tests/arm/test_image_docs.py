@@ -40,13 +40,13 @@ def refusal(name: str) -> str:
     return str(caught.value)
 
 
-def test_documented_messages_equal_the_loader() -> None:
+def test_documented_messages_equal_loader() -> None:
     shown = re.findall(r"^\| `([\w.]+: [^`]+)` \|", PAGE, re.MULTILINE)
 
     assert shown == [refusal(name) for name in FILES]
 
 
-def test_documented_limits_equal_the_defaults() -> None:
+def test_documented_limits_equal_defaults() -> None:
     shown = re.findall(r"^\| `(\w+)=NUMBER` \| ([\d,]+) \|", PAGE, re.MULTILINE)
 
     assert [(name, int(number.replace(",", ""))) for name, number in shown] == [

@@ -85,7 +85,7 @@ def test_elf_of_other_kind_is_named(data: bytes, kind: str, what: str, words: Wo
 
 
 @pytest.mark.parametrize("length", [4, 51, 60, 83, 84, 200, len(elf()) - 1])
-def test_a_file_cut_short_is_refused(length: int, words: Words) -> None:
+def test_file_cut_short_is_refused(length: int, words: Words) -> None:
     error = refusal(elf()[:length])
 
     assert error.kind == "cut_short"
@@ -111,7 +111,7 @@ def test_missing_section_table_is_refused(words: Words) -> None:
         (Load(0xFFFF_FFFF, b"12", virtual=FLASH + 0x400), "0xFFFFFFFF..0x100000000"),
     ],
 )
-def test_segment_outside_the_memories_is_refused(load: Load, what: str) -> None:
+def test_segment_outside_memories_is_refused(load: Load, what: str) -> None:
     error = refusal(elf([Load(FLASH, code()), load]))
 
     assert error.kind == "other_chip"

@@ -56,7 +56,7 @@ def refusal(data: bytes) -> FirmwareFileError:
     upper=st.booleans(),
     order=st.randoms(use_true_random=False),
 )
-def test_hex_spelling_does_not_change_the_contents(
+def test_hex_spelling_does_not_change_contents(
     size: int, width: int, ending: str, upper: bool, order: Random
 ) -> None:
     lines = [
@@ -79,7 +79,7 @@ def test_long_hex_file_crosses_64_kb() -> None:
     assert image.segments == ((FLASH, data),)
 
 
-def test_the_last_line_needs_no_ending() -> None:
+def test_last_line_needs_no_ending() -> None:
     assert parse_firmware(hex_file().rstrip(), "lab3.hex").segments == ((FLASH, code()),)
 
 
@@ -144,18 +144,18 @@ def test_damage_is_named_with_its_line(line: str, kind: str, where: str, words: 
     ("kept", "kind"),
     [(13, "record_length"), (60, "no_end_record"), (-13, "no_end_record"), (-2, "not_a_record")],
 )
-def test_a_file_cut_short_is_refused(kept: int, kind: str) -> None:
+def test_file_cut_short_is_refused(kept: int, kind: str) -> None:
     assert refusal(hex_file()[:kept]).kind == kind
 
 
-def test_a_file_cut_between_two_lines_is_refused(words: Words) -> None:
+def test_file_cut_between_two_lines_is_refused(words: Words) -> None:
     error = refusal(hex_file().removesuffix(END.encode() + b"\n"))
 
     assert error.kind == "no_end_record"
     words("firmware_file", error.problem)
 
 
-def test_hex_text_beyond_the_chip_is_refused_unread(words: Words) -> None:
+def test_hex_text_beyond_chip_is_refused_unread(words: Words) -> None:
     error = refusal(hex_file().rstrip() + b"\n" * (6 << 20))
 
     assert error.kind == "too_long"

@@ -48,7 +48,7 @@ def test_kind_comes_from_contents_not_name(tmp_path: Path) -> None:
     assert (image.kind, image.path) == ("elf", path)
 
 
-def test_loader_error_names_the_file() -> None:
+def test_loader_error_names_file() -> None:
     with pytest.raises(InputError) as caught:
         parse_firmware(b"", "lab3.elf")
 
@@ -59,7 +59,7 @@ def test_loader_error_names_the_file() -> None:
 
 
 @pytest.mark.parametrize("stack", [0, RAM, RAM_END + 4, 0x2001_8000, 0xFFFF_FFFF, FLASH])
-def test_a_stack_outside_the_ram_is_refused(stack: int) -> None:
+def test_stack_outside_ram_is_refused(stack: int) -> None:
     """PM0214 2.3.4: word 0 is the stack pointer; 0x20018000 is that of the STM32F401RE with its 96 KB."""
     error = refusal(code(stack=stack))
 
@@ -68,7 +68,7 @@ def test_a_stack_outside_the_ram_is_refused(stack: int) -> None:
 
 
 @pytest.mark.parametrize("reset", [0, 0x0000_0041, RAM | 1, FLASH - 1, FLASH + FLASH_SIZE + 1, 0xFFFF_FFFF])
-def test_a_reset_vector_outside_the_flash_is_refused(reset: int) -> None:
+def test_reset_vector_outside_flash_is_refused(reset: int) -> None:
     error = refusal(code(reset=reset))
 
     assert error.kind == "reset_outside_flash"
@@ -91,7 +91,7 @@ def test_reset_vector_to_unloaded_address_is_refused(words: Words) -> None:
 
 
 @pytest.mark.parametrize("data", [b"\0\0\1\x20", b"\0\0\1\x20\x41\0\0"])
-def test_less_than_a_vector_table_is_refused(data: bytes) -> None:
+def test_less_than_vector_table_is_refused(data: bytes) -> None:
     assert refusal(data).kind == "no_vector_table"
 
 
@@ -142,7 +142,7 @@ def test_huge_file_is_refused_unread(tmp_path: Path) -> None:
     assert caught.value.kind == "too_long"
 
 
-def test_an_elf_and_its_binary_load_the_same() -> None:
+def test_elf_and_its_binary_load_same() -> None:
     data = struct.pack("<4I", 1, 2, 3, 4)
     program = elf([Load(FLASH, code()), Load(FLASH + len(code()), data, virtual=RAM)])
 

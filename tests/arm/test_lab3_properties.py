@@ -97,7 +97,7 @@ def board_note(error: AssertionError) -> str:
         ("zero", "where_it_was_zeroed"),
     ],
 )
-def test_properties_find_a_wrong_result(wrong: str, properties: str) -> None:
+def test_properties_find_wrong_result(wrong: str, properties: str) -> None:
     assert any(properties in name for name in found_by(Turned(wrong)))
 
 
@@ -173,7 +173,7 @@ def test_scenario_of_each_law_fails_with_it(
     assert run(Board("lab3", scenario=path)).passed
 
 
-def test_error_too_small_for_the_board_is_explained(
+def test_error_too_small_for_board_is_explained(
     build: Callable[[dict[str, str]], Path], words: Words
 ) -> None:
     firmware = build({"(mag_max.AXIS_X + mag_min.AXIS_X) / 2;": "(mag_max.AXIS_X + mag_min.AXIS_X) / 2 - 2;"})
@@ -188,7 +188,7 @@ def test_error_too_small_for_the_board_is_explained(
 @pytest.mark.parametrize(
     "pose", [Pose(0, 0, 179), Pose(60, 0, -120), Pose(0, -75, 90), Pose(0, 90, 0), Pose(30, 40, 50)]
 )
-def test_a_replay_holds_for_the_lab_itself(pose: Pose, tmp_path: Path) -> None:
+def test_replay_holds_for_lab_itself(pose: Pose, tmp_path: Path) -> None:
     path = tmp_path / "replay.toml"
     path.write_text(replay(pose), encoding="utf-8")
 
@@ -213,7 +213,7 @@ def test_wrong_program_differs_only_in_its_wrap(tmp_path: Path) -> None:
         assert built.angles((0, 0, 1000), mag) == kept.angles((0, 0, 1000), mag)
 
 
-def test_missing_function_is_skipped_with_a_hint(words: Words) -> None:
+def test_missing_function_is_skipped_with_hint(words: Words) -> None:
     template = Compiled("template-arm")
     assert "names={'eCompass': ...}" in template.missing("angles")
     words("python", template.missing("angles"))
@@ -242,7 +242,7 @@ def test_strategies_keep_within_their_bounds(
 
 
 @pytest.mark.parametrize("pose", [Pose(0, 0, 90), Pose(90, 0, 0), Pose(0, -90, 45), Pose(-30, 0, 200 - 360)])
-def test_strategy_samples_equal_the_ideal_board(pose: Pose) -> None:
+def test_strategy_samples_equal_ideal_board(pose: Pose) -> None:
     board = Board(firmware="template", ideal=True)
     board.world.set_attitude(pose.roll_deg, pose.pitch_deg, pose.yaw_deg)
     board.run_for(1.3)

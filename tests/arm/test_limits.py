@@ -91,7 +91,7 @@ def test_rare_resets_are_allowed(tmp_path: Path) -> None:
     assert len(board.chip.core.resets) == pytest.approx(2.0 / 0.032, abs=2)
 
 
-def test_wall_time_ends_a_run_that_is_slow(tmp_path: Path, words: Words) -> None:
+def test_wall_time_ends_run_that_is_slow(tmp_path: Path, words: Words) -> None:
     """The wall clock is this test's: each look at it costs a second."""
     board = board_with(COUNTS, tmp_path)
     assert board.chip is not None

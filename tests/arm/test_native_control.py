@@ -157,7 +157,7 @@ def test_special_registers_without_privilege(form: Form) -> None:
     EnginePair().check(form, unprivileged, longest_block=0)
 
 
-def test_conditional_branches_reach_a_megabyte(pair: EnginePair) -> None:
+def test_conditional_branches_reach_megabyte(pair: EnginePair) -> None:
     """A7.7.12, encoding T3: S:J2:J1:imm6:imm11:0."""
     random = Random("T3")
     form = Form("BEQ", "11110 s 0000 iiiiii 10 j 0 k iiiiiiiiiii")
@@ -191,7 +191,7 @@ def branched(engine: BareCore, words: list[int]) -> int:
 
 
 @pytest.mark.parametrize("address", [0xF000_0000, 0xFEFF_FFFF, 0xFFFF_FFE9, 0xFFFF_FFFF])
-def test_an_exception_return(pair: EnginePair, address: int) -> None:
+def test_exception_return(pair: EnginePair, address: int) -> None:
     """Bits 31:28 tell (BXWritePC, A2.3.1); Unicorn wants 31:24 set."""
     engine = pair.native
     pair.place(CODE, (0x4708,))  # BX R1
@@ -214,7 +214,7 @@ def test_hints_that_unicorn_takes_for_undefined(
     assert (pair.native.run(len(it) + 1), pair.native.pc) == (stop, CODE + 2 * len(it) + 2)
 
 
-def test_run_slices_end_like_a_single_run() -> None:
+def test_run_slices_end_like_single_run() -> None:
     """In a program with interrupts, polling, waiting and IT blocks, of an instruction per microsecond."""
 
     def core() -> CoreBench:
@@ -253,7 +253,7 @@ def test_random_halfwords_do_no_harm(mask: int, value: int) -> None:
         assert engine.flash == flash
 
 
-def test_a_breakpoint_in_an_it_block_is_unconditional(pair: EnginePair) -> None:
+def test_breakpoint_in_it_block_is_unconditional(pair: EnginePair) -> None:
     """A7.7.17."""
     pair.place(CODE, (0xBF18, 0xBE00))  # IT NE; BKPT
     Access(pair.native).write({"xpsr": THUMB | 1 << 30})

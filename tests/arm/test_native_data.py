@@ -131,7 +131,7 @@ def _multiples_of_4(random: Random, fields: Fields) -> Values:
 
 
 @pytest.mark.parametrize("form", TO_SP, ids=str)
-def test_the_stack_pointer_as_a_result(pair: EnginePair, form: Form) -> None:
+def test_stack_pointer_as_result(pair: EnginePair, form: Form) -> None:
     pair.check(form, _multiples_of_4)
 
 
@@ -143,7 +143,7 @@ def test_the_stack_pointer_as_a_result(pair: EnginePair, form: Form) -> None:
     ],
     ids=str,
 )
-def test_the_program_counter_as_a_result(pair: EnginePair, form: Form, base: int) -> None:
+def test_program_counter_as_result(pair: EnginePair, form: Form, base: int) -> None:
     """Somewhere in flash; bit 0 is ignored (BranchWritePC, A2.3.1)."""
 
     def jumps(random: Random, fields: Fields) -> Values:

@@ -103,6 +103,6 @@ def test_parallel_results(pair: EnginePair, form: Form) -> None:
     ],
     ids=str,
 )
-def test_the_flags_of_parallel_arithmetic(pair: EnginePair, form: Form) -> None:
+def test_flags_of_parallel_arithmetic(pair: EnginePair, form: Form) -> None:
     """APSR.GE is left by all but those that saturate or halve, and by MSR (A2.3.2)."""
     pair.check(form, any_values, longest_block=0)

@@ -188,6 +188,6 @@ def test_loads_and_stores(pair: EnginePair, form: Form) -> None:
 
 
 @pytest.mark.parametrize("form", [ARITHMETIC[0], OTHER[0], *MOVES[-2:], TRANSFERS[0]], ids=str)
-def test_the_first_use_in_a_context(pair: EnginePair, form: Form) -> None:
+def test_first_use_in_context(pair: EnginePair, form: Form) -> None:
     """FPSCR begins as FPDSCR, and CONTROL.FPCA is set (ExecuteFPCheck, B1.4.7)."""
     pair.check(form, first_use, longest_block=1)

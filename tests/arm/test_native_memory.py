@@ -191,7 +191,7 @@ def test_accesses_in_ram_equal_unicorn(pair: EnginePair, form: Form) -> None:
 @pytest.mark.parametrize(
     "access", ["ldmia r1, {r2, r3}", "stmia r1, {r2, r3}", "ldrd r2, r3, [r1]", "strd r2, r3, [r1]"]
 )
-def test_unaligned_multiple_access_is_a_fault(pair: EnginePair, access: str) -> None:
+def test_unaligned_multiple_access_is_fault(pair: EnginePair, access: str) -> None:
     """ARMv7-M ARM A3.2.1."""
     engine = engine_at(pair, access, {"r1": RAM + 0x102})
 
@@ -279,7 +279,7 @@ def test_exclusives(pair: EnginePair, load: str, between: str, store: str) -> No
 
 
 @EXCLUSIVES
-def test_a_second_exclusive_store_fails(pair: EnginePair, load: str, store: str) -> None:
+def test_second_exclusive_store_fails(pair: EnginePair, load: str, store: str) -> None:
     """The first one has cleared the monitor."""
     pattern = load + store + store.replace("s", "x").replace("j", "k")
     form = Form(pattern, pattern, {"s": (2, 3, 4), "x": (2, 3, 4)}, instructions=3)
@@ -317,7 +317,7 @@ def test_faulting_store_in_it_block_can_be_repeated(pair: EnginePair) -> None:
     assert CoreRegisters(engine, ("xpsr",)).read()[0] & IT_BITS == 0x400
 
 
-def test_faulting_load_multiple_keeps_the_base(pair: EnginePair) -> None:
+def test_faulting_load_multiple_keeps_base(pair: EnginePair) -> None:
     """It is executed again behind the handler (B1.5.10); Unicorn has loaded the first ones."""
     base = RAM + RAM_SIZE - 8
     engine = engine_at(pair, "ldmia r1, {r0-r3}", {"r1": base})
@@ -328,7 +328,7 @@ def test_faulting_load_multiple_keeps_the_base(pair: EnginePair) -> None:
 
 @pytest.mark.parametrize("access", ["ldr", "ldrh", "ldrb", "str", "strh", "strb"])
 @pytest.mark.parametrize("address", [RAM + RAM_SIZE, 0x6000_0000, 0xFFFF_FFFC])
-def test_the_address_of_a_fault(pair: EnginePair, access: str, address: int) -> None:
+def test_address_of_fault(pair: EnginePair, access: str, address: int) -> None:
     engine = engine_at(pair, f"{access} r0, [r1]", {"r1": address})
 
     assert engine.run(1) is (Stop.READ if access[0] == "l" else Stop.WRITE)

@@ -45,14 +45,14 @@ class Board:
         self.rcc.write(CFGR, 0x0000_1002)
 
 
-def test_after_reset_the_core_runs_from_hsi() -> None:
+def test_after_reset_core_runs_from_hsi() -> None:
     """RM0368 6.2: 16 MHz HSI, no prescaler."""
     rcc = Board().rcc
     assert (rcc.sysclk_hz, rcc.hclk_hz, rcc.pclk1_hz, rcc.timer1_hz) == (16_000_000,) * 4
     assert rcc.read(CR) & 3 == 3
 
 
-def test_the_labs_settings_give_84_mhz() -> None:
+def test_labs_settings_give_84_mhz() -> None:
     """ST's firmware: HSE 16, M 16, N 336, P 4; APB1 / 2 with its timers at 84 MHz."""
     board = Board()
     board.to_84_mhz()
@@ -87,7 +87,7 @@ def test_fast_hsi_needs_one_wait_state() -> None:
     assert board.chip.notes() == []
 
 
-def test_an_oscillator_needs_time_to_start() -> None:
+def test_oscillator_needs_time_to_start() -> None:
     """STM32F401xB/C datasheet: 2 ms for the crystal; the PLL starts when its source is ready."""
     board = Board()
     board.set_bits(CR, HSEON)
@@ -101,7 +101,7 @@ def test_an_oscillator_needs_time_to_start() -> None:
     assert board.rcc.read(CR) & PLLRDY
 
 
-def test_sysclk_waits_for_the_source_that_was_selected() -> None:
+def test_sysclk_waits_for_source_that_was_selected() -> None:
     """RM0368 6.2.6: a switch occurs when the target is ready."""
     board = Board()
     board.rcc.write(PLLCFGR, 0x0741_5410)
@@ -123,7 +123,7 @@ def test_active_clock_source_cannot_be_switched_off() -> None:
     assert not board.rcc.read(CR) & 1
 
 
-def test_clock_listeners_are_called_after_the_change() -> None:
+def test_clock_listeners_are_called_after_change() -> None:
     board = Board()
     heard = list[int]()
     board.rcc.on_change(lambda: heard.append(board.rcc.hclk_hz))
@@ -132,7 +132,7 @@ def test_clock_listeners_are_called_after_the_change() -> None:
     assert heard == [8_000_000]
 
 
-def test_a_ready_interrupt_is_raised_and_cleared() -> None:
+def test_ready_interrupt_is_raised_and_cleared() -> None:
     """RM0368 6.3.4; table 38: RCC is number 5."""
     board = Board()
     board.rcc.write(CIR, 1 << 11)
@@ -143,7 +143,7 @@ def test_a_ready_interrupt_is_raised_and_cleared() -> None:
     assert not board.chip.irq.level(5)
 
 
-def test_gates_follow_the_enable_registers() -> None:
+def test_gates_follow_enable_registers() -> None:
     """RM0368 6.3.9, 6.3.11: GPIOB is AHB1ENR bit 1, TIM2 APB1ENR bit 0."""
     board = Board()
     gpiob, tim2 = board.native["GPIOB"], board.native["TIM2"]
@@ -158,7 +158,7 @@ def test_gates_follow_the_enable_registers() -> None:
     assert not gpiob.clocked
 
 
-def test_a_reset_bit_resets_its_block() -> None:
+def test_reset_bit_resets_its_block() -> None:
     board = Board()
     tim2 = board.native["TIM2"]
     tim2.write(0x2C, 1000)
@@ -177,7 +177,7 @@ def test_reset_cause_is_shown_until_removed() -> None:
     assert board.rcc.read(CSR) == 1 << 29 | 1 << 26
 
 
-def test_a_system_reset_returns_to_hsi() -> None:
+def test_system_reset_returns_to_hsi() -> None:
     board = Board()
     board.to_84_mhz()
     board.rcc.reset()
@@ -223,7 +223,7 @@ def test_lasting_clock_limit_violation_is_noted(words: Words) -> None:
         (0x0740_5410, "output", "168 MHz"),
     ],
 )
-def test_a_forbidden_pll_setting_is_explained(pllcfgr: int, part: str, frequency: str, words: Words) -> None:
+def test_forbidden_pll_setting_is_explained(pllcfgr: int, part: str, frequency: str, words: Words) -> None:
     problem = pll(pllcfgr).problem()
 
     assert part in problem
@@ -245,12 +245,12 @@ def test_other_boards_crystal_is_named(pllcfgr: int, fits_mhz: float | None) -> 
     assert named == ({"crystal_mhz": 16, "fits_mhz": fits_mhz} if fits_mhz else None)
 
 
-def test_the_labs_pll_setting_is_allowed() -> None:
+def test_labs_pll_setting_is_allowed() -> None:
     assert pll(0x0741_5410).problem() == ""
 
 
 @given(st.integers(0, 15), st.integers(0, 7), st.integers(0, 7))
-def test_timers_run_at_twice_a_divided_bus(hpre: int, ppre1: int, ppre2: int) -> None:
+def test_timers_run_at_twice_divided_bus_clock(hpre: int, ppre1: int, ppre2: int) -> None:
     """RM0368 figure 12 and table of RCC_CFGR: AHB by 1 to 512 without 32, APB by 1 to 16."""
     ahb = [1] * 8 + [2, 4, 8, 16, 64, 128, 256, 512]
     apb = [1] * 4 + [2, 4, 8, 16]
@@ -264,7 +264,7 @@ def test_timers_run_at_twice_a_divided_bus(hpre: int, ppre1: int, ppre2: int) ->
         assert timer_hz == (pclk_hz if apb[ppre] == 1 else clocks.hclk_hz * 2 // apb[ppre])
 
 
-def test_peripheral_selection_of_the_rtc_clock() -> None:
+def test_peripheral_selection_of_rtc_clock() -> None:
     """RM0368 6.2.8: LSI is 32 kHz and needs RTCEN and RTCSEL = 10."""
     board = Board()
     board.blocks.pwr.write(0, PWR_CR_DBP)
@@ -309,7 +309,7 @@ def test_other_crystal_makes_84_mhz(crystal_hz: int, m: int) -> None:
     assert board.chip.notes() == []
 
 
-def test_note_names_the_crystal_of_the_board() -> None:
+def test_note_names_crystal_of_board() -> None:
     """PLL settings for 16 MHz on a board with 8 MHz."""
     board = Board(Oscillators(hse_hz=8_000_000, crystal_hz=8_000_000))
     board.start_hse()

@@ -100,14 +100,14 @@ def test_other_differences_are_named(recorded: Record, path: tuple[str, ...], va
     assert found[0].startswith(told)
 
 
-def test_changed_memory_is_located_to_a_kilobyte(recorded: Record) -> None:
+def test_changed_memory_is_located_to_kilobyte(recorded: Record) -> None:
     pages = recorded["timing"]["RAM"]
     now = changed(recorded, "timing", "RAM", to=pages[:16] + "0" * 8 + pages[24:])
 
     assert differences(recorded, now) == ["RAM from 0x20000800 to 0x20000BFF has another content"]
 
 
-def test_another_program_differs_from_the_record(recorded: Record) -> None:
+def test_another_program_differs_from_record(recorded: Record) -> None:
     other: Case = CASES["assembly-i2c-by-interrupt"]
     now = recording.record(other, counts=counts_of(recorded))
     told = {line.split(":")[0] for line in differences(recorded, now)}

@@ -117,7 +117,7 @@ def test_header_structures_equal_register_offsets(members: str, kind: str) -> No
 
 
 @pytest.mark.parametrize(("name", "address"), [one for one in ADDRESSES if one[0] in memory_map.ADDRESSES])
-def test_block_address_equals_the_header(name: str, address: str) -> None:
+def test_block_address_equals_header(name: str, address: str) -> None:
     assert memory_map.ADDRESSES[name][0] == int(address, 0)
 
 
@@ -135,7 +135,7 @@ def test_registers_are_aligned_and_uniquely_named(name: str) -> None:
 
 
 @blocks
-def test_fields_do_not_overlap_within_the_word(name: str) -> None:
+def test_fields_do_not_overlap_within_word(name: str) -> None:
     for one in DECLARED[name].registers:
         used = 0
         for field in one.fields():
@@ -165,7 +165,7 @@ def made(name: str) -> Peripheral:
 
 
 @blocks
-def test_reset_values_and_names_equal_the_declaration(name: str) -> None:
+def test_reset_values_and_names_equal_declaration(name: str) -> None:
     """But for IDR, which shows the pins' levels, and SSR, which runs."""
     block = made(name)
     registers = [one for one in DECLARED[name].registers if one.name not in {"IDR", "SSR"}]
@@ -229,7 +229,7 @@ def test_modelled_fields_are_not_noted(name: str) -> None:
 # -- the C headers ------------------------------------------------------------------------------------------
 
 
-def test_generated_headers_beside_the_sources_are_current() -> None:
+def test_generated_headers_beside_sources_are_current() -> None:
     """When they are not: python building/library.py"""
     folder = NATIVE / "generated"
     assert {path.name: path.read_text(encoding="utf-8") for path in folder.glob("*.h")} == headers()

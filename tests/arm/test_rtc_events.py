@@ -143,7 +143,7 @@ def test_alarm_is_off_in_initialisation_mode() -> None:
     st.integers(1, 4000),
     st.integers(0, 15),
 )
-def test_alarm_agrees_with_the_standard_library(start: datetime, after_s: int, masked: int) -> None:
+def test_alarm_agrees_with_standard_library(start: datetime, after_s: int, masked: int) -> None:
     """An alarm for a later second; fields with a mask do not count."""
     start = start.replace(tzinfo=UTC)
     wanted = start + timedelta(seconds=after_s)

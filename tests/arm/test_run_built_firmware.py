@@ -63,7 +63,7 @@ def printed(firmware: str | Path, seconds: float = 1.2, wiring: str | None = Non
     return bytes(board.terminal.read())
 
 
-def test_first_desk_block_equals_the_slides() -> None:
+def test_first_desk_block_equals_slides() -> None:
     done = fcu("run", "solution", "--scenario", "desk", "--duration", "1.2s", "--speed", "max")
     first_block = (GOLDEN / "desk.txt").read_bytes()[: len(done.stdout)]
     assert b"Altitude: " in done.stdout
@@ -72,7 +72,7 @@ def test_first_desk_block_equals_the_slides() -> None:
     assert done.returncode == 4  # cut off before the scenario's end: not judged
 
 
-def test_elf_hex_and_bin_print_the_same(tmp_path: Path) -> None:
+def test_elf_hex_and_bin_print_same(tmp_path: Path) -> None:
     contents = flash_contents()
     (tmp_path / "lab3.bin").write_bytes(contents)
     (tmp_path / "lab3.hex").write_text(as_intel_hex(contents), encoding="ascii")
@@ -82,7 +82,7 @@ def test_elf_hex_and_bin_print_the_same(tmp_path: Path) -> None:
     assert printed(str(tmp_path / "lab3.hex")) == text
 
 
-def test_wiring_follows_the_firmware_symbols() -> None:
+def test_wiring_follows_firmware_symbols() -> None:
     board = Board(firmware=prebuilt("template", "SPI2"))
     assert board.booted.wiring.name == "fcu001v1"
     assert "hspi2" in board.booted.reason
@@ -161,7 +161,7 @@ def test_wiring_trial_of_busy_firmware_ends_early(tmp_path: Path, source: str) -
     assert 0 < max(Tried.ends) <= 0.1
 
 
-def test_a_named_program_is_there_for_both_wirings() -> None:
+def test_named_program_is_there_for_both_wirings() -> None:
     assert printed("template-arm", wiring="fcu001v1") == printed("template-arm", wiring="lab3")
 
 
@@ -180,7 +180,7 @@ def test_python_settings_for_built_firmware_are_warned_of(tmp_path: Path, words:
     words("run", next(line for line in done.stderr.decode().splitlines() if "[firmware_settings]" in line))
 
 
-def test_misspelt_variable_suggests_a_near_name() -> None:
+def test_misspelt_variable_suggests_near_name() -> None:
     with pytest.raises(KeyError, match=r"'pich'.*'pitch'"):
         Board("solution").variable("pich")
 
@@ -205,7 +205,7 @@ def test_unknown_firmware_is_refused_in_one_line(name: str) -> None:
     assert done.stderr.decode().count("\n") == 1
 
 
-def test_the_unique_id_differs_from_board_to_board() -> None:
+def test_unique_id_differs_from_board_to_board() -> None:
     """DBGMCU and the 96-bit id at 0x1FFF7A10: RM0368 section 24.1."""
     first, second = (Board(firmware="template-arm", seed=seed) for seed in (1, 2))
 

@@ -64,7 +64,7 @@ def test_lost_store_is_explained_and_keeps_exit_code() -> None:
 
 
 @pytest.mark.parametrize("limit", ["instructions=1000", "terminal_bytes=20"])
-def test_a_limit_ends_the_run_in_one_line(limit: str, words: Words) -> None:
+def test_limit_ends_run_in_one_line(limit: str, words: Words) -> None:
     code, text = run("solution", "--duration", "100ms", "--limit", limit)
     assert code == 3
     words("run", text.splitlines()[-1])

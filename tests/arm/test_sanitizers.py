@@ -66,14 +66,14 @@ def python(copy: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_sanitizer_tests_use_the_instrumented_library(copy: Path) -> None:
+def test_sanitizer_tests_use_instrumented_library(copy: Path) -> None:
     library = Path(python(copy, "-c", LIBRARY).stdout.strip())
 
     assert library.is_relative_to(copy)
     assert all(name in library.read_bytes() for name in (b"__asan_init", b"__ubsan_handle"))
 
 
-def test_hostile_firmware_passes_the_sanitizers(copy: Path) -> None:
+def test_hostile_firmware_passes_sanitizers(copy: Path) -> None:
     files = sorted(
         str(path.relative_to(copy))
         for name in RUN_THERE

@@ -39,7 +39,7 @@ def register(result: Result, number: int) -> int:
 
 
 @pytest.mark.parametrize(("bus", "wiring", "calls"), [("I2C2", "lab3", 24), ("SPI2", "fcu001v1", 24)])
-def test_skipping_does_not_change_the_solution(bus: str, wiring: str, calls: int) -> None:
+def test_skipping_does_not_change_solution(bus: str, wiring: str, calls: int) -> None:
     """Boot and some callbacks: text, transfers and their times, LEDs, registers, RAM, instructions."""
     results = []
     for skip in (True, False):
@@ -71,7 +71,7 @@ def test_skipping_does_not_change_interrupt_transfers(tmp_path: Path, source: st
 
 @pytest.mark.parametrize("source", [POLLS_A_PIN, SHOWS_A_PIN], ids=["counts laps", "shows the pin"])
 @pytest.mark.parametrize("skip", [True, False])
-def test_a_polled_pin_is_seen_at_its_lap(tmp_path: Path, source: str, *, skip: bool) -> None:
+def test_polled_pin_is_seen_at_its_lap(tmp_path: Path, source: str, *, skip: bool) -> None:
     """Edges between laps, with the port read thousands of times before, and written to by none or by all."""
     chip = Chip(file(tmp_path, source), skip=skip)
     edges_us = (3_000, 3_001, 5_000, 5_777, 9_000)
@@ -109,7 +109,7 @@ def test_pin_wait_with_port_writes_is_skipped(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("skip", [True, False])
-def test_a_loop_that_changes_only_memory_is_executed(tmp_path: Path, *, skip: bool) -> None:
+def test_loop_that_changes_only_memory_is_executed(tmp_path: Path, *, skip: bool) -> None:
     """Six instructions a lap, at 16 MHz and 1.3 cycles each."""
     chip = Chip(file(tmp_path, COUNTS_IN_RAM), skip=skip)
     chip.run_until_ps(10 * PS_PER_MS)

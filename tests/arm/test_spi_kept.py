@@ -219,7 +219,7 @@ def test_unheard_bytes_are_kept_for_diagnosis() -> None:
     assert [value for _, value in spi.bench.spi_bus.unaddressed] == list(range(2, 10))
 
 
-def test_kept_bytes_follow_the_wire_mode() -> None:
+def test_kept_bytes_follow_wire_mode() -> None:
     """In full duplex the host listens on MISO: a part on three wires is not heard there."""
     spi = measuring(keeps=True)
     bench = spi.bench

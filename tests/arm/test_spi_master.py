@@ -106,7 +106,7 @@ def test_part_identities_are_read() -> None:
     st.integers(1, 12),
     delays,
 )
-def test_three_wire_bytes_are_the_parts_own(
+def test_three_wire_bytes_are_parts_own(
     where: tuple[tuple[str, int], int], data: bytes, count: int, delays: list[int]
 ) -> None:
     """The oracle: the same messages given to :class:`SpiTarget` in one piece."""
@@ -218,7 +218,7 @@ def exchange(bench: CommBench, data: bytes) -> bytes:
     return bytes(received)
 
 
-def test_full_duplex_equals_the_board_master() -> None:
+def test_full_duplex_equals_board_master() -> None:
     bench = CommBench()
     four_wire(bench)
     put(bench, LIS2MDL, 0)
@@ -231,7 +231,7 @@ def test_full_duplex_equals_the_board_master() -> None:
     assert exchange(bench, b"\xc5\0\0\0")[1:] == b"\x11\x22\x33"
 
 
-def test_first_full_duplex_message_reads_the_sensor() -> None:
+def test_first_full_duplex_message_reads_sensor() -> None:
     """After power-on the LSM6DSL has four wires, and SPI2 has sent nothing before."""
     bench = CommBench()
     put(bench, LSM6DSL, 1)  # before it is an output, so that the sensor sees no edge
@@ -241,7 +241,7 @@ def test_first_full_duplex_message_reads_the_sensor() -> None:
     assert exchange(bench, b"\x8f\0")[1:] == b"\x6a"
 
 
-def test_unread_frame_is_an_overrun() -> None:
+def test_unread_frame_is_overrun() -> None:
     """20.3.10: the frame that comes later is lost; DR, then SR clears OVR."""
     bench = CommBench()
     four_wire(bench)
@@ -288,7 +288,7 @@ def test_part_ignores_clock_modes_1_and_2(mode: int) -> None:
     assert exchange(bench, b"\xcf\0")[1:] == b"\xff"
 
 
-def test_interrupts_drive_a_full_duplex_message() -> None:
+def test_interrupts_drive_full_duplex_message() -> None:
     """HAL_SPI_TransmitReceive_IT."""
     bench = CommBench()
     four_wire(bench)
@@ -309,7 +309,7 @@ def test_interrupts_drive_a_full_duplex_message() -> None:
     assert received[1] == 0x40
 
 
-def test_dma_moves_a_message_both_ways() -> None:
+def test_dma_moves_message_both_ways() -> None:
     """HAL_SPI_TransmitReceive_DMA: DMA1 streams 3 and 4, channel 0 (RM0368 table 28)."""
     bench = CommBench()
     four_wire(bench)
@@ -351,7 +351,7 @@ def test_low_chip_selects_without_clock_are_silent() -> None:
     assert bench.notes() == []
 
 
-def test_early_chip_select_cuts_the_byte() -> None:
+def test_early_chip_select_cuts_byte() -> None:
     """Firmware that does not wait for BSY."""
     bench = CommBench()
     spi = three_wire(bench)
@@ -404,7 +404,7 @@ def test_unmodelled_or_too_fast_setting_is_noted(
     words("chip", "\n".join(bench.notes()))
 
 
-def test_nss_as_an_output_is_not_noted() -> None:
+def test_nss_as_output_is_not_noted() -> None:
     """20.5.2: SSOE."""
     bench = CommBench()
     bench.write(bench.spi2, CR2, 1 << 2)
@@ -445,6 +445,6 @@ def test_absent_bluenrg_keeps_its_interrupt_low() -> None:
     assert [note.device for note in bench.trace.of(DeviceNote)] == ["BlueNRG"]
 
 
-def test_bidirectional_bits_are_those_of_the_manual() -> None:
+def test_bidirectional_bits_are_those_of_manual() -> None:
     """20.5.1; the values of CR1 seen on the board are 0x831F, 0xC31F and 0xC35F."""
     assert (THREE_WIRE & BIDIMODE, THREE_WIRE | BIDIOE, THREE_WIRE | BIDIOE | SPE) == (0x8000, 0xC31F, 0xC35F)

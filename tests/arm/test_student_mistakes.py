@@ -64,7 +64,7 @@ def both_ways(names: Iterable[str]) -> list[tuple[str, str]]:
 
 @needs_compiler
 @pytest.mark.parametrize(("name", "optimisation"), both_ways(MISTAKES))
-def test_mistake_is_explained_as_on_the_page(name: str, optimisation: str, folder: Path) -> None:
+def test_mistake_is_explained_as_on_page(name: str, optimisation: str, folder: Path) -> None:
     program = MISTAKES[name]
     words = "\n".join(explanations(program, build(program, optimisation, folder)))
 

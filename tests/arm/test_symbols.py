@@ -44,11 +44,11 @@ def test_address_is_found_in_function_with_offset() -> None:
 
 
 @pytest.mark.parametrize("address", [0, FLASH, RESET - 2, MAIN + 0x10, RAM, 0xFFFF_FFFE])
-def test_an_address_outside_of_every_function_has_none(address: int) -> None:
+def test_address_outside_of_every_function_has_none(address: int) -> None:
     assert loaded(*debug_sections()).function_at(address) is None
 
 
-def test_function_without_size_reaches_the_next() -> None:
+def test_function_without_size_reaches_next() -> None:
     """Hand-written assembly often has no .size; the last one reaches to the end of flash."""
     program = named(("first", RESET | 1, 0, GLOBAL_FUNC), ("last", MAIN | 1, 0, GLOBAL_FUNC))
 
@@ -89,7 +89,7 @@ def test_mapping_symbols_are_not_names() -> None:
 
 
 @pytest.mark.parametrize("version", [4, 5])
-def test_both_versions_of_debug_information_say_the_same(version: int) -> None:
+def test_both_versions_of_debug_information_say_same(version: int) -> None:
     program = loaded(*debug_sections(version))
 
     assert str(program.line_at(RESET)) == "main.c:3"
@@ -106,7 +106,7 @@ def test_variable_is_found_by_any_byte() -> None:
     assert program.object_at(MAIN) is None
 
 
-def test_a_structure_is_an_object_with_its_members() -> None:
+def test_structure_is_object_with_its_members() -> None:
     acc = loaded(*debug_sections()).read_variable("acc", memory)
 
     assert (acc.X, acc.F) == (-44, 1.5)
@@ -137,7 +137,7 @@ def test_global_name_hides_statics() -> None:
     assert program.address_of("lit") == ACC
 
 
-def test_non_variable_is_a_key_error(words: Words) -> None:
+def test_non_variable_is_key_error(words: Words) -> None:
     program = loaded(*debug_sections())
 
     with pytest.raises(SymbolError, match="'nothing'"):
@@ -159,7 +159,7 @@ def test_variable_without_debug_information_has_only_address(words: Words) -> No
     words("firmware_file", caught.value.args[0])
 
 
-def test_a_variable_outside_the_memories_is_not_read() -> None:
+def test_variable_outside_memories_is_not_read() -> None:
     data = debug_elf().replace(struct.pack("<I", ACC), struct.pack("<I", 0x4000_0000))
     program = parse_firmware(data, "a.elf").symbols
 

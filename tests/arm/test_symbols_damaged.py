@@ -55,7 +55,7 @@ BOMB = zlib.compress(bytes(80 << 20), 1)
         b"\1\0",  # no whole header
     ],
 )
-def test_packing_cannot_exhaust_the_memory(packed: bytes, words: Words) -> None:
+def test_packing_cannot_exhaust_memory(packed: bytes, words: Words) -> None:
     program = replaced(".debug_line", packed, flags=0x800)
 
     assert program.line_at(RESET) is None
@@ -113,7 +113,7 @@ def test_damaged_debug_information_is_noted(name: str, data: bytes, words: Words
     words("firmware_file", note)
 
 
-def test_a_line_range_of_zero_is_damage(words: Words) -> None:
+def test_line_range_of_zero_is_damage(words: Words) -> None:
     data = contents(".debug_line").replace(b"\xfb\x0e\x0d", b"\xfb\x00\x0d")
 
     program = replaced(".debug_line", data)
@@ -175,7 +175,7 @@ def test_endlessly_nested_types_are_refused(words: Words) -> None:
     words("firmware_file", caught.value.args[0])
 
 
-def test_endless_string_table_cuts_the_name() -> None:
+def test_endless_string_table_cuts_name() -> None:
     table, strings = symbols(("a" * 100_000, MAIN | 1, 4, GLOBAL_FUNC))
     program = loaded(table, strings._replace(data=strings.data[:-1]))
 
@@ -198,7 +198,7 @@ def test_names_have_no_control_characters() -> None:
 
 
 @pytest.mark.parametrize("link", [99, 0xFFFF_FFFF])
-def test_a_symbol_table_without_strings_is_noted(link: int, words: Words) -> None:
+def test_symbol_table_without_strings_is_noted(link: int, words: Words) -> None:
     table, strings = symbols(("main", MAIN | 1, 4, GLOBAL_FUNC))
     program = loaded(table._replace(link=link), strings)
 
@@ -207,7 +207,7 @@ def test_a_symbol_table_without_strings_is_noted(link: int, words: Words) -> Non
     words("firmware_file", program.notes[0])
 
 
-def test_huge_shared_abbreviation_exceeds_the_budget(monkeypatch: pytest.MonkeyPatch, words: Words) -> None:
+def test_huge_shared_abbreviation_exceeds_budget(monkeypatch: pytest.MonkeyPatch, words: Words) -> None:
     """Three thousand attributes that take no bytes, in each of ten thousand entries of one byte."""
     monkeypatch.setattr(Budget, "LIMIT", 100_000)
     attributes = b"\x02\x19" * 3_000

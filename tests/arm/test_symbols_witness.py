@@ -77,7 +77,7 @@ def _rows() -> list[tuple[int, tuple[str, int]]]:
     return list(rows.items())
 
 
-def test_variables_of_the_solution_have_the_labs_types() -> None:
+def test_variables_of_solution_have_labs_types() -> None:
     """Vectors are int32, pressure, angles and altitude float32."""
     axes, number = struct.pack("<3i", 44, 23, -1008), struct.pack("<f", 977.400024)
     values = {

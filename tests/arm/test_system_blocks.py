@@ -101,7 +101,7 @@ def test_usb_without_cable_has_no_session(blocks: SystemPeripherals) -> None:
 # -- flash --------------------------------------------------------------------------------------------------
 
 
-def test_the_latency_reads_back_after_a_byte_write(blocks: SystemPeripherals) -> None:
+def test_latency_reads_back_after_byte_write(blocks: SystemPeripherals) -> None:
     """ST's firmware: ACR 0x700, then a byte write of 2."""
     blocks.flash.write(ACR, 0x700)
     blocks.flash.write(ACR, 0x02, 0xFF)
@@ -136,7 +136,7 @@ def test_flash_control_needs_both_keys(chip: Chip, blocks: SystemPeripherals) ->
     assert flash.read(CR) >> 31
 
 
-def test_a_wrong_key_locks_until_reset(blocks: SystemPeripherals) -> None:
+def test_wrong_key_locks_until_reset(blocks: SystemPeripherals) -> None:
     flash = blocks.flash
     for key in (KEYS[0], 5, *KEYS):
         flash.write(KEYR, key)
@@ -253,7 +253,7 @@ def test_power_control_flags_and_low_power_note(chip: Chip, blocks: SystemPeriph
 
 
 @given(st.lists(st.integers(0, 0xFFFF_FFFF), max_size=8))
-def test_crc_is_the_ethernet_polynomial_without_reflection(words: list[int]) -> None:
+def test_crc_is_ethernet_polynomial_without_reflection(words: list[int]) -> None:
     """RM0368 4.2: against the standard library, whose CRC-32 is reflected and inverted."""
     crc = NativeChip()["CRC"]
     crc.write(0x08, 1)
@@ -275,7 +275,7 @@ def test_crc_reset_and_its_byte_of_storage() -> None:
     assert (crc.read(0x00), crc.read(0x04)) == (0xFFFF_FFFF, 0)
 
 
-def test_device_and_unique_id_equal_the_manual() -> None:
+def test_device_and_unique_id_equal_manual() -> None:
     """RM0368 23.6.1: STM32F401xB/C is device 0x423; section 24: flash size in KiB at 0x1FFF7A22."""
     assert SystemPeripherals(Chip().soc).dbgmcu.read(0) & 0xFFF == 0x423
     memory = system_memory(7)
@@ -301,7 +301,7 @@ def start_rtc(chip: Chip, blocks: SystemPeripherals, time: int, date: int) -> No
         rtc.write(offset, value)
 
 
-def test_the_calendar_runs(chip: Chip, blocks: SystemPeripherals) -> None:
+def test_calendar_runs(chip: Chip, blocks: SystemPeripherals) -> None:
     """RM0368 17.3: 28 February 2024 23:59:58, a Wednesday, is followed by the 29th."""
     start_rtc(chip, blocks, 0x23_5958, 0x24_6228)
     rtc = blocks.rtc
@@ -317,7 +317,7 @@ def test_the_calendar_runs(chip: Chip, blocks: SystemPeripherals) -> None:
     st.datetimes(datetime(2000, 1, 1), datetime(2099, 12, 31)).map(lambda day: day.replace(tzinfo=UTC)),
     st.integers(0, 10**6),
 )
-def test_the_calendar_agrees_with_the_standard_librarys(start: datetime, seconds: int) -> None:
+def test_calendar_agrees_with_standard_librarys(start: datetime, seconds: int) -> None:
     chip = Chip()
     blocks = SystemPeripherals(chip.soc)
     start = start.replace(microsecond=0)
@@ -345,7 +345,7 @@ def test_rtc_read_is_valid_until_next_change(wait_ps: int, offset: int) -> None:
     assert offset == RTC_DR or blocks.rtc.read(offset) != value
 
 
-def test_the_rtc_is_protected(chip: Chip, blocks: SystemPeripherals) -> None:
+def test_rtc_is_protected(chip: Chip, blocks: SystemPeripherals) -> None:
     """RM0368 17.3.5: DBP, then the keys; backup registers need DBP only."""
     rtc = blocks.rtc
     rtc.write(BKP0R, 5)
@@ -360,7 +360,7 @@ def test_the_rtc_is_protected(chip: Chip, blocks: SystemPeripherals) -> None:
     assert [what for what, _ in chip.notes()] == ["refused"] * 3
 
 
-def test_backup_reset_clears_the_backup_registers(chip: Chip, blocks: SystemPeripherals) -> None:
+def test_backup_reset_clears_backup_registers(chip: Chip, blocks: SystemPeripherals) -> None:
     start_rtc(chip, blocks, 0x12_0000, 0x24_6228)
     blocks.rtc.write(BKP0R, 42)
     blocks.rtc.reset()

@@ -104,7 +104,7 @@ ENCODINGS = [  # with "back" two instructions before, and "ahead" behind the sec
 
 
 @pytest.mark.parametrize(("text", "encoding"), ENCODINGS)
-def test_encoding_equals_the_gnu_assembler(text: str, encoding: str) -> None:
+def test_encoding_equals_gnu_assembler(text: str, encoding: str) -> None:
     code, _ = assemble(f"back: nop\n nop\n {text}\n nop\n nop\nahead: nop", 0)
 
     assert code[4:-6].hex() == encoding
@@ -117,6 +117,6 @@ def test_labels_are_addresses_and_mov32_takes_them() -> None:
     assert code.hex() == "40f20911c0f60001" + "09010008"
 
 
-def test_a_branch_out_of_reach_is_refused() -> None:
+def test_branch_out_of_reach_is_refused() -> None:
     with pytest.raises(AssertionError, match="out of reach"):
         assemble("b far", 0, {"far": 0x2000})

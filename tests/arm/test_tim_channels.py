@@ -62,7 +62,7 @@ def test_motor_pwm_has_st_frequency_and_duty(chip: NativeChip) -> None:
     assert (pwm.duty, tim.pwm(1)) == (0.25, Pwm(pwm.frequency_hz, 0.0))
 
 
-def test_a_preloaded_duty_waits_for_the_next_cycle(chip: NativeChip) -> None:
+def test_preloaded_duty_waits_for_next_cycle(chip: NativeChip) -> None:
     """RM0368 12.4.7, OC1PE."""
     tim = motors(chip, CCR1=500)
     tim.write(CCR1, 1000)
@@ -96,7 +96,7 @@ def test_pwm_modes_and_polarity_determine_duty(
     assert tim.pwm(1) == Pwm(pytest.approx(hz), pytest.approx(share))
 
 
-def test_centre_aligned_pwm_has_half_the_frequency(chip: NativeChip) -> None:
+def test_centre_aligned_pwm_has_half_frequency(chip: NativeChip) -> None:
     """RM0368 12.3.9: up and down in 2 * ARR counts."""
     tim = timer(chip, "TIM3", ARR=100, CCMR1=0x60, CCER=1, CCR1=25, CR1=0x61)
     assert tim.pwm(1) == Pwm(420_000.0, 0.25)
@@ -112,7 +112,7 @@ def test_no_pwm_without_enable_counter_or_main_output(chip: NativeChip) -> None:
     assert tim1.pwm(1) == Pwm(840_000.0, 0.05)
 
 
-def test_a_compare_interrupt_comes_at_its_count(chip: NativeChip) -> None:
+def test_compare_interrupt_comes_at_its_count(chip: NativeChip) -> None:
     """TIM3 at 1 MHz, CCR1 = 10: 10 us after the start, then once a cycle of 50 us."""
     tim = timer(chip, "TIM3", PSC=83, ARR=49, EGR=1, SR=0, CCR1=10, DIER=CC1IF, CR1=1)
     for cycle in range(3):
@@ -124,7 +124,7 @@ def test_a_compare_interrupt_comes_at_its_count(chip: NativeChip) -> None:
         tim.write(SR, ~CC1IF)
 
 
-def test_compare_value_of_0_matches_once_a_cycle(chip: NativeChip) -> None:
+def test_compare_value_of_0_matches_once_cycle(chip: NativeChip) -> None:
     """RM0368 13.4.5, CC1IF: when the counter reaches 0, which is each overflow of ARR = 49."""
     tim = timer(chip, "TIM3", PSC=83, ARR=49, EGR=1, SR=0, CCMR1=0x60, CCER=1, DIER=CC1IF, CR1=1)
     while chip.next_ps <= 150 * PS_PER_US:
@@ -134,9 +134,7 @@ def test_compare_value_of_0_matches_once_a_cycle(chip: NativeChip) -> None:
 
 
 @pytest.mark.parametrize(("cms", "counts"), [(1, [90]), (2, [10]), (3, [10, 90])])
-def test_centre_aligned_flags_rise_in_the_selected_half(
-    chip: NativeChip, cms: int, counts: list[int]
-) -> None:
+def test_centre_aligned_flags_rise_in_selected_half(chip: NativeChip, cms: int, counts: list[int]) -> None:
     """RM0368 12.4.1, CMS: 1 counting down, 2 counting up, 3 both."""
     tim = timer(chip, "TIM3", PSC=83, ARR=50, EGR=1, SR=0, CCR1=10, DIER=CC1IF, CR1=cms << 5 | 1)
     while chip.next_ps <= 100 * PS_PER_US:
@@ -145,7 +143,7 @@ def test_centre_aligned_flags_rise_in_the_selected_half(
     assert [at_ps // PS_PER_US for at_ps, _ in chip.irq.rises] == counts
 
 
-def test_a_receivers_pulse_is_measured(chip: NativeChip) -> None:
+def test_receivers_pulse_is_measured(chip: NativeChip) -> None:
     """ST's firmware: TIM2 at 4 MHz captures both edges of the RC receiver on PA0."""
     tim = timer(chip, "TIM2", PSC=20, EGR=1, SR=0, CCMR1=0x0101, CCER=0xBB, DIER=CC1IF, CR1=1)
     port = chip["GPIOA"]
@@ -190,7 +188,7 @@ def test_channel_captures_neighbour_input_with_prescaler(chip: NativeChip) -> No
     assert tim.read(SR) == CC2IF
 
 
-def test_a_debugger_does_not_take_a_capture(chip: NativeChip) -> None:
+def test_debugger_does_not_take_capture(chip: NativeChip) -> None:
     tim = timer(chip, "TIM2", CCMR1=1, CCER=1, CNT=77, EGR=CC1IF)
     assert tim.peek(CCR1) == 77
     assert tim.read(SR) & CC1IF
@@ -211,7 +209,7 @@ def lsi_timer(chip: NativeChip, ccmr2: int, **registers: int) -> Timer:
 
 
 @pytest.mark.parametrize(("ccmr2", "edges"), [(0x0100, 1), (0x0D00, 8)])
-def test_tim5_measures_the_lsi(chip: NativeChip, ccmr2: int, edges: int) -> None:
+def test_tim5_measures_lsi(chip: NativeChip, ccmr2: int, edges: int) -> None:
     """84 MHz over 32 kHz: 2625 counts an edge; IC4PSC = 3 captures every eighth."""
     tim = lsi_timer(chip, ccmr2, DIER=CC4IF)
     chip.run_for(PS_PER_US)

@@ -30,12 +30,12 @@ class Tick:
 
 
 @pytest.mark.parametrize(("psc", "arr", "rate_hz"), [(83, 1249, 800.0), (51, 1999, 807.692)])
-def test_the_labs_rates(psc: int, arr: int, rate_hz: float) -> None:
+def test_labs_rates(psc: int, arr: int, rate_hz: float) -> None:
     """84 MHz / 84 / 1250; ST's own 52 / 2000."""
     assert Tick(psc, arr).tim.rate_hz == pytest.approx(rate_hz, abs=1e-3)
 
 
-def test_the_first_interrupt_comes_at_once() -> None:
+def test_first_interrupt_comes_at_once() -> None:
     """ST's firmware: UG sets UIF and HAL_TIM_Base_Start_IT does not clear it."""
     tick = Tick()
     assert tick.chip.irq.rises == [(0, TIM9_IRQ)]
@@ -52,7 +52,7 @@ def test_update_by_software_is_silent_with_urs() -> None:
     assert tick.tim.read(SR) == 0
 
 
-def test_800_ticks_a_second() -> None:
+def test_ticks_come_at_800_hz() -> None:
     tick = Tick()
     tick.handle()
     while tick.chip.next_ps <= PS_PER_S:
@@ -61,7 +61,7 @@ def test_800_ticks_a_second() -> None:
     assert (tick.tim.ticks, tick.tim.late, tick.tim.lost) == (801, 0, 0)
 
 
-def test_a_late_handler_is_counted() -> None:
+def test_late_handler_is_counted() -> None:
     tick = Tick()
     tick.chip.run_to(300 * PS_PER_US)
     tick.handle()
@@ -70,14 +70,14 @@ def test_a_late_handler_is_counted() -> None:
     assert tick.chip.trace.of(TickLate) == [TickLate(300 * PS_PER_US, "TIM9", 300 * PS_PER_US)]
 
 
-def test_a_prompt_handler_is_not_late() -> None:
+def test_prompt_handler_is_not_late() -> None:
     tick = Tick()
     tick.chip.run_to(10 * PS_PER_US)
     tick.handle()
     assert tick.tim.late == 0
 
 
-def test_ticks_that_find_the_flag_set_are_lost() -> None:
+def test_ticks_that_find_flag_set_are_lost() -> None:
     """The board must show an overrun. 1.25 ms period, handler after 4 ms: 3 lost."""
     tick = Tick()
     tick.chip.run_to(4 * PS_PER_MS)
@@ -88,7 +88,7 @@ def test_ticks_that_find_the_flag_set_are_lost() -> None:
     assert tick.chip.irq.rises[-1] == (5 * PS_PER_MS, TIM9_IRQ)
 
 
-def test_a_handler_that_never_comes_costs_no_events() -> None:
+def test_handler_that_never_comes_costs_no_events() -> None:
     tick = Tick(psc=0, arr=9)
     tick.chip.run_to(PS_PER_MS)
     assert tick.chip.next_ps == NEVER_PS
@@ -129,7 +129,7 @@ def test_flag_poll_can_be_skipped() -> None:
     assert tick.chip.clock.now_ps == PS_PER_S // 800
 
 
-def test_another_clock_keeps_the_count() -> None:
+def test_another_clock_keeps_count() -> None:
     """After the switch from 16 to 84 MHz the counter goes on from where it was."""
     tick = Tick(start=False)
     tick.chip.clocks.set(timer1_hz=16_000_000)
@@ -163,7 +163,7 @@ def test_update_interrupt_numbers(name: str, number: int) -> None:
     assert tick.chip.irq.rises == [(0, number)]
 
 
-def test_two_timers_share_a_number() -> None:
+def test_two_timers_share_number() -> None:
     """TIM1_UP and TIM10 are both 25: the line is active until both are served."""
     tick = Tick(start=False)
     for name in ("TIM1", "TIM10"):
@@ -204,7 +204,7 @@ def test_update_requests_go_to_dma() -> None:
     assert tick.chip.irq.rises == [(3 * PS_PER_US, 17)]
 
 
-def test_reset_stops_and_lowers_the_interrupt() -> None:
+def test_reset_stops_and_lowers_interrupt() -> None:
     tick = Tick()
     tick.tim.reset()
     assert not tick.chip.irq.level(TIM9_IRQ)
@@ -220,7 +220,7 @@ def test_timer_slave_mode_is_noted() -> None:
     assert tick.chip.notes()[0][0] == "not modelled"
 
 
-def test_registers_a_timer_does_not_have_read_zero() -> None:
+def test_missing_timer_registers_read_zero() -> None:
     """RM0368 14.5: TIM10 has one channel and counts up only."""
     tick = Tick(start=False)
     tim10 = tick.chip.timer("TIM10")
@@ -229,7 +229,7 @@ def test_registers_a_timer_does_not_have_read_zero() -> None:
     assert (tim10.read(0x38), tim10.read(CR1)) == (0, 0)
 
 
-def test_stopped_clock_pauses_the_count() -> None:
+def test_stopped_clock_pauses_count() -> None:
     """RCC may be left with a PLL that makes no clock: nothing counts, and nothing is divided by 0."""
     tick = Tick()
     tick.handle()

@@ -95,7 +95,7 @@ class Pair:
 
 @settings(max_examples=150)
 @given(STEPS)
-def test_counting_up_equals_the_oracle(steps: list[tuple[str, int]]) -> None:
+def test_counting_up_equals_oracle(steps: list[tuple[str, int]]) -> None:
     pair = Pair("up")
     for step in [*steps, ("look", 0)]:
         pair.do(*step)
@@ -103,7 +103,7 @@ def test_counting_up_equals_the_oracle(steps: list[tuple[str, int]]) -> None:
 
 @settings(max_examples=150)
 @given(STEPS)
-def test_counting_down_equals_the_oracle(steps: list[tuple[str, int]]) -> None:
+def test_counting_down_equals_oracle(steps: list[tuple[str, int]]) -> None:
     pair = Pair("down")
     for step in [*steps, ("look", 0)]:
         pair.do(*step)
@@ -111,7 +111,7 @@ def test_counting_down_equals_the_oracle(steps: list[tuple[str, int]]) -> None:
 
 @settings(max_examples=150)
 @given(STEPS)
-def test_counting_up_and_down_equals_the_oracle(steps: list[tuple[str, int]]) -> None:
+def test_counting_up_and_down_equals_oracle(steps: list[tuple[str, int]]) -> None:
     """CNT is left alone, and ARR moves only at an update: beyond that the manual is silent."""
     pair = Pair("centre")
     pair.do("arpe", 1)
@@ -121,7 +121,7 @@ def test_counting_up_and_down_equals_the_oracle(steps: list[tuple[str, int]]) ->
 
 
 @given(st.integers(0, 3), st.integers(1, 9), st.integers(0, 4), st.integers(1, 600))
-def test_the_repetition_counter_divides_updates(psc: int, arr: int, rcr: int, ticks: int) -> None:
+def test_repetition_counter_divides_updates(psc: int, arr: int, rcr: int, ticks: int) -> None:
     """RM0368 12.3.3: an update every RCR + 1 overflows."""
     chip = NativeChip()
     chip.clocks.set(timer2_hz=PS_PER_S // TICK_PS)
@@ -158,7 +158,7 @@ def test_updates_never_drift(hz: int, psc: int, arr: int, count: int) -> None:
 
 
 @given(st.integers(1, 84 * 10**6), st.integers(1, 9), st.lists(st.integers(1, PS_PER_S // 5), max_size=30))
-def test_a_counter_read_often_never_drifts(hz: int, prescale: int, waits_ps: list[int]) -> None:
+def test_counter_read_often_never_drifts(hz: int, prescale: int, waits_ps: list[int]) -> None:
     """CNT follows from the time since the start alone, however often and however late it is read."""
     chip = NativeChip()
     chip.clocks.set(timer1_hz=hz)

@@ -80,7 +80,7 @@ def transmit(bench: Bench, data: bytes) -> None:
 
 @settings(max_examples=40, deadline=None)
 @given(st.binary(min_size=1, max_size=30), delays)
-def test_a_polled_transmit_delivers_every_byte_in_order(data: bytes, delays: list[int]) -> None:
+def test_polled_transmit_delivers_every_byte_in_order(data: bytes, delays: list[int]) -> None:
     bench = started(delays)
     transmit(bench, data)
     assert bench.text == data.decode("latin-1")
@@ -96,7 +96,7 @@ def test_frames_follow_without_gap_or_drift() -> None:
     assert done_ps <= bench.clock.now_ps < done_ps + 2 * ACCESS_PS
 
 
-def test_the_flags_before_during_and_after_two_bytes() -> None:
+def test_flags_before_during_and_after_two_bytes() -> None:
     """19.3.2: TXE with the byte in the shift register, TC with the line idle."""
     bench = started()
     assert bench.read(bench.usart1, SR) & (TXE | TC) == TXE | TC
@@ -141,7 +141,7 @@ def test_polled_sending_schedules_no_event() -> None:
 
 @settings(max_examples=30, deadline=None)
 @given(st.binary(min_size=1, max_size=30))
-def test_an_interrupt_driven_transmit(data: bytes) -> None:
+def test_interrupt_driven_transmit(data: bytes) -> None:
     """HAL_UART_Transmit_IT: TXEIE for each byte, then TCIE."""
     bench = started()
     left, done = list(data), list[int]()
@@ -163,7 +163,7 @@ def test_an_interrupt_driven_transmit(data: bytes) -> None:
     assert not bench.irq.level(USART1_IRQ)
 
 
-def test_transmit_interrupts_come_with_the_flags() -> None:
+def test_transmit_interrupts_come_with_flags() -> None:
     bench = started()
     send(bench, 1)
     start_ps = bench.clock.now_ps
@@ -179,7 +179,7 @@ def test_transmit_interrupts_come_with_the_flags() -> None:
     assert times == [start_ps + int(FRAME_PS), last_ps + int(FRAME_PS)]
 
 
-def test_a_transmit_by_dma() -> None:
+def test_transmit_by_dma() -> None:
     """HAL_UART_Transmit_DMA: DMA2 stream 7 channel 4 (RM0368 table 29)."""
     bench = started()
     text = b"Pitch: 0.000000 deg"
@@ -212,7 +212,7 @@ def test_baud_rate_follows_brr(brr: int, cr1: int, ticks: int) -> None:
     assert ("baud-rate" in bench.chip.problems()) is (ticks == 0x222E)
 
 
-def test_rate_change_applies_to_the_second_text() -> None:
+def test_rate_change_applies_to_second_text() -> None:
     bench = started()
     bench.trace.record_all()
     transmit(bench, b"ab")
@@ -224,7 +224,7 @@ def test_rate_change_applies_to_the_second_text() -> None:
     assert bench.chip.problems()["baud-rate"] == {"baud": 57613, "expected": 115200}
 
 
-def test_baud_rate_follows_the_peripheral_clock() -> None:
+def test_baud_rate_follows_peripheral_clock() -> None:
     """A firmware whose PLL never started runs from HSI at 16 MHz, with a BRR for 84."""
     bench = started()
     bench.clocks.set(pclk2_hz=16_000_000)
@@ -254,7 +254,7 @@ def test_missing_kernel_clock_sends_nothing() -> None:
     assert bench.text == ""
 
 
-def test_a_long_text_without_a_pause_arrives_whole() -> None:
+def test_long_text_without_pause_arrives_whole() -> None:
     """Longer than what is kept in C before it is handed over."""
     bench = started()
     text = bytes(32 + number % 90 for number in range(1000))
@@ -277,7 +277,7 @@ def test_byte_written_before_te_waits() -> None:
     assert bench.text == "A"
 
 
-def test_writing_without_waiting_loses_the_byte_that_waited() -> None:
+def test_writing_without_waiting_loses_byte_that_waited() -> None:
     bench = started()
     for value in b"abc":
         bench.write(bench.usart1, DR, value)
@@ -312,7 +312,7 @@ def test_typed_bytes_are_received_polled() -> None:
     assert not bench.read(bench.usart1, SR) & (RXNE | ORE)
 
 
-def test_debugger_peek_keeps_the_unread_byte() -> None:
+def test_debugger_peek_keeps_unread_byte() -> None:
     bench = started()
     for value in b"a\0\xff":
         bench.uart.type(bytes((value,)))
@@ -336,7 +336,7 @@ def test_unread_byte_is_kept_and_next_lost() -> None:
     assert bench.uart.rx_lost == 2
 
 
-def test_rxne_write_of_zero_drops_only_the_byte() -> None:
+def test_rxne_write_of_zero_drops_only_byte() -> None:
     """19.6.1: rc_w0; ORE and IDLE are read-only."""
     bench = started()
     bench.uart.type(b"xy")
@@ -351,7 +351,7 @@ def test_rxne_write_of_zero_drops_only_the_byte() -> None:
     assert bench.read(bench.usart1, DR) != ord("x")
 
 
-def test_a_receiver_that_is_off_hears_nothing() -> None:
+def test_receiver_that_is_off_hears_nothing() -> None:
     bench = started()
     bench.modify(bench.usart1, CR1, clear=RE)
     bench.uart.type(b"x")
@@ -359,7 +359,7 @@ def test_a_receiver_that_is_off_hears_nothing() -> None:
     assert not bench.read(bench.usart1, SR) & (RXNE | ORE)
 
 
-def test_bytes_before_the_rate_is_set_are_lost() -> None:
+def test_bytes_before_rate_is_set_are_lost() -> None:
     """The terminal sends at its own rate, whatever the chip does."""
     bench = Bench()
     bench.uart.type(b"early")
@@ -372,7 +372,7 @@ def test_bytes_before_the_rate_is_set_are_lost() -> None:
     assert bench.uart.rx_lost == 0
 
 
-def test_the_receive_interrupt_takes_every_byte() -> None:
+def test_receive_interrupt_takes_every_byte() -> None:
     bench = started()
     bench.modify(bench.usart1, CR1, set_bits=RXNEIE)
     received = bytearray()
@@ -385,7 +385,7 @@ def test_the_receive_interrupt_takes_every_byte() -> None:
     assert received == b"0123456789"
 
 
-def test_an_idle_line_ends_a_reception_by_dma() -> None:
+def test_idle_line_ends_reception_by_dma() -> None:
     """IDLE comes one frame after the last stop bit; DMA2 stream 2 channel 4 takes the bytes."""
     bench = started()
     stream = 0x10 + 0x18 * 2

@@ -30,7 +30,7 @@ def test_log_changes_neither_time_nor_output() -> None:
     assert logged.chip.chip.core.retired == plain.chip.chip.core.retired  # type: ignore[union-attr]
 
 
-def test_log_contains_the_printed_angle() -> None:
+def test_log_contains_printed_angle() -> None:
     board = Board("solution", ideal=True)
     board.world.set_attitude(20, -30, 40)
     board.run_for(1.5)

@@ -37,7 +37,7 @@ def rebuilt(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @needs_compiler
 @pytest.mark.parametrize("name", PROGRAMS)
-def test_kept_file_equals_a_fresh_build(name: str, rebuilt: Path) -> None:
+def test_kept_file_equals_fresh_build(name: str, rebuilt: Path) -> None:
     built, kept = rebuilt / f"{name}.elf", file(name)
     if compiler_of(built) != compiler_of(kept):
         pytest.skip(f"another compiler: {compiler_of(built)}, not {compiler_of(kept)}")
@@ -53,7 +53,7 @@ def test_every_program_has_its_file() -> None:
 
 
 @pytest.mark.parametrize("way", ["polled", "it", "dma"])
-def test_the_sensors_are_read_in_every_way(way: str) -> None:
+def test_sensors_are_read_in_every_way(way: str) -> None:
     one = board(f"lab3_i2c_{way}")
     one.run_for(1.25)
     last_block = one.terminal.text.rsplit("*****", 1)[1]
@@ -75,7 +75,7 @@ def test_typed_text_is_echoed(way: str, back: str) -> None:
     assert ", 0 errors" in one.terminal.text
 
 
-def test_the_flight_controller_keeps_its_motors_level() -> None:
+def test_flight_controller_keeps_its_motors_level() -> None:
     one = board("flight", "fcu001v1")
     one.run_for(1.09)
 

@@ -26,7 +26,7 @@ def wwdg(chip: Chip) -> Wwdg:
 
 
 @given(st.integers(0, 7), st.integers(0, 0xFFF))
-def test_the_time_out(prescaler: int, reload: int) -> None:
+def test_time_out(prescaler: int, reload: int) -> None:
     """RM0368 table of IWDG time-outs: (RLR + 1) * 4 * 2^PR / 32 kHz, 4 to 256."""
     chip = Chip()
     dog = iwdg(chip)
@@ -39,7 +39,7 @@ def test_the_time_out(prescaler: int, reload: int) -> None:
     assert chip.resets == [(timeout_ps, "IWDG")]
 
 
-def test_the_shortest_and_longest_time_out() -> None:
+def test_shortest_and_longest_time_out() -> None:
     """RM0368 table 62: 125 us and 32.768 s."""
     for prescaler, reload, timeout_ps in ((0, 0, PS_PER_MS // 8), (6, 0xFFF, 32_768 * PS_PER_MS)):
         chip = Chip()
@@ -66,7 +66,7 @@ def test_reload_in_time_prevents_reset(waits_ms: list[int]) -> None:
 
 
 @given(st.integers(0, 6), st.integers(0, 300), st.integers(0, 10**12))
-def test_reload_within_a_count_changes_nothing(prescaler: int, reload: int, wait_ps: int) -> None:
+def test_reload_within_count_changes_nothing(prescaler: int, reload: int, wait_ps: int) -> None:
     """The prescaler runs on, so that all reloads before its next count end at the same time."""
     resets = []
     for again in (False, True):
@@ -115,7 +115,7 @@ def test_settings_are_protected() -> None:
     assert [what for what, _ in chip.notes()] == ["refused", "refused"]
 
 
-def test_reset_stops_the_watchdog() -> None:
+def test_reset_stops_watchdog() -> None:
     chip = Chip()
     dog = iwdg(chip)
     dog.write(KR, START)
@@ -139,7 +139,7 @@ def test_window_watchdog_resets_after_0x40(divider: int, counter: int) -> None:
     assert chip.resets == [(timeout_ps, "WWDG")]
 
 
-def test_the_early_wake_up_interrupt() -> None:
+def test_early_wake_up_interrupt() -> None:
     """RM0368 16.4: at 0x40, number 0; SR clears by 0."""
     chip = Chip()
     dog = wwdg(chip)
@@ -174,7 +174,7 @@ def test_early_wake_up_returns_after_flag_clear() -> None:
     assert chip.resets == []
 
 
-def test_a_reload_before_the_window_resets() -> None:
+def test_reload_before_window_resets() -> None:
     """RM0368 16.4: T above W."""
     chip = Chip()
     dog = wwdg(chip)
@@ -195,7 +195,7 @@ def test_reload_inside_window_prevents_reset() -> None:
     assert dog.read(CR) == WDGA | 0x7F
 
 
-def test_a_counter_without_t6_resets_at_once() -> None:
+def test_counter_without_t6_resets_at_once() -> None:
     chip = Chip()
     wwdg(chip).write(CR, WDGA | 0x3F)
     assert chip.resets == [(0, "WWDG")]

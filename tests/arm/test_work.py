@@ -95,12 +95,12 @@ def test_pins_are_set_up_and_toggled_without_python(name: str, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("name", [name for name in PROGRAMS if name.startswith("RCC")])
-def test_a_change_of_clocks_calls_few_functions(name: str, tmp_path: Path) -> None:
+def test_change_of_clocks_calls_few_functions(name: str, tmp_path: Path) -> None:
     """Those of all blocks that a change of frequency reaches included."""
     assert calls_for_an_access(name, tmp_path) < 35
 
 
-def test_edges_are_in_the_trace_when_read(tmp_path: Path) -> None:
+def test_edges_are_in_trace_when_read(tmp_path: Path) -> None:
     """The latest of them, in order; the others are counted."""
     board = board_with(PROGRAMS["GPIO: one output toggles by ODR"], tmp_path)
 
@@ -115,7 +115,7 @@ def test_edges_are_in_the_trace_when_read(tmp_path: Path) -> None:
     assert all(one.level != other.level for one, other in pairwise(edges))
 
 
-def test_edges_reach_a_subscriber_when_they_happen(tmp_path: Path) -> None:
+def test_edges_reach_subscriber_when_they_happen(tmp_path: Path) -> None:
     board = board_with(PROGRAMS["GPIO: one output toggles by ODR"], tmp_path)
     board.run_for(0.001)
     before = len(board.trace.of(GpioEdge))
@@ -182,7 +182,7 @@ def stopped(data: bytes, folder: Path, slice_s: float = 1.0, **limits: Any) -> t
         ("code in RAM rewrites itself", "instructions"),
     ],
 )
-def test_excessive_work_ends_a_run_with_cause(name: str, costliest: str, tmp_path: Path) -> None:
+def test_excessive_work_ends_run_with_cause(name: str, costliest: str, tmp_path: Path) -> None:
     error, board = stopped(PROGRAMS[name], tmp_path, work_per_s=LOW, resets_per_s=9_999)
 
     assert error.limit == "work_per_s"
@@ -193,7 +193,7 @@ def test_excessive_work_ends_a_run_with_cause(name: str, costliest: str, tmp_pat
     assert board.chip.core.work < LOW * (1 + board.now_s + 0.01) + ONE_RUN
 
 
-def test_work_limit_ends_at_the_same_instruction(tmp_path: Path) -> None:
+def test_work_limit_ends_at_same_instruction(tmp_path: Path) -> None:
     ends = set()
     for slice_s in (1.0, 0.01, 1.0):
         error, board = stopped(PROGRAMS["RCC: HPRE flips"], tmp_path, slice_s, work_per_s=LOW)
@@ -203,7 +203,7 @@ def test_work_limit_ends_at_the_same_instruction(tmp_path: Path) -> None:
     assert len(ends) == 1
 
 
-def test_raised_work_limit_continues_the_run(tmp_path: Path) -> None:
+def test_raised_work_limit_continues_run(tmp_path: Path) -> None:
     _, board = stopped(PROGRAMS["RCC: HPRE flips"], tmp_path, work_per_s=LOW)
     assert board.chip is not None
     with pytest.raises(LimitError):
@@ -228,7 +228,7 @@ def test_random_block_accesses_take_bounded_work(data: bytes, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("wiring", ["lab3", "fcu001v1"])
-def test_solution_needs_a_fraction_of_the_work(wiring: str) -> None:
+def test_solution_needs_fraction_of_work(wiring: str) -> None:
     board = Board(firmware="solution", wiring=wiring, scenario="desk")
 
     board.run_for(1.5)
@@ -237,7 +237,7 @@ def test_solution_needs_a_fraction_of_the_work(wiring: str) -> None:
     assert 20 * board.chip.core.work < WORK_PER_S * board.now_s
 
 
-def test_command_stops_at_the_work_limit(tmp_path: Path, words: Words) -> None:
+def test_command_stops_at_work_limit(tmp_path: Path, words: Words) -> None:
     file = tmp_path / "clocks.bin"
     file.write_bytes(PROGRAMS["RCC: HPRE flips"])
     command = [sys.executable, "-m", "fcu_emulator", "run", str(file), "--speed", "max"]
@@ -284,7 +284,7 @@ def verdict_of(name: str, folder: Path) -> Verdict:
 
 
 @pytest.mark.parametrize("name", ["RCC: HPRE flips", "unmapped: bus fault", "timers: interrupt storm"])
-def test_too_slow_program_gets_a_final_verdict(name: str, tmp_path: Path) -> None:
+def test_too_slow_program_gets_final_verdict(name: str, tmp_path: Path) -> None:
     """A verdict that counts: the store keeps it, and the next try would end at the same instruction."""
     verdict = verdict_of(name, tmp_path)
     (check,) = verdict.checks

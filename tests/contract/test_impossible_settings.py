@@ -17,7 +17,7 @@ def forbidden(chip: Chip) -> list[str]:
 
 
 @pytest.mark.parametrize("case", CASES, ids=str)
-def test_a_forbidden_setting_is_named_once(case: Case, words: Words) -> None:
+def test_forbidden_setting_is_named_once(case: Case, words: Words) -> None:
     chip = Chip(case.part)
     chip.configure((*case.before, *case.writes[:-1]))
     allowed = forbidden(chip)

@@ -103,7 +103,7 @@ SETTINGS: list[tuple[Channel, Writes, float]] = [
 
 
 @pytest.mark.parametrize(("channel", "writes", "expected"), SETTINGS, ids=str)
-def test_rms_is_the_datasheets(channel: Channel, writes: Writes, expected: float) -> None:
+def test_rms_is_datasheets(channel: Channel, writes: Writes, expected: float) -> None:
     """Over 10 s; of one slow axis behind a narrow filter that is little, so of four parts."""
     seeds = range(4) if channel.axes == 1 else (5,)
     count = int(10 * channel.rate_hz)
@@ -115,7 +115,7 @@ def test_rms_is_the_datasheets(channel: Channel, writes: Writes, expected: float
     ("ctrl8", "low", "high"),
     [(0x00, -0.05, 0.05), (0xC0, 0.80, 0.92), (0x80, 0.985, 1.0), (0x04, -0.55, -0.45)],
 )
-def test_successive_samples_are_correlated_by_the_filter(ctrl8: int, low: float, high: float) -> None:
+def test_successive_samples_are_correlated_by_filter(ctrl8: int, low: float, high: float) -> None:
     """White; ODR/9 (0.87 for the analog prototype); ODR/50; slope, (x[n] - x[n-1]) / 2: -1/2."""
     samples = still(XL_416, ((CTRL8_XL, ctrl8), (CTRL1_XL, 0x60)), 4000, skip=200)
     correlation = float(np.sum(samples[1:] * samples[:-1]) / np.sum(samples**2))

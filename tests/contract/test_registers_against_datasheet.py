@@ -139,7 +139,7 @@ REGISTERS = [
 
 
 @pytest.mark.parametrize("bank", MAPS, ids="-".join)
-def test_the_same_addresses_are_declared_and_listed(bank: tuple[str, str]) -> None:
+def test_same_addresses_are_declared_and_listed(bank: tuple[str, str]) -> None:
     declared = {address for address in range(ADDRESSES) if MAPS[bank].at[address]}
     listed = {row.address for row in LISTED if (row.part, row.bank) == bank}
 
@@ -167,7 +167,7 @@ def test_byte_has_listed_name_access_reset_and_mask(row: Row) -> None:
 
 
 @pytest.mark.parametrize("row", LISTED, ids=str)
-def test_byte_has_the_listed_fields(row: Row) -> None:
+def test_byte_has_listed_fields(row: Row) -> None:
     register = row.register()
     assert register is not None
 
@@ -180,7 +180,7 @@ def test_byte_has_the_listed_fields(row: Row) -> None:
 
 
 @pytest.mark.parametrize("part", MULTI_BYTE)
-def test_only_listed_registers_are_wider_than_a_byte(part: str) -> None:
+def test_only_listed_registers_are_wider_than_byte(part: str) -> None:
     wide = {
         register.__name__: (register.addr, register.size)
         for (owner, _), bank_map in MAPS.items()
@@ -209,7 +209,7 @@ def test_registers_and_fields_have_descriptions(part: str, bank: str, register: 
 
 
 @pytest.mark.parametrize(("part", "address", "value"), LAB_SETUP)
-def test_the_lab_set_up_touches_modelled_bits_only(part: str, address: int, value: int) -> None:
+def test_lab_set_up_touches_modelled_bits_only(part: str, address: int, value: int) -> None:
     bank_map = MAPS[part, "main"]
 
     assert value & bank_map.write_mask[address] == value

@@ -46,13 +46,13 @@ def test_every_part_has_facts_for_these_tests() -> None:
 
 
 @parts
-def test_a_part_is_registered_under_its_own_name(name: str) -> None:
+def test_part_is_registered_under_its_own_name(name: str) -> None:
     assert name == SENSORS[name].NAME
     assert FACTS[name].who_am_i[1] == SENSORS[name].WHO_AM_I
 
 
 @parts
-def test_who_am_i_is_the_identity(name: str) -> None:
+def test_who_am_i_is_identity(name: str) -> None:
     address, identity = FACTS[name].who_am_i
     chip = Chip(name)
 
@@ -89,7 +89,7 @@ def test_soft_reset_restores_written_registers(name: str, data: st.DataObject) -
 
 
 @parts
-def test_the_part_stays_silent_after_a_soft_reset(name: str) -> None:
+def test_part_stays_silent_after_soft_reset(name: str) -> None:
     facts, chip = FACTS[name], running(name)
     chip.wait(PS_PER_S)
 
@@ -214,7 +214,7 @@ def test_burst_write_equals_single_byte_writes(name: str, start: int, values: by
 
 
 @pytest.mark.parametrize("channel", CHANNELS, ids=str)
-def test_power_down_keeps_the_last_sample(channel: Channel) -> None:
+def test_power_down_keeps_last_sample(channel: Channel) -> None:
     chip = running(channel.part)
     chip.wait(PS_PER_S)
     last = chip.counts(channel)
@@ -241,7 +241,7 @@ def test_unmodelled_access_is_noted_by_name(name: str) -> None:
 
 
 @parts
-def test_setting_an_unmodelled_bit_is_noted(name: str) -> None:
+def test_setting_unmodelled_bit_is_noted(name: str) -> None:
     chip = Chip(name)
     for registers in chip.part.files():
         for address, mask in enumerate(registers.map.unmodelled):

@@ -56,7 +56,7 @@ def test_outputs_have_datasheet_addresses(channel: Channel) -> None:
 
 
 @parts
-def test_a_missing_signal_is_named(part: type[Sensor]) -> None:
+def test_missing_signal_is_named(part: type[Sensor]) -> None:
     missing = part.SIGNALS[0].name
 
     with pytest.raises(KeyError, match=missing):
@@ -72,7 +72,7 @@ def test_every_deviation_has_description_unit_and_source(part: type[Sensor]) -> 
         assert figure.source
 
 
-def test_the_addresses_are_the_datasheets() -> None:
+def test_addresses_are_datasheets() -> None:
     """LSM6DSL datasheet Table 12, LIS2MDL 6.1.1, LPS22HB Table 11."""
     assert LSM6DSL.BUS.i2c_addresses == (0x6A, 0x6B)
     assert LIS2MDL.BUS.i2c_addresses == (0x1E,)
@@ -121,7 +121,7 @@ def i2c_read(target: SubaddressTarget, subaddress: int, counts: list[int]) -> by
 
 
 @given(ADDRESS, st.lists(COUNT, min_size=1, max_size=3))
-def test_i2c_read_increments_only_with_the_bit(start: int, counts: list[int]) -> None:
+def test_i2c_read_increments_only_with_bit(start: int, counts: list[int]) -> None:
     """Across messages, too: the next read goes on from the sub-address left behind."""
     target = SubaddressTarget(Asking(), lambda: 0)
     counts = [count % 7 + 1 for count in counts]
@@ -135,7 +135,7 @@ def test_i2c_read_increments_only_with_the_bit(start: int, counts: list[int]) ->
 
 
 @given(ADDRESS, COUNT)
-def test_spi_read_increments_only_with_the_bit(start: int, count: int) -> None:
+def test_spi_read_increments_only_with_bit(start: int, count: int) -> None:
     target = SpiTarget(Asking(), lambda: 0)
     found = []
     for command in (READ | 0x40 | start, READ | start):
@@ -147,7 +147,7 @@ def test_spi_read_increments_only_with_the_bit(start: int, count: int) -> None:
 
 
 @given(ADDRESS, st.binary(min_size=1, max_size=10))
-def test_write_without_the_bit_stays_at_first_register(start: int, data: bytes) -> None:
+def test_write_without_bit_stays_at_first_register(start: int, data: bytes) -> None:
     part = Asking()
     target = SubaddressTarget(part, lambda: 0)
     before = bytes(part.registers.mem)

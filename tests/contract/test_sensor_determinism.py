@@ -31,7 +31,7 @@ def outputs(chip: Chip) -> dict[str, tuple[int, ...]]:
 
 @parts
 @given(moments=st.lists(st.tuples(MOMENTS, st.integers(0, 0x7F), st.integers(1, 16)), max_size=20))
-def test_reading_often_or_rarely_gives_the_same_value(name: str, moments: list[tuple[int, int, int]]) -> None:
+def test_reading_often_or_rarely_gives_same_value(name: str, moments: list[tuple[int, int, int]]) -> None:
     often, once = noisy(name), noisy(name)
 
     for t_ps, address, count in sorted(moments):
@@ -65,7 +65,7 @@ def test_recomputing_at_any_moment_changes_nothing(name: str, moments: list[int]
 
 
 @parts
-def test_the_same_seed_gives_the_same_run(name: str) -> None:
+def test_same_seed_gives_same_run(name: str) -> None:
     first, second = noisy(name, seed=5), noisy(name, seed=5)
 
     for _ in range(200):

@@ -65,7 +65,7 @@ def started(channel: Channel, writes: Writes | None = None) -> Chip:
 
 
 @pytest.mark.parametrize(("channel", "writes", "lsb"), SCALES)
-def test_the_range_and_the_lsb_are_the_datasheets(channel: Channel, writes: Writes, lsb: float) -> None:
+def test_range_and_lsb_are_datasheets(channel: Channel, writes: Writes, lsb: float) -> None:
     chip = Chip(channel.part)
     chip.configure(writes)
 
@@ -81,7 +81,7 @@ def test_the_range_and_the_lsb_are_the_datasheets(channel: Channel, writes: Writ
 
 @pytest.mark.parametrize(("channel", "writes", "lsb"), SCALES)
 @given(data=st.data())
-def test_value_reads_back_within_half_an_lsb(
+def test_value_reads_back_within_half_lsb(
     channel: Channel, writes: Writes, lsb: float, data: st.DataObject
 ) -> None:
     chip = Chip(channel.part)
@@ -98,7 +98,7 @@ def test_value_reads_back_within_half_an_lsb(
 
 @pytest.mark.parametrize(("channel", "writes", "lsb"), SCALES)
 @pytest.mark.parametrize("sign", [-1, 1])
-def test_a_value_out_of_range_saturates(channel: Channel, writes: Writes, lsb: float, sign: int) -> None:
+def test_value_out_of_range_saturates(channel: Channel, writes: Writes, lsb: float, sign: int) -> None:
     chip = Chip(channel.part)
     chip.configure(writes)
     chip.set(channel.name, *channel.value(sign * 1e9))
@@ -109,7 +109,7 @@ def test_a_value_out_of_range_saturates(channel: Channel, writes: Writes, lsb: f
 
 
 @channels
-def test_world_change_shows_at_the_next_sample(channel: Channel) -> None:
+def test_world_change_shows_at_next_sample(channel: Channel) -> None:
     chip = Chip(channel.part)
     before, after = (constant(*channel.value(channel.zero + n * channel.scales[0][1])) for n in (10, 20))
     chip.world.signals[channel.name] = before
@@ -132,7 +132,7 @@ def test_world_change_shows_at_the_next_sample(channel: Channel) -> None:
 
 @rates
 @given(data=st.data())
-def test_samples_come_at_exact_multiples_of_the_period(
+def test_samples_come_at_exact_multiples_of_period(
     channel: Channel, write: tuple[int, int], rate_hz: Fraction, data: st.DataObject
 ) -> None:
     """The ps before sample k it is not there, at its time it is; also after an hour."""
@@ -149,7 +149,7 @@ def test_samples_come_at_exact_multiples_of_the_period(
 
 
 @rates
-def test_the_number_of_samples_in_ten_seconds(
+def test_number_of_samples_in_ten_seconds(
     channel: Channel, write: tuple[int, int], rate_hz: Fraction
 ) -> None:
     chip = started(channel, (write,))
@@ -192,7 +192,7 @@ def test_data_ready_clears_on_any_high_byte(channel: Channel, data: st.DataObjec
 
 @pytest.mark.parametrize("channel", [channel for channel in CHANNELS if channel.overrun], ids=str)
 @pytest.mark.parametrize("looked_at_between", [False, True])
-def test_an_unread_sample_that_is_overwritten_sets_overrun(channel: Channel, looked_at_between: bool) -> None:
+def test_unread_sample_that_is_overwritten_sets_overrun(channel: Channel, looked_at_between: bool) -> None:
     chip = started(channel)
     assert channel.ready is not None
     status = channel.ready[0]
@@ -222,7 +222,7 @@ def word(channel: Channel, axis: int) -> range:
 @pytest.mark.parametrize("channel", HELD, ids=str)
 @pytest.mark.parametrize("status_looked_at", [False, True])
 @given(data=st.data())
-def test_bdu_completes_a_word_from_one_sample(
+def test_bdu_completes_word_from_one_sample(
     channel: Channel, status_looked_at: bool, data: st.DataObject
 ) -> None:
     """AN5040 4.4, AN5069 6.4, LPS22HB datasheet 9.5; afterwards the word shows the latest sample at once."""
@@ -246,7 +246,7 @@ def test_bdu_completes_a_word_from_one_sample(
 
 
 @pytest.mark.parametrize("channel", HELD, ids=str)
-def test_without_bdu_a_word_can_be_torn(channel: Channel) -> None:
+def test_without_bdu_word_can_be_torn(channel: Channel) -> None:
     """The reason BDU exists: 0x00FF and 0x0100 give 0x01FF or 0x0000."""
     chip = Chip(channel.part)
     lsb = channel.scales[0][1]

@@ -33,7 +33,7 @@ def sensor(board: Board, request: pytest.FixtureRequest) -> Any:
 
 @pytest.mark.parametrize("hpa", [300.0, 965.2, 1013.25, 1090.017])
 @pytest.mark.parametrize("rate", RATES_HZ)
-def test_pressure_equals_the_world(board: Board, sensor: Any, rate: int, hpa: float) -> None:
+def test_pressure_equals_world(board: Board, sensor: Any, rate: int, hpa: float) -> None:
     sensor.data_rate = rate
     board.world.set_pressure(hpa)
     board.run_for(2 * SETTLED_S)
@@ -42,14 +42,14 @@ def test_pressure_equals_the_world(board: Board, sensor: Any, rate: int, hpa: fl
 
 
 @pytest.mark.parametrize("degc", [-20.0, -0.01, 25.0, 61.37])
-def test_temperature_equals_the_world(board: Board, sensor: Any, degc: float) -> None:
+def test_temperature_equals_world(board: Board, sensor: Any, degc: float) -> None:
     board.world.set_temperature(degc)
     board.run_for(SETTLED_S)
     assert sensor.temperature == pytest.approx(degc, abs=DEGC)
 
 
 @pytest.mark.parametrize("rate", RATES_HZ)
-def test_data_come_at_the_rate_that_was_set(board: Board, sensor: Any, rate: int) -> None:
+def test_data_come_at_rate_that_was_set(board: Board, sensor: Any, rate: int) -> None:
     sensor.data_rate = rate
     board.run_for(SETTLED_S)
     board.world.lift(metres=100, duration_s=6)
@@ -57,7 +57,7 @@ def test_data_come_at_the_rate_that_was_set(board: Board, sensor: Any, rate: int
     assert abs(changes(board, lambda: sensor._raw_pressure, 3.0, 0.004) - 3 * RATES_HZ[rate]) <= 1
 
 
-def test_reset_ends_measuring_and_keeps_the_data(board: Board, sensor: Any) -> None:
+def test_reset_ends_measuring_and_keeps_data(board: Board, sensor: Any) -> None:
     board.run_for(SETTLED_S)
     before = sensor.pressure
     sensor.reset()
@@ -81,7 +81,7 @@ def test_one_shot_measures_once_until_driver_sees_it(board: Board) -> None:
 
 
 @pytest.mark.parametrize("enabled", [False, True])
-def test_a_steady_pressure_passes_the_low_pass_filter(board: Board, enabled: bool) -> None:
+def test_steady_pressure_passes_low_pass_filter(board: Board, enabled: bool) -> None:
     sensor = adafruit_lps35hw.LPS35HW(BusioI2C(board.i2c2))
     sensor.low_pass_enabled = enabled
     board.world.set_pressure(987.654)
@@ -90,7 +90,7 @@ def test_a_steady_pressure_passes_the_low_pass_filter(board: Board, enabled: boo
     assert sensor.pressure == pytest.approx(987.654, abs=HPA)
 
 
-def test_the_driver_of_another_part_is_refused(board: Board) -> None:
+def test_driver_of_another_part_is_refused(board: Board) -> None:
     """The LPS25HB's WHO_AM_I is 0xBD, the LPS22HB's 0xB1 (LPS22HB datasheet 9.3)."""
     with pytest.raises(RuntimeError, match="Failed to find LPS2X! Found chip ID 0xb1"):
         adafruit_lps2x.LPS25(BusioI2C(board.i2c2))

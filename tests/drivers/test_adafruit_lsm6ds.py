@@ -74,7 +74,7 @@ def test_driver_waits_in_virtual_time(bench: Bench) -> None:
 
 @pytest.mark.parametrize("attitude", ATTITUDES)
 @pytest.mark.parametrize("name", ACCEL_MG)
-def test_acceleration_equals_the_world(bench: Bench, name: str, attitude: Vector) -> None:
+def test_acceleration_equals_world(bench: Bench, name: str, attitude: Vector) -> None:
     bench.sensor.accelerometer_range = getattr(adafruit_lsm6ds.AccelRange, name)
     bench.board.world.set_attitude(*attitude)
     bench.board.run_for(SETTLED_S)
@@ -95,7 +95,7 @@ def test_acceleration_saturates_at_full_scale(bench: Bench, name: str, full_scal
 
 @pytest.mark.parametrize("axis", ["roll", "pitch", "yaw"])
 @pytest.mark.parametrize("name", GYRO_MDPS)
-def test_angular_rate_equals_the_world(bench: Bench, name: str, axis: str) -> None:
+def test_angular_rate_equals_world(bench: Bench, name: str, axis: str) -> None:
     """100 deg/s about each axis in turn; the sign goes along."""
     bench.sensor.gyro_range = getattr(adafruit_lsm6ds.GyroRange, name)
     for to_deg in (-300, 0):
@@ -108,7 +108,7 @@ def test_angular_rate_equals_the_world(bench: Bench, name: str, axis: str) -> No
 
 
 @pytest.mark.parametrize("name", RATES_HZ)
-def test_data_come_at_the_rate_that_was_set(bench: Bench, name: str) -> None:
+def test_data_come_at_rate_that_was_set(bench: Bench, name: str) -> None:
     """Nominal rates of the LSM6DSL datasheet, T46 and T50; both sensors at the same one."""
     bench.sensor.accelerometer_data_rate = getattr(adafruit_lsm6ds.Rate, name)
     bench.sensor.gyro_data_rate = getattr(adafruit_lsm6ds.Rate, name)
@@ -119,13 +119,13 @@ def test_data_come_at_the_rate_that_was_set(bench: Bench, name: str) -> None:
 
 
 @pytest.mark.parametrize("degc", [-20.0, 0.0, 25.0, 61.3])
-def test_temperature_equals_the_world(bench: Bench, degc: float) -> None:
+def test_temperature_equals_world(bench: Bench, degc: float) -> None:
     bench.board.world.set_temperature(degc)
     bench.board.run_for(SETTLED_S)
     assert bench.sensor.temperature == pytest.approx(degc, abs=1 / 256)  # T4: 256 LSB/degC
 
 
-def test_shut_down_part_keeps_the_last_data(bench: Bench) -> None:
+def test_shut_down_part_keeps_last_data(bench: Bench) -> None:
     """AN5040 3.1."""
     bench.board.run_for(SETTLED_S)
     before = bench.acceleration_g()
@@ -151,7 +151,7 @@ def test_settings_read_back_until_reset(bench: Bench) -> None:
     assert sensor.high_pass_filter == adafruit_lsm6ds.AccelHPF.SLOPE
 
 
-def test_missing_part_is_reported_by_the_driver(bench: Bench) -> None:
+def test_missing_part_is_reported_by_driver(bench: Bench) -> None:
     """SA0 is high on this board: 0x6B, and nothing at the driver's default 0x6A."""
     i2c = BusioI2C(bench.board.i2c2)
     with pytest.raises(ValueError, match="No I2C device at address: 0x6a"):

@@ -188,7 +188,7 @@ FAULTS: list[tuple[FaultKind, int, int]] = [
 
 
 @pytest.mark.parametrize(("kind", "number", "on_linux"), FAULTS)
-def test_failed_transfer_is_an_os_error(board: Board, kind: FaultKind, number: int, on_linux: int) -> None:
+def test_failed_transfer_is_os_error(board: Board, kind: FaultKind, number: int, on_linux: int) -> None:
     fail(board, kind)
     busio, machine, bus = BusioI2C(board.i2c2), MachineI2C(board.i2c2), SMBus(board.i2c2)
     busio.try_lock()
@@ -225,7 +225,7 @@ def test_scan_omits_absent_devices_and_reports_stuck_bus(board: Board, busio: Bu
     ("kind", "status", "error"),
     [("absent", 2, I2CNackError), ("stuck", 3, I2CStuckError), ("bus_error", 4, I2CBusError)],
 )
-def test_sensirion_failure_is_a_status(board: Board, kind: FaultKind, status: int, error: type) -> None:
+def test_sensirion_failure_is_status(board: Board, kind: FaultKind, status: int, error: type) -> None:
     """The codes of I2cTransceiverV1 in sensirion-i2c-driver 1.0."""
     fail(board, kind)
     answer = SensirionI2C(board.i2c2, board.run_for).transceive(0x6B, WHO_AM_I, 1, 0.0, 0.0)
@@ -245,7 +245,7 @@ def test_sensirions_phases_are_each_optional_and_wait_between(board: Board) -> N
 
 
 @given(st.binary(min_size=1, max_size=6), st.integers(0x73, 0x78))
-def test_every_adapter_gives_the_bytes_of_the_bus(data: bytes, register: int) -> None:
+def test_every_adapter_gives_bytes_of_bus(data: bytes, register: int) -> None:
     """The user offsets and reserved addresses: what sticks is the part's affair, and the same through all."""
     board = Board(ideal=True)
     busio, machine, bus = BusioI2C(board.i2c2), MachineI2C(board.i2c2), SMBus(board.i2c2)

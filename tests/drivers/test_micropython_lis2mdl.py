@@ -26,7 +26,7 @@ def board() -> Iterator[Board]:
 
 @pytest.mark.parametrize("attitude", ATTITUDES)
 @pytest.mark.parametrize("rate", RATES)
-def test_field_equals_the_world(board: Board, rate: str, attitude: Vector) -> None:
+def test_field_equals_world(board: Board, rate: str, attitude: Vector) -> None:
     """One burst over the three axes, without bit 7 of the sub-address, which this part does not need."""
     sensor = lis2mdl.LIS2MDL(MachineI2C(board.i2c2))
     sensor.data_rate = getattr(lis2mdl, rate)
@@ -60,7 +60,7 @@ def test_reset_waits_10_ms_and_enters_idle(board: Board) -> None:
     assert sensor.low_power_mode == "LP_DISABLED"
 
 
-def test_absent_part_is_an_os_error(board: Board) -> None:
+def test_absent_part_is_os_error(board: Board) -> None:
     with pytest.raises(OSError, match="0x1C") as refused:
         lis2mdl.LIS2MDL(MachineI2C(board.i2c2), 0x1C)
     assert isinstance(refused.value.__cause__, I2CNackError)

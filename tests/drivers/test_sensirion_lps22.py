@@ -37,7 +37,7 @@ def test_whoami_answers_after_50_ms(board: Board) -> None:
 
 
 @pytest.mark.parametrize(("hpa", "degc"), [(300.0, -20.0), (1013.25, 25.0), (1090.017, 61.37)])
-def test_one_shot_values_equal_the_world(board: Board, hpa: float, degc: float) -> None:
+def test_one_shot_values_equal_world(board: Board, hpa: float, degc: float) -> None:
     sensor = driver(board)
     board.world.set_temperature(degc)
     board.world.set_pressure(hpa)
@@ -47,7 +47,7 @@ def test_one_shot_values_equal_the_world(board: Board, hpa: float, degc: float) 
 
 
 @pytest.mark.parametrize("code", CODES)
-def test_continuous_values_equal_the_world(board: Board, code: int) -> None:
+def test_continuous_values_equal_world(board: Board, code: int) -> None:
     """The driver switches the address increment off and reads byte by byte."""
     sensor = driver(board)
     board.world.set_pressure(987.654)
@@ -88,6 +88,6 @@ def test_reset_ends_continuous_measurement(board: Board) -> None:
     assert sensor.get_ctrl_reg2().IF_ADD_INC == 1
 
 
-def test_absent_part_is_a_driver_error(board: Board) -> None:
+def test_absent_part_is_driver_error(board: Board) -> None:
     with pytest.raises(sensirion_i2c_driver.errors.I2cNackError):
         driver(board, address=0x5C).whoami()

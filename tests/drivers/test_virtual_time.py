@@ -56,7 +56,7 @@ def test_negative_wait_raises_value_error(driver: ModuleType) -> None:
         driver.pause(-0.1)
 
 
-def test_real_time_returns_after_an_error(driver: ModuleType) -> None:
+def test_real_time_returns_after_error(driver: ModuleType) -> None:
     def fail() -> None:
         with virtual_time(Board(), driver):
             assert driver.time is not time
@@ -95,7 +95,7 @@ def test_module_cannot_use_time_of_two_boards(driver: ModuleType) -> None:
     assert (first.now_s, second.now_s) == (1, 2)
 
 
-def test_firmware_runs_while_a_driver_waits(driver: ModuleType) -> None:
+def test_firmware_runs_while_driver_waits(driver: ModuleType) -> None:
     board = Board(firmware="lab3")
     with virtual_time(board, driver):
         driver.pause(2.5)

@@ -62,7 +62,7 @@ def test_backslashes_in_archives_are_separators(tmp_path: Path) -> None:
     "name",
     ["../main.c", "a/../../main.c", "/tmp/main.c", "C:\\main.c", "..\\main.c", "\\\\host\\share\\main.c"],
 )
-def test_name_outside_the_folder_is_refused(name: str, tmp_path: Path) -> None:
+def test_name_outside_folder_is_refused(name: str, tmp_path: Path) -> None:
     entry = zipfile.ZipInfo("x")
     entry.filename = name
 
@@ -116,7 +116,7 @@ def test_declared_size_is_not_trusted(tmp_path: Path) -> None:
     assert sum(path.stat().st_size for path in (tmp_path / "into").rglob("*") if path.is_file()) <= 1 << 20
 
 
-def test_an_encrypted_archive_is_refused(tmp_path: Path) -> None:
+def test_encrypted_archive_is_refused(tmp_path: Path) -> None:
     file = archive(tmp_path / "a.zip", **{"main.c": b"1"})
     data = bytearray(file.read_bytes())
     data[data.rindex(b"PK\x01\x02") + 8] |= 1
@@ -126,7 +126,7 @@ def test_an_encrypted_archive_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("method", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
-def test_an_unusual_packing_is_refused(method: int, tmp_path: Path) -> None:
+def test_unusual_packing_is_refused(method: int, tmp_path: Path) -> None:
     entry = zipfile.ZipInfo("main.c")
     entry.compress_type = method
 

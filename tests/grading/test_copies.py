@@ -87,7 +87,7 @@ def copies(*submissions: tuple[str, str, str]) -> list[Graded]:
     )
 
 
-def test_each_copy_names_the_others() -> None:
+def test_each_copy_names_others() -> None:
     found = copies(("ada", "s", "p"), ("bob", "s", "p"), ("eve", "", "p"), ("moe", "", ""), ("zoe", "", ""))
 
     assert [(one.same_source, one.same_program) for one in found] == [
@@ -99,7 +99,7 @@ def test_each_copy_names_the_others() -> None:
     ]
 
 
-def test_team_is_not_a_copy() -> None:
+def test_team_is_not_copy() -> None:
     found = with_copies(("together", graded(name, source_digest="s")) for name in ("ada", "bob"))
 
     assert [one.copies for one in found] == ["", ""]

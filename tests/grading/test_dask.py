@@ -95,7 +95,7 @@ def test_killed_worker_loses_and_repeats_nothing(tmp_path: Path) -> None:
     assert str(killed[0]) not in {pid for _, pid in judged}
 
 
-def test_missing_scheduler_is_an_error() -> None:
+def test_missing_scheduler_is_error() -> None:
     with pytest.raises(InputError) as refused:
         DaskWorkers("tcp://127.0.0.1:1", answer_s=0.5)
     assert refused.value.kind == "no_answer"

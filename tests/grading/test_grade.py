@@ -156,7 +156,7 @@ def test_bad_submission_costs_only_itself(
     assert said.err == ""  # no time has passed
 
 
-def test_progress_of_a_class_is_logged(
+def test_progress_of_class_is_logged(
     rubric: Path,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
@@ -256,7 +256,7 @@ def test_anonymous_reports_contain_no_names(
     assert sorted(row["points"] for row in table(out).values() if row["points"]) == ["1", "3"]
 
 
-def test_before_the_due_date_students_see_less(
+def test_before_due_date_students_see_less(
     submissions: Path, rubric: Path, out: Path, tmp_path: Path
 ) -> None:
     grade(submissions, "--rubric", rubric, "--out", out, "--before-due-date")
@@ -323,7 +323,7 @@ def test_interrupted_grading_resumes(submissions: Path, rubric: Path, tmp_path: 
     assert len([one for one in results if one.status == "judged"]) == 2
 
 
-def test_a_damaged_kept_verdict_is_judged_again(
+def test_damaged_kept_verdict_is_judged_again(
     submissions: Path, rubric: Path, out: Path, tmp_path: Path
 ) -> None:
     grade(submissions, "--rubric", rubric, "--out", out)
@@ -343,7 +343,7 @@ def test_worker_of_other_version_or_rubric_is_refused(rubric: Path) -> None:
         assert refused.value.kind == kind
 
 
-def test_missing_c_library_is_a_machine_fault(rubric: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_c_library_is_machine_fault(rubric: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     digest = load_rubric(rubric).digest
     task = Task(prebuilt("template").read_bytes(), "a.elf", str(rubric), digest, 1, code_digest())
 

@@ -111,7 +111,7 @@ def test_autograder_writes_results_in_its_folders(autograder: Path) -> None:
 
 @posix_scripts
 @pytest.mark.parametrize(("own_due", "score"), [("2026-11-18T23:00:00-08:00", 0.5), (None, 0.75)])
-def test_autograder_subtracts_the_late_penalty(autograder: Path, own_due: str | None, score: float) -> None:
+def test_autograder_subtracts_late_penalty(autograder: Path, own_due: str | None, score: float) -> None:
     with (autograder / "source" / "rubric" / "little.toml").open("a", encoding="utf-8") as rubric:
         rubric.write("[late]\npenalty_per_day = 0.25\n")
     user = {"id": 41, "name": "Ada", "assignment": {"due_date": own_due}}
@@ -131,7 +131,7 @@ def test_autograder_subtracts_the_late_penalty(autograder: Path, own_due: str | 
 
 
 @posix_scripts
-def test_autograder_explains_a_wrong_submission(autograder: Path) -> None:
+def test_autograder_explains_wrong_submission(autograder: Path) -> None:
     (autograder / "submission" / "report.pdf").write_bytes(b"%PDF")
     run_autograder(autograder)
     results = json.loads((autograder / "results" / "results.json").read_bytes())
@@ -141,7 +141,7 @@ def test_autograder_explains_a_wrong_submission(autograder: Path) -> None:
 
 
 @posix_scripts
-def test_archive_has_files_of_the_rubric(tmp_path: Path) -> None:
+def test_archive_has_files_of_rubric(tmp_path: Path) -> None:
     folder = tmp_path / "course"
     (folder / "more").mkdir(parents=True)
     (folder / "roster.csv").write_text("id\nada\n")

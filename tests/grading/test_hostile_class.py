@@ -67,9 +67,7 @@ def test_zip_entry_without_name_rejects_only_its_submission(
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere names are Unicode")
 @pytest.mark.parametrize("option", [[], ["--anonymous"]])
-def test_non_utf8_name_gets_an_escaped_id(
-    submissions: Path, rubric: Path, out: Path, option: list[str]
-) -> None:
+def test_non_utf8_name_gets_escaped_id(submissions: Path, rubric: Path, out: Path, option: list[str]) -> None:
     folder = submissions / os.fsdecode(b"jos\xe9")
     folder.mkdir()
     shutil.copyfile(prebuilt("template"), folder / "lab3.elf")
@@ -79,7 +77,7 @@ def test_non_utf8_name_gets_an_escaped_id(
     assert "jos\\udce9" in (table(out) if not option else (out / "kept" / "who-is-who.csv").read_text())
 
 
-def test_damaged_classes_are_graded_to_the_end(tmp_path: Path) -> None:
+def test_damaged_classes_are_graded_to_end(tmp_path: Path) -> None:
     """A share of the campaign ``python -m tests.campaigns.attacks``."""
     from random import Random
 
@@ -219,7 +217,7 @@ def heeded() -> object:
 @posix
 @needs_compiler
 @pytest.mark.parametrize("sign", ["KILL", "TERM", "HUP"])
-def test_killed_compiler_is_not_a_compile_error(
+def test_killed_compiler_is_not_compile_error(
     sign: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Killed each time it compiles this program, and never with another one."""
@@ -272,7 +270,7 @@ def test_machine_that_compiles_nothing_more_is_at_fault(
 
 @posix
 @needs_compiler
-def test_source_cannot_forge_a_fault_of_the_machine(builder: Builder) -> None:
+def test_source_cannot_forge_fault_of_machine(builder: Builder) -> None:
     """It prints the words that a full disk or a killed compiler causes."""
     words = "cc1: fatal error: Killed signal terminated program cc1: No space left on device"
     for source in (f'#error "{words}"\n', f'asm(".print \\"{words}\\"\\n.error \\"x\\"");\n'):
@@ -289,7 +287,7 @@ def test_sandbox_has_no_blocking_file(file: str, sandboxed: Builder) -> None:
 
 @posix
 @needs_compiler
-def test_gradescope_gives_no_result_when_the_machine_fails(
+def test_gradescope_gives_no_result_when_machine_fails(
     autograder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (autograder / "submission" / "main.c").write_bytes(SOURCE)
@@ -391,7 +389,7 @@ def test_recorded_text_earns_nothing_in_another_run(tmp_path: Path) -> None:
 
 
 @posix
-def test_salt_is_made_once_for_the_owner_alone(submissions: Path, rubric: Path, tmp_path: Path) -> None:
+def test_salt_is_made_once_for_owner_alone(submissions: Path, rubric: Path, tmp_path: Path) -> None:
     salt = tmp_path / "secret" / "salt.key"
     seeds = []
     for run in ("one", "two"):

@@ -73,7 +73,7 @@ def test_override_of_check_counts_in_exercise_and_total(where: Path) -> None:
     assert rows(where)["bob"]["points"] == "1"
 
 
-def test_override_of_an_exercise_counts_in_the_total(where: Path) -> None:
+def test_override_of_exercise_counts_in_total(where: Path) -> None:
     grade(where, "--overrides", overrides(where, "ada,1,0,copied", "ada,2,2,"))
     ada = rows(where)["ada"]
 
@@ -186,7 +186,7 @@ def test_canvas_marks_determine_late_submissions(where: Path) -> None:
     assert {name: row["late_by"] for name, row in rows(where).items()} == {"1": "", "2": "late"}
 
 
-def test_archive_of_a_class_keeps_the_files_times(where: Path) -> None:
+def test_archive_of_class_keeps_files_times(where: Path) -> None:
     import zipfile
 
     write_zips(where.parent / "zips", [Handed("ada", "", "", {"main.c": GOOD})])

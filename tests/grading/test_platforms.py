@@ -41,7 +41,7 @@ def source(one: Submission, where: Path) -> dict[str, bytes]:
 
 @pytest.mark.parametrize("with_roster", [False, True])
 @pytest.mark.parametrize("layout", LAYOUTS.values(), ids=LAYOUTS)
-def test_layout_gives_one_submission_a_student(
+def test_layout_gives_one_submission_student(
     layout: Callable[[Path, list[Handed]], Path], with_roster: bool, tmp_path: Path
 ) -> None:
     where = layout(tmp_path / "class", [ADA, BOB])
@@ -54,7 +54,7 @@ def test_layout_gives_one_submission_a_student(
 
 
 @pytest.mark.parametrize("layout", LAYOUTS.values(), ids=LAYOUTS)
-def test_layout_lists_students_not_on_the_roster(
+def test_layout_lists_students_not_on_roster(
     layout: Callable[[Path, list[Handed]], Path], tmp_path: Path
 ) -> None:
     all_found = found(layout(tmp_path / "class", [ADA, BOB]), Roster([Student("1815", "Ada Lovelace")]))
@@ -71,7 +71,7 @@ def test_blackboard_text_resolves_login_with_underscores(tmp_path: Path) -> None
     assert (one.student.name, source(one, tmp_path)) == ("Ada L", {"main.c": b"1"})
 
 
-def test_blackboard_judges_the_last_attempt_with_note(tmp_path: Path) -> None:
+def test_blackboard_judges_last_attempt_with_note(tmp_path: Path) -> None:
     names = [f"Lab_ada_attempt_2026-11-{day}-10-11-12_main.c" for day in (20, 21)]
     where = tree(tmp_path / "class", **{names[1]: b"new", names[0]: b"old"})
     one = found(where)["ada"]
@@ -172,7 +172,7 @@ def test_files_similar_to_canvas_keep_their_names(tmp_path: Path) -> None:
     }
 
 
-def test_moodles_typed_text_belongs_to_the_files(tmp_path: Path) -> None:
+def test_moodles_typed_text_belongs_to_files(tmp_path: Path) -> None:
     head = "Ada Lovelace_1815_assignsubmission"
     where = tree(
         tmp_path / "class", **{f"{head}_file_/main.c": b"1", f"{head}_onlinetext_/onlinetext.html": b"2"}

@@ -198,7 +198,7 @@ def test_visible_text_has_no_control_characters(text: str) -> None:
         assert visible(text) == text
 
 
-def test_junit_xml_agrees_with_the_grades() -> None:
+def test_junit_xml_agrees_with_grades() -> None:
     root = ET.fromstring(junit_xml(whole(evil(), graded("bob", status="rejected", reason=EVIL))))
     failures = [one.get("type") for one in root.iter("failure")]
     errors = [one.get("message") for one in root.iter("error")]
@@ -228,7 +228,7 @@ def test_semicolon_spreadsheet_cells_are_not_formulas(name: str) -> None:
 @pytest.mark.parametrize(
     "student", ["../../x", "a/b", "CON", "nul.txt", "a\nb", "", ".", "x" * 500, "Ada", "ada", "\udcff"]
 )
-def test_a_file_name_is_one_on_every_system(student: str) -> None:
+def test_file_name_is_one_on_every_system(student: str) -> None:
     assert re.fullmatch(r"[A-Za-z0-9_-]{1,80}", report_name(student))
     assert report_name(student).lower() not in ("con", "nul", "aux", "prn")
 
@@ -266,7 +266,7 @@ def test_only_judged_submissions_have_points(words: Words) -> None:
 
 
 @pytest.mark.parametrize("reason", ["does not compile", "lab3.elf: is empty", "the archive is damaged"])
-def test_rejection_reason_is_on_the_student_page(reason: str) -> None:
+def test_rejection_reason_is_on_student_page(reason: str) -> None:
     page = Page(student_page(graded(status="rejected", reason=reason), "Lab"))
     assert f": {reason}." in page.text
 
@@ -313,7 +313,7 @@ def test_unjudged_check_without_points_does_not_prevent_grade() -> None:
     assert [test["number"] for test in results["tests"]] == ["1.a"]
 
 
-def test_the_hardest_check_comes_first() -> None:
+def test_hardest_check_comes_first() -> None:
     found = whole(
         graded(
             "ada",
@@ -333,7 +333,7 @@ def test_the_hardest_check_comes_first() -> None:
 # -- what a student sees ------------------------------------------------------------------------------------
 
 
-def test_student_sees_only_what_the_rubric_allows() -> None:
+def test_student_sees_only_what_rubric_allows() -> None:
     secret = verdict(
         check("1.a", actual="seen a"),
         check("2.b", expected="secret b", detail="actual", actual="seen b"),
@@ -389,7 +389,7 @@ numbers = st.floats(allow_nan=False, allow_infinity=False)
     st.lists(st.tuples(st.floats(0, 1e6), st.none() | numbers, st.floats(-1e6, 1e6)), max_size=30),
     st.sampled_from(["deg", "m"]),
 )
-def test_every_print_has_its_mark_in_the_picture(
+def test_every_print_has_its_mark_in_picture(
     points: list[tuple[float, float | None, float]], unit: str
 ) -> None:
     t_s, printed, truth = ([one[n] for one in points] for n in range(3))
@@ -405,7 +405,7 @@ def test_every_print_has_its_mark_in_the_picture(
     assert "inf" not in drawn
 
 
-def test_direction_through_north_is_drawn_with_a_gap() -> None:
+def test_direction_through_north_is_drawn_with_gap() -> None:
     yaw = Series(
         name="Yaw", unit="deg", t_s=(1, 2, 3, 4), printed=(170, 179, -179, -170), truth=(170, 179, -179, -170)
     )
@@ -490,7 +490,7 @@ def test_gradescope_gets_its_documented_fields() -> None:
     "late", [{}, {"late": True, "late_by_s": 90_000, "late_penalty": 0.5}], ids=["", "late"]
 )
 @pytest.mark.parametrize("visibility", ["never", "after_due_date"])
-def test_gradescope_shows_nothing_of_a_hidden_check(visibility: str, late: dict[str, Any]) -> None:
+def test_gradescope_shows_nothing_of_hidden_check(visibility: str, late: dict[str, Any]) -> None:
     """Whether it passes changes only the test that Gradescope hides, and not the student's page either.
 
     A late penalty needs a total score of all checks, which Gradescope hides as its own.
@@ -515,7 +515,7 @@ def test_gradescope_shows_nothing_of_a_hidden_check(visibility: str, late: dict[
     assert len(pages) == 1
 
 
-def test_gradescope_shows_why_a_submission_cannot_be_judged() -> None:
+def test_gradescope_shows_why_submission_cannot_be_judged() -> None:
     results = gradescope_results(graded(status="rejected", reason="does not compile", build_log="main.c:1"))
 
     assert_is_gradescopes(results)
@@ -525,12 +525,12 @@ def test_gradescope_shows_why_a_submission_cannot_be_judged() -> None:
 
 
 @pytest.mark.parametrize("status", ["unjudged", "partly", "missing"])
-def test_gradescope_gets_no_results_without_a_grade(status: str) -> None:
+def test_gradescope_gets_no_results_without_grade(status: str) -> None:
     with pytest.raises(NotJudgedError):
         gradescope_results(graded(status=status, reason="the worker died"))
 
 
-def test_replay_command_is_shown_with_the_rubric() -> None:
+def test_replay_command_is_shown_with_rubric() -> None:
     known = {"rubric": "lab3", "rubric_digest": load_rubric("lab3").digest, "seed": 7}
     found = verdict(check("1.a")).model_copy(update=known)
     command = "fcu check 'my lab.elf' --rubric lab3 --seed 7 --save motions"
@@ -543,7 +543,7 @@ def test_replay_command_is_shown_with_the_rubric() -> None:
         assert "fcu check" not in student_page(graded(verdict=other), "LAB3")
 
 
-def test_failed_check_quotes_the_wrong_line() -> None:
+def test_failed_check_quotes_wrong_line() -> None:
     found = verdict(check("1.a", printed='"Pitch: 5" at 3 s'))
 
     assert "such as" in Page(student_page(graded(verdict=found), "LAB3")).text

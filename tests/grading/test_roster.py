@@ -43,7 +43,7 @@ def test_non_utf8_roster_is_read_as_windows_1252(tmp_path: Path) -> None:
     assert "Windows-1252" in found.notes[0]
 
 
-def test_submission_name_resolves_to_a_student(tmp_path: Path) -> None:
+def test_submission_name_resolves_to_student(tmp_path: Path) -> None:
     text = "id,name,email,submission\n1,Ada L,ada@x.org,\n2,Bob B,bob@x.org,lab_2\n3,Bob B,bo@x.org,\n"
     found = load_roster(roster(tmp_path, text))
     means = {

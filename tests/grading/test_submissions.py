@@ -90,7 +90,7 @@ def test_source_goes_before_firmware_unless_firmware_is_wanted(tmp_path: Path) -
 @pytest.mark.parametrize(
     ("name", "built"), [("my-program.c", "my-program.c"), ("my program.c", "main.c"), ("LAB.C", "main.c")]
 )
-def test_single_c_file_is_the_program(name: str, built: str, tmp_path: Path) -> None:
+def test_single_c_file_is_program(name: str, built: str, tmp_path: Path) -> None:
     found = content(tree(tmp_path / "class", **{f"ada/{name}": b"1", "ada/notes.txt": b""}))
 
     assert isinstance(found, SubmittedSource)
@@ -108,14 +108,14 @@ def test_one_build_in_several_forms_is_one_program(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["ada.c", "ada.elf", "ada.hex", "ada.bin", "ada.ELF"])
-def test_a_submission_may_be_a_file(name: str, tmp_path: Path) -> None:
+def test_submission_may_be_file(name: str, tmp_path: Path) -> None:
     where = tree(tmp_path / "class", **{name: b"data"})
 
     assert only(where, tmp_path / "s").student.id == "ada"
     assert content(where) in (SubmittedSource({"main.c": b"data"}), SubmittedFirmware(name, b"data"))
 
 
-def test_archive_in_a_folder_is_unpacked(tmp_path: Path) -> None:
+def test_archive_in_folder_is_unpacked(tmp_path: Path) -> None:
     where = tmp_path / "class"
     zipped(where / "ada.zip", **{"lab/main.c": b"1"})
     assert content(where) == SubmittedSource({"main.c": b"1"})
@@ -152,7 +152,7 @@ def test_unusable_submission_is_refused_with_reason(
     words("grade", str(refused))
 
 
-def test_a_hostile_archive_costs_only_itself(tmp_path: Path, words: Words) -> None:
+def test_hostile_archive_costs_only_itself(tmp_path: Path, words: Words) -> None:
     where = tree(tmp_path / "class", **{"ada/main.c": b"1"})
     zipped(where / "eve.zip", **{"../../main.c": b"2"})
     ada, eve = find_submissions(where, None, tmp_path / "s")
@@ -180,7 +180,7 @@ def test_links_and_pipes_are_not_followed(tmp_path: Path) -> None:
     assert kinds == {"ada": "link", "bob": "no_program", "eve": "no_program"}
 
 
-def test_a_digest_depends_on_names_and_contents() -> None:
+def test_digest_depends_on_names_and_contents() -> None:
     sources = [{"main.c": b"ab"}, {"main.c": b"a", "b.c": b""}, {"main.cb": b"a"}, {"main.c": b"a"}]
 
     assert len({SubmittedSource(one).digest for one in sources}) == len(sources)
@@ -255,7 +255,7 @@ def test_gradescopes_folders_are_known_by_its_table(tmp_path: Path) -> None:
     assert second.student.id == "78"
 
 
-def test_a_class_may_come_as_one_archive(tmp_path: Path) -> None:
+def test_class_may_come_as_one_archive(tmp_path: Path) -> None:
     file = zipped(tmp_path / "class.zip", **{"ada/main.c": b"1", "bob/main.c": b"2"})
 
     assert [one.student.id for one in find_submissions(file, None, tmp_path / "s")] == ["ada", "bob"]
@@ -281,7 +281,7 @@ def test_two_submissions_of_one_student_are_rejected(tmp_path: Path, words: Word
     words("grade", str(refusal(where)))
 
 
-def test_folder_without_submissions_is_a_usage_error(tmp_path: Path) -> None:
+def test_folder_without_submissions_is_usage_error(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     for name, kind in (("empty", "no_submissions"), ("nowhere", "no_such_folder")):
         with pytest.raises(InputError) as refused:
@@ -290,7 +290,7 @@ def test_folder_without_submissions_is_a_usage_error(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("with_roster", [False, True])
-def test_every_submitted_file_is_in_the_result(tmp_path: Path, with_roster: bool) -> None:
+def test_every_submitted_file_is_in_result(tmp_path: Path, with_roster: bool) -> None:
     names = ["main.txt", "olaf.cpp", "pia.ino", "Ada_1_assignsubmission_file_report.pdf", "README", "eve.c"]
     where = tree(
         tmp_path / "class", **dict.fromkeys(names, b"int x;"), **{".DS_Store": b"", "Thumbs.db": b""}

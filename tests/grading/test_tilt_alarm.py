@@ -79,7 +79,7 @@ def programs() -> dict[str, str]:
 
 
 @needs_compiler
-def test_class_gets_the_points_that_the_page_shows(tmp_path: Path) -> None:
+def test_class_gets_points_that_page_shows(tmp_path: Path) -> None:
     (tmp_path / "tilt.toml").write_text(RUBRIC, encoding="utf-8")
     numbers = {name: f"s{number}" for number, name in enumerate(programs())}
     for name, source in programs().items():
@@ -112,7 +112,7 @@ def test_class_gets_the_points_that_the_page_shows(tmp_path: Path) -> None:
         assert re.search(f"<figcaption>[^<]*{name}", page), name
 
 
-def test_rubric_follows_the_schema() -> None:
+def test_rubric_follows_schema() -> None:
     jsonschema.Draft202012Validator(json_schema()).validate(tomllib.loads(RUBRIC))
 
 

@@ -90,13 +90,13 @@ def test_unpicklable_task_fails_alone(workers: LocalWorkers) -> None:
         workers.submit(a_lambda).result()
 
 
-def test_a_process_without_memory_is_replaced(workers: LocalWorkers) -> None:
+def test_process_without_memory_is_replaced(workers: LocalWorkers) -> None:
     with pytest.raises(MemoryError):
         workers.submit(no_memory).result()
     assert workers.submit(give, 1).result() == 1
 
 
-def test_a_task_that_takes_too_long_is_stopped() -> None:
+def test_task_that_takes_too_long_is_stopped() -> None:
     with LocalWorkers(1, longest_s=0.2) as workers:
         stuck = workers.submit(pid_after, 3600)
         with pytest.raises(NotJudgedError, match=r"0\.2 s") as ended:
@@ -104,7 +104,7 @@ def test_a_task_that_takes_too_long_is_stopped() -> None:
     assert ended.value.kind == "wall_time"
 
 
-def test_task_without_a_process_is_not_judged(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_task_without_process_is_not_judged(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> None:
         raise BlockingIOError(11, "Resource temporarily unavailable")
 
@@ -116,7 +116,7 @@ def test_task_without_a_process_is_not_judged(monkeypatch: pytest.MonkeyPatch) -
             assert ended.value.kind == "no_worker"
 
 
-def test_the_end_with_cancel_leaves_no_process() -> None:
+def test_end_with_cancel_leaves_no_process() -> None:
     workers = LocalWorkers(2)
     tasks = [workers.submit(pid_after, 3600) for _ in range(4)]
     while len(workers.pids) < 2:

@@ -90,7 +90,7 @@ def test_examples_in_docstrings_run(
     exec(compile(program, name, "exec"), names)
 
 
-def test_public_names_are_on_a_page() -> None:
+def test_public_names_are_on_page() -> None:
     text = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
     whole = re.findall(r"automodule:: ([\w.]+)\n(?!   :no-members:)", text)
 

@@ -46,7 +46,7 @@ PLOT_BLOCK = (
 )
 
 
-def test_lab3_terminal_equals_the_lab() -> None:
+def test_lab3_terminal_equals_lab() -> None:
     board = Board(firmware="lab3")
     board.run_for(4.15)
     assert re.fullmatch(re.escape(BOOT) + f"({TEMPLATE_BLOCK}{PLOT_BLOCK}){{3}}", board.terminal.text)
@@ -72,7 +72,7 @@ def test_banner_and_sensor_lines_have_exact_times() -> None:
     board.terminal.expect("LSM6DSL", timeout_s=0.05)
 
 
-def test_800_callbacks_a_second_exactly() -> None:
+def test_callbacks_come_at_exactly_800_hz() -> None:
     ticks: list[int] = []
     board = Board(firmware=script(start_timer, lambda hal: ticks.append(hal.HAL_GetTick())))
     board.run_for(60)
@@ -88,7 +88,7 @@ def test_stock_timer_setting_gives_807_692_hz() -> None:
     assert board.tim9.ticks == 1 + 13 * 84_000_000 // (52 * 2000)
 
 
-def test_the_callback_preempts_a_delay_and_a_transmit() -> None:
+def test_callback_preempts_delay_and_transmit() -> None:
     running: list[str] = []
 
     def main(hal: VirtualHal) -> None:
@@ -160,7 +160,7 @@ def test_100_khz_loses_ticks_and_starves_main() -> None:
     assert sum(event.count for event in board.trace.of(TickLost)) == board.tim9.lost
 
 
-def test_the_leds_follow_the_tilt() -> None:
+def test_leds_follow_tilt() -> None:
     board = Board(firmware="lab3", ideal=True)
     assert not board.led1.on
     board.run_for(1.5)
@@ -173,7 +173,7 @@ def test_the_leds_follow_the_tilt() -> None:
     assert (board.led1.on, board.led2.on) == (False, True)
 
 
-def test_the_terminal_reads_expects_and_keeps() -> None:
+def test_terminal_reads_expects_and_keeps() -> None:
     board = Board(firmware="lab3")
     found = board.terminal.expect(r"FH rev\.(\d\.\d)")
     assert found[1] == "1.0"
@@ -199,7 +199,7 @@ def test_all_256_byte_values_go_through_both_ways() -> None:
     assert board.terminal.read() == bytes(range(256))
 
 
-def test_unread_input_overruns_as_on_the_board() -> None:
+def test_unread_input_overruns_as_on_board() -> None:
     """The stock firmware never reads: the first byte stays in DR, the rest is lost."""
     board = Board(firmware="lab3")
     board.terminal.write("hello")
@@ -217,7 +217,7 @@ def test_receive_timeout_returns_received_bytes() -> None:
     assert results == [(HAL_TIMEOUT, b"ab")]
 
 
-def test_unfinished_transmit_is_a_timeout() -> None:
+def test_unfinished_transmit_is_timeout() -> None:
     results: list[int] = []
     board = Board(firmware=script(lambda hal: results.append(hal.HAL_UART_Transmit(bytes(1000), 10))))
     board.run_for(1)
@@ -229,7 +229,7 @@ def test_unfinished_transmit_is_a_timeout() -> None:
     ("kind", "status"),
     [("absent", HAL_ERROR), ("stuck", HAL_BUSY), ("bus_error", HAL_ERROR), ("nack", HAL_ERROR)],
 )
-def test_bus_fault_is_a_hal_status(kind: FaultKind, status: int) -> None:
+def test_bus_fault_is_hal_status(kind: FaultKind, status: int) -> None:
     results: list[int] = []
     board = Board(firmware=script(lambda hal: results.append(hal.HAL_I2C_Mem_Write(0xD6, 0x10, b"\xa8"))))
     board.i2c2.inject(I2CFault(kind, 0, 1, address=0x6B, byte_index=1))
@@ -272,7 +272,7 @@ def whole() -> Board:
 
 @settings(max_examples=10)
 @given(st.lists(st.floats(0.0001, 0.4), min_size=1, max_size=5))
-def test_slicing_does_not_change_the_run(whole: Board, slices: list[float]) -> None:
+def test_slicing_does_not_change_run(whole: Board, slices: list[float]) -> None:
     sliced = Board(firmware="lab3", seed=3)
     sliced.trace.record_all()
     for seconds in slices:
@@ -282,7 +282,7 @@ def test_slicing_does_not_change_the_run(whole: Board, slices: list[float]) -> N
     assert sliced.trace.of(BusTransfer) == whole.trace.of(BusTransfer)
 
 
-def test_output_depends_on_the_seed() -> None:
+def test_output_depends_on_seed() -> None:
     texts = []
     for seed in (1, 1, 2):
         board = Board(firmware="lab3", seed=seed)
@@ -345,7 +345,7 @@ def test_unusable_values_are_refused_with_kind() -> None:
     assert refused.value.kind == "not_latin_1"
 
 
-def test_callback_on_a_busy_bus_is_busy() -> None:
+def test_callback_on_busy_bus_is_busy() -> None:
     """The HAL locks its handle; main loop and interrupt share the bus without a lock."""
     results: set[int] = set()
 
@@ -374,11 +374,11 @@ def test_firmware_variables_are_reachable_by_their_c_names() -> None:
 
 
 @pytest.mark.parametrize("crystal_hz", [3_999_999, 26_000_001, 8e6 + 0.5, "8MHz"])
-def test_crystal_outside_datasheet_is_an_error(crystal_hz: Any) -> None:
+def test_crystal_outside_datasheet_is_error(crystal_hz: Any) -> None:
     with pytest.raises(InputError, match="crystal_hz must be"):
         Board(crystal_hz=crystal_hz)
 
 
-def test_crystal_of_board_reaches_the_chip() -> None:
+def test_crystal_of_board_reaches_chip() -> None:
     board = Board(firmware="tests/arm/broken/other_port.elf", crystal_hz=25_000_000, ideal=True)
     assert board.signals.crystal_hz == 25_000_000

@@ -75,7 +75,7 @@ def test_seed_determines_output_and_trace(tmp_path: Path) -> None:
     assert runs[0][1] != runs[2][1]
 
 
-def test_the_trace_is_json_lines_with_register_names(tmp_path: Path) -> None:
+def test_trace_is_json_lines_with_register_names(tmp_path: Path) -> None:
     trace = tmp_path / "trace.jsonl"
     done = fcu("run", "--duration", "1200ms", "--trace", str(trace), "-q")
     events = [json.loads(line) for line in trace.read_text().splitlines()]
@@ -106,14 +106,14 @@ def test_invalid_arguments_are_refused_in_one_line(arguments: tuple[str, ...], w
     words("run", one_line_error("run", *arguments))
 
 
-def test_unwritable_trace_is_refused_before_the_run(tmp_path: Path) -> None:
+def test_unwritable_trace_is_refused_before_run(tmp_path: Path) -> None:
     where = tmp_path / "no such folder" / "trace.jsonl"
     line = one_line_error("run", "--duration", "1s", "--trace", str(where))
     assert "trace file" in line
     assert not where.exists()
 
 
-def test_registers_prints_the_map_with_meanings(words: Words) -> None:
+def test_registers_prints_map_with_meanings(words: Words) -> None:
     text = fcu("registers", "lsm6dsl").stdout.decode()
     assert "0x10       RW 0x00     CTRL1_XL: " in text
     assert "ODR_XL: rate: 0 off, 1 to 10: 12.5" in text
@@ -163,7 +163,7 @@ def test_doctor_lists_working_features() -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for another process")
 @pytest.mark.usefixtures("interruptible")
-def test_ctrl_c_ends_the_run_with_its_summary() -> None:
+def test_ctrl_c_ends_run_with_its_summary() -> None:
     process = subprocess.Popen(
         [sys.executable, "-m", "fcu_emulator", "run", "--speed", "1"],
         stdin=subprocess.DEVNULL,
@@ -181,7 +181,7 @@ def test_ctrl_c_ends_the_run_with_its_summary() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="head is a POSIX tool")
-def test_closed_reader_does_not_break_the_run() -> None:
+def test_closed_reader_does_not_break_run() -> None:
     done = subprocess.run(
         f"'{sys.executable}' -m fcu_emulator run --duration 20s | head -c 20",
         shell=True,
@@ -199,12 +199,12 @@ def test_python_m_emulator_is_fcu() -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="/dev/full is a Linux device")
-def test_full_disk_names_the_trace_file() -> None:
+def test_full_disk_names_trace_file() -> None:
     done = fcu("run", "--duration", "3s", "--trace", "/dev/full", "-q", code=4)
     assert "fcu: trace file /dev/full: No space left on device" in done.stderr.decode()
 
 
-def test_seed_0_overrides_the_scenario() -> None:
+def test_seed_0_overrides_scenario() -> None:
     assert b"seed 0" in fcu("run", "--scenario", "flat", "--seed", "0").stderr
 
 

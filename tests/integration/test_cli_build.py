@@ -38,7 +38,7 @@ def project(tmp_path: Path) -> Path:
 @needs_compiler
 @pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
 @pytest.mark.parametrize(("bus", "opt"), [("I2C2", "-Og"), ("SPI2", "-O2")])
-def test_build_gives_the_bytes_of_make(bus: str, opt: str, project: Path) -> None:
+def test_build_gives_bytes_of_make(bus: str, opt: str, project: Path) -> None:
     makefile = project / "Makefile"
     text = makefile.read_text(encoding="utf-8")
     text = text.replace("BUS ?= I2C2", f"BUS ?= {bus}").replace("OPT ?= -Og", f"OPT ?= {opt}")
@@ -65,7 +65,7 @@ def only_gcc(tmp_path: Path) -> str:
 
 @needs_compiler
 @pytest.mark.skipif(sys.platform == "win32", reason="makes a symbolic link")
-def test_a_machine_without_make_builds_and_checks(project: Path, only_gcc: str) -> None:
+def test_machine_without_make_builds_and_checks(project: Path, only_gcc: str) -> None:
     done = fcu("check", "--exercise", "2", folder=project, PATH=only_gcc)
 
     assert done.returncode == 1, done.stderr
@@ -74,7 +74,7 @@ def test_a_machine_without_make_builds_and_checks(project: Path, only_gcc: str) 
 
 @needs_compiler
 @pytest.mark.skipif(sys.platform == "win32", reason="makes a symbolic link")
-def test_failed_build_removes_the_old_program(project: Path, only_gcc: str) -> None:
+def test_failed_build_removes_old_program(project: Path, only_gcc: str) -> None:
     (project / "lab3.elf").write_bytes(b"of before")
     main = project / "main.c"
     main.write_text(main.read_text(encoding="utf-8") + "\nint x = no_such_name;\n", encoding="utf-8")
@@ -144,7 +144,7 @@ def test_compiler_is_found_in_its_makers_folder(system: str, folder: str, tmp_pa
     assert find_compiler(environment, system, tmp_path) == compiler
 
 
-def test_the_newest_of_several_versions_is_taken(tmp_path: Path) -> None:
+def test_newest_of_several_versions_is_taken(tmp_path: Path) -> None:
     for version in ("9.3.1", "13.3.1", "10.3.1"):
         put_compiler(tmp_path / "opt" / f"gcc-arm-none-eabi-{version}" / "bin", "linux")
     found = find_compiler({"HOME": str(tmp_path), "PATH": ""}, "linux", tmp_path)
@@ -154,7 +154,7 @@ def test_the_newest_of_several_versions_is_taken(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a program without a suffix")
-def test_the_path_comes_before_other_places(tmp_path: Path) -> None:
+def test_path_comes_before_other_places(tmp_path: Path) -> None:
     put_compiler(tmp_path / "opt" / "gcc-arm-none-eabi-13" / "bin", "linux")
     first = put_compiler(tmp_path / "mine", "linux")
     environment = {"HOME": str(tmp_path), "PATH": str(tmp_path / "mine")}
@@ -164,7 +164,7 @@ def test_the_path_comes_before_other_places(tmp_path: Path) -> None:
 
 @needs_compiler
 @pytest.mark.skipif(sys.platform == "win32", reason="makes a symbolic link")
-def test_check_finds_compiler_outside_the_path(project: Path, tmp_path: Path) -> None:
+def test_check_finds_compiler_outside_path(project: Path, tmp_path: Path) -> None:
     assert GCC is not None
     folder = tmp_path / "home" / ".platformio" / "packages" / "toolchain-gccarmnoneeabi"
     folder.mkdir(parents=True)

@@ -101,13 +101,13 @@ def test_template_gets_next_steps(tmp_path: Path, words: Words) -> None:
     words("check", done.stdout.partition("Exercise 2")[2])
 
 
-def test_template_is_told_the_function_to_write() -> None:
+def test_template_is_told_function_to_write() -> None:
     done = fcu("check", "template-arm", "--exercise", "3")
 
     assert "\nNext\n  Write eCompass() " in done.stdout
 
 
-def test_printed_command_replays_a_failed_check(tmp_path: Path) -> None:
+def test_printed_command_replays_failed_check(tmp_path: Path) -> None:
     done = fcu("check", "template-arm", *QUICK, "--seed", "7", "--save", "my motions", folder=tmp_path)
     again = commands_of(done.stdout)[-1]
     replayed = fcu(*again[1:], "--speed", "max", folder=tmp_path)
@@ -140,7 +140,7 @@ def test_hint_option_shows_one_more_hint(words: Words) -> None:
 
 
 @needs_compiler
-def test_next_hint_is_offered_beside_a_cause(tmp_path: Path, words: Words) -> None:
+def test_next_hint_is_offered_beside_cause(tmp_path: Path, words: Words) -> None:
     """A cause is shown below the checks, and the hints of the checks with it."""
     program = student_programs.programs("exercises.toml")["wrong_axis_in_root"]
     elf = str(student_programs.build(program, "Og", tmp_path))
@@ -201,7 +201,7 @@ def test_broken_law_is_saved_as_failing_scenario(project: Path, tmp_path: Path) 
     assert fcu("run", "solution", *command[3:], "--quiet", folder=project).returncode == 0
 
 
-def test_saved_led_scenario_fails_like_the_check(tmp_path: Path) -> None:
+def test_saved_led_scenario_fails_like_check(tmp_path: Path) -> None:
     done = fcu("check", "template-arm", "--exercise", "4", "--save", "motions", folder=tmp_path)
     saved = ["--scenario", "motions/steep_y.toml", "--speed", "max", "--quiet"]
 
@@ -238,7 +238,7 @@ def test_missing_hypothesis_is_printed(tmp_path: Path) -> None:
     assert "hypothesis is not installed" in done.stdout
 
 
-def test_a_verdict_is_written_as_json(tmp_path: Path) -> None:
+def test_verdict_is_written_as_json(tmp_path: Path) -> None:
     file = tmp_path / "verdict.json"
     fcu("check", "lab3", *QUICK, "--seed", "7", "--json", str(file))
     verdict = Verdict.from_json(file.read_text(encoding="utf-8"))
@@ -272,7 +272,7 @@ def test_failed_build_is_not_judged(project: Path, words: Words) -> None:
 
 
 @needs_compiler
-def test_a_misspelt_function_is_named_with_its_line(project: Path) -> None:
+def test_misspelt_function_is_named_with_its_line(project: Path) -> None:
     """The compiler only warns of it; what the linker says last is that something failed."""
     change(project / "main.c", "    HAL_Delay(1000);", "    HAL_delay(1000);")
     line = 1 + (project / "main.c").read_text(encoding="utf-8").split("HAL_delay")[0].count("\n")
@@ -284,7 +284,7 @@ def test_a_misspelt_function_is_named_with_its_line(project: Path) -> None:
 
 
 @needs_compiler
-def test_a_crash_is_explained_by_its_line(project: Path, words: Words) -> None:
+def test_crash_is_explained_by_its_line(project: Path, words: Words) -> None:
     change(project / "main.c", SAMPLED, f"{SAMPLED}  *(volatile int *)0x60000000 = 1;\n")
     done = fcu("check", str(project), "-e", "1")
 
@@ -350,7 +350,7 @@ def test_rubric_command_checks_file_and_prints_schema(tmp_path: Path, words: Wor
 
 
 @pytest.mark.parametrize("program", ["solution", "template-arm", "lab3"])
-def test_parallel_runs_give_the_same_output(program: str, tmp_path: Path) -> None:
+def test_parallel_runs_give_same_output(program: str, tmp_path: Path) -> None:
     outputs = []
     for jobs in ("1", "3"):
         file = tmp_path / f"{jobs}.json"

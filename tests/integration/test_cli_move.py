@@ -63,18 +63,18 @@ def options(gesture: str | None = None, amount: float | None = None, **more: Any
 # -- what the arguments mean --------------------------------------------------------------------------------
 
 
-def test_single_angle_keeps_the_others() -> None:
+def test_single_angle_keeps_others() -> None:
     assert entries(options(roll=30.0), FLAT) == [
         {"do": "follow_attitude", "roll_deg": 30.0, "pitch_deg": 2.0, "yaw_deg": 3.0}
     ]
 
 
-def test_duration_is_the_time_of_the_motion() -> None:
+def test_duration_is_time_of_motion() -> None:
     (entry,) = entries(options(roll=30.0, yaw=-90.0, duration="1s"), FLAT)
     assert entry == {"do": "rotate_to", "for": "1s", "roll_deg": 30.0, "pitch_deg": 2.0, "yaw_deg": -90.0}
 
 
-def test_north_east_up_push_the_board() -> None:
+def test_north_east_up_push_board() -> None:
     (entry,) = entries(options(north=0.3, up=-0.1), FLAT)
     assert entry == {"do": "move", "for": "1s", "north_m": 0.3, "east_m": 0.0, "up_m": -0.1}
     turn, push = entries(options(yaw=90.0, east=0.2, duration="2s"), FLAT)
@@ -90,13 +90,13 @@ def test_command_accepts_current_and_old_gestures() -> None:
     assert list(argument.type.choices) == [*GESTURES, *OLD_WORDS]
 
 
-def test_gestures_have_the_scenarios_words() -> None:
+def test_gestures_have_scenarios_words() -> None:
     for word, gesture in GESTURES.items():
         done = {entry["do"] for entry in gesture.entries(gesture.usual or 0.0, None, None)}
         assert done == ({"follow_attitude", "follow_altitude"} if word == "flat" else {word})
 
 
-def test_every_page_button_is_a_working_gesture() -> None:
+def test_every_page_button_is_working_gesture() -> None:
     for one in buttons():
         assert one["word"] in GESTURES
         assert one["label"].lower().replace(" ", "_").startswith(one["word"])
@@ -120,7 +120,7 @@ def test_calibration_gesture_is_drawn_as_by_hand() -> None:
 
 
 @pytest.mark.parametrize("word", GESTURES)
-def test_every_gesture_is_executed_by_the_board(word: str) -> None:
+def test_every_gesture_is_executed_by_board(word: str) -> None:
     board = Board()
     for entry in entries(options(word), FLAT):
         assert "truth" in ControlRequests(board).answer({"type": "do", "entry": entry})
@@ -149,7 +149,7 @@ def test_unsuitable_options_are_refused_in_one_line(given: MoveOptions, words: W
 # -- a board that runs --------------------------------------------------------------------------------------
 
 
-def test_move_turns_the_board_and_prints_attitude(capsys: pytest.CaptureFixture[str]) -> None:
+def test_move_turns_board_and_prints_attitude(capsys: pytest.CaptureFixture[str]) -> None:
     with running(Board(ideal=True)) as board:  # without firmware, which one thread runs
         move(options(pitch=30.0, duration="100ms"))
         move(options("lift", 2.0, duration="200ms"))
@@ -162,7 +162,7 @@ def test_move_turns_the_board_and_prints_attitude(capsys: pytest.CaptureFixture[
 
 
 @pytest.mark.parametrize("old", OLD_WORDS)
-def test_old_gesture_works_with_a_warning(old: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_old_gesture_works_with_warning(old: str, capsys: pytest.CaptureFixture[str]) -> None:
     with running(Board()):
         move(options(old))
     output = capsys.readouterr()
@@ -171,7 +171,7 @@ def test_old_gesture_works_with_a_warning(old: str, capsys: pytest.CaptureFixtur
     assert output.out.startswith("lab3: moves from")
 
 
-def test_flat_restores_the_level_attitude(capsys: pytest.CaptureFixture[str]) -> None:
+def test_flat_restores_level_attitude(capsys: pytest.CaptureFixture[str]) -> None:
     board = Board()
     board.world.set_attitude(10, 20, 30)
     board.world.set_altitude(5)
@@ -218,7 +218,7 @@ def test_invalid_message_is_refused_without_change(message: dict[str, Any]) -> N
     assert attitude(board, 1.0) == [0.0, 0.0, 0.0]
 
 
-def test_random_messages_do_not_stop_the_board() -> None:
+def test_random_messages_do_not_stop_board() -> None:
     draw = random.Random(8)
     words = [
         "do",
@@ -264,7 +264,7 @@ def fcu_move(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
 
 
-def test_the_command_moves_a_run_in_another_process(tmp_path: Path, words: Words) -> None:
+def test_command_moves_run_in_another_process(tmp_path: Path, words: Words) -> None:
     run = [
         sys.executable,
         "-m",

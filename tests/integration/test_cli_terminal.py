@@ -155,7 +155,7 @@ def test_caller_without_token_is_disconnected(said: bytes) -> None:
         assert board.ask({"a": 1}) == [{"heard": {"a": 1}}]
 
 
-def test_invalid_message_with_token_gets_an_error() -> None:
+def test_invalid_message_with_token_gets_error() -> None:
     with running_control_server():
         (board,) = running_boards()
         with socket.create_connection(("127.0.0.1", board.port), DEADLINE_S) as connection:
@@ -204,7 +204,7 @@ def test_all_byte_values_pass_between_pipes_and_board(words: Words) -> None:
             assert terminal.wait(DEADLINE_S) == 0
 
 
-def test_terminal_without_argument_uses_the_running_board() -> None:
+def test_terminal_without_argument_uses_running_board() -> None:
     with contextlib.closing(TcpLink(0)) as link, running_control_server(link.address):
         name, port = open_port(None)
         assert name == link.address
@@ -234,7 +234,7 @@ def test_unusable_address_is_refused_in_one_line(where: str, message: str) -> No
     assert "\n" not in str(caught.value)
 
 
-def test_unserved_port_error_names_the_run_command() -> None:
+def test_unserved_port_error_names_run_command() -> None:
     with socket.socket() as reserved:
         reserved.bind(("127.0.0.1", 0))
         number = reserved.getsockname()[1]
@@ -242,7 +242,7 @@ def test_unserved_port_error_names_the_run_command() -> None:
             open_port(f"tcp:{number}")
 
 
-def test_a_run_and_a_terminal_find_each_other() -> None:
+def test_run_and_terminal_find_each_other() -> None:
     run = [sys.executable, "-m", "fcu_emulator", "run", "lab3", "--serial", "tcp:0"]
     with subprocess.Popen(run, stderr=subprocess.PIPE) as board:
         assert board.stderr is not None
@@ -291,7 +291,7 @@ def test_console_sends_keys_at_once_and_is_restored() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal as its console")
-def test_a_terminal_that_is_killed_restores_the_console() -> None:
+def test_terminal_that_is_killed_restores_console() -> None:
     import termios
 
     ours, its = os.openpty()

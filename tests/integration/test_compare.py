@@ -54,7 +54,7 @@ def changed(**settings: float | str) -> FirmwareFactory:
 # -- what counts as the same --------------------------------------------------------------------------------
 
 
-def test_sign_of_zero_is_not_a_difference() -> None:
+def test_sign_of_zero_is_not_difference() -> None:
     assert compare(run("Pitch: -0.000000 deg\n"), run("Pitch: 0.000000 deg\n")) == []
     assert compare(run("Pitch: -0.000001 deg\n"), run("Pitch: 0.000001 deg\n")) != []
     assert compare(run("a -0 b\n"), run("a 0 b\n")) == []
@@ -85,7 +85,7 @@ def test_replaced_line_is_not_inserted() -> None:
     assert difference.second is not None
 
 
-def test_a_timer_at_another_rate_is_a_difference() -> None:
+def test_timer_at_another_rate_is_difference() -> None:
     slower = changed(timer_prescaler=51, timer_period=1999)  # 807.7 Hz
     (difference,) = [
         one for one in compare(observed("flat"), observed("flat", slower)) if one.sequence == "timer"
@@ -96,7 +96,7 @@ def test_a_timer_at_another_rate_is_a_difference() -> None:
     assert (difference.first.text, difference.second.text) == ("TIM9 at 800.000 Hz", "TIM9 at 807.692 Hz")
 
 
-def test_ticks_that_are_lost_are_a_difference() -> None:
+def test_ticks_that_are_lost_are_difference() -> None:
     def timed(ticks: int, lost: int) -> Observation:
         entries = [ObservedItem(0, "TIM9 at 800.000 Hz"), ObservedItem(END_PS, f"{ticks} ticks, {lost} lost")]
         return Observation(END_PS, {"timer": entries})
@@ -106,7 +106,7 @@ def test_ticks_that_are_lost_are_a_difference() -> None:
     assert compare(timed(7_200, 0), timed(3_600, 0)) != []
 
 
-def test_first_difference_is_the_earliest_of_all_sequences() -> None:
+def test_first_difference_is_earliest_of_all_sequences() -> None:
     first = Observation(
         END_PS,
         {
@@ -137,7 +137,7 @@ def test_difference_has_place_both_sides_and_context() -> None:
     assert not difference.only_time
 
 
-def test_timing_within_tolerance_is_not_a_difference() -> None:
+def test_timing_within_tolerance_is_not_difference() -> None:
     on_time, late = run("a\n"), run("a\n", every_ps=PS_PER_S + 30 * PS_PER_MS)
 
     (difference,) = compare(on_time, late)
@@ -156,13 +156,13 @@ def test_run_may_fall_behind_steadily() -> None:
     assert compare(run(*lines), slower, Rules(timing_ps=14 * PS_PER_MS))
 
 
-def test_missing_entry_is_a_difference() -> None:
+def test_missing_entry_is_difference() -> None:
     (difference,) = compare(run("a\n", "b\n"), run("a\n"))
 
     assert (difference.first, difference.second) == (ObservedItem(2 * PS_PER_S, "b\n"), None)
 
 
-def test_entry_cut_by_the_end_is_no_difference() -> None:
+def test_entry_cut_by_end_is_no_difference() -> None:
     end_ps = 2 * PS_PER_S + 10 * PS_PER_MS  # the other run may come to it 20 ms later
     begun = Observation(
         end_ps, {TERMINAL: [ObservedItem(PS_PER_S, "a\n"), ObservedItem(2 * PS_PER_S, "Pit", cut=True)]}
@@ -174,7 +174,7 @@ def test_entry_cut_by_the_end_is_no_difference() -> None:
     assert compare(begun, run("a\n", "Roll: 1\n", end_ps=end_ps))
 
 
-def test_line_cut_in_a_number_is_compared_partly() -> None:
+def test_line_cut_in_number_is_compared_partly() -> None:
     end_ps = 2 * PS_PER_S
     begun = Observation(end_ps, {TERMINAL: [ObservedItem(PS_PER_S, "Pre: 977.4", cut=True)]})
     other = run("Pre: 978.120000 hPa \n", end_ps=end_ps)
@@ -205,7 +205,7 @@ def test_both_banners_are_equal() -> None:
         ("\rPitch: 1.000000 deg Roll: 2.000000 deg Yaw: 179.950000 deg \n", False),
     ],
 )
-def test_numbers_may_differ_within_a_tolerance(other: str, same: bool) -> None:
+def test_numbers_may_differ_within_tolerance(other: str, same: bool) -> None:
     line = "Pitch: 1.000000 deg Roll: 2.000000 deg Yaw: 179.950000 deg \n"
     rules = Rules(tolerance=tolerances([("Yaw", 0.11)]))
 
@@ -216,7 +216,7 @@ def test_tolerance_does_not_apply_to_other_lines() -> None:
     assert compare(run("Count: 1 \n"), run("Count: 2 \n"), Rules(tolerance=tolerances([("ACC", 5)])))
 
 
-def test_a_tolerance_may_name_three_axes_at_once() -> None:
+def test_tolerance_may_name_three_axes_at_once() -> None:
     assert tolerances([("ACC", 2), ("ACC.z", 3)]) == {"ACC.x": 2, "ACC.y": 2, "ACC.z": 3}
 
 
@@ -253,7 +253,7 @@ def test_sequence_of_one_run_is_not_compared() -> None:
     assert not compare(run("a\n"), run("on", sequence="LED1"))
 
 
-def test_largest_deviations_suggest_a_tolerance() -> None:
+def test_largest_deviations_suggest_tolerance() -> None:
     first = run("ACC[x,y,z] 1 mg 2 mg 3 mg \n", "Pre: 977.100000 hPa \n", "Pre: 977.200000 hPa \n", "a\n")
     second = run("ACC[x,y,z] 1 mg 4 mg 0 mg \n", "Pre: 977.000000 hPa \n", "Pre: 977.200000 hPa \n", "b\n")
 
@@ -325,7 +325,7 @@ def test_firmware_equals_itself_and_differs_from_faulty(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["figure_eight", "flat", "stairs"])
-def test_another_board_of_the_class_prints_other_numbers(name: str) -> None:
+def test_another_board_of_class_prints_other_numbers(name: str) -> None:
     lab3, other = observed(name), observed(name, seed=99)
 
     assert [difference.sequence for difference in compare(lab3, other)] == [TERMINAL]
@@ -333,7 +333,7 @@ def test_another_board_of_the_class_prints_other_numbers(name: str) -> None:
     assert not compare(lab3, other, Rules(tolerance=everything))
 
 
-def test_a_wrong_threshold_shows_first_on_the_led() -> None:
+def test_wrong_threshold_shows_first_on_led() -> None:
     """LED1 is on above 80 degrees of pitch, not 70; later the scenario tilts the roll, which LED2 shows."""
     duration_ps = load_scenario("led_x").duration_ps
     differences = compare(

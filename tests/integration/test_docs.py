@@ -119,12 +119,12 @@ def test_links_have_targets(page: Path) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_tests_that_a_page_names_exist(page: Path) -> None:
+def test_tests_that_page_names_exist(page: Path) -> None:
     for file, name in NAMED_TEST.findall(text_of(page)):
         assert f"def {name}(" in text_of(ROOT / file), f"{file}::{name}"
 
 
-def test_the_index_of_decisions_is_up_to_date() -> None:
+def test_index_of_decisions_is_up_to_date() -> None:
     """When it is not: python building/decisions.py"""
     script = runpy.run_path(str(ROOT / "building" / "decisions.py"))
     page = text_of(ROOT / "docs" / "decisions.md")
@@ -140,7 +140,7 @@ def test_named_files_exist(page: Path) -> None:
     assert [name for name in NAMED.findall(text_of(page)) if not (ROOT / name).exists()] == []
 
 
-def test_every_page_can_be_reached_from_the_readme() -> None:
+def test_every_page_can_be_reached_from_readme() -> None:
     linked, waiting = set(), [ROOT / "README.md"]
     while waiting:
         page = waiting.pop()
@@ -152,11 +152,11 @@ def test_every_page_can_be_reached_from_the_readme() -> None:
     assert {page for page in PAGES if page not in linked and not page.name.startswith("+")} == set()
 
 
-def test_the_readme_is_read_in_three_minutes() -> None:
+def test_readme_is_read_in_three_minutes() -> None:
     assert len(text_of(ROOT / "README.md").split()) <= LONGEST_README
 
 
-def test_fragments_of_the_changelog_have_a_kind() -> None:
+def test_fragments_of_changelog_have_kind() -> None:
     files = [path.name for path in (ROOT / "changes").iterdir() if path.name != "README.md"]
     kinds = tomllib.loads(text_of(ROOT / "pyproject.toml"))["tool"]["towncrier"]["type"]
     suffixes = tuple(f".{kind['directory']}.md" for kind in kinds)
@@ -164,7 +164,7 @@ def test_fragments_of_the_changelog_have_a_kind() -> None:
     assert [name for name in files if not (name.startswith("+") and name.endswith(suffixes))] == []
 
 
-def test_ci_runs_the_readmes_test_command() -> None:
+def test_ci_runs_readmes_test_command() -> None:
     commands = re.findall(r"^```sh\n(.*?)\n```$", text_of(ROOT / "README.md"), re.MULTILINE)
     assert " --scenario desk" in commands[0]
     assert commands[1] in text_of(ROOT / ".ci" / "run").splitlines()
@@ -194,7 +194,7 @@ EXERCISES = re.findall(
 )
 
 
-def test_every_exercise_has_a_scenario() -> None:
+def test_every_exercise_has_scenario() -> None:
     assert [exercise[0] for exercise, _ in EXERCISES] == ["1", "2", "3", "3", "3", "4", "5"]
     assert {scenario for _, scenario in EXERCISES} < set(scenario_names())
 
@@ -206,7 +206,7 @@ def test_exercise_scenario_passes_only_if_done(scenario: str) -> None:
     assert run(Board(firmware="template-arm", scenario=scenario)).passed is done_by_template
 
 
-def test_the_fragments_make_a_section_of_the_changelog() -> None:
+def test_fragments_make_section_of_changelog() -> None:
     command = [sys.executable, "-m", "towncrier", "build", "--draft", "--version", "next"]
     section = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     fragments = list((ROOT / "changes").glob("+*.md"))

@@ -126,7 +126,7 @@ def test_ended_scenario_run_is_not_judged(name: str, folders: list[Path], tmp_pa
     ids=["check", "diff", "diff isolated", "check isolated"],
 )
 @linux
-def test_command_without_a_summary_ends_in_one_line(
+def test_command_without_summary_ends_in_one_line(
     name: str, isolated: tuple[str, ...], command: tuple[str, ...], folders: list[Path]
 ) -> None:
     process = started(*command, *isolated)
@@ -139,7 +139,7 @@ def test_command_without_a_summary_ends_in_one_line(
 
 
 @linux
-def test_ignored_hangup_continues_the_command(folders: list[Path]) -> None:
+def test_ignored_hangup_continues_command(folders: list[Path]) -> None:
     del folders
     diff = f"diff '{FIRMWARE}' '{FIRMWARE}' --scenario flat --duration 1s"
     command = f"trap '' HUP; exec '{sys.executable}' -m fcu_emulator {diff}"
@@ -179,7 +179,7 @@ main()
         "numpy",
     ],
 )
-def test_signal_while_a_module_loads_ends_the_command(module: str, folders: list[Path]) -> None:
+def test_signal_while_module_loads_ends_command(module: str, folders: list[Path]) -> None:
     command = [sys.executable, "-c", LOADING.format(module=module)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == INTERRUPTED, done.stderr
@@ -203,7 +203,7 @@ main()
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
-def test_signal_during_class_creation_ends_the_command(name: str, folders: list[Path]) -> None:
+def test_signal_during_class_creation_ends_command(name: str, folders: list[Path]) -> None:
     command = [sys.executable, "-c", IN_A_CLASS.format(signal=name)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == INTERRUPTED, done.stderr
@@ -246,7 +246,7 @@ WEB = ("web", "--no-browser", "--duration", "10ms")
         (WEB, "fcu_emulator.emulator.live.server", "module.PageServer.close", False),
     ],
 )
-def test_signal_beside_a_file_of_others_removes_it(
+def test_signal_beside_file_of_others_removes_it(
     command: tuple[str, ...], module: str, place: str, first: bool, folders: list[Path]
 ) -> None:
     program = TWO_SIGNALS.format(module=module, place=place, first=first, command=command)
@@ -263,7 +263,7 @@ def test_signal_beside_a_file_of_others_removes_it(
 
 @pytest.mark.skipif(not FULL.exists(), reason="/dev/full is a Linux device")
 @pytest.mark.parametrize("isolated", [(), ("--isolate",)], ids=["", "isolated"])
-def test_recording_on_a_full_disk_is_not_judged(isolated: tuple[str, ...], folders: list[Path]) -> None:
+def test_recording_on_full_disk_is_not_judged(isolated: tuple[str, ...], folders: list[Path]) -> None:
     process = started("web", "lab3", "--no-browser", "--duration", "200ms", "--record", FULL, *isolated)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == NOT_JUDGED

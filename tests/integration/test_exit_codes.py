@@ -98,7 +98,7 @@ def run_scenario(folder: Path, text: str, *more: str, **shell: str) -> subproces
         (SECOND + GOOD, ("--limit", "walls=1"), USAGE_ERROR),
     ],
 )
-def test_run_exit_code_is_the_verdict(tmp_path: Path, text: str, more: tuple[str, ...], code: int) -> None:
+def test_run_exit_code_is_verdict(tmp_path: Path, text: str, more: tuple[str, ...], code: int) -> None:
     done = run_scenario(tmp_path, text, *more)
     assert done.returncode == code, done.stderr
     assert "Traceback" not in done.stderr
@@ -201,7 +201,7 @@ def test_closing_reader_ends_every_command(arguments: tuple[str, ...]) -> None:
         assert code == READER_GONE
 
 
-def test_an_unknown_part_is_one_line() -> None:
+def test_unknown_part_is_one_line() -> None:
     for name in ("", " ", "LSM", "\x1b"):
         done = fcu("registers", name)
         assert (done.returncode, done.stdout) == (USAGE_ERROR, "")
@@ -243,14 +243,14 @@ def test_lost_terminal_text_leaves_no_verdict(tmp_path: Path, expected: str, wor
 
 
 @needs_full
-def test_lost_standard_error_keeps_the_verdict(tmp_path: Path) -> None:
+def test_lost_standard_error_keeps_verdict(tmp_path: Path) -> None:
     for expected, code in ((GOOD, PASSED), (BAD, FAILED)):
         path = write(tmp_path, SECOND + expected)
         assert fcu("run", "--scenario", path, "--speed", "max", stderr=FULL).returncode == code
 
 
 @needs_full
-def test_full_disk_under_a_run_file_is_reported(tmp_path: Path) -> None:
+def test_full_disk_under_run_file_is_reported(tmp_path: Path) -> None:
     for option in ("--trace", "--json"):
         done = run_scenario(tmp_path, SECOND + GOOD, option, str(FULL))
         assert done.returncode == NOT_JUDGED
@@ -304,7 +304,7 @@ def test_run_with_ignored_signal_continues(name: str) -> None:
 
 @posix
 @pytest.mark.usefixtures("interruptible")
-def test_a_run_that_is_interrupted_is_not_judged(tmp_path: Path, words: Words) -> None:
+def test_run_that_is_interrupted_is_not_judged(tmp_path: Path, words: Words) -> None:
     path = write(tmp_path, HEAD + 'duration = "300s"\n' + GOOD)
     process = subprocess.Popen(
         [sys.executable, "-m", "fcu_emulator", "run", "--scenario", str(path), "--speed", "1"],
@@ -322,7 +322,7 @@ def test_a_run_that_is_interrupted_is_not_judged(tmp_path: Path, words: Words) -
     words("run", re.sub(r"\d+\.\d+ s", "TIME", unchecked))
 
 
-def test_interrupt_in_a_destructor_is_repeated() -> None:
+def test_interrupt_in_destructor_is_repeated() -> None:
     """In a destructor nothing can be raised: Python prints it and goes on."""
     program = """
 import signal
@@ -367,7 +367,7 @@ def test_summary_is_written_as_json(tmp_path: Path) -> None:
     assert len(said["lines"]) >= 4
 
 
-def test_json_summary_has_the_firmware_failure(tmp_path: Path) -> None:
+def test_json_summary_has_firmware_failure(tmp_path: Path) -> None:
     file = tmp_path / "run.json"
     done = fcu(
         "run", prebuilt("solution"), "--limit", "terminal_bytes=10", "--json", file, "--duration", "2s", "-q"
@@ -379,7 +379,7 @@ def test_json_summary_has_the_firmware_failure(tmp_path: Path) -> None:
     assert any("s of virtual time" in line for line in said["lines"])
 
 
-def test_unwritable_summary_is_refused_before_the_run(tmp_path: Path) -> None:
+def test_unwritable_summary_is_refused_before_run(tmp_path: Path) -> None:
     done = fcu("run", "--duration", "1s", "--json", tmp_path / "no" / "run.json")
     assert done.returncode == USAGE_ERROR
     assert done.stdout == ""

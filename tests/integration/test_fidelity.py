@@ -36,7 +36,7 @@ def fcu(*arguments: str) -> str:
     return done.stdout.decode()
 
 
-def test_the_pages_table_is_up_to_date() -> None:
+def test_pages_table_is_up_to_date() -> None:
     """When it is not: python -m fcu_emulator.emulator.analysis.fidelity docs/fidelity-tables.md"""
     text = (ROOT / "docs" / "fidelity-tables.md").read_text(encoding="utf-8")
     assert rewrite(text) == text
@@ -57,7 +57,7 @@ def test_command_rewrites_only_between_markers(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["", BEGIN, END, f"{END}{BEGIN}"])
-def test_a_page_without_markers_is_refused(text: str) -> None:
+def test_page_without_markers_is_refused(text: str) -> None:
     with pytest.raises(InputError) as refused:
         rewrite(text)
     assert refused.value.kind == "no_markers"
@@ -129,5 +129,5 @@ def test_register_map_shows_every_register_and_field(name: str) -> None:
             assert all(f" {bits.name}: {bits.doc}" in printed for bits in register.fields)
 
 
-def test_fcu_prints_the_table() -> None:
+def test_fcu_prints_table() -> None:
     assert fcu("registers", "--fidelity") == f"{table()}\n\n{chip_table()}\n"

@@ -64,7 +64,7 @@ READS = 'kind = "reads", from = "1.5s", for = "500ms", min_hz = 799, max_hz = 80
         'kind = "within", name = "Pitch", min = -10, max = 10',
     ],
 )
-def test_the_solution_passes(tmp_path: Path, expectation: str) -> None:
+def test_solution_passes(tmp_path: Path, expectation: str) -> None:
     check = judged(tmp_path, expectation, "solution")
 
     assert (check.outcome, check.actual) == ("passed", "")
@@ -100,7 +100,7 @@ def test_too_few_reads_have_their_finding(tmp_path: Path) -> None:
     assert judged(tmp_path, f'{reads}, sensor = "gyroscope"', "solution").finding == "seldom read"
 
 
-def test_line_printed_before_the_window_is_missing(tmp_path: Path, words: Words) -> None:
+def test_line_printed_before_window_is_missing(tmp_path: Path, words: Words) -> None:
     late = 'kind = "field", name = "Pre", truth = true, tolerance = 5, from = "2.3s"'
     check = judged(tmp_path, late, "solution")
 
@@ -168,7 +168,7 @@ def test_warnings_count_only_for_own_builds(tmp_path: Path) -> None:
 
 
 @needs_compiler
-def test_a_print_in_the_callback_is_seen(tmp_path: Path) -> None:
+def test_print_in_callback_is_seen(tmp_path: Path) -> None:
     program = student_programs.programs("mistakes.toml")["print_in_callback"]
     check = judged(tmp_path, QUIET, student_programs.build(program, "O2", tmp_path))
 

@@ -48,9 +48,7 @@ INTERRUPTED = 130
         (SECOND + GOOD, ("--duration", "1s"), NOT_JUDGED),
     ],
 )
-def test_isolated_run_has_the_same_verdict(
-    tmp_path: Path, text: str, more: tuple[str, ...], code: int
-) -> None:
+def test_isolated_run_has_same_verdict(tmp_path: Path, text: str, more: tuple[str, ...], code: int) -> None:
     alone, isolated = (run_scenario(tmp_path, text, *more, *isolate) for isolate in ((), ("--isolate",)))
     assert (alone.returncode, isolated.returncode) == (code, code), isolated.stderr
     assert isolated.stdout == alone.stdout
@@ -81,7 +79,7 @@ def test_senseless_limits_are_refused(arguments: tuple[str, ...], words: Words) 
 
 
 @posix
-def test_closed_standard_output_is_closed_for_the_worker(words: Words) -> None:
+def test_closed_standard_output_is_closed_for_worker(words: Words) -> None:
     done = fcu("run", "--duration", "100ms", "--isolate", after=">&-")
     assert done.returncode == USAGE_ERROR
     words("run", done.stderr)
@@ -128,7 +126,7 @@ def test_exhausted_memory_is_not_judged(program: str, words: Words) -> None:
     words("run", ending.cause)
 
 
-def test_a_worker_may_put_itself_under_limits_again() -> None:
+def test_worker_may_put_itself_under_limits_again() -> None:
     """As one that does many tasks: the second call does not shorten what the first has left."""
     code = (
         "from fcu_emulator.emulator.host.isolation import WorkerLimits\n"
@@ -138,7 +136,7 @@ def test_a_worker_may_put_itself_under_limits_again() -> None:
     assert (done.returncode, done.stdout) == (0, "done\n"), done.stderr
 
 
-def test_this_process_is_not_a_worker() -> None:
+def test_this_process_is_not_worker() -> None:
     assert limits_of_worker() is None
 
 
@@ -179,7 +177,7 @@ def test_worker_exit_code_is_reported(program: str, code: str, number: int) -> N
         "os._exit(120)",
     ],
 )
-def test_worker_death_has_a_cause(program: str, code: str, words: Words) -> None:
+def test_worker_death_has_cause(program: str, code: str, words: Words) -> None:
     ending = run_isolated(program, [code], WorkerLimits())
     assert ending.code is None
     words("run", ending.cause)
@@ -219,7 +217,7 @@ def test_killed_worker_is_not_judged(tmp_path: Path, words: Words) -> None:
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 @pytest.mark.parametrize("everybody", [False, True], ids=["parent", "both"])
-def test_a_request_to_end_reaches_the_worker_once(name: str, everybody: bool) -> None:
+def test_request_to_end_reaches_worker_once(name: str, everybody: bool) -> None:
     """Only the parent gets it, as from ``kill``, or both do, as with Ctrl-C in a terminal."""
     process = started("--duration", "300s", group=everybody)
     (worker,) = workers(process)
@@ -275,7 +273,7 @@ def test_end_request_before_worker_start_leaves_no_process() -> None:
         ("check", "template-arm", "--exercise", "4"),
     ],
 )
-def test_isolated_command_prints_the_same(command: tuple[str, ...]) -> None:
+def test_isolated_command_prints_same(command: tuple[str, ...]) -> None:
     alone, isolated = fcu(*command), fcu(*command, "--isolate")
 
     assert (isolated.returncode, isolated.stdout) == (alone.returncode, alone.stdout)
@@ -285,14 +283,14 @@ def test_isolated_command_prints_the_same(command: tuple[str, ...]) -> None:
 @pytest.mark.parametrize(
     "command", [("diff", "lab3", "solution", "--scenario", "tilt_sweep"), ("check", "solution")]
 )
-def test_exceeded_worker_limit_is_not_a_verdict(command: tuple[str, ...], words: Words) -> None:
+def test_exceeded_worker_limit_is_not_verdict(command: tuple[str, ...], words: Words) -> None:
     done = fcu(*command, "--isolate", "--limit", "cpu_s=1")
 
     assert done.returncode == NOT_JUDGED
     words(command[0], done.stderr)
 
 
-def test_a_live_board_may_be_in_a_worker() -> None:
+def test_live_board_may_be_in_worker() -> None:
     done = fcu("web", "--isolate", "--scenario", "iron", "--duration", "100ms")
 
     assert done.returncode == PASSED, done.stderr

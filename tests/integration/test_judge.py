@@ -67,7 +67,7 @@ def test_shown_run_can_be_repeated_by_hand(rubric: Rubric, tmp_path: Path) -> No
     assert shown.replay == ""  # a check of the exercise shows its name alone
 
 
-def test_points_are_the_share_of_met_expectations(rubric: Rubric) -> None:
+def test_points_are_share_of_met_expectations(rubric: Rubric) -> None:
     verdict = judge("lab3", rubric, seed=1)
     angles, secret = verdict.checks
 
@@ -86,7 +86,7 @@ def test_verdict_round_trips_through_json(rubric: Rubric) -> None:
     assert judge("lab3", rubric, seed=2).to_json() != verdict.to_json()
 
 
-def test_evidence_has_the_terminal_and_printed_against_truth(rubric: Rubric) -> None:
+def test_evidence_has_terminal_and_printed_against_truth(rubric: Rubric) -> None:
     (run,) = judge("lab3", rubric, seed=1).evidence_of("1")
     pitch = next(series for series in run.series if series.name == "Pitch")
 
@@ -96,7 +96,7 @@ def test_evidence_has_the_terminal_and_printed_against_truth(rubric: Rubric) -> 
     assert pitch.printed == pytest.approx([40.0] * len(pitch.truth), abs=3)
 
 
-def test_student_sees_only_what_the_rubric_allows(rubric: Rubric) -> None:
+def test_student_sees_only_what_rubric_allows(rubric: Rubric) -> None:
     verdict = judge("lab3", rubric, seed=1)
     before, after = verdict.for_student(), verdict.for_student(after_due_date=True)
 
@@ -115,7 +115,7 @@ def test_changed_rubric_text_needs_no_run(rubric: Rubric, tmp_path: Path) -> Non
     assert reworded(verdict, changed) == judge("lab3", changed, seed=1)
 
 
-def test_progress_comes_to_the_end_of_all_runs(rubric: Rubric) -> None:
+def test_progress_comes_to_end_of_all_runs(rubric: Rubric) -> None:
     seen: list[JudgeProgress] = []
     judge("lab3", rubric, seed=1, progress=seen.append)
 
@@ -123,7 +123,7 @@ def test_progress_comes_to_the_end_of_all_runs(rubric: Rubric) -> None:
     assert {one.total_s for one in seen} == {3.0}
 
 
-def test_an_unknown_exercise_is_named(rubric: Rubric) -> None:
+def test_unknown_exercise_is_named(rubric: Rubric) -> None:
     with pytest.raises(InputError, match="unknown exercise '7'; the rubric mine has 1"):
         judge("lab3", rubric, seed=1, exercises=["7"])
 
@@ -259,7 +259,7 @@ def test_hidden_prerequisite_is_not_named_to_students(tmp_path: Path) -> None:
     assert shown.checks[0].finding == "prerequisite"
 
 
-def test_unjudged_prerequisite_leaves_the_check_unjudged(tmp_path: Path) -> None:
+def test_unjudged_prerequisite_leaves_check_unjudged(tmp_path: Path) -> None:
     text = NEEDY.replace('{ kind = "printed", name = "Pitch", max_gap = "2s" }', '{ kind = "no_warnings" }')
     verdict = judged_by(tmp_path, text, "lab3")
 

@@ -88,7 +88,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_wrong_condition_is_found_at_a_threshold(tmp_path: Path, name: str) -> None:
+def test_wrong_condition_is_found_at_threshold(tmp_path: Path, name: str) -> None:
     condition, expected = WRONG[name]
     wrong = program(lit=condition, said=lambda one: "ALARM" * condition(one))
     line, led = faults(played(tmp_path, IDEAL + THRESHOLD + ALARM + LED, wrong))
@@ -106,7 +106,7 @@ def test_line_that_is_nearly_right_has_wrong_format(tmp_path: Path, text: str) -
 PASSING = '[[timeline]]\ndo = "rotate_to"\nroll_deg = 60\nat = "2s"\nfor = "1s"\n'
 
 
-def test_findings_give_the_angle_of_their_moment(tmp_path: Path) -> None:
+def test_findings_give_angle_of_their_moment(tmp_path: Path) -> None:
     """A program with the threshold 40 is on its way from 0 to 60 degrees."""
     low = program(
         lit=lambda one: abs(one.roll) > 40, said=lambda one: "ALARM" * (abs(one.roll) > 40), every_ms=3
@@ -169,7 +169,7 @@ def test_line_printed_once_is_missing_later(tmp_path: Path) -> None:
     assert faults(played(tmp_path, IDEAL + THRESHOLD + ALARM, once)) == [("expect[0]", "missing")]
 
 
-def test_line_not_following_the_led_is_found(tmp_path: Path) -> None:
+def test_line_not_following_led_is_found(tmp_path: Path) -> None:
     dark = program(lit=lambda _: False)
 
     assert faults(played(tmp_path, IDEAL + THRESHOLD + LED_LINE, dark)) == [("expect[0]", "wrong value")]
@@ -202,7 +202,7 @@ def test_threshold_rests_on_both_sides_of_both_signs(tmp_path: Path) -> None:
     assert board.scenario.duration_s == 2 + 6 * 3.5
 
 
-def test_order_of_rests_is_drawn_from_the_seed(tmp_path: Path) -> None:
+def test_order_of_rests_is_drawn_from_seed(tmp_path: Path) -> None:
     def order(seed: int) -> tuple[float, ...]:
         scenario = Board(program(), scenario=write(tmp_path, IDEAL + THRESHOLD), seed=seed).scenario
         assert scenario is not None
@@ -301,7 +301,7 @@ def test_own_format_serves_every_kind_about_numbers(tmp_path: Path, kind: str) -
         ('format = "50%"', "value = 1, tolerance = 1"),
     ],
 )
-def test_format_without_a_usable_number_is_refused(tmp_path: Path, format_key: str, rest: str) -> None:
+def test_format_without_usable_number_is_refused(tmp_path: Path, format_key: str, rest: str) -> None:
     assert refusal(tmp_path, number(format_key, rest)).key.startswith("expect[0]")
 
 

@@ -86,7 +86,7 @@ def with_library_named(text: str) -> str:
     return text.replace(native.library_name(), "LIBRARY")
 
 
-def test_only_chip_firmware_needs_the_library(clone: Path, words: Words) -> None:
+def test_only_chip_firmware_needs_library(clone: Path, words: Words) -> None:
     file = clone / NATIVE / native.library_name()
     chip, python = fcu_run(clone, "solution"), fcu_run(clone, "lab3")
 
@@ -98,7 +98,7 @@ def test_only_chip_firmware_needs_the_library(clone: Path, words: Words) -> None
     assert "LAB3 Init..." in python.stdout
 
 
-def test_build_command_builds_the_library_once(clone: Path) -> None:
+def test_build_command_builds_library_once(clone: Path) -> None:
     file = clone / NATIVE / native.library_name()
     first, second = (run(clone, BUILD) for _ in range(2))
     built_with = native.built_from(file)[1]
@@ -152,7 +152,7 @@ def test_package_without_library_asks_for_reinstallation(
     ("environment", "named"),
     [({"CC": "/no/such/cc"}, "/no/such/cc: "), ({"CC": "cl"}, "unset CC"), ({"CC": "", "PATH": ""}, "(cc;")],
 )
-def test_failed_library_build_prints_the_remedy(
+def test_failed_library_build_prints_remedy(
     clone: Path, environment: dict[str, str], named: str, words: Words
 ) -> None:
     done = run(clone, "-S", BUILD, **environment)  # -S: without packages, so without ziglang
@@ -165,7 +165,7 @@ def test_failed_library_build_prints_the_remedy(
 
 
 @pytest.mark.parametrize("compiler", ["cc", "gcc -O1", "clang"])
-def test_editable_installation_uses_compiler_of_the_environment(
+def test_editable_installation_uses_compiler_of_environment(
     clone: Path, tmp_path_factory: pytest.TempPathFactory, compiler: str
 ) -> None:
     if shutil.which(compiler.split(maxsplit=1)[0]) is None:

@@ -184,7 +184,7 @@ def test_refused_callers_print_bounded_lines(pages: PageServer, said: list[str])
 
 
 @pytest.mark.parametrize("error", [MemoryError(), KeyError("\x1b[31m\n"), OSError(24, "Too many open files")])
-def test_failure_of_the_server_is_one_line(
+def test_failure_of_server_is_one_line(
     pages: PageServer, said: list[str], monkeypatch: pytest.MonkeyPatch, error: Exception
 ) -> None:
     def fail(*_arguments: object) -> None:
@@ -195,7 +195,7 @@ def test_failure_of_the_server_is_one_line(
     assert len(said) == 1
 
 
-def test_failure_of_the_library_is_one_line(pages: PageServer, said: list[str]) -> None:
+def test_failure_of_library_is_one_line(pages: PageServer, said: list[str]) -> None:
     assert isinstance(pages.controls, IdleSession)
 
     def fail(client: object) -> None:

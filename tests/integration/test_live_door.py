@@ -131,7 +131,7 @@ def test_moved_board_is_recorded(board: Live, capsys: pytest.CaptureFixture[str]
     assert "follow_attitude" in board.session.recording.text()
 
 
-def test_board_without_port_has_a_terminal(board: Live) -> None:
+def test_board_without_port_has_terminal(board: Live) -> None:
     where, port = open_port(None)
     assert "mine.elf" in where
     with closing(port):
@@ -158,7 +158,7 @@ def test_unknown_control_message_gets_one_line_error(board: Live, words: Words) 
     assert far["text"] == ""
 
 
-def test_page_stays_alive_under_a_debugger(debugged: Live, words: Words) -> None:
+def test_page_stays_alive_under_debugger(debugged: Live, words: Words) -> None:
     session = debugged.session
     debugged.until_state("running")
     with closing(Debugger(session)) as gdb:
@@ -191,7 +191,7 @@ def test_debugger_reconnects_at_same_port_after_reset(debugged: Live) -> None:
     debugged.until_state("running")
 
 
-def test_paused_board_answers_a_debugger(debugged: Live) -> None:
+def test_paused_board_answers_debugger(debugged: Live) -> None:
     debugged.session.post(debugged, messages.Pause())
     debugged.until_state("paused")
     at_ps = debugged.session.board.clock.now_ps
@@ -206,7 +206,7 @@ def test_python_firmware_cannot_be_debugged() -> None:
     assert refused.value.kind == "no_chip"
 
 
-def test_with_halt_the_firmware_waits_for_the_debugger(words: Words) -> None:
+def test_with_halt_firmware_waits_for_debugger(words: Words) -> None:
     one = Live(Setup("solution", gdb=0, halt=True))
     try:
         one.until_state("halted")

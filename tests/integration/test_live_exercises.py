@@ -59,7 +59,7 @@ def test_crashing_program_is_reported_with_its_cause() -> None:
     assert "HAL_TIM_PeriodElapsedCallback(), outside_memory.c:20" in checked.causes[0]["summary"]
 
 
-def test_one_is_judged_at_a_time(exercises: LabExercises) -> None:
+def test_submissions_are_judged_one_by_one(exercises: LabExercises) -> None:
     exercises.start("4", "solution", 0)
     with pytest.raises(InputError, match=r"exercise 4\b") as refused:
         exercises.start("1", "solution", 0)
@@ -68,7 +68,7 @@ def test_one_is_judged_at_a_time(exercises: LabExercises) -> None:
         exercises.start("no such exercise", "solution", 0)
 
 
-def test_non_firmware_is_an_error_result(exercises: LabExercises, tmp_path: Path) -> None:
+def test_non_firmware_is_error_result(exercises: LabExercises, tmp_path: Path) -> None:
     program = tmp_path / "empty.elf"
     program.write_bytes(b"")
     exercises.start("4", str(program), 0)
@@ -78,7 +78,7 @@ def test_non_firmware_is_an_error_result(exercises: LabExercises, tmp_path: Path
     assert checked.problem
 
 
-def test_closing_ends_a_judgement() -> None:
+def test_closing_ends_judgement() -> None:
     exercises = LabExercises()
     exercises.start("5", "solution", 0)
     exercises.close()

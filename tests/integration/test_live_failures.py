@@ -69,7 +69,7 @@ def errors(page: Page) -> list[str]:
         (LiveSession, "_step", messages.StepCommand("tick")),
     ],
 )
-def test_command_that_fails_is_a_notice(
+def test_command_that_fails_is_notice(
     monkeypatch: pytest.MonkeyPatch, error: Exception, where: Any, name: str, command: PageCommand
 ) -> None:
     page = Page(Setup("lab3"), [(0.02, command)], end_s=0.1)
@@ -101,7 +101,7 @@ def test_upload_after_one_that_failed_is_run(monkeypatch: pytest.MonkeyPatch) ->
 
 
 @pytest.mark.parametrize("error", FAILURES, ids=lambda error: type(error).__name__)
-def test_failing_view_and_link_keep_the_session(error: Exception) -> None:
+def test_failing_view_and_link_keep_session(error: Exception) -> None:
     link = MemoryLink()
     page = Page(Setup("lab3"), end_s=1e9, links=[link])
     link.send = failing(error)  # type: ignore[method-assign]
@@ -135,7 +135,7 @@ def test_failed_board_can_be_reset(monkeypatch: pytest.MonkeyPatch, error: Excep
     assert session.run_number == 2
 
 
-def test_recording_on_full_disk_refuses_the_reset(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_recording_on_full_disk_refuses_reset(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     record = tmp_path / "session.toml"
     page = Page(Setup("lab3"), [(0.02, messages.Reset())], end_s=0.1, record=record)
     monkeypatch.setattr(tempfile, "mkstemp", failing(FULL))
@@ -146,9 +146,7 @@ def test_recording_on_full_disk_refuses_the_reset(tmp_path: Path, monkeypatch: p
     assert not record.exists()
 
 
-def test_end_removes_the_upload_although_the_recording_fails(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_end_removes_upload_although_recording_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     page = Page(Setup("lab3"), [(0.02, UPLOAD)], end_s=0.1, record=tmp_path / "no" / "session.toml")
     monkeypatch.setattr("fcu_emulator.emulator.live.recording.write_atomically", failing(OutputError("full")))
@@ -157,7 +155,7 @@ def test_end_removes_the_upload_although_the_recording_fails(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_impossible_scenario_fails_the_board(tmp_path: Path) -> None:
+def test_impossible_scenario_fails_board(tmp_path: Path) -> None:
     """The scenario lifts by 2 km, the hand holds the board at 9 km, and the world ends at 10 km."""
     lifts = '[[timeline]]\nat = "100ms"\ndo = "lift"\nmetres = 2000\nfor = "10s"\n'
     scenario = write(tmp_path, HEAD + 'duration = "1s"\n' + lifts)
@@ -169,7 +167,7 @@ def test_impossible_scenario_fails_the_board(tmp_path: Path) -> None:
     assert "10000 m" in status.problem
 
 
-def test_control_failure_does_not_end_the_session() -> None:
+def test_control_failure_does_not_end_session() -> None:
     page = Page(Setup("lab3"), end_s=0.1)
 
     class Broken(ControlServer):
@@ -228,7 +226,7 @@ def test_largest_firmware_can_be_uploaded() -> None:
     assert len(command.content()) == LARGEST_FIRMWARE
 
 
-def test_names_of_uploads_send_nothing_to_the_page() -> None:
+def test_names_of_uploads_send_nothing_to_page() -> None:
     name = "\x1b]0;x\x07\u202egnp.elf"
     page = Page(Setup("lab3"), [(0.02, messages.Upload(name, FIRMWARE)), (0.04, do(do="tap"))], end_s=0.1)
     page.run()
@@ -238,7 +236,7 @@ def test_names_of_uploads_send_nothing_to_the_page() -> None:
     assert messages.Notice("error", str(FirmwareFileError(name, "no"))).text.isprintable()
 
 
-def test_few_uploads_wait_at_a_time() -> None:
+def test_number_of_waiting_uploads_is_limited() -> None:
     session = Page(Setup("lab3"), end_s=0.1).session
     taken = [session.post(None, UPLOAD) for _ in range(10)]
     assert taken == [True, True, *[False] * 8]

@@ -41,7 +41,7 @@ def raw(name: str) -> bytes:
         (["identity"], False),
     ],
 )
-def test_gzip_is_used_if_the_client_accepts_it(headers: list[str], accepted: bool) -> None:
+def test_gzip_is_used_if_client_accepts_it(headers: list[str], accepted: bool) -> None:
     assert accepts_gzip(headers) == accepted
     file = Bundle().file("/app.js", headers)
     assert file is not None
@@ -49,7 +49,7 @@ def test_gzip_is_used_if_the_client_accepts_it(headers: list[str], accepted: boo
     assert (gzip.decompress(file.body) if accepted else file.body) == raw("app.js")
 
 
-def test_compressed_page_is_a_third_of_plain() -> None:
+def test_compression_reduces_page_to_third() -> None:
     bundle = Bundle()
     plain, small = (bundle.file("/app.js", accepted) for accepted in ([], ["gzip"]))
     assert plain is not None
@@ -58,7 +58,7 @@ def test_compressed_page_is_a_third_of_plain() -> None:
     assert bundle.file("/server.py", ["gzip"]) is None
 
 
-def test_server_sends_gzip_to_a_browser() -> None:
+def test_server_sends_gzip_to_browser() -> None:
     pages = PageServer()
     try:
         connection = HTTPConnection("127.0.0.1", pages.address.port, timeout=30)
@@ -89,7 +89,7 @@ def status(pages: PageServer, host: str, at: str) -> int:
     return connection.getresponse().status
 
 
-def test_server_listens_on_the_named_address_only(other: PageServer) -> None:
+def test_server_listens_on_named_address_only(other: PageServer) -> None:
     port = other.address.port
     assert other.url.startswith(f"http://{OTHER}:{port}/")
     assert other.address.socket.startswith(f"ws://{OTHER}:{port}/")
@@ -116,7 +116,7 @@ def test_address_of_another_machine_cannot_be_listened_on() -> None:
         PageServer(listen=NOT_HERE)
 
 
-def test_warning_if_other_machines_reach_the_page() -> None:
+def test_warning_if_other_machines_reach_page() -> None:
     assert listening.warning("127.0.0.1") == listening.warning(OTHER) == listening.warning("::1") == ""
     assert "\n" not in listening.warning("192.168.1.20")
     assert "192.168.1.20" in listening.warning("192.168.1.20")

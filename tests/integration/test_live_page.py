@@ -116,7 +116,7 @@ def until(page: playwright.Page, condition: str) -> None:
     page.wait_for_function(condition, polling=50)
 
 
-def test_dragging_turns_the_board_and_lights_led(browser: Browser, served: Served) -> None:
+def test_dragging_turns_board_and_lights_led(browser: Browser, served: Served) -> None:
     page = browser.open(served, in_space=True)
     box = page.locator(".board-view").bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
@@ -163,7 +163,7 @@ def test_magnet_is_held_dragged_and_removed(browser: Browser, served: Served) ->
     assert page.text_content("#magnet-place") == ""
 
 
-def test_without_webgl_there_is_a_horizon(browser: Browser, served: Served) -> None:
+def test_without_webgl_there_is_horizon(browser: Browser, served: Served) -> None:
     page = browser.open(served)
     assert page.evaluate("document.querySelector('.board-view').getContext('2d') !== null")
 
@@ -213,7 +213,7 @@ def test_typed_text_is_echoed_bytewise(browser: Browser) -> None:
         served.close()
 
 
-def test_the_plot_shows_truth_and_prints(browser: Browser, served: Served) -> None:
+def test_plot_shows_truth_and_prints(browser: Browser, served: Served) -> None:
     page = browser.open(served)
     page.fill("#slide-pitch", "40")
     until(page, "document.querySelector('#num-attitude-pitch').textContent === '40.0'")
@@ -239,7 +239,7 @@ def test_the_plot_shows_truth_and_prints(browser: Browser, served: Served) -> No
     assert Path(picture.value.path()).read_bytes().startswith(b"\x89PNG")
 
 
-def test_firmware_is_dropped_and_a_file_is_followed(browser: Browser, tmp_path: Path) -> None:
+def test_firmware_is_dropped_and_file_is_followed(browser: Browser, tmp_path: Path) -> None:
     program = tmp_path / "mine.elf"
     program.write_bytes(prebuilt("template", "I2C2").read_bytes())
     served = Served(Setup(str(program)))
@@ -272,7 +272,7 @@ def test_scenario_verdict_is_shown(browser: Browser, served: Served) -> None:
     assert (page.text_content("#verdict-count") or "").startswith("1 of 1 expectation")
 
 
-def test_page_of_a_scenario_opens_at_its_question(browser: Browser) -> None:
+def test_page_of_scenario_opens_at_its_question(browser: Browser) -> None:
     served = Served(Setup("lab3", "led_x"))
     try:
         page = browser.open(served)
@@ -317,7 +317,7 @@ def test_registers_and_bus_are_decoded(browser: Browser, served: Served) -> None
     assert "mg" in page.text_content(".bus-table")
 
 
-def test_blocks_of_the_chip_and_pins_are_shown(browser: Browser, served: Served) -> None:
+def test_blocks_of_chip_and_pins_are_shown(browser: Browser, served: Served) -> None:
     page = browser.open(served)
     page.click("#tab-registers")
     page.select_option("#peripheral", "TIM9")
@@ -359,7 +359,7 @@ def test_two_pages_show_one_board(browser: Browser, served: Served) -> None:
     until(one, "document.querySelector('#num-attitude-roll').textContent === '-20.0'")
 
 
-def test_page_reconnects_to_a_restarted_server(browser: Browser) -> None:
+def test_page_reconnects_to_restarted_server(browser: Browser) -> None:
     first = Served(Setup(None))
     port = first.pages.address.port
     first.close()
@@ -384,7 +384,7 @@ class Evil(Echo):
             self._hal.HAL_Delay(200)
 
 
-def test_printed_text_is_escaped_in_the_page(browser: Browser) -> None:
+def test_printed_text_is_escaped_in_page(browser: Browser) -> None:
     served = Served(Setup(Evil))
     try:
         page = browser.open(served)
@@ -396,7 +396,7 @@ def test_printed_text_is_escaped_in_the_page(browser: Browser) -> None:
 
 
 @pytest.mark.parametrize("width", [360, 420])
-def test_page_fits_a_phone(width: int, browser: Browser, served: Served) -> None:
+def test_page_fits_phone(width: int, browser: Browser, served: Served) -> None:
     page = browser.open(served)
     page.set_viewport_size({"width": width, "height": 800})
     for pane in ("world", "registers", "bus", "pins", "scenario", "diagnosis"):
@@ -427,7 +427,7 @@ def test_page_without_token_shows_instructions(browser: Browser, served: Served)
     until(page, "document.body.dataset.state === 'running'")
 
 
-def test_page_with_wrong_token_shows_an_error(browser: Browser, served: Served) -> None:
+def test_page_with_wrong_token_shows_error(browser: Browser, served: Served) -> None:
     page = browser.open(served)
     page.evaluate("sessionStorage.setItem('fcu-token', 'wrong')")
     page.reload()

@@ -31,7 +31,7 @@ def lab() -> Iterator[live.Served]:
 # -- first sight --------------------------------------------------------------------------------------------
 
 
-def test_exercise_is_checked_from_the_page(browser: live.Browser, lab: live.Served) -> None:
+def test_exercise_is_checked_from_page(browser: live.Browser, lab: live.Served) -> None:
     page = browser.open(lab)
     assert page.is_visible("#check")
     assert page.text_content("#exercise-question").endswith("?")
@@ -65,7 +65,7 @@ def test_each_world_field_has_its_own_label(browser: live.Browser, served: live.
     assert page.locator("tr:has(#num-mag-x)").get_attribute("title")
 
 
-def test_tour_is_shown_on_the_first_visit_only(browser: live.Browser, lab: live.Served) -> None:
+def test_tour_is_shown_on_first_visit_only(browser: live.Browser, lab: live.Served) -> None:
     page = browser.open(lab, first_visit=True)
     until(page, "!document.querySelector('#tour').hidden")
     titles = [page.text_content("#tour-title")]
@@ -84,7 +84,7 @@ def test_tour_is_shown_on_the_first_visit_only(browser: live.Browser, lab: live.
     assert page.is_hidden("#tour")
 
 
-def test_question_mark_lists_the_keys(browser: live.Browser, lab: live.Served) -> None:
+def test_question_mark_lists_keys(browser: live.Browser, lab: live.Served) -> None:
     page = browser.open(lab)
     page.keyboard.press("?")
     assert page.is_visible("#keys")
@@ -109,7 +109,7 @@ def test_scenarios_are_listed_with_their_questions(browser: live.Browser, lab: l
     assert page.is_hidden("#scenarios")
 
 
-def test_gestures_have_the_words_of_scenarios(browser: live.Browser, served: live.Served) -> None:
+def test_gestures_have_words_of_scenarios(browser: live.Browser, served: live.Served) -> None:
     page = browser.open(served)
     words = page.eval_on_selector_all("[data-gesture]", "all => all.map(one => one.dataset.gesture)")
     assert words == [one["word"] for one in gestures.buttons()]
@@ -157,7 +157,7 @@ class Dies:
         """The timer is not used."""
 
 
-def test_end_of_the_text_is_marked_after_it(browser: live.Browser) -> None:
+def test_end_of_text_is_marked_after_it(browser: live.Browser) -> None:
     failing = live.Served(Setup(Dies))
     try:
         page = browser.open(failing)
@@ -182,7 +182,7 @@ def columns(page: Any) -> list[dict[str, str]]:
     return [dict(zip(names, row.split(","), strict=True)) for row in rows]
 
 
-def test_reload_and_second_page_keep_the_past(browser: live.Browser, served: live.Served) -> None:
+def test_reload_and_second_page_keep_past(browser: live.Browser, served: live.Served) -> None:
     page = browser.open(served)
     page.click("[data-subject=variables]")
     page.fill("[placeholder='Add a variable']", "pitch")
@@ -216,7 +216,7 @@ def test_firmware_keeps_its_name(browser: live.Browser) -> None:
         loaded.close()
 
 
-def test_unknown_variable_is_refused_with_a_message(browser: live.Browser, served: live.Served) -> None:
+def test_unknown_variable_is_refused_with_message(browser: live.Browser, served: live.Served) -> None:
     page = browser.open(served)
     page.click("[data-subject=variables]")
     for name in ("pitch", "pich"):
@@ -236,7 +236,7 @@ MARKERS = (
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_no_two_series_share_a_colour(theme: str, browser: live.Browser, lab: live.Served) -> None:
+def test_no_two_series_share_colour(theme: str, browser: live.Browser, lab: live.Served) -> None:
     page = browser.open(lab, theme=theme)
     page.evaluate("sessionStorage.setItem('fcu-watched', 'acc\\ngyro\\nmag\\npress')")
     page.reload()

@@ -141,7 +141,7 @@ def test_socket_without_token_is_never_opened(
     assert len(session._clients) == before
 
 
-def test_page_that_offers_the_token_gets_the_board(live: tuple[PageServer, LiveSession]) -> None:
+def test_page_that_offers_token_gets_board(live: tuple[PageServer, LiveSession]) -> None:
     pages, _ = live
     with connected(pages.address, origin=f"http://127.0.0.1:{pages.address.port}") as client:
         assert client.subprotocol == "fcu"
@@ -149,14 +149,14 @@ def test_page_that_offers_the_token_gets_the_board(live: tuple[PageServer, LiveS
 
 
 @pytest.mark.parametrize("origin", ["http://evil.example", "null", "https://127.0.0.1", "http://127.0.0.1:1"])
-def test_a_page_of_another_origin_gets_no_socket(live: tuple[PageServer, LiveSession], origin: str) -> None:
+def test_page_of_another_origin_gets_no_socket(live: tuple[PageServer, LiveSession], origin: str) -> None:
     pages, _ = live
     with pytest.raises(InvalidStatus) as refused, connected(pages.address, origin=origin):
         pass
     assert refused.value.response.status_code == 403
 
 
-def test_a_client_moves_the_board_and_sees_it(live: tuple[PageServer, LiveSession]) -> None:
+def test_client_moves_board_and_sees_it(live: tuple[PageServer, LiveSession]) -> None:
     pages, _ = live
     with connected(pages.address) as client:
         hello = until(client, "hello")
@@ -169,7 +169,7 @@ def test_a_client_moves_the_board_and_sees_it(live: tuple[PageServer, LiveSessio
         assert until(client, "state", leds={"LED1": False, "LED2": False})
 
 
-def test_two_clients_share_a_board(live: tuple[PageServer, LiveSession]) -> None:
+def test_two_clients_share_board(live: tuple[PageServer, LiveSession]) -> None:
     pages, _ = live
     with connected(pages.address) as one:
         with connected(pages.address) as other:
@@ -180,7 +180,7 @@ def test_two_clients_share_a_board(live: tuple[PageServer, LiveSession]) -> None
         assert until(one, "status", state="running")
 
 
-def test_fuzzed_messages_never_stop_the_board(live: tuple[PageServer, LiveSession]) -> None:
+def test_fuzzed_messages_never_stop_board(live: tuple[PageServer, LiveSession]) -> None:
     pages, session = live
     with connected(pages.address) as client:
         for message in fuzzed(seed=5, count=150):
@@ -197,7 +197,7 @@ def test_fuzzed_messages_never_stop_the_board(live: tuple[PageServer, LiveSessio
     assert not session.stopped
 
 
-def test_a_huge_message_ends_its_connection_only(live: tuple[PageServer, LiveSession]) -> None:
+def test_huge_message_ends_its_connection_only(live: tuple[PageServer, LiveSession]) -> None:
     pages, _ = live
     with connected(pages.address) as client, suppress(ConnectionClosed):
         client.send("x" * (messages.LONGEST_UPLOAD + 1))
@@ -224,7 +224,7 @@ def test_backlog_of_stalled_page_is_bounded() -> None:
     assert len(taken) <= outbox.MOST_KEPT
 
 
-def test_restarted_server_accepts_the_open_page() -> None:
+def test_restarted_server_accepts_open_page() -> None:
     with running(Setup(None)) as (pages, _):
         port = pages.address.port
     with running(Setup(None), port) as (pages, _):

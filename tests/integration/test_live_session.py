@@ -64,7 +64,7 @@ def everything(board: Board) -> tuple[bytes, list[str], bytes]:
 
 @pytest.mark.parametrize("firmware", ["lab3", "solution"])
 @pytest.mark.parametrize("scenario", [None, "led_x"])
-def test_a_recorded_session_gives_the_same_bytes(firmware: str, scenario: str | None, tmp_path: Path) -> None:
+def test_recorded_session_gives_same_bytes(firmware: str, scenario: str | None, tmp_path: Path) -> None:
     session = Page(Setup(firmware, scenario, seed=3), SCRIPT, end_s=4.5).run()
     replayed = again(session, tmp_path, firmware)
     assert len(session.board.terminal.text) > 500
@@ -181,7 +181,7 @@ def test_session_catches_up_after_short_pauses_only(late_s: float, behind_s: flo
 
 
 @pytest.mark.parametrize("takes_s", [(1e-5,), (1e-5, 1e-3, 1e-4, 1e-5, 2e-3)])
-def test_states_come_50_times_a_second(takes_s: tuple[float, ...]) -> None:
+def test_states_come_at_50_hz(takes_s: tuple[float, ...]) -> None:
     """Also when what the session does takes now longer and now shorter."""
     page = Page(Setup("lab3", ideal=True), end_s=2.0)
     wall, looks = Wall(), itertools.cycle(takes_s)
@@ -196,7 +196,7 @@ def test_states_come_50_times_a_second(takes_s: tuple[float, ...]) -> None:
     assert len(states) == pytest.approx(50, abs=5)
 
 
-def test_command_shows_within_5_ms_of_a_state() -> None:
+def test_command_shows_within_5_ms_of_state() -> None:
     """It was 20 ms: the session slept past the next state's time."""
     commands = [messages.Do({"do": "set_attitude", "roll_deg": number}, number) for number in range(1, 20)]
     page = Page(Setup("lab3", ideal=True), end_s=1.0)
@@ -267,7 +267,7 @@ def test_python_firmware_shows_no_chip() -> None:
 
 
 @pytest.mark.parametrize("wiring", ["lab3", "fcu001v1"])
-def test_the_pins_and_their_levels(wiring: str) -> None:
+def test_pins_and_their_levels(wiring: str) -> None:
     script = [(0.0, messages.Watch(pins=True)), (0.5, do(do="set_attitude", pitch_deg=86))]
     page = Page(Setup("solution", wiring=wiring, ideal=True), script, 3.0)
     session = page.run()
@@ -371,7 +371,7 @@ def test_wrong_command_gets_one_line_without_change() -> None:
     assert session.recording.text().count("do =") == 0
 
 
-def test_a_file_that_changes_is_loaded_again(tmp_path: Path) -> None:
+def test_file_that_changes_is_loaded_again(tmp_path: Path) -> None:
     program = tmp_path / "lab3.elf"
     shutil.copy(prebuilt("template", "I2C2"), program)
 
@@ -429,7 +429,7 @@ class Broken:
         """The timer is not used."""
 
 
-def test_permanently_failed_firmware_ends_the_session() -> None:
+def test_permanently_failed_firmware_ends_session() -> None:
     page = Page(Setup(Broken, ideal=True), [(3, do(do="tap"))], end_s=5)
     session = page.run()
 
@@ -443,7 +443,7 @@ def test_unusable_firmware_is_refused_at_once(tmp_path: Path) -> None:
         Page(Setup(str(tmp_path / "missing.elf")))
 
 
-def test_recorded_file_is_a_scenario_with_instructions(tmp_path: Path) -> None:
+def test_recorded_file_is_scenario_with_instructions(tmp_path: Path) -> None:
     path = tmp_path / "session.toml"
     Page(Setup("lab3"), SCRIPT[:3], end_s=2, record=path).run()
     assert "# fcu run lab3 --wiring lab3 --scenario" in path.read_text(encoding="utf-8")

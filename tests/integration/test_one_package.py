@@ -75,7 +75,7 @@ def lab(tmp_path: Path) -> Path:
     ],
     ids=["script", "run", "isolated", "pytest"],
 )
-def test_a_students_own_files_hide_nothing(command: list[str], lab: Path) -> None:
+def test_students_own_files_hide_nothing(command: list[str], lab: Path) -> None:
     done = python(lab, *command)
 
     assert done.returncode == 0, done.stdout + done.stderr
@@ -94,7 +94,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return site
 
 
-def test_a_wheel_installs_one_package(wheel: Path) -> None:
+def test_wheel_installs_one_package(wheel: Path) -> None:
     assert {path.name for path in wheel.iterdir() if path.suffix not in (".dist-info", ".pth")} == {
         "fcu_emulator",
         "_fcu_emulator_old_names.py",
@@ -119,14 +119,14 @@ assert pickle.loads(b"cemulator.errors\\nInputError\\n(S'x'\\ntR.").args == ("x"
 """
 
 
-def test_old_imports_work_with_a_warning(wheel: Path, tmp_path: Path) -> None:
+def test_old_imports_work_with_warning(wheel: Path, tmp_path: Path) -> None:
     done = python(tmp_path, "-c", OLD_NAMES, str(wheel), path=wheel)
 
     assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("name", OLD)
-def test_module_of_a_student_precedes_old_name(name: str, wheel: Path, tmp_path: Path) -> None:
+def test_module_of_student_precedes_old_name(name: str, wheel: Path, tmp_path: Path) -> None:
     (tmp_path / f"{name}.py").write_text("mine = True\n")
     program = f"import _fcu_emulator_old_names\nimport {name}\nassert {name}.mine"
     done = python(tmp_path, "-W", "error", "-c", program, path=wheel)

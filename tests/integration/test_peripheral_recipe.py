@@ -30,7 +30,7 @@ def change(file: Path, old: str, new: str) -> None:
     file.write_text(text.replace(old, new), encoding="utf-8")
 
 
-def test_recipe_makes_a_peripheral_that_firmware_can_use(tmp_path: Path) -> None:
+def test_recipe_makes_peripheral_that_firmware_can_use(tmp_path: Path) -> None:
     clone = copied_clone(tmp_path / "clone")
     chip = clone / "emulator" / "chip"
     for text, name in _FILE.findall(PAGE.read_text(encoding="utf-8")):

@@ -68,7 +68,7 @@ def desk(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_project_has_the_rubric_and_its_files(desk: Path) -> None:
+def test_project_has_rubric_and_its_files(desk: Path) -> None:
     done = fcu(desk, "new", "lab", "--rubric", "pitch.toml")
 
     assert done.returncode == 0, done.stderr
@@ -78,7 +78,7 @@ def test_project_has_the_rubric_and_its_files(desk: Path) -> None:
 
 
 @pytest.mark.parametrize(("program", "code"), [("solution", 0), ("template", 1)])
-def test_check_in_a_project_uses_its_rubric(desk: Path, program: str, code: int) -> None:
+def test_check_in_project_uses_its_rubric(desk: Path, program: str, code: int) -> None:
     fcu(desk, "new", "lab", "--rubric", "pitch.toml")
     shutil.copyfile(prebuilt(program), desk / "lab" / "lab3.elf")
     done = fcu(desk / "lab", "check", "lab3.elf")
@@ -98,14 +98,14 @@ def test_rubric_next_step_may_name_template_function(desk: Path) -> None:
     assert "\nNext\n  Compute it in HAL_TIM_PeriodElapsedCallback(), and print it.\n" in done.stdout
 
 
-def test_rubric_with_an_option_comes_before_the_projects(desk: Path) -> None:
+def test_rubric_with_option_comes_before_projects(desk: Path) -> None:
     fcu(desk, "new", "lab", "--rubric", "pitch.toml")
     done = fcu(desk / "lab", "check", "solution", "--rubric", "lab3", "--exercise", "2")
 
     assert done.stdout.startswith("LAB3")
 
 
-def test_new_with_an_unknown_rubric_makes_nothing(desk: Path) -> None:
+def test_new_with_unknown_rubric_makes_nothing(desk: Path) -> None:
     done = fcu(desk, "new", "lab", "--rubric", "ptch.toml")
 
     assert done.returncode == 2
@@ -124,7 +124,7 @@ TITLE = 'Tilt */ "alarm" /* 100 %'
 
 
 @pytest.mark.parametrize("asked", [False, True])
-def test_program_of_a_project_names_its_lab(desk: Path, asked: bool) -> None:
+def test_program_of_project_names_its_lab(desk: Path, asked: bool) -> None:
     line = ', { kind = "line", text = "LAB3 Init..." }' if asked else ""
     rubric = RUBRIC.replace('"2s" }', f'"2s" }}{line}').replace('"Print the pitch"', f"'{TITLE}'")
     (desk / "pitch.toml").write_text(rubric, encoding="utf-8")
@@ -141,7 +141,7 @@ def test_program_of_a_project_names_its_lab(desk: Path, asked: bool) -> None:
     )
 
 
-def test_program_of_a_project_equals_the_template(desk: Path) -> None:
+def test_program_of_project_equals_template(desk: Path) -> None:
     fcu(desk, "new", "lab", "--rubric", "pitch.toml")
     program = SubmittedSource({"main.c": (desk / "lab" / "main.c").read_bytes()})
 
@@ -196,7 +196,7 @@ def offered(folder: Path, firmware: str) -> list[dict[str, str]]:
 
 
 @pytest.mark.parametrize("rubric", [TWO, HIDDEN], ids=["two", "one of two hidden"])
-def test_page_offers_the_exercises_of_the_project(desk: Path, rubric: str) -> None:
+def test_page_offers_exercises_of_project(desk: Path, rubric: str) -> None:
     (desk / "pitch.toml").write_text(rubric, encoding="utf-8")
     fcu(desk, "new", "lab", "--rubric", "pitch.toml")
     shutil.copyfile(prebuilt("template"), desk / "lab" / "lab3.elf")
@@ -206,7 +206,7 @@ def test_page_offers_the_exercises_of_the_project(desk: Path, rubric: str) -> No
     assert (exercises[0]["title"], exercises[0]["question"]) == ("Pitch", "Is the pitch printed?")
 
 
-def test_page_beside_a_wrong_rubric_offers_no_exercise(desk: Path) -> None:
+def test_page_beside_wrong_rubric_offers_no_exercise(desk: Path) -> None:
     (desk / "rubric.toml").write_text("schema = 1\n", encoding="utf-8")
 
     assert offered(desk, "template-arm") == []
@@ -229,7 +229,7 @@ def test_readme_and_workflow_name_project_exercises(desk: Path, rubric: str) -> 
     assert (workflow.name, "lab3" in steps) == ("check.yml", False)
 
 
-def test_project_without_a_rubric_is_of_lab3(desk: Path) -> None:
+def test_project_without_rubric_is_of_lab3(desk: Path) -> None:
     fcu(desk, "new", "lab")
 
     assert (desk / "lab" / "README.md").read_text(encoding="utf-8").startswith("# LAB3")

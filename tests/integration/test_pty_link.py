@@ -85,7 +85,7 @@ def serve(link: ByteLink, device: serial.Serial) -> None:
     assert collect(link, lambda: device.read(4096), 1)[-1:] == b"!"
 
 
-def test_all_byte_values_reach_the_reader_unchanged(link: ByteLink, port: Path) -> None:
+def test_all_byte_values_reach_reader_unchanged(link: ByteLink, port: Path) -> None:
     with terminal(port) as device:
         link.send(ALL_BYTES)
         assert collect(link, lambda: device.read(4096), 256) == ALL_BYTES
@@ -105,7 +105,7 @@ def test_bytes_sent_before_closing_arrive(link: ByteLink, port: Path) -> None:
     assert receive(link, 6) == b"reset\r"
 
 
-def test_excess_input_waits_in_the_kernel(link: ByteLink, port: Path) -> None:
+def test_excess_input_waits_in_kernel(link: ByteLink, port: Path) -> None:
     data = random.Random(5).randbytes(300_000)
     with plain_file(port) as fd:
         got, written, turn = bytearray(), 0, 0
@@ -121,7 +121,7 @@ def test_excess_input_waits_in_the_kernel(link: ByteLink, port: Path) -> None:
         assert got == data
 
 
-def test_a_terminal_opened_late_shows_the_boot_text(link: ByteLink, port: Path) -> None:
+def test_terminal_opened_late_shows_boot_text(link: ByteLink, port: Path) -> None:
     link.send(BOOT)
     with terminal(port) as device:
         assert collect(link, lambda: device.read(4096), len(BOOT)) == BOOT
@@ -133,7 +133,7 @@ def test_late_reader_without_flush_gets_boot_text(link: ByteLink, port: Path) ->
         assert collect(link, lambda: read_plain(fd), len(BOOT)) == BOOT
 
 
-def test_flush_after_noticed_opening_keeps_the_text(link: ByteLink, port: Path) -> None:
+def test_flush_after_noticed_opening_keeps_text(link: ByteLink, port: Path) -> None:
     link.send(BOOT)
     with plain_file(port):
         link.send(b"")  # the board sees a reader that has not flushed yet
@@ -141,7 +141,7 @@ def test_flush_after_noticed_opening_keeps_the_text(link: ByteLink, port: Path) 
             assert collect(link, lambda: device.read(4096), len(BOOT)) == BOOT
 
 
-def test_second_flush_during_setup_keeps_the_text(link: ByteLink, port: Path) -> None:
+def test_second_flush_during_setup_keeps_text(link: ByteLink, port: Path) -> None:
     link.send(BOOT)
     with terminal(port) as device:
         link.send(b"")  # the board sees the first flush
@@ -149,7 +149,7 @@ def test_second_flush_during_setup_keeps_the_text(link: ByteLink, port: Path) ->
         assert collect(link, lambda: device.read(4096), len(BOOT)) == BOOT
 
 
-def test_short_opening_is_not_a_reader(link: ByteLink, port: Path) -> None:
+def test_short_opening_is_not_reader(link: ByteLink, port: Path) -> None:
     link.send(BOOT)
     with plain_file(port):
         link.send(b"")  # noticed, and gone again before anything was handed over: stty
@@ -164,7 +164,7 @@ def only_report(link: ByteLink, port: Path) -> str:
     return line.replace(str(port), "PORT")
 
 
-def test_newest_mebibyte_is_kept_without_a_reader(link: ByteLink, port: Path, words: Words) -> None:
+def test_newest_mebibyte_is_kept_without_reader(link: ByteLink, port: Path, words: Words) -> None:
     with plain_file(port):
         link.send(b"")  # a glance that is no reader
     data = random.Random(1).randbytes(5_000_000)
@@ -177,7 +177,7 @@ def test_newest_mebibyte_is_kept_without_a_reader(link: ByteLink, port: Path, wo
         assert collect(link, lambda: device.read(65536), MIB) == data[-MIB:]
 
 
-def test_a_slow_reader_loses_nothing(link: ByteLink, port: Path) -> None:
+def test_slow_reader_loses_nothing(link: ByteLink, port: Path) -> None:
     data = random.Random(2).randbytes(200_000)
     with terminal(port) as device:
         link.send(data)
@@ -196,7 +196,7 @@ def test_stopped_reader_loses_oldest_beyond_16_mebibytes(link: ByteLink, port: P
     words("run", told.replace(lost, "COUNT"))
 
 
-def test_a_reader_may_go_and_come_back(link: ByteLink, port: Path, words: Words) -> None:
+def test_reader_may_go_and_come_back(link: ByteLink, port: Path, words: Words) -> None:
     with terminal(port) as device:
         serve(link, device)
     link.send(b"nobody hears this")
@@ -258,7 +258,7 @@ def test_port_reopens_after_exclusive_access(ordinary_user: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the last close ends exclusive mode")
-def test_board_continues_without_a_new_port(ordinary_user: Path) -> None:
+def test_board_continues_without_new_port(ordinary_user: Path) -> None:
     import fcntl
     import termios
 
@@ -281,7 +281,7 @@ def read_until_hung_up(fd: int, got: bytearray) -> None:
             got.extend(data)
 
 
-def test_flush_lets_the_reader_take_everything_before_close(
+def test_flush_lets_reader_take_everything_before_close(
     link: ByteLink, port: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(byte_link, "STALL_S", 60.0)  # a reader on a busy machine has not gone away
@@ -311,7 +311,7 @@ def test_flush_without_reader_returns_at_once(
     words("run", only_report(link, port))
 
 
-def test_flush_times_out_on_a_stopped_reader(link: ByteLink, port: Path, words: Words) -> None:
+def test_flush_times_out_on_stopped_reader(link: ByteLink, port: Path, words: Words) -> None:
     with terminal(port) as device:
         serve(link, device)
         link.send(b"unread")
@@ -320,7 +320,7 @@ def test_flush_times_out_on_a_stopped_reader(link: ByteLink, port: Path, words: 
         words("run", only_report(link, port))
 
 
-def test_a_closed_link_is_silent(link: ByteLink) -> None:
+def test_closed_link_is_silent(link: ByteLink) -> None:
     link.close()
     link.close()
     link.send(BOOT)

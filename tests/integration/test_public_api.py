@@ -43,7 +43,7 @@ def scenario(folder: Path, seed: int) -> Path:
     return file
 
 
-def test_a_scenarios_seed_counts_unless_another_is_given(tmp_path: Path) -> None:
+def test_scenarios_seed_counts_unless_another_is_given(tmp_path: Path) -> None:
     file = scenario(tmp_path, seed=5)
 
     assert Board(scenario=file).seed == 5
@@ -52,7 +52,7 @@ def test_a_scenarios_seed_counts_unless_another_is_given(tmp_path: Path) -> None
     assert Board().seed == 0
 
 
-def test_seed_of_0_overrides_the_scenario(tmp_path: Path) -> None:
+def test_seed_of_0_overrides_scenario(tmp_path: Path) -> None:
     file = scenario(tmp_path, seed=5)
     texts = []
     for seed in (None, 0, 5):
@@ -91,13 +91,13 @@ def test_run_until_takes_seconds_since_power_on() -> None:
 
 
 @pytest.mark.parametrize("when", [-1, float("nan"), float("inf"), 10**9, "2 s", None])
-def test_run_until_refuses_an_invalid_time(when: float) -> None:
+def test_run_until_refuses_invalid_time(when: float) -> None:
     with pytest.raises(InputError) as refused:
         Board().run_until(when)
     assert refused.value.kind == "time"
 
 
-def test_fault_is_permanent_or_has_an_end() -> None:
+def test_fault_is_permanent_or_has_end() -> None:
     board = Board()
     board.i2c2.inject(I2CFault("absent", from_s=0.1, until_s=0.2, address=0x1E))
     assert board.i2c2.write_read(0x1E, b"\x4f", 1) == b"\x40"
@@ -134,7 +134,7 @@ def test_events_have_their_time_in_seconds() -> None:
 # -- the end of a board -------------------------------------------------------------------------------------
 
 
-def test_repr_describes_the_board() -> None:
+def test_repr_describes_board() -> None:
     board = Board("lab3", scenario="flat", seed=4)
     board.run_for(1.25)
     assert repr(board) == "<Board: firmware 'lab3', scenario 'flat', wiring 'lab3', seed 4, at 1.25 s>"
@@ -162,7 +162,7 @@ def test_closed_board_is_readable_but_does_not_run(firmware: str | None) -> None
             runs()
 
 
-def test_closing_ends_the_firmware_and_the_traces_files(tmp_path: Path) -> None:
+def test_closing_ends_firmware_and_traces_files(tmp_path: Path) -> None:
     ended = []
 
     def main(hal: object) -> None:
@@ -182,7 +182,7 @@ def test_closing_ends_the_firmware_and_the_traces_files(tmp_path: Path) -> None:
     assert [json.loads(line)["kind"] for line in (tmp_path / "run.jsonl").read_text().splitlines()]
 
 
-def test_board_context_closes_after_an_error() -> None:
+def test_board_context_closes_after_error() -> None:
     board = Board("lab3")
     with pytest.raises(InputError) as refused, board:
         board.run_for(-1)
@@ -224,7 +224,7 @@ def test_every_error_is_importable() -> None:
 
 
 @pytest.mark.parametrize("page", DOCS, ids=lambda page: page.stem)
-def test_the_pages_use_public_names_only(page: Path) -> None:
+def test_pages_use_public_names_only(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
     used = {name.strip() for names in IMPORT.findall(text) for name in names.split(",")}
 

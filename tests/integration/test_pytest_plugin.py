@@ -62,7 +62,7 @@ def test_fixtures_provide_board_and_serial_line(pytester: pytest.Pytester) -> No
     pytester.runpytest_inprocess(*ARGUMENTS).assert_outcomes(passed=6)
 
 
-def test_firmware_option_overrides_the_marker(pytester: pytest.Pytester) -> None:
+def test_firmware_option_overrides_marker(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """
         import pytest
@@ -99,7 +99,7 @@ def test_failure_shows_expected_text_without_internal_frames(
     assert "plugin.py" not in printed.partition("Captured stdout")[0]
 
 
-def test_failure_shows_the_board_output(pytester: pytest.Pytester) -> None:
+def test_failure_shows_board_output(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """
         import pytest
@@ -135,7 +135,7 @@ def run_printed_command(printed: str, folder: Path) -> subprocess.CompletedProce
     )
 
 
-def test_the_command_of_a_cold_board_starts_cold(pytester: pytest.Pytester) -> None:
+def test_command_of_cold_board_starts_cold(pytester: pytest.Pytester) -> None:
     """The solution does not wait for its sensors, and hangs on such a board."""
     pytester.makepyfile(
         """
@@ -152,7 +152,7 @@ def test_the_command_of_a_cold_board_starts_cold(pytester: pytest.Pytester) -> N
     assert done.returncode == 3
 
 
-def test_printed_command_repeats_the_test(pytester: pytest.Pytester) -> None:
+def test_printed_command_repeats_test(pytester: pytest.Pytester) -> None:
     """The same bytes: setters, motions planned ahead, typing, faults, iron, a scenario's own steps."""
     step = '[[timeline]]\ndo = "set_attitude"\nat = "1s"\nroll_deg = 9\n'
     scenario = f'schema = 1\nquestion = "q"\nduration = "9s"\n{step}'
@@ -214,7 +214,7 @@ def test_unrepeatable_actions_are_named(pytester: pytest.Pytester) -> None:
     )
 
 
-def test_firmware_without_a_name_gets_no_command(pytester: pytest.Pytester) -> None:
+def test_firmware_without_name_gets_no_command(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         "import pytest\n\n@pytest.mark.board(None)\ndef test_it(board):\n    assert board.now_s\n"
     )
@@ -224,7 +224,7 @@ def test_firmware_without_a_name_gets_no_command(pytester: pytest.Pytester) -> N
     assert "fcu run --" not in printed
 
 
-def test_a_hang_is_diagnosed(pytester: pytest.Pytester) -> None:
+def test_hang_is_diagnosed(pytester: pytest.Pytester) -> None:
     pytester.makepyfile("def test_it(dut):\n    dut.expect('Pitch', timeout=1)\n")
     result = pytester.runpytest_inprocess(*ARGUMENTS, "--firmware", str(FOLDER / "null_pointer.elf"))
 
@@ -254,7 +254,7 @@ def test_wrong_arguments_are_refused_in_one_line(pytester: pytest.Pytester) -> N
     assert "plugin.py" not in result.stdout.str()
 
 
-def test_a_misspelt_marker_is_one_line(pytester: pytest.Pytester, words: Words) -> None:
+def test_misspelt_marker_is_one_line(pytester: pytest.Pytester, words: Words) -> None:
     marked = "@pytest.mark.board(sceanrio='desk')\ndef test_it(board):\n    pass\n"
     pytester.makepyfile(f"import pytest\n\n{marked}")
     result = pytester.runpytest_inprocess(*ARGUMENTS)
@@ -265,7 +265,7 @@ def test_a_misspelt_marker_is_one_line(pytester: pytest.Pytester, words: Words) 
     assert "plugin.py" not in result.stdout.str()
 
 
-def test_the_command_is_for_the_same_board(pytester: pytest.Pytester) -> None:
+def test_command_is_for_same_board(pytester: pytest.Pytester) -> None:
     """A board without noise, whose text has one line for each that a terminal shows."""
     pytester.makepyfile(
         """

@@ -53,7 +53,7 @@ def test_table_lists_each_renamed_option_and_move() -> None:
 
 
 @pytest.mark.parametrize(("old", "new", "_where"), [row for row in ROWS if row[0].startswith("--")])
-def test_old_option_works_like_the_new_one(
+def test_old_option_works_like_new_one(
     old: str, new: str, _where: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     line = LINES[old].split()
@@ -155,7 +155,7 @@ def scenario(folder: Path, keys: dict[str, str]) -> Path:
 
 
 @pytest.mark.parametrize(("old", "new"), OLD_KEYS.items())
-def test_old_key_works_like_the_new_one(old: str, new: str, tmp_path: Path) -> None:
+def test_old_key_works_like_new_one(old: str, new: str, tmp_path: Path) -> None:
     current = load_scenario(scenario(tmp_path, {}))
     with pytest.warns(RenamedWarning) as warned:
         former = load_scenario(scenario(tmp_path, {new: old}))

@@ -35,7 +35,7 @@ def text_of(observation: Observation) -> str:
 
 
 @pytest.mark.parametrize("name", scenario_names())
-def test_firmware_on_its_samples_prints_the_same(name: str) -> None:
+def test_firmware_on_its_samples_prints_same(name: str) -> None:
     board = Board(firmware="lab3", scenario=name)
     original = observe(board, 5 * PS_PER_S, transfers=True)
     again = replay(board, python_firmware("lab3"))
@@ -44,7 +44,7 @@ def test_firmware_on_its_samples_prints_the_same(name: str) -> None:
     assert text_of(again) == text_of(original)
 
 
-def test_template_on_its_samples_prints_the_same() -> None:
+def test_template_on_its_samples_prints_same() -> None:
     board = Board(firmware="template", scenario="flat")
     original = observe(board, 2500 * PS_PER_MS, transfers=True)
     again = replay(board, python_firmware("template"))
@@ -53,7 +53,7 @@ def test_template_on_its_samples_prints_the_same() -> None:
     assert [edge.text for edge in again.sequences["LED1"]] == ["on", "off", "on"]  # set up, off, toggled
 
 
-def test_another_arithmetic_is_noticed_in_the_last_digit() -> None:
+def test_another_arithmetic_is_noticed_in_last_digit() -> None:
     """mu, the weight of Gx in the slides' roll, hardly matters on a flat board."""
     board = Board(firmware="lab3", scenario="flat")
     original = observe(board, 3 * PS_PER_S, transfers=True)
@@ -64,7 +64,7 @@ def test_another_arithmetic_is_noticed_in_the_last_digit() -> None:
     assert 0 < largest_deviations(changed, original)["Roll"] < 1e-3
 
 
-def test_early_led_is_a_difference() -> None:
+def test_early_led_is_difference() -> None:
     """Exercise 3b: above 80 degrees, not 60; the scenario turns to 75 first."""
     board = Board(firmware="lab3", scenario="led_x")
     original = observe(board, 4 * PS_PER_S, transfers=True)
@@ -73,7 +73,7 @@ def test_early_led_is_a_difference() -> None:
     assert difference.sequence == "LED1"
 
 
-def test_text_beyond_the_recording_is_omitted() -> None:
+def test_text_beyond_recording_is_omitted() -> None:
     board = recorded("flat", script(lambda hal: say(hal, "one\n")))
 
     assert text_of(replay(board, script(lambda hal: say(hal, "one\nand two\n")))) == "one\n"
@@ -110,7 +110,7 @@ def say(hal: VirtualHal, text: str) -> None:
     hal.HAL_Delay(10_000)
 
 
-def test_endless_wait_ends_with_the_recording() -> None:
+def test_endless_wait_ends_with_recording() -> None:
     def main(hal: VirtualHal) -> None:
         while True:
             hal.HAL_Delay(1000)
@@ -140,7 +140,7 @@ def test_recorded_bytes_may_be_read_in_one_transfer() -> None:
     assert text_of(replay(board, script(in_one))) == expected
 
 
-def test_a_bus_with_faults_is_refused(tmp_path: Path) -> None:
+def test_bus_with_faults_is_refused(tmp_path: Path) -> None:
     fault = (
         "[[timeline]]\ndo = 'inject_fault'\nkind = 'absent'\naddress = 'LIS2MDL'\nat = '1.5s'\nfor = '5ms'\n"
     )
@@ -169,7 +169,7 @@ def test_callbacks_that_read_something_else_are_refused() -> None:
     assert refused.value.kind == "other_register"
 
 
-def test_recording_that_ended_early_is_a_difference() -> None:
+def test_recording_that_ended_early_is_difference() -> None:
     def main(hal: VirtualHal) -> None:
         hal.HAL_UART_Transmit(b"one\n", 1000)
         raise ZeroDivisionError

@@ -117,7 +117,7 @@ def test_rubric_check_warns_of_points_given_away(tmp_path: Path, requires: str, 
     assert output.count(" of 5 ") >= 5
 
 
-def test_rubric_check_of_the_file_only_judges_nothing(tmp_path: Path) -> None:
+def test_rubric_check_of_file_only_judges_nothing(tmp_path: Path) -> None:
     output = checked(written(tmp_path, TILT.replace("REQUIRES", "")), "--file-only")
 
     assert "warning" not in output
@@ -135,7 +135,7 @@ def test_rubric_check_of_the_file_only_judges_nothing(tmp_path: Path) -> None:
         ('kind = "never", pattern = "ALARM"', None),
     ],
 )
-def test_a_line_that_is_asked_for_is_tried(tmp_path: Path, expectation: str, line: str | None) -> None:
+def test_line_that_is_asked_for_is_tried(tmp_path: Path, expectation: str, line: str | None) -> None:
     rubric = load_rubric(written(tmp_path, NAMED + f"expect = [{{ {expectation} }}]\n"))
 
     assert lines_of(rubric) == ([line] if line else [])
@@ -151,7 +151,7 @@ def test_check_without_expect_takes_those_of_its_scenario(tmp_path: Path) -> Non
     assert rubric.uncounted == {}
 
 
-def test_uncounted_expectations_of_a_scenario_are_warned_of(tmp_path: Path) -> None:
+def test_uncounted_expectations_of_scenario_are_warned_of(tmp_path: Path) -> None:
     file = written(tmp_path, NAMED + 'expect = [{ kind = "no_fault" }]\n')
 
     assert load_rubric(file).uncounted == {"still": 1}

@@ -59,13 +59,13 @@ def test_boards_agree_with_single_runs(level: str, capfd: pytest.CaptureFixture[
     assert "mg" not in table.out  # nothing of the terminal
 
 
-def test_boards_begin_at_the_seed(level: str, capfd: pytest.CaptureFixture[str]) -> None:
+def test_boards_begin_at_seed(level: str, capfd: pytest.CaptureFixture[str]) -> None:
     execute(["run", "template-arm", "--scenario", level, "--boards", "2", "--seed", "40"])
 
     assert list(rows(capfd.readouterr().out)) == [40, 41]
 
 
-def test_boards_with_a_right_program_exit_with_0(level: str, capfd: pytest.CaptureFixture[str]) -> None:
+def test_boards_with_right_program_exit_with_0(level: str, capfd: pytest.CaptureFixture[str]) -> None:
     wide = Path(level)
     wide.write_text(LEVEL.replace("tolerance = 12", "tolerance = 200"), encoding="utf-8")
 
@@ -73,14 +73,14 @@ def test_boards_with_a_right_program_exit_with_0(level: str, capfd: pytest.Captu
     assert "2 of 2 boards" in capfd.readouterr().out
 
 
-def test_boards_with_a_stopped_program_exit_with_3(level: str, capfd: pytest.CaptureFixture[str]) -> None:
+def test_boards_with_stopped_program_exit_with_3(level: str, capfd: pytest.CaptureFixture[str]) -> None:
     limit = ["--limit", "instructions=100000"]
 
     assert execute(["run", "template-arm", "--scenario", level, "--boards", "2", *limit]) == 3
     assert all("instructions" in row for row in rows(capfd.readouterr().out).values())
 
 
-def test_boards_ended_before_the_scenario_exit_with_4(level: str) -> None:
+def test_boards_ended_before_scenario_exit_with_4(level: str) -> None:
     assert execute(["run", "template-arm", "--scenario", level, "--boards", "2", "--duration", "1s"]) == 4
 
 
@@ -110,13 +110,13 @@ def test_boards_with_option_for_one_board_are_refused(
     assert option[0] in seen.err
 
 
-def test_boards_without_a_scenario_are_refused(capfd: pytest.CaptureFixture[str]) -> None:
+def test_boards_without_scenario_are_refused(capfd: pytest.CaptureFixture[str]) -> None:
     code = execute(["run", "template-arm", "--boards", "2"])
 
     assert (code, capfd.readouterr().err.count("\n")) == (2, 1)
 
 
-def test_boards_of_a_scenario_without_expectations_are_refused(
+def test_boards_of_scenario_without_expectations_are_refused(
     level: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     Path(level).write_text(LEVEL.partition("[[expect]]")[0], encoding="utf-8")

@@ -49,7 +49,7 @@ BREAKS = {
 
 
 @pytest.mark.parametrize("name", scenario_names())
-def test_a_shipped_scenario_holds(name: str) -> None:
+def test_shipped_scenario_holds(name: str) -> None:
     board = Board(scenario=name)
     result = run(board)
     assert result.passed, "\n".join(result.lines)
@@ -79,7 +79,7 @@ def test_early_verdict_is_final(name: str, firmware: str | None) -> None:
 
 
 @pytest.mark.parametrize("name", scenario_names())
-def test_a_shipped_scenario_fails_when_its_feature_breaks(tmp_path: Path, name: str) -> None:
+def test_shipped_scenario_fails_when_its_feature_breaks(tmp_path: Path, name: str) -> None:
     original = load_scenario(name).path.read_text(encoding="utf-8")
     old, new = BREAKS[name]
     assert old in original
@@ -87,7 +87,7 @@ def test_a_shipped_scenario_fails_when_its_feature_breaks(tmp_path: Path, name: 
 
 
 @pytest.mark.parametrize("wiring", ["lab3", "fcu001v1"])
-def test_hand_scenario_passes_with_the_built_program(wiring: str) -> None:
+def test_hand_scenario_passes_with_built_program(wiring: str) -> None:
     """It prints at other moments, and a student's own program at others again."""
     result = run(Board("solution", wiring=wiring, scenario="hand"))
     assert result.passed, "\n".join(result.lines)
@@ -102,7 +102,7 @@ def test_hand_scenario_passes_at_any_print_time(tmp_path: Path, later_ms: int) -
     assert result.passed, "\n".join(result.lines)
 
 
-def test_the_desk_prints_the_golden_text(tmp_path: Path) -> None:
+def test_desk_prints_golden_text(tmp_path: Path) -> None:
     """Four seconds of the slides' terminal, byte by byte."""
     text = load_scenario("desk").path.read_text(encoding="utf-8")
     (tmp_path / "desk.txt").write_bytes((GOLDEN / "desk.txt").read_bytes())
@@ -111,7 +111,7 @@ def test_the_desk_prints_the_golden_text(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("pressure_raw", [4003431, 4003471])
-def test_the_desk_holds_for_all_the_slides_pressures(tmp_path: Path, pressure_raw: int) -> None:
+def test_desk_holds_for_all_pressures_of_slides(tmp_path: Path, pressure_raw: int) -> None:
     text = load_scenario("desk").path.read_text(encoding="utf-8")
     assert play(tmp_path, text.replace("977.405 ", f"{pressure_raw / 4096!r} ")).passed
 
@@ -126,7 +126,7 @@ def test_scenario_repeats_in_any_slicing() -> None:
     assert first.terminal.text.count("Pitch:") == 3
 
 
-def test_the_seed_changes_the_noise() -> None:
+def test_seed_changes_noise() -> None:
     texts = {seed: Board(scenario="flat", seed=seed) for seed in (1, 2)}
     for board in texts.values():
         board.run_for(2.5)
@@ -163,7 +163,7 @@ def test_scenario_does_not_keep_its_board_alive() -> None:
     assert gone() is None
 
 
-def test_a_board_can_run_on_after_its_scenario() -> None:
+def test_board_can_run_on_after_its_scenario() -> None:
     board = Board(scenario="desk")
     before = run(board)
     board.world.set_pressure(900)
@@ -180,7 +180,7 @@ def test_unfinished_run_is_judged_so_far() -> None:
     assert {finding.kind for finding in findings[1:]} == {"line"}
 
 
-def test_only_a_board_with_this_scenario_is_judged() -> None:
+def test_only_board_with_this_scenario_is_judged() -> None:
     with pytest.raises(InputError, match="no scenario"):
         check(Board())
     with pytest.raises(InputError, match=r"\bflat\b") as refused:
@@ -188,14 +188,14 @@ def test_only_a_board_with_this_scenario_is_judged() -> None:
     assert refused.value.kind == "other_scenario"
 
 
-def test_too_much_text_stops_the_run(tmp_path: Path) -> None:
+def test_too_much_text_stops_run(tmp_path: Path) -> None:
     result = play(tmp_path, f"{IDEAL}[limits]\nterminal_bytes = 400\n")
     assert [finding.fault for finding in result.findings] == ["stopped"]
     assert "limits.terminal_bytes" in result.lines[0]
     assert (result.passed_count, result.failed_count, result.passed) == (0, 0, False)
 
 
-def test_too_much_wall_time_stops_the_run(tmp_path: Path) -> None:
+def test_too_much_wall_time_stops_run(tmp_path: Path) -> None:
     clock = iter(range(0, 1000, 2))
     board = Board(scenario=write(tmp_path, f'{HEAD}[limits]\nwall = "5s"\n'))
     result = run(board, lambda: float(next(clock)))
@@ -203,7 +203,7 @@ def test_too_much_wall_time_stops_the_run(tmp_path: Path) -> None:
     assert 0 < board.now_s < 1
 
 
-def test_a_fault_breaks_the_bus_for_its_time(tmp_path: Path) -> None:
+def test_fault_breaks_bus_for_its_time(tmp_path: Path) -> None:
     """While the magnetometer is absent MAG keeps its old value, corrected again on every call."""
     fault = "[[timeline]]\ndo = 'inject_fault'\nkind = 'absent'\naddress = 'LIS2MDL'\nat = '1.5s'\nfor = '500ms'\n"
     board = Board(scenario=write(tmp_path, IDEAL + fault))
@@ -214,7 +214,7 @@ def test_a_fault_breaks_the_bus_for_its_time(tmp_path: Path) -> None:
     assert 1.5e12 <= failed[0].t_ps < failed[-1].t_ps < 2e12
 
 
-def test_a_missing_sensor_ends_the_boot(tmp_path: Path) -> None:
+def test_missing_sensor_ends_boot(tmp_path: Path) -> None:
     """The firmware hangs after the banner, as on the board."""
     fault = "[[timeline]]\ndo = 'inject_fault'\nkind = 'absent'\naddress = 0x6B\n"
     only_banner = "[[expect]]\nkind = 'never'\npattern = 'LSM6DSL'\n"
@@ -224,7 +224,7 @@ def test_a_missing_sensor_ends_the_boot(tmp_path: Path) -> None:
     assert [(finding.key, finding.fault) for finding in result.findings] == [("expect[2]", "missing")]
 
 
-def test_sent_bytes_arrive_at_the_board(tmp_path: Path) -> None:
+def test_sent_bytes_arrive_at_board(tmp_path: Path) -> None:
     send = "[[timeline]]\ndo = 'send'\ntext = 'ab'\nat = '1s'\n[[timeline]]\ndo = 'send'\nhex = 'ff 00'\n"
     board = Board(scenario=write(tmp_path, SHORT + send))
     board.trace.record_all()
@@ -233,7 +233,7 @@ def test_sent_bytes_arrive_at_the_board(tmp_path: Path) -> None:
     assert [(event.t_ps >= 10**12, event.data) for event in typed] == [(True, b"ab"), (True, b"\xff\x00")]
 
 
-def test_a_recording_is_replayed(tmp_path: Path) -> None:
+def test_recording_is_replayed(tmp_path: Path) -> None:
     (tmp_path / "tilt.csv").write_text("t_s,roll_deg,pitch_deg,yaw_deg\n0,0,0,0\n1,0,20,0\n9,0,20,0\n")
     replay = "[[timeline]]\ndo = 'replay'\ncsv = 'tilt.csv'\n"
     field = "[[expect]]\nkind = 'field'\nname = 'Pitch'\nvalue = 20\ntolerance = 0.2\n"
@@ -251,14 +251,14 @@ def test_a_recording_is_replayed(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_values_after_a_jump_are_printed(tmp_path: Path, table: str, field: str) -> None:
+def test_values_after_jump_are_printed(tmp_path: Path, table: str, field: str) -> None:
     jump = f"[[timeline]]\ndo = '{table}\nat = '1.5s'\n"
     check_after = f"[[expect]]\nkind = 'field'\n{field}\nfrom = '2s'\n"
     result = play(tmp_path, IDEAL + jump + check_after)
     assert result.passed, result.lines
 
 
-def test_world_starts_with_values_of_the_file(tmp_path: Path) -> None:
+def test_world_starts_with_values_of_file(tmp_path: Path) -> None:
     text = f"""{HEAD}
 [world]
 roll_deg = 5
@@ -315,7 +315,7 @@ yaw_deg = 40
 STILL_AIR = "[board]\npressure_wander_hpa = 0\n"
 
 
-def test_a_places_altitude_is_the_floors(tmp_path: Path) -> None:
+def test_places_altitude_is_floors(tmp_path: Path) -> None:
     world = Board(scenario=write(tmp_path, f"{HEAD}\n[world]\n{PLACE}\n{STILL_AIR}")).world
     assert world.pressure_hpa(0)[0] == pytest.approx(World(floor_altitude_m=1650.0).pressure_hpa(0)[0])
     text = f"{HEAD}\n[world]\nfloor_altitude_m = 0\n{PLACE}\n{STILL_AIR}"

@@ -131,7 +131,7 @@ def test_firmware_for_another_board_is_explained(words: Words) -> None:
     assert board.terminal.text == ""  # it prints to USART1, which has no terminal
 
 
-def test_a_scenario_moves_and_judges_it(tmp_path: Path) -> None:
+def test_scenario_moves_and_judges_it(tmp_path: Path) -> None:
     file = scenario(
         tmp_path,
         """
@@ -167,7 +167,7 @@ def test_a_scenario_moves_and_judges_it(tmp_path: Path) -> None:
     assert result.passed, result.lines
 
 
-def test_scenario_breaks_the_bus_by_part_name(tmp_path: Path) -> None:
+def test_scenario_breaks_bus_by_part_name(tmp_path: Path) -> None:
     file = scenario(
         tmp_path,
         """
@@ -225,7 +225,7 @@ def test_figures_of_its_parts_can_be_chosen(tmp_path: Path) -> None:
     assert int.from_bytes(board.i2c1.write_read(HTX221_AT, b"\xa8", 2), "little") / 256 == 42.5
 
 
-def test_the_schema_for_editors_is_the_boards() -> None:
+def test_schema_for_editors_is_boards() -> None:
     ours, labs = (json.dumps(json_schema(board)) for board in (GREENHOUSE, FCU001V1))
     assert '"enum": ["green"]' in ours
     assert '"enum": ["HTX221", "LPS22HB"]' in ours

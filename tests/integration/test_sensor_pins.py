@@ -36,7 +36,7 @@ def test_pulsed_data_ready_comes_at_every_sample() -> None:
     assert edges == [edge for at in samples for edge in ((at, 1), (at + 75 * 10**6, 0))]
 
 
-def test_latched_data_ready_falls_with_the_read() -> None:
+def test_latched_data_ready_falls_with_read() -> None:
     board = Board(ideal=True)
     edges = wired(board, "int2")
     board.i2c2.write(LSM6DSL, b"\x0e\x01")
@@ -53,7 +53,7 @@ def test_latched_data_ready_falls_with_the_read() -> None:
     assert (edges[2][0] - on_ps) * 104 % PS_PER_S < 104, "on the raster of the samples"
 
 
-def test_free_fall_pin_is_high_during_the_fall() -> None:
+def test_free_fall_pin_is_high_during_fall() -> None:
     """208 Hz, 312 mg, five periods: AN5040 5.1; analog stage and LPF1 let the fall through a little later."""
     board = Board(ideal=True)
     edges = wired(board)
@@ -74,7 +74,7 @@ def test_free_fall_pin_is_high_during_the_fall() -> None:
     assert 0.3 <= falls_ps / PS_PER_S - begins_s <= 0.3 + 1 / 208 + late_s
 
 
-def test_edges_of_a_wired_pin_are_traced() -> None:
+def test_edges_of_wired_pin_are_traced() -> None:
     board = Board(ideal=True)
     edges = wired(board)
     board.i2c2.write(LSM6DSL, b"\x0d\x01")
@@ -86,7 +86,7 @@ def test_edges_of_a_wired_pin_are_traced() -> None:
     assert len(recorded) == 1
 
 
-def test_level_before_wiring_is_not_an_edge() -> None:
+def test_level_before_wiring_is_not_edge() -> None:
     board = Board(ideal=True)
     board.i2c2.write(LSM6DSL, b"\x0d\x01")
     board.i2c2.write(LSM6DSL, b"\x10\x40")
@@ -120,7 +120,7 @@ def test_pins_are_in_time_while_firmware_runs() -> None:
     assert [level for _, level in edges[:4]] == [1, 0, 1, 0]
 
 
-def test_every_part_of_the_board_reports_its_pin() -> None:
+def test_every_part_of_board_reports_its_pin() -> None:
     """The magnetometer's data-ready, 100 Hz (LIS2MDL datasheet 8.7)."""
     board = Board(ideal=True)
     (pin,) = board.sensors.lis2mdl.pins()

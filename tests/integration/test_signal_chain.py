@@ -17,7 +17,7 @@ def test_sensor_response_to_vibration_equals_theory(setting: Setting) -> None:
 
 
 @pytest.mark.parametrize("part", resting(), ids=lambda part: part.channel.name)
-def test_noise_averages_out_as_the_figures_say(part: Resting) -> None:
+def test_noise_averages_out_as_figures_say(part: Resting) -> None:
     """Of 200 means over a second the deviation is known to 5 %; three axes, and three of these."""
     values = at_rest(part, 200)
     found = allan_deviation(values, int(part.channel.rate_hz))

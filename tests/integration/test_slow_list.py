@@ -19,7 +19,7 @@ def collected(marker: str) -> set[str]:
     return {line.partition("[")[0] for line in done.stdout.splitlines() if "::" in line}
 
 
-def test_every_entry_is_an_existing_test() -> None:
+def test_every_entry_is_existing_test() -> None:
     """When one is not: python -m tests.slow PATH, with any short file, takes it out."""
     assert [name for name in listed() if not is_there(name)] == []
 

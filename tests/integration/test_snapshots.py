@@ -222,7 +222,7 @@ def test_board_arrays_are_never_changed_in_place(firmware: str | None, wiring: s
             doer.do([("write", write) for write in FUNCTIONS] + [("read", read) for read in READS])
 
 
-def test_objects_outside_a_snapshot_are_known() -> None:
+def test_objects_outside_snapshot_are_known() -> None:
     """No generator, no random source, no iterator: what has a state of its own that nobody would put back."""
     boards = [Board(), Board(firmware="solution"), Board(scenario="figure_eight", firmware="solution")]
     left = {f"{kind.__module__}.{kind.__name__}" for board in boards for kind in foreign_to(board)}
@@ -252,7 +252,7 @@ def test_objects_outside_a_snapshot_are_known() -> None:
     }
 
 
-def test_subscriptions_survive_a_restore() -> None:
+def test_subscriptions_survive_restore() -> None:
     board = Board(firmware="solution")
     heard: list[TraceEvent] = []
     levels: list[int] = []

@@ -22,7 +22,7 @@ def bench(*arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_a_row_is_measured_and_kept(tmp_path: Path) -> None:
+def test_row_is_measured_and_kept(tmp_path: Path) -> None:
     file = tmp_path / "figures.json"
     done = bench("--only", "next board", "--json", str(file))
     kept = json.loads(file.read_text())
@@ -37,7 +37,7 @@ def test_a_row_is_measured_and_kept(tmp_path: Path) -> None:
     assert (row["at_least"], row["aim"], row["unit"], row["less_is_better"]) == (10, 3, "ms", True)
 
 
-def test_a_pattern_without_rows_names_those_there_are() -> None:
+def test_pattern_without_rows_names_those_there_are() -> None:
     done = bench("--only", "lab4")
 
     assert done.returncode == 2
@@ -74,5 +74,5 @@ def test_history_omits_busy_and_separates_machines(tmp_path: Path) -> None:
     }
 
 
-def test_the_history_in_the_repository_can_be_read() -> None:
+def test_history_in_repository_can_be_read() -> None:
     assert all(point.value > 0 for points in history.curves().values() for point in points)

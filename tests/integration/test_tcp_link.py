@@ -156,7 +156,7 @@ def test_much_passes_both_ways_without_loss(link: TcpLink) -> None:
     assert link.report() == []
 
 
-def test_a_mebibyte_passes_rfc2217_both_ways_without_loss(rfc2217: Rfc2217Link) -> None:
+def test_mebibyte_passes_rfc2217_both_ways_without_loss(rfc2217: Rfc2217Link) -> None:
     """Read and written as RFC 854 has it: 255 stands twice, and commands of three bytes begin with it."""
     data = random.Random(1).randbytes(MIB)
     doubled = data.replace(b"\xff", b"\xff\xff")
@@ -172,7 +172,7 @@ def test_a_mebibyte_passes_rfc2217_both_ways_without_loss(rfc2217: Rfc2217Link) 
     assert rfc2217.report() == []
 
 
-def test_text_before_the_first_reader_is_kept(link: TcpLink) -> None:
+def test_text_before_first_reader_is_kept(link: TcpLink) -> None:
     link.send(BOOT)
     with Served(link), terminal(link) as device:
         assert device.read(len(BOOT)) == BOOT
@@ -187,7 +187,7 @@ def only_report(link: TcpLink, *numbers: int) -> str:
     return line
 
 
-def test_a_reader_may_go_and_come_back(link: TcpLink, words: Words) -> None:
+def test_reader_may_go_and_come_back(link: TcpLink, words: Words) -> None:
     with Served(link) as board:
         with terminal(link) as device:
             board.print(b"hello")
@@ -243,7 +243,7 @@ def test_bytes_of_stopped_reader_are_delivered_or_counted(raw: TcpLink, words: W
     words("run", only_report(raw, lost))
 
 
-def test_one_reader_that_stops_costs_the_other_nothing(raw: TcpLink) -> None:
+def test_one_reader_that_stops_costs_other_nothing(raw: TcpLink) -> None:
     data = random.Random(5).randbytes(20 * MIB)
     with connected(raw), connected(raw) as reads, Served(raw) as board:
         for start in range(0, len(data), MIB):
@@ -251,7 +251,7 @@ def test_one_reader_that_stops_costs_the_other_nothing(raw: TcpLink) -> None:
         assert exactly(reads, len(data)) == data
 
 
-def test_a_writer_faster_than_the_board_waits(raw: TcpLink) -> None:
+def test_writer_faster_than_board_waits(raw: TcpLink) -> None:
     with connected(raw) as connection:
         connection.setblocking(False)
         sent = 0
@@ -262,7 +262,7 @@ def test_a_writer_faster_than_the_board_waits(raw: TcpLink) -> None:
         assert collect(raw, sent) == bytes(sent)
 
 
-def test_unread_bytes_of_a_reader_are_counted(raw: TcpLink, words: Words) -> None:
+def test_unread_bytes_of_reader_are_counted(raw: TcpLink, words: Words) -> None:
     with connected(raw):
         raw.send(bytes(16 * MIB))
     until(lambda: raw.send(b"") is None and raw.report() != [])
@@ -279,7 +279,7 @@ def test_ninth_reader_is_refused_and_reported(raw: TcpLink, words: Words) -> Non
     words("run", only_report(raw))
 
 
-def test_flush_lets_the_reader_have_everything_before_close(raw: TcpLink) -> None:
+def test_flush_lets_reader_have_everything_before_close(raw: TcpLink) -> None:
     data = random.Random(6).randbytes(8 * MIB)
     got = bytearray()
     with connected(raw) as connection:
@@ -293,7 +293,7 @@ def test_flush_lets_the_reader_have_everything_before_close(raw: TcpLink) -> Non
     assert raw.report() == []
 
 
-def test_flush_times_out_on_a_stopped_reader(raw: TcpLink) -> None:
+def test_flush_times_out_on_stopped_reader(raw: TcpLink) -> None:
     with connected(raw):
         raw.send(bytes(16 * MIB))
         raw.flush(0.05)
@@ -301,7 +301,7 @@ def test_flush_times_out_on_a_stopped_reader(raw: TcpLink) -> None:
     assert raw.undelivered() > 0
 
 
-def test_a_closed_link_is_silent(link: TcpLink) -> None:
+def test_closed_link_is_silent(link: TcpLink) -> None:
     link.close()
     link.close()
     link.send(BOOT)
@@ -314,13 +314,13 @@ def test_only_this_machine_can_connect(raw: TcpLink) -> None:
     assert raw._listener.getsockname()[0] == "127.0.0.1"
 
 
-def test_busy_port_error_has_a_remedy(raw: TcpLink) -> None:
+def test_busy_port_error_has_remedy(raw: TcpLink) -> None:
     with pytest.raises(LinkError, match=rf"^--serial tcp:{raw.port}: .*127\.0\.0\.1") as refused:
         open_link(f"tcp:{raw.port}")
     assert refused.value.kind == "port_not_free"
 
 
-def test_second_board_takes_the_next_port() -> None:
+def test_second_board_takes_next_port() -> None:
     with contextlib.closing(TcpLink()) as first, contextlib.closing(TcpLink()) as second:
         assert tcp.FIRST_PORT <= first.port < second.port < tcp.FIRST_PORT + tcp.PORTS_TRIED
 
@@ -328,7 +328,7 @@ def test_second_board_takes_the_next_port() -> None:
 # -- RFC 2217 -----------------------------------------------------------------------------------------------
 
 
-def test_a_rate_within_the_receivers_tolerance_is_silent(rfc2217: Rfc2217Link, said: list[str]) -> None:
+def test_rate_within_receivers_tolerance_is_silent(rfc2217: Rfc2217Link, said: list[str]) -> None:
     with Served(rfc2217) as board, terminal(rfc2217) as device:
         board.print(b"x")
         assert device.read(1) == b"x"
@@ -379,7 +379,7 @@ def test_random_telnet_streams_do_no_harm(rfc2217: Rfc2217Link) -> None:
 
 
 @pytest.mark.parametrize(("baud", "usual"), [(115_200, True), (9600, False)])
-def test_the_firmwares_rate_is_that_of_its_usart(baud: int, usual: bool) -> None:
+def test_firmwares_rate_is_that_of_its_usart(baud: int, usual: bool) -> None:
     board = Board(firmware="solution")
     board.run_for(0.5)  # it has set up its USART: 84 MHz / 729
     assert board.terminal.uart.bit_rate == pytest.approx(84e6 / 729)
@@ -431,7 +431,7 @@ def file_link(path: object) -> ByteLink:
     return open_link(f"file:{path}")
 
 
-def test_a_file_gets_every_byte(tmp_path) -> None:
+def test_file_gets_every_byte(tmp_path) -> None:
     path = tmp_path / "text"
     path.write_bytes(b"of an earlier run")
     data = ALL_BYTES * 8192
@@ -446,7 +446,7 @@ def test_a_file_gets_every_byte(tmp_path) -> None:
 
 
 @pytest.mark.skipif(not shutil.os.path.exists("/dev/full"), reason="needs /dev/full")
-def test_a_full_disk_is_reported_and_counted(words: Words) -> None:
+def test_full_disk_is_reported_and_counted(words: Words) -> None:
     with contextlib.closing(file_link("/dev/full")) as link:
         link.send(BOOT)
         link.flush(DEADLINE_S)

@@ -11,7 +11,7 @@ from fcu_emulator import Board, ExpectationError
 BROKEN = Path(__file__).parents[1] / "arm" / "broken"
 
 
-def test_text_before_the_call_does_not_match() -> None:
+def test_text_before_call_does_not_match() -> None:
     board = Board("lab3", ideal=True)
     board.run_for(1.5)
     assert "Pitch: 0.000000 deg" in board.terminal.text
@@ -29,7 +29,7 @@ def test_expect_from_start_matches_earlier_text() -> None:
     assert board.now_s == 1.5
 
 
-def test_since_takes_a_position_noted_before() -> None:
+def test_since_takes_position_noted_before() -> None:
     board = Board("lab3")
     board.run_for(1.04)
     noted = board.terminal.position

@@ -64,7 +64,7 @@ def whole(board: Board) -> list[BusTransfer]:
 
 
 @needs_sigrok
-def test_sigrok_decodes_the_traces_transfers(recorded: tuple[Board, Path]) -> None:
+def test_sigrok_decodes_traces_transfers(recorded: tuple[Board, Path]) -> None:
     board, path = recorded
     transfers = whole(board)
     assert len(transfers) > 50
@@ -95,7 +95,7 @@ def as_i2c(one: BusTransfer) -> Iterator[str]:
 
 
 @needs_sigrok
-def test_sigrok_decodes_the_text(tmp_path: Path) -> None:
+def test_sigrok_decodes_text(tmp_path: Path) -> None:
     board = Board(firmware="solution")
     path = tmp_path / "run.vcd"
     with contextlib.closing(VcdFile(board, path)):
@@ -127,7 +127,7 @@ def changes(path: Path) -> dict[str, list[tuple[int, int]]]:
     return found
 
 
-def test_wires_show_leds_interrupt_pins_and_the_callback(tmp_path: Path) -> None:
+def test_wires_show_leds_interrupt_pins_and_callback(tmp_path: Path) -> None:
     board = Board(firmware="solution", ideal=True)
     board.world.set_attitude(0, 86, 0)
     board.run_for(1.0)
@@ -146,7 +146,7 @@ def test_wires_show_leds_interrupt_pins_and_the_callback(tmp_path: Path) -> None
     assert file.report() == []
 
 
-def test_same_run_writes_and_prints_the_same(tmp_path: Path) -> None:
+def test_same_run_writes_and_prints_same(tmp_path: Path) -> None:
     texts, files = [], []
     for _ in range(2):
         board, path = record_wires(tmp_path, "solution", None)
@@ -170,7 +170,7 @@ def test_refused_message_is_drawn_to_its_nack() -> None:
 
 
 @pytest.mark.parametrize("kind", [VcdFile, PerfettoFile])
-def test_too_large_file_ends_the_run(kind: Any, tmp_path: Path) -> None:
+def test_too_large_file_ends_run(kind: Any, tmp_path: Path) -> None:
     board = Board(firmware="lab3")
     file = kind(board, tmp_path / "large", 20_000)
     with contextlib.suppress(OutputError):  # here, or when the rest is written
@@ -210,7 +210,7 @@ REQUIRED = {
 
 
 @pytest.mark.parametrize("firmware", ["solution", "lab3"])
-def test_the_time_line_is_well_formed(firmware: str, tmp_path: Path) -> None:
+def test_time_line_is_well_formed(firmware: str, tmp_path: Path) -> None:
     _, events = time_line(tmp_path, firmware)
     assert {event["ph"] for event in events} >= {"X", "C", "M"}
     for event in events:
@@ -241,7 +241,7 @@ def test_time_line_has_transfers_and_text(tmp_path: Path) -> None:
     assert printed == sum(len(one.data) for one in board.trace.of(TerminalBytes))
 
 
-def test_the_time_line_shows_functions_in_their_callers(tmp_path: Path) -> None:
+def test_time_line_shows_functions_in_their_callers(tmp_path: Path) -> None:
     _, events = time_line(tmp_path, "solution")
     calls = [one for one in events if one["ph"] == "X" and one["tid"] == 1]
     inner = [one for one in calls if one["name"] == "HAL_TIM_PeriodElapsedCallback"]
@@ -271,7 +271,7 @@ def test_record_has_printed_values_with_truth(record: Path) -> None:
     assert any(led1 for _, led1, _ in found["leds"])
 
 
-def test_a_record_becomes_a_picture(record: Path) -> None:
+def test_record_becomes_picture(record: Path) -> None:
     done = fcu("fcu plot run.json", record.parent)
     picture = (record.parent / "run.png").read_bytes()
     assert done.stderr == "fcu: saved in run.png\n"

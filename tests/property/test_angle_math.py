@@ -69,7 +69,7 @@ def test_angles_are_finite_singles_in_range(acc: Vector, mag: Vector, mu: float)
 
 @DETERMINISTIC
 @given(st.lists(st.tuples(acc_vectors, mag_vectors), min_size=1, max_size=40), mus)
-def test_agrees_with_an_independent_implementation(pairs: list[tuple[Vector, Vector]], mu: float) -> None:
+def test_agrees_with_independent_implementation(pairs: list[tuple[Vector, Vector]], mu: float) -> None:
     acc, mag = (np.array(vectors, dtype=np.int64) for vectors in zip(*pairs, strict=True))
     expected = in_numpy(acc, mag, mu)
     got = np.array([angles(*pair, mu) for pair in pairs])
@@ -102,7 +102,7 @@ def test_yaw_grows_counter_clockwise_from_magnetic_north(mag: Vector, yaw: float
     assert angles((0, 0, 1000), mag)[2] == yaw  # facing west (+90), the field lies along the board's -Y
 
 
-def test_a_flat_board_gives_no_negative_zero() -> None:
+def test_flat_board_gives_no_negative_zero() -> None:
     assert [math.copysign(1.0, angle) for angle in angles((0, 0, 1000))] == [1.0, 1.0, 1.0]
 
 
@@ -118,7 +118,7 @@ def test_pitch_and_roll_are_odd_in_their_axis(acc: Vector, mu: float) -> None:
 
 @DETERMINISTIC
 @given(acc_vectors)
-def test_each_angle_has_the_sign_of_its_axis(acc: Vector) -> None:
+def test_each_angle_has_sign_of_its_axis(acc: Vector) -> None:
     pitch, roll, _ = angles(acc)
     assert np.sign(pitch) == np.sign(-acc[0])
     assert np.sign(roll) == np.sign(acc[1])
@@ -137,7 +137,7 @@ def test_quarter_turn_adds_90_degrees_to_yaw(mag: Vector) -> None:
 
 @DETERMINISTIC
 @given(acc_vectors, mag_vectors, st.integers(2, 50))
-def test_the_size_of_gravity_does_not_matter(acc: Vector, mag: Vector, factor: int) -> None:
+def test_size_of_gravity_does_not_matter(acc: Vector, mag: Vector, factor: int) -> None:
     x, y, z = (component * factor for component in acc)
     for small, large in zip(angles(acc, mag)[:2], angles((x, y, z), mag)[:2], strict=True):
         assert abs(small - large) <= 1e-5
@@ -152,7 +152,7 @@ def board_frame(yaw: float, pitch: float, roll: float) -> tuple[Vector, Vector]:
 
 @DETERMINISTIC
 @given(angles_deg, tilts_deg, angles_deg)
-def test_pitch_is_the_euler_pitch_in_every_attitude(yaw: float, pitch: float, roll: float) -> None:
+def test_pitch_is_euler_pitch_in_every_attitude(yaw: float, pitch: float, roll: float) -> None:
     assert difference_deg(angles(*board_frame(yaw, pitch, roll))[0], pitch) <= TOLERANCE_DEG
 
 
@@ -172,7 +172,7 @@ def test_yaw_is_euler_at_zero_roll(yaw: float, pitch: float) -> None:
     assert difference_deg(got_yaw, yaw) <= TOLERANCE_DEG
 
 
-def test_roll_is_an_approximation_when_both_are_tilted() -> None:
+def test_roll_is_approximation_when_both_are_tilted() -> None:
     _, roll, _ = angles(*board_frame(0.0, 60.0, 60.0))
     # sin(60) cos(60) = 0.4330; sqrt(0.75 + 0.0625) = 0.9014; the slides' formula shows 25.66 degrees
     assert roll == pytest.approx(25.66, abs=0.01)

@@ -145,7 +145,7 @@ def test_characters(flags: str, width: str, code: int) -> None:
 
 @DETERMINISTIC
 @given(st.integers(-40, 40), st.integers(-10, 30), st.floats(-1e6, 1e6), st.integers(-(2**31), 2**31 - 1))
-def test_star_takes_width_and_precision_from_the_arguments(
+def test_star_takes_width_and_precision_from_arguments(
     width: int, precision: int, value: float, integer: int
 ) -> None:
     agree("[%*.*f] [%0*d] [%-*x]", width, precision, value, width, integer, width, integer)
@@ -153,6 +153,6 @@ def test_star_takes_width_and_precision_from_the_arguments(
 
 @DETERMINISTIC
 @given(*[st.integers(-(2**31), 2**31 - 1)] * 3, st.floats(width=32, allow_nan=False))
-def test_the_labs_lines(x: int, y: int, z: int, pressure: float) -> None:
+def test_labs_lines(x: int, y: int, z: int, pressure: float) -> None:
     agree("ACC[x,y,z] %d mg %d mg %d mg \n\r", x, y, z)
     agree("Pre: %f hPa \n\r", pressure)

@@ -58,7 +58,7 @@ def python_value(source: str) -> float:
 
 
 @given(nodes())
-def test_printed_formula_has_the_same_value(node: Node) -> None:
+def test_printed_formula_has_same_value(node: Node) -> None:
     """Python, the second implementation, reads what is printed."""
     printed = text(node).replace("^2", "**2")
     try:
@@ -75,7 +75,7 @@ def test_formula_parses_from_its_text(node: Node) -> None:
 
 
 @given(nodes())
-def test_simplified_formula_has_the_same_value(node: Node) -> None:
+def test_simplified_formula_has_same_value(node: Node) -> None:
     assert value(simplified(node)) == pytest.approx(value(node), nan_ok=True)
 
 

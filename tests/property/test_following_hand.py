@@ -54,7 +54,7 @@ def test_rate_and_angular_acceleration_are_continuous_over_commands(
 
 @given(steps=commands)
 @settings(deadline=None, max_examples=30)
-def test_the_rate_is_the_derivative_of_the_attitude(
+def test_rate_is_derivative_of_attitude(
     steps: list[tuple[float, tuple[float, float, float], float]],
 ) -> None:
     world, times = followed(steps)
@@ -69,7 +69,7 @@ def test_the_rate_is_the_derivative_of_the_attitude(
 
 @given(steps=commands)
 @settings(deadline=None, max_examples=30)
-def test_the_target_is_reached_and_held(steps: list[tuple[float, tuple[float, float, float], float]]) -> None:
+def test_target_is_reached_and_held(steps: list[tuple[float, tuple[float, float, float], float]]) -> None:
     world, times = followed(steps)
     _, target_deg, time_constant_s = steps[-1]
     wanted = World()
@@ -81,7 +81,7 @@ def test_the_target_is_reached_and_held(steps: list[tuple[float, tuple[float, fl
 
 @pytest.mark.parametrize("per_second", [40, 60, 125])
 @pytest.mark.parametrize("time_constant_s", [0.1, 0.25])
-def test_hand_turns_at_a_steady_rate(per_second: int, time_constant_s: float) -> None:
+def test_hand_turns_at_steady_rate(per_second: int, time_constant_s: float) -> None:
     """The rate is within 5 % after settling, and the board never lags by more than the time constant."""
     clock = Clock()
     world = World(clock)
@@ -108,7 +108,7 @@ def test_still_hand_has_no_overshoot() -> None:
     assert world.altitude_m([2.0])[0] == 2
 
 
-def test_followed_hand_takes_over_rate_of_a_motion() -> None:
+def test_followed_hand_takes_over_rate_of_motion() -> None:
     clock = Clock()
     world = World(clock)
     world.rotate_to(0, 0, 90, duration_s=2)
@@ -128,7 +128,7 @@ def test_followed_hand_takes_over_rate_of_a_motion() -> None:
     )
 )
 @settings(deadline=None, max_examples=40)
-def test_the_vertical_acceleration_is_continuous(steps: list[tuple[float, float, float]]) -> None:
+def test_vertical_acceleration_is_continuous(steps: list[tuple[float, float, float]]) -> None:
     clock = Clock()
     world = World(clock)
     times = []

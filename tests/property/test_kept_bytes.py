@@ -214,7 +214,7 @@ def access(part: Sensor, address: int) -> int:
     return Bank.from_address(part.shared_bank()).access[address]
 
 
-def test_train_has_the_samples_of_single_reads() -> None:
+def test_train_has_samples_of_single_reads() -> None:
     part, other = measuring(), measuring()
     reader, live = TrainReader(part), LiveBytes(other)
     for n in range(500):
@@ -223,7 +223,7 @@ def test_train_has_the_samples_of_single_reads() -> None:
     assert reader.served == 500 * 15  # 0x1F is reserved
 
 
-def test_change_of_the_world_cuts_the_train() -> None:
+def test_change_of_world_cuts_train() -> None:
     level = 1.0
     part = LSM6DSL(
         lambda t_s: np.full((len(t_s), 3), level), lambda t_s: np.zeros((len(t_s), 3)), np.ones_like
@@ -264,7 +264,7 @@ def test_wired_sensor_is_read_live() -> None:
     assert part.version[0] != version
 
 
-def test_every_bank_has_the_version_of_the_part() -> None:
+def test_every_bank_has_version_of_part() -> None:
     part = measuring()
     assert access(part, 0x02) == LIVE
     version, address = part.version[0], part.version.buffer_info()[0]

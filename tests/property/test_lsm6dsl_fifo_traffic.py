@@ -285,7 +285,7 @@ class Traffic:
 
 @settings(max_examples=40)
 @given(runs=st.lists(st.tuples(SETUPS, st.lists(STEPS, min_size=4, max_size=15)), min_size=1, max_size=3))
-def test_any_traffic_equals_the_oracle(runs: list[tuple[Setup, list[tuple[str, int]]]]) -> None:
+def test_any_traffic_equals_oracle(runs: list[tuple[Setup, list[tuple[str, int]]]]) -> None:
     traffic = Traffic()
     for setup, steps in runs:
         traffic.set_up(setup)

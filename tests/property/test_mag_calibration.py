@@ -60,7 +60,7 @@ def oracle(history: list[Vector]) -> Vector:
 
 @DETERMINISTIC
 @given(samples)
-def test_every_sample_agrees_with_the_oracle(sequence: list[Vector]) -> None:
+def test_every_sample_agrees_with_oracle(sequence: list[Vector]) -> None:
     calibration = Calibration()
     for count, sample in enumerate(sequence, start=1):
         assert calibration.feed(sample) == oracle(sequence[:count])
@@ -68,30 +68,30 @@ def test_every_sample_agrees_with_the_oracle(sequence: list[Vector]) -> None:
 
 @DETERMINISTIC
 @given(earth_axis, earth_axis, earth_axis)
-def test_the_first_sample_gives_zero(x: int, y: int, z: int) -> None:
+def test_first_sample_gives_zero(x: int, y: int, z: int) -> None:
     assert Calibration().feed((x, y, z)) == (0, 0, 0)
 
 
-def test_an_odd_sum_is_divided_toward_zero() -> None:
+def test_odd_sum_is_divided_toward_zero() -> None:
     assert fed([(-3, 3, 0)]).feed((0, 0, 0)) == (1, -1, 0)  # -3/2 = -1, 3/2 = 1 (C11 6.5.5)
 
 
 @DETERMINISTIC
 @given(samples.flatmap(lambda sequence: st.tuples(st.just(sequence), st.permutations(sequence))))
-def test_the_centre_does_not_depend_on_the_order(orders: tuple[list[Vector], list[Vector]]) -> None:
+def test_centre_does_not_depend_on_order(orders: tuple[list[Vector], list[Vector]]) -> None:
     sequence, reordered = orders
     assert fed(reordered).extremes == fed(sequence).extremes
 
 
 @DETERMINISTIC
 @given(samples)
-def test_feeding_the_same_samples_again_changes_no_extreme(sequence: list[Vector]) -> None:
+def test_feeding_same_samples_again_changes_no_extreme(sequence: list[Vector]) -> None:
     assert fed(sequence * 2).extremes == fed(sequence).extremes
 
 
 @DETERMINISTIC
 @given(earth_samples)
-def test_extremes_are_half_the_spread_from_zero(sequence: list[Vector]) -> None:
+def test_extremes_are_half_spread_from_zero(sequence: list[Vector]) -> None:
     calibration = fed(sequence)
     low, high = calibration.extremes
     lowest, highest = calibration.feed(low), calibration.feed(high)
@@ -102,7 +102,7 @@ def test_extremes_are_half_the_spread_from_zero(sequence: list[Vector]) -> None:
 
 @DETERMINISTIC
 @given(earth_samples, st.integers(-2000, 2000).map(lambda half: 2 * half))
-def test_a_hard_iron_offset_disappears(sequence: list[Vector], offset: int) -> None:
+def test_hard_iron_offset_disappears(sequence: list[Vector], offset: int) -> None:
     def inside(sample: Vector) -> Vector:
         x, y, z = (value // 2 for value in sample)
         return x, y, z

@@ -99,7 +99,7 @@ def test_burst_equals_single_byte_reads(layout: Layout, start: int, count: int) 
 
 
 @given(layouts(), ADDRESS, st.integers(1, 64))
-def test_burst_does_not_use_an_earlier_plan(layout: Layout, start: int, count: int) -> None:
+def test_burst_does_not_use_earlier_plan(layout: Layout, start: int, count: int) -> None:
     """Bursts are planned once; a change of the increment must not leave an old plan behind."""
     used, fresh = build(layout), build(layout)
     used.read(start, count, 0)
@@ -112,9 +112,7 @@ def test_burst_does_not_use_an_earlier_plan(layout: Layout, start: int, count: i
 
 
 @given(layouts(), st.dictionaries(ADDRESS, ADDRESS, max_size=5), ADDRESS, st.integers(0, 40))
-def test_burst_follows_the_latest_jumps(
-    layout: Layout, jumps: dict[int, int], start: int, count: int
-) -> None:
+def test_burst_follows_latest_jumps(layout: Layout, jumps: dict[int, int], start: int, count: int) -> None:
     """In whatever order both were set (IF_INC and ROUNDING, LSM6DSL AN5040 4.7)."""
     jumps |= dict.fromkeys(sorted(layout.wrap)[:1], start)  # where a burst turns back anyway, too
     registers = build(layout)
@@ -182,7 +180,7 @@ class CONTROL(Register, addr=0x10, reset=0x04):
 
 
 @given(BYTE)
-def test_note_names_the_unmodelled_field_written(value: int) -> None:
+def test_note_names_unmodelled_field_written(value: int) -> None:
     registers = RegisterFile(RegisterMap([CONTROL]))
     notes = []
     registers.note = lambda now_ps, what, problem, text, **data: notes.append((now_ps, problem, text, data))
@@ -196,7 +194,7 @@ def test_note_names_the_unmodelled_field_written(value: int) -> None:
 
 
 @given(BYTE)
-def test_note_names_the_reserved_bits_written(value: int) -> None:
+def test_note_names_reserved_bits_written(value: int) -> None:
     registers = RegisterFile(RegisterMap([CONTROL]))
     notes = []
     registers.note = lambda now_ps, what, problem, text, **data: notes.append((now_ps, problem, data))
@@ -245,7 +243,7 @@ class Memory:
 
 
 @given(st.binary(min_size=ADDRESSES, max_size=ADDRESSES), ADDRESS, st.lists(st.integers(1, 40), max_size=5))
-def test_read_continues_at_the_next_register(content: bytes, start: int, counts: list[int]) -> None:
+def test_read_continues_at_next_register(content: bytes, start: int, counts: list[int]) -> None:
     """LSM6DSL datasheet 6.2, LIS2MDL 6.1, LPS22HB 7.2."""
     device = Memory()
     device.registers.mem[:] = content
@@ -263,7 +261,7 @@ def test_read_continues_at_the_next_register(content: bytes, start: int, counts:
 
 
 @given(ADDRESS, st.booleans(), st.binary(min_size=1, max_size=40), st.data())
-def test_a_write_may_come_in_pieces(start: int, bit_7: bool, data: bytes, draw: st.DataObject) -> None:
+def test_write_may_come_in_pieces(start: int, bit_7: bool, data: bytes, draw: st.DataObject) -> None:
     """Bit 7 of the sub-address carries no meaning; data written and read back is the same."""
     cut = draw.draw(st.integers(0, len(data)))
     device = Memory()
@@ -280,7 +278,7 @@ def test_a_write_may_come_in_pieces(start: int, bit_7: bool, data: bytes, draw: 
 
 
 @pytest.mark.parametrize("first", ["read", "read_from"])
-def test_plain_read_continues_after_a_transfer(first: str) -> None:
+def test_plain_read_continues_after_transfer(first: str) -> None:
     device = Memory()
     device.registers.mem[:] = bytes(range(ADDRESSES))
     target = SubaddressTarget(device, lambda: 0)

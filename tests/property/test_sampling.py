@@ -41,7 +41,7 @@ def due_ps(start_ps: int, rate_hz: Fraction, number: int) -> int:
 
 
 @given(STARTS, RATES, GAPS)
-def test_the_latest_sample_is_the_last_one_due(start_ps: int, rate_hz: Fraction, gaps: list[int]) -> None:
+def test_latest_sample_is_last_one_due(start_ps: int, rate_hz: Fraction, gaps: list[int]) -> None:
     stream = SampleStream(16, tagged)
     stream.start(start_ps, rate_hz)
     seen = -1
@@ -117,7 +117,7 @@ def test_synchronised_streams_coincide_despite_reads(
 
 
 @given(STARTS, st.integers(1, PS_PER_S), st.integers(0, 10**6 * PS_PER_S))
-def test_a_single_measurement_gives_one_sample(start_ps: int, delay_ps: int, later_ps: int) -> None:
+def test_single_measurement_gives_one_sample(start_ps: int, delay_ps: int, later_ps: int) -> None:
     stream = SampleStream(16, tagged)
     stream.start_single(start_ps, delay_ps)
 
@@ -128,7 +128,7 @@ def test_a_single_measurement_gives_one_sample(start_ps: int, delay_ps: int, lat
 
 
 @given(RATES, st.integers(0, 10**6))
-def test_stopping_keeps_the_last_sample_for_ever(rate_hz: Fraction, samples: int) -> None:
+def test_stopping_keeps_last_sample_for_ever(rate_hz: Fraction, samples: int) -> None:
     stream = SampleStream(16, tagged)
     stream.start(0, rate_hz)
     stream.advance(due_ps(0, rate_hz, samples))
@@ -142,7 +142,7 @@ def test_stopping_keeps_the_last_sample_for_ever(rate_hz: Fraction, samples: int
     assert sample(stream)[0] == samples
 
 
-def test_before_the_first_sample_the_data_is_0() -> None:
+def test_before_first_sample_data_is_0() -> None:
     stream = SampleStream(6, tagged)
 
     assert (stream.data, stream.index, stream.running) == (bytes(6), -1, False)
@@ -171,7 +171,7 @@ def test_invalidating_recomputes_only_later_samples(rate_hz: Fraction, before: i
 @given(
     st.integers(0, 2**32 - 1), st.lists(st.tuples(st.integers(0, 20000), st.integers(1, 5000)), max_size=6)
 )
-def test_noise_is_a_function_of_the_sample_number(seed: int, blocks: list[tuple[int, int]]) -> None:
+def test_noise_is_function_of_sample_number(seed: int, blocks: list[tuple[int, int]]) -> None:
     """Whatever was drawn before, over the seams between pages too."""
     used = NoiseSource(noise_key(seed, "part"), 3)
 

@@ -35,7 +35,7 @@ def completion_times(count: int, away: list[tuple[Fraction, Fraction]]) -> list[
 
 
 @given(st.binary(min_size=1, max_size=60), st.integers(1000, 3000), st.integers(1, 38))
-def test_byte_times_equal_the_two_register_oracle(data: bytes, period_us: int, length: int) -> None:
+def test_byte_times_equal_two_register_oracle(data: bytes, period_us: int, length: int) -> None:
     """A timer takes the processor away for the time of an I2C read, again and again, during a transmit."""
 
     def send(hal: VirtualHal) -> None:

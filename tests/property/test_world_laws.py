@@ -44,7 +44,7 @@ def world_at(roll: float, pitch: float, yaw: float, inclination: float = 63.4) -
 
 @given(roll=turn, pitch=tilt, yaw=turn)
 @settings(deadline=None)
-def test_the_lab_prints_the_worlds_pitch_always(roll: float, pitch: float, yaw: float) -> None:
+def test_lab_prints_worlds_pitch_always(roll: float, pitch: float, yaw: float) -> None:
     np.testing.assert_allclose(lab_angles(world_at(roll, pitch, yaw), T0)[0, 0], pitch, atol=1e-9)
 
 
@@ -73,7 +73,7 @@ def test_lab_roll_is_approximate_at_large_angles() -> None:
 
 @given(roll=turn, pitch=tilt, yaw=turn, roll2=turn, pitch2=tilt, yaw2=turn)
 @settings(deadline=None)
-def test_rotation_changes_the_length_of_no_vector(
+def test_rotation_changes_length_of_no_vector(
     *, roll: float, pitch: float, yaw: float, roll2: float, pitch2: float, yaw2: float
 ) -> None:
     world = world_at(roll, pitch, yaw)
@@ -88,7 +88,7 @@ def test_rotation_changes_the_length_of_no_vector(
 
 @given(metres=st.floats(-100, 3000), degc=st.floats(-40, 60), hpa=st.floats(600, 1100))
 @settings(deadline=None)
-def test_the_labs_altitude_formula_finds_the_worlds_altitude(metres: float, degc: float, hpa: float) -> None:
+def test_labs_altitude_formula_finds_worlds_altitude(metres: float, degc: float, hpa: float) -> None:
     world = World()
     world.set_temperature(degc)
     world.set_pressure(hpa)
@@ -103,7 +103,7 @@ def test_the_labs_altitude_formula_finds_the_worlds_altitude(metres: float, degc
 
 @given(angle=st.floats(-170, 170), duration=st.floats(0.1, 10))
 @settings(deadline=None, max_examples=30)
-def test_integrating_the_rate_gives_the_angle(angle: float, duration: float) -> None:
+def test_integrating_rate_gives_angle(angle: float, duration: float) -> None:
     world = World()
     world.rotate_to(0, 0, angle, duration_s=duration)
     t = np.linspace(0, duration, 2001)

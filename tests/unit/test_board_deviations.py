@@ -44,7 +44,7 @@ def test_ideal_board_has_no_iron() -> None:
     np.testing.assert_allclose(soft, np.eye(3), atol=1e-12)
 
 
-def test_iron_depends_on_the_seed() -> None:
+def test_iron_depends_on_seed() -> None:
     first, again, other = (iron(Board(seed=seed)) for seed in (7, 7, 8))
     for one, same, different in zip(first, again, other, strict=True):
         np.testing.assert_array_equal(one, same)
@@ -52,7 +52,7 @@ def test_iron_depends_on_the_seed() -> None:
     np.testing.assert_allclose(first[1], first[1].T, atol=1e-12)
 
 
-def test_hundred_boards_spread_within_the_limits() -> None:
+def test_hundred_boards_spread_within_limits() -> None:
     assert {entry.name for entry in fields(BoardErrors)} == {*LIMITS, *STRENGTHS, "hse_ppm"}
     boards = [BoardErrors.of_quality("typical", seed) for seed in range(100)]
     for name, limit in LIMITS.items():
@@ -67,14 +67,14 @@ def test_hundred_boards_spread_within_the_limits() -> None:
         assert getattr(worst, name) == 1.5 * typical
 
 
-def test_soft_iron_only_bends_a_field() -> None:
+def test_soft_iron_only_bends_field() -> None:
     """Iron weakens or strengthens; it does not turn a field round: no factor is far from 1 at the limits."""
     for seed in range(100):
         factors = np.linalg.eigvalsh(BoardErrors.of_quality("worst", seed).soft_iron())
         assert 0.75 < factors.min() < factors.max() < 1.25
 
 
-def test_iron_of_a_file_replaces_drawn_iron(tmp_path: Path) -> None:
+def test_iron_of_file_replaces_drawn_iron(tmp_path: Path) -> None:
     hard, soft = iron(scenario(tmp_path, "[world]\nhard_iron_mgauss = [1, 2, 3]\n"))
     np.testing.assert_allclose(hard, [1, 2, 3])
     assert np.abs(soft - np.eye(3)).max() > 1e-3

@@ -22,7 +22,7 @@ def test_events_fire_in_order_of_time_and_scheduling() -> None:
     assert (clock.now_ps, clock.next_ps) == (15, 20)
 
 
-def test_an_event_scheduled_in_the_past_fires_now() -> None:
+def test_event_scheduled_in_past_fires_now() -> None:
     clock, seen = Clock(), list[int]()
     clock.advance_to(100)
     clock.schedule(50, lambda: seen.append(clock.now_ps))
@@ -30,7 +30,7 @@ def test_an_event_scheduled_in_the_past_fires_now() -> None:
     assert seen == [100]
 
 
-def test_a_cancelled_event_does_not_fire() -> None:
+def test_cancelled_event_does_not_fire() -> None:
     clock, seen = Clock(), list[int]()
     event = clock.schedule(10, lambda: seen.append(1))
     event.cancel()
@@ -39,7 +39,7 @@ def test_a_cancelled_event_does_not_fire() -> None:
     assert clock.next_ps == NEVER_PS
 
 
-def test_event_schedules_another_for_the_same_time() -> None:
+def test_event_schedules_another_for_same_time() -> None:
     clock, seen = Clock(), list[int]()
     clock.schedule(10, lambda: clock.schedule(10, lambda: seen.append(clock.now_ps)) and None)
     clock.advance_to(10)
@@ -47,7 +47,7 @@ def test_event_schedules_another_for_the_same_time() -> None:
 
 
 @given(st.fractions(min_value=1000, max_value=10**9), st.integers(1, 200))
-def test_the_nth_period_is_computed_from_n(period: Fraction, count: int) -> None:
+def test_nth_period_is_computed_from_n(period: Fraction, count: int) -> None:
     clock, times = Clock(), list[int]()
     Periodic(clock, 5, period, lambda: times.append(clock.now_ps))
     clock.advance_to(5 + int(count * period))
@@ -55,7 +55,7 @@ def test_the_nth_period_is_computed_from_n(period: Fraction, count: int) -> None
     assert len(times) == count
 
 
-def test_800_hz_is_exact_after_an_hour() -> None:
+def test_800_hz_is_exact_after_hour() -> None:
     """The lab's timer: 84 MHz / 84 / 1250."""
     clock = Clock()
     ticks = Periodic(clock, 0, Fraction(PS_PER_S, 800), lambda: None)

@@ -73,7 +73,7 @@ def test_exchanged_and_negated_axes_are_named(
 
 
 @given(st.one_of(st.floats(0.05, 0.7), st.floats(1.4, 20)), OFFSETS)
-def test_field_hint_names_a_factor(factor: float, offset: tuple[float, ...]) -> None:
+def test_field_hint_names_factor(factor: float, offset: tuple[float, ...]) -> None:
     truth = tumbled(60)
     hint = field_hint(lines(factor * truth + offset, truth))
     assert hint is not None
@@ -92,7 +92,7 @@ def test_swapped_bytes_are_named(offset: tuple[float, ...]) -> None:
 
 
 @given(st.floats(0, 0.1), OFFSETS, st.floats(-3, 3))
-def test_field_hint_needs_a_turned_board(turn: float, offset: tuple[float, ...], factor: float) -> None:
+def test_field_hint_needs_turned_board(turn: float, offset: tuple[float, ...], factor: float) -> None:
     truth = tumbled(60, turn)
     assert field_hint(lines(factor * truth + offset, truth)) is None
 
@@ -109,7 +109,7 @@ def test_field_hint_ignores_calibration_that_still_learns(offset: tuple[float, .
 @pytest.mark.parametrize(
     ("scenario", "seed"), [("compass_turn", 1), ("figure_eight", 2), ("magnet_passes_by", 3)]
 )
-def test_field_hint_accepts_the_lab_firmware(scenario: str, seed: int) -> None:
+def test_field_hint_accepts_lab_firmware(scenario: str, seed: int) -> None:
     board = Board("lab3", scenario=scenario, seed=seed)
     recorder = TruthRecorder(board)
     board.run_for(board.scenario.duration_s if board.scenario else 0)

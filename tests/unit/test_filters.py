@@ -47,20 +47,20 @@ def white(count: int, seed: int = 1) -> NDArray[np.float64]:
 
 
 @given(CUTOFFS)
-def test_a_low_pass_is_a_second_order_butterworth(cutoff: float) -> None:
+def test_low_pass_is_second_order_butterworth(cutoff: float) -> None:
     b0, b1, b2, a1, a2 = low_pass(cutoff)
     assert butter(2, 2 * cutoff, output="sos")[0] == pytest.approx((b0, b1, b2, 1, a1, a2), rel=1e-6)
 
 
 @given(CUTOFFS)
-def test_a_high_pass_is_a_second_order_butterworth(cutoff: float) -> None:
+def test_high_pass_is_second_order_butterworth(cutoff: float) -> None:
     b0, b1, b2, a1, a2 = high_pass(cutoff)
     expected = butter(2, 2 * cutoff, "highpass", output="sos")[0]
     assert expected == pytest.approx((b0, b1, b2, 1, a1, a2), rel=1e-6)
 
 
 @given(CUTOFFS)
-def test_both_are_3_db_down_at_the_cutoff(cutoff: float) -> None:
+def test_both_are_3_db_down_at_cutoff(cutoff: float) -> None:
     for section in (low_pass(cutoff), high_pass(cutoff)):
         gain = abs(response((section,), np.array([cutoff]))[0])
         assert gain == pytest.approx(np.sqrt(0.5), rel=1e-5)
@@ -88,7 +88,7 @@ def test_filter_page_equals_single_samples(sections: tuple[Section, ...]) -> Non
 
 @cascades
 @pytest.mark.parametrize("count", [0, 1, 63, 64, 65, 1000, PAGE])
-def test_the_state_after_any_number_of_samples(sections: tuple[Section, ...], count: int) -> None:
+def test_state_after_any_number_of_samples(sections: tuple[Section, ...], count: int) -> None:
     filters, signal = chain(sections, "zero"), white(count + PAGE)
 
     state = filters.after(signal[:, :count], filters.at_rest(3))
@@ -98,7 +98,7 @@ def test_the_state_after_any_number_of_samples(sections: tuple[Section, ...], co
 
 
 @cascades
-def test_after_its_settling_a_filter_has_forgotten(sections: tuple[Section, ...]) -> None:
+def test_after_its_settling_filter_has_forgotten(sections: tuple[Section, ...]) -> None:
     filters = chain(sections, "zero")
     impulse = np.zeros(filters.settling + 2000)
     impulse[0] = 1
@@ -108,7 +108,7 @@ def test_after_its_settling_a_filter_has_forgotten(sections: tuple[Section, ...]
 
 
 @cascades
-def test_noise_gain_is_rms_of_the_impulse_response(sections: tuple[Section, ...]) -> None:
+def test_noise_gain_is_rms_of_impulse_response(sections: tuple[Section, ...]) -> None:
     """Parseval."""
     impulse = np.zeros(20_000)
     impulse[0] = 1
@@ -149,7 +149,7 @@ def test_settled_filter_starts_from_its_first_sample() -> None:
     assert filtered(world, SETTLED, 100).block(100, 5000) == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_filter_from_zero_begins_with_nothing_before() -> None:
+def test_filter_from_zero_begins_with_nothing_before() -> None:
     world, slope = World(), chain((SLOPE,), "zero")
     begun = filtered(world, slope).block(0, 2)
 
@@ -157,7 +157,7 @@ def test_a_filter_from_zero_begins_with_nothing_before() -> None:
     assert begun[:, 1] == pytest.approx((world.signal[:, 1] - world.signal[:, 0]) / 2)
 
 
-def test_reference_filter_subtracts_the_first_sample() -> None:
+def test_reference_filter_subtracts_first_sample() -> None:
     world = World()
     unchanged = chain(((1.0, 0.0, 0.0, 0.0, 0.0),), "reference")
     expected = world.signal[:, 7:107] - world.signal[:, 7:8]
@@ -185,7 +185,7 @@ def test_filtered_samples_do_not_depend_on_read_order(reads: list[tuple[int, int
         assert np.array_equal(some.block(number, count), everything[:, number : number + count])
 
 
-def test_restarted_filter_equals_a_continuous_one() -> None:
+def test_restarted_filter_equals_continuous_one() -> None:
     world = World()
     first = world.signal[:, :1]
     expected = first + reference(SETTLED.sections, world.signal - first)
@@ -221,7 +221,7 @@ def test_world_change_affects_later_filtered_samples_only(number: int, count: in
     assert min(asked for asked, _ in world.asked) >= number
 
 
-def test_world_change_before_first_sample_replaces_the_world() -> None:
+def test_world_change_before_first_sample_replaces_world() -> None:
     world = World()
     changing = filtered(world, SETTLED)
     changing.block(0, 10)
@@ -232,7 +232,7 @@ def test_world_change_before_first_sample_replaces_the_world() -> None:
 
 
 @pytest.mark.parametrize("number", [1, 64, 1000, PAGE, 3 * PAGE + 77])
-def test_source_settings_keep_the_filter_state(number: int) -> None:
+def test_source_settings_keep_filter_state(number: int) -> None:
     world = World()
     changing = filtered(world, SETTLED)
     changing.block(0, 10)

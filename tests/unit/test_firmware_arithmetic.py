@@ -25,7 +25,7 @@ def test_scaling_equals_truncated_single_precision_product(sensitivity: float) -
     assert scale_table(sensitivity) == tuple(expected.tolist())
 
 
-def test_sensitivities_are_those_of_the_lab() -> None:
+def test_sensitivities_are_those_of_lab() -> None:
     assert (ACC_MG_PER_LSB, GYRO_MDPS_PER_LSB, MAG_MGAUSS_PER_LSB) == (0.122, 70.0, 1.5)
 
 
@@ -46,11 +46,11 @@ def test_truncation_of_odd_field_values_is_toward_zero() -> None:
         (2**23 - 1, "2047.989990"),  # (raw * 100) / 4096 = 204799
     ],
 )
-def test_pressure_prints_as_on_the_slides(raw: int, printed: str) -> None:
+def test_pressure_prints_as_on_slides(raw: int, printed: str) -> None:
     assert f"{pressure_hpa(raw):f}" == printed
 
 
-def test_pressure_equals_single_precision_over_the_range() -> None:
+def test_pressure_equals_single_precision_over_range() -> None:
     raw = np.arange(260 * 4096, 1260 * 4096, 997, dtype=np.int32)
     expected = (raw * np.int32(100) // np.int32(4096)).astype(np.float32) / np.float32(100)
     assert [pressure_hpa(value) for value in raw.tolist()] == expected.tolist()
@@ -70,19 +70,19 @@ def test_temperature_is_truncated_to_tenths(raw: int, printed: str) -> None:
     assert f"{temperature_degc(raw):f}" == printed
 
 
-def test_altitude_of_the_floor_is_exactly_zero() -> None:
+def test_altitude_of_floor_is_exactly_zero() -> None:
     assert math.copysign(1.0, getAltitude(977.4, 21.5, 977.4)) == 1.0
     assert getAltitude(977.4, 21.5, 977.4) == 0.0
 
 
-def test_altitude_in_the_standard_atmosphere() -> None:
+def test_altitude_in_standard_atmosphere() -> None:
     # ICAO: 898.746 hPa and 8.5 degC at 1000 m, 1013.25 hPa at 0 m
     assert getAltitude(898.746, 8.5, 1013.25) == pytest.approx(1000, abs=2)
 
 
 @pytest.mark.parametrize("press", [260.0, 900.0, 976.2, 977.39, 1260.0])
 @pytest.mark.parametrize("temperature", [-10.0, 21.5])
-def test_altitude_is_the_hypsometric_formula(press: float, temperature: float) -> None:
+def test_altitude_is_hypsometric_formula(press: float, temperature: float) -> None:
     # h = ((P0/P)^(1/5.257) - 1) * (T + 273.15) / 0.0065, here by way of logarithms
     expected = math.expm1((math.log(977.4) - math.log(press)) / 5.257) * (temperature + 273.15) / 0.0065
     assert getAltitude(press, temperature, 977.4) == pytest.approx(expected, rel=1e-6)
@@ -118,7 +118,7 @@ def test_int_divide_truncates_toward_zero(a: int, b: int, quotient: int) -> None
     ("a", "b", "quotient"),
     [(1.0, 0.0, math.inf), (-1.0, 0.0, -math.inf), (1.0, -0.0, -math.inf), (1.0, 4.0, 0.25)],
 )
-def test_float_divide_by_zero_is_an_infinity(a: float, b: float, quotient: float) -> None:
+def test_float_divide_by_zero_is_infinity(a: float, b: float, quotient: float) -> None:
     assert float_divide(a, b) == quotient
 
 

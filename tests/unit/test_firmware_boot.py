@@ -55,7 +55,7 @@ def booted(firmware_class: type[LabFirmware], settings: Settings | None = None) 
 
 
 @FIRMWARE_CLASSES
-def test_boot_text_equals_the_lab(firmware_class: type[LabFirmware]) -> None:
+def test_boot_text_equals_lab(firmware_class: type[LabFirmware]) -> None:
     assert b"".join(booted(firmware_class).transmissions[:7]) == BOOT
 
 
@@ -69,7 +69,7 @@ def test_boot_transactions_are_in_st_order(firmware_class: type[LabFirmware]) ->
     assert booted(firmware_class).transactions[: len(expected)] == expected
 
 
-def test_the_registers_end_as_the_lab_lists_them() -> None:
+def test_registers_end_as_lab_lists_them() -> None:
     registers = booted(Lab3).registers
     lsm6dsl = {
         register: registers[LSM6DSL][register] for register in (0x0A, 0x10, 0x11, 0x12, 0x13, 0x15, 0x17)
@@ -87,7 +87,7 @@ def test_banner_is_followed_by_one_second_delay() -> None:
     assert hal.text == BANNER
 
 
-def test_the_leds_are_outputs_and_dark_after_boot() -> None:
+def test_leds_are_outputs_and_dark_after_boot() -> None:
     hal = FakeHal(power_off_at=1)
     run_until_power_off(Lab3, hal)
     assert hal.pin_events == [("init", LED1, 0), ("write", LED1, 1), ("init", LED2, 0), ("write", LED2, 1)]
@@ -101,13 +101,13 @@ def test_timer_runs_at_800_hz_after_boot() -> None:
     assert 84_000_000 / (prescaler + 1) / (period + 1) == 800
 
 
-def test_st_timer_values_are_a_setting() -> None:
+def test_st_timer_values_are_setting() -> None:
     assert booted(Lab3, Settings(timer_prescaler=51, timer_period=1999)).timer == (51, 1999)
 
 
 @pytest.mark.parametrize("device", [LSM6DSL, LIS2MDL, LPS22HB])
 @pytest.mark.parametrize("fault", ["silent", "another part"])
-def test_missing_sensor_stops_the_boot_after_the_banner(device: int, fault: str) -> None:
+def test_missing_sensor_stops_boot_after_banner(device: int, fault: str) -> None:
     hal = FakeHal(power_off_at=20)
     if fault == "silent":
         hal.silent.add(device)
@@ -157,5 +157,5 @@ def test_barometer_lost_after_setup_does_not_stop_boot() -> None:
     assert b"Altitude: nan m \n\r" in hal.text
 
 
-def test_the_registry_names_both_firmwares() -> None:
+def test_registry_names_both_firmwares() -> None:
     assert dict(FIRMWARES) == {"lab3": Lab3, "template": Template}

@@ -50,14 +50,14 @@ def tilt(hal: FakeHal, x_mg: float, y_mg: float, z_mg: float) -> None:
 
 
 @pytest.mark.parametrize("pressure_raw", [4003431, 4003471])
-def test_the_template_prints_the_slides_values(pressure_raw: int) -> None:
+def test_template_prints_slides_values(pressure_raw: int) -> None:
     hal = slide_board()
     hal.set_pressure(pressure_raw)
     run_until_power_off(Template, hal)
     assert b"".join(hal.transmissions[BOOT_TRANSMISSIONS:]) == TEMPLATE_BLOCK
 
 
-def test_pressures_outside_the_slides_range_print_differently() -> None:
+def test_pressures_outside_slides_range_print_differently() -> None:
     for raw in (4003430, 4003472):
         hal = slide_board()
         hal.set_pressure(raw)
@@ -84,14 +84,14 @@ def test_each_line_is_one_transmit() -> None:
     assert len(hal.transmissions) == BOOT_TRANSMISSIONS + 6 + 4
 
 
-def test_blocks_follow_each_other_a_second_apart() -> None:
+def test_blocks_are_1_s_apart() -> None:
     hal = slide_board(power_off_at=4)
     run_until_power_off(Template, hal)
     assert hal.text.count(TEMPLATE_BLOCK) == 3
     assert hal.delays_ms == [1000] * 4
 
 
-def test_altitude_follows_the_pressure() -> None:
+def test_altitude_follows_pressure() -> None:
     hal = running()
     hal.set_pressure(round(976.2 * 4096))  # 1.2 hPa less is some 10.6 m up at 21.5 degC
     hal.tick()
@@ -105,7 +105,7 @@ def test_altitude_follows_the_pressure() -> None:
     assert firmware.alt == pytest.approx(altitude, abs=1e-6)
 
 
-def test_the_template_toggles_both_leds_each_second() -> None:
+def test_template_toggles_both_leds_each_second() -> None:
     hal = slide_board(power_off_at=4)
     run_until_power_off(Template, hal)
     toggles = [event for event in hal.pin_events if event[0] == "toggle"]
@@ -122,13 +122,13 @@ def test_led1_follows_pitch_and_led2_roll() -> None:
     assert hal.pins == {LED1: 1, LED2: 1}
 
 
-def test_the_axis_of_led1_is_a_setting() -> None:
+def test_axis_of_led1_is_setting() -> None:
     hal = running(settings=Settings(led1_axis="roll"))
     tilt(hal, -1000, 0, 0)
     assert hal.pins == {LED1: 1, LED2: 0}
 
 
-def test_the_threshold_is_a_setting_and_excludes_itself() -> None:
+def test_threshold_is_setting_and_excludes_itself() -> None:
     hal = running(settings=Settings(led_threshold_deg=45))
     tilt(hal, -1000, 0, 1000)
     firmware = hal.firmware
@@ -139,7 +139,7 @@ def test_the_threshold_is_a_setting_and_excludes_itself() -> None:
     assert hal.pins == {LED1: 0, LED2: 1}
 
 
-def test_a_led_pin_is_written_on_changes_only() -> None:
+def test_led_pin_is_written_on_changes_only() -> None:
     hal = running()
     for _ in range(10):
         tilt(hal, 1000, 0, 0)
@@ -148,7 +148,7 @@ def test_a_led_pin_is_written_on_changes_only() -> None:
     assert hal.pin_events == [("write", LED1, 0), ("write", LED1, 1)]
 
 
-def test_mu_reaches_the_roll() -> None:
+def test_mu_reaches_roll() -> None:
     rolls = {}
     for mu in (0.01, 1.0):
         hal = running(settings=Settings(mu=mu))

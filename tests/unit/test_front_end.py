@@ -59,7 +59,7 @@ def butterworth(order: int, cutoff_hz: float, hz: float) -> float:
     [(0x20, 26, 400), (0x40, 104, 400), (0x70, 833, 400), (0x80, 1666, 1500), (0x90, 3332, 1500)],
 )
 @pytest.mark.parametrize("of_odr", [0.11, 0.37, 0.58, 1.37])
-def test_accelerometer_response_has_the_documented_bandwidth(
+def test_accelerometer_response_has_documented_bandwidth(
     ctrl1_xl: int, odr_hz: float, analog_hz: float, of_odr: float
 ) -> None:
     """Analog stage and LPF1 at ODR/2 (AN5040 3.7), also above half the output rate, where samples alias."""
@@ -154,7 +154,7 @@ def test_signal_set_at_start_holds_before_it() -> None:
     assert np.frombuffer(readings[0], "<i2")[0] * MG_PER_LSB == pytest.approx(500, abs=0.1)
 
 
-def test_shaking_at_a_low_rate_takes_little_memory() -> None:
+def test_shaking_at_low_rate_takes_little_memory() -> None:
     """A sample at 12.5 Hz is 2,132 looks at the world; those of 400 samples are not held at once."""
     asked: list[int] = []
 
@@ -229,7 +229,7 @@ def test_magnetometer_and_barometer_average_over_their_conversion() -> None:
     assert (low | middle << 8 | high << 16) / 4096 == pytest.approx(1000, abs=0.1)
 
 
-def test_mean_of_a_ramp_is_its_middle() -> None:
+def test_mean_of_ramp_is_its_middle() -> None:
     ramp = Moving(lambda t_s: 3.0 * t_s)
     np.testing.assert_allclose(averaged(ramp, np.array([1.0, 2.0]), 0.02), [2.97, 5.97])
 
@@ -287,7 +287,7 @@ def test_overload_reads_full_scale_on_every_board(seed: int, moving: bool) -> No
         assert gyro_z == 0x7FFF
 
 
-def test_still_overload_is_clipped_before_the_user_offset() -> None:
+def test_still_overload_is_clipped_before_user_offset() -> None:
     """3 g at a full scale of 2 g, and Z_OFS_USR = 1 g, which is subtracted: the converter's 2 g leave 1 g."""
     board = Board(ideal=True)
     board.world.set_gravity(3 * 9.80665)

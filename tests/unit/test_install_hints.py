@@ -22,7 +22,7 @@ from fcu_emulator.emulator.host.install_hints import _INSTALL, command_line, how
         ("win32", "", '""'),
     ],
 )
-def test_word_is_quoted_for_the_shell(
+def test_word_is_quoted_for_shell(
     monkeypatch: pytest.MonkeyPatch, system: str, word: str, expected: str
 ) -> None:
     monkeypatch.setattr(sys, "platform", system)

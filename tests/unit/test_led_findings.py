@@ -112,11 +112,11 @@ def test_prompt_led_of_one_side_is_not_late() -> None:
         (lambda _at_ms: False, "never lit"),
     ],
 )
-def test_led_finding_names_the_mistake(is_lit: Callable[[int], bool], found: str) -> None:
+def test_led_finding_names_mistake(is_lit: Callable[[int], bool], found: str) -> None:
     assert finding(is_lit) == found
 
 
-def test_led_finding_does_not_tell_the_wanted_threshold() -> None:
+def test_led_finding_does_not_tell_wanted_threshold() -> None:
     found = result(lambda at_ms: abs(pitch(at_ms)) > 60)
 
     assert found.mistake == "threshold"

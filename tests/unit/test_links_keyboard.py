@@ -99,7 +99,7 @@ def run_in_terminal(script: str, path: str, master: int) -> subprocess.Popen[byt
     )
 
 
-def test_a_typed_line_reaches_the_board(terminal: tuple[int, str]) -> None:
+def test_typed_line_reaches_board(terminal: tuple[int, str]) -> None:
     master, path = terminal
     os.write(master, b"hello\n")  # waits in the terminal until the process reads
     with run_in_terminal(ECHO, path, master) as process:
@@ -108,7 +108,7 @@ def test_a_typed_line_reaches_the_board(terminal: tuple[int, str]) -> None:
     assert output == b"serial: on standard output; lines typed here go to the board\ngot hello\n"
 
 
-def test_a_background_job_does_not_read_the_terminal(terminal: tuple[int, str]) -> None:
+def test_background_job_does_not_read_terminal(terminal: tuple[int, str]) -> None:
     master, path = terminal
     with run_in_terminal(BACKGROUND, path, master) as process:
         output, errors = process.communicate(timeout=DEADLINE_S)
@@ -124,7 +124,7 @@ def test_background_board_reads_keyboard_again_in_foreground(terminal: tuple[int
     assert output == b"0\n"
 
 
-def test_terminal_of_another_session_is_not_a_keyboard(terminal: tuple[int, str]) -> None:
+def test_terminal_of_another_session_is_not_keyboard(terminal: tuple[int, str]) -> None:
     _, path = terminal
     fd = os.open(path, os.O_RDWR | os.O_NOCTTY)
     try:
@@ -134,7 +134,7 @@ def test_terminal_of_another_session_is_not_a_keyboard(terminal: tuple[int, str]
         os.close(fd)
 
 
-def test_pipe_is_not_a_keyboard() -> None:
+def test_pipe_is_not_keyboard() -> None:
     reading_fd, writing_fd = os.pipe()
     try:
         assert not has_keyboard(reading_fd)

@@ -30,7 +30,7 @@ def test_fed_bytes_arrive_once() -> None:
     assert link.receive(1 << 20) == b""
 
 
-def test_a_closed_link_takes_and_gives_nothing() -> None:
+def test_closed_link_takes_and_gives_nothing() -> None:
     link = MemoryLink()
     link.send(b"kept")
     link.feed(b"late")
@@ -60,7 +60,7 @@ def test_backlog_keeps_newest_and_counts_lost(limit: int, pieces: list[bytes]) -
 
 
 @given(data=st.binary(max_size=60), first=st.integers(0, 70))
-def test_a_backlog_is_taken_from_its_oldest_end(data: bytes, first: int) -> None:
+def test_backlog_is_taken_from_its_oldest_end(data: bytes, first: int) -> None:
     backlog = Backlog(100)
     backlog.put(data)
     assert backlog.peek(first) == data[:first]
@@ -68,7 +68,7 @@ def test_a_backlog_is_taken_from_its_oldest_end(data: bytes, first: int) -> None
     assert backlog.take() == data[first:]
 
 
-def test_a_lowered_limit_holds_from_the_next_put() -> None:
+def test_lowered_limit_holds_from_next_put() -> None:
     backlog = Backlog(10)
     backlog.put(b"0123456789")
     backlog.limit = 4

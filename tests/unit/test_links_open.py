@@ -16,7 +16,7 @@ from fcu_emulator.emulator.links import CHOICES, StdoutLink, byte_link, open_lin
 from fcu_emulator.emulator.links.byte_link import Patience
 
 
-def test_stdout_is_a_link(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stdout_is_link(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "isatty", lambda fd: False)  # the terminal of who runs the tests stays theirs
     link = open_link("stdout")
     link.close()
@@ -26,7 +26,7 @@ def test_stdout_is_a_link(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     "spec", ["", "pty:", "tcp:", "rfc2217:", "file", "file:", "stdout:x", "port:1", "ptyx", "PTY"]
 )
-def test_unknown_link_is_refused_with_the_choices(spec: str) -> None:
+def test_unknown_link_is_refused_with_choices(spec: str) -> None:
     with pytest.raises(LinkError, match=re.escape(repr(spec))) as caught:
         open_link(spec)
     assert caught.value.kind == "unknown_link"
@@ -109,7 +109,7 @@ def test_patience_ends_at_timeout_despite_progress(wall: WallClock) -> None:
     assert waiting.wait_s(1) == 0.0
 
 
-def test_patience_ends_two_seconds_after_the_last_progress(wall: WallClock) -> None:
+def test_patience_ends_two_seconds_after_last_progress(wall: WallClock) -> None:
     waiting = Patience(timeout_s=60.0)
     assert waiting.wait_s(10) == 2.0
     wall.now_s = 101.5

@@ -35,7 +35,7 @@ def link(port: Path) -> Iterator[ByteLink]:
     link.close()
 
 
-def test_announce_names_the_port_and_commands_to_paste(tmp_path: Path) -> None:
+def test_announce_names_port_and_commands_to_paste(tmp_path: Path) -> None:
     port = tmp_path / "my board"
     with contextlib.closing(open_link(f"pty:{port}")) as link:
         first, *commands = link.announce()
@@ -71,7 +71,7 @@ def test_temporary_directory_is_used_without_runtime_directory(
         assert (tmp_path / f"fcu-emulator-{os.geteuid()}" / "ttyFCU0").is_char_device()
 
 
-def test_a_directory_planted_by_a_link_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_directory_planted_by_link_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "fcu-emulator").symlink_to(tmp_path / "elsewhere")
@@ -80,7 +80,7 @@ def test_a_directory_planted_by_a_link_is_refused(tmp_path: Path, monkeypatch: p
     assert caught.value.kind == "foreign_folder"
 
 
-def test_name_of_a_killed_board_is_taken_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_name_of_killed_board_is_taken_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     die = "import os; from fcu_emulator.emulator.links import open_link; open_link('pty'); os._exit(9)"
     assert subprocess.run([sys.executable, "-c", die], cwd=SOURCES, check=False).returncode == 9
@@ -99,7 +99,7 @@ def test_stale_link_to_another_terminal_is_taken_over(port: Path) -> None:
         assert port.readlink() != Path("/dev/null")
 
 
-def test_a_living_boards_name_is_refused(link: ByteLink, port: Path) -> None:
+def test_living_boards_name_is_refused(link: ByteLink, port: Path) -> None:
     with pytest.raises(LinkError) as caught:
         open_link(f"pty:{port}")
     assert caught.value.kind == "name_in_use"
@@ -114,7 +114,7 @@ def test_replaced_link_is_kept_on_close(link: ByteLink, port: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["file", "directory", "link"])
-def test_existing_file_is_never_replaced_by_a_link(kind: str, port: Path, tmp_path: Path) -> None:
+def test_existing_file_is_never_replaced_by_link(kind: str, port: Path, tmp_path: Path) -> None:
     if kind == "file":
         port.write_text("precious")
     elif kind == "directory":
@@ -129,9 +129,7 @@ def test_existing_file_is_never_replaced_by_a_link(kind: str, port: Path, tmp_pa
     assert list(tmp_path.iterdir()) == [port]
 
 
-def test_a_relative_name_survives_a_change_of_directory(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_relative_name_survives_change_of_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     with contextlib.closing(open_link("pty:board")):
         monkeypatch.chdir("/")

@@ -117,7 +117,7 @@ def test_blocked_reader_loses_oldest_beyond_16_mebibytes(pipe: Pipe, words: Word
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows cannot count what a pipe holds")
-def test_flush_times_out_and_close_counts_the_loss(pipe: Pipe) -> None:
+def test_flush_times_out_and_close_counts_loss(pipe: Pipe) -> None:
     import fcntl
     import termios
 
@@ -163,7 +163,7 @@ def run(script: str, stdin: int = subprocess.DEVNULL) -> subprocess.Popen[bytes]
     )
 
 
-def test_the_interpreter_exits_cleanly_after_its_reader_left() -> None:
+def test_interpreter_exits_cleanly_after_its_reader_left() -> None:
     script = """
 sys.stdin.read()                    # until the reader has left
 link.send(b'x' * 100_000)
@@ -182,7 +182,7 @@ sys.stderr.write(link.report()[0])
     assert process.returncode == 0
 
 
-def test_the_interpreter_exits_cleanly_while_its_reader_blocks() -> None:
+def test_interpreter_exits_cleanly_while_its_reader_blocks() -> None:
     script = "link.send(b'x' * 1_000_000)\nlink.flush(0.05)\nlink.close()\n"
     with run(script) as process:
         assert process.wait(DEADLINE_S) == 0
@@ -225,7 +225,7 @@ def test_failed_keyboard_read_is_retried(monkeypatch: pytest.MonkeyPatch) -> Non
     assert keyboard.read(100) == b"ed"
 
 
-def test_announce_omits_typing_without_a_keyboard(pipe: Pipe, words: Words) -> None:
+def test_announce_omits_typing_without_keyboard(pipe: Pipe, words: Words) -> None:
     (line,) = pipe.link.announce()
     words("run", line)
 

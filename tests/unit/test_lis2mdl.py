@@ -48,7 +48,7 @@ def test_lis2mdl_application_note_example() -> None:
         (0x91, 0x02, 6400 + 100_000),
     ],
 )
-def test_a_single_measurement_ends_in_idle(config_a: int, config_b: int, turn_on_us: int) -> None:
+def test_single_measurement_ends_in_idle(config_a: int, config_b: int, turn_on_us: int) -> None:
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_B, config_b)
     chip.write(CFG_REG_A, config_a)
@@ -64,7 +64,7 @@ def test_a_single_measurement_ends_in_idle(config_a: int, config_b: int, turn_on
     assert chip.byte(STATUS_REG) == 0, "no second sample"
 
 
-def test_a_second_trigger_does_not_restart_the_measurement() -> None:
+def test_second_trigger_does_not_restart_measurement() -> None:
     """ST's examples write MD = 01 in the loop in which they poll."""
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_A, 0x81)
@@ -78,7 +78,7 @@ def test_a_second_trigger_does_not_restart_the_measurement() -> None:
     assert chip.is_ready(MAGNETOMETER)
 
 
-def test_second_trigger_starts_the_next_measurement() -> None:
+def test_second_trigger_starts_next_measurement() -> None:
     """Also where nobody has looked at the first one, and without clearing its flag."""
     chip = Chip("LIS2MDL")
     chip.write(CFG_REG_A, 0x81)
@@ -163,7 +163,7 @@ def test_overrun_bits_are_set_per_unread_axis() -> None:
     assert chip.byte(STATUS_REG) == 0b0100_0110
 
 
-def test_field_burst_wraps_before_the_temperature() -> None:
+def test_field_burst_wraps_before_temperature() -> None:
     """After 0x6D comes 0x68, not the temperature, as PX4's driver notes."""
     chip = Chip("LIS2MDL")
     field_of(chip, 1, 2, 3)
@@ -220,7 +220,7 @@ def test_reboot_takes_20_ms_and_ends_in_idle(words: Words) -> None:
     words("sensors", texts(chip.notes))
 
 
-def test_the_thermometer_needs_comp_temp_en() -> None:
+def test_thermometer_needs_comp_temp_en() -> None:
     """Datasheet T26: it must be 1 for correct operation; it may be switched while measuring."""
     chip = Chip("LIS2MDL")
     chip.set("temperature_degc", 30.0)

@@ -60,7 +60,7 @@ def test_read_data_polling() -> None:
     assert chip.notes == []
 
 
-def test_single_mode_by_writing_md_in_the_loop() -> None:
+def test_single_mode_by_writing_md_in_loop() -> None:
     """The example triggers and polls in the same loop: MD = 01 again and again must not restart it."""
     chip = Chip("LIS2MDL")
     set_field(chip, CFG_REG_A, 0x80, 0x80)

@@ -57,14 +57,14 @@ def test_axes_that_are_not_enabled_are_not_compared() -> None:
     assert sources(chip, 1) == [0x41]
 
 
-def test_without_latch_the_register_follows_the_latest_sample() -> None:
+def test_without_latch_register_follows_latest_sample() -> None:
     chip = x_counts(0, 200, 200, 0, -200)
     threshold(chip, 100, XYZ | IEA | IEN)
 
     assert sources(chip, 5) == [0x00, 0x81, 0x81, 0x00, 0x11]
 
 
-def test_latched_crossing_stays_until_the_register_is_read() -> None:
+def test_latched_crossing_stays_until_register_is_read() -> None:
     """AN5069 10: reading clears all bits of the register."""
     chip = x_counts(0, 200, -200, 0, 0)
     threshold(chip, 100, XYZ | IEA | IEL | IEN)
@@ -152,7 +152,7 @@ def test_range_overflow_is_latched_until_read(latch: int) -> None:
     assert chip.byte(INT_SOURCE_REG) == 0x00
 
 
-def test_full_scale_value_is_not_an_overflow() -> None:
+def test_full_scale_value_is_not_overflow() -> None:
     chip = played((32767, -32768, 0))
     threshold(chip, 0xFFFF, XYZ | IEA | IEN)
 
@@ -178,7 +178,7 @@ def test_samples_before_ien_are_not_compared() -> None:
     assert chip.byte(INT_SOURCE_REG) == 0x00
 
 
-def test_switching_the_generator_off_clears_the_register() -> None:
+def test_switching_generator_off_clears_register() -> None:
     chip = x_counts(200, 0)
     threshold(chip, 100, XYZ | IEA | IEL | IEN)
     chip.t_ps = at(0)
@@ -190,7 +190,7 @@ def test_switching_the_generator_off_clears_the_register() -> None:
     assert chip.byte(INT_SOURCE_REG) == 0x00
 
 
-def test_new_threshold_applies_from_the_next_sample() -> None:
+def test_new_threshold_applies_from_next_sample() -> None:
     chip = x_counts(200)
     threshold(chip, 100, XYZ | IEA | IEN)
     chip.t_ps = at(3)
@@ -202,7 +202,7 @@ def test_new_threshold_applies_from_the_next_sample() -> None:
 
 
 @pytest.mark.parametrize("single", [False, True])
-def test_comparison_includes_the_output_noise(single: bool) -> None:
+def test_comparison_includes_output_noise(single: bool) -> None:
     """Also after runs in which nobody looked at the interrupt: X is over 0 exactly when its output is."""
     chip = Chip("LIS2MDL", LIS2MDLErrors(noise_mgauss=30.0), seed=2)
     chip.set("magnetic_field_mgauss", 0.0, 0.0, 0.0)
@@ -234,7 +234,7 @@ def test_single_measurement_is_compared() -> None:
     assert chip.byte(INT_SOURCE_REG) == 0x81
 
 
-def test_soft_reset_clears_a_latched_interrupt() -> None:
+def test_soft_reset_clears_latched_interrupt() -> None:
     chip = x_counts(200)
     threshold(chip, 100, XYZ | IEA | IEL | IEN)
     edges = watched(chip, INT_ON_PIN)
@@ -247,7 +247,7 @@ def test_soft_reset_clears_a_latched_interrupt() -> None:
     assert edges == [(0, 0), (at(0), 1)]
 
 
-def test_comparison_uses_the_field_of_its_sample_time() -> None:
+def test_comparison_uses_field_of_its_sample_time() -> None:
     chip = x_counts(200)
     threshold(chip, 100, XYZ | IEA | IEL | IEN)
     chip.t_ps = at(3)

@@ -59,7 +59,7 @@ def test_without_cancellation_every_sample_holds_hoff(config_b: int) -> None:
 
 
 @pytest.mark.parametrize("config_b", [OFF_CANC, OFF_CANC | LPF, OFF_CANC | SET_FREQ])
-def test_cancellation_removes_hoff_from_the_first_sample(config_b: int) -> None:
+def test_cancellation_removes_hoff_from_first_sample(config_b: int) -> None:
     """Hn = H + Hoff, Hn-1 = H - Hoff, the output is their mean."""
     assert set(run(started(config_b), 200)) == {NONE}
 
@@ -159,7 +159,7 @@ def test_field_step_passes_through_mean_of_two(config_b: int, expected: list[int
     assert [counts[0] for counts in run(chip, 4)] == expected
 
 
-def test_the_filter_starts_with_its_first_sample() -> None:
+def test_filter_starts_with_its_first_sample() -> None:
     """What the field was before the part measured does not matter."""
     chip = Chip("LIS2MDL")
     chip.world.signals["magnetic_field_mgauss"] = step(
@@ -181,7 +181,7 @@ def test_the_filter_starts_with_its_first_sample() -> None:
         (LPF | OFF_CANC, 0x9C, 6.0, 0.5),
     ],
 )
-def test_noise_of_the_mean_of_two(config_b: int, config_a: int, rms: float, correlation: float) -> None:
+def test_noise_of_mean_of_two(config_b: int, config_a: int, rms: float, correlation: float) -> None:
     """Table 3's RMS; neighbours share a measurement, which is what halves the bandwidth. 4000 samples."""
     chip = Chip("LIS2MDL", LIS2MDLErrors(noise_mgauss=4.5), seed=4)
     chip.set("magnetic_field_mgauss", 0.0, 0.0, 0.0)
@@ -195,7 +195,7 @@ def test_noise_of_the_mean_of_two(config_b: int, config_a: int, rms: float, corr
     assert found == pytest.approx(correlation, abs=0.05)
 
 
-def test_enabled_filter_starts_from_the_previous_measurement() -> None:
+def test_enabled_filter_starts_from_previous_measurement() -> None:
     """Its noise included: the mean of two, scaled to Table 3's 3.0 instead of 4.5 / sqrt(2)."""
     runs = []
     for config_b in (0x00, LPF):

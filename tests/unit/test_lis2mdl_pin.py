@@ -90,7 +90,7 @@ def test_data_ready_falls_on_high_byte_read() -> None:
     assert edges == [(0, 0), (at(0), 1), (at(2) + 500, 0), (at(3), 1), (at(5), 0)]
 
 
-def test_data_ready_of_a_single_measurement() -> None:
+def test_data_ready_of_single_measurement() -> None:
     chip = x_counts(1)
     edges = watched(chip, DRDY_ON_PIN)
     chip.write(CFG_REG_A, 0x81)
@@ -124,7 +124,7 @@ def test_int_goes_before_data_ready() -> None:
     assert edges == [(0, 0), (at(1), 1)]
 
 
-def test_in_4_wire_spi_the_pin_is_sdo(words: Words) -> None:
+def test_in_4_wire_spi_pin_is_sdo(words: Words) -> None:
     chip = x_counts(200)
     threshold(chip, 100, XYZ | IEA | IEN)
     edges = watched(chip, FOURWSPI | INT_ON_PIN)

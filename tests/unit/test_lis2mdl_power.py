@@ -30,11 +30,11 @@ def test_registers_answer_20_ms_after_power_on() -> None:
     assert [part.accessible(PS_PER_MS + ps) for ps in (0, BOOT_PS - 1, BOOT_PS)] == [False, False, True]
 
 
-def test_a_part_is_taken_as_powered_long_ago() -> None:
+def test_part_is_taken_as_powered_long_ago() -> None:
     assert Chip("LIS2MDL").part.accessible(0)
 
 
-def test_after_power_on_the_part_is_idle() -> None:
+def test_after_power_on_part_is_idle() -> None:
     part = LIS2MDL(constant(0.0, 0.0, 0.0), constant(25.0), powered_on_ps=0)
 
     assert part.read(CFG_REG_A, 1, BOOT_PS) == b"\x03"

@@ -63,7 +63,7 @@ def test_pressure_outside_specified_range_is_noted_once(words: Words) -> None:
 # -- output ---------------------------------------------------------------------------------------------
 
 
-def test_a_burst_turns_back_after_the_temperature() -> None:
+def test_burst_turns_back_after_temperature() -> None:
     """Datasheet 5.8: 0x2C is followed by 0x28."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, 0x50)
@@ -86,7 +86,7 @@ def test_burst_without_if_add_inc_stays_at_address() -> None:
 
 
 @pytest.mark.parametrize("count", [16, -16, 32767, -32768])
-def test_rpds_is_subtracted_in_sixteenths_of_a_hpa(count: int) -> None:
+def test_rpds_is_subtracted_in_sixteenths_of_hpa(count: int) -> None:
     """The LSB is the LPS25H's (AN4450), 1/16 hPa: the datasheet gives none; 24 bits saturate."""
     chip = Chip("LPS22HB")
     chip.write(RPDS_L, *count.to_bytes(2, "little", signed=True))
@@ -149,7 +149,7 @@ def test_low_current_changed_outside_power_down_is_noted(words: Words) -> None:
     assert chip.byte(RES_CONF) == 0x00
 
 
-def test_sim_and_i2c_dis_choose_the_bus() -> None:
+def test_sim_and_i2c_dis_choose_bus() -> None:
     """Datasheet 9.5, 9.6."""
     chip = Chip("LPS22HB")
     assert (chip.part.spi_wires(), chip.part.i2c_off) == (4, False)
@@ -180,7 +180,7 @@ def test_supply_current(control1: int, res_conf: int, microampere: float) -> Non
     assert chip.part.supply_current_ua() == microampere
 
 
-def test_rpds_in_single_counts_as_a_setting() -> None:
+def test_rpds_in_single_counts_as_setting() -> None:
     """The unit of the header of ST's driver for the STEVAL-FCU001V1."""
     part = LPS22HB(constant(1000.0), constant(20.0), rpds_counts_per_lsb=1)
     part.write(RPDS_L, b"\x05\x00", 0)

@@ -116,7 +116,7 @@ def test_swreset_resets_only_documented_registers() -> None:
     assert chip.byte(CTRL_REG2) == 0x10
 
 
-def test_swreset_ends_a_one_shot() -> None:
+def test_swreset_ends_one_shot() -> None:
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG2, 0x11)
     chip.write(CTRL_REG2, 0x14)
@@ -159,7 +159,7 @@ def test_ctrl_reg2_0xf8_still_measures() -> None:
 
 
 @pytest.mark.parametrize("code", [6, 7])
-def test_an_undefined_rate_measures_nothing_and_is_noted(code: int, words: Words) -> None:
+def test_undefined_rate_measures_nothing_and_is_noted(code: int, words: Words) -> None:
     """Datasheet T17."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, code << 4)
@@ -173,7 +173,7 @@ def test_an_undefined_rate_measures_nothing_and_is_noted(code: int, words: Words
 
 
 @pytest.mark.parametrize(("control1", "boots_ps"), [(0x00, PS_PER_MS), (0x30, 40 * PS_PER_MS)])
-def test_boot_status_is_set_while_the_part_boots(control1: int, boots_ps: int) -> None:
+def test_boot_status_is_set_while_part_boots(control1: int, boots_ps: int) -> None:
     """Datasheet 9.15; 9.6: one period of the data rate."""
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG1, control1)
@@ -186,7 +186,7 @@ def test_boot_status_is_set_while_the_part_boots(control1: int, boots_ps: int) -
     assert chip.byte(CTRL_REG1) == control1
 
 
-def test_power_on_as_a_setting() -> None:
+def test_power_on_as_setting() -> None:
     """No time is documented; 2F6666h has been seen before the first conversion."""
     part = LPS22HB(constant(1000.0), constant(20.0), powered_on_ps=PS_PER_MS, power_on_counts=0x2F6666)
 
@@ -198,7 +198,7 @@ def test_power_on_as_a_setting() -> None:
     assert part.read(PRESS_OUT_XL, 3, PS_PER_S) == (1000 * 4096).to_bytes(3, "little")
 
 
-def test_another_rate_ends_a_one_shot() -> None:
+def test_another_rate_ends_one_shot() -> None:
     chip = Chip("LPS22HB")
     chip.write(CTRL_REG2, 0x11)
     chip.write(CTRL_REG1, 0x10)

@@ -51,7 +51,7 @@ def after(chip: Chip, samples: int) -> Chip:
 
 
 @pytest.mark.parametrize("fifo_ctrl", [0x00, 0x1F, 0xA0])
-def test_in_bypass_the_output_is_the_latest_sample(fifo_ctrl: int) -> None:
+def test_in_bypass_output_is_latest_sample(fifo_ctrl: int) -> None:
     """Datasheet 5.1; the reserved mode 101b is taken as bypass."""
     chip = after(collecting(fifo_ctrl), 40)
     assert chip.byte(FIFO_STATUS) == 0x00
@@ -119,7 +119,7 @@ def test_stop_on_fth_limits_depth_to_watermark(mode: int) -> None:
     assert chip.read(PRESS_OUT_XL, 50) == levels(*expected)
 
 
-def test_the_watermark_flag_follows_the_fill() -> None:
+def test_watermark_flag_follows_fill() -> None:
     """Datasheet 9.16; WTM = 0 never."""
     chip = after(collecting(FIFO | 3), 2)
     assert chip.byte(FIFO_STATUS) == 2
@@ -136,7 +136,7 @@ def test_the_watermark_flag_follows_the_fill() -> None:
 
 
 @pytest.mark.parametrize("mode", [STREAM, DYNAMIC_STREAM])
-def test_stream_overwrites_the_oldest(mode: int) -> None:
+def test_stream_overwrites_oldest(mode: int) -> None:
     chip = after(collecting(mode), 32)
     assert chip.byte(FIFO_STATUS) == 32
     assert after(chip, 8).byte(FIFO_STATUS) == OVR | 32
@@ -145,7 +145,7 @@ def test_stream_overwrites_the_oldest(mode: int) -> None:
     assert chip.read(PRESS_OUT_XL, 155) == levels(*range(10, 41))
 
 
-def test_an_emptied_stream_repeats_its_last_level() -> None:
+def test_emptied_stream_repeats_its_last_level() -> None:
     """Datasheet 5.3: the fill jumps from 0 to 2."""
     chip = after(collecting(STREAM), 1)
     assert chip.byte(FIFO_STATUS) == 1, "nothing has been read before"
@@ -184,7 +184,7 @@ def test_stream_to_fifo_resumes_when_interrupt_is_read() -> None:
 
 
 @pytest.mark.parametrize("mode", [BYPASS_TO_STREAM, BYPASS_TO_FIFO])
-def test_bypass_modes_collect_after_the_interrupt(mode: int) -> None:
+def test_bypass_modes_collect_after_interrupt(mode: int) -> None:
     """Datasheet 5.6, 5.7: the sample that raises it is the first one collected."""
     chip = after(collecting(mode, interrupt_above=50), 50)
     assert (chip.byte(FIFO_STATUS), chip.read(PRESS_OUT_XL, 5)) == (0, level(50))
@@ -194,7 +194,7 @@ def test_bypass_modes_collect_after_the_interrupt(mode: int) -> None:
 
 
 @pytest.mark.parametrize("mode", [BYPASS_TO_STREAM, BYPASS_TO_FIFO])
-def test_reading_the_interrupt_ends_collecting(mode: int) -> None:
+def test_reading_interrupt_ends_collecting(mode: int) -> None:
     chip = after(collecting(mode, interrupt_above=50), 55)
     assert chip.byte(FIFO_STATUS) == 5
     chip.write(THS_P_L, 0xFF, 0xFF)
@@ -218,7 +218,7 @@ def test_fifo_level_is_consumed_by_its_last_byte() -> None:
     assert chip.byte(FIFO_STATUS) == 1
 
 
-def test_with_bdu_a_level_begun_is_not_overwritten() -> None:
+def test_with_bdu_level_begun_is_not_overwritten() -> None:
     """Datasheet 9.5, with a full stream running under it."""
     chip = collecting(STREAM)
     chip.write(CTRL_REG1, 0x22)
@@ -229,7 +229,7 @@ def test_with_bdu_a_level_begun_is_not_overwritten() -> None:
     assert chip.read(PRESS_OUT_XL, 5) == level(12)
 
 
-def test_an_offset_is_in_the_fifo() -> None:
+def test_offset_is_in_fifo() -> None:
     """The FIFO holds what PRESS_OUT would show; RPDS is 1/16 hPa."""
     chip = collecting(FIFO)
     after(chip, 2)

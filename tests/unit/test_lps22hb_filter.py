@@ -42,7 +42,7 @@ def test_step_without_filter_shows_at_once() -> None:
 
 
 @pytest.mark.parametrize(("control1", "divisor"), [(ODR_9, 9), (ODR_20, 20)])
-def test_the_filter_starts_settled_and_smooths_a_step(control1: int, divisor: int) -> None:
+def test_filter_starts_settled_and_smooths_step(control1: int, divisor: int) -> None:
     """Half-way takes about a quarter of the cut-off's period; it settles within a few of them."""
     read = pressures(stepping(control1), 200)
 
@@ -54,7 +54,7 @@ def test_the_filter_starts_settled_and_smooths_a_step(control1: int, divisor: in
     assert read[19 + 5 * divisor :] == pytest.approx([1010.0] * len(read[19 + 5 * divisor :]), abs=0.001)
 
 
-def test_the_temperature_is_not_filtered() -> None:
+def test_temperature_is_not_filtered() -> None:
     chip = stepping(ODR_20)
     chip.wait(20 * PERIOD_PS)
     assert chip.read(TEMP_OUT_L, 2) == (3000).to_bytes(2, "little")
@@ -78,7 +78,7 @@ def test_sine_at_cutoff_is_3_db_lower(control1: int, divisor: int) -> None:
 # -- restarts -----------------------------------------------------------------------------------------------
 
 
-def test_reading_lpfp_res_restarts_the_filter() -> None:
+def test_reading_lpfp_res_restarts_filter() -> None:
     """Datasheet 9.23: to avoid the transitory phase."""
     settling, restarted = stepping(ODR_20), stepping(ODR_20)
     for chip in (settling, restarted):
@@ -89,7 +89,7 @@ def test_reading_lpfp_res_restarts_the_filter() -> None:
     assert pressures(restarted, 3) == [1010.0] * 3
 
 
-def test_reading_lpfp_res_changes_nothing_without_the_filter() -> None:
+def test_reading_lpfp_res_changes_nothing_without_filter() -> None:
     chip = stepping(OFF)
     pressures(chip, 10)
     chip.read(LPFP_RES)
@@ -105,7 +105,7 @@ def test_changed_filter_starts_settled(other: int) -> None:
     assert pressures(chip, 3) == [1010.0] * 3
 
 
-def test_changed_rate_restarts_the_filter() -> None:
+def test_changed_rate_restarts_filter() -> None:
     chip = stepping(ODR_20)
     pressures(chip, 22)
     chip.write(CTRL_REG1, 0x3C)
@@ -113,7 +113,7 @@ def test_changed_rate_restarts_the_filter() -> None:
     assert chip.read(PRESS_OUT_XL, 3) == (1010 * 4096).to_bytes(3, "little")
 
 
-def test_a_one_shot_passes_no_filter() -> None:
+def test_one_shot_passes_no_filter() -> None:
     """Datasheet Table 18: in continuous mode only."""
     chip = stepping(0x0C)
     chip.t_ps = PS_PER_S
@@ -122,7 +122,7 @@ def test_a_one_shot_passes_no_filter() -> None:
     assert chip.read(PRESS_OUT_XL, 3) == (1010 * 4096).to_bytes(3, "little")
 
 
-def test_bdu_and_other_settings_leave_the_filter_alone() -> None:
+def test_bdu_and_other_settings_leave_filter_alone() -> None:
     undisturbed, disturbed = stepping(ODR_20), stepping(ODR_20)
     pressures(undisturbed, 22)
     pressures(disturbed, 22)
@@ -171,7 +171,7 @@ def test_filter_smooths_white_noise() -> None:
     assert 0.5 < correlation(nine) < correlation(twenty) < 0.97
 
 
-def test_a_sample_is_as_noisy_at_every_rate() -> None:
+def test_sample_is_as_noisy_at_every_rate() -> None:
     assert noise(0x50, period_ps=-(-PS_PER_S // 75)).std() == pytest.approx(
         noise(0x10, period_ps=PS_PER_S).std()
     )

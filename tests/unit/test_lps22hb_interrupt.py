@@ -37,7 +37,7 @@ from tests.support.lps22hb_fakes import (
         (PLE | PHE, [0] * 5),
     ],
 )
-def test_the_flags_follow_the_difference(enabled: int, expected: list[int]) -> None:
+def test_flags_follow_difference(enabled: int, expected: list[int]) -> None:
     """Datasheet 9.1, 9.2 and 9.15: +-THS_P in 1/16 hPa about the reference; exactly there is neither."""
     lsb = 1 / 4096
     chip = measuring(1000.0, 1002.0, 1002.0 + lsb, 998.0, 998.0 - lsb)
@@ -55,7 +55,7 @@ def test_both_references_are_compared_with(reference: int) -> None:
     assert [next_source(chip), next_source(chip)] == [0, PH | IA]
 
 
-def test_without_a_reference_the_pressure_itself_is_compared() -> None:
+def test_without_reference_pressure_itself_is_compared() -> None:
     """REF_P as written by firmware does not count."""
     chip = measuring(999.0, 1001.0)
     chip.write(REF_P_XL, *(900 * 4096).to_bytes(3, "little"))
@@ -64,7 +64,7 @@ def test_without_a_reference_the_pressure_itself_is_compared() -> None:
     assert [next_source(chip), next_source(chip)] == [0, PH | IA]
 
 
-def test_a_latched_interrupt_waits_to_be_read() -> None:
+def test_latched_interrupt_waits_to_be_read() -> None:
     chip = measuring(1000.0, 1005.0, 995.0, 1000.0)
     threshold(chip, 2.0)
     chip.write(INTERRUPT_CFG, EITHER | LIR | AUTORIFP)
@@ -91,7 +91,7 @@ def test_disabled_comparison_ends_unlatched_interrupts() -> None:
         assert chip.byte(INT_SOURCE) == left
 
 
-def test_swreset_ends_a_latched_interrupt() -> None:
+def test_swreset_ends_latched_interrupt() -> None:
     chip = measuring(1000.0)
     chip.write(INTERRUPT_CFG, DIFF_EN | PHE | LIR)
     chip.wait(PERIOD_PS)

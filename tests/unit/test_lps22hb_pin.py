@@ -75,7 +75,7 @@ def test_fifo_signals(signal: int, expected: list[tuple[float, int]]) -> None:
     assert wire.run(0) == [(40.0, 0)] * len(expected)
 
 
-def test_watermark_falls_with_last_byte_of_a_level() -> None:
+def test_watermark_falls_with_last_byte_of_level() -> None:
     chip = measuring(1000.0)
     wire = Wire(chip)
     chip.write(CTRL_REG3, 0x10)
@@ -106,7 +106,7 @@ def test_interrupts_instead_of_data_signals(int_s: int, expected: list[tuple[flo
     assert wire.run(8) == expected
 
 
-def test_reading_int_source_releases_the_pin() -> None:
+def test_reading_int_source_releases_pin() -> None:
     chip = measuring(1000.0, 1005.0, 1000.0)
     wire = Wire(chip)
     threshold(chip, 2.0)

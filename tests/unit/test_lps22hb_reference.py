@@ -27,7 +27,7 @@ from tests.support.lps22hb_fakes import (
 from tests.support.sensor_fakes import PS_PER_MS, PS_PER_S, PS_PER_US
 
 
-def test_autozero_captures_the_next_pressure_and_subtracts_it() -> None:
+def test_autozero_captures_next_pressure_and_subtracts_it() -> None:
     """Datasheet 9.1; LPS35HW drivers wait until the bit is 0 and then read."""
     chip = measuring(1000.0, 1001.0, 1003.5, 990.0, 1004.0)
     assert next_hpa(chip) == 1000.0
@@ -43,7 +43,7 @@ def test_autozero_captures_the_next_pressure_and_subtracts_it() -> None:
     assert next_hpa(chip) == 1004.0
 
 
-def test_autorifp_captures_but_leaves_the_output_alone() -> None:
+def test_autorifp_captures_but_leaves_output_alone() -> None:
     chip = measuring(1000.0, 1001.0)
     chip.write(INTERRUPT_CFG, AUTORIFP)
     assert next_hpa(chip) == 1000.0
@@ -84,7 +84,7 @@ def test_autozero_request_waits_and_can_be_cancelled() -> None:
     assert chip.read(PRESS_OUT_XL, 3) == (1001 * 4096).to_bytes(3, "little")
 
 
-def test_firmware_may_set_the_reference_itself() -> None:
+def test_firmware_may_set_reference_itself() -> None:
     chip = measuring(1000.0)
     chip.write(REF_P_XL, *(10 * 4096).to_bytes(3, "little"))
     assert next_hpa(chip) == 1000.0, "without AUTOZERO nothing is subtracted"
@@ -95,7 +95,7 @@ def test_firmware_may_set_the_reference_itself() -> None:
 
 
 @pytest.mark.parametrize("reset", [RESET_AZ, RESET_ARP, RESET_AZ | RESET_ARP])
-def test_the_resets_clear_themselves(reset: int) -> None:
+def test_resets_clear_themselves(reset: int) -> None:
     chip = measuring(1000.0)
     chip.write(INTERRUPT_CFG, reset | LIR)
     assert chip.byte(INTERRUPT_CFG) == reset | LIR
@@ -116,7 +116,7 @@ def test_swreset_ends_autozero() -> None:
 
 
 @pytest.mark.parametrize("end", [(CTRL_REG2, 0x14), (INTERRUPT_CFG, RESET_ARP)])
-def test_the_interrupt_compares_with_0_again_after_autorifp(end: tuple[int, int]) -> None:
+def test_interrupt_compares_with_0_again_after_autorifp(end: tuple[int, int]) -> None:
     chip = measuring(1000.0)
     chip.write(INTERRUPT_CFG, AUTORIFP)
     next_hpa(chip)

@@ -63,7 +63,7 @@ def test_lsm6dsl_application_note_vector(channel: Channel, value: float, word: i
         assert abs(count - expected) <= tolerance
 
 
-def test_big_endian_words_have_the_high_byte_first() -> None:
+def test_big_endian_words_have_high_byte_first() -> None:
     """AN5040 4.5.1; switched during a measurement, the sample at hand turns too."""
     chip = Chip("LSM6DSL")
     chip.configure(ACCELEROMETER.scales[0][0])
@@ -152,7 +152,7 @@ def test_sw_reset_repeats_without_polling() -> None:
     assert chip.byte(CTRL3_C) == 0x04
 
 
-def test_sw_reset_empties_the_outputs() -> None:
+def test_sw_reset_empties_outputs() -> None:
     chip = Chip("LSM6DSL")
     chip.configure(ACCELEROMETER.scales[0][0])
     chip.wait(PS_PER_S)
@@ -163,7 +163,7 @@ def test_sw_reset_empties_the_outputs() -> None:
     assert [chip.byte(address) for address in range(0x28, 0x2E)] == [0] * 6
 
 
-def test_boot_takes_15_ms_and_keeps_the_configuration() -> None:
+def test_boot_takes_15_ms_and_keeps_configuration() -> None:
     """AN5040 5.7."""
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL1_XL, 0x40), (CTRL3_C, 0x44)))
@@ -180,7 +180,7 @@ def test_boot_takes_15_ms_and_keeps_the_configuration() -> None:
     assert chip.is_ready(ACCELEROMETER)
 
 
-def test_the_banks_hide_the_main_registers_until_left() -> None:
+def test_banks_hide_main_registers_until_left() -> None:
     """Datasheet T22 and sections 11, 12: 0x80 bank A, 0xA0 bank B, 0x00 main."""
     chip = Chip("LSM6DSL")
 
@@ -197,7 +197,7 @@ def test_the_banks_hide_the_main_registers_until_left() -> None:
     assert (chip.byte(FUNC_CFG_ACCESS), chip.byte(0x0E)) == (0x80, 0x55)
 
 
-def test_measurement_continues_while_a_bank_is_open() -> None:
+def test_measurement_continues_while_bank_is_open() -> None:
     chip = Chip("LSM6DSL")
     chip.configure(ACCELEROMETER.scales[0][0])
     chip.write(FUNC_CFG_ACCESS, 0x80)
@@ -219,7 +219,7 @@ def test_measurement_continues_while_a_bank_is_open() -> None:
         (FUNC_CFG_ACCESS, 0x20),  # datasheet T22
     ],
 )
-def test_a_forbidden_code_is_noted(address: int, value: int, words: Words) -> None:
+def test_forbidden_code_is_noted(address: int, value: int, words: Words) -> None:
     chip = Chip("LSM6DSL")
     chip.write(address, value)
     chip.wait(PS_PER_S)
@@ -260,7 +260,7 @@ def test_burst_without_if_inc_stays_at_address() -> None:
     ],
     ids=str,
 )
-def test_rate_of_the_temperature(writes: Writes, rate_hz: float) -> None:
+def test_rate_of_temperature(writes: Writes, rate_hz: float) -> None:
     """AN5040 section 9."""
     chip = Chip("LSM6DSL")
     chip.configure(writes)

@@ -70,7 +70,7 @@ def test_sleep_starts_after_its_duration(code: int, samples: int) -> None:
     assert bench.at(samples).byte(WAKE_UP_SRC) & SLEEP_STATE_IA
 
 
-def test_motion_restarts_the_sleep_count() -> None:
+def test_motion_restarts_sleep_count() -> None:
     samples = [STILL] * 10 + [MOVING[0]] + [STILL] * 40
     bench = Bench(samples, THRESHOLD, (TAP_CFG, ENABLE | INACT_XL_ONLY))
 
@@ -156,7 +156,7 @@ def test_no_tap_while_inactive() -> None:
 
 
 @pytest.mark.parametrize("write", [(TAP_CFG, 0x00), (TAP_CFG, ENABLE), (CTRL1_XL, 0x00)])
-def test_disabling_activity_restores_the_rate(write: tuple[int, int]) -> None:
+def test_disabling_activity_restores_rate(write: tuple[int, int]) -> None:
     bench = Bench([STILL], THRESHOLD, (TAP_CFG, ENABLE | INACT_XL_ONLY))
     bench.t_ps = PS_PER_S
     assert bench.byte(WAKE_UP_SRC) & SLEEP_STATE_IA
@@ -169,7 +169,7 @@ def test_disabling_activity_restores_the_rate(write: tuple[int, int]) -> None:
     assert abs(found - RATE_HZ // 10) <= 1
 
 
-def test_the_data_ready_pin_shows_the_slow_rate() -> None:
+def test_data_ready_pin_shows_slow_rate() -> None:
     writes = THRESHOLD, (DRDY_PULSE_CFG, 0x80), (INT1_CTRL, 0x01), (TAP_CFG, ENABLE | INACT_XL_ONLY)
     bench = Bench([STILL], *writes)
     bench.t_ps = sample_ps(ASLEEP) + 3 * SLOW_PS

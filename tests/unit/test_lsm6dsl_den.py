@@ -71,7 +71,7 @@ def stamping(mode: int, *writes: tuple[int, int]) -> Bench:
 
 
 @pytest.mark.parametrize(("polarity", "active"), [(DEN_LH, 1), (0, 0)])
-def test_den_level_is_stamped_in_the_lsb(polarity: int, active: int) -> None:
+def test_den_level_is_stamped_in_lsb(polarity: int, active: int) -> None:
     bench = stamping(LEVEL, (CTRL5_C, polarity))
     assert bench.pin.level is None, "INT2 is an input"
     seen = []
@@ -94,7 +94,7 @@ def test_sample_at_den_change_has_previous_level() -> None:
 
 
 @pytest.mark.parametrize("axis", range(3))
-def test_only_the_axes_chosen_are_stamped(axis: int) -> None:
+def test_only_axes_chosen_are_stamped(axis: int) -> None:
     """DEN_X, DEN_Y, DEN_Z; the others keep their own LSB."""
     plain, stamped = Bench((CTRL1_XL, HZ_104)), Bench((CTRL6_C, LEVEL), (CTRL1_XL, HZ_104))
     stamped.write(CTRL9_XL, ON_XL | 0x80 >> axis)
@@ -106,7 +106,7 @@ def test_only_the_axes_chosen_are_stamped(axis: int) -> None:
         assert after == tuple(word | 1 if number == axis else word for number, word in enumerate(before))
 
 
-def test_the_gyroscope_is_stamped_unless_den_xl_g() -> None:
+def test_gyroscope_is_stamped_unless_den_xl_g() -> None:
     bench = Bench((CTRL6_C, LEVEL), (CTRL9_XL, ALL_AXES), (CTRL1_XL, HZ_104), (CTRL2_G, HZ_104))
     plain = Bench((CTRL1_XL, HZ_104), (CTRL2_G, HZ_104))
     for chip in (bench, plain):
@@ -147,7 +147,7 @@ def test_den_fifo_windows_have_alternating_marks() -> None:
     assert bench.fill() == 0
 
 
-def test_words_stay_while_the_window_is_closed() -> None:
+def test_words_stay_while_window_is_closed() -> None:
     bench = stamping(FIFO, (FIFO_CTRL3, 0x01), (FIFO_CTRL5, CONTINUOUS))
     bench.drive(1)
     bench.after(4)
@@ -219,7 +219,7 @@ def test_den_edge_before_rate_change_passes_first_sample() -> None:
     assert bench.byte(STATUS_REG) & 1 == 1
 
 
-def test_leaving_the_mode_shows_every_sample_again() -> None:
+def test_leaving_mode_shows_every_sample_again() -> None:
     bench = stamping(EDGE, (CTRL4_C, DEN_XL_EN))
     bench.after(5)
     bench.write(CTRL6_C, 0x00)
@@ -303,7 +303,7 @@ def test_driving_int2_as_output_is_noted(words: Words) -> None:
     words("sensors", texts(bench.notes))
 
 
-def test_a_pin_has_two_levels() -> None:
+def test_pin_has_two_levels() -> None:
     with pytest.raises(ValueError, match=r"INT2.* 2 .*0 or 1"):
         Bench().drive(2)
 

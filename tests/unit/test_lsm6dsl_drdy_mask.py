@@ -123,11 +123,11 @@ def fast(*writes: tuple[int, int]) -> Chip:
     return chip
 
 
-def test_without_the_bit_nothing_is_hidden() -> None:
+def test_without_bit_nothing_is_hidden() -> None:
     assert hidden(Chip("LSM6DSL"), FAST, ((CTRL1_XL, 0xA0),)) == 0
 
 
-def test_the_samples_themselves_are_there() -> None:
+def test_samples_themselves_are_there() -> None:
     chip = fast(MASK)
     chip.t_ps = FAST.sample_ps(0)
     assert chip.counts(FAST) == (0, 0, 0x4009)
@@ -166,7 +166,7 @@ def test_earlier_data_ready_is_masked() -> None:
     assert chip.part.pins()[0].level == 0
 
 
-def test_words_of_the_fifo_are_tagged() -> None:
+def test_words_of_fifo_are_tagged() -> None:
     """7FFF, one of the values AN5040 allows, until the 13 samples of Table 13 are over."""
     chip = fast(MASK, (CTRL3_C, 0x44), (FIFO_CTRL3, 0x01), (FIFO_CTRL5, 0x56))
     chip.t_ps = FAST.sample_ps(14)

@@ -97,14 +97,14 @@ def events(
 
 
 @pytest.mark.parametrize("bounces", [7, 8, 20, 120])
-def test_every_bounce_is_a_step_once_debounced(bounces: int) -> None:
+def test_every_bounce_is_step_once_debounced(bounces: int) -> None:
     chip = running(PEDO_EN, bounce(bounces, at_s=1.0))
     chip.wait((2 + bounces) * PS_PER_S)
 
     assert steps(chip) == bounces
 
 
-def test_the_seventh_step_shows_seven() -> None:
+def test_seventh_step_shows_seven() -> None:
     """AN5040 6.1: with DEB_STEP = 6 counting starts at the seventh step."""
     chip = running(PEDO_EN, bounce(20))
     shown = []
@@ -135,7 +135,7 @@ def test_debounce_time(deb_time: int, counted: int) -> None:
     assert steps(chip) == counted
 
 
-def test_after_a_pause_seven_more_steps_are_needed() -> None:
+def test_after_pause_seven_more_steps_are_needed() -> None:
     def signal(t_s: Array) -> Array:
         return np.where(t_s[:, np.newaxis] < 10, bounce(8)(t_s), bounce(7, at_s=12.0)(t_s))
 
@@ -263,7 +263,7 @@ def test_latched_until_read_only_if_routed(routed: int, latched: bool) -> None:
     assert chip.byte(FUNC_SRC1) == 0, "the first read has cleared it"
 
 
-def test_pulses_and_latched_events_on_the_signal() -> None:
+def test_pulses_and_latched_events_on_signal() -> None:
     """150 us on the pin (AN5040 6.1); latched, until the event's own source register is read."""
     registers = RegisterFile(LSM6DSL.MAP)
     signals, stream = Signals(), SampleStream(6, lambda number, t_s: bytes(6 * len(t_s)))
@@ -298,7 +298,7 @@ def test_pulses_and_latched_events_on_the_signal() -> None:
 
 
 @pytest.mark.parametrize("every_event", [True, False])
-def test_steps_and_tilts_share_a_pin(every_event: bool) -> None:
+def test_steps_and_tilts_share_pin(every_event: bool) -> None:
     """Pulses of 150 us on INT1 in the order of time, whether it is watched or looked at in the end."""
 
     def signal(t_s: Array) -> Array:
@@ -366,7 +366,7 @@ def test_delta_time_needs_low_timer_resolution(words: Words) -> None:
     ("threshold", "debounce", "steps_needed"),
     [(6, 6, 7), (10, 6, 11), (1, 6, 7), (1, 0, 2)],
 )
-def test_significant_motion_after_more_steps_than_the_threshold(
+def test_significant_motion_after_more_steps_than_threshold(
     threshold: int, debounce: int, steps_needed: int
 ) -> None:
     """AN5040 6.2: more than SM_THS steps, and no fewer than the debounce needs."""
@@ -413,7 +413,7 @@ def test_tilt_angle(degrees: float, count: int) -> None:
     assert len(events(chip, 5.0)) == count
 
 
-def test_short_turn_is_not_a_first_tilt() -> None:
+def test_short_turn_is_not_first_tilt() -> None:
     chip = running(TILT_EN, turned((1.0, 60.0), (2.5, 0.0), (3.0, 60.0), (4.5, 0.0)))
 
     assert events(chip, 10.0) == []
@@ -437,7 +437,7 @@ def test_in_free_fall_nothing_tilts() -> None:
 # -- absolute wrist tilt --------------------------------------------------------------------------------
 
 
-def test_wrist_tilt_with_the_reset_values() -> None:
+def test_wrist_tilt_with_reset_values() -> None:
     """Bank B, datasheet Table 224: 600 ms, 500 mg, X both ways; an event per position taken."""
     chip = running(WRIST_TILT_EN, turned((1.0, 29.0), (3.0, 31.0), (5.0, -31.0), (5.4, 0.0), (6.0, -90.0)))
 
@@ -491,7 +491,7 @@ def test_bank_b_resets_when_accelerometer_leaves_power_down() -> None:
         (PEDO_EN, ((PEDO_DEB, 0x06),)),
     ],
 )
-def test_an_impossible_setting_is_noted_once(functions: int, bank_a: Writes, words: Words) -> None:
+def test_impossible_setting_is_noted_once(functions: int, bank_a: Writes, words: Words) -> None:
     chip = running(functions, bounce(3), bank_a=bank_a)
     chip.write(TAP_CFG, 0x01)
     chip.write(CTRL10_C, FUNC_EN | functions | SIGN_MOTION_EN)

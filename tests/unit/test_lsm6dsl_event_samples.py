@@ -51,7 +51,7 @@ def test_composite_filter_does_not_change_events(ctrl8: int, register: int) -> N
     assert outputs[0] != outputs[1]
 
 
-def test_the_user_offset_is_for_outputs_only() -> None:
+def test_user_offset_is_for_outputs_only() -> None:
     """AN5040 4.6. 127 * 2^-6 g would end any free fall."""
     offset = (CTRL6_C, 0x08), (X_OFS_USR, 127)
 
@@ -62,7 +62,7 @@ def test_the_user_offset_is_for_outputs_only() -> None:
 
 
 @pytest.mark.parametrize(("hpcf", "divisor"), [(0x00, 50), (0x20, 100), (0x40, 9), (0x60, 400)])
-def test_6d_can_use_the_output_of_lpf2(hpcf: int, divisor: int) -> None:
+def test_6d_can_use_output_of_lpf2(hpcf: int, divisor: int) -> None:
     """LOW_PASS_ON_6D: from flat onto the side, over 50 degrees as LPF2 lets it come."""
     samples = [FLAT] * 10 + [ON_X] * 300
     tilted = low_passed(samples, 1 / divisor)
@@ -77,7 +77,7 @@ def test_6d_can_use_the_output_of_lpf2(hpcf: int, divisor: int) -> None:
     assert expected > 11, "two samples without LPF2"
 
 
-def test_lpf1_is_in_front_of_the_events() -> None:
+def test_lpf1_is_in_front_of_events() -> None:
     """INPUT_COMPOSITE = 1: a bandwidth of ODR/4."""
     samples = [STILL] * 5 + [ON_X] + [STILL] * 10
     passed = low_passed(samples, 1 / 4)

@@ -119,7 +119,7 @@ def test_wake_up_needs_wake_dur_over_threshold(duration: int) -> None:
     assert numbers(bits, WU_IA) == list(range(2 + duration, 7))
 
 
-def test_high_pass_for_wake_up_outlasts_the_slope() -> None:
+def test_high_pass_for_wake_up_outlasts_slope() -> None:
     """SLOPE_FDS: after a step the slope is back at once, the high-pass at ODR/9 decays."""
     samples = [STILL] * 3 + [(1000.0, 0.0, 0.0)] * 40
     ths = (WAKE_UP_THS, 8)  # 250 mg
@@ -158,7 +158,7 @@ def test_orientation_angle(code: int, angle: int, full_scale: int) -> None:
         assert bench.at(5).byte(D6D_SRC) == (0x20 if known else 0)
 
 
-def test_single_sample_is_not_an_orientation() -> None:
+def test_single_sample_is_not_orientation() -> None:
     samples = [FLAT] * 3 + [along(0, 1000.0)] + [FLAT] * 3
 
     assert numbers(source_bits(D6D_SRC, samples, (TAP_THS_6D, 0x40)), D6D_IA) == [1]
@@ -193,7 +193,7 @@ TAP_THS = (TAP_THS_6D, 4)  # 250 mg at 2 g
 
 @pytest.mark.parametrize(("bits", "g"), FULL_SCALES)
 @pytest.mark.parametrize("code", [1, 15, 31])
-def test_tap_threshold_is_a_32nd_of_full_scale(bits: int, g: int, code: int) -> None:
+def test_tap_threshold_is_32nd_of_full_scale(bits: int, g: int, code: int) -> None:
     threshold = code * g * 1000 / 32
     for factor, taps in ((0.95, False), (1.02, True)):
         half = 0.98 * threshold * factor
@@ -203,14 +203,14 @@ def test_tap_threshold_is_a_32nd_of_full_scale(bits: int, g: int, code: int) -> 
 
 
 @pytest.mark.parametrize(("shock", "samples"), [(0, 4), (1, 8), (2, 16), (3, 24)])
-def test_a_tap_is_over_within_shock(shock: int, samples: int) -> None:
+def test_tap_is_over_within_shock(shock: int, samples: int) -> None:
     for length, taps in ((1, True), (samples, True), (samples + 1, False)):
         bits = source_bits(TAP_SRC, bumps((10, length)), TAP_X, TAP_THS, (INT_DUR2, shock))
         assert numbers(bits, SINGLE_TAP)[:1] == ([10 + length] if taps else [])
 
 
 @pytest.mark.parametrize(("quiet", "samples"), [(0, 2), (1, 4), (2, 8), (3, 12)])
-def test_a_tap_is_shown_for_the_quiet_window(quiet: int, samples: int) -> None:
+def test_tap_is_shown_for_quiet_window(quiet: int, samples: int) -> None:
     bits = source_bits(TAP_SRC, bumps((10, 1)), TAP_X, TAP_THS, (INT_DUR2, quiet << 2))
 
     assert numbers(bits, TAP_IA) == list(range(11, 11 + samples))
@@ -291,7 +291,7 @@ def test_unrouted_event_does_not_latch(route: tuple[int, int]) -> None:
         (0x80, 0x48, DOUBLE_TAP),
     ],
 )
-def test_single_double_tap_selects_the_latched_tap(pin: int, double: int, route: int, kept: int) -> None:
+def test_single_double_tap_selects_latched_tap(pin: int, double: int, route: int, kept: int) -> None:
     """AN5040 5.5.3."""
     writes = (TAP_CFG, ENABLE | LIR | 0x08), TAP_THS, (WAKE_UP_THS, double), (pin, route)
     bench = Bench(bumps((10, 1), (20, 1), length=200), *writes).at(150)
@@ -300,7 +300,7 @@ def test_single_double_tap_selects_the_latched_tap(pin: int, double: int, route:
     assert bench.byte(TAP_SRC) == 0
 
 
-def test_reading_one_source_keeps_the_others() -> None:
+def test_reading_one_source_keeps_others() -> None:
     samples = [FLAT] * 3 + [STILL] * 5 + [along(0, 1000.0)]
     writes = (FREE_FALL, 3), (TAP_THS_6D, 0x40), (MD1_CFG, 0x14), (TAP_CFG, ENABLE | LIR)
     bench = Bench(samples, *writes).at(50)
@@ -331,7 +331,7 @@ def test_event_ends_when_its_function_is_disabled(off: tuple[int, int]) -> None:
     assert len(bench.look()) == 2
 
 
-def test_power_down_does_not_end_a_latched_event() -> None:
+def test_power_down_does_not_end_latched_event() -> None:
     bench = Bench([STILL], (FREE_FALL, 3), (MD1_CFG, 0x10), (TAP_CFG, ENABLE | LIR)).at(10)
     bench.write(CTRL1_XL, 0x00)
 

@@ -93,7 +93,7 @@ def test_fifo_pattern_follows_rates_and_decimation(
         assert found in possible[mark] if mark else found == (0, 0, 0)
 
 
-def test_a_slower_fifo_takes_every_fourth_sample() -> None:
+def test_slower_fifo_takes_every_fourth_sample() -> None:
     """104 Hz in a FIFO at 26 Hz."""
     chip = fifo_of(CONTINUOUS, odr=2)
     taken = b""
@@ -151,7 +151,7 @@ def test_high_bytes_only_share_one_set() -> None:
     assert bench.read(FIFO_DATA_OUT, 6) == bytes(byte for pair in pairs for byte in pair)
 
 
-def test_timestamp_and_steps_as_the_fourth_set() -> None:
+def test_timestamp_and_steps_as_fourth_set() -> None:
     """AN5040 Table 73: TS[15:8], TS[23:16], unused, TS[7:0], steps[7:0], steps[15:8]."""
     bench = bench_of(BYPASS, dec=(0, 0, 0, 1), ctrl2=TIMER_PEDO_FIFO_EN)
     bench.write(0x5C, 0x10)
@@ -166,7 +166,7 @@ def test_timestamp_and_steps_as_the_fourth_set() -> None:
     assert bench.read(FIFO_DATA_OUT, 6) == expected
 
 
-def test_temperature_as_the_fourth_set() -> None:
+def test_temperature_as_fourth_set() -> None:
     bench = bench_of(CONTINUOUS, dec=(0, 0, 0, 1), ctrl2=FIFO_TEMP_EN)
     bench.wait(3 * PERIOD_PS)
 
@@ -207,7 +207,7 @@ def test_stored_sample_survives_setting_change() -> None:
 # -- reading --------------------------------------------------------------------------------------------
 
 
-def test_a_word_leaves_with_its_high_byte() -> None:
+def test_word_leaves_with_its_high_byte() -> None:
     chip = fifo_of(CONTINUOUS)
     samples(chip, 50)
     first = chip.read(FIFO_DATA_OUT, 1)
@@ -302,7 +302,7 @@ def test_fifo_mode_with_watermark_limit_stops_before_it() -> None:
 
 
 @pytest.mark.parametrize("looks", [0, 3])
-def test_mode_change_restarts_a_stopped_fifo(looks: int) -> None:
+def test_mode_change_restarts_stopped_fifo(looks: int) -> None:
     """Noted, because it should go through bypass; who has looked before does not matter."""
     chip = fifo_of(FIFO, ctrl4=STOP_ON_FTH, watermark=60, odr=2)
     for look in range(looks):
@@ -316,7 +316,7 @@ def test_mode_change_restarts_a_stopped_fifo(looks: int) -> None:
     assert chip.read(FIFO_DATA_OUT, 120)[-6:] == chip.read(0x28, 6)
 
 
-def test_continuous_mode_limited_to_the_watermark_reaches_it() -> None:
+def test_continuous_mode_limited_to_watermark_reaches_it() -> None:
     """AN5040: FULL_SMART at 18, WaterM at 21; then the oldest words go."""
     chip = fifo_of(CONTINUOUS, ctrl4=STOP_ON_FTH, watermark=21)
     samples(chip, 6)
@@ -386,14 +386,14 @@ def test_overrun_words_are_kept_without_new_samples() -> None:
     assert chip.read(FIFO_DATA_OUT, 2 * 2048)[-6:] == last
 
 
-def test_a_watermark_of_0_is_never_reached() -> None:
+def test_watermark_of_0_is_never_reached() -> None:
     chip = fifo_of(CONTINUOUS)
     samples(chip, 700)
 
     assert not status(chip)[1] & WATERMARK
 
 
-def test_nothing_is_stored_without_a_rate() -> None:
+def test_nothing_is_stored_without_rate() -> None:
     for odr in (0, 11, 15):
         chip = fifo_of(CONTINUOUS, odr=odr)
         samples(chip, 20)

@@ -69,9 +69,7 @@ def triggered(mode: int, register: int, mask: int) -> Bench:
 
 
 @pytest.mark.parametrize(("name", "register", "mask"), ROUTED)
-def test_bypass_to_continuous_starts_with_the_event_sample(
-    name: SignalName, register: int, mask: int
-) -> None:
+def test_bypass_to_continuous_starts_with_event_sample(name: SignalName, register: int, mask: int) -> None:
     bench = triggered(BYPASS_TO_CONTINUOUS, register, mask)
     bench.wait(5 * PERIOD_PS)
     assert bench.read(FIFO_STATUS1, 2) == bytes((0, EMPTY))
@@ -84,7 +82,7 @@ def test_bypass_to_continuous_starts_with_the_event_sample(
 
 
 @pytest.mark.parametrize(("name", "register", "mask"), ROUTED)
-def test_continuous_to_fifo_stops_after_the_event(name: SignalName, register: int, mask: int) -> None:
+def test_continuous_to_fifo_stops_after_event(name: SignalName, register: int, mask: int) -> None:
     bench = triggered(CONTINUOUS_TO_FIFO, register, mask)
     bench.wait(30 * PERIOD_PS)
     bench.pulse(name)
@@ -95,7 +93,7 @@ def test_continuous_to_fifo_stops_after_the_event(name: SignalName, register: in
 
 
 @pytest.mark.parametrize(("name", "register", "mask"), ROUTED)
-def test_unrouted_event_does_not_switch_the_fifo(name: SignalName, register: int, mask: int) -> None:
+def test_unrouted_event_does_not_switch_fifo(name: SignalName, register: int, mask: int) -> None:
     bench = triggered(BYPASS_TO_CONTINUOUS, register, 0xFF & ~mask)
     bench.write(0x5E, 0xFF)  # MD1_CFG: the same events on the other pin
     bench.wait(5 * PERIOD_PS)
@@ -105,7 +103,7 @@ def test_unrouted_event_does_not_switch_the_fifo(name: SignalName, register: int
     assert bench.fill() == 0
 
 
-def test_shallow_fifo_is_not_full_before_the_event() -> None:
+def test_shallow_fifo_is_not_full_before_event() -> None:
     bench = triggered(BYPASS_TO_CONTINUOUS, MD2_CFG, 0x20)
     bench.write(FIFO_CTRL1, 2)
     assert bench.read(FIFO_STATUS1, 2) == bytes((0, EMPTY))
@@ -114,7 +112,7 @@ def test_shallow_fifo_is_not_full_before_the_event() -> None:
     assert bench.read(FIFO_STATUS1, 2) == bytes((0, EMPTY | FULL))
 
 
-def test_the_switch_is_held_until_bypass() -> None:
+def test_switch_is_held_until_bypass() -> None:
     bench = triggered(BYPASS_TO_CONTINUOUS, MD2_CFG, 0x20)
     bench.pulse("WU")
     bench.write(FIFO_CTRL5, 0)
@@ -176,7 +174,7 @@ def test_flag_signals_have_sample_or_read_time() -> None:
     ]
 
 
-def test_the_watermark_on_int1_rises_with_its_sample() -> None:
+def test_watermark_on_int1_rises_with_its_sample() -> None:
     """Seen by somebody who looks only when the part says that a pin may change."""
     chip = fifo_of(CONTINUOUS, watermark=30)
     edges: list[tuple[int, int]] = []
@@ -229,7 +227,7 @@ def test_unrouted_fifo_schedules_no_event() -> None:
         ((FIFO_CTRL5, 0x26), (CTRL1_XL, 0x50)),
     ],
 )
-def test_an_impossible_setting_is_noted_once(writes: tuple[tuple[int, int], ...], words: Words) -> None:
+def test_impossible_setting_is_noted_once(writes: tuple[tuple[int, int], ...], words: Words) -> None:
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL3_C, 0x44), (CTRL1_XL, 0x40)))
     chip.configure(writes)
@@ -240,14 +238,14 @@ def test_an_impossible_setting_is_noted_once(writes: tuple[tuple[int, int], ...]
 
 
 @pytest.mark.parametrize("mode", [2, 5, 7])
-def test_a_reserved_mode_is_bypass(mode: int) -> None:
+def test_reserved_mode_is_bypass(mode: int) -> None:
     chip = fifo_of(mode)
     samples(chip, 10)
 
     assert chip.read(FIFO_STATUS1, 4) == bytes((0, EMPTY, 0, 0))
 
 
-def test_change_outside_bypass_restarts_the_pattern() -> None:
+def test_change_outside_bypass_restarts_pattern() -> None:
     chip = fifo_of(CONTINUOUS)
     samples(chip, 2)
     chip.write(FIFO_CTRL3, BOTH)

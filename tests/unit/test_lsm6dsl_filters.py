@@ -46,13 +46,13 @@ XL_416 = at_rate(ACCELEROMETER, 6)
         (0x62, 0x84, 416 / 4),  # HP_SLOPE_XL_EN goes before LPF2_XL_EN
     ],
 )
-def test_half_power_at_the_bandwidth(ctrl1: int, ctrl8: int, bandwidth: float) -> None:
+def test_half_power_at_bandwidth(ctrl1: int, ctrl8: int, bandwidth: float) -> None:
     gain = abs(measured(XL_416, ((CTRL8_XL, ctrl8), (CTRL1_XL, ctrl1)), bandwidth, skip=2500, count=1300))
     assert gain == pytest.approx(HALF_POWER, rel=0.005)
 
 
 @pytest.mark.parametrize("ctrl8", [0x00, 0x08])
-def test_without_a_filter_samples_are_the_world(ctrl8: int) -> None:
+def test_without_filter_samples_are_world(ctrl8: int) -> None:
     """ODR/2 is all that samples can show; INPUT_COMPOSITE is not in the plain path."""
     found = measured(XL_416, ((CTRL8_XL, ctrl8), (CTRL1_XL, 0x60)), 150.0, skip=0)
     assert found == pytest.approx(1.0, abs=1e-4)
@@ -70,7 +70,7 @@ def test_input_composite_adds_odr_4_filter() -> None:
     ("code", "bw0", "bandwidth"),
     [(10, 0, 1500.0), (10, 1, 400.0), (9, 1, 400.0), (8, 1, 400.0), (7, 0, 400.0)],
 )
-def test_the_analog_filter_by_bw0_xl(code: int, bw0: int, bandwidth: float) -> None:
+def test_analog_filter_by_bw0_xl(code: int, bw0: int, bandwidth: float) -> None:
     """1500 Hz from 1666 Hz on, 400 Hz with BW0_XL = 1; always 400 Hz below. After it comes LPF1 at ODR/2."""
     channel = at_rate(ACCELEROMETER, code)
     writes = ((CTRL1_XL, code << 4 | bw0),)
@@ -95,7 +95,7 @@ def test_low_power_has_no_analog_filter() -> None:
 @pytest.mark.parametrize(
     ("ctrl8", "samples"), [(0x00, 1), (0x80, 40), (0xA0, 80), (0xC0, 15), (0xE0, 320)], ids=hex
 )
-def test_a_step_has_settled_after_the_documented_samples(ctrl8: int, samples: int) -> None:
+def test_step_has_settled_after_documented_samples(ctrl8: int, samples: int) -> None:
     """AN5040 Table 10, samples to settle; to 5 %. A quarter of them is not enough."""
     chip, channel = stepped(((CTRL8_XL, ctrl8),), samples)
     settled = chip.counts(channel)
@@ -146,7 +146,7 @@ def test_slope_filter_starts_with_half_first_sample() -> None:
 
 
 @pytest.mark.parametrize(("code", "samples"), [(1, 80), (2, 15), (3, 320)])
-def test_the_high_pass_takes_gravity_away(code: int, samples: int) -> None:
+def test_high_pass_takes_gravity_away(code: int, samples: int) -> None:
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL8_XL, 0x04 | code << 5), (CTRL1_XL, 0x60)))
 
@@ -158,7 +158,7 @@ def test_the_high_pass_takes_gravity_away(code: int, samples: int) -> None:
     assert chip.counts(XL_416) == (0, 0, 0)
 
 
-def test_reference_mode_subtracts_the_sample_at_enable() -> None:
+def test_reference_mode_subtracts_sample_at_enable() -> None:
     """AN5040 3.7."""
     chip = Chip("LSM6DSL")
     chip.set("acceleration_g", 0.1, 0.2, 0.3)
@@ -221,7 +221,7 @@ def test_filter_change_restarts_with_next_sample() -> None:
         ((CTRL2_G, 0x50), (CTRL7_G, 0xC0)),
     ],
 )
-def test_a_setting_without_its_condition_is_noted(writes: Writes, words: Words) -> None:
+def test_setting_without_its_condition_is_noted(writes: Writes, words: Words) -> None:
     chip = Chip("LSM6DSL")
     chip.configure(writes)
     assert kinds(chip.notes) == ["forbidden"]

@@ -33,7 +33,7 @@ def gyroscope(code: int, column: int) -> Writes:
 
 
 @pytest.mark.parametrize(("code", "column", "cutoff_hz"), CUTOFFS)
-def test_gyroscope_half_power_at_the_cutoff(code: int, column: int, cutoff_hz: float) -> None:
+def test_gyroscope_half_power_at_cutoff(code: int, column: int, cutoff_hz: float) -> None:
     channel = at_rate(GYROSCOPE, code)
     gain = abs(measured(channel, gyroscope(code, column), cutoff_hz, skip=200, world=True))
     assert gain == pytest.approx(HALF_POWER, rel=0.005)

@@ -152,7 +152,7 @@ def test_hub_sets_up_and_reads_lis2mdl() -> None:
     assert chip.notes == []
 
 
-def test_hub_outputs_hold_the_field_at_transfer() -> None:
+def test_hub_outputs_hold_field_at_transfer() -> None:
     """Whoever looks later: the outputs are those of the last round, 10 s ago."""
     chip = Chip("LSM6DSL")
     magnetometer = with_magnetometer(chip)
@@ -169,7 +169,7 @@ def test_hub_outputs_hold_the_field_at_transfer() -> None:
 # -- timing ---------------------------------------------------------------------------------------------
 
 
-def test_transfers_take_their_time_on_the_bus() -> None:
+def test_transfers_take_their_time_on_bus() -> None:
     """Datasheet T8: 116.3 kHz; nine clocks a byte, one each for start, repeated start and stop."""
     assert pytest.approx(29 * CLOCK_PS, rel=1e-6) == WRITE_PS
     assert pytest.approx(11 * CLOCK_PS, rel=1e-6) == UNANSWERED_PS
@@ -253,7 +253,7 @@ def slaves(*configs: tuple[int, int, int, int]) -> Writes:
     return tuple(writes)
 
 
-def test_results_are_packed_one_after_the_other() -> None:
+def test_results_are_packed_one_after_other() -> None:
     """AN5040 7.2: SENSORHUB1 to 12 and on to 13 to 18, in the order of the slaves."""
     device, other = Recorder(), Recorder()
     chip = hub(
@@ -368,7 +368,7 @@ def test_silent_slaves_are_named_and_keep_their_bytes() -> None:
     [(CTRL10_C, 0x00), (MASTER_CONFIG, 0x00), (CTRL1_XL, 0x00), (CTRL3_C, 0x05)],
 )
 @pytest.mark.parametrize("in_a_round", [False, True])
-def test_switching_off_stops_the_hub(off: tuple[int, int], in_a_round: bool) -> None:
+def test_switching_off_stops_hub(off: tuple[int, int], in_a_round: bool) -> None:
     device = Recorder()
     chip = hub(LIS2MDL_READ, a1E=device)
     chip.t_ps = -(-104 * PS_PER_S // 104) + (PS_PER_US if in_a_round else 5 * PS_PER_MS)
@@ -413,7 +413,7 @@ def by_pin(high: bool = False) -> tuple[Chip, Recorder]:
     return chip, device
 
 
-def test_int2_going_high_triggers_a_round() -> None:
+def test_int2_going_high_triggers_round() -> None:
     """START_CONFIG = 1; INT2 is an input then."""
     chip, device = by_pin()
     pin = lsm6dsl(chip).int2
@@ -431,7 +431,7 @@ def test_int2_going_high_triggers_a_round() -> None:
     assert chip.notes == []
 
 
-def test_int2_going_high_during_a_round_is_lost() -> None:
+def test_int2_going_high_during_round_is_lost() -> None:
     chip, device = by_pin()
     for level in (1, 0, 1, 0):
         lsm6dsl(chip).int2.apply(level, chip.t_ps)
@@ -451,12 +451,12 @@ def test_high_int2_triggers_when_hub_is_enabled() -> None:
 
 
 @pytest.mark.parametrize("address", [-1, 0x80])
-def test_an_auxiliary_address_has_seven_bits(address: int) -> None:
+def test_auxiliary_address_has_seven_bits(address: int) -> None:
     with pytest.raises(ValueError, match="0x7F"):
         lsm6dsl(Chip("LSM6DSL")).attach_auxiliary(address, Recorder())
 
 
-def test_an_auxiliary_address_is_taken_once() -> None:
+def test_auxiliary_address_is_taken_once() -> None:
     part = lsm6dsl(Chip("LSM6DSL"))
     part.attach_auxiliary(0x1E, Recorder())
     with pytest.raises(ValueError, match="0x1E"):
@@ -537,7 +537,7 @@ def test_si_end_op_latches_on_int2() -> None:
     assert not chip.byte(FUNC_SRC1) & SI_END_OP
 
 
-def test_a_result_out_of_range_fails() -> None:
+def test_result_out_of_range_fails() -> None:
     chip = measuring(0.0, 0.0, 0.0)
     strong, weak = constant(30_000.0, 0.0, 0.0), constant(15.0, 0.0, 0.0)
     chip.world.signals["magnetic_field_mgauss"] = step(strong, weak, at_s=1.5)
@@ -555,7 +555,7 @@ def test_a_result_out_of_range_fails() -> None:
     ("writes", "master"),
     [(((SLAVE0_CONFIG, 5),), IRON_EN), ((), 0), (slaves((0x3D, 16, 6, 0), (0x3D, 32, 7, 0)), IRON_EN)],
 )
-def test_an_impossible_correction_is_noted(writes: Writes, master: int, words: Words) -> None:
+def test_impossible_correction_is_noted(writes: Writes, master: int, words: Words) -> None:
     chip = Chip("LSM6DSL")
     lsm6dsl(chip).attach_auxiliary(0x1E, Recorder())
     chip.write(CTRL9_XL, 0x04)

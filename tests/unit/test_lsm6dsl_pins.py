@@ -206,7 +206,7 @@ def test_active_signal_shows_when_routed() -> None:
 
 
 @pytest.mark.parametrize("high_byte", [0x29, 0x2B, 0x2D])
-def test_latched_data_ready_follows_the_flag(high_byte: int) -> None:
+def test_latched_data_ready_follows_flag(high_byte: int) -> None:
     bench = Bench([STILL], (INT1_CTRL, 0x01)).at(2)
     bench.wait(PS_PER_US)
     bench.read(0x28)  # a low byte clears nothing
@@ -295,7 +295,7 @@ def test_int1_boot_is_high_for_15_ms() -> None:
     assert bench.look() == [("INT1", PS_PER_MS, 1), ("INT1", 16 * PS_PER_MS, 0)]
 
 
-def test_sw_reset_releases_the_pins() -> None:
+def test_sw_reset_releases_pins() -> None:
     bench = Bench([STILL], (INT1_CTRL, 0x01), (CTRL3_C, 0x24), xl=ON).at(3)
     bench.wait(1)
     bench.write(CTRL3_C, 0x25)

@@ -31,7 +31,7 @@ def measuring(*writes: tuple[int, int]) -> Chip:
 
 
 @pytest.mark.parametrize(("code", "pattern"), PATTERNS.items())
-def test_a_burst_goes_round_in_its_pattern(code: int, pattern: tuple[int, int]) -> None:
+def test_burst_goes_round_in_its_pattern(code: int, pattern: tuple[int, int]) -> None:
     first, last = pattern
     length = last - first + 1
     once = measuring().read(first, length)
@@ -58,7 +58,7 @@ def test_without_rounding_bursts_go_straight_on() -> None:
     assert chip.part.advance(0x22, 24) == 0x3A
 
 
-def test_rounding_status_goes_round_the_sources() -> None:
+def test_rounding_status_goes_round_sources() -> None:
     chip = measuring((CTRL7_G, ROUNDING_STATUS))
     one_by_one = bytes(chip.byte(address) for address in STATUS_PATTERN)
 
@@ -95,7 +95,7 @@ def test_software_reset_ends_rounding() -> None:
     assert chip.part.advance(0x1E, 1) == 0x1F
 
 
-def test_wrapped_burst_releases_a_held_word() -> None:
+def test_wrapped_burst_releases_held_word() -> None:
     """BDU: once the low byte is read, the pair stays until its high byte is; then the next round is newer."""
     chip = measuring((CTRL3_C, 0x44), (CTRL5_C, 1 << 5))
     low = chip.read(0x28)

@@ -61,7 +61,7 @@ def test_out_of_sleep_sampling_begins_at_once() -> None:
     assert first_sample_ms(chip) == pytest.approx(1000 / 416, abs=0.011)
 
 
-def test_sleep_left_early_waits_for_the_drive() -> None:
+def test_sleep_left_early_waits_for_drive() -> None:
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL4_C, 0x40), (CTRL2_G, 0x60)))
     chip.wait(20 * PS_PER_MS)
@@ -69,7 +69,7 @@ def test_sleep_left_early_waits_for_the_drive() -> None:
     assert first_sample_ms(chip) == pytest.approx(15 + 1000 / 416, abs=0.011)
 
 
-def test_rate_change_does_not_restart_the_drive() -> None:
+def test_rate_change_does_not_restart_drive() -> None:
     chip = Chip("LSM6DSL")
     chip.write(CTRL2_G, 0x60)
     chip.wait(PS_PER_S)
@@ -93,7 +93,7 @@ def first_rates(chip: Chip, channel: Channel, began_ps: int, count: int) -> list
 
 
 @pytest.mark.parametrize(("code", "discarded"), TO_DISCARD.items())
-def test_after_the_documented_samples_the_start_is_over(code: int, discarded: int) -> None:
+def test_after_documented_samples_start_is_over(code: int, discarded: int) -> None:
     """The samples that DRDY_MASK hides are too small; all later ones are exact."""
     channel, chip = at_rate(GYROSCOPE, code), Chip("LSM6DSL")
     chip.set("angular_rate_dps", 200.0, 0.0, 0.0)
@@ -191,7 +191,7 @@ FASTER: tuple[tuple[Channel, Writes], ...] = (
 
 @pytest.mark.parametrize(("channel", "writes"), FASTER, ids=str)
 @pytest.mark.parametrize("percent", [-10.0, 2.5, 10.0])
-def test_a_part_may_run_fast_or_slow(channel: Channel, writes: Writes, percent: float) -> None:
+def test_part_may_run_fast_or_slow(channel: Channel, writes: Writes, percent: float) -> None:
     """All of its rates by the same figure; the last of a thousand samples tells."""
     chip = Chip("LSM6DSL", LSM6DSLErrors(odr_percent=percent))
     real = replace(channel, rate_hz=channel.rate_hz * Fraction(1000 + int(10 * percent), 1000))

@@ -29,7 +29,7 @@ def count(chip: Chip) -> int:
 
 @resolutions
 @given(ticks=st.integers(1, 2**24 - 1))
-def test_a_tick_comes_exactly_when_it_is_due(wake_up_dur: int, tick_ps: int, ticks: int) -> None:
+def test_tick_comes_exactly_when_it_is_due(wake_up_dur: int, tick_ps: int, ticks: int) -> None:
     chip = counting(wake_up_dur)
     chip.t_ps = ticks * tick_ps - 1
     assert count(chip) == ticks - 1
@@ -39,7 +39,7 @@ def test_a_tick_comes_exactly_when_it_is_due(wake_up_dur: int, tick_ps: int, tic
 
 @resolutions
 @pytest.mark.parametrize("percent", [-5, 4])
-def test_timestamp_follows_the_sensor_rate_error(wake_up_dur: int, tick_ps: int, percent: int) -> None:
+def test_timestamp_follows_sensor_rate_error(wake_up_dur: int, tick_ps: int, percent: int) -> None:
     """The LSM6DSO has one figure for both; of the LSM6DSL no document says."""
     chip = Chip("LSM6DSL", LSM6DSLErrors(odr_percent=percent))
     chip.configure(((WAKE_UP_DUR, wake_up_dur), (CTRL1_XL, 0x40), (CTRL10_C, TIMER_EN)))
@@ -85,7 +85,7 @@ def test_timestamp_does_not_run_before_enable() -> None:
         (0xC0, 0xB0, 0x00, False),  # reserved rates measure nothing
     ],
 )
-def test_timestamp_runs_while_a_sensor_is_on(xl: int, g: int, ctrl4: int, runs: bool) -> None:
+def test_timestamp_runs_while_sensor_is_on(xl: int, g: int, ctrl4: int, runs: bool) -> None:
     chip = Chip("LSM6DSL")
     chip.configure(((CTRL4_C, ctrl4), (WAKE_UP_DUR, TIMER_HR), (CTRL10_C, TIMER_EN)))
     chip.configure(((CTRL1_XL, xl), (CTRL2_G, g)))
@@ -106,7 +106,7 @@ def test_timestamp_stops_in_power_down_and_continues() -> None:
     assert count(chip) == 80_000
 
 
-def test_disabling_keeps_the_count() -> None:
+def test_disabling_keeps_count() -> None:
     chip = counting()
     chip.wait(PS_PER_S)
     chip.write(CTRL10_C, 0x00)
@@ -115,7 +115,7 @@ def test_disabling_keeps_the_count() -> None:
     assert count(chip) == 40_000
 
 
-def test_resolution_change_continues_from_the_count() -> None:
+def test_resolution_change_continues_from_count() -> None:
     chip = counting()
     chip.wait(PS_PER_S)
     chip.write(WAKE_UP_DUR, 0x00)
@@ -124,7 +124,7 @@ def test_resolution_change_continues_from_the_count() -> None:
     assert count(chip) == 40_000 + PS_PER_S // SLOW_PS
 
 
-def test_writing_aa_restarts_the_timestamp() -> None:
+def test_writing_aa_restarts_timestamp() -> None:
     chip = counting()
     chip.wait(PS_PER_S)
     chip.write(TIMESTAMP2_REG, RESTART)
@@ -143,7 +143,7 @@ def test_writing_anything_else_does_nothing(value: int) -> None:
     assert count(chip) == 40_000
 
 
-def test_software_reset_clears_the_timestamp() -> None:
+def test_software_reset_clears_timestamp() -> None:
     chip = counting()
     chip.wait(PS_PER_S)
     chip.write(CTRL3_C, 0x01)
@@ -190,7 +190,7 @@ def test_int1_is_high_before_wrap_until_aa(wake_up_dur: int, first_ps: int) -> N
     assert chip.part.next_event_ps() == chip.t_ps + first_ps
 
 
-def test_int1_falls_with_a_software_reset() -> None:
+def test_int1_falls_with_software_reset() -> None:
     chip, edges = watched(TIMER_HR)
     chip.t_ps = 0xFF0000 * FAST_PS
     chip.write(CTRL3_C, 0x01)
@@ -198,7 +198,7 @@ def test_int1_falls_with_a_software_reset() -> None:
     assert [level for _, level in edges] == [1, 0]
 
 
-def test_count_past_the_new_limit_warns_at_once() -> None:
+def test_count_past_new_limit_warns_at_once() -> None:
     chip, edges = watched(0x00)
     chip.t_ps = 0xFF8000 * SLOW_PS
     chip.write(WAKE_UP_DUR, TIMER_HR)

@@ -17,7 +17,7 @@ HEAD = "schema = 1\nquestion = '?'\nduration = '2s'\n[sensors]\nquality = 'ideal
 
 
 @pytest.mark.parametrize("turned_deg", [(1.0, 0.0, 0.0), (0.0, -0.7, 0.0), (0.3, 0.5, -1.0)])
-def test_a_turned_part_measures_in_its_own_axes(turned_deg: tuple[float, float, float]) -> None:
+def test_turned_part_measures_in_its_own_axes(turned_deg: tuple[float, float, float]) -> None:
     """Against scipy's rotation; to first order, of which 1 degree leaves 2e-4."""
     found = LSM6DSLErrors(misalignment_deg=turned_deg).mounted()
     exact = Rotation.from_rotvec(np.radians(turned_deg)).inv().as_matrix()

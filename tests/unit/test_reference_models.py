@@ -20,7 +20,7 @@ def moved() -> reference_models.Moved:
         ("ahrs, Madgwick", (0.0, 2.0), 0.5),
     ],
 )
-def test_filters_recover_attitude_of_a_moved_board(
+def test_filters_recover_attitude_of_moved_board(
     moved: reference_models.Moved, name: str, moved_deg: tuple[float, float], gravity_deg: float
 ) -> None:
     """Tilt: right at rest; moved, off by what motion adds to gravity, as taking that away again shows."""
@@ -31,13 +31,13 @@ def test_filters_recover_attitude_of_a_moved_board(
     assert without_motion < min(waved, gravity_deg)
 
 
-def test_a_passing_magnet_is_magpylibs_dipole() -> None:
+def test_passing_magnet_is_magpylibs_dipole() -> None:
     pytest.importorskip("magpylib")
     difference, field = reference_models.magnet_difference_mgauss()
     assert difference < 1e-6 * field
 
 
-def test_earth_field_equals_the_published_test_values() -> None:
+def test_earth_field_equals_published_test_values() -> None:
     """To 0.1 nT, the last digit that NCEI gives in its test values."""
     pytest.importorskip("wmm")
     difference, field = reference_models.field_difference_nt()

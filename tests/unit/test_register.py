@@ -70,11 +70,11 @@ def test_too_wide_number_does_not_change_other_bits(bits: Bits, value: int, numb
 
 
 @given(one_field())
-def test_a_field_covers_msb_down_to_lsb(bits: Bits) -> None:
+def test_field_covers_msb_down_to_lsb(bits: Bits) -> None:
     assert [bit for bit in range(8) if bits.mask >> bit & 1] == list(range(bits.lsb, bits.msb + 1))
 
 
-def test_a_field_of_one_bit_needs_one_number() -> None:
+def test_field_of_one_bit_needs_one_number() -> None:
     assert (Bits(6).msb, Bits(6).lsb, Bits(6).mask) == (6, 6, 0x40)
 
 
@@ -87,7 +87,7 @@ def test_field_name_comes_from_class_or_argument() -> None:
 
 
 @given(disjoint_fields())
-def test_write_mask_is_the_union_of_fields(fields: list[Bits]) -> None:
+def test_write_mask_is_union_of_fields(fields: list[Bits]) -> None:
     declared = {bit for bits in fields for bit in range(bits.lsb, bits.msb + 1)}
 
     mask = declare(*fields).write_mask
@@ -110,7 +110,7 @@ def test_unmodelled_bits_are_writable_and_reserved_are_not(
 
 
 @given(disjoint_fields())
-def test_nothing_of_a_read_only_register_is_writable(fields: list[Bits]) -> None:
+def test_nothing_of_read_only_register_is_writable(fields: list[Bits]) -> None:
     bank = RegisterMap([declare(*fields, addr=0x1E, access="r")])
 
     assert not any(bank.write_mask)
@@ -127,7 +127,7 @@ def test_overlapping_fields_are_refused(bits: Bits, data: st.DataObject) -> None
 
 
 @given(st.integers(0, 100), st.integers(1, 6), st.data())
-def test_an_address_declared_twice_is_refused(addr: int, size: int, data: st.DataObject) -> None:
+def test_address_declared_twice_is_refused(addr: int, size: int, data: st.DataObject) -> None:
     shared = data.draw(st.integers(addr, addr + size - 1))
     block, byte = declare(addr=addr, size=size), declare(addr=shared)
 
@@ -154,7 +154,7 @@ def test_register_without_fields_is_little_endian(reset: int, modelled: bool) ->
     assert bank.at[0x15] is bank.at[0x16] is bank.at[0x17] is block
 
 
-def test_an_address_without_a_register_is_reserved() -> None:
+def test_address_without_register_is_reserved() -> None:
     bank = RegisterMap([declare(addr=0x0F, reset=0x6A, names=("WHO_AM_I",))])
 
     assert bank.name(0x0F) == bank.name(0x0F + ADDRESSES) == "WHO_AM_I"

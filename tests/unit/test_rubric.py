@@ -40,14 +40,14 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
-def test_a_rubric_is_read(tmp_path: Path) -> None:
+def test_rubric_is_read(tmp_path: Path) -> None:
     rubric = load_rubric(written(tmp_path, GOOD))
 
     assert (rubric.name, rubric.title, rubric.max_points) == ("mine", "A rubric", 2)
     assert [check.id for check in rubric.exercise("1").check] == ["pitch"]
 
 
-def test_shipped_rubrics_load_and_follow_the_schema() -> None:
+def test_shipped_rubrics_load_and_follow_schema() -> None:
     for name in rubric_names():
         table = tomllib.loads(load_rubric(name).path.read_text(encoding="utf-8"))
         table = json.loads(json.dumps(table, default=str))  # dates
@@ -131,13 +131,13 @@ expect = [{ kind = "field", name = "Roll", truth = true, tolerance = 1 }]
 
 
 @pytest.mark.parametrize("entry", ["pitch", "1.pitch"])
-def test_requires_may_name_a_check_of_the_rubric(tmp_path: Path, entry: str) -> None:
+def test_requires_may_name_check_of_rubric(tmp_path: Path, entry: str) -> None:
     rubric = load_rubric(written(tmp_path, GOOD + MORE.replace('["pitch"]', f'["{entry}"]')))
 
     assert rubric.prerequisites.needed(["1.roll"]) == {"1.roll", "1.pitch"}
 
 
-def test_requires_an_exercise_means_its_checks_with_points(tmp_path: Path) -> None:
+def test_requires_exercise_means_its_checks_with_points(tmp_path: Path) -> None:
     second = MORE.replace('["pitch"]', '["1"]').replace(
         "\n[[exercise.check]]", '\n[[exercise]]\nid = "2"\ntitle = "More"\nrun = "still"\n[[exercise.check]]'
     )
@@ -189,7 +189,7 @@ def test_judging_digest_ignores_wording(tmp_path: Path) -> None:
     assert harder.judging_digest != first.judging_digest
 
 
-def test_digest_includes_the_scenario_beside_the_rubric(tmp_path: Path) -> None:
+def test_digest_includes_scenario_beside_rubric(tmp_path: Path) -> None:
     scenario = tmp_path / "mine" / "still.toml"
     scenario.parent.mkdir()
     scenario.write_text('schema = 1\nquestion = "Still?"\nduration = "2s"\n', encoding="utf-8")

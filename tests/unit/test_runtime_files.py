@@ -132,7 +132,7 @@ def test_own_file_is_read_completely_or_refused(folder: Path) -> None:
 
 
 @posix
-def test_port_name_is_not_taken_over_a_pipe(folder: Path) -> None:
+def test_port_name_is_not_taken_over_pipe(folder: Path) -> None:
     from fcu_emulator.emulator.links.port_name import claim_port
 
     os.mkfifo(folder / ".ttyFCU0.lock")
@@ -151,7 +151,7 @@ def test_write_does_not_replace_device_or_pipe(folder: Path) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="/dev/full is a Linux device")
-def test_full_device_raises_error_and_stays_a_device() -> None:
+def test_full_device_raises_error_and_stays_device() -> None:
     with pytest.raises(OutputError):
         write_atomically(Path("/dev/full"), "text")
     assert stat.S_ISCHR(Path("/dev/full").stat().st_mode)
@@ -269,7 +269,7 @@ def _until(door: ControlServer, condition: Callable[[], bool]) -> None:
 @pytest.mark.parametrize(
     "error", [OSError(28, "No space left on device"), MemoryError(), KeyError("x"), InputError("x")]
 )
-def test_failure_of_a_callers_message_is_its_answer(error: Exception) -> None:
+def test_failure_of_callers_message_is_its_answer(error: Exception) -> None:
     def answer(_message: object) -> dict[str, object]:
         raise error
 

@@ -62,14 +62,14 @@ NOT_MET = [
 
 
 @pytest.mark.parametrize(("kind", "keys"), MET)
-def test_met_expectation_is_not_a_finding(tmp_path: Path, kind: str, keys: str) -> None:
+def test_met_expectation_is_not_finding(tmp_path: Path, kind: str, keys: str) -> None:
     result = play(tmp_path, f"{IDEAL}[[expect]]\nkind = '{kind}'\n{keys}\n")
     assert result.passed
     assert (result.passed_count, result.failed_count, len(result.lines)) == (1, 0, 1)
 
 
 @pytest.mark.parametrize(("kind", "keys", "fault"), NOT_MET)
-def test_a_broken_expectation_is_found(tmp_path: Path, kind: str, keys: str, fault: str) -> None:
+def test_broken_expectation_is_found(tmp_path: Path, kind: str, keys: str, fault: str) -> None:
     result = play(tmp_path, f"{IDEAL}[[expect]]\nkind = '{kind}'\n{keys}\n")
     (finding,) = result.findings
     assert (finding.key, finding.kind, finding.fault) == ("expect[0]", kind, fault)
@@ -104,13 +104,13 @@ def test_open_expectation_describes_itself(tmp_path: Path, kind: str, keys: str,
     words("scenario", verdict.says)
 
 
-def test_the_lines_that_differ_are_shown(tmp_path: Path) -> None:
+def test_lines_that_differ_are_shown(tmp_path: Path) -> None:
     keys = "kind = 'line'\ntext = 'ACC[x,y,z] 0 mg 0 mg 1008 mg'"
     (finding,) = play(tmp_path, f"{IDEAL}[[expect]]\n{keys}\n").findings
     assert finding.diff == ("-ACC[x,y,z] 0 mg 0 mg 1008 mg", "+ACC[x,y,z] 0 mg 0 mg 1000 mg")
 
 
-def test_a_text_is_compared_byte_by_byte(tmp_path: Path) -> None:
+def test_text_is_compared_byte_by_byte(tmp_path: Path) -> None:
     text = f"{IDEAL}[[expect]]\nkind = 'text'\nfile = 'golden.txt'\n"
     golden = tmp_path / "golden.txt"
     golden.write_bytes(b"")
@@ -158,7 +158,7 @@ def test_longer_text_differs_in_its_next_line(tmp_path: Path) -> None:
     assert [line[0] for line in finding.diff[1:]] == [" "] * 3 + ["+"] * 6
 
 
-def test_truth_is_that_of_the_moment_of_printing(tmp_path: Path) -> None:
+def test_truth_is_that_of_moment_of_printing(tmp_path: Path) -> None:
     """A sweep of 20 degrees a second; with a settling time of 0 the sensors' delay shows."""
     turn = "[[timeline]]\ndo = 'sweep'\naxis = 'pitch'\nto_deg = 30\nat = '1s'\nfor = '1.5s'\n"
     field = "[[expect]]\nkind = 'field'\nname = 'Pitch'\ntruth = true\n"
@@ -166,7 +166,7 @@ def test_truth_is_that_of_the_moment_of_printing(tmp_path: Path) -> None:
     assert not play(tmp_path, f"{IDEAL}{turn}{field}tolerance = 0.001\nsettle = '0s'\n").passed
 
 
-def test_truth_survives_jumps_of_the_world(tmp_path: Path) -> None:
+def test_truth_survives_jumps_of_world(tmp_path: Path) -> None:
     """The world forgets what lies five seconds behind a jump; the recorder has noted the truth by then."""
     head = HEAD + 'duration = "12s"\n[sensors]\nquality = "ideal"\n'
     jumps = "".join(
@@ -200,7 +200,7 @@ def test_motion_after_jump_starts_at_its_end(tmp_path: Path) -> None:
     assert result.passed, result.lines
 
 
-def test_malformed_line_is_not_a_wrong_value() -> None:
+def test_malformed_line_is_not_wrong_value() -> None:
     expectation = ExpectField.model_validate(
         {"kind": "field", "name": "Pitch", "value": 1.0, "tolerance": 0.1}
     )
@@ -251,7 +251,7 @@ def test_non_number_is_not_described_as_deviation(words: Words) -> None:
     ],
 )
 @pytest.mark.parametrize("kind", ["field", "printed", "within"])
-def test_line_in_another_format_shows_the_difference(kind: str, text: str, difference: str) -> None:
+def test_line_in_another_format_shows_difference(kind: str, text: str, difference: str) -> None:
     keys = {
         "field": {"value": 1.0, "tolerance": 0.1},
         "printed": {"max_gap": "1s"},
@@ -279,7 +279,7 @@ def test_numbers_are_parsed_with_their_sign(line_format: object, data: st.DataOb
 
 
 @given(st.floats(-720, 720), st.floats(-720, 720))
-def test_angles_differ_the_shorter_way_round(printed: float, wanted: float) -> None:
+def test_angles_differ_shorter_way_round(printed: float, wanted: float) -> None:
     error = deviation("Yaw", printed, wanted)
     assert -180 <= error <= 180
     assert ((printed - wanted - error) / 360) == pytest.approx(round((printed - wanted - error) / 360))
@@ -291,18 +291,18 @@ def test_angles_wrap_and_keep_their_sign(printed: float, wanted: float, error: f
     assert deviation("Yaw", printed, wanted) == pytest.approx(error)
 
 
-def test_only_the_banner_may_be_either() -> None:
+def test_only_banner_may_be_either() -> None:
     assert same_banner("STEVAL-FCU001V1 FW rev.1.0") == "STEVAL-FCU001V1 FH rev.1.0"
     assert same_banner("FW rev.1.0") == "FW rev.1.0"
 
 
-def test_a_report_compares_prints_with_the_truth(tmp_path: Path, words: Words) -> None:
+def test_report_compares_prints_with_truth(tmp_path: Path, words: Words) -> None:
     result = play(tmp_path, f"{IDEAL}[[report]]\nfield = 'Pitch'\nagainst = 'truth'\n")
     words("scenario", f"{result.reports[0]}\n{result.reports[-1]}")
     assert len(result.reports) == 5
 
 
-def test_report_covers_part_of_the_run(tmp_path: Path, words: Words) -> None:
+def test_report_covers_part_of_run(tmp_path: Path, words: Words) -> None:
     report = "[[report]]\nfield = 'Pitch'\nagainst = 'truth'\nfrom = '{}'\n"
     result = play(tmp_path, f"{IDEAL}{report.format('1.5s')}")
     assert result.reports[-1].endswith(" 1 print")
@@ -333,7 +333,7 @@ def test_report_without_printed_values_is_explained(tmp_path: Path, words: Words
     words("scenario", line)
 
 
-def test_report_flags_angles_of_an_accelerated_board(tmp_path: Path) -> None:
+def test_report_flags_angles_of_accelerated_board(tmp_path: Path) -> None:
     """Slides, "eCompass math": tilt only when the modulus is near g."""
     file = tmp_path / "shaken.toml"
     file.write_text(

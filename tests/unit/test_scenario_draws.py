@@ -61,7 +61,7 @@ PITCH_OF_SEED_0 = -23.57
 """As it was drawn when this was written: a verdict of last year can be repeated."""
 
 
-def test_a_board_draws_by_its_own_seed(tmp_path: Path) -> None:
+def test_board_draws_by_its_own_seed(tmp_path: Path) -> None:
     path = written(tmp_path)
     boards = [Board(scenario=path, seed=seed) for seed in (1, 1, 2)]
     for board in boards:

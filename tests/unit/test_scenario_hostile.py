@@ -144,7 +144,7 @@ def test_wrong_value_is_refused_with_key_path(
         ("latitude_deg = 47\nlongitude_deg = 8\ndate = 2026-03-01\nnorth = 'up'", "literal_error"),
     ],
 )
-def test_place_outside_the_model_is_refused(tmp_path: Path, place: str, kind: str, words: Words) -> None:
+def test_place_outside_model_is_refused(tmp_path: Path, place: str, kind: str, words: Words) -> None:
     error = refusal(tmp_path, f"{HEAD}[world.place]\n{place}\n")
     assert error.key.startswith("world.place")
     assert error.kind == kind
@@ -208,7 +208,7 @@ def test_too_large_golden_text_is_refused(tmp_path: Path, words: Words) -> None:
     words("scenario", error.problem)
 
 
-def test_folder_is_not_a_scenario(tmp_path: Path, words: Words) -> None:
+def test_folder_is_not_scenario(tmp_path: Path, words: Words) -> None:
     with pytest.raises(ScenarioError) as refused:
         load_scenario(tmp_path)
     assert refused.value.kind == "unusable_file"
@@ -241,7 +241,7 @@ def replay(csv: str) -> str:
         "~/../..",
     ],
 )
-def test_file_outside_the_scenario_folder_is_refused(tmp_path: Path, name: str, words: Words) -> None:
+def test_file_outside_scenario_folder_is_refused(tmp_path: Path, name: str, words: Words) -> None:
     folder = tmp_path / "folder"
     (folder / "below").mkdir(parents=True)
     (tmp_path / "outside.txt").write_text("secret")
@@ -252,7 +252,7 @@ def test_file_outside_the_scenario_folder_is_refused(tmp_path: Path, name: str, 
 
 
 @pytest.mark.parametrize("name", ["to_file.csv", "to_folder/walk.csv", "chain.csv"])
-def test_link_out_of_the_scenario_folder_is_refused(tmp_path: Path, name: str, words: Words) -> None:
+def test_link_out_of_scenario_folder_is_refused(tmp_path: Path, name: str, words: Words) -> None:
     folder, outside = tmp_path / "folder", tmp_path / "outside"
     folder.mkdir()
     outside.mkdir()
@@ -266,7 +266,7 @@ def test_link_out_of_the_scenario_folder_is_refused(tmp_path: Path, name: str, w
         assert "secret" not in str(error)
 
 
-def test_link_inside_the_folder_is_accepted(tmp_path: Path) -> None:
+def test_link_inside_folder_is_accepted(tmp_path: Path) -> None:
     (tmp_path / "below").mkdir()
     (tmp_path / "below" / "walk.csv").write_text(RECORDING)
     (tmp_path / "link.csv").symlink_to("below/walk.csv")
@@ -294,7 +294,7 @@ def test_recording_replayed_often_is_kept_once(tmp_path: Path) -> None:
     assert peak < 10_000_000  # the recording has 0.8 MB, a hundred of them 80 MB
 
 
-def test_all_files_of_a_scenario_have_one_bound(tmp_path: Path, words: Words) -> None:
+def test_all_files_of_scenario_have_one_bound(tmp_path: Path, words: Words) -> None:
     resources = Resources(tmp_path)
     for number in range(3):
         with (tmp_path / f"{number}.csv").open("wb") as stream:
@@ -354,7 +354,7 @@ def test_usual_patterns_are_compiled(tmp_path: Path, pattern: str) -> None:
     load_scenario(write(tmp_path, f"{HEAD}[[expect]]\nkind = 'regex'\npattern = '{pattern}'\n"))
 
 
-def test_all_searches_of_a_run_have_one_bound() -> None:
+def test_all_searches_of_run_have_one_bound() -> None:
     clock = iter(range(1000))
     patience = TimeBudget(lambda: float(next(clock)))
     for _ in range(10):
@@ -369,7 +369,7 @@ def test_question_has_no_control_characters(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes are POSIX")
-def test_a_pipe_does_not_keep_the_loader_waiting(tmp_path: Path) -> None:
+def test_pipe_does_not_keep_loader_waiting(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe.toml"
     os.mkfifo(pipe)
     with pytest.raises(ScenarioError) as refused:
@@ -384,7 +384,7 @@ def test_missing_file_is_refused(tmp_path: Path, words: Words) -> None:
     words("scenario", refused.value.problem)
 
 
-def test_an_unknown_name_lists_the_known_ones() -> None:
+def test_unknown_name_lists_known_ones() -> None:
     with pytest.raises(InputError, match=r"stars.*stairs.*askew, clocks, compass_turn, desk") as refused:
         load_scenario("stars")
     assert refused.value.kind == "unknown_scenario"
@@ -417,7 +417,7 @@ KEYS = (
 
 @given(st.sampled_from(KEYS), VALUES)
 @settings(max_examples=200)
-def test_a_table_of_anything_is_taken_or_refused(key: str, value: object) -> None:
+def test_table_of_anything_is_taken_or_refused(key: str, value: object) -> None:
     """Past the TOML parser, which would refuse some of it: every error has an explanation of one line."""
     try:
         scenario_file(FCU001V1).model_validate({"schema": 1, "question": "?", key: value})
@@ -434,7 +434,7 @@ def test_endless_pattern_is_stopped_and_reported(tmp_path: Path) -> None:
     assert finding.fault == "stopped"
 
 
-def test_a_window_after_the_end_is_refused(tmp_path: Path) -> None:
+def test_window_after_end_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "late.toml"
     file.write_text(SHORT + "[[expect]]\nkind = 'led'\nled = 'led1'\nstate = 'off'\nfrom = '1000s'\n")
     with pytest.raises(ScenarioError, match="1000 s") as refused:
@@ -451,7 +451,7 @@ def test_timer_at_84_mhz_costs_only_its_handlers(tmp_path: Path) -> None:
     assert board.tim9.late < 4_000
 
 
-def test_ambiguous_format_is_stopped_with_a_finding(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ambiguous_format_is_stopped_with_finding(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fcu_emulator.emulator.scenario.fields._LINE_PATIENCE_S", 0.01)
     monkeypatch.setattr("fcu_emulator.emulator.scenario.fields._RUN_PATIENCE_S", 0.02)
     table = f"[[expect]]\nkind = 'printed'\nformat = '{'%s' * 40}%d'\nmax_gap = '1s'\n"
@@ -461,7 +461,7 @@ def test_ambiguous_format_is_stopped_with_a_finding(tmp_path: Path, monkeypatch:
 
 
 @pytest.mark.parametrize("kind", ["field", "line_follows"])
-def test_slow_number_pattern_is_stopped_with_a_finding(
+def test_slow_number_pattern_is_stopped_with_finding(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
 ) -> None:
     monkeypatch.setattr("fcu_emulator.emulator.scenario.fields._LINE_PATIENCE_S", 0.01)

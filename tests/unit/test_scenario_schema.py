@@ -189,11 +189,11 @@ def validate(table: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_json_schema_takes_the_shipped_files(name: str) -> None:
+def test_json_schema_takes_shipped_files(name: str) -> None:
     validate(tomllib.loads((SHIPPED / f"{name}.toml").read_text(encoding="utf-8")))
 
 
-def test_the_json_schema_takes_every_table() -> None:
+def test_json_schema_takes_every_table() -> None:
     validate(tomllib.loads(EVERYTHING))
 
 
@@ -216,7 +216,7 @@ def test_json_schema_refuses_what_loader_refuses(tmp_path: Path, wrong: str) -> 
         load_scenario(write(tmp_path, HEAD + wrong))
 
 
-def test_a_file_with_everything_round_trips(tmp_path: Path) -> None:
+def test_file_with_everything_round_trips(tmp_path: Path) -> None:
     (tmp_path / "walk.csv").write_text("t_s,roll_deg,pitch_deg,yaw_deg\n0,0,0,0\n2,10,0,0\n")
     (tmp_path / "golden.txt").write_bytes(b"text\n\r")
     context = {"resources": Resources(tmp_path)}
@@ -229,7 +229,7 @@ def test_a_file_with_everything_round_trips(tmp_path: Path) -> None:
     load_scenario(write(tmp_path, EVERYTHING))  # and it can be played
 
 
-def test_schema_settings_equal_the_firmware() -> None:
+def test_schema_settings_equal_firmware() -> None:
     settings = {field.name: field.default for field in dataclasses.fields(Settings)}
     assert {name: field.default for name, field in FirmwareTable.model_fields.items()} == settings
 
@@ -238,7 +238,7 @@ def test_schema_settings_equal_the_firmware() -> None:
     ("part", "errors"),
     [("lsm6dsl", LSM6DSLErrors), ("lis2mdl", LIS2MDLErrors), ("lps22hb", LPS22HBErrors)],
 )
-def test_every_figure_of_a_sensor_can_be_given(tmp_path: Path, part: str, errors: type[Any]) -> None:
+def test_every_figure_of_sensor_can_be_given(tmp_path: Path, part: str, errors: type[Any]) -> None:
     values = {
         field.name: [1.0, 2.0, 3.0] if isinstance(field.default, tuple) else 0.5
         for field in dataclasses.fields(errors)
@@ -249,18 +249,18 @@ def test_every_figure_of_a_sensor_can_be_given(tmp_path: Path, part: str, errors
     assert settings.figures[part] == given
 
 
-def test_every_printed_field_has_a_truth() -> None:
+def test_every_printed_field_has_truth() -> None:
     assert set(TRUTH) == {*FIELDS, MOVING_G}
 
 
-def test_the_shipped_scenarios_are_listed_with_their_questions() -> None:
+def test_shipped_scenarios_are_listed_with_their_questions() -> None:
     names = scenario_names()
     assert list(names) == NAMES
     assert all(question.endswith("?") for question in names.values())
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_shipped_file_begins_with_a_question(name: str) -> None:
+def test_shipped_file_begins_with_question(name: str) -> None:
     first = (SHIPPED / f"{name}.toml").read_text(encoding="utf-8").splitlines()[0]
     assert first.startswith("# ")
     assert first.endswith("?")

@@ -28,7 +28,7 @@ PS_PER_S = 10**12
         ("0.1s", 10**11),  # exact: 0.1 is no binary fraction
     ],
 )
-def test_a_duration_is_exact_in_picoseconds(text: str, picoseconds: int) -> None:
+def test_duration_is_exact_in_picoseconds(text: str, picoseconds: int) -> None:
     assert parse_duration(text) == picoseconds
 
 
@@ -58,7 +58,7 @@ def test_bare_number_is_refused_with_units(value: object, words: Words) -> None:
         True,
     ],
 )
-def test_invalid_duration_is_refused_with_an_example(value: object) -> None:
+def test_invalid_duration_is_refused_with_example(value: object) -> None:
     with pytest.raises(ValueError, match='"50ms"'):
         parse_duration(value)
 
@@ -75,11 +75,11 @@ def test_bus_speeds_are_parsed(text: str, hertz: int) -> None:
 
 
 @pytest.mark.parametrize("value", [400_000, "400", "9.9kHz", "1.1MHz", "400khz", "fast"])
-def test_invalid_bus_speed_is_refused_with_an_example(value: object) -> None:
+def test_invalid_bus_speed_is_refused_with_example(value: object) -> None:
     with pytest.raises(ValueError, match=re.compile("kHz")):
         parse_bus_speed(value)
 
 
 @given(st.integers(0, 10**18))
-def test_a_formatted_duration_reads_back(duration_ps: int) -> None:
+def test_formatted_duration_reads_back(duration_ps: int) -> None:
     assert parse_duration(format_duration(duration_ps)) == duration_ps

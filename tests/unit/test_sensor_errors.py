@@ -167,7 +167,7 @@ NOISE = [
 
 
 @pytest.mark.parametrize(("channel", "errors", "writes", "rms"), NOISE, ids=str)
-def test_noise_rms_is_that_of_the_setting(channel: Channel, errors: Any, writes: Writes, rms: float) -> None:
+def test_noise_rms_is_that_of_setting(channel: Channel, errors: Any, writes: Writes, rms: float) -> None:
     """2000 samples an axis: the standard error is 1.6 %; rounding to counts adds less than 2 %."""
     chip = Chip(channel.part, errors, seed=3)
     chip.set(channel.name, *channel.value(0.0))
@@ -265,12 +265,12 @@ def of_quality(part: Any, quality: Quality, seed: int) -> dict[str, np.ndarray[A
 
 
 @parts
-def test_every_figure_is_a_spread_noise_or_setting(part: type[Any]) -> None:
+def test_every_figure_is_spread_noise_or_setting(part: type[Any]) -> None:
     assert {entry.name for entry in fields(part)} == {*SIGMAS[part], *NOISE_FIGURES[part], *SETTINGS[part]}
 
 
 @parts
-def test_an_ideal_part_is_the_default(part: type[Any]) -> None:
+def test_ideal_part_is_default(part: type[Any]) -> None:
     assert part.of_quality("ideal", 7) == part()
     figures = of_quality(part, "ideal", 7)
     assert not any(np.any(figures[name]) for name in (*SIGMAS[part], *NOISE_FIGURES[part]))
@@ -299,13 +299,13 @@ def test_typical_is_within_and_worst_at_three_sigma(part: type[Any], seed: int) 
         ({"odr_percent": math.nan}, r"LSM6DSLErrors\.odr_percent .* -20 to 20, not nan"),
     ],
 )
-def test_a_figure_no_part_can_have_is_refused(figures: dict[str, float], named: str) -> None:
+def test_figure_no_part_can_have_is_refused(figures: dict[str, float], named: str) -> None:
     with pytest.raises(ValueError, match=named):
         LSM6DSLErrors(**figures)
 
 
 @parts
-def test_a_hundred_parts_are_spread_as_documented(part: type[Any]) -> None:
+def test_hundred_parts_are_spread_as_documented(part: type[Any]) -> None:
     """A normal distribution of that sigma which ends at three of them: Kolmogorov and Smirnov's test.
 
     Among 40 figures one below 1 % is no surprise; one below 0.01 % is.

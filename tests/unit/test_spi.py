@@ -17,7 +17,7 @@ TO_4_WIRE = {"LSM6DSL": b"\x12\x04", "LIS2MDL": b"\x62\x04", "LPS22HB": b"\x10\x
 
 
 @pytest.mark.parametrize("part", CS)
-def test_a_three_wire_host_writes_blindly_first(part: str) -> None:
+def test_three_wire_host_writes_blindly_first(part: str) -> None:
     """After reset LSM6DSL and LPS22HB are in 4-wire mode (SIM = 0), the LIS2MDL is not (4WSPI = 0)."""
     board = Board(wiring="fcu001v1")
     register, identity = IDENTITY[part]
@@ -30,7 +30,7 @@ def test_a_three_wire_host_writes_blindly_first(part: str) -> None:
 
 @pytest.mark.parametrize("part", CS)
 @pytest.mark.parametrize("mode", [0, 3])
-def test_a_four_wire_host_reads_in_both_modes(part: str, mode: int) -> None:
+def test_four_wire_host_reads_in_both_modes(part: str, mode: int) -> None:
     board = Board(wiring="fcu001v1")
     board.spi2.configure(mode=0 if mode == 0 else 3, wires=4)
     board.spi2.write(CS[part], TO_4_WIRE[part])
@@ -38,7 +38,7 @@ def test_a_four_wire_host_reads_in_both_modes(part: str, mode: int) -> None:
     assert board.spi2.write_read(CS[part], bytes([READ | register]), 1) == bytes([identity])
 
 
-def test_the_other_clock_modes_are_not_understood() -> None:
+def test_other_clock_modes_are_not_understood() -> None:
     board = Board(wiring="fcu001v1")
     board.spi2.configure(mode=1, wires=4)
     board.spi2.write("PA8", b"\x10\xa8")
@@ -47,14 +47,14 @@ def test_the_other_clock_modes_are_not_understood() -> None:
     assert board.spi2.write_read("PA8", b"\x90", 1) == b"\x00"
 
 
-def test_a_burst_increments_and_writes_several_registers() -> None:
+def test_burst_increments_and_writes_several_registers() -> None:
     board = Board(wiring="fcu001v1", ideal=True)
     board.spi2.write("PA8", b"\x12\x0c")
     board.spi2.write("PA8", b"\x73\x01\x02\x03")
     assert board.spi2.write_read("PA8", b"\xf3", 3) == b"\x01\x02\x03"
 
 
-def test_the_barometer_increments_only_with_if_add_inc() -> None:
+def test_barometer_increments_only_with_if_add_inc() -> None:
     """LPS22HB datasheet 7.3 and 9.6: the bit holds for SPI as well, for reads and writes."""
     board = Board(wiring="fcu001v1", ideal=True)
     board.spi2.write("PC13", b"\x10\x01")
@@ -73,7 +73,7 @@ def test_magnetometer_spi_accepts_driver_addresses() -> None:
     assert board.spi2.write_read("PB12", bytes([0xC0 | 0x45]), 6) == bytes(range(1, 7))
 
 
-def test_the_barometers_burst_goes_round_on_spi() -> None:
+def test_barometers_burst_goes_round_on_spi() -> None:
     """LPS22HB datasheet 5.8."""
     board = Board(wiring="fcu001v1", ideal=True)
     board.spi2.write("PC13", b"\x10\x31")
@@ -90,7 +90,7 @@ def test_spi_byte_takes_eight_clock_periods() -> None:
     assert board.clock.now_ps == 4 * 8 * PS_PER_S // 2_625_000
 
 
-def test_spi_trace_omits_the_read_flag() -> None:
+def test_spi_trace_omits_read_flag() -> None:
     board = Board(wiring="fcu001v1")
     board.trace.record_all()
     board.spi2.write_read("PB12", b"\xcf", 1)

@@ -111,13 +111,13 @@ def test_subscriber_may_unsubscribe_when_called() -> None:
     assert [event.t_ps for event in heard] == [1]
 
 
-def test_a_file_that_cannot_be_opened_is_named() -> None:
+def test_file_that_cannot_be_opened_is_named() -> None:
     with pytest.raises(LinkError, match=r"trace file /nowhere/trace\.jsonl"):
         Trace().write_to("/nowhere/trace.jsonl")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="/dev/full is a Linux device")
-def test_full_disk_ends_the_run_and_the_file() -> None:
+def test_full_disk_ends_run_and_file() -> None:
     board = Board(firmware="lab3")
     board.trace.write_to("/dev/full")
     with pytest.raises(OutputError, match="No space left"):

@@ -44,7 +44,7 @@ def test_gusts_are_slow_and_quarter_of_wind_pressure() -> None:
     np.testing.assert_allclose(slower.pressure_hpa(t_s) - still, gusts / 4, atol=1e-9)
 
 
-def test_door_pushes_for_about_a_second() -> None:
+def test_door_pushes_for_about_1_s() -> None:
     world = World()
     still = world.pressure_hpa([0.0])
     end_s = world.slam_door(0.2, start_s=5)
@@ -117,7 +117,7 @@ def test_pressure_wander_changes_no_other_signal() -> None:
     np.testing.assert_array_equal(world.specific_force_g(t_s), other.specific_force_g(t_s))
 
 
-def test_typical_board_averages_wander_over_an_hour() -> None:
+def test_typical_board_averages_wander_over_hour() -> None:
     """Averages of 100 s, in altitude: decimetres in a typical room, 0 on an ideal board."""
     t_s = np.arange(0, 3600, 0.5)
     spread = {
@@ -131,7 +131,7 @@ def test_typical_board_averages_wander_over_an_hour() -> None:
     assert max(spread[True]) == 0.0
 
 
-def test_scenario_sets_the_pressure_wander(tmp_path: Path) -> None:
+def test_scenario_sets_pressure_wander(tmp_path: Path) -> None:
     path = tmp_path / "one.toml"
     head = 'schema = 1\nquestion = "?"\nduration = "1s"\n'
     path.write_text(head + "[board]\npressure_wander_hpa = 0.1\n", encoding="utf-8")

@@ -29,7 +29,7 @@ def test_yaw_grows_counter_clockwise_seen_from_above() -> None:
     np.testing.assert_allclose(world.magnetic_field_mgauss([0.0]), expected, atol=1e-12)
 
 
-def test_a_field_vector_is_given_north_east_down() -> None:
+def test_field_vector_is_given_north_east_down() -> None:
     world = World()
     world.set_magnetic_field(north_ut=10, east_ut=20, down_ut=30)
     np.testing.assert_allclose(world.magnetic_field_mgauss([0.0]), [[100, -200, -300]])
@@ -45,7 +45,7 @@ def test_hard_iron_is_fixed_and_soft_iron_distorts() -> None:
     np.testing.assert_array_equal(world.hard_iron_mgauss([0.0, 1.0]), [[100, -50, 30]] * 2)
 
 
-def test_disturbances_add_to_the_field_temporarily() -> None:
+def test_disturbances_add_to_field_temporarily() -> None:
     world = World()
     assert world.disturb_field(5, 0, 0, duration_s=2, start_s=1) == 3.0
     world.disturb_field(0, 0, 7, duration_s=2, start_s=2)
@@ -53,7 +53,7 @@ def test_disturbances_add_to_the_field_temporarily() -> None:
     np.testing.assert_allclose(change, [[0, 0, 0], [50, 0, 0], [50, 0, -70], [0, 0, -70], [0, 0, 0]])
 
 
-def test_a_passing_magnet_is_a_dipole() -> None:
+def test_passing_magnet_is_dipole() -> None:
     world = World()
     end_s = world.pass_magnet(moment_am2=0.5, distance_m=0.2, speed_m_s=0.5, start_s=1)
     closest_s = (1 + end_s) / 2
@@ -104,7 +104,7 @@ def test_held_magnet_field_is_slope_of_its_potential(place: tuple[float, float, 
     np.testing.assert_allclose(field, np.negative(slope), rtol=1e-5, atol=1e-3)
 
 
-def test_magnet_inside_the_board_has_finite_field() -> None:
+def test_magnet_inside_board_has_finite_field() -> None:
     world = World()
     world.follow_magnet(-0.1, 0, 0)
     world.follow_magnet(0.1, 0, 0, time_constant_s=0.1)
@@ -118,7 +118,7 @@ def test_magnet_inside_the_board_has_finite_field() -> None:
 
 @pytest.mark.parametrize("attitude", [(0, 0, 0), (30, -50, 120), (0, 90, 0), (180, 0, -45)])
 @pytest.mark.parametrize("field", [(21.5, 0, 43), (10, 15, -30), (0, 0, 50)])
-def test_the_figure_of_eight_finds_the_hard_iron(
+def test_figure_of_eight_finds_hard_iron(
     attitude: tuple[float, float, float], field: tuple[float, float, float]
 ) -> None:
     iron = np.array([120.0, -340.0, 55.0])
@@ -145,7 +145,7 @@ def test_figure_of_eight_without_field_still_moves() -> None:
     ("place", "expected_nt"),
     [((80, 0, 0), (6521.6, 145.9, 54791.5)), ((0, 120, 0), (39677.8, -109.6, -10580.2))],
 )
-def test_a_places_field_is_the_world_magnetic_model(
+def test_places_field_is_world_magnetic_model(
     place: tuple[float, float, float], expected_nt: tuple[float, float, float]
 ) -> None:
     true = earth_field(*place, dt.date(2025, 1, 1), north="true")
@@ -154,7 +154,7 @@ def test_a_places_field_is_the_world_magnetic_model(
     assert (north, east, down) == pytest.approx((np.hypot(true[0], true[1]), 0.0, true[2]))
 
 
-def test_true_north_turns_the_compass_by_the_declination() -> None:
+def test_true_north_turns_compass_by_declination() -> None:
     north, east, down = earth_field(47.4, 8.5, 408, dt.date(2026, 3, 1), north="true")
     world = World()
     world.set_magnetic_field(north, east, down)
@@ -176,7 +176,7 @@ def test_true_north_turns_the_compass_by_the_declination() -> None:
         ((0, 0, 0, dt.date(2026, 1, 1), "grid"), "choice", "'grid'"),
     ],
 )
-def test_a_place_out_of_range_is_refused(
+def test_place_out_of_range_is_refused(
     arguments: tuple[float, ...], kind: str, named: str, words: Words
 ) -> None:
     with pytest.raises(InputError) as caught:
@@ -186,7 +186,7 @@ def test_a_place_out_of_range_is_refused(
     words("python", str(caught.value))
 
 
-def test_pressure_at_the_floor_is_the_standard_atmospheres() -> None:
+def test_pressure_at_floor_is_standard_atmospheres() -> None:
     # U.S. Standard Atmosphere 1976, table I, geopotential altitude
     assert World(floor_altitude_m=0).pressure_hpa([0.0])[0] == pytest.approx(1013.25)
     assert World(floor_altitude_m=1000).pressure_hpa([0.0])[0] == pytest.approx(898.74, abs=0.01)
@@ -202,7 +202,7 @@ def test_air_at_room_temperature_has_lower_gradient() -> None:
     assert per_metre == pytest.approx(101325 * 0.0289644 * 9.80665 / (8.31432 * 298.15) / 100, rel=1e-3)
 
 
-def test_pressure_set_holds_at_the_present_altitude() -> None:
+def test_pressure_set_holds_at_present_altitude() -> None:
     world = World()
     world.set_altitude(30)
     world.set_temperature(10)
@@ -215,7 +215,7 @@ def test_pressure_set_holds_at_the_present_altitude() -> None:
     assert world.temperature_degc([0.0])[0] == 10
 
 
-def test_a_compass_shows_the_yaw_from_magnetic_north() -> None:
+def test_compass_shows_yaw_from_magnetic_north() -> None:
     """7.8 degrees of east declination: true north is 7.8 degrees to the left of where the needle points."""
     world = World()
     world.set_attitude(0, 0, 30)

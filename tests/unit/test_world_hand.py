@@ -77,7 +77,7 @@ def test_turntable_gives_centripetal_acceleration() -> None:
     np.testing.assert_allclose(world.linear_acceleration_g([0.5]), (2 * np.pi) ** 2 * 0.1 / G)
 
 
-def test_board_bent_up_about_the_wrist_rises() -> None:
+def test_board_bent_up_about_wrist_rises() -> None:
     world = World()
     world.take_in_hand((0, -0.1, 0), tremor_mg=0)
     before_hpa = world.pressure_hpa([0.0])
@@ -110,7 +110,7 @@ def test_height_is_continuous_when_hand_takes_or_releases() -> None:
     np.testing.assert_allclose(world.altitude_m([4.0]), 2.0, atol=1e-12)
 
 
-def test_released_board_equals_one_without_a_hand() -> None:
+def test_released_board_equals_one_without_hand() -> None:
     world, other = World(), World()
     world.take_in_hand(tremor_mg=35, start_s=0.0)
     world.put_down(start_s=1.0)

@@ -52,7 +52,7 @@ def test_lift_ends_at_rest_at_its_target() -> None:
     np.testing.assert_allclose(world.specific_force_g([1.0, 5.0, 9.0])[:, 2], 1.0)
 
 
-def test_free_fall_reads_zero_until_the_catch() -> None:
+def test_free_fall_reads_zero_until_catch() -> None:
     world = World()
     world.set_attitude(20, -50, 110)
     world.set_altitude(2.0)
@@ -66,7 +66,7 @@ def test_free_fall_reads_zero_until_the_catch() -> None:
     np.testing.assert_allclose(world.altitude_m([1.0, 1.5, 2.0]), [2, 2 - fallen, 2 - fallen - braked])
 
 
-def test_free_fall_follows_the_gravity_set() -> None:
+def test_free_fall_follows_gravity_set() -> None:
     world = World()
     world.set_gravity(1.62)
     np.testing.assert_allclose(world.specific_force_g([0.0]), [[0, 0, 1.62 / G]])
@@ -76,7 +76,7 @@ def test_free_fall_follows_the_gravity_set() -> None:
 
 
 @pytest.mark.parametrize(("axis", "board"), [("north", 0), ("west", 1), ("up", 2)])
-def test_a_shake_is_a_cosine_along_its_axis(axis: str, board: int) -> None:
+def test_shake_is_cosine_along_its_axis(axis: str, board: int) -> None:
     world = World()
     world.shake(axis, amplitude_g=0.25, frequency_hz=5, duration_s=1, start_s=1)
     t = np.arange(1.0, 2.0, 0.01)
@@ -172,7 +172,7 @@ def test_noisy_recorded_altitude_is_refused_with_line() -> None:
     ],
     ids=["tilted", "to the side", "falling", "on the Moon"],
 )
-def test_linear_acceleration_follows_the_motion(plan: Callable[[World], object], moving_g: float) -> None:
+def test_linear_acceleration_follows_motion(plan: Callable[[World], object], moving_g: float) -> None:
     world = World()
     plan(world)
     assert world.linear_acceleration_g(0.0)[0] == pytest.approx(moving_g)

@@ -25,7 +25,7 @@ def world(clock: Clock) -> World:
     return World(clock)
 
 
-def test_setter_takes_effect_now_and_keeps_the_past(clock: Clock, world: World) -> None:
+def test_setter_takes_effect_now_and_keeps_past(clock: Clock, world: World) -> None:
     clock.advance_to(to_ps(2.0))
     world.set_attitude(roll_deg=0, pitch_deg=30, yaw_deg=0)
     world.set_temperature(degc=40)
@@ -48,7 +48,7 @@ def test_times_may_be_unordered_or_single(clock: Clock, world: World) -> None:
         assert len(signal(np.array([]))) == 0
 
 
-def test_results_may_be_changed_by_the_caller(world: World) -> None:
+def test_results_may_be_changed_by_caller(world: World) -> None:
     world.specific_force_g([0.0])[:] = 99.0
     world.hard_iron_mgauss([0.0])[:] = 99.0
     world.rotation([0.0])[:] = 99.0
@@ -120,7 +120,7 @@ def test_no_signal_changes_before_reported_time(clock: Clock, world: World) -> N
         clock.advance_to(to_ps(2.0))
 
 
-def test_a_motion_cannot_begin_in_the_past(clock: Clock, world: World) -> None:
+def test_motion_cannot_begin_in_past(clock: Clock, world: World) -> None:
     clock.advance_to(to_ps(3.0))
     with pytest.raises(InputError, match=r"start_s .* 3 s.* not 2\.5") as refused:
         world.lift(1, 1, start_s=2.5)
@@ -179,7 +179,7 @@ def test_recording_replaces_only_its_signals(world: World) -> None:
     np.testing.assert_array_equal(world.angular_rate_dps(t), np.zeros((4, 3)))
 
 
-def test_setter_ends_the_recorded_signal(clock: Clock, world: World) -> None:
+def test_setter_ends_recorded_signal(clock: Clock, world: World) -> None:
     groups = {name: np.full((2, 3), 7.0) for name in ("acc", "gyro", "mag")}
     groups |= {name: np.full(2, 7.0) for name in ("pressure", "temperature")}
     world.replay(Recording("made.csv", np.array([0.0, 1.0]), groups))
@@ -231,7 +231,7 @@ def test_followed_attitude_is_one_motion(clock: Clock, world: World) -> None:
     assert motions == [(pytest.approx(0.02), pytest.approx(5.0))]
 
 
-def test_slider_dragged_in_a_pause_needs_no_memory(world: World) -> None:
+def test_slider_dragged_in_pause_needs_no_memory(world: World) -> None:
     def drag(changes: int) -> int:
         for index in range(changes):
             world.set_attitude(index % 90, 0, 0)

@@ -26,7 +26,7 @@ def shaken_m_s2(throttle: float | tuple[float, ...]) -> np.ndarray:
 
 
 @pytest.mark.parametrize("throttle", [0.3, 0.6, 1.0])
-def test_motors_shake_with_the_square_of_their_speed(throttle: float) -> None:
+def test_motors_shake_with_square_of_their_speed(throttle: float) -> None:
     rms = np.sqrt(np.mean(shaken_m_s2(throttle) ** 2, axis=0))
     np.testing.assert_allclose(rms, 15.0 * throttle**2, rtol=0.05)
 
@@ -89,7 +89,7 @@ def scenario(tmp_path: Path, *entries: str) -> Path:
     return path
 
 
-def test_a_scenario_runs_one_throttle_or_four(tmp_path: Path) -> None:
+def test_scenario_runs_one_throttle_or_four(tmp_path: Path) -> None:
     entries = 'throttle = 0.5\nat = "100ms"', 'throttle = [0.1, 0, 0, 1]\nat = "200ms"'
     board = Board(scenario=scenario(tmp_path, *entries))
     for at_s, throttle in ((0.05, (0, 0, 0, 0)), (0.15, (0.5,) * 4), (0.25, (0.1, 0, 0, 1))):
@@ -98,7 +98,7 @@ def test_a_scenario_runs_one_throttle_or_four(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("throttle", ["2", "[0.5, 0.5]", '"fast"'])
-def test_a_scenario_with_no_throttle_is_refused(tmp_path: Path, throttle: str) -> None:
+def test_scenario_with_no_throttle_is_refused(tmp_path: Path, throttle: str) -> None:
     with pytest.raises(ScenarioError, match="throttle"):
         load_scenario(scenario(tmp_path, f"throttle = {throttle}"))
 

@@ -29,7 +29,7 @@ def way_of(world: World, t_s: Array) -> Array:
 
 
 @given(METRES, METRES, METRES, st.floats(0.3, 3.0), st.floats(-180, 180))
-def test_integrating_felt_acceleration_twice_gives_the_way(
+def test_integrating_felt_acceleration_twice_gives_way(
     north_m: float, east_m: float, up_m: float, duration_s: float, angle_deg: float
 ) -> None:
     """Also while the board turns."""
@@ -56,7 +56,7 @@ def test_push_east_is_felt_along_board_axes() -> None:
     assert world.altitude_m(t_s).max() == 0.0
 
 
-def test_horizontal_push_leaves_a_lift_alone() -> None:
+def test_horizontal_push_leaves_lift_alone() -> None:
     world, other = World(), World()
     for one in (world, other):
         one.lift(2.0, 1.0)
@@ -106,7 +106,7 @@ def test_jumping_recorded_position_is_refused_by_column(tmp_path: Path) -> None:
     assert caught.value.kind == "climb"
 
 
-def test_scenario_moves_the_board(tmp_path: Path) -> None:
+def test_scenario_moves_board(tmp_path: Path) -> None:
     path = tmp_path / "one.toml"
     text = (
         'schema = 1\nquestion = "?"\nduration = "2s"\n[[timeline]]\ndo = "move"\nat = "1s"\nfor = "500ms"\n'
@@ -116,7 +116,7 @@ def test_scenario_moves_the_board(tmp_path: Path) -> None:
     np.testing.assert_allclose(world.position_m([1.0, 1.5]), [[0, 0, 0], [0.2, 0.1, -0.3]], atol=1e-12)
 
 
-def test_accelerometer_on_the_board_feels_the_push() -> None:
+def test_accelerometer_on_board_feels_push() -> None:
     """Half of the way in, the speed is 15/8 d/T: the sum of the samples until then."""
     board = Board(firmware=None, ideal=True)
     bus = board.i2c("I2C2")

@@ -80,7 +80,7 @@ def test_motions_rotate_properly(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", MOTIONS)
-def test_rate_is_the_derivative_of_the_rotation(name: str) -> None:
+def test_rate_is_derivative_of_rotation(name: str) -> None:
     world = tilted_world()
     MOTIONS[name](world)
     h = 1e-5
@@ -91,7 +91,7 @@ def test_rate_is_the_derivative_of_the_rotation(name: str) -> None:
     assert np.abs(numerical).max() > 10
 
 
-def test_rotate_to_takes_the_shortest_arc() -> None:
+def test_rotate_to_takes_shortest_arc() -> None:
     world = tilted_world()
     start = Rotation.from_matrix(world.rotation([0.0])[0])
     end_s = world.rotate_to(-40, 70, 170, duration_s=4)
@@ -107,14 +107,14 @@ def test_rotate_to_takes_the_shortest_arc() -> None:
     np.testing.assert_allclose(directions, np.tile(arc / np.linalg.norm(arc), (len(rates), 1)), atol=1e-9)
 
 
-def test_minimum_jerk_starts_and_ends_without_a_rate() -> None:
+def test_minimum_jerk_starts_and_ends_without_rate() -> None:
     world = World()
     world.rotate_to(0, 0, 90, duration_s=2, start_s=1)
     rates = world.angular_rate_dps([0.5, 1.0, 2.0, 3.0, 3.5])[:, 2]
     np.testing.assert_allclose(rates, [0, 0, 1.875 * 90 / 2, 0, 0], atol=1e-9)  # peak 15/8 of the mean speed
 
 
-def test_a_sweep_turns_the_whole_circle_and_back() -> None:
+def test_sweep_turns_whole_circle_and_back() -> None:
     world = World()
     end_s = world.sweep("yaw", 360, duration_s=4)
     np.testing.assert_allclose(world.angular_rate_dps([0.5, 3.5]), [[0, 0, 90], [0, 0, 90]], atol=1e-9)
@@ -123,14 +123,14 @@ def test_a_sweep_turns_the_whole_circle_and_back() -> None:
     np.testing.assert_allclose(world.angular_rate_dps([6.0]), [[0, 0, -90]], atol=1e-9)
 
 
-def test_a_sweep_starts_from_the_angle_as_commanded() -> None:
+def test_sweep_starts_from_angle_as_commanded() -> None:
     world = World()
     world.set_attitude(0, 0, 350)
     world.sweep("yaw", 360, duration_s=1)
     np.testing.assert_allclose(world.angular_rate_dps([0.5]), [[0, 0, 10]], atol=1e-9)
 
 
-def test_motion_starts_from_the_state_at_its_start() -> None:
+def test_motion_starts_from_state_at_its_start() -> None:
     world = World()
     first = world.rotate_to(0, 60, 0, duration_s=2)
     world.sweep("yaw", 90, duration_s=2, start_s=first)
@@ -153,7 +153,7 @@ def test_recorded_attitude_is_slerped_and_held() -> None:
     np.testing.assert_array_equal(world.attitude_deg([1.0]), [[0, 0, 0]])
 
 
-def test_a_recording_of_one_row_is_held() -> None:
+def test_recording_of_one_row_is_held() -> None:
     world = World()
     world.replay(Recording("one.csv", np.array([1.0]), {"attitude": np.array([[1.0, 2.0, 3.0]])}))
     np.testing.assert_allclose(

@@ -31,7 +31,7 @@ def yaw_deg(world: World, t_s: float) -> float:
     return float(np.degrees(np.arctan2(-y, x)))
 
 
-def test_soft_steel_is_a_permeable_sphere() -> None:
+def test_soft_steel_is_permeable_sphere() -> None:
     """On its surface the field is normal: three times the normal part of the uniform one, without a tangent."""
     directions = np.random.default_rng(1).normal(size=(50, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, np.newaxis]
@@ -50,7 +50,7 @@ def test_steel_field_has_neither_divergence_nor_curl() -> None:
         np.testing.assert_allclose(slopes, slopes.T, atol=1e-4 * np.abs(slopes).max())
 
 
-def test_magnetised_steel_is_a_dipole_besides() -> None:
+def test_magnetised_steel_is_dipole_besides() -> None:
     """Griffiths (5.88): 2 m / r^3 on the axis, 1 A m2 at 1 m is 1 mgauss each."""
     places = np.array([[0.5, 0, 0], [0, 0.5, 0], [0, 0, 0.5]])
     change = field_at(places, moment_am2=(2.0, 0.0, 0.0)) - field_at(places)
@@ -89,7 +89,7 @@ def test_steel_follows_outer_field_until_removed() -> None:
     np.testing.assert_allclose(world.magnetic_field_mgauss([0.0])[0], EARTH)
 
 
-def test_magnetometer_shows_steel_of_a_scenario(tmp_path: Path) -> None:
+def test_magnetometer_shows_steel_of_scenario(tmp_path: Path) -> None:
     path = tmp_path / "desk.toml"
     path.write_text(
         'schema = 1\nquestion = "?"\nduration = "6s"\n[sensors]\nquality = "ideal"\n'

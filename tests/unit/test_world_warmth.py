@@ -30,7 +30,7 @@ class Clocked:
         return float(self.world.board_temperature_degc(t_s)[0])
 
 
-def test_switched_on_board_warms_above_the_air() -> None:
+def test_switched_on_board_warms_above_air() -> None:
     board = Clocked()
     assert board.at(0) == 25
     assert board.at(TAU_S) == pytest.approx(25 + HEATING_DEGC * (1 - np.exp(-1)), abs=1e-9)
@@ -52,7 +52,7 @@ def test_ideal_board_follows_air_temperature_at_once() -> None:
     np.testing.assert_array_equal(world.board_temperature_degc([4.999, 5.0, 5.001]), [25, -10, -10])
 
 
-def test_board_temperature_follows_the_heat_equation() -> None:
+def test_board_temperature_follows_heat_equation() -> None:
     """Against scipy's integration of tau dT/dt = air + heating - T, through four changes."""
     board, changes = Clocked(), [(0.0, 15.0), (30.0, 35.0), (30.0, 5.0), (130.0, 20.0), (131.0, 40.0)]
     for at_s, degc in changes:
@@ -90,7 +90,7 @@ THERMOMETERS = {  # how each is switched on; OUT_TEMP and its counts in a degree
 
 
 @pytest.mark.parametrize("cold", [True, False])
-def test_thermometers_show_the_board_temperature(cold: bool) -> None:
+def test_thermometers_show_board_temperature(cold: bool) -> None:
     """Over a minute: 5 degC (exp(-1 / 200) - exp(-61 / 200)) of a typical board."""
     board = Board(cold_start=cold)
     readings = []
