@@ -199,7 +199,7 @@ class Lab3(LabFirmware):
 
     def __init__(self, hal: Hal, settings: Settings | None = None) -> None:
         super().__init__(hal, settings)
-        # Called 800 times per second: bound once.
+        # bound once, because it is called 800 times per second
         self._mu = self.settings.mu
         self._threshold_deg = self.settings.led_threshold_deg
         self._led1_shows_pitch = self.settings.led1_axis == "pitch"
@@ -209,7 +209,7 @@ class Lab3(LabFirmware):
         self.ReadSensorRawData()
         MagCalibration(self.mag, self.mag_min, self.mag_max)
         angles = eCompass(self.acc, self.mag, self._mu)
-        if angles is not self._angles:  # else pins and variables are up to date
+        if angles is not self._angles:  # otherwise pins and variables are up to date
             self._angles = angles
             self.pitch, self.roll, self.azimuth = angles
             self._show_tilt()

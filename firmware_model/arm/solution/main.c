@@ -1,7 +1,7 @@
 /* LAB3: motion sensors, all exercises solved.
  *
- * Decision: the angles are computed in the 800 Hz callback, not in the main loop: the LEDs must follow the tilt at
- * once, and MagCalibration and eCompass see every sample.
+ * Decision: the angles are computed in the 800 Hz callback, not in the main loop, because the
+ * LEDs must follow the tilt at once, and MagCalibration and eCompass need every sample.
  */
 #include <math.h>
 #include <stdbool.h>
@@ -41,7 +41,7 @@ static void PrintPlot(void)
   PRINTF("*****\n\r\n\r");
 }
 
-/* Lights or darkens a LED; the pin is written only on a change. */
+/* Switches a LED on or off; the pin is written only on a change. */
 static void Show(Led_TypeDef led, float angle_deg)
 {
   static bool lit[2];

@@ -1,13 +1,14 @@
 /* Altitude, eCompass and hard-iron calibration, as on the slides.
  *
- * Each right-hand side is computed in double, as math.h does, and stored in a float, which is what the next line
- * reads. Stored values are single precision for a reason: a float is enough for six printed decimals of an angle.
+ * Each right-hand side is computed in double, as by math.h, and stored in a float, which the
+ * next line reads. A float is precise enough for six printed decimals of an angle.
  */
 #include "motion.h"
 
 #include <math.h>
 
-#define MU 1.0 /* weight of Gx in the roll, 0.01..1: small follows the true roll, large stays calm near 90 deg pitch */
+#define MU 1.0 /* weight of Gx in the roll, 0.01..1: a small one follows the true roll, a large
+                  one stays calm near 90 deg pitch */
 #define DEGREES (180 / M_PI)
 #define KELVIN 273.15
 #define LAPSE_RATE 0.0065 /* K/m, the standard atmosphere's */
@@ -34,7 +35,7 @@ void MagCalibration(void)
 
 void eCompass(void)
 {
-  /* The negation is the integer's: a flat board must give 0.0, and -(0.0) is -0.0. */
+  /* The integer is negated, not the double: a flat board must give 0.0, but -(0.0) is -0.0. */
   double minus_gx = -acc.AXIS_X, gy = acc.AXIS_Y, gz = acc.AXIS_Z;
   double bx = mag.AXIS_X, by = mag.AXIS_Y, bz = mag.AXIS_Z;
   float by2, bz2, bx3;

@@ -15,10 +15,11 @@ extern float pitch, roll, azimuth;
 /* Extremes of each axis so far, mgauss. */
 extern AxesRaw_TypeDef mag_min, mag_max;
 
-/* Widens the extremes by this sample and subtracts their centre; once for every sample. The first one gives 0. */
+/* Widens the extremes by this sample and subtracts their centre. Call it once for every sample;
+ * the first sample gives 0. */
 void MagCalibration(void);
 
-/* acc and mag -> pitch, roll, azimuth. */
+/* Computes pitch, roll and azimuth from acc and mag. */
 void eCompass(void);
 
 /* Height in m above the floor; press in hPa, temperature in degC. */

@@ -7,7 +7,8 @@
 extern UART_HandleTypeDef huart1;
 extern TIM_HandleTypeDef htim9;
 
-/* 84 MHz from the 16 MHz crystal; APB1 at 42 MHz, APB2 at 84 MHz. Stops in Error_Handler without the crystal. */
+/* Sets the core to 84 MHz from the 16 MHz crystal, APB1 to 42 MHz and APB2 to 84 MHz. Without
+ * the crystal the program stops in Error_Handler. */
 void SystemClock_Config(void);
 
 /* Clocks of the ports A, B and C. */

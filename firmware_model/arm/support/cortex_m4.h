@@ -1,4 +1,5 @@
-/* The Cortex-M4's own registers and instructions, as far as this firmware uses them (ARMv7-M ARM B3, PM0214 4). */
+/* The registers and instructions of the Cortex-M4 that this firmware uses (ARMv7-M ARM B3,
+ * PM0214 4). */
 #ifndef CORTEX_M4_H
 #define CORTEX_M4_H
 

@@ -1,7 +1,8 @@
 /* PRINTF on USART1.
  *
- * Decision: what vsnprintf put into the buffer is what is sent. ST's stock version sends the length the text would
- * have had, and so reads past its buffer when a line is longer than 253 characters.
+ * Decision: only the characters that vsnprintf put into the buffer are sent. ST's version sends
+ * the length that the whole text would have, and so reads past its buffer if a line is longer
+ * than 253 characters.
  */
 #include "debug.h"
 

@@ -1,4 +1,4 @@
-/* Everything a LAB3 program includes. */
+/* All headers that a LAB3 program needs. */
 #ifndef LAB3_H
 #define LAB3_H
 

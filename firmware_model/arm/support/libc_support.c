@@ -1,5 +1,5 @@
-/* What the C library needs of the system: memory for the digits of a %f, between the variables and the stack, and a
- * place to end when one of its assertions fails (out of that memory).
+/* Functions that the C library needs: memory for the digits of a %f, between the variables and
+ * the stack, and an endless loop for a failed assertion of the library (out of that memory).
  */
 #include <errno.h>
 #include <stddef.h>
@@ -16,7 +16,7 @@ void *_sbrk(ptrdiff_t increment)
   char *old = top;
   if (increment > &_heap_limit - old) {
     errno = ENOMEM;
-    return (void *)-1; /* what the C library expects of a failed sbrk */
+    return (void *)-1; /* the result of a failed sbrk */
   }
   top += increment;
   return old;
@@ -24,7 +24,7 @@ void *_sbrk(ptrdiff_t increment)
 
 void __assert_func(const char *file, int line, const char *function, const char *expression)
 {
-  (void)file, (void)line, (void)function, (void)expression; /* for the debugger to show */
+  (void)file, (void)line, (void)function, (void)expression; /* shown by a debugger */
   for (;;) {
   }
 }

@@ -5,16 +5,16 @@
 #include "axes.h"
 #include "sensor_bus.h"
 
-/* Identify the part and set it up, idle; COMPONENT_ERROR if it is not there. */
+/* Identifies the sensor and sets it up; it stays idle. Returns COMPONENT_ERROR if it is absent. */
 DrvStatusTypeDef LIS2MDL_Init(void);
 
 /* Start continuous measurement. */
 DrvStatusTypeDef LIS2MDL_Enable(void);
 
-/* Temperature compensation, 100 Hz, offset cancellation. */
+/* Starts measurements with temperature compensation and offset cancellation at 100 Hz. */
 void LIS2MDL_FlightSetup(void);
 
-/* mgauss in the board's axes; untouched if the read fails. */
+/* Reads the field in mgauss, in the board's axes. If the read fails, the value does not change. */
 DrvStatusTypeDef LIS2MDL_GetAxes(AxesRaw_TypeDef *mag);
 
 #endif

@@ -1,11 +1,12 @@
-/* LPS22HB: set-up and readings. Registers: LPS22HB datasheet, section 9. The order of the steps is ST's driver's.
+/* LPS22HB: set-up and readings. Registers: LPS22HB datasheet, section 9. The order of the steps
+ * is ST's driver's.
  *
- * Decisions
- *   Over I2C the output registers are read in one burst, so IF_ADD_INC is set, where ST's driver clears it in the
- *   same transaction; over SPI they are read one by one and it is cleared.
- *   Over SPI the I2C half of the part is switched off by its own bit: CTRL_REG2 = 08. ST's driver computes F8 there,
- *   a mistake that also sets BOOT, FIFO_EN and STOP_ON_FTH; nothing depends on it, so it is not repeated.
- *   LPS22HB_WaitForData is ours: the first conversion must have been made before the pressure becomes the floor's.
+ * Decisions Over I2C the output registers are read in one burst, so IF_ADD_INC is set, where
+ * ST's driver clears it in the same transaction; over SPI they are read one by one and it is
+ * cleared. Over SPI the sensor's I2C interface is switched off by its bit: CTRL_REG2 = 08. ST's
+ * driver computes F8 there, a mistake that also sets BOOT, FIFO_EN and STOP_ON_FTH; it has no
+ * effect and is not repeated. LPS22HB_WaitForData is an addition: the pressure is the floor's
+ * only after the first conversion.
  */
 #include "lps22hb.h"
 
@@ -43,7 +44,8 @@ static DrvStatusTypeDef Update(uint8_t reg, uint8_t mask, uint8_t value)
   return Sensor_IO_Update(&lps22hb, reg, mask, value);
 }
 
-/* After power-on and after a reset the part speaks four-wire SPI: a blind write makes it three. */
+/* After power-on and after a reset the sensor uses four-wire SPI. A write, which does not need
+ * an answer, selects three wires. */
 static DrvStatusTypeDef UseThreeWires(void)
 {
   return SENSORS_USE_SPI ? Sensor_IO_Write(&lps22hb, CTRL_REG1, SIM_3_WIRE) : COMPONENT_OK;

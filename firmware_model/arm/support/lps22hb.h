@@ -4,16 +4,19 @@
 
 #include "sensor_bus.h"
 
-/* Reset, wait 1 s, identify and set up, powered down; COMPONENT_ERROR if it is not there. */
+/* Resets the sensor, waits 1 s, identifies it and sets it up; it stays powered down. Returns
+ * COMPONENT_ERROR if it is absent. */
 DrvStatusTypeDef LPS22HB_Init(void);
 
-/* Start 25 Hz and read the setting back, as ST does; called for pressure, then for temperature. */
+/* Starts the sensor at 25 Hz and reads the setting back, as ST's driver does. Called once for
+ * pressure and once for temperature. */
 DrvStatusTypeDef LPS22HB_Enable(void);
 
-/* Wait for the first pressure and temperature; COMPONENT_ERROR after 100 ms or on a bus error. */
+/* Waits for the first pressure and temperature. Returns COMPONENT_ERROR after 100 ms, or after a
+ * bus error. */
 DrvStatusTypeDef LPS22HB_WaitForData(void);
 
-/* hPa and degC; untouched if the read fails. */
+/* Read hPa and degC. If a read fails, the value does not change. */
 DrvStatusTypeDef LPS22HB_Get_Press(float *press);
 DrvStatusTypeDef LPS22HB_Get_Temp(float *temperature);
 

@@ -1,7 +1,8 @@
 /* LSM6DSL: set-up and readings. Registers: LSM6DSL datasheet, sections 9 and 10.
  *
- * The order of the steps is that of ST's driver. Over SPI the part is first switched to three wires by a blind
- * write, and its I2C half is switched off, as ST does; over I2C both are left out.
+ * The order of the steps is that of ST's driver. Over SPI, a write first selects three wires,
+ * and another one switches the I2C interface off, as in ST's driver. Over I2C both steps are
+ * omitted.
  */
 #include "lsm6dsl.h"
 
@@ -48,7 +49,8 @@ static DrvStatusTypeDef Update(uint8_t reg, uint8_t mask, uint8_t value)
   return Sensor_IO_Update(&lsm6dsl, reg, mask, value);
 }
 
-/* Both halves begin alike, and end with the output data rate 0 (power-down) and the range. */
+/* Accelerometer and gyroscope are set up by the same first steps, and at the end by the output
+ * data rate 0 (power-down) and the range. */
 static DrvStatusTypeDef Init(uint8_t control, uint8_t full_scale)
 {
   if (Sensor_IO_CheckId(&lsm6dsl, WHO_AM_I, WHO_AM_I_VALUE) != COMPONENT_OK ||

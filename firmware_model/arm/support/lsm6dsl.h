@@ -5,7 +5,8 @@
 #include "axes.h"
 #include "sensor_bus.h"
 
-/* Identify the part and set one half up, powered down; COMPONENT_ERROR if it is not there. */
+/* Identify the sensor and set up accelerometer or gyroscope, which stays powered down. They
+ * return COMPONENT_ERROR if it is absent. */
 DrvStatusTypeDef LSM6DSL_X_Init(void);
 DrvStatusTypeDef LSM6DSL_G_Init(void);
 
@@ -13,10 +14,11 @@ DrvStatusTypeDef LSM6DSL_G_Init(void);
 DrvStatusTypeDef LSM6DSL_X_Enable(void);
 DrvStatusTypeDef LSM6DSL_G_Enable(void);
 
-/* Accelerometer 6.66 kHz, +-4 g, low pass at ODR/400; gyroscope 416 Hz, 2000 dps. */
+/* Start the accelerometer at 6.66 kHz, +-4 g, with a low-pass at ODR/400; the gyroscope at 416
+ * Hz, 2000 dps. */
 void LSM6DSL_FlightSetup(void);
 
-/* mg and mdps in the board's axes; untouched if the read fails. */
+/* Read mg and mdps, in the board's axes. If a read fails, the values do not change. */
 DrvStatusTypeDef LSM6DSL_X_GetAxes(AxesRaw_TypeDef *acc);
 DrvStatusTypeDef LSM6DSL_G_GetAxes(AxesRaw_TypeDef *gyro);
 

@@ -1,4 +1,4 @@
-/* What both buses have in common. */
+/* Functions that are the same for both buses. */
 #include "sensor_bus.h"
 
 DrvStatusTypeDef Sensor_IO_Update(const SensorDevice *device, uint8_t reg, uint8_t mask, uint8_t value)

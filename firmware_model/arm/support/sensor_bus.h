@@ -1,5 +1,5 @@
-/* The sensors' bus: registers of a device, read and written. One of sensor_bus_i2c2.c and sensor_bus_spi2.c is built
- * (make BUS=I2C2 or BUS=SPI2).
+/* The sensors' bus: reads and writes of a device's registers. Either sensor_bus_i2c2.c or
+ * sensor_bus_spi2.c is built (make BUS=I2C2 or BUS=SPI2).
  */
 #ifndef SENSOR_BUS_H
 #define SENSOR_BUS_H
@@ -9,7 +9,7 @@
 typedef enum { COMPONENT_OK = 0, COMPONENT_ERROR = 1 } DrvStatusTypeDef;
 
 typedef struct {
-  uint16_t i2c_address; /* in 8 bits, as the HAL wants it */
+  uint16_t i2c_address; /* 8 bits, as the HAL requires */
   GPIO_TypeDef *cs_port;
   uint16_t cs_pin;
 } SensorDevice;
@@ -26,14 +26,14 @@ extern I2C_HandleTypeDef hi2c2;
 /* Sets up the bus and its pins. */
 void MX_SensorBus_Init(void);
 
-/* Consecutive registers; over I2C in one burst, over SPI one by one, as ST's firmware reads them. */
+/* Read consecutive registers: over I2C in one burst, over SPI one by one, as ST's firmware does. */
 DrvStatusTypeDef Sensor_IO_Read(const SensorDevice *device, uint8_t reg, uint8_t *data, uint16_t size);
 DrvStatusTypeDef Sensor_IO_Write(const SensorDevice *device, uint8_t reg, uint8_t value);
 
-/* Read-modify-write of a field (mask and value in place); always one read and one write. */
+/* Changes a field (mask and value in place) with exactly one read and one write. */
 DrvStatusTypeDef Sensor_IO_Update(const SensorDevice *device, uint8_t reg, uint8_t mask, uint8_t value);
 
-/* COMPONENT_OK if the identification register holds what it should. */
+/* Returns COMPONENT_OK if the identification register has the expected value. */
 DrvStatusTypeDef Sensor_IO_CheckId(const SensorDevice *device, uint8_t reg, uint8_t expected);
 
 #endif

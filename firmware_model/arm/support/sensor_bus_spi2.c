@@ -11,7 +11,8 @@ SPI_HandleTypeDef hspi2;
 static void InitChipSelect(GPIO_TypeDef *port, uint16_t number)
 {
   GPIO_InitTypeDef pin = {.Pin = number, .Mode = GPIO_MODE_OUTPUT_PP, .Speed = GPIO_SPEED_FREQ_HIGH};
-  HAL_GPIO_WritePin(port, number, GPIO_PIN_SET); /* before it drives: no sensor is selected by accident */
+  HAL_GPIO_WritePin(port, number, GPIO_PIN_SET); /* set before the pin drives, so that no sensor
+                                                    is selected by accident */
   HAL_GPIO_Init(port, &pin);
 }
 

@@ -4,8 +4,8 @@
 
 #include "axes.h"
 
-/* Reads all sensors: acc in mg, gyro in mdps, mag in mgauss, pre in hPa; X right, Y forward, Z up. What cannot be
- * read keeps its old value. */
+/* Reads all sensors: acc in mg, gyro in mdps, mag in mgauss, pre in hPa; X right, Y forward, Z
+ * up. A value that cannot be read does not change. */
 void ReadSensorRawData(AxesRaw_TypeDef *acc, AxesRaw_TypeDef *gyro, AxesRaw_TypeDef *mag, float *pre);
 
 #endif

@@ -2,7 +2,8 @@
 #ifndef SENSOR_SETUP_H
 #define SENSOR_SETUP_H
 
-/* Initialise the sensors one after the other; never returns if one is missing or is another part. */
+/* Initialises the sensors one after the other. It never returns if a sensor is missing or has
+ * another identity. */
 void initializeAllSensors(void);
 
 /* Start each sensor and say so. */

@@ -1,6 +1,7 @@
 /* Vector table and reset (ARMv7-M ARM B1.5.2, B1.5.3; RM0368 table 38).
  *
- * Every handler is a weak alias of Default_Handler: a function of that name anywhere in the program takes its place.
+ * Every handler is a weak alias of Default_Handler. A function of the same name in the program
+ * replaces it.
  */
 #include <stdint.h>
 

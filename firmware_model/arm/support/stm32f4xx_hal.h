@@ -1,8 +1,9 @@
-/* The HAL as the lab uses it: ST's names, arguments and behaviour (V1.6.0), written anew and much smaller.
+/* The part of the HAL that the lab uses, with ST's names, arguments and behaviour (V1.6.0). The code is new and much
+ * smaller.
  *
- * Decision: only what a lab program calls is here: polled transfers, one timer interrupt, pins, clocks. The road
- * not taken, ST's own HAL, is 60 000 lines under a licence of its own. Code written against this layer compiles
- * against ST's unchanged.
+ * Decision: this layer has only the functions that a lab program calls: polled transfers, one timer interrupt, pins,
+ * clocks. ST's HAL was rejected: it has 60 000 lines and another licence. A program for this layer also compiles with
+ * ST's HAL, without changes.
  */
 #ifndef STM32F4XX_HAL_H
 #define STM32F4XX_HAL_H

@@ -1,4 +1,4 @@
-/* What every part of the HAL shares: status codes, the endless time-out, on and off. */
+/* Definitions that all parts of the HAL share: status codes, the endless time-out, on and off. */
 #ifndef STM32F4XX_HAL_DEF_H
 #define STM32F4XX_HAL_DEF_H
 
@@ -15,7 +15,8 @@ typedef enum { HAL_OK = 0, HAL_ERROR = 1, HAL_BUSY = 2, HAL_TIMEOUT = 3 } HAL_St
 /* Ticks of 1 ms since HAL_Init; counted by the SysTick interrupt. */
 uint32_t HAL_GetTick(void);
 
-/* Whether more than timeout_ms have passed since tickstart; never with HAL_MAX_DELAY, at once with 0. */
+/* Returns whether more than timeout_ms have passed since tickstart: never with HAL_MAX_DELAY, at
+ * once with 0. */
 static inline int HAL_Expired(uint32_t tickstart, uint32_t timeout_ms)
 {
   if (timeout_ms == HAL_MAX_DELAY) {

@@ -16,7 +16,7 @@ static void InitPin(GPIO_TypeDef *port, uint32_t pin, const GPIO_InitTypeDef *in
 {
   uint32_t mode = init->Mode & MODE_BITS;
 
-  /* Everything else first: the pin must not drive before it knows how. */
+  /* The mode is set last: the pin must not drive before its other settings are complete. */
   if (mode == GPIO_MODE_AF_PP) {
     SetField(&port->AFR[pin >> 3], pin & 7U, 4, init->Alternate);
   }

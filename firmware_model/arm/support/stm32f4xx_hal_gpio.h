@@ -9,7 +9,7 @@ typedef struct {
   uint32_t Mode;
   uint32_t Pull;
   uint32_t Speed;
-  uint32_t Alternate; /* GPIO_AFx_..., with the AF modes only */
+  uint32_t Alternate; /* GPIO_AFx_..., used in the AF modes only */
 } GPIO_InitTypeDef;
 
 typedef enum { GPIO_PIN_RESET = 0, GPIO_PIN_SET = 1 } GPIO_PinState;
@@ -62,7 +62,8 @@ void HAL_GPIO_Init(GPIO_TypeDef *GPIOx, const GPIO_InitTypeDef *GPIO_Init);
 GPIO_PinState HAL_GPIO_ReadPin(GPIO_TypeDef *GPIOx, uint16_t GPIO_Pin);
 void HAL_GPIO_WritePin(GPIO_TypeDef *GPIOx, uint16_t GPIO_Pin, GPIO_PinState PinState);
 
-/* Reads ODR, writes BSRR: an interrupt that writes another pin of the port is not undone. */
+/* Reads ODR and writes BSRR, so that a write of an interrupt to another pin of the port is not
+ * lost. */
 void HAL_GPIO_TogglePin(GPIO_TypeDef *GPIOx, uint16_t GPIO_Pin);
 
 #endif

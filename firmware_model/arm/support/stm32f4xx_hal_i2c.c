@@ -1,12 +1,12 @@
 /* I2C as a polling master (RM0368 section 18.3.3).
  *
- * Decision: bytes are received in pairs. BTF says that one byte waits in DR and the next one in the shift register,
- * the clock being stretched; both are then read at once. That halves the waiting against a look at RXNE for each
- * byte, and the last three bytes have to be taken under BTF anyway: only while the clock is stretched is it certain
- * which byte the acknowledge bit and the stop will meet, whatever interrupt comes between.
+ * Decision: bytes are received in pairs. BTF shows that one byte waits in DR and the next one in the shift register,
+ * while the clock is stretched; then both are read. This needs half of the waiting that a check of RXNE for each byte
+ * needs. The last three bytes must be read under BTF: only while the clock is stretched, an interrupt cannot change
+ * which byte gets the acknowledge bit and the stop.
  *
- * CR1 is written as a whole, never read, changed and written back: START, STOP, ACK and POS are all this code ever
- * sets, and each of its writes knows all four.
+ * CR1 is always written as a whole. This code sets only START, STOP, ACK and POS, and each of its writes sets all
+ * four.
  */
 #include "stm32f4xx_hal.h"
 
@@ -93,7 +93,8 @@ static HAL_StatusTypeDef Fail(Transfer *transfer, uint32_t sr1)
 static HAL_StatusTypeDef WaitFor(Transfer *transfer, uint32_t flag)
 {
   for (;;) {
-    /* The time first: however long an interrupt takes in between, a flag that has come in time counts. */
+    /* The time is read first, so that a flag which is set in time counts, even after a long
+       interrupt. */
     int expired = HAL_Expired(transfer->tickstart, transfer->timeout_ms);
     uint32_t sr1 = transfer->regs->SR1;
     if ((sr1 & SR1_ERRORS) != 0U) {
@@ -145,7 +146,7 @@ static HAL_StatusTypeDef SendBytes(Transfer *transfer, const uint8_t *data, uint
   return HAL_OK;
 }
 
-/* The stop must not come before the last byte has left and was acknowledged. */
+/* The stop must not come before the last byte has been sent and acknowledged. */
 static HAL_StatusTypeDef Finish(Transfer *transfer)
 {
   HAL_StatusTypeDef status = WaitFor(transfer, I2C_SR1_BTF);
@@ -160,7 +161,7 @@ static HAL_StatusTypeDef Finish(Transfer *transfer)
 static HAL_StatusTypeDef ReceiveOne(Transfer *transfer, uint8_t *data)
 {
   transfer->regs->CR1 = transfer->enabled; /* no acknowledge */
-  /* The stop has to be set before the byte has come in: no interrupt may stand between. */
+  /* The stop must be set before the byte arrives, so no interrupt may come in between. */
   uint32_t primask = __get_PRIMASK();
   __disable_irq();
   ClearAddr(transfer);
@@ -173,7 +174,7 @@ static HAL_StatusTypeDef ReceiveOne(Transfer *transfer, uint8_t *data)
   return status;
 }
 
-/* Both bytes wait under BTF, the second one refused: stop, then take them. */
+/* Both bytes wait under BTF, and the second is not acknowledged: set the stop, then read them. */
 static HAL_StatusTypeDef TakeLastTwo(Transfer *transfer, uint8_t *data)
 {
   HAL_StatusTypeDef status = WaitFor(transfer, I2C_SR1_BTF);
@@ -187,7 +188,7 @@ static HAL_StatusTypeDef TakeLastTwo(Transfer *transfer, uint8_t *data)
 
 static HAL_StatusTypeDef ReceiveTwo(Transfer *transfer, uint8_t *data)
 {
-  transfer->regs->CR1 = transfer->enabled | I2C_CR1_POS; /* the refusal is for the second byte */
+  transfer->regs->CR1 = transfer->enabled | I2C_CR1_POS; /* the missing acknowledge is for the second byte */
   ClearAddr(transfer);
   return TakeLastTwo(transfer, data);
 }
@@ -196,7 +197,7 @@ static HAL_StatusTypeDef ReceiveMany(Transfer *transfer, uint8_t *data, uint32_t
 {
   ClearAddr(transfer);
   while (size > 3U) {
-    /* An even rest leaves one byte in the shift register, so that three remain when the end begins. */
+    /* If an even number remains, only one byte is read, so that three remain after the loop. */
     uint32_t count = size % 2U == 0U ? 1U : 2U;
     HAL_StatusTypeDef status = WaitFor(transfer, I2C_SR1_BTF);
     if (status != HAL_OK) {
@@ -207,7 +208,8 @@ static HAL_StatusTypeDef ReceiveMany(Transfer *transfer, uint8_t *data, uint32_t
       *data++ = (uint8_t)transfer->regs->DR;
     }
   }
-  /* Byte N-2 in DR, N-1 in the shift register: the refusal is for N, which starts when N-2 is read. */
+  /* Byte N-2 is in DR, N-1 in the shift register. The missing acknowledge is for N, which starts
+     when N-2 is read. */
   HAL_StatusTypeDef status = WaitFor(transfer, I2C_SR1_BTF);
   if (status != HAL_OK) {
     return status;
@@ -265,7 +267,7 @@ HAL_StatusTypeDef HAL_I2C_Master_Receive(I2C_HandleTypeDef *hi2c, uint16_t DevAd
   return End(&transfer, ReceiveBytes(&transfer, DevAddress, pData, Size));
 }
 
-/* Address and register number: what a write to, and a read from, a device's register begin with. */
+/* Sends address and register number, with which a write and a read of a device's register begin. */
 static HAL_StatusTypeDef SendRegister(Transfer *transfer, uint16_t device, uint16_t address, uint16_t size)
 {
   uint8_t bytes[2] = {(uint8_t)(address >> 8), (uint8_t)address};
@@ -301,7 +303,7 @@ HAL_StatusTypeDef HAL_I2C_Mem_Read(I2C_HandleTypeDef *hi2c, uint16_t DevAddress,
   }
   status = SendRegister(&transfer, DevAddress, MemAddress, MemAddSize);
   if (status == HAL_OK) {
-    /* The register number has to be acknowledged before the repeated start makes the device listen anew. */
+    /* The register number must be acknowledged before the repeated start. */
     status = WaitFor(&transfer, I2C_SR1_BTF);
   }
   return End(&transfer, status == HAL_OK ? ReceiveBytes(&transfer, DevAddress, pData, Size) : status);

@@ -39,12 +39,12 @@ typedef struct {
 #define HAL_I2C_ERROR_OVR 0x08U
 #define HAL_I2C_ERROR_TIMEOUT 0x20U
 
-/* The block's clock and its pins must be set up. */
+/* The peripheral's clock and its pins must be set up before. */
 HAL_StatusTypeDef HAL_I2C_Init(I2C_HandleTypeDef *hi2c);
 
 /* All of these: device addresses in 8 bits (0xD6 for 0x6B); Timeout in ms for the whole call.
- * HAL_BUSY if the handle is in use or the bus stays busy for 25 ms, HAL_ERROR if a byte was not acknowledged or the
- * bus failed, HAL_TIMEOUT if a flag did not come. */
+ * They return HAL_BUSY if the handle is in use or the bus stays busy for 25 ms, HAL_ERROR if a
+ * byte was not acknowledged or the bus failed, and HAL_TIMEOUT if a flag was not set in time. */
 HAL_StatusTypeDef HAL_I2C_Master_Transmit(I2C_HandleTypeDef *hi2c, uint16_t DevAddress, const uint8_t *pData,
                                           uint16_t Size, uint32_t Timeout);
 HAL_StatusTypeDef HAL_I2C_Master_Receive(I2C_HandleTypeDef *hi2c, uint16_t DevAddress, uint8_t *pData,

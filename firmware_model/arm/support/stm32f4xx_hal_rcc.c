@@ -72,7 +72,8 @@ static HAL_StatusTypeDef SwitchSysclk(const RCC_ClkInitTypeDef *clk)
 
 HAL_StatusTypeDef HAL_RCC_ClockConfig(const RCC_ClkInitTypeDef *RCC_ClkInitStruct, uint32_t FLatency)
 {
-  /* More wait states before a faster clock, fewer after a slower one (RM0368 3.4.1). */
+  /* Wait states are added before the clock becomes faster, and removed after it has become
+     slower (RM0368 3.4.1). */
   int faster = FLatency > (FLASH->ACR & FLASH_ACR_LATENCY);
   if (faster && SetLatency(FLatency) != HAL_OK) {
     return HAL_ERROR;

@@ -69,7 +69,7 @@ typedef struct {
 #define FLASH_LATENCY_1 1U
 #define FLASH_LATENCY_2 2U
 
-/* Each returns HAL_TIMEOUT when a ready flag does not come, as without a crystal. */
+/* Each returns HAL_TIMEOUT if a ready flag is not set in time, for example without a crystal. */
 HAL_StatusTypeDef HAL_RCC_OscConfig(const RCC_OscInitTypeDef *RCC_OscInitStruct);
 HAL_StatusTypeDef HAL_RCC_ClockConfig(const RCC_ClkInitTypeDef *RCC_ClkInitStruct, uint32_t FLatency);
 
@@ -78,7 +78,8 @@ uint32_t HAL_RCC_GetHCLKFreq(void);
 uint32_t HAL_RCC_GetPCLK1Freq(void);
 uint32_t HAL_RCC_GetPCLK2Freq(void);
 
-/* Switches a block's clock on and waits until it runs: two cycles, which the read takes (RM0368 6.2.12). */
+/* Switches a peripheral's clock on and waits until it runs: two cycles, which the read takes
+ * (RM0368 6.2.12). */
 static inline void HAL_RCC_Enable(volatile uint32_t *enable_register, uint32_t bit)
 {
   *enable_register |= bit;

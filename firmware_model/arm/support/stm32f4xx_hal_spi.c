@@ -1,15 +1,16 @@
 /* SPI on three wires (RM0368 20.3.4, "1 clock and 1 bidirectional data wire").
  *
- * A master that listens on its one data wire clocks byte after byte for as long as SPE is set. To get one byte, SPE
- * has to be cleared while that byte is under way (RM0368 20.3.8, "Disabling the SPI": wait one SPI clock cycle, then
- * clear SPE); the byte is completed. Decision: every byte is fetched that way. The road not taken, SPE set over the
- * whole block and cleared in its last byte, overruns if an interrupt comes in between.
+ * A master that receives on its one data wire clocks byte after byte while SPE is set. To get
+ * one byte, SPE must be cleared during that byte, which is then completed (RM0368 20.3.8,
+ * "Disabling the SPI": wait one SPI clock cycle, then clear SPE). Decision: every byte is
+ * received in this way. Setting SPE for a whole block was rejected, because an interrupt could
+ * then cause an overrun.
  *
- * The wait is 64 DSB, at least 64 cycles of 84 MHz. A bit takes 32 cycles at prescaler 16 on APB1 (HCLK / 2), so SPE
- * falls after the second of eight bits; at prescalers 8 and 32 it still falls inside the byte.
+ * The wait is 64 DSB, at least 64 cycles of 84 MHz. A bit takes 32 cycles at prescaler 16 on
+ * APB1 (HCLK / 2), so SPE falls after the second of eight bits; at prescalers 8 and 32 it still
+ * falls inside the byte.
  *
- * CR1 is written as a whole, never read, changed and written back: besides the settings, SPE and BIDIOE are all this
- * code ever sets.
+ * CR1 is always written as a whole. Besides the settings, this code sets only SPE and BIDIOE.
  */
 #include "stm32f4xx_hal.h"
 
@@ -24,7 +25,7 @@ static HAL_StatusTypeDef WaitFor(SPI_TypeDef *regs, uint32_t flag, uint32_t valu
   return HAL_OK;
 }
 
-/* CR1 while nothing moves and the master would listen. */
+/* CR1 while the bus is idle, with the direction "receive". */
 static uint32_t Settings(const SPI_HandleTypeDef *hspi)
 {
   const SPI_InitTypeDef *init = &hspi->Init;
@@ -63,7 +64,8 @@ HAL_StatusTypeDef HAL_SPI_Transmit(SPI_HandleTypeDef *hspi, const uint8_t *pData
   HAL_StatusTypeDef status = HAL_OK;
 
   hspi->State = HAL_SPI_STATE_BUSY;
-  regs->CR1 = sending; /* direction before SPE: a listening master clocks as soon as it is enabled */
+  regs->CR1 = sending; /* the direction is set before SPE, because a receiving master clocks as
+                          soon as it is enabled */
   regs->CR1 = sending | SPI_CR1_SPE;
   for (; Size > 0U && status == HAL_OK; Size--) {
     status = SendByte(regs, *pData++, tickstart, Timeout);
@@ -78,7 +80,8 @@ HAL_StatusTypeDef HAL_SPI_Transmit(SPI_HandleTypeDef *hspi, const uint8_t *pData
   return status;
 }
 
-/* Written out, not .rept: the compiler counts lines to know how far a branch over them has to reach. */
+/* Written without .rept, because the compiler counts lines to find out how far a branch over
+ * them must reach. */
 #define EIGHT_DSB "dsb\n\tdsb\n\tdsb\n\tdsb\n\tdsb\n\tdsb\n\tdsb\n\tdsb\n\t"
 
 /* SPE high for 64 DSB: long enough for the byte to begin, too short for another one. */
@@ -103,7 +106,8 @@ HAL_StatusTypeDef HAL_SPI_Receive(SPI_HandleTypeDef *hspi, uint8_t *pData, uint1
   HAL_StatusTypeDef status = HAL_OK;
 
   hspi->State = HAL_SPI_STATE_BUSY;
-  regs->CR1 = listening | SPI_CR1_BIDIOE; /* SPE off before the direction, for the same reason */
+  regs->CR1 = listening | SPI_CR1_BIDIOE; /* SPE is cleared before the direction changes, for the
+                                             same reason */
   regs->CR1 = listening;
   for (; Size > 0U && status == HAL_OK; Size--) {
     ClockOneByte(regs, listening);

@@ -1,4 +1,5 @@
-/* SPI as a polling master on three wires, half duplex (RM0368 section 20): the way the board wires its sensors. */
+/* SPI as a polling master on three wires, half duplex (RM0368 section 20), as the board's
+ * sensors are connected. */
 #ifndef STM32F4XX_HAL_SPI_H
 #define STM32F4XX_HAL_SPI_H
 
@@ -36,13 +37,15 @@ typedef struct {
 #define SPI_BAUDRATEPRESCALER_32 (4U << SPI_CR1_BR_Pos)
 #define SPI_FIRSTBIT_MSB 0U
 
-/* HAL_ERROR with any direction but SPI_DIRECTION_1LINE: the other ones are not in this layer. */
+/* Returns HAL_ERROR for other directions than SPI_DIRECTION_1LINE, which this layer does not
+ * have. */
 HAL_StatusTypeDef HAL_SPI_Init(SPI_HandleTypeDef *hspi);
 
-/* HAL_BUSY if the handle is in use, HAL_TIMEOUT if a flag does not come in time (ms). */
+/* They return HAL_BUSY if the handle is in use, and HAL_TIMEOUT if a flag is not set in time
+ * (ms). */
 HAL_StatusTypeDef HAL_SPI_Transmit(SPI_HandleTypeDef *hspi, const uint8_t *pData, uint16_t Size, uint32_t Timeout);
 
-/* Clocks exactly Size bytes in; at prescalers 8 to 32, see the source. */
+/* Receives exactly Size bytes, at prescalers 8 to 32 (see the source). */
 HAL_StatusTypeDef HAL_SPI_Receive(SPI_HandleTypeDef *hspi, uint8_t *pData, uint16_t Size, uint32_t Timeout);
 
 #endif

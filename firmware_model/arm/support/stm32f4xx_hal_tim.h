@@ -28,7 +28,7 @@ HAL_StatusTypeDef HAL_TIM_Base_Stop_IT(TIM_HandleTypeDef *htim);
 /* Called from the timer's interrupt handler; calls the callback on an update. */
 void HAL_TIM_IRQHandler(TIM_HandleTypeDef *htim);
 
-/* Yours to write; this one, which does nothing, is weak. */
+/* Write this function in your program. The default one, which does nothing, is weak. */
 void HAL_TIM_PeriodElapsedCallback(TIM_HandleTypeDef *htim);
 
 #endif

@@ -32,14 +32,14 @@ typedef struct {
 #define UART_HWCONTROL_NONE 0U
 #define UART_OVERSAMPLING_16 0U
 
-/* The block's clock and its pins must be set up. */
+/* The peripheral's clock and its pins must be set up before. */
 HAL_StatusTypeDef HAL_UART_Init(UART_HandleTypeDef *huart);
 
-/* Blocks until the last bit has left. HAL_BUSY if another call is sending (its text is then lost), HAL_TIMEOUT after
- * Timeout ms. */
+/* Blocks until the last bit has been sent. Returns HAL_BUSY if another call is sending (this
+ * text is then lost), HAL_TIMEOUT after Timeout ms. */
 HAL_StatusTypeDef HAL_UART_Transmit(UART_HandleTypeDef *huart, const uint8_t *pData, uint16_t Size, uint32_t Timeout);
 
-/* Blocks until Size bytes have come. */
+/* Blocks until Size bytes have been received. */
 HAL_StatusTypeDef HAL_UART_Receive(UART_HandleTypeDef *huart, uint8_t *pData, uint16_t Size, uint32_t Timeout);
 
 #endif

@@ -1,4 +1,4 @@
-/* What has to be set before the first line of main: floating-point unit, vector table, clocks as after reset. */
+/* Settings before main(): floating-point unit, vector table, clocks as after reset. */
 #include "stm32f4xx_hal_rcc.h"
 
 uint32_t SystemCoreClock = HSI_VALUE;

@@ -8,7 +8,7 @@
 /* Written by the 800 Hz callback, read by the main loop. X right, Y forward, Z up. */
 AxesRaw_TypeDef acc;  /* mg */
 AxesRaw_TypeDef gyro; /* mdps */
-AxesRaw_TypeDef mag;  /* mgauss, as measured: hard iron included */
+AxesRaw_TypeDef mag;  /* mgauss as measured, including the hard iron */
 float press;          /* hPa */
 
 /* Read once, before the timer starts: what an altitude needs. */
@@ -62,11 +62,11 @@ int main(void)
   }
 }
 
-/* Called from TIM9's interrupt every 1.25 ms; what it does has to fit into that time. */
+/* Called from TIM9's interrupt every 1.25 ms; it must return within this time. */
 void HAL_TIM_PeriodElapsedCallback(TIM_HandleTypeDef *htim)
 {
   UNUSED(htim);
   ReadSensorRawData(&acc, &gyro, &mag, &press);
 
-  /* YOUR CODE HERE: whatever needs every sample */
+  /* YOUR CODE HERE: computations that need every sample */
 }
