@@ -1,4 +1,5 @@
-"""Verdict on a program, check by check, with evidence for the reader; as JSON and back.
+"""Verdict on a program, check by check, with evidence for the reader. It can be written as JSON and read
+again.
 
 The same firmware, rubric, seed and version give the same bytes everywhere.
 

@@ -287,7 +287,7 @@ class ScenarioFile(Table):
 
 @cache
 def scenario_file(board: BoardDescription) -> type[ScenarioFile]:
-    """Return the file's class with the board's firmware, sensors and mountings."""
+    """Return the class of a scenario file, with the firmware, sensors and mountings of the board."""
 
     def known(name: str) -> str:
         if name not in board.firmware:

@@ -45,7 +45,7 @@ def angle_tolerance_deg(name: str, error_deg: float) -> float:
 def pose_scenario(
     pose: Pose, expected_deg: Mapping[str, tuple[float, float]], *, gravity: float = 1, field: float = 1
 ) -> str:
-    """Return a scenario that takes the pose, with a calibrated compass.
+    """Return a scenario that moves the board to the pose, with a calibrated compass.
 
     ``expected_deg``: value and tolerance by field. ``gravity`` and ``field``: multiples of the usual ones.
     """

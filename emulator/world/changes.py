@@ -85,7 +85,7 @@ class Changes(Truth):
         return pieces[-1][0]
 
     def _agitate(self, pieces: Sequence[tuple[float, Attitude | Coordinate]], signals: Iterable[str]) -> None:
-        """Mark signals as moving during the pieces; only pieces that follow a hand begin without a jump."""
+        """Mark signals as moving during the pieces. Only pieces that follow a hand begin without a jump."""
         for signal in signals:
             agitation = self._agitation[signal]
             for (start_s, piece), (end_s, _) in pairwise(pieces):

@@ -542,7 +542,9 @@ class World(Changes):
         return self._disturb_pressure(start, start + DOOR_LASTS_S, SlammedDoor(start, push))
 
     def let_pressure_wander(self, rms_hpa: float, seed: int = 0) -> None:
-        """Let the room's pressure wander from now on; 0: stop (:mod:`fcu_emulator.emulator.world.air`)."""
+        """Let the room's pressure wander from now on, or stop it with 0
+        (:mod:`fcu_emulator.emulator.world.air`).
+        """
         now = self._clock.now_s
         self._wander.plan(now, Wander(limits.WANDER.check("rms_hpa", rms_hpa), seed))
         self._agitation["pressure"].add(now, now)

@@ -61,7 +61,7 @@ class Timestamp:
             self.catch_up(now_ps)  # in the new unit the warning may be due at once
 
     def catch_up(self, now_ps: int) -> None:
-        """Raise the warning when due; only writing 0xAA clears it."""
+        """Raise the warning if it is due. Only a write of 0xAA clears it."""
         due_ps = self.next_event_ps()
         if due_ps <= now_ps:
             self._chip.signals.set("TIMER", True, due_ps)
