@@ -73,7 +73,7 @@ def index() -> str:
             continue
         name = path.relative_to(ROOT)
         for line in dict.fromkeys(line for text in texts(path) for line in decided(text) if line):
-            packages[name.parent.as_posix()].append(f"- {line}. [{name.name}](../{name.as_posix()})")
+            packages[name.parent.as_posix()].append(f"- {line}. [`{name.name}`](../{name.as_posix()})")
     return "\n\n".join(f"## {package}\n\n" + "\n".join(lines) for package, lines in sorted(packages.items()))
 
 
