@@ -30,6 +30,7 @@ from fcu_emulator.emulator.links.stdout import StdoutLink
 from fcu_emulator.emulator.trace import LARGEST_FILE
 
 if TYPE_CHECKING:
+    from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
     from fcu_emulator.emulator.chip.firmware import Limits
     from fcu_emulator.emulator.chip.gdb.server import GdbServer
     from fcu_emulator.emulator.links.control import ControlServer
@@ -68,7 +69,7 @@ def run_board(options: RunOptions) -> ExitCode:
         runner = Runner(board, links, end_ps, speed, exceeded, debugger=debugger)
         show = ProgressDisplay() if speed is None and not options.quiet else None
         explainer = Explainer(board, say)
-        record.recorder = explainer.recorder
+        record.recorder, record.diagnoses = explainer.recorder, explainer.diagnoses
 
         def between_slices(progress: Progress) -> None:
             explainer.look()
@@ -101,7 +102,7 @@ def run_board(options: RunOptions) -> ExitCode:
                     options.quiet,
                 )
             code = _judge_and_say(board, runner, record)
-            explainer.conclude()
+            explainer.conclude(lambda: _explain_wrong_numbers(board, options.firmware, record.result))
             board.trace.close()
             _close_views(views, say)
         except FcuError as error:
@@ -321,6 +322,28 @@ def _judge_and_say(board: Board, runner: Runner, record: RunRecord) -> ExitCode:
     if judgement.result is not None:
         _say_result(judgement.result, judgement.code)
     return judgement.code
+
+
+def _explain_wrong_numbers(board: Board, firmware: str | None, result: Result | None) -> list[Diagnosis]:
+    """Return the wrong formula behind the wrong numbers of a scenario, by the rubric of the firmware's project."""
+    if result is None or board.scenario is None or board.chip is None:
+        return []
+    from fcu_emulator.emulator.scenario.expectations import ExpectField  # slow to import: pydantic
+
+    failed = {one.key for one in result.findings if one.reason == "wrong value"}
+    wrong = [
+        one
+        for number, one in enumerate(board.scenario.expectations)
+        if f"expect[{number}]" in failed and isinstance(one, ExpectField)
+    ]
+    if not wrong:
+        return []
+    from fcu_emulator.emulator.cli.project import rubric_of
+    from fcu_emulator.emulator.grading.explained import explained_run
+    from fcu_emulator.emulator.grading.rubric import load_rubric
+
+    name = firmware or board.booted.name
+    return explained_run(name, load_rubric(rubric_of(name)), wrong, board.chip.limits)
 
 
 def _say_result(result: Result, code: ExitCode) -> None:

@@ -11,6 +11,7 @@ chip            resets and similar events
 bus_errors      failed transfers; ``bytes_lost`` on the way to the firmware
 notes           refused, forbidden or unmodelled operations of sensors
 serial          lost terminal text by link
+diagnoses       problems of the firmware, a wrong formula first: kind, summary, details
 expectations    counts and failures; null if not evaluated, then ``unchecked`` says why
 printed         the latest 1,000 lines: time, values by field (null in another format), and each field's
                 smallest and largest true value of the moments before
@@ -36,7 +37,8 @@ from fcu_emulator.emulator.cli.screen import Look, Say
 from fcu_emulator.emulator.errors import LinkError, OutputError
 from fcu_emulator.emulator.links import ByteLink
 
-if TYPE_CHECKING:  # pydantic is slow to import
+if TYPE_CHECKING:  # the core and pydantic are slow to import
+    from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
     from fcu_emulator.emulator.scenario import Result
 
 SCHEMA = 1
@@ -50,6 +52,7 @@ class RunRecord:
         self.result: Result | None = None
         self.unchecked = ""
         self.recorder: TruthRecorder | None = None
+        self.diagnoses: Sequence[Diagnosis] = ()
         self._board = board
         self._links = links
         self._path = path
@@ -137,6 +140,10 @@ class RunRecord:
                     "count": count,
                 }
                 for note, count in notes(board)
+            ],
+            "diagnoses": [
+                {"kind": one.kind, "summary": one.summary, "details": list(one.details), "fatal": one.fatal}
+                for one in self.diagnoses
             ],
             "serial": [{"undelivered": link.undelivered(), "report": link.report()} for link in self._links],
             "expectations": self._expectations(),

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from fcu_emulator.emulator.analysis.recorder import TruthRecorder
 from fcu_emulator.emulator.assembly.board import Board
@@ -20,6 +21,9 @@ from fcu_emulator.emulator.links import ByteLink
 from fcu_emulator.emulator.links.runner import Progress
 from fcu_emulator.emulator.links.stdout import StdoutLink
 from fcu_emulator.emulator.trace import BusTransfer, DeviceNote, Fault
+
+if TYPE_CHECKING:
+    from fcu_emulator.emulator.chip.diagnosis.report import Diagnosis
 
 # -- Progress, never mixed with the terminal's text ---------------------------------------------------------
 
@@ -188,6 +192,8 @@ class Explainer:
         self._board = board
         self._say = say
         self.recorder = TruthRecorder(board)
+        self.diagnoses: list[Diagnosis] = []
+        """The mistakes of the run, after :meth:`conclude`."""
         self._told = ""
         self._printed = 0
         self._silent_since_s = 0.0
@@ -208,13 +214,19 @@ class Explainer:
             if diagnosis is not None and diagnosis.fatal:
                 self._tell(str(diagnosis))
 
-    def conclude(self) -> None:
-        """Explain every mistake of the run. Raises FirmwareError after a permanent failure."""
-        from fcu_emulator.emulator.analysis.mistakes import (
-            explain,  # a late import lets runs start sooner
-        )
+    def conclude(self, explain_wrong: Callable[[], Sequence[Diagnosis]] = tuple) -> None:
+        """Explain every mistake of the run. Raises FirmwareError after a permanent failure.
 
-        for diagnosis in explain(self._board, self.recorder):
+        ``explain_wrong``: returns the explanations of wrong numbers; called if the firmware runs and gets samples.
+        """
+        from fcu_emulator.emulator.analysis.mistakes import explain  # late imports let runs start sooner
+        from fcu_emulator.emulator.chip.diagnosis.report import KEEPS_SAMPLES_AWAY
+
+        found = explain(self._board, self.recorder)
+        if not any(one.fatal or one.kind in KEEPS_SAMPLES_AWAY for one in found):
+            found = [*explain_wrong(), *found]
+        self.diagnoses += found
+        for diagnosis in found:
             if not diagnosis.fatal:
                 self._tell(str(diagnosis))
             elif self._told:

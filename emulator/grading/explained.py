@@ -72,6 +72,32 @@ def _outputs(
             yield ShownNumber(name, step, number.number_format())
 
 
+def explained_run(
+    firmware: str | Path, rubric: Rubric, wrong: Sequence[ExpectField], limits: Limits
+) -> list[Diagnosis]:
+    """Return the wrong formula behind wrong numbers of a scenario, by the formulas of a rubric; [] if none is found.
+
+    A number is explained if a check of the rubric that students see has the same number.
+    """
+    if rubric.explain is None:
+        return []
+    from fcu_emulator.emulator.explain.explanation import ShownNumber, explain_numbers, first_of
+
+    numbers = {one.title for one in wrong}
+    outputs: dict[str, ShownNumber] = {}
+    for exercise in rubric.exercises:
+        for check in exercise.check:
+            name = f"{exercise.id}.{check.id}"
+            fields = [one for one in check.expect if isinstance(one, ExpectField)]
+            for step, field in zip(rubric.explain.shows.get(name, ()), fields, strict=False):
+                if check.visible == "always" and field.title in numbers:
+                    outputs.setdefault(step, ShownNumber(name, step, field.number_format()))
+    found = (
+        explain_numbers(firmware, rubric.explain.arithmetic(), outputs.values(), limits) if outputs else []
+    )
+    return first_of(found)
+
+
 def cause_of(one: Diagnosis) -> DiagnosedCause:
     """Return a diagnosis as a part of a verdict."""
     return DiagnosedCause(kind=one.kind, summary=one.summary, details=one.details, fatal=one.fatal)

@@ -5,8 +5,11 @@ Correct programs are not: nothing is claimed about them, however they are writte
 
 from __future__ import annotations
 
+import json
 import os
 import re
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -98,3 +101,39 @@ def test_program_without_lines_is_explained_without_place(folder: Path) -> None:
 
     assert [text(one.mistake.computed) for one in found] == ["Bx*cos(roll) + Bz2*sin(pitch)"]
     assert "main.c" not in found[0].diagnosis.summary
+
+
+# -- fcu run ------------------------------------------------------------------------------------------------
+
+
+def run(firmware: str | Path, scenario: str, folder: Path) -> dict[str, Any]:
+    """Return the record of ``fcu run`` with a scenario."""
+    record = folder / "run.json"
+    command = ["run", str(firmware), "--scenario", scenario, "--speed", "max", "--json", str(record)]
+    subprocess.run([sys.executable, "-m", "fcu_emulator", *command], capture_output=True, check=False)
+    contents: dict[str, Any] = json.loads(record.read_text(encoding="utf-8"))
+    return contents
+
+
+@needs_compiler
+def test_run_names_line_of_wrong_formula_first(folder: Path) -> None:
+    one = FORMULAS["pitch_sign"]
+    source = (FOLDER / "student" / "main.c").read_text()
+    line = source[: source.index(one["old"])].count("\n") + 1
+    program = Program("pitch_sign", "", (Change("main.c", one["old"], one["new"], times=1),))
+
+    record = run(build(program, "O2", folder), "tilt_sweep", folder)
+
+    first = record["diagnoses"][0]
+    named = re.search(r"main\.c:(\d+)", first["summary"])
+    assert record["verdict"] == "failed"
+    assert first["kind"] == "formula"
+    assert named is not None
+    assert abs(int(named[1]) - line) <= WITHIN
+
+
+def test_run_explains_nothing_of_correct_program(folder: Path) -> None:
+    record = run("solution", "tilt_sweep", folder)
+
+    assert record["verdict"] == "passed"
+    assert record["diagnoses"] == []
