@@ -19,7 +19,8 @@ Mode: TypeAlias = Literal[0, 1, 2, 3]
 class Output:
     """Output registers of one measured quantity.
 
-    ``size`` bytes per axis from ``address`` on, X first, little endian; ``zero``: the value at which they read 0.
+    ``address``: of the first byte, with X first; ``size``: bytes per axis, little endian; ``zero``: value of the
+    quantity at which the registers read 0.
     """
 
     address: int
@@ -47,8 +48,9 @@ class Quantity:
 class Bus:
     """Access to a sensor over its buses.
 
-    ``i2c_addresses``: 7-bit, indexed by the level of the address pin, or empty; ``spi_wires``: after reset, or None;
-    ``i2c_increment_bit``, ``spi_increment_bit``: sub-address bit that enables the increment, or 0 if always on.
+    ``i2c_addresses``: 7-bit addresses by the level of the address pin; empty without I2C. ``spi_wires``: number of
+    wires after reset; None without SPI. ``i2c_increment_bit``, ``spi_increment_bit``: sub-address bit that enables
+    the increment; 0 if no bit is needed.
     """
 
     i2c_addresses: tuple[int, ...]

@@ -1,8 +1,8 @@
 """Deviations of a real sensor: offset, scale, drift with temperature, and noise.
 
-Quality ``ideal`` has no errors. ``typical`` draws normally distributed errors from the seed, at most three standard
-deviations, and has typical strengths of noise. Each error of ``worst`` is three standard deviations with random sign;
-its strengths are 1.5 times the typical ones.
+Quality ``ideal`` has no errors. ``typical`` draws normally distributed errors from the seed, limited to three standard
+deviations; its noise has typical strength. In ``worst`` each error is three standard deviations, with random sign;
+each strength is 1.5 times the typical strength.
 
 Decision: a datasheet limit counts as three standard deviations; ST's "standard deviation" and a typical value count as
 one. If all figures counted as limits, the simulated errors would be too small.
@@ -42,8 +42,8 @@ STRENGTHS = {"ideal": 0.0, "typical": 1.0, "worst": 1.5}
 class Figure:
     """Declaration of one error parameter of a sensor.
 
-    ``deviation``: in both directions, 0 if the parameter is fixed; ``typical``: value of a strength, such as a noise
-    density; ``axes``: 3 for one number per axis.
+    ``deviation``: size of an error that can have either sign, else 0; ``typical``: value of a strength, such as a noise
+    density, else 0; ``axes``: 3 for one number per axis.
     """
 
     doc: str
@@ -105,7 +105,7 @@ def rate_factor(odr_percent: float) -> Fraction:
 
 
 def drawn_by_axis(doc: str, unit: str, deviation: float, source: str, kind: Kind = "limit") -> Any:
-    """Return a field as :func:`drawn` does, with one number each for X, Y and Z."""
+    """Return a field like that of :func:`drawn`, with one number each for X, Y and Z."""
     return field(default=ZERO, metadata={"figure": Figure(doc, unit, source, deviation, kind, axes=3)})
 
 
@@ -115,12 +115,12 @@ def strength(doc: str, unit: str, typical: float, source: str) -> Any:
 
 
 def noise(doc: str, unit: str, typical: float, source: str) -> Any:
-    """Return a field as :func:`strength` does, for a noise density."""
+    """Return a field like that of :func:`strength`, for a noise density."""
     return strength(doc, unit, typical, source)
 
 
 def fixed(doc: str, unit: str, value: float, source: str, allowed: tuple[float, float] | None = None) -> Any:
-    """Return a field whose value is equal in all qualities; only the user changes it."""
+    """Return a field with the same value in all qualities; only the user can change it."""
     return field(default=value, metadata={"figure": Figure(doc, unit, source, allowed=allowed)})
 
 

@@ -26,7 +26,9 @@ Section: TypeAlias = tuple[float, float, float, float, float]
 """b0, b1, b2, a1, a2 of (b0 + b1/z + b2/z^2) / (1 + a1/z + a2/z^2)."""
 
 Start: TypeAlias = Literal["settled", "zero", "reference"]
-"""Input before the first sample: ``settled``, equal to it; ``zero``, 0; ``reference``, equal to it and subtracted."""
+"""Assumed input before the first sample. ``settled``: the first sample. ``zero``: 0. ``reference``: the first sample,
+which is also subtracted from every sample.
+"""
 
 _BLOCK = 64
 _BLOCKS = 32
@@ -122,7 +124,7 @@ class Chain:
         return np.zeros((axes, self.order))
 
     def run(self, page: Array, state: Array) -> tuple[Array, Array]:
-        if not (state.any() or page.any()):  # with the kind "reference", the input equals its reference
+        if not (state.any() or page.any()):  # the input is constant: equal to its reference
             return np.zeros_like(page), state
         blocks = page.reshape(len(page), _BLOCKS, _BLOCK)
         states = self._states(blocks, state)
@@ -175,11 +177,11 @@ Source: TypeAlias = Callable[[int, int], Array]
 """``source(number, count)``: unfiltered samples, (axes, count)."""
 
 _SEGMENT = 16  # length in multiples of the warm-up pages
-_KEPT = 4  # pages: one for the stream's block, and more for a second reader that lags behind
+_KEPT = 4  # pages in memory: one for the stream's block, and more for a second reader that lags behind
 
 
 class _Page:
-    """One page; snapshots refer to arrays, so they are never changed."""
+    """One page. Its arrays are never changed, because snapshots refer to them."""
 
     __slots__ = ("after", "known", "output", "samples")
 

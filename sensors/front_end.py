@@ -8,7 +8,7 @@ Decisions where the documents are silent:
 * A signal is clipped at the limits of the converter's 16 bits, before any digital filter. Clipping at the
   output instead would turn strong vibration into a plausible mean value.
 
-For slow signals the chain is a pure delay. A plain function must return values that are already filtered.
+For slow signals the chain is a pure delay. A signal that is a plain function must return filtered values.
 
 Noise is a pure function of a key and the sample index (Philox). Bias instability, equal in every octave, is a sum of
 twelve interpolated noises with values T = 1 s, 2 s ... 2048 s apart. Each has the density w^2 T sinc^4(f T), their sum
@@ -80,7 +80,7 @@ class Kernel:
 
     @cached_property
     def memory_s(self) -> float:
-        """Time from a sample's earliest value to the sample."""
+        """Time from the earliest signal value that affects a sample to this sample."""
         looks = _length(self.digital) * ANALOG_OVER + _length(self.analog)
         return looks * self.look_s + self.late_s
 
@@ -267,7 +267,7 @@ def averaged(signal: Signal, t_s: Times, conversion_s: float) -> Array:
     if not isinstance(signal, DynamicSignal):
         return signal(t_s)
     samples = signal(t_s - conversion_s / 2)
-    # number of values that is enough for slower motion
+    # slower motion needs fewer values
     for looks, enough in ((_FEW_AVERAGED, 1), (_AVERAGED, _FEW_AVERAGED)):
         pace_s = conversion_s * _SLOW_CONVERSIONS / enough
         moving = signal.agitated(t_s[0] - conversion_s, t_s[-1], pace_s)

@@ -32,8 +32,8 @@ from fcu_emulator.sensors.sampling import PS_PER_S, SampleStream, Times
 
 
 Signal: TypeAlias = Callable[[Times], NDArray[np.float64]]
-"""A quantity at n times, with shape (n, 3) in the sensor's axes, or (n,). If ``one_row`` allows it, one row
-is enough for a constant signal.
+"""A quantity at n times, with shape (n, 3) in the sensor's axes, or (n,). If the quantity's ``one_row`` is True, a
+constant signal may return a single row.
 
 A plain function must return filtered values.
 """
@@ -323,7 +323,7 @@ class SubaddressTarget:
         self.address_mask = ADDRESSES - 1 | bit
         """Bits of a sub-address that the sensor evaluates."""
         self.last_burst = (0, 0)
-        """Sub-address and length of the last read; the next read continues after it."""
+        """Sub-address and length of the last read or write; the next one continues after it."""
         self._expects_subaddress = False
         self._booting = not part.accessible(now_ps())  # checked again only while it is True
 
@@ -395,7 +395,7 @@ class SubaddressTarget:
         return self.part.register_name(address)
 
     def answers(self) -> bool:
-        """Return whether the sensor acknowledges its address. Only a write can change the result True."""
+        """Return whether the sensor acknowledges its address. A result of True is valid until the next write."""
         if self._booting:
             self._booting = not self.part.accessible(self._now_ps())
         return not self._booting and not self.part.i2c_off

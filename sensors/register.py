@@ -25,9 +25,9 @@ ACCESSES: Final = ("rw", "r", "w", "rc_w0", "rc_w1", "rs")
 class Bits:
     """Bits ``msb`` down to ``lsb`` of a register.
 
-    ``access``: if it differs from the register's. ``count``: number of equal fields, ``step`` bits apart.
-    Numbers from ``first`` on replace the ``x`` in their names. ``overlay``: a second meaning of bits that
-    another field declares.
+    ``access``: access to the field, if it differs from the register's. ``count``: number of equal fields, ``step``
+    bits apart; in their names a number, counted from ``first``, replaces the ``x``. ``overlay``: True for a second
+    meaning of bits that another field declares.
     """
 
     __slots__ = (
@@ -87,14 +87,15 @@ class Bits:
 class Register:
     """Base of every declared register.
 
-    ``addr``: first sub-address or offset, None for a base class; ``size`` in bytes; ``reset``: little endian; ``names``
-    of the bytes; ``modelled=False``: no behaviour; ``count``, ``step`` (bytes), ``first``: as for :class:`Bits`.
+    ``addr``: first sub-address or offset; None for a base class. ``size``: number of bytes. ``reset``: value after
+    reset, little endian. ``names``: names of the bytes. ``modelled=False``: the register has no behaviour. ``count``,
+    ``step`` (bytes), ``first``: as for :class:`Bits`.
     """
 
     addr: ClassVar[int]
     size: ClassVar[int] = 1
     named_bytes: ClassVar[bool] = True
-    """Whether each byte has a name, as in sensors, whose registers are addressed by byte."""
+    """Whether each byte has a name. True for sensors, because their registers are addressed by byte."""
     access: ClassVar[str]
     reset: ClassVar[int]
     modelled: ClassVar[bool]

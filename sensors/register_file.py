@@ -27,7 +27,8 @@ WriteHook: TypeAlias = Callable[[int, int, int], None]
 class NoteCallback(Protocol):
     """An event for the user's trace.
 
-    ``what``: "forbidden", "write ignored" and so on. ``problem``: the case's stable name. ``data``: the values of ``text``.
+    ``what``: kind, for example "forbidden" or "write ignored". ``problem``: stable name of the case. ``data``: the
+    values in ``text``.
     """
 
     def __call__(self, now_ps: int, what: str, problem: str, text: str, **data: float | str) -> None: ...
@@ -116,7 +117,7 @@ class RegisterFile:
         self.write_log: WriteLog | None = None
         self._wrap = dict(wrap or {})
         self._jumps: dict[int, int] = {}
-        self._next: list[int] = []  # the next address after each
+        self._next: list[int] = []  # by address: the next address of a burst
         self._before: list[ReadHook | None] = [None] * ADDRESSES
         self._after: list[AfterHook | None] = [None] * ADDRESSES
         self._on_write: list[WriteHook | None] = [None] * ADDRESSES

@@ -436,7 +436,7 @@ class OutputWords:
         return self._read_burst if (first, end) == (self._first, self._end) else None
 
     def _read_burst(self, now_ps: int) -> tuple[bytes, int]:
-        """Do the same as ``before_read``, without setting flags only to clear them."""
+        """Do the same as ``before_read``, but skip flags that would be set and then cleared."""
         if self._held[0] or self._big_endian:
             return self._registers.read(self._first, self._end - self._first, now_ps), 0
         stream = self.stream

@@ -1,11 +1,11 @@
-"""Data enable: the level on INT2, then an input, marks or passes samples (AN5040 4.8).
+"""Data enable: INT2 is an input, and its level marks or passes samples (AN5040 4.8).
 
 * level: the stamped axes' LSB is 1 while DEN is active.
 * latched: the LSB is 1 in the first sample after a pulse.
-* FIFO: it is only written while DEN is active; the LSB alternates between such windows.
+* FIFO: samples are stored only while DEN is active; the LSB changes from one such window to the next.
 * edge: only the first sample after each active edge is shown.
 
-Decisions where the documents are silent: data enable's stamp is also in the output registers; another sample or the
+Decisions where the documents are silent: data enable's stamp is also in the output registers; the next sample or the
 read of a high byte ends DEN_DRDY.
 """
 

@@ -6,8 +6,8 @@ A function that is switched on starts from its initial state (assumption).
 Decision: the pedometer's step is a peak of the acceleration's magnitude (6.1), as ST does not publish the algorithm.
 The magnitude must fall by the threshold after a peak, and rise by it before the next. This needs no high-pass filter.
 
-A tilt event (6.3) is a turn by 35 degrees since the last event; the first must last 2 s. A wrist tilt event (6.4;
-datasheet 12) is an acceleration above the threshold (sine of an angle) for the latency time.
+A tilt event (6.3) is a turn by 35 degrees since the last event; before the first event the tilt must last 2 s. A wrist
+tilt event (6.4; datasheet 12) is an acceleration above the threshold (sine of an angle) for the latency time.
 """
 
 from __future__ import annotations

@@ -146,7 +146,7 @@ class Violations:
         self._present: set[tuple[str, str]] = set()
 
     def report(self, found: Mapping[tuple[str, str], bool], now_ps: int) -> None:
-        """Report violations that are new; ``found`` tells for each problem's name and text if it applies."""
+        """Report new violations; ``found``: for the name and text of each problem, whether it is present."""
         for violation, present in found.items():
             if present and violation not in self._present:
                 self._chip.note(now_ps, "forbidden", *violation)

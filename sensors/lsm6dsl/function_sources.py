@@ -36,9 +36,9 @@ _IRON_PERIOD_PS = PS_PER_S // 100
 
 @dataclass(frozen=True, eq=False)
 class FunctionSource:
-    """An event with its bit, its signal, and routing bits. It latches only if one of them is set.
+    """An event with its bit, its signal, and its routing bits. An event latches only if it is routed.
 
-    ``bit_ps``: the bit's duration without latching; None: until cleared.
+    ``bit_ps``: duration of the bit if it does not latch; None: until it is cleared.
     """
 
     register: type[Register]
@@ -107,7 +107,7 @@ _SOURCES = (
 
 
 class FunctionSources:
-    """Owner of the source registers, after features that report events."""
+    """Owner of the source registers. In the list of features it is after those that report events."""
 
     CONFIGURATION: tuple[type[Register], ...] = (
         DRDY_PULSE_CFG_G,

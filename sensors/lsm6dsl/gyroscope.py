@@ -111,7 +111,7 @@ _PHASE_DEG = {
 _FIRST_PHASE_CODE, _FIRST_PHASE_ODR_HZ = (
     3,
     52,
-)  # at rates below, the delay has the same number of sample periods
+)  # at lower rates, the delay has the same number of sample periods
 _HIGHEST_DECIMATION, _BISECTIONS = 4.0, 40
 
 

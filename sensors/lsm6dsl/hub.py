@@ -171,7 +171,7 @@ class Plan:
     length: int  # requested bytes of output
     data: int  # the byte written to slave 0, or the register that it tests
     write_once: bool
-    tested: bool  # Src_mode: slave 0 is read only if register ``data`` is not zero
+    tested: bool  # Src_mode: slave 0 is read only if its register ``data`` is not zero
 
     @property
     def reads_magnetometer(self) -> bool:
@@ -223,7 +223,7 @@ _FASTEST_HZ = 104
 
 
 class Trigger:
-    """Trigger of the hub; ``by_pin``: INT2 triggers, not samples."""
+    """Trigger of the hub; ``by_pin``: whether INT2 triggers instead of samples."""
 
     def __init__(self, chip: FeatureContext) -> None:
         self.by_pin = False

@@ -1,7 +1,7 @@
 """Plain measuring: both sensors and the thermometer (AN5040 9), and the supply current.
 
-Approximation (datasheet Tables 3 and 4): outside high performance both sensors take the sum of their currents, at most
-650 uA, and a sleeping gyroscope that of its slowest mode.
+Approximation (datasheet Tables 3 and 4): outside high performance both sensors together take the sum of their currents,
+at most 650 uA. A sleeping gyroscope takes the current of its slowest mode.
 """
 
 from __future__ import annotations
@@ -54,7 +54,9 @@ class Thermometer:
 
 
 def thermometer_rate(mem: bytearray, xl_hz: float, *, gyroscope_on: bool) -> Fraction:
-    """Return the nominal rate: 52 Hz, or that of an accelerometer alone at 12.5 or 26 Hz in low power (AN5040 9)."""
+    """Return the nominal rate: 52 Hz, or the rate of an accelerometer that runs alone, in low power, at 12.5 or 26 Hz
+    (AN5040 9).
+    """
     if gyroscope_on or not xl_hz:
         return _TEMPERATURE_HZ if gyroscope_on else Fraction(0)
     low_power = bool(mem[CTRL6_C.addr] & CTRL6_C.XL_HM_MODE.mask)
@@ -97,8 +99,8 @@ class Measuring:
         self.refresh(now_ps)
 
     def _before_masked_status(self, first: int, end: int, now_ps: int) -> None:
-        """Do the same. With this separate hook Python handles the reads, because C would not hide masked
-        samples.
+        """Do the same as ``_before_status``. With this separate hook Python handles the reads, because C would not hide
+        masked samples.
         """
         self._before_status(first, end, now_ps)
 
@@ -153,7 +155,7 @@ class Measuring:
             output.reset()
 
     def catch_up_before_reading(self, catch_up: Callable[[int], None]) -> None:
-        """Call ``catch_up(now_ps)`` before later reads, as inactivity changes rates."""
+        """Call ``catch_up(now_ps)`` before later reads, because inactivity can change the rates."""
         if self._catches_up_before_reading:
             return
         self._catches_up_before_reading = True

@@ -56,7 +56,7 @@ _FIFO_BURST = {FIFO_DATA_OUT.addr + 1: FIFO_DATA_OUT.addr}  # after FIFO_DATA_OU
 class Features:
     """All functions beyond plain measuring, called in one order.
 
-    ``rate_changed(at_ps)``: of activity recognition; ``stream_changed()``: of data enable.
+    Activity recognition calls ``rate_changed(at_ps)``, data enable ``stream_changed()``.
     """
 
     def __init__(
@@ -71,7 +71,8 @@ class Features:
         self.boot = Boot(chip.signals)
         sources, timestamp = FunctionSources(chip), Timestamp(chip)
         self.hub = SensorHub(chip, sources)
-        # Events come first, as they may change the rates; the FIFO after its signals; pins last.
+        # Events come first, because they may change the rates. The FIFO comes after the features whose signals it
+        # uses. Pins come last.
         self._all: tuple[Feature, ...] = (
             self.events,
             self.data_enable,
@@ -118,8 +119,8 @@ class LSM6DSL(Sensor):
 
     Signals (:data:`fcu_emulator.sensors.part.Signal`): ``acceleration_g`` is the specific force (n, 3),
     ``angular_rate_dps`` (n, 3), ``temperature_degc`` (n,). ``errors``: None for an ideal sensor; ``seed``: selects the
-    noise. ``den_axes_on``: CTRL9_XL resets to 0xE0. ``powered_on_ps``: None for long ago; registers answer 15 ms later
-    (AN5040 5.7).
+    noise. ``den_axes_on``: CTRL9_XL resets to 0xE0. ``powered_on_ps``: time of power-on; registers answer 15 ms later
+    (AN5040 5.7). None: the sensor has started up.
     """
 
     NAME: ClassVar[str] = "LSM6DSL"
@@ -218,7 +219,7 @@ class LSM6DSL(Sensor):
     # -- wiring -----------------------------------------------------------------------------------------
 
     def _writer(self, registers: RegisterFile) -> Write:
-        del registers  # a burst may leave the bank in which it begins
+        del registers  # a burst may end in another bank
         return self._write_across_banks
 
     def _write_across_banks(self, address: int, data: bytes, now_ps: int) -> None:
@@ -282,7 +283,7 @@ class LSM6DSL(Sensor):
         activity = self._features.events.activity
         self._measuring.apply(activity.effective(self.registers.mem), now_ps)
         self._features.configure(now_ps)
-        if activity.enabled:  # rates then change without a write, even between two reads
+        if activity.enabled:  # the rates can then change without a write, even between two reads
             self._measuring.catch_up_before_reading(self.catch_up)
 
     def _int2_applied(self, at_ps: int, level: int) -> None:
@@ -297,7 +298,7 @@ class LSM6DSL(Sensor):
         self._features.data_enable.level_changes(level, at_ps)
         self._features.hub.level_changes(level, at_ps)
         self._apply(at_ps)
-        if self._accessed is not None:  # as after a write: pins may change earlier
+        if self._accessed is not None:  # the next pin edge may be earlier, as after a write
             self._accessed()
 
     def _reset_registers(self) -> None:

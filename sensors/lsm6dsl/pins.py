@@ -143,7 +143,7 @@ class Routing:
         self._drive(now_ps)
 
     def catch_up(self, now_ps: int) -> None:
-        """Apply changes; simultaneous ones together, so that no glitch appears."""
+        """Apply changes in order. Simultaneous changes are applied together, so that no glitch appears."""
         pending = self._pending
         if not pending:
             return
@@ -179,7 +179,7 @@ class Routing:
 
 
 def _levels(control: int) -> _Levels:
-    """Return the levels: H_LACTIVE inverts them; PP_OD drives only the active one."""
+    """Return the levels. H_LACTIVE inverts them; with PP_OD only the active level is driven."""
     active = 0 if control & CTRL3_C.H_LACTIVE.mask else 1
     return None if control & CTRL3_C.PP_OD.mask else 1 - active, active
 
