@@ -35,7 +35,7 @@ _MOST_MISTAKES: Final = 2
 _MOST_TRIED: Final = 5_000
 """Formulas tried for one printed number: at most about a second."""
 _LOOSE: Final = 1e-3
-"""A tolerance above this share of the value proves nothing, as for the sine of a large number."""
+"""If the tolerance is above this share of the value, equality proves nothing, as for the sine of a large number."""
 _FIRST: Final = 5
 """Candidates for the first of two mistakes."""
 _DIGITS: Final = range(2, 8)
@@ -48,9 +48,9 @@ class Mistake:
 
     step: str
     formula: Node
-    """The lab's."""
+    """Formula of the lab."""
     computed: Node
-    """The firmware's."""
+    """Formula of the firmware."""
     addresses: tuple[int, ...]
     """Instructions that compute the wrong value, or one of its operands; may be empty."""
     expected: npt.NDArray[np.float64]
@@ -69,8 +69,8 @@ class PrintedNumbers:
 class Alignment:
     """The formulas of a lab beside the values that a firmware computes in several poses of the board.
 
-    ``inputs``: values of the sensors by name, one for each pose. ``search``: the values computed in the last ``poses``
-    of them; the poses before are the past of ``largest``, ``smallest`` and ``first``.
+    ``inputs``: values of the sensors by name, one for each pose. ``search``: values that the firmware computes in the
+    last ``poses`` of these poses. The functions ``largest``, ``smallest`` and ``first`` also use the earlier poses.
     """
 
     def __init__(

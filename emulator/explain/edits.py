@@ -133,7 +133,7 @@ def _replaced(node: Node, others: Mapping[Node, Node]) -> Node:
 
 
 def _unit(node: Node) -> Iterator[Node]:
-    """Degrees instead of radians and vice versa; an integer instead of a float."""
+    """Yield the node in degrees instead of radians, in radians instead of degrees, and as an integer."""
     half_turn, pi = _ANGLE
     if isinstance(node, Name | FunctionCall):
         yield Operation("/", Operation("*", node, half_turn), pi)

@@ -58,7 +58,7 @@ class ShownNumber:
 
 @dataclass(frozen=True)
 class Explanation:
-    """Why an output is wrong."""
+    """Explanation of one wrong output."""
 
     check: str
     mistake: Mistake

@@ -1,8 +1,8 @@
 """Formulas of a lab as text: ``atan2(-acc_x, sqrt(acc_y**2 + acc_z**2))``.
 
-Formulas have names, numbers, ``+ - * / **``, and the functions of ``FUNCTIONS``. They are evaluated for several poses of
-the board at once, and several times: each repetition adds the rounding errors of single precision, which gives the
-tolerance of a comparison with values that a firmware computes in float or double.
+Formulas have names, numbers, ``+ - * / **``, and the functions of ``FUNCTIONS``. They are evaluated for several poses
+of the board at once, and several times. Each repetition adds other rounding errors of single precision. Their size is
+the tolerance of comparisons with values that a firmware computes in float or double.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ CONSTANTS: Final = {"pi": math.pi}
 
 
 class FormulaError(ValueError):
-    """A formula is not valid; the text says what would be right."""
+    """An invalid formula; the message names the rule."""
 
 
 Node: TypeAlias = "Name | Number | FunctionCall | Operation | Negative"

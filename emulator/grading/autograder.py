@@ -49,7 +49,7 @@ def write_autograder(
 ) -> list[str]:
     """Write the archive and return the names of its files. Raises InputError, OutputError.
 
-    ``wheel``: of this version, for Linux; None: from a package index.
+    ``wheel``: the wheel of this version for Linux; None: the package comes from a package index.
     """
     package = f"fcu-emulator=={version('fcu-emulator')}"
     contents: dict[str, bytes] = {}
@@ -94,7 +94,7 @@ def _contents(file: Path) -> bytes:
 
 
 def _files_of(rubric: Rubric) -> Mapping[str, bytes]:
-    """Return the contents of all named files."""
+    """Return the contents of the rubric and of all files that it names, directly or indirectly."""
     folder = rubric.path.resolve().parent
     found: dict[str, bytes] = {}
     waiting = [rubric.path.resolve()]

@@ -1,7 +1,7 @@
 """Build submitted source: the student's C files with our Makefile, in a sandbox.
 
 Untrusted source can include any file, so the compiler runs under bubblewrap with limits and without network.
-With ``sandbox=False`` only the limits apply, and root compiles as the user ``nobody``, who reads only public files.
+With ``sandbox=False`` only the limits apply, and root compiles as the user ``nobody``, which reads only public files.
 
 Decision: the support layer is compiled once and copied into each build, which takes a tenth of the time. A
 container for each build was rejected: it needs a privileged service.
@@ -44,11 +44,11 @@ SANDBOX: Final = "bwrap"
 _LONGEST_S = 60  # wall time; the lab takes one second
 _CPU_S = 30  # processor time of each process
 _MEMORY_KIB = 1 << 20  # address space of each process
-_FILE_BLOCKS = 65_536  # of 512 bytes for a file: 32 MiB
+_FILE_BLOCKS = 65_536  # maximum blocks of 512 bytes in a file: 32 MiB
 _LONGEST_LOG = 16_000  # characters kept
 _NOBODY = 65534
 _OF_MAKE = ("make:", "make[", "  CC", "  LINK", "collect2: ")
-_FORMAT = 3  # of kept builds
+_FORMAT = 3  # version of the format of kept builds
 _HERE = "/build"  # paths that the compiler sees
 _TEMPLATE = "/template"
 _FAILURE = re.compile(
@@ -66,22 +66,22 @@ _LIMITED = (
     f"ulimit -S -t {_CPU_S}; ulimit -H -t {_CPU_S + 3}; ulimit -v {_MEMORY_KIB} 2>/dev/null; "
     f'ulimit -f {_FILE_BLOCKS}; ulimit -c 0; exec "$@"'
 )
-"""The soft limit of time comes first, so that SIGXCPU ends a process, not SIGKILL."""
+"""The soft limit of processor time is lower, so that SIGXCPU ends a process instead of SIGKILL."""
 _SYSTEM = ("/usr", "/bin", "/lib", "/lib32", "/lib64", "/etc/alternatives")
 """Folders that a compiler needs; Debian finds math.h only with /etc/alternatives."""
 _OF_A_TOOLCHAIN = (
     *(f"bin/{COMPILER.removesuffix('gcc')}*", "arm-none-eabi", "lib/arm-none-eabi"),
     *("lib/gcc/arm-none-eabi", "libexec/gcc/arm-none-eabi", "lib/*.so*", "libexec/*.so*"),
 )
-"""Contents of a toolchain outside the system's folders, because its prefix may be a home folder."""
+"""Files of a toolchain outside the system's folders. The whole prefix is not used: it may be a home folder."""
 _WATCH = """\
 "$@"
 code=$?
 [ $code -le 128 ] || echo $((code - 128)) >>signals
 exit $code
 """
-"""A script around each compiler program that records the signal which ended it. Source code can forge
-messages, but not this record.
+"""Script that runs each compiler program and records the signal that ended it. Source code can forge messages, but
+not this record.
 """
 _MADE_ERRORS = 2  # make's exit code for a failed command
 _CONTROL = {"main.c": b"int main(void) { return 0; }\n"}
@@ -92,7 +92,7 @@ _STOPS = {
         ("SIGSEGV", "SIGABRT", "SIGILL", "SIGFPE"), "error: the compiler crashed on this program"
     ),
 }
-"""Signals that the source causes; others come from outside."""
+"""Signals that the source can cause; other signals come from outside."""
 
 
 class CompileError(RejectedError):
@@ -143,7 +143,7 @@ class _Made(NamedTuple):
 
 
 class Builder:
-    """Builder for one wiring. ``kept``: folder of earlier builds; None: nowhere.
+    """Builder for one wiring. ``kept``: folder of earlier builds; None: builds are not kept.
 
     Raises InputError, also in the first build, if this machine cannot build.
     """
@@ -164,7 +164,7 @@ class Builder:
         self.sandbox = sandbox
         self._kept = kept
         self._folder = TemporaryDirectory(prefix="fcu-build-")
-        Path(self._folder.name).chmod(0o755)  # for user nobody
+        Path(self._folder.name).chmod(0o755)  # for the user nobody
         self._template = Path(self._folder.name) / "template"
         try:
             self._lay_out_template()
@@ -198,7 +198,7 @@ class Builder:
             try:
                 self._compile_support()
                 built = self._build(source.files)
-            except OSError as error:  # shutil.Error, too
+            except OSError as error:  # includes shutil.Error
                 reason = one_line(error.strerror or str(error), 120)
                 raise NotJudgedError(f"cannot build source on this machine: {reason}") from error
             self._keep(key, built)
@@ -259,7 +259,7 @@ class Builder:
         return built
 
     def _build_once(self, files: Mapping[str, bytes], *, final: bool = False) -> Built | None:
-        """Build once; None if the machine may have caused the failure."""
+        """Build once; return None if the machine may have caused the failure."""
         with self._attempt(files) as made:
             elf = made.folder / "lab3.elf"
             if made.code == 0 and elf.is_file():
@@ -280,7 +280,7 @@ class Builder:
     def _attempt(
         self, files: Mapping[str, bytes], *, with_support: bool = True, ballast: int = 0
     ) -> Iterator[_Made]:
-        """Run make in a new folder; ``ballast``: bytes that fill its disk."""
+        """Run make in a new folder; ``ballast``: number of bytes to write first, to test the free disk space."""
         with TemporaryDirectory(dir=self._folder.name, ignore_cleanup_errors=True) as folder:
             work = Path(folder)
             (work / "tmp").mkdir()
@@ -406,7 +406,7 @@ class _Toolchain(NamedTuple):
 def _toolchain_of_path() -> _Toolchain:
     """Return the toolchain of the compiler on the PATH, which may be a link or a script.
 
-    Never return its whole prefix: for ``~/bin`` that is the home folder.
+    The result never has the whole prefix, because the prefix of ``~/bin`` is the home folder.
     """
     found = Path(shutil.which(COMPILER) or COMPILER).resolve()
     said = subprocess.run([found, "-print-search-dirs"], capture_output=True, text=True, check=False).stdout

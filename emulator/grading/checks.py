@@ -197,7 +197,7 @@ def _known_property(name: str) -> str:
 class Property(Check):
     """The compiled functions obey a law of :mod:`fcu_emulator.emulator.testing.lab3`.
 
-    Unjudged without the function, or without Hypothesis.
+    Unjudged if the function or the package Hypothesis is missing.
     """
 
     kind: Literal["property"]

@@ -33,9 +33,9 @@ _MORE_THREADS = 2  # submissions read and built while the workers judge
 class Grader:
     """Grader with its settings for a class.
 
-    ``rubric_name``: for the workers. ``builder``: called for the first source, so that ELF files need no
-    compiler. ``slots``: parallel tasks. ``store``: None to judge again. ``salt``: the teacher's secret.
-    ``limits``: None: the cluster's. ``shown``: returns the student that reports show.
+    ``rubric_name``: name or path for the workers. ``slots``: number of parallel tasks. ``builder``: called for the
+    first source, so that ELF files need no compiler. ``salt``: the teacher's secret. ``store``: verdicts to use again;
+    None: judge all. ``limits``: None on a cluster, which has its own. ``shown``: returns the student for the reports.
     """
 
     rubric: Rubric

@@ -162,7 +162,7 @@ class _Outcome:
 
 
 class _Follow:
-    """Reports the progress of runs that are made one after the other, or end in any order."""
+    """Reporter of progress, for runs in sequence (``at``, ``end``) or in parallel (``end`` in any order)."""
 
     def __init__(
         self, rubric: Rubric, tasks: Sequence[_RunTask], report: Callable[[JudgeProgress], None]
@@ -227,7 +227,7 @@ def _outcome(task: _RunTask, rubric: Rubric, told: Callable[[float], None]) -> _
 
 
 def reworded(verdict: Verdict, rubric: Rubric) -> Verdict:
-    """Return a verdict with the texts of a rubric with the same judging digest."""
+    """Return the verdict with the texts of ``rubric``, which has the same judging digest."""
     tables = {f"{exercise.id}.{check.id}": check for exercise in rubric.exercises for check in exercise.check}
     checks = (
         result.model_copy(
@@ -260,7 +260,7 @@ def _actual(result: CheckResult, tables: Mapping[str, CheckTable]) -> str:
 
 
 def firmware_digest(firmware: Program) -> str:
-    """Return a SHA-256; for Python firmware, of name and version. Raises InputError."""
+    """Return the file's SHA-256; for Python firmware, that of its name and version. Raises InputError."""
     choice = choose(Board.description, firmware, None)
     if choice.image is None:
         return hashlib.sha256(f"{choice.name} {version('fcu-emulator')}".encode()).hexdigest()

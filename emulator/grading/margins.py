@@ -51,7 +51,7 @@ def sensor_error(
 ) -> float | None:
     """Return a correct program's largest error near plus or minus ``value``; None without an estimate.
 
-    ``board``: its own deviations, by default those of the sensors' quality.
+    ``board``: deviations of the board; default: those of the sensors' quality.
     """
     wander_hpa = (board or BoardErrors.of_quality(settings.quality, 0)).pressure_wander_hpa
     if quantity.lower() in ("pitch", "roll"):

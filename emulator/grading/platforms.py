@@ -4,7 +4,7 @@ A class folder is collected by hand, with an entry named after each student, or 
 
 - Moodle: ``Full Name_1234_assignsubmission_file_/...`` or ``Full Name_1234_assignsubmission_file_main.c``;
   typed text: ``..._assignsubmission_onlinetext_...``;
-- Canvas: ``lovelaceada_1234_5678_main.c``, ``lovelaceada_LATE_1234_5678_main.c``; 5678 is the file's;
+- Canvas: ``lovelaceada_1234_5678_main.c``, ``lovelaceada_LATE_1234_5678_main.c``; 5678 is the file's number;
 - Blackboard: ``Lab 3_ada_attempt_2026-11-20-10-11-12_main.c``, and ``.txt`` with name and comment;
 - Ilias: ``Lovelace_Ada_login_1234/...``, teams in ``Team 12/``, late files ``Late Submission - ...``;
 - Gradescope: ``submission_1234/...`` beside ``submission_metadata.yml`` (needs PyYAML).
@@ -57,8 +57,9 @@ _GRADESCOPE = re.compile(r"submission_(?P<id>\d+)", re.ASCII)
 class SubmittedEntry:
     """One submitted file or folder, or one that a platform lists but that is missing.
 
-    ``ids`` and ``names``: keys in a roster; students can choose names. ``group``: of one submission, or "".
-    ``own_name``: the student's name of a renamed file. ``attempt``: the last of a group is judged.
+    ``ids`` and ``names``: keys in a roster; students can choose names. ``group``: key that is equal for all entries
+    of one submission, or "". ``own_name``: name that the student gave to a file which the platform renamed.
+    ``attempt``: time of the attempt; the last attempt of a group is judged.
     """
 
     path: Path
@@ -82,7 +83,7 @@ class SubmittedEntry:
 
     @property
     def is_renamed(self) -> bool:
-        """Return whether the platform may have marked file names."""
+        """Return whether the platform may have added a mark to file names."""
         return self.group.startswith("ilias")
 
     def without_mark(self, name: str) -> str:
@@ -267,7 +268,7 @@ class _Ilias(NamedTuple):
 
 
 def _ilias(paths: Sequence[Path]) -> _Ilias:
-    """Return Ilias' entries, if most folders have its names."""
+    """Return the entries of a download from Ilias; none unless most folders are named as Ilias names them."""
     teams = {
         path: _submitted_paths(path) for path in paths if _TEAM.fullmatch(path.name) and _is_folder(path)
     }
@@ -379,7 +380,7 @@ def _submitter(folder: str, entry: Mapping[object, object]) -> Student:
 
 
 def _word(value: object) -> str:
-    """Return text or number as text; nested values could be huge."""
+    """Return a text or number as text, else "": the text of nested values could be huge."""
     return str(value) if isinstance(value, str | int) else ""
 
 

@@ -31,7 +31,7 @@ class PrerequisiteError(ValueError):
 
 
 class Prerequisites:
-    """The required checks of each check, by full names such as "1.alarm". An exercise stands for its
+    """The required checks of each check, by full names such as "1.alarm". The name of an exercise means all its
     ``counted`` checks.
     """
 
@@ -54,7 +54,7 @@ class Prerequisites:
         return found
 
     def applied(self, results: Mapping[str, CheckResult], hint: Mapping[str, str]) -> dict[str, CheckResult]:
-        """Return the results without points for unmet prerequisites; unjudged ones leave checks unjudged."""
+        """Return the results: a check fails if a required check has not passed, and is unjudged if one is unjudged."""
         done: dict[str, CheckResult] = {}
 
         def result_of(check: str) -> CheckResult:

@@ -44,10 +44,10 @@ class Override(ResultModel):
 class Graded(ResultModel):
     """Result of one student, without evidence.
 
-    ``reason``: why it is not fully judged. ``report``: file name without suffix. ``on_roster``: None without
-    a roster. ``files``: empty in anonymous reports; ``handed_in`` counts them. ``submitted``: ISO 8601, local
-    time. ``late_by_s``: None if unknown. ``late_penalty``: in points. ``shipped``: "template" or "solution"
-    of fcu. ``same_source``, ``same_program``: ids of identical submissions.
+    ``reason``: of a submission that is not fully judged. ``report``: file name without suffix. ``on_roster``: None
+    without a roster. ``files``: empty in anonymous reports; ``handed_in``: their number. ``submitted``: ISO 8601,
+    local time. ``late_by_s``: None if unknown. ``late_penalty``: in points. ``shipped``: "template" or "solution" if
+    it is a program of fcu. ``same_source``, ``same_program``: ids of identical submissions.
     """
 
     id: str
@@ -85,7 +85,7 @@ class Graded(ResultModel):
 
     @property
     def lost_by_lateness(self) -> float:
-        """Return the late penalty's cost; 0 if the teacher gave the total."""
+        """Return the points deducted as late penalty; 0 if the teacher gave the total."""
         if self._given(TOTAL) is not None or self._earned is None:
             return 0.0
         return round(self._earned - after_penalty(self._earned, self.late_penalty), 4)

@@ -38,7 +38,7 @@ class Student:
     name: str = ""
     email: str = ""
     submission: str = ""
-    """The student's file or folder, if its name differs."""
+    """Name of the student's file or folder, if the roster gives one."""
 
     def __post_init__(self) -> None:
         for field in fields(self):

@@ -84,7 +84,7 @@ FindingKind: TypeAlias = Literal[
     "seldom read",
     "prerequisite",
 ]
-"""Kinds of failure of an expectation, in general, of LEDs and of bus reads; and of a prerequisite."""
+"""Kinds of failure: of any expectation, of LEDs, of bus reads, and of a prerequisite."""
 
 _TABLES_OF_A_RUN = ("board", "bus", "firmware_settings", "sensors", "world")
 _ARRAYS_OF_A_RUN = ("threshold", "timeline")
@@ -130,7 +130,7 @@ class CheckTable(Table):
     hint_steps: list[Hint] = Field(default_factory=list, max_length=10)
 
     def hint_for(self, finding: str, fault: str = "") -> str:
-        """Return the hint for a finding or its ``fault``; a plain text is not for missing prerequisites."""
+        """Return the hint for a finding or its ``fault``. A hint that is one text is not used for prerequisites."""
         if isinstance(self.hint, str):
             return "" if finding == PREREQUISITE else self.hint
         texts: dict[str, str] = dict(self.hint.items())

@@ -78,7 +78,7 @@ class Submission:
     known: bool | None = None
     """Whether the roster has the student; None without a roster."""
     problem: str = ""
-    """Reason for a rejection, known from the file's place."""
+    """Reason for a rejection that is known before the files are read."""
     entries: tuple[SubmittedEntry, ...] = ()
     """All entries of the student."""
 
@@ -110,9 +110,9 @@ class Submission:
         return any(entry.late for entry in self.counted)
 
     def submitted(self) -> datetime | None:
-        """Return the local time of submission, the platform's or the newest file's.
+        """Return the local time of submission: the time of the platform, or else of the newest file.
 
-        None for Canvas, whose files have the time of the download.
+        None for Canvas, because its files have the time of the download.
         """
         times = []
         for entry in self.counted:
@@ -164,7 +164,7 @@ class _Resolved(NamedTuple):
 
 
 def find_submissions(where: Path, roster: Roster | None, scratch: Path) -> list[Submission]:
-    """Return all submissions, in the roster's order, then by name. Raises InputError without any.
+    """Return all submissions in the order of the roster, then of names. Raises InputError if there are none.
 
     An archive ``where`` is unpacked into ``scratch``.
     """

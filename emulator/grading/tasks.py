@@ -27,8 +27,8 @@ _SHOWING = ("emulator/cli", "emulator/links", "emulator/testing", "emulator/grad
 class Task:
     """A program and the data for judging it.
 
-    ``rubric``: a name, or a path of the worker. ``code``: the sender's :func:`code_digest`, to refuse other
-    versions.
+    ``rubric``: a name, or a path on the worker's machine. ``code``: :func:`code_digest` of the sender; a worker of
+    another version refuses the task.
     """
 
     firmware: bytes = field(repr=False)
@@ -58,7 +58,7 @@ def judge_task(task: Task) -> str:
             try:
                 return judge(path, rubric, seed=task.seed, build_log=task.build_log).to_json()
             except FirmwareFileError as error:
-                if isinstance(error.__cause__, OSError):  # a temporary file, which is always readable
+                if isinstance(error.__cause__, OSError):  # this machine cannot read its temporary file
                     raise error.__cause__ from None
                 raise RejectedError(str(error).replace(f"{path}", path.name)) from None
             except InputError as error:  # caused by this machine, such as a missing C library

@@ -1,6 +1,7 @@
 """Trial programs that do not solve a lab: a rubric gives away the points that they earn.
 
-They are the template and programs that print nothing or zeros. A check that one passes must require another.
+They are the template and programs that print nothing or zeros. A check that a trial program passes must require another
+check.
 
 Decision: the trial programs are generated for each rubric, because they print its lines. They are Python
 firmware, which needs no compiler.

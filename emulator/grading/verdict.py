@@ -30,9 +30,9 @@ class ResultModel(BaseModel):
 class CheckResult(ResultModel):
     """Result of one check of a rubric.
 
-    ``check``: unique name ("3.pitch"). ``expected`` and ``actual``: sentences. ``printed``: the first wrong
-    line, quoted, with its time. ``finding``: kind of failure, for hints; ``fault``: its general kind.
-    ``detail``: a student sees all, all but the expected value, title and outcome, or not even the title.
+    ``check``: unique name ("3.pitch"). ``expected`` and ``actual``: sentences. ``printed``: the first wrong line,
+    quoted, with its time. ``finding``: kind of failure, for hints; ``fault``: its general kind. ``detail``: the part
+    that a student sees: all; all without the expected value; title and outcome; or the outcome only.
     """
 
     check: str
@@ -94,8 +94,8 @@ class DiagnosedCause(ResultModel):
 class RunEvidence(ResultModel):
     """Evidence of one run of the board, which several exercises may use.
 
-    ``terminal``: begin and end of the output as Latin-1, not escaped: the viewer must do it. ``stopped``:
-    reason for an early end. ``replay``: the scenario with drawn numbers, as TOML, or "".
+    ``terminal``: begin and end of the output as Latin-1; the viewer must escape it. ``stopped``: reason for an early
+    end. ``replay``: the scenario with drawn numbers, as TOML, or "".
     """
 
     run: str
@@ -226,7 +226,7 @@ def _is_open(check: CheckResult, shown: set[str]) -> bool:
 
 
 def _for_student(check: CheckResult, unnamed: Collection[str] = ()) -> CheckResult:
-    """Return a student's part of a check; ``unnamed``: checks that must not be named."""
+    """Return the part of a result that a student may see; ``unnamed``: checks that must not be named."""
     if any(one in unnamed for one in check.requires_unmet):
         actual = _without(["a hidden check"])
         check = check.model_copy(update={"actual": actual, "requires_unmet": ()})
@@ -241,5 +241,5 @@ def _for_student(check: CheckResult, unnamed: Collection[str] = ()) -> CheckResu
 
 
 def _sum(points: Iterable[float]) -> float:
-    """Return the rounded sum, so that tenths add up."""
+    """Return the sum without the rounding errors of binary fractions such as 0.1."""
     return round(sum(points), 4)

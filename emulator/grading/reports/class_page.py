@@ -32,7 +32,7 @@ _COUNTED = {
 
 @dataclass(frozen=True)
 class HardCheck:
-    """A check by its pass rate; ``share``: of its points, over all judged."""
+    """A check with its pass rate; ``share``: mean share of its points that the judged submissions earn."""
 
     check: str
     title: str
@@ -144,7 +144,7 @@ def _listed(title: str, rows: list[tuple[Graded, str]]) -> Iterator[Html]:
 
 
 def _late(one: Graded) -> str:
-    """How late, with the points that it has cost if the penalty could not be deducted as a whole."""
+    """Describe the delay, with the deducted points if the submission had fewer points than the penalty."""
     if one.points is not None and one.lost_by_lateness < one.late_penalty:
         return f"{one.late_words}, of which {number(one.lost_by_lateness)} deducted"
     return one.late_words

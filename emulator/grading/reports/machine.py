@@ -90,8 +90,8 @@ def _case(suite: ET.Element, rubric: str, check: CheckResult) -> None:
 def gradescope_results(one: Graded) -> dict[str, Any]:
     """Return ``results.json`` of one submission, with all checks: Gradescope hides tests by their visibility.
 
-    Source: https://gradescope-autograders.readthedocs.io/en/latest/specs/. Raises NotJudgedError without a
-    grade, so that staff can run it again.
+    Source: https://gradescope-autograders.readthedocs.io/en/latest/specs/. Raises NotJudgedError if there is no grade,
+    so that staff can run the autograder again.
     """
     if one.status in ("unjudged", "partly", "missing"):
         raise NotJudgedError(f"{one.shown_name}: {one.reason}; run the autograder again")

@@ -1,10 +1,10 @@
-"""HTML and SVG that cannot be injected into: only :func:`element` makes :class:`Html`, all else is escaped.
+"""HTML and SVG that are safe from injection: this module escapes every text that is not :class:`Html`.
 
 ::
 
     element("td", student.name, class_="name")
 
-A page's policy forbids scripts and requests, in case of a mistake here.
+In case of a mistake in this module, the content security policy of each page forbids scripts and requests.
 
 Decision: a few functions write the markup, not a template library, which escapes by a setting, not by type.
 """
@@ -21,7 +21,7 @@ from fcu_emulator.emulator.text import visible
 
 
 class Html(str):
-    """Escaped HTML, made only in this module."""
+    """Escaped HTML, which only this module creates."""
 
     __slots__ = ()
 
