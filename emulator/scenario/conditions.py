@@ -52,7 +52,7 @@ def led_states(run: RunView, led: str) -> Iterator[tuple[int, int, bool]]:
 
 
 class Stretch(NamedTuple):
-    """Periods of a run, each with its state; the state is None within the margin."""
+    """One period of a run with an unchanged condition; ``holds``: None within the margin."""
 
     begin_ps: int
     end_ps: int
@@ -60,7 +60,9 @@ class Stretch(NamedTuple):
 
 
 class Followed(NamedTuple):
-    """Periods of a condition and of the LED or line that follows it, in ps; for a line only the begin of printing."""
+    """Periods of a condition and of the LED or line that follows it, in ps. A line has only the time when its printing
+    began.
+    """
 
     name: str
     condition: str
@@ -96,7 +98,7 @@ class Condition(Table):
 
     @property
     def limit(self) -> float:
-        """Return the threshold, None for a LED."""
+        """Return the threshold, 0 for a LED."""
         return next(one for one in (self.beyond, self.above, self.below, 0.0) if one is not None)
 
     def text(self) -> str:
@@ -131,7 +133,7 @@ class Condition(Table):
         return tuple((one.begin_ps, one.end_ps) for one in self.stretches(run) if one.holds)
 
     def value_text(self, run: RunView, at_ps: int) -> str:
-        """Describe a moment for findings: " with a true roll of 44.2 degrees"."""
+        """Describe the condition's value at a time: " with a true roll of 44.2 degrees"."""
         if self.led is not None:
             return ""
         name = self.quantity or ""

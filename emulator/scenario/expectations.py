@@ -70,7 +70,7 @@ class RunView:
     end_ps: int
     patience: TimeBudget = field(default_factory=TimeBudget)
     tilts: Sequence[TiltSample] = ()
-    """Inclination in steps of 10 ms, if needed."""
+    """Inclination in steps of 10 ms, if an expectation needs it."""
     samples: Mapping[str, Sequence[float]] = field(default_factory=dict)
     """Quantities of conditions, in the same steps."""
     watched: Mapping[int, Any] = field(default_factory=dict)
@@ -78,7 +78,7 @@ class RunView:
 
 
 class Expectation(Expected):
-    """One ``[[expect]]`` table. ``ON_TERMINAL``: it reads terminal output, which a crash ends."""
+    """One ``[[expect]]`` table. ``ON_TERMINAL``: whether it reads terminal output, which ends with a crash."""
 
     ON_TERMINAL: ClassVar[bool] = False
 
@@ -105,7 +105,7 @@ class Windowed(Window, Expectation):
     def nearly_printed(
         self, wanted: str, lines: Sequence[str], patience: TimeBudget
     ) -> ExpectationResult | None:
-        """Return the difference to the most similar line, if any."""
+        """Return a failure that shows the difference to the most similar line, or None."""
         near = None
         if not patience.exhausted:
             with patience.limited():
@@ -123,7 +123,7 @@ class ExpectLine(Windowed):
     """A line with exactly this text appears; with ``count``, exactly that many times."""
 
     kind: Literal["line"]
-    text: str = Field(max_length=255)  # longest PRINTF
+    text: str = Field(max_length=255)  # size of PRINTF's buffer
     count: int | None = Field(None, ge=1)
 
     def describe(self) -> str:
@@ -217,7 +217,7 @@ class ExpectText(Expectation):
             printed_lines[index] if index < len(printed_lines) else None,
         )
         count = f"{len(printed_lines)} lines, {len(printed)} bytes"
-        ended = index < len(printed_lines) - 1  # the first different complete line
+        ended = index < len(printed_lines) - 1  # the first different line is complete
         return self.failed(fault, count, difference(wanted_lines, printed_lines), final=ended)
 
 
@@ -229,7 +229,7 @@ def shown_line(text: str) -> str:
 # -- Printed numbers ----------------------------------------------------------------------------------------
 
 
-SETTLE_PS = 50 * PS_PER_MS  # a period of the slowest sensor (LPS22HB, 25 Hz), ten of the timer's
+SETTLE_PS = 50 * PS_PER_MS  # a period of the slowest sensor (LPS22HB, 25 Hz) and several periods of the timer
 _DIFF_LINES = 3  # in a finding
 
 
@@ -337,7 +337,7 @@ class ExpectField(_Number):
 
     @property
     def quantity(self) -> str:
-        """Return the true quantity's name; "" if compared with a value."""
+        """Return the name of the true quantity; "" if the number is compared with a value."""
         return (self.name or "") if self.truth is True else self.truth or ""
 
     def describe(self) -> str:

@@ -3,8 +3,8 @@
 A scenario may be untrusted, and its errors show parts of files. So file names are relative, without ``..`` or
 a link out of its folder. Reading the largest recording takes 180 MB and ten seconds.
 
-Compiling a pattern repeats an element as often as it must match, at about 500 bytes each (``regex`` 2026). So
-an upper bound of the elements is computed first; a scenario's limit costs 50 MB and 0.1 s.
+A compiled pattern has each element as often as the element must match, with about 500 bytes each (``regex`` 2026).
+Therefore an upper bound of the elements is computed first. A scenario's limit costs 50 MB and 0.1 s.
 """
 
 from __future__ import annotations
@@ -60,9 +60,9 @@ class Table(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
     RENAMED: ClassVar[Mapping[str, str]] = {}
-    """Current names of keys by previous ones."""
+    """Current names of renamed keys, by their previous names."""
     MISPLACED: ClassVar[Mapping[str, str]] = {}
-    """Correct tables of keys often misplaced here."""
+    """Correct tables of keys that are often written in this table."""
 
     @model_validator(mode="before")
     @classmethod
@@ -139,7 +139,7 @@ Length = Annotated[
 
 
 class Window(Table):
-    """A part of a run; without ``to`` until the end."""
+    """A part of a run; without ``to`` it ends with the run."""
 
     from_: Duration = Field(0, alias="from")
     to: Duration | None = None
@@ -263,7 +263,7 @@ class Resources:
         for flavour in (
             PurePosixPath(name),
             PureWindowsPath(name),
-        ):  # the same on every system
+        ):  # the result is the same on every system
             if flavour.is_absolute() or flavour.anchor or ".." in flavour.parts:
                 raise ValueError(f"must be a file in the scenario's folder, not {shown(name)}")
         try:
@@ -279,7 +279,7 @@ class Resources:
         try:
             size = path.stat().st_size
         except OSError:
-            return  # reading reports it
+            return  # reading the file reports the error
         self._bytes_left -= size
         if self._bytes_left < 0:
             most = f"{_MAX_TOTAL_BYTES >> 20} MiB"

@@ -76,13 +76,13 @@ class ExpectLineFollows(Windowed):
         return self.failed("wrong value", text, diff, final=True, mistake=mistake)
 
     def followed(self, run: RunView) -> Followed:
-        """Return periods of line and condition, with margin and settling time."""
+        """Return the times of the lines, and the periods in which the condition holds beyond its margin."""
         at_ps = (line.at_ps for line in run.lines if self._is_it(line, run))
         shown = tuple((one, one) for one in at_ps)
         return Followed(self._line(), self.when.text(), self.when.held(run), shown)
 
     def _settled(self, run: RunView) -> list[Stretch]:
-        """Yield parts in which the line is mandatory or forbidden."""
+        """Return the parts of the run in which the line is mandatory or forbidden."""
         last_ps = run.end_ps if self.to is None else min(self.to, run.end_ps)
         cut = (
             Stretch(max(one.begin_ps + self.settle, self.from_), min(one.end_ps, last_ps), one.holds)
@@ -119,7 +119,7 @@ class ExpectLineFollows(Windowed):
         return None if nearly is None else replace(nearly, is_final=True)
 
     def _mistake(self, run: RunView, stretches: list[Stretch], lines: list[PrintedLine]) -> tuple[str, str]:
-        """Return kind and text of the mistake at the board's rests, or ""."""
+        """Return kind and text of the mistake that the rests of the board show; both "" if unknown."""
         if self.when.quantity is None:
             return "", ""
         at_ps = [line.at_ps for line in lines]

@@ -62,7 +62,7 @@ class _LedSample(NamedTuple):
     since_ps: int
     """The time at which the board reached this side of the threshold."""
     changed: tuple[int, float]
-    """Time and angle of the LED's change since the previous sample, else of this sample."""
+    """Time and angle at which the LED changed since the previous sample; those of this sample if it did not change."""
 
     def at_change(self) -> _LedSample:
         return self._replace(at_ps=self.changed[0], angle=self.changed[1])
@@ -114,7 +114,7 @@ class ExpectLedFollows(Windowed):
         )
 
     def followed(self, run: RunView) -> Followed:
-        """Return periods, at least 1 ms, of the lit LED and of the condition, with margin and settling time."""
+        """Return the periods, at least 1 ms, of the lit LED, and those in which the condition holds beyond its margin."""
         states = ((begin, min(until, run.end_ps)) for begin, until, lit in led_states(run, self.led) if lit)
         lit = tuple((begin, until) for begin, until in states if until - begin >= PS_PER_MS)
         return Followed(self.led.upper(), self.condition.text(), self.condition.held(run), lit)
@@ -155,7 +155,7 @@ class ExpectLedFollows(Windowed):
             before_ps, before = at_ps, value
 
     def _growing(self, samples: Sequence[_LedSample]) -> Sequence[_LedSample]:
-        """Return samples as for a LED lit above the threshold."""
+        """Return the samples; for a condition ``below``, inverted as if the LED was lit above the threshold."""
         if self.condition.below is None:
             return samples
         return [one._replace(lit=not one.lit, steep=not one.steep) for one in samples]
@@ -193,7 +193,7 @@ class ExpectLedFollows(Windowed):
         return here + more.get(finding, "")
 
 
-_SLOW_PS = 1_300 * PS_PER_MS  # a second, and the text
+_SLOW_PS = 1_300 * PS_PER_MS  # an update each second, and the time to print
 _STALE_PS = (
     2_400 * PS_PER_MS
 )  # one iteration of main()'s loop reads the sensor, and the next one switches the LED
@@ -204,10 +204,10 @@ _FEWEST_CHANGES = 3
 
 
 class _OneSided(NamedTuple):
-    """A LED that is right beyond one end of the scale and dark beyond the other."""
+    """A LED that follows the condition on one side (positive or negative) and stays dark on the other side."""
 
     first: _LedSample
-    """The first sample beyond the other end of the scale."""
+    """The first wrong sample on the other side."""
     late_ps: int
     """Delay on the correct side, 0 if on time."""
 
@@ -218,7 +218,7 @@ def _finding(
     one_sided: _OneSided | None,
     growing: Sequence[_LedSample],
 ) -> str:
-    """Return the kind of mistake, or ""; ``growing``: samples as for a LED lit above the threshold."""
+    """Return the kind of mistake, or ""; ``growing``: result of ``_growing``, for the threshold."""
     settled = _settled(samples)
     inverted = sum(one.lit is not one.steep for one in settled)
     kinds = (
@@ -248,7 +248,7 @@ def _latest_ps(wrong: Sequence[_LedSample]) -> int:
 
 
 def _is_late(samples: Sequence[_LedSample], wrong: Sequence[_LedSample]) -> bool:
-    """Return whether the LED lags like one updated in main's loop."""
+    """Return whether the LED lags like a LED that main's loop updates."""
     catches_up = all(one.lit is one.steep for one in _settled(samples)) and _catches_up(samples, wrong)
     return catches_up or _shows_the_past(samples)
 
@@ -260,7 +260,7 @@ def _catches_up(samples: Sequence[_LedSample], wrong: Sequence[_LedSample]) -> b
 
 
 def _shows_the_past(samples: Sequence[_LedSample]) -> bool:
-    """Return whether the LED always shows a recent side."""
+    """Return whether the LED always shows a side on which the board recently was."""
     last_ps: dict[bool, int] = {}
     for one in samples:
         last_ps[one.steep] = one.at_ps
@@ -283,7 +283,7 @@ def _threshold(samples: Sequence[_LedSample]) -> tuple[float, float] | None:
 
 
 def _is_sure(before: _LedSample, sample: _LedSample) -> bool:
-    """Return whether a sample limits the threshold: at rest, or just changed."""
+    """Return whether a sample gives a limit of the threshold: the board rests, or the LED has just changed."""
     grows = abs(sample.angle) - abs(before.angle)
     if abs(grows) < _RESTING_DEG:
         return sample.at_ps - sample.since_ps >= _PROMPT_PS
@@ -299,7 +299,7 @@ def _threshold_text(growing: Sequence[_LedSample], condition: Condition) -> str:
 
 
 def _follows_other(samples: Sequence[_LedSample]) -> bool:
-    """Return whether mostly the other angle lights the LED."""
+    """Return whether the LED follows mostly the other angle."""
     lit = [one for one in samples if one.lit]
     other = sum(one.other_steep for one in samples)
     return bool(other) and sum(one.other_steep for one in lit) >= _MOSTLY * max(len(lit), other)
@@ -364,7 +364,7 @@ class ExpectTicks(Expectation):
         return self
 
     def describe(self) -> str:
-        """Describe rate and limits; a failure names only its part."""
+        """Describe rate and limits. A failure names only the part that is not met."""
         rate = [] if self.rate_hz is None else [f"ticks at {self.rate_hz:g} Hz"]
         bounds = (
             ("at least", self.late_min, "late"),
@@ -472,7 +472,7 @@ class ExpectReads(Expectation):
         return f"{part} {register} (0x{address:02X}) read {bounds} times a second"
 
     def watch(self, board: BoardView) -> list[int]:
-        """Count only from the time ``from`` on, because counting slows the run down."""
+        """Count reads from the time ``from`` on, not earlier, because counting slows the run down."""
         part, address, _ = _outputs()[self.sensor]
         counted = [0]
 

@@ -116,7 +116,7 @@ def _thresholds(table: Mapping[str, Any], file: str) -> list[ThresholdTable]:
 
 
 def _refuse_disturbed(part: ThresholdSection, scenario: Scenario) -> None:
-    """Refuse other motions during a threshold's rests. Raises ScenarioError."""
+    """Refuse other motions while the board rests at a threshold. Raises ScenarioError."""
     for step in scenario.steps:
         if step.number in part.entries or not step.entry.moves & {"attitude", "altitude"}:
             continue
@@ -183,7 +183,7 @@ def read_toml(path: Path, what: str) -> dict[str, Any]:
     file = str(path)
     try:
         data = read_bounded(path, file, what)
-    except ValueError as error:  # already names the path
+    except ValueError as error:  # the text already names the path
         raise ScenarioError(file, "", str(error).removeprefix(f"{file} "), kind="unusable_file") from error
     return _parse(data, file)
 
@@ -217,11 +217,11 @@ def _parse(data: bytes, file: str) -> dict[str, Any]:
 _DRAWN_IN = ("world", "timeline", "threshold")
 _DRAW_KEYS = {"uniform", "one_of", "random_sign"}
 _RENAMED = {"draw": "uniform", "either_sign": "random_sign"}
-_DRAWN_DIGITS = 2  # decimals of a drawn number: people read it, too
+_DRAWN_DIGITS = 2  # decimals of a drawn number, so that it is easy to read
 _DRAW_RIGHT = "uniform = [min, max] with two numbers or two durations, or one_of = [...]"
 
 Pick: TypeAlias = Callable[[str, int], float]
-"""From key path and purpose to a position in a range, 0 to 1."""
+"""``pick(path, purpose)``: returns a position in a range, 0 to 1, for a key path."""
 
 
 def _by_seed(seed: int, name: str) -> Pick:

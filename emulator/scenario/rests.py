@@ -26,7 +26,7 @@ class Rest(NamedTuple):
     """The other inclination of the board."""
     holds: bool
     printed: bool | None
-    """True: all the time, False: never, None: part of the time."""
+    """Whether the line is printed: True all the time, False never, None part of the time."""
 
 
 def resting(samples: Sequence[float], stretch: Stretch) -> Iterator[tuple[float, int, int]]:
@@ -50,7 +50,7 @@ def is_printed(lines_ps: Sequence[int], begin_ps: int, end_ps: int, max_gap_ps: 
 
 
 def mistake(rests: Sequence[Rest], condition: Condition) -> tuple[str, str]:
-    """Return kind and message end of the mistake; both "" if unknown."""
+    """Return the kind of the mistake and the end of its message; both "" if unknown."""
     wrong = [rest for rest in rests if rest.printed is not rest.holds]
     shown = [rest for rest in rests if rest.printed]
     silent = [rest for rest in rests if rest.printed is False]

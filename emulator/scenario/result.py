@@ -15,7 +15,7 @@ from typing import Any, Literal, TypeAlias
 from fcu_emulator.emulator.scenario.fields import Table
 
 Fault: TypeAlias = Literal["missing", "wrong value", "wrong format", "stopped"]
-"""Stopped: not evaluated, because the run ended too soon."""
+"""Kind of failure. "stopped": not evaluated, because the run ended too soon or a search took too long."""
 
 
 @dataclass(frozen=True)
@@ -29,9 +29,9 @@ class ExpectationResult:
     diff: tuple[str, ...] = ()
     """Unified diff: "-" expected, "+" printed, " " context."""
     is_final: bool = False
-    """Whether later output cannot change it, so that it is reported during the run."""
+    """Whether later output cannot change the result, so that it is reported during the run."""
     mistake: str = ""
-    """Details, for a LED "never lit", "one side", "late" and so on."""
+    """Kind of mistake, if known: for a LED "never lit", "one side", "late" and so on."""
     says: str = ""
     """The whole expectation in words."""
     key: str = ""
@@ -45,7 +45,7 @@ class ExpectationResult:
 
     @property
     def reason(self) -> str:
-        """Return the mistake, else the fault; selects a rubric's hint."""
+        """Return the mistake, or else the fault. A rubric's hint is selected by it."""
         return self.mistake or self.fault or ""
 
     @property
@@ -77,7 +77,7 @@ class Expected(Table, ABC):
     """Schema and evaluation of an entry of ``expect``."""
 
     def watch(self, board: Any) -> Any:
-        """Start to observe a run at power-on; the run view keeps the result."""
+        """Start to observe a run at power-on. The run view keeps the returned object."""
         del board
         return None
 
@@ -98,7 +98,7 @@ class Expected(Table, ABC):
         final: bool = False,
         mistake: str = "",
     ) -> ExpectationResult:
-        """Return a failure; ``expected``: the part not met."""
+        """Return a failure; ``expected``: the part of the expectation that is not met."""
         return ExpectationResult(expected or self.describe(), fault, seen, diff, final, mistake)
 
 

@@ -126,7 +126,7 @@ class Scenario:
         self.seed = contents.seed
         self.firmware = contents.firmware
         self.powered_on_ps = None if contents.uptime is None else -contents.uptime
-        """When the power came on; None: long ago."""
+        """Time of power-on; None: long before the run."""
         self.duration_ps = contents.duration
         self.i2c_speed_hz = contents.bus.speed
         self.limits: LimitsTable = contents.limits
@@ -136,7 +136,7 @@ class Scenario:
         """The file's table with values drawn."""
         self.contents = contents
         self.ahead = True
-        """False on a live board: a user's motion would drop plans."""
+        """Whether motions are planned in advance; False on a live board, where a user's motion would drop plans."""
         self._recorders: WeakKeyDictionary[TerminalView, Recorder] = WeakKeyDictionary()
         self._watched: WeakKeyDictionary[TerminalView, dict[int, Any]] = WeakKeyDictionary()
         if self.duration_ps > self.limits.duration:
@@ -217,8 +217,8 @@ class Scenario:
     def check(self, board: BoardView, limit: str = "") -> Result:
         """Evaluate all expectations and reports now, on a board that plays this scenario.
 
-        Before the end, a finding says so, with the reason ``limit``. Raises InputError for another scenario's
-        board.
+        If the run has not reached its end, the result has ``early_end``, with the reason ``limit``. Raises InputError
+        for another scenario's board.
         """
         run = self.run_view(board)
         early_end = None
@@ -314,7 +314,7 @@ class Scenario:
         found = [one.condition for one in self.expectations if isinstance(one, ExpectLedFollows)]
         found += [one.when for one in self.expectations if isinstance(one, ExpectLineFollows)]
         names = [one.quantity for one in found if one.quantity is not None]
-        both = ["pitch", "roll"] if {"pitch", "roll"} & {*names} else []  # findings name it
+        both = ["pitch", "roll"] if {"pitch", "roll"} & {*names} else []  # findings name the other angle
         return list(dict.fromkeys([*names, *both]))
 
     def _magnetic_field(self) -> tuple[float, float, float] | None:

@@ -279,7 +279,7 @@ class ScenarioFile(Table):
     board: Annotated[dict[str, Any], Figures(BoardErrors)] = Field(default_factory=dict)
     timeline: list[AnyEntry] = Field(default_factory=list, max_length=MOST_ENTRIES)
     threshold: list[ThresholdTable] = Field(default_factory=list, max_length=MOST_THRESHOLDS)
-    """Becomes part of the timeline."""
+    """Thresholds, which become part of the timeline."""
     expect: list[AnyExpectation] = Field(default_factory=list, max_length=MOST_EXPECTATIONS)
     report: list[ReportTable] = Field(default_factory=list, max_length=MOST_EXPECTATIONS)
     limits: LimitsTable = Field(default_factory=lambda: LimitsTable.model_validate({}))

@@ -7,8 +7,8 @@
     value = 45
     margin = 1
 
-becomes motions to rests at 44, 46, -44 and -46 degrees of roll, ten margins beyond, and 46 degrees of pitch
-instead, in an order drawn from the seed.
+This table becomes motions to rests at 44, 46, -44, -46 and 55 (ten margins beyond) degrees of roll, and at 46 degrees
+of pitch with a roll of 0. The order is drawn from the seed.
 
 Decision: a threshold becomes entries of the timeline when a file is read. Rejected alternative: random poses,
 which passed a threshold of 40 degrees for 45.
@@ -103,7 +103,7 @@ def put_in_place(
     pick: Callable[[str, int], float],
     file: str,
 ) -> tuple[dict[str, Any], list[ThresholdSection]]:
-    """Return the table with motions for thresholds, and their parts of the run; ``pick`` draws the order.
+    """Return the table with the thresholds' motions in place, and their parts of the run; ``pick`` draws the order.
 
     Without ``duration`` the run ends after the last rest. Raises ScenarioError.
     """
@@ -154,7 +154,7 @@ def _lasting(table: Mapping[str, Any], end_ps: int, last: int, file: str) -> dic
     try:
         duration_ps = parse_duration(kept["duration"])
     except ValueError:
-        return kept  # the schema refuses it
+        return kept  # the schema refuses this duration
     if duration_ps < end_ps:
         problem = f"must end before the scenario's end at {seconds(duration_ps)}, not at {seconds(end_ps)}"
         hint = "give a longer duration, or omit it"

@@ -49,7 +49,7 @@ class TimelineAction(Table):
     """Whether the action must be performed at its time (a jump)."""
 
     MOVES: ClassVar[frozenset[str]] = frozenset()
-    """Quantities that every such entry moves."""
+    """Quantities that every entry of this kind moves."""
 
     at: Duration | None = None
     """Virtual time; by default the end of the previous entry."""
@@ -64,7 +64,7 @@ class TimelineAction(Table):
 
     @property
     def moves(self) -> frozenset[str]:
-        """Return the moved quantities, each by one motion at a time."""
+        """Return the moved quantities. Only one motion at a time may move a quantity."""
         return self.MOVES
 
     def plan(self, world: World, start_s: float) -> None:

@@ -58,7 +58,10 @@ def entry_line(entry: TimelineAction, at_ps: int, interrupts: bool = False) -> s
 
 
 def timeline(entries: Iterable[tuple[int, TimelineAction]]) -> str:
-    """Return ``timeline = [...]``, a line for each (time in ps, entry); one that cuts a motion short says so."""
+    """Return ``timeline = [...]``, with one line for each (time in ps, entry).
+
+    An entry that cuts a motion short gets the key ``interrupts``.
+    """
     busy_until: dict[str, int] = {}
     lines = []
     for at_ps, entry in sorted(entries, key=lambda one: one[0]):
