@@ -69,7 +69,7 @@ def _execute_and_clean_up(arguments: Sequence[str]) -> int:
 def _start_quickly() -> None:
     """Change library defaults that cost a sixth of each start without benefit."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices here are 3 x 3
-    gc.set_threshold(20_000)  # loaded modules stay
+    gc.set_threshold(20_000)  # fewer collections: loaded modules are never garbage
 
 
 def _write_what_can_be_written() -> None:
@@ -191,7 +191,7 @@ def _address_space() -> float:
 
 
 def _prints(arguments: Sequence[str]) -> bool:
-    """Return whether a command needs standard output; ``run`` can print its text elsewhere."""
+    """Return whether a command needs standard output. ``run`` does not, because its text can go elsewhere."""
     return arguments[:1] != ["run"] or not {"-h", "--help"}.isdisjoint(arguments)
 
 
@@ -222,7 +222,9 @@ def _is_broken_pipe(error: BaseException) -> bool:
 
 
 def _lost(stream: TextIO) -> Exception | None:
-    """Flush the stream and return the error, if any; redirect it then, so that Python does not try again."""
+    """Flush the stream and return the error, if any. After an error, redirect the stream, so that Python does not
+    flush it again.
+    """
     try:
         stream.flush()
     except (OSError, ValueError) as error:

@@ -40,10 +40,10 @@ def points_on_board(seed: int, verdict: Verdict, code: ExitCode) -> BoardResult:
 
 
 class BoardsTable:
-    """Prints results as they are added.
+    """Printer of the results, each when it is added.
 
-    ``all_right`` is the text for boards without losses ("have all points"), ``is_lost`` the text for the
-    others ("loses points").
+    ``all_right``: text for boards without losses ("have all points"). ``is_lost``: text for the other boards
+    ("loses points").
     """
 
     def __init__(self, title: str, all_right: str, is_lost: str) -> None:

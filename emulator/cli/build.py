@@ -1,7 +1,7 @@
 """``fcu build``: build a project of ``fcu new`` without make, to the same bytes.
 
 Decision: the program's own files are compiled in every build, so that the compiler's warnings appear;
-``support/`` only if a file is newer than an object or has changed.
+those of ``support/`` are compiled only if a file is newer than an object or has changed.
 """
 
 from __future__ import annotations

@@ -39,14 +39,14 @@ from fcu_emulator.emulator.scenario.expectations import Expectation
 from fcu_emulator.emulator.text import visible
 
 _WRONG = ("failed", "partial")
-_CHECKS_SHOWN = 4  # of an exercise
+_CHECKS_SHOWN = 4  # checks of an exercise
 _CAUSES_SHOWN = 2
-_SENTENCES_SHOWN = 4  # of one cause
-_COMPARED = 60  # characters of a warning
-_COMMAND = 66  # widest column of commands
+_SENTENCES_SHOWN = 4  # sentences of one cause
+_COMPARED = 60  # characters of a warning that are compared
+_COMMAND = 66  # maximum width of the column of commands
 _FUNCTION = re.compile(r"(\w+)\(")
 _NOT_BEGUN = frozenset({"missing", "stopped", "never lit", "blinks", "prerequisite"})
-"""Findings of an exercise without the student's code."""
+"""Findings that an exercise can have before the student has written code for it."""
 _NOT_OF_THE_FORMULA = frozenset({"wrong format", "stopped", "prerequisite"})
 """Findings for which a hint's further steps do not help."""
 
@@ -69,7 +69,7 @@ def check_program(options: CheckOptions) -> ExitCode:
         raise InputError("--boards must be used without --json, --save and --hint")
     rubric = load_rubric(_rubric_of(options))
     for name in options.exercises:
-        rubric.exercise(name)  # fails before the build
+        rubric.exercise(name)  # reports an unknown exercise before the build
     firmware, build_log = _built(options.target)
     with _workers(options.jobs, len(rubric.runs)) as workers:
         if options.boards is not None:
@@ -162,8 +162,8 @@ def _write(path: Path, verdict: Verdict) -> None:
 
 
 def _save(folder: Path, verdict: Verdict, rubric: Rubric, firmware: str) -> tuple[dict[str, Path], list[str]]:
-    """Write the motions as scenarios. Return the files of property checks by check, and the names of all
-    files.
+    """Write the motions of the runs as scenarios. Return the files of failed property checks, by check, and the
+    names of all files.
     """
     texts = {f"{run.run}.toml": run.replay for run in verdict.evidence if run.replay}
     laws: dict[str, Path] = {}
@@ -340,7 +340,7 @@ class _Screen:
         if failed:
             yield ""
             yield paint("Not graded", "heading")
-            for check in failed:  # a hint about special cases distracts from a general error
+            for check in failed:  # no hint about special cases while the exercise has a general error
                 yield from _check(check, self._hints(check) if self._verdict.is_done(check.exercise) else [])
                 if check.check in self._laws:
                     yield f"        run: {self._run(self._laws[check.check])}"
@@ -382,7 +382,7 @@ class _Screen:
         return bool(self._warning) and not done and self._warning[:_COMPARED] in remark.actual
 
     def _unjudged_remarks(self) -> Iterator[str]:
-        """Yield remarks on exercises with points that this machine cannot check."""
+        """Yield the remarks that this machine cannot check, for exercises that have points."""
         begun = {one.exercise for one in self._verdict.checks if one.points}
         for check in self._verdict.unjudged:
             if not check.max_points and check.exercise in begun:

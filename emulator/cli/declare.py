@@ -34,8 +34,8 @@ class _Option(click.Option):
 
 
 def option(*names: str, **settings: Any) -> Any:
-    """Return a field for an option with :func:`click.option`'s ``settings``; ``renamed_from``, its old name,
-    warns.
+    """Return a field for an option with :func:`click.option`'s ``settings``. ``renamed_from``: its old name, which
+    causes a warning.
     """
     default = settings.get("default", _absent(settings))
     declare = functools.partial(click.option, *names, cls=_Option, **settings)

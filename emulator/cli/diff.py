@@ -126,7 +126,7 @@ def _report(
 
 
 def _look(line: str) -> Look | None:
-    """Return the look of a line: red for the first firmware, green for the second, like a text comparison."""
+    """Return the look of a line, as in a text comparison: red for the first firmware, green for the second."""
     if line.startswith(("first difference", "also different")):
         return "heading"
     looks: dict[str, Look] = {"- ": "fail", "+ ": "pass"}

@@ -50,7 +50,7 @@ def code_of(error: FcuError) -> ExitCode:
 
 
 def with_losses(code: ExitCode, lost: int, reader_gone: bool = False) -> ExitCode:
-    """Return ``code``, changed if ``lost`` bytes did not arrive or the reader has gone."""
+    """Return ``code``, or the code of the loss if ``lost`` bytes of output did not arrive."""
     if not lost or code not in (ExitCode.PASSED, ExitCode.FAILED):
         return code
     return ExitCode.READER_GONE if reader_gone else ExitCode.NOT_JUDGED

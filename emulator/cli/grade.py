@@ -53,7 +53,7 @@ _LARGEST_METADATA = 1 << 20
 
 
 def grade(options: GradeOptions) -> ExitCode:
-    """Grade as the options say. Raises FcuError."""
+    """Grade a class, or one submission for Gradescope. Raises FcuError."""
     if options.gradescope:
         return _grade_for_gradescope(options, options.autograder)
     if options.gradescope_zip is not None:
@@ -174,7 +174,7 @@ def _reported(reports: Reports, graded: Graded) -> Graded:
     """Write one report; an error in composing it affects only this submission."""
     try:
         return reports.student(graded)
-    except FcuError:  # a full disk ends the class
+    except FcuError:  # for example a full disk, which ends the grading
         raise
     except Exception as error:
         reason = f"cannot write its report, please report this bug: {type(error).__name__}: {error}"
@@ -213,7 +213,7 @@ def _grader(
 
 @contextmanager
 def _workers(options: GradeOptions) -> Iterator[LocalWorkers | DaskWorkers]:
-    """Yield workers; local ones leave no temporary files, even if killed."""
+    """Yield workers. Local workers leave no temporary files, even if they are killed."""
     if options.dask is not None:
         with DaskWorkers(options.dask) as cluster:
             yield cluster

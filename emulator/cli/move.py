@@ -21,7 +21,7 @@ _PUSHED_FOR = "1s"
 def move(options: MoveOptions) -> None:
     """Move the running board and print its attitude before. Raises InputError.
 
-    Previous release's words are accepted with a warning.
+    Words of the previous release are accepted with a warning.
     """
     new_word = OLD_WORDS.get(options.gesture or "")
     if new_word is not None:
@@ -68,14 +68,14 @@ def entries(options: MoveOptions, truth: dict[str, Any]) -> list[dict[str, Any]]
 
 
 def _turn(angles: dict[str, float | None], duration: str | None, truth: dict[str, Any]) -> dict[str, Any]:
-    """Return an entry that keeps angles not given."""
+    """Return an entry that turns the board; an angle that is None keeps its value."""
     target = {name: truth[name] if angle is None else angle for name, angle in angles.items()}
     how = {"do": "follow_attitude"} if duration is None else {"do": "rotate_to", "for": duration}
     return how | target
 
 
 def _asked(board: RunningBoard, message: dict[str, Any]) -> dict[str, Any]:
-    """Return the board's state after a message. Raises InputError with the board's message."""
+    """Send a message and return the board's state after it. Raises InputError with the board's error."""
     (answer,) = board.ask(message)
     if "error" in answer:
         raise InputError(str(answer["error"]))

@@ -137,7 +137,7 @@ def _check_files(options: RunOptions) -> None:
 
 
 def create_board(options: RunOptions) -> Board:
-    """Return a board as the options describe it. Raises InputError."""
+    """Return the board that the options describe. Raises InputError."""
     firmware = options.firmware
     if firmware is None and options.scenario is None:
         firmware = FCU001V1.default_firmware
@@ -275,13 +275,13 @@ def set_limits(board: Board, settings: tuple[str, ...]) -> Limits | None:
 
 
 def exceeded_limit(board: Board, limits: Limits | None, paced: bool) -> Callable[[float], str]:
-    """Return a check between slices; the chip checks its own limits more exactly."""
+    """Return a function that checks the limits between slices. The chip checks its limits itself, more exactly."""
     plan = board.scenario
 
     def exceeded(wall_s: float) -> str:
         if limits is not None and board.chip is None:
             limits.check_printed(board.terminal.uart.received_count())
-            if not paced:  # pacing waits
+            if not paced:  # a paced run waits, so its wall time is long in any case
                 limits.check_wall(wall_s)
         return plan.exceeded(board, wall_s) if plan else ""
 

@@ -32,7 +32,7 @@ _OF_ONE_BOARD: dict[str, tuple[object, ...]] = {
     "halt": (False,),
     "verbose": (False,),
 }
-"""Options for a single run, with the values that several boards allow."""
+"""Options that a run on several boards restricts, with the values that it allows."""
 
 
 def run_on_boards(options: RunOptions, count: int) -> ExitCode:

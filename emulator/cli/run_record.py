@@ -4,7 +4,7 @@
 the run and written after the verdict, so an empty file means a killed run.
 
 ==============  ==========================================================================================
-exit_code       as :mod:`fcu_emulator.emulator.cli.exit_codes`; ``verdict`` is its word
+exit_code       as :mod:`fcu_emulator.emulator.cli.exit_codes`; ``verdict`` is the same as a word
 error           the error that ended the run, or null
 timer           the lab's timer: rate, ticks, late and lost ones, longest wait
 chip            resets and similar events

@@ -186,7 +186,7 @@ _FIRST_QUESTION_S = 3.0
 
 
 class Explainer:
-    """Explains failures of one run, line by line with ``say``."""
+    """Explanation of the failures of one run; ``say`` prints each line."""
 
     def __init__(self, board: Board, say: Say) -> None:
         self._board = board

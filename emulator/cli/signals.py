@@ -27,7 +27,7 @@ class Terminated(BaseException):
 
 
 def end_in_order() -> None:
-    """Raise :class:`Terminated` in the main thread on future requests to end."""
+    """Let future requests to end raise :class:`Terminated` in the main thread."""
     for name in _NAMES:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is signal.SIG_DFL:
@@ -35,7 +35,7 @@ def end_in_order() -> None:
 
 
 def end_at_once() -> None:
-    """End at once on future requests, because all work is done."""
+    """Let future requests end the process at once, because all work is done."""
     for name in _NAMES:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is _raise:
@@ -45,7 +45,7 @@ def end_at_once() -> None:
 def ask_again(unraisable: sys.UnraisableHookArgs) -> None:
     """Repeat a request that Python could not raise, for example in a destructor.
 
-    Another thread must raise it again, because Python would drop it here, too.
+    Another thread must repeat it, because Python would drop it here as well.
     """
     error = unraisable.exc_value
     if isinstance(error, KeyboardInterrupt | Terminated):
@@ -69,7 +69,7 @@ def _raise(number: int, frame: FrameType | None) -> None:
 def _is_worker() -> bool:
     """Return whether this is a worker of :mod:`fcu_emulator.emulator.host.isolation`.
 
-    Must not import: a signal may come while that module is partly loaded.
+    This function must not import the module, because a signal may come while the module is partly loaded.
     """
     limits_of_worker = getattr(
         sys.modules.get("fcu_emulator.emulator.host.isolation"), "limits_of_worker", None

@@ -74,7 +74,7 @@ class _TcpPort:
             return None
 
     def write(self, data: bytes) -> None:
-        while data:  # sendall does not tell how much was sent before the timeout, which is meant for reading
+        while data:  # sendall would not tell how much was sent before the timeout, which is set for reading
             with contextlib.suppress(TimeoutError):
                 data = data[self._socket.send(data) :]
 
@@ -107,7 +107,7 @@ class _SerialPort:
 
 
 class _ControlPort:
-    """Terminal through the control server of a board without a port."""
+    """Terminal of a board without a serial port, through its control server."""
 
     def __init__(self, board: RunningBoard) -> None:
         self._conversation = ControlClient(board)
@@ -241,7 +241,10 @@ class Console:
 if sys.platform != "win32":
 
     def _raw(descriptor: int) -> Callable[[], None]:
-        """Return each key at once, also Ctrl-C; return a function that undoes it. Output is unchanged."""
+        """Make the console return each key at once, including Ctrl-C. Return a function that undoes this.
+
+        The mode of the output does not change.
+        """
         before = termios.tcgetattr(descriptor)
         tty.setraw(descriptor, termios.TCSADRAIN)
         now = termios.tcgetattr(descriptor)
@@ -251,7 +254,7 @@ if sys.platform != "win32":
 
 
 _ESCAPES = {"H": "A", "P": "B", "M": "C", "K": "D", "G": "H", "O": "F"}
-"""Windows' code to the last character of xterm's sequence: arrows, Home, End."""
+"""Last character of xterm's escape sequence by Windows' key code, for arrows, Home and End."""
 
 
 def key(getwch: Callable[[], str], kbhit: Callable[[], bool]) -> bytes:

@@ -51,7 +51,7 @@ _PLACES: Mapping[str, tuple[str, ...]] = {
 def find_compiler(
     environment: Mapping[str, str] = os.environ, system: str = sys.platform, root: Path = Path("/")
 ) -> Path | None:
-    """Return the compiler's path, None if not installed.
+    """Return the compiler's path, or None if the compiler is not installed.
 
     ``environment``: PATH, HOME and Windows' variables. ``system``: as ``sys.platform``. ``root``: the folder
     that replaces / on Linux and macOS.
@@ -83,7 +83,7 @@ def _folders(environment: Mapping[str, str], system: str, root: Path) -> Iterato
 
 
 def _version(folder: Path) -> tuple[tuple[int, ...], str]:
-    """Sort by the numbers in names: 13.3 after 9.3."""
+    """Return a sort key by the numbers in the path, so that 13.3 is after 9.3."""
     return tuple(map(int, re.findall(r"\d+", str(folder)))), str(folder)
 
 
