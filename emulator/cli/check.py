@@ -88,7 +88,7 @@ def check_program(options: CheckOptions) -> ExitCode:
 
 @contextmanager
 def _workers(jobs: int | None, runs: int) -> Iterator[Executor | None]:
-    """Yield processes for the runs beside this one; None if this one is enough, or in a limited process."""
+    """Yield an executor with further processes for the runs; None if this process is enough or is a limited worker."""
     count = min(jobs or os.cpu_count() or 1, runs)
     if count == 1 or limits_of_worker() is not None:
         yield None

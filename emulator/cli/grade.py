@@ -326,7 +326,7 @@ def _pack_for_gradescope(options: GradeOptions, file: Path) -> ExitCode:
 
 
 def _submitter(metadata: Path) -> Student:
-    """Return Gradescope's student; of a group the lowest id, which keeps the board."""
+    """Return Gradescope's student; for a group the student with the lowest id, so that the board is the same."""
     try:
         users = [user for user in _metadata(metadata)["users"] if isinstance(user, dict)]
         first = min(users, key=lambda user: str(user["id"]))

@@ -294,7 +294,7 @@ def _content(path: Path, scratch: Path, take: Take | None) -> SubmittedFirmware 
 
 
 def _choose(folder: Path, scratch: Path | None, take: Take | None) -> SubmittedFirmware | SubmittedSource:
-    """Return the only program in a folder. ``scratch``: for unpacking; None: not allowed."""
+    """Return the only program in a folder. ``scratch``: folder for unpacking; None: archives are not unpacked."""
     files = list(_walk(folder))
     own = [path for path in files if not _MADE & set(path.relative_to(folder).parts[:-1])]
     if take != "firmware":

@@ -114,7 +114,7 @@ class ExpectLedFollows(Windowed):
         )
 
     def followed(self, run: RunView) -> Followed:
-        """Return the periods of the lit LED, at least 1 ms, and those in which the condition holds beyond its margin."""
+        """Return the periods of the lit LED (at least 1 ms), and those of the condition without its margin."""
         states = ((begin, min(until, run.end_ps)) for begin, until, lit in led_states(run, self.led) if lit)
         lit = tuple((begin, until) for begin, until in states if until - begin >= PS_PER_MS)
         return Followed(self.led.upper(), self.condition.text(), self.condition.held(run), lit)
