@@ -13,8 +13,9 @@
 #include "chip.h"
 
 #define CHECK_INTERVAL 20000 /* maximum number of instructions in a run */
+#define CHECK_SOON 500       /* the same after a skipped loop: firmware may wait again soon */
 #define MAX_CHECK_INTERVAL 100000000
-#define SUSPECT_AFTER 2000 /* instructions without an access */
+#define SUSPECT_AFTER 500 /* instructions without an access */
 #define LONGEST_LOOP 256
 #define PAUSE 1000000 /* instructions until the next search; doubled after each unsuccessful one */
 #define MAX_DOUBLINGS 5
@@ -57,6 +58,7 @@ static void execute_iteration(Chip *chip, unsigned slot) {
     chip->cycle_clock.count += skipped;
     chip->poll_skip.skipped += skipped;
     idle_skip->loops[slot].misses = 0;
+    idle_skip->check_interval = CHECK_SOON;
   } else if (++idle_skip->loops[slot].misses > MAX_MISSES) {
     idle_skip->loops[slot].period = 0;
   }
@@ -94,9 +96,11 @@ void idle_skip_check(Chip *chip) {
   IdleSkip *idle_skip = &chip->idle_skip;
   bool suspicious = chip->poll_skip.accesses == idle_skip->accesses && chip->run_loop.executed >= SUSPECT_AFTER;
   idle_skip->accesses = chip->poll_skip.accesses;
-  bool may_double = idle_skip->check_interval < MAX_CHECK_INTERVAL;
-  int64_t longer = may_double ? 2 * idle_skip->check_interval : MAX_CHECK_INTERVAL;
-  idle_skip->check_interval = suspicious ? longer : CHECK_INTERVAL;
+  int64_t longest = suspicious ? MAX_CHECK_INTERVAL : CHECK_INTERVAL, interval = idle_skip->check_interval;
+  if (chip->run_loop.executed >= interval) {
+    interval *= 2;
+  }
+  idle_skip->check_interval = interval < longest ? interval : longest;
   idle_skip->suspect = suspicious ? chip->core.r[15] : NO_ADDRESS;
 }
 
