@@ -45,7 +45,7 @@ from fcu_emulator.emulator.host.isolation import WorkerLimits
 from fcu_emulator.emulator.text import csv_text, one_line, visible
 
 _OF_A_WORKER = WorkerLimits(memory_bytes=1 << 30, cpu_s=1800, file_bytes=256 << 20)
-"""LAB3's rubric takes about 10 s of processor time and 150 MB."""
+"""LAB3's rubric takes about 6 s of processor time and 180 MB."""
 _MOST_LISTED = 20
 _TENTHS = 10
 _LINES_APART_S, _LONGEST_SILENCE_S = 10.0, 120.0
