@@ -86,7 +86,8 @@ class Board:
     ``cold_start``: False: sensors powered long before. True: supply switched on at t = 0, so that at first
     LSM6DSL (15 ms) and LIS2MDL (20 ms) do not answer (no acknowledge on I2C, 0xFF on SPI), and the board
     warms up.
-    ``crystal_hz``: frequency of the chip's crystal, 4 to 26 MHz, for programs made for another board.
+    ``crystal_hz``: frequency of the chip's crystal, 4 to 26 MHz, for programs made for another board; None: the
+    scenario's, else 16 MHz.
 
     Times are virtual seconds since power-on. Close a board with ``close()`` or a ``with`` block. Raises
     InputError (ScenarioError) when a name, a file or a value cannot be used.
@@ -105,7 +106,7 @@ class Board:
         seed: int | None = None,
         ideal: bool = False,
         cold_start: bool = False,
-        crystal_hz: int = CRYSTAL_HZ,
+        crystal_hz: int | None = None,
         profile: str | None = None,
     ) -> None:
         wiring = wiring if profile is None else _given_as_profile(profile)
@@ -113,11 +114,13 @@ class Board:
             raise InputError(f"seed must be an integer, not {seed!r}")
         board = self.description
         plan = _load(scenario, board, seed)
-        if firmware is None and plan is not None:
-            firmware = plan.firmware or None
-        settings = plan.firmware_settings() if plan else None
-        tried = partial(self._reaches_sensors, firmware, crystal_hz=crystal_hz)
-        self.booted = choice = choose(board, firmware, wiring, settings, tried)
+        if firmware is None:
+            firmware = (plan and plan.firmware) or None
+        crystal_hz = crystal_hz or (plan.crystal_hz if plan else CRYSTAL_HZ)
+        reaches_sensors = partial(self._reaches_sensors, firmware, crystal_hz=crystal_hz)
+        self.booted = choice = choose(
+            board, firmware, wiring, plan.firmware_settings() if plan else None, reaches_sensors
+        )
         self.scenario = plan
         self.seed = seed if seed is not None else plan.seed if plan else 0
         self.clock = clock = Clock()

@@ -111,12 +111,11 @@ class RunOptions:
         help="With --scenario: run on N boards, with a summary.",
     )
     ideal: bool = _ideal()
-    crystal: float = option(
+    crystal: float | None = option(
         "--crystal",
         type=click.FloatRange(4, 26),
-        default=16.0,
         metavar="MHZ",
-        help="Frequency of the chip's crystal, for a program of another board. Default: 16.",
+        help="Frequency of the chip's crystal, for a program of another board. Default: the scenario's, else 16.",
     )
     trace: Path | None = _file("Write every event to a JSON-lines file.", "--trace")
     vcd: Path | None = _file("Write the signals on the board's wires, for logic analysers.", "--vcd")

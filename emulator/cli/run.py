@@ -147,7 +147,7 @@ def create_board(options: RunOptions) -> Board:
         wiring=options.wiring,
         seed=options.seed,
         ideal=options.ideal,
-        crystal_hz=round(options.crystal * 1e6),
+        crystal_hz=None if options.crystal is None else round(options.crystal * 1e6),
     )
 
 

@@ -161,35 +161,50 @@ class Window(Table):
         return f" from {seconds(self.from_)} to {end}"
 
 
-# -- Bus speeds ("400kHz"), and addresses on a bus ----------------------------------------------------------
+# -- Frequencies ("400kHz"), and addresses on a bus ---------------------------------------------------------
 
 
 _HZ_PER_UNIT = {"Hz": 1, "kHz": 1000, "MHz": 1_000_000}
 _FREQUENCY = rf"({NUMBER}) ?({'|'.join(_HZ_PER_UNIT)})"
-_FREQUENCY_RIGHT = 'a number and a unit (Hz, kHz, MHz) in quotes, such as "400kHz"'
-_SLOWEST_BUS_HZ = 10_000
-_FASTEST_BUS_HZ = 1_000_000
+
+
+def parse_frequency(value: Any, lowest: str, highest: str, example: str) -> int:
+    """Return a frequency within limits in Hz. Raises ValueError."""
+    right = f'a number and a unit (Hz, kHz, MHz) in quotes, such as "{example}"'
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        raise ValueError(f"must be {right}, not the bare number {shown(value)}")
+    hertz = _hertz_of(value) if isinstance(value, str) else None
+    if hertz is None:
+        raise ValueError(f"must be {right}, not {shown(value)}")
+    if not (_hertz_of(lowest) or 0) <= hertz <= (_hertz_of(highest) or 0):
+        raise ValueError(f'must be from "{lowest}" to "{highest}", not {shown(value)}')
+    return hertz
+
+
+def _hertz_of(text: str) -> int | None:
+    match = re.fullmatch(_FREQUENCY, text)
+    return int(Decimal(match[1]) * _HZ_PER_UNIT[match[2]]) if match else None
+
+
+def format_frequency(hertz: int) -> str:
+    """Return a frequency with its unit, as a file has it."""
+    unit = next(one for one in ("MHz", "kHz", "Hz") if hertz % _HZ_PER_UNIT[one] == 0)
+    return f"{hertz // _HZ_PER_UNIT[unit]}{unit}"
 
 
 def parse_bus_speed(value: Any) -> int:
     """Return a bus speed, 10 kHz to 1 MHz, in Hz. Raises ValueError."""
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        raise ValueError(f"must be {_FREQUENCY_RIGHT}, not the bare number {shown(value)}")
-    match = re.fullmatch(_FREQUENCY, value) if isinstance(value, str) else None
-    if match is None:
-        raise ValueError(f"must be {_FREQUENCY_RIGHT}, not {shown(value)}")
-    hertz = int(Decimal(match[1]) * _HZ_PER_UNIT[match[2]])
-    if not _SLOWEST_BUS_HZ <= hertz <= _FASTEST_BUS_HZ:
-        raise ValueError(f'must be from "10kHz" to "1MHz", not {shown(value)}')
-    return hertz
+    return parse_frequency(value, "10kHz", "1MHz", "400kHz")
 
 
-BusSpeed = Annotated[
-    int,
-    PlainValidator(parse_bus_speed),
-    PlainSerializer(lambda hertz: f"{hertz}Hz"),
-    _json_string(_FREQUENCY, "400kHz"),
-]
+def parse_crystal(value: Any) -> int:
+    """Return the frequency of a crystal, 4 to 26 MHz (STM32F401xB/C datasheet), in Hz. Raises ValueError."""
+    return parse_frequency(value, "4MHz", "26MHz", "16MHz")
+
+
+_IN_HERTZ = PlainSerializer(lambda hertz: f"{hertz}Hz")
+BusSpeed = Annotated[int, PlainValidator(parse_bus_speed), _IN_HERTZ, _json_string(_FREQUENCY, "400kHz")]
+CrystalFrequency = Annotated[int, PlainValidator(parse_crystal), _IN_HERTZ, _json_string(_FREQUENCY, "16MHz")]
 
 
 def _parse_address(value: object, info: ValidationInfo) -> int:

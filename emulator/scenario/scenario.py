@@ -129,6 +129,7 @@ class Scenario:
         """Time of power-on; None: long before the run."""
         self.duration_ps = contents.duration
         self.i2c_speed_hz = contents.bus.speed
+        self.crystal_hz = contents.crystal
         self.limits: LimitsTable = contents.limits
         self.expectations: list[AnyExpectation] = contents.expect
         self.reports: list[ReportTable] = contents.report

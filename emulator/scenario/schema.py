@@ -22,7 +22,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, core_schema
 
-from fcu_emulator.emulator.boards.description import BoardDescription, BoardErrors, SensorSettings
+from fcu_emulator.emulator.boards.description import CRYSTAL_HZ, BoardDescription, BoardErrors, SensorSettings
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
 from fcu_emulator.emulator.buses.i2c import FAST_MODE_HZ
 from fcu_emulator.emulator.clock import PS_PER_S, format_duration
@@ -40,12 +40,14 @@ from fcu_emulator.emulator.scenario.fields import (
     LED_NAMES,
     PART_NAMES,
     BusSpeed,
+    CrystalFrequency,
     Duration,
     FieldTable,
     Length,
     Table,
     Vector,
     Window,
+    format_frequency,
     within,
 )
 from fcu_emulator.emulator.scenario.following import ExpectLineFollows
@@ -272,6 +274,7 @@ class ScenarioFile(Table):
     seed: int = Field(0, ge=0, lt=2**63)
     uptime: Duration | None = None
     duration: Length = 10 * PS_PER_S
+    crystal: CrystalFrequency = CRYSTAL_HZ
     firmware_settings: FirmwareTable = Field(default_factory=lambda: FirmwareTable.model_validate({}))
     bus: BusTable = BusTable()
     world: WorldTable = WorldTable()
@@ -378,5 +381,5 @@ def as_written(schema: Any, board: BoardDescription) -> Any:
     if written.get("type") == "string" and isinstance(written.get("default"), int):
         of_speed = "Hz" in written.get("pattern", "")
         default = written["default"]
-        written["default"] = f"{default // 1000}kHz" if of_speed else format_duration(default)
+        written["default"] = format_frequency(default) if of_speed else format_duration(default)
     return written

@@ -6,6 +6,7 @@ import gc
 import re
 import weakref
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,6 +16,7 @@ from hypothesis import strategies as st
 from fcu_emulator import Board, ExpectationError, FirmwareError, InputError
 from fcu_emulator.emulator.buses.i2c import FaultKind, I2CFault
 from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S
+from fcu_emulator.emulator.errors import ScenarioError
 from fcu_emulator.emulator.python_cpu.hal import HAL_BUSY, HAL_ERROR, HAL_OK, HAL_TIMEOUT, VirtualHal
 from fcu_emulator.emulator.trace import BusTransfer, Fault, GpioEdge, TickLate, TickLost
 from tests.support.board_fakes import script, start_timer
@@ -377,6 +379,26 @@ def test_firmware_variables_are_reachable_by_their_c_names() -> None:
 def test_crystal_outside_datasheet_is_error(crystal_hz: Any) -> None:
     with pytest.raises(InputError, match="crystal_hz must be"):
         Board(crystal_hz=crystal_hz)
+
+
+@pytest.mark.parametrize(("argument", "crystal_hz"), [(None, 8_000_000), (25_000_000, 25_000_000)])
+def test_argument_overrides_crystal_of_scenario(
+    argument: int | None, crystal_hz: int, tmp_path: Path
+) -> None:
+    file = tmp_path / "crystal.toml"
+    file.write_text('schema = 1\nquestion = "Which crystal?"\ncrystal = "8MHz"\n', encoding="utf-8")
+
+    assert Board(scenario=file, crystal_hz=argument).signals.crystal_hz == crystal_hz
+
+
+@pytest.mark.parametrize("crystal", ['"3.9MHz"', '"27MHz"', "8", '"8"'])
+def test_invalid_crystal_of_scenario_is_refused(crystal: str, tmp_path: Path) -> None:
+    file = tmp_path / "crystal.toml"
+    file.write_text(f'schema = 1\nquestion = "Which crystal?"\ncrystal = {crystal}\n', encoding="utf-8")
+
+    with pytest.raises(ScenarioError) as refused:
+        Board(scenario=file)
+    assert refused.value.key == "crystal"
 
 
 def test_crystal_of_board_reaches_chip() -> None:
