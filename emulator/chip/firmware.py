@@ -28,6 +28,8 @@ from fcu_emulator.emulator.chip.cpu.work import costliest
 from fcu_emulator.emulator.chip.diagnosis import Diagnosis, diagnose, findings
 from fcu_emulator.emulator.chip.diagnosis.hang import exception_name
 from fcu_emulator.emulator.chip.image import FirmwareImage
+from fcu_emulator.emulator.chip.memory_map import FLASH, FLASH_SIZE
+from fcu_emulator.emulator.chip.peripherals.flash import SECTORS
 from fcu_emulator.emulator.chip.peripherals.tim import Timer
 from fcu_emulator.emulator.clock import PS_PER_MS, PS_PER_S, Clock
 from fcu_emulator.emulator.errors import InputError, LimitError, SymbolError
@@ -97,6 +99,19 @@ class ArmFirmware:
         from fcu_emulator.emulator.chip.calls import set_variable
 
         set_variable(self.image, name, value, self._memory, self._store)
+
+    def flash_contents(self) -> bytes:
+        """Return all bytes of the flash."""
+        return bytes(self.chip.core.flash)
+
+    def load_flash(self, contents: bytes) -> None:
+        """Restore the sectors that the firmware's file does not use, before the run. Raises InputError."""
+        if len(contents) != FLASH_SIZE:
+            raise InputError(f"contents of the flash must have {FLASH_SIZE} bytes, not {len(contents)}")
+        used = [(segment.address - FLASH, len(segment.data)) for segment in self.image.segments]
+        for sector in SECTORS:
+            if not any(begin < sector.stop and begin + size > sector.start for begin, size in used):
+                self.chip.core.flash[sector.start : sector.stop] = contents[sector.start : sector.stop]
 
     def caller(self, restoring: Callable[[], AbstractContextManager[object]]) -> Caller:
         from fcu_emulator.emulator.chip.calls import Caller

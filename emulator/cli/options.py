@@ -117,6 +117,9 @@ class RunOptions:
         metavar="MHZ",
         help="Frequency of the chip's crystal, for a program of another board. Default: the scenario's, else 16.",
     )
+    flash: Path | None = _file(
+        "Keep the chip's flash in FILE between runs, except the sectors of the program.", "--flash"
+    )
     trace: Path | None = _file("Write every event to a JSON-lines file.", "--trace")
     vcd: Path | None = _file("Write the signals on the board's wires, for logic analysers.", "--vcd")
     perfetto: Path | None = _file("Write a timeline of functions, buses and LEDs.", "--perfetto")

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from fcu_emulator.emulator.assembly.board import Board
 from fcu_emulator.emulator.boards.fcu001v1 import FCU001V1
+from fcu_emulator.emulator.chip.memory_map import FLASH_SIZE
 from fcu_emulator.emulator.cli.exit_codes import ExitCode, code_of, with_losses
 from fcu_emulator.emulator.cli.isolated import announcement as isolation_announcement
 from fcu_emulator.emulator.cli.options import RunOptions
@@ -23,6 +24,7 @@ from fcu_emulator.emulator.cli.screen import Look, Say, gap, mark_of
 from fcu_emulator.emulator.cli.screen import say as say_to_user
 from fcu_emulator.emulator.clock import parse_duration, seconds
 from fcu_emulator.emulator.errors import FcuError, InputError, LinkError, OutputError
+from fcu_emulator.emulator.host.files import write_atomically
 from fcu_emulator.emulator.host.isolation import limits_of_worker
 from fcu_emulator.emulator.links import Addressed, ByteLink, open_link
 from fcu_emulator.emulator.links.runner import Progress, Runner
@@ -51,7 +53,7 @@ def run_board(options: RunOptions) -> ExitCode:
     board = create_board(options)
     limits = set_limits(board, options.limit)
     end_ps = run_end_ps(options, board)
-    with ExitStack() as stack:
+    with _kept_flash(board, options.flash), ExitStack() as stack:
         speed = _speed(options.speed, options.serial, end_ps)
         tell = _silently if options.quiet else say_to_user
         links = [_open(spec, board, tell, stack) for spec in dict.fromkeys(options.serial)]
@@ -126,7 +128,7 @@ def _unread(links: Sequence[ByteLink]) -> bool:
 
 def _check_files(options: RunOptions) -> None:
     named: dict[Path, str] = {}
-    for option in ("json", "trace", "vcd", "perfetto"):
+    for option in ("json", "trace", "vcd", "perfetto", "flash"):
         path: Path | None = getattr(options, option)
         if path is not None and path in named:
             raise InputError(
@@ -134,6 +136,31 @@ def _check_files(options: RunOptions) -> None:
             )
         if path is not None:
             named[path] = option
+
+
+@contextmanager
+def _kept_flash(board: Board, path: Path | None) -> Iterator[None]:
+    """Restore the flash from a file of an earlier run, and write it at the end. Raises InputError, OutputError."""
+    if path is None:
+        yield
+        return
+    if board.chip is None:
+        raise InputError(f"--flash needs firmware for the chip, not {board.booted.name!r} in Python")
+    if path.exists():
+        board.chip.load_flash(_flash_of(path))
+    try:
+        yield
+    finally:
+        write_atomically(path, board.chip.flash_contents())
+
+
+def _flash_of(path: Path) -> bytes:
+    try:
+        if path.is_file() and path.stat().st_size == FLASH_SIZE:
+            return path.read_bytes()
+    except OSError as error:
+        raise InputError(f"--flash {path}: {error.strerror or error}") from error
+    raise InputError(f"--flash {path}: must be a file of {FLASH_SIZE} bytes, written by an earlier run")
 
 
 def create_board(options: RunOptions) -> Board:

@@ -28,6 +28,7 @@ _OF_ONE_BOARD: dict[str, tuple[object, ...]] = {
     "vcd": (None,),
     "perfetto": (None,),
     "json": (None,),
+    "flash": (None,),
     "gdb": (None,),
     "halt": (False,),
     "verbose": (False,),

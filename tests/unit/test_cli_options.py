@@ -29,7 +29,7 @@ LINES: list[tuple[str, str, Any]] = [
         """run a.elf --wiring lab3 --scenario desk --duration 1s --speed 2 --serial tcp --serial
         stdout --seed 3 --ideal --trace t.jsonl --vcd v.vcd --perfetto p.json --quiet --gdb 1234
         --halt --limit lines=5 --json j.json --verbose --all-uarts
-        --crystal 8""",
+        --crystal 8 --flash f.bin""",
         RunOptions(
             firmware="a.elf",
             wiring="lab3",
@@ -48,6 +48,7 @@ LINES: list[tuple[str, str, Any]] = [
             verbose=True,
             all_uarts=True,
             crystal=8.0,
+            flash=Path("f.bin"),
             vcd=Path("v.vcd"),
             perfetto=Path("p.json"),
         ),
