@@ -38,7 +38,7 @@ def solution() -> str:
         source,
         ("/* YOUR CODE HERE: your variables", f"{VARIABLE}\n/* YOUR CODE HERE: your variables"),
         ("    /* YOUR CODE HERE: altitude", f"{LOOP}    /* YOUR CODE HERE: altitude"),
-        ("  /* YOUR CODE HERE: whatever", f"{CALLBACK}  /* YOUR CODE HERE: whatever"),
+        ("  /* YOUR CODE HERE: computations", f"{CALLBACK}  /* YOUR CODE HERE: computations"),
         ("    BSP_LED_Toggle(LED1);\n", ""),
     )
 
