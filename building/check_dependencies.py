@@ -22,7 +22,7 @@ _ALSO: Final = {
 
 
 def platforms(name: str) -> list[str]:
-    """Return the wheel tags that such a machine accepts."""
+    """Return the wheel tags that a machine of this platform accepts."""
     for family, others in _ALSO.items():
         if name.startswith(family):
             return [name, *(name.replace(family, other) for other in others)]
@@ -30,7 +30,7 @@ def platforms(name: str) -> list[str]:
 
 
 def resolve(wheel: Path, name: str, python: str) -> str:
-    """Return the packages. Raises RuntimeError without wheels."""
+    """Return the names of the packages. Raises RuntimeError if a package has no wheel."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "pip", "install", "-q", "--dry-run", "--ignore-installed"]
         command += ["--only-binary", ":all:", "--implementation", "cp", "--python-version", python]
@@ -44,7 +44,7 @@ def resolve(wheel: Path, name: str, python: str) -> str:
 
 
 def main(folder: str = "dist") -> None:
-    """Print a line for each platform. Raises RuntimeError."""
+    """Print the packages for each platform. Raises RuntimeError if a package has no wheel."""
     for name, target in TARGETS.items():
         (wheel,) = Path(folder).glob(f"*-{target.tag}.whl")
         found = {resolve(wheel, name, python) for python in PYTHONS}

@@ -38,7 +38,7 @@ def check(*distribution: str) -> None:
         programs = environment / ("Scripts" if os.name == "nt" else "bin")
         pip = (programs / "python", "-m", "pip", "-q")
         _run(work, *pip, "install", "--no-deps", *distribution)
-        _run(work, *pip, "install", NAME)  # only the packages that it needs
+        _run(work, *pip, "install", NAME)  # installs only the packages that this one needs
         for program, *arguments in EXAMPLES:
             _run(work, programs / program, *arguments)
 

@@ -1,4 +1,4 @@
-"""Check that all files name one version: python building/check_version.py [REF]
+"""Check that all files name the same version: python building/check_version.py [REF]
 
 ``CITATION.cff``, ``CHANGELOG.md`` and a tag REF (refs/tags/v0.2.0) must have the version of ``pyproject.toml``.
 """

@@ -1,7 +1,7 @@
 """Check the wheels in a folder: python building/check_wheels.py [FOLDER]
 
-Each wheel must have one current C library that needs only system libraries; the source archive must have the committed
-files. Requires lief and auditwheel; see docs/building.md.
+Each wheel must have one current C library that needs only system libraries. The source archive must have the committed
+files. The script needs lief and auditwheel; see docs/building.md.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ _MACHINES: Final = {
 }
 _OLDEST_MACOS: Final = [11, 0, 0]
 _WINDOWS_HAS: Final = re.compile(r"kernel32\.dll|api-ms-win-crt-\w+-l1-1-0\.dll")
-"""System libraries; api-ms-win-crt is the Universal C Runtime of Windows 10 and later."""
+"""Libraries of the system. api-ms-win-crt is the Universal C Runtime of Windows 10 and later."""
 
 
 def check(wheel: Path, target: Target) -> Iterator[str]:
-    """Return the wheel's properties. Raises AssertionError if one is wrong."""
+    """Yield descriptions of the wheel's properties. Raises AssertionError if a property is wrong."""
     with ZipFile(wheel) as archive:
         names = [name for name in archive.namelist() if name.startswith(_PLACE)]
         assert not [name for name in names if name.endswith((".c", ".h"))], "it has C sources"

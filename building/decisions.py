@@ -1,6 +1,6 @@
 """Generate the index docs/decisions.md: python building/decisions.py
 
-It has the first sentence of each paragraph that begins with "Decision". A test fails when the page is not current.
+The index has the first sentence of each paragraph that begins with "Decision". A test fails if the page is outdated.
 """
 
 from __future__ import annotations

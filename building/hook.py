@@ -12,7 +12,7 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 from packaging.tags import platform_tags
 
-sys.path.insert(0, str(Path(__file__).parent))  # hatchling loads this file by its path
+sys.path.insert(0, str(Path(__file__).parent))  # needed, because hatchling loads this file by its path
 
 import library
 import namespace
@@ -22,10 +22,10 @@ _GENERATED = "emulator/chip/native/generated"
 
 
 class CustomBuildHook(BuildHookInterface[Any]):
-    """Builds with building/library.py, for other systems with building/targets.py."""
+    """Build hook that uses building/library.py, and building/targets.py for other systems."""
 
     def dependencies(self) -> list[str]:
-        """Return zig if no C compiler works."""
+        """Return zig as a build dependency if no C compiler works."""
         if self.target_name == "sdist":
             return []
         return [library.ZIG] if _target() or self._tried(library.own_compiler) is None else []
@@ -79,5 +79,5 @@ def _compiler() -> library.Compiler:
 
 
 def _platform() -> str:
-    """Return this machine's tag; the Linux baseline is unknown."""
+    """Return the tag of this machine without a Linux baseline, which is unknown here."""
     return next(tag for tag in platform_tags() if "manylinux" not in tag and "musllinux" not in tag)

@@ -28,15 +28,15 @@ NATIVE: Final = runpy.run_path(str(FOLDER / "__init__.py"))
 FLAGS: Final = (
     "-std=gnu11",
     "-O2",
-    # CPU flags are written together and soon read one by one; without vectorisation this is a fifth faster
+    # the CPU's flags are written together and then read one by one, which is a fifth faster without vectorisation
     "-fno-tree-slp-vectorize",
-    "-fwrapv",  # signed sums wrap on every compiler, as the chip's do
-    # Export only the functions of fcu.h; other calls are then direct, and polling loops a sixth faster.
+    "-fwrapv",  # signed sums wrap with every compiler, as on the chip
+    # Export only the functions of fcu.h: calls of other functions are then direct, and polling loops a sixth faster.
     "-fvisibility=hidden",
     "-ffp-contract=off",  # products and sums are rounded separately, as on the chip
 )
 ZIG: Final = "ziglang~=0.17.0"
-"""Tested versions of ziglang, as a pip requirement."""
+"""Tested versions of ziglang, in the form of a pip requirement."""
 _ZIG_FLAGS: Final = (
     "-mcpu=baseline",  # otherwise the library needs this machine's instructions
     "-g0",
@@ -46,7 +46,7 @@ _TRIAL: Final = "long long trial(long long a, long long b) { return (long long)(
 
 
 class BuildError(Exception):
-    """The library cannot be built; the message names reason and remedy."""
+    """The library cannot be built; the message has the reason and a fix."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ def write_headers(folder: Path) -> None:
 
 
 def build(library: Path, compiler: Compiler) -> None:
-    """Compile in parallel, then install in one step."""
+    """Compile the sources in parallel, then install the library in one step."""
     flags = *FLAGS, *compiler.position_independent, *shlex.split(os.environ.get("CFLAGS", ""))
     libraries = "-lm", *shlex.split(os.environ.get("LDFLAGS", ""))
     macros = f'-DSOURCES="{NATIVE["digest"](FOLDER)}"', f'-DCOMPILER="{compiler.description}"'
@@ -159,7 +159,7 @@ def build_in_place(force: bool = False) -> str:
     """Build the library if it is outdated; return a message."""
     library = FOLDER / NATIVE["library_name"]()
     chosen = compiler()
-    write_headers(FOLDER / "generated")  # for editors and tests; the library is compiled with its own copy
+    write_headers(FOLDER / "generated")  # for editors and tests; the library is compiled with a separate copy
     digest, description, _ = NATIVE["built_from"](library)
     if not force and (digest, description) == (NATIVE["digest"](FOLDER), chosen.description):
         return f"{library} fits its sources"

@@ -12,15 +12,15 @@ from typing import Final
 ROOT: Final = Path(__file__).parents[1]
 FOLDERS: Final = ("emulator", "firmware_model", "sensors", "scenarios")
 SOURCES: Final = ("pyproject.toml", "building", "fcu_emulator", *FOLDERS)
-"""The files and folders that a wheel depends on."""
+"""The files and folders on which a wheel depends."""
 TYPES: Final = ROOT / "build" / "types" / "fcu_emulator"
 _NOT_SHIPPED: Final = ("emulator/chip/native/", "firmware_model/arm/solution/")
-"""Files left out of wheels: C sources, and the lab's solution."""
+"""Files that wheels do not contain: C sources, and the lab's solution."""
 _BUILT: Final = {".c", ".h", ".so", ".dylib", ".dll", ".pyd", ".pyc"}
 
 
 def wheel_files() -> dict[str, str]:
-    """Return the path of each file in a wheel."""
+    """Return the source path of each file, with its path in the wheel."""
     files = {str(path): path.name for path in (ROOT / "building" / "site").iterdir() if path.is_file()}
     for folder in FOLDERS:
         for path in sorted((ROOT / folder).rglob("*")):
@@ -46,7 +46,7 @@ def link_types() -> None:
             place.unlink()
         try:
             place.symlink_to(source)
-        except FileExistsError:  # another process was faster, or a copy exists
+        except FileExistsError:  # another process has created the link, or a copy exists
             if not place.is_symlink():
                 _copy(source, place)
         except OSError:  # Windows, without permission to create links

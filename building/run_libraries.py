@@ -1,8 +1,8 @@
 """Run the libraries of the wheels: .venv/bin/python building/run_libraries.py [FOLDER]
 
-They run the kernels of tests/arm/kernels natively, under qemu-user, under wine and with musl. Checksums must match
-QEMU's Cortex-M4, and instruction counts each other. Needs the packages of .ci/wheels, ``build/debian-*`` and
-``build/venv``.
+They run the kernels of tests/arm/kernels natively, under qemu-user, under wine and with musl. The checksums must be
+those of QEMU's Cortex-M4, and all instruction counts must be equal. This needs the packages of .ci/wheels,
+``build/debian-*`` and ``build/venv``.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ RUN_BY: Final[dict[str, tuple[str, ...]]] = {
 
 
 def image(folder: Path) -> Path:
-    """Return the kernels as flash."""
+    """Return the contents of flash with the kernels."""
     sys.path.insert(0, str(ROOT))
     from tests.support.arm.conformance import build
 
@@ -42,7 +42,7 @@ def image(folder: Path) -> Path:
 
 
 def run(wheel: Path, target: Target, by: tuple[str, ...], program: Path, folder: Path) -> list[str]:
-    """Return the output with a wheel's library."""
+    """Return the output of a run with the library of a wheel."""
     name = NATIVE["library_name"](target.system)
     with ZipFile(wheel) as archive:
         (folder / name).write_bytes(archive.read(f"fcu_emulator/emulator/chip/native/{name}"))
@@ -64,7 +64,7 @@ def run(wheel: Path, target: Target, by: tuple[str, ...], program: Path, folder:
 
 
 def main(dist: str = "dist") -> None:
-    """Print a line for each wheel."""
+    """Run the library of each wheel, and print a line for it."""
     expected = (ROOT / "tests" / "arm" / "kernels" / "results.txt").read_text(encoding="ascii").splitlines()
     counts = set()
     with tempfile.TemporaryDirectory() as folder:

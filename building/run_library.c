@@ -1,9 +1,9 @@
 /* Run a program on the C library without Python: run_library LIBRARY IMAGE
  *
- * IMAGE is the contents of flash. Bytes from USART1 go to standard output until the program requests a system reset;
- * then the number of instructions is printed. This tests a library on a system, or an emulated system, that lacks
- * Python or its packages (building/run_libraries.py). Nothing outside of the chip is simulated. Registers that are
- * modelled in Python read as 0; all peripherals are clocked with 16 MHz.
+ * IMAGE is the contents of flash. Bytes from USART1 go to standard output until the program requests a system reset.
+ * Then the number of instructions is printed. This program tests a library on a real or emulated system that does not
+ * have Python or its packages (building/run_libraries.py). Only the chip is simulated. Registers that are modelled in
+ * Python read as 0, and all peripherals are clocked with 16 MHz.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,7 +11,7 @@
 
 #include "fcu.h"
 
-#ifdef _WIN32 /* the names in windows.h are not compatible with ours */
+#ifdef _WIN32 /* windows.h defines some names that this file also defines */
 __declspec(dllimport) void *__stdcall LoadLibraryA(const char *file);
 __declspec(dllimport) void *__stdcall GetProcAddress(void *library, const char *name);
 static void *opened(const char *file) { return LoadLibraryA(file); }

@@ -1,4 +1,4 @@
-"""The systems with wheels, and zig's names of them."""
+"""The systems that have wheels, and zig's names for them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Target:
 
 
 VARIABLE: Final = "FCU_TARGET"
-"""The environment variable with the target of a build for another machine."""
+"""Environment variable that names the target of a build for another machine."""
 TARGETS: Final = {
     target.tag.partition(".")[0]: target
     for target in (
@@ -35,4 +35,4 @@ TARGETS: Final = {
         Target("win_arm64", "aarch64-windows-gnu", "win32"),
     )
 }
-"""By the first platform name of their wheels."""
+"""Targets by the first platform name of their wheels."""

@@ -30,7 +30,7 @@ def _python() -> Path:
 
 
 def main(folder: str = "dist", *platforms: str) -> None:
-    """Build one wheel after the other."""
+    """Build the wheels one after the other."""
     if unknown := set(platforms) - {*TARGETS, _ARCHIVE}:
         sys.exit(
             f"building/wheels.py: {', '.join(sorted(unknown))}: unknown; known: {', '.join(TARGETS)}, {_ARCHIVE}"

@@ -1,6 +1,6 @@
 """A virtual STEVAL-FCU001V1: sensors, timer, UART and one physical world, in exact virtual time.
 
-All documented names are here, loaded on first use: the board needs numpy, and ``fcu --help`` does not.
+This package exports all documented names. Each is loaded on first use, so that ``fcu --help`` does not import numpy.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Every error this package raises on purpose, grouped by the place of the fault.
+"""All errors that this package raises on purpose, grouped by the source of the fault.
 
 ::
 
@@ -8,7 +8,7 @@
     │   ├── RubricError            a rubric
     │   ├── RecordingError         a CSV recording
     │   ├── FirmwareFileError      a file that is not firmware for this board
-    │   ├── SymbolError            a C name that cannot be used; a KeyError, too
+    │   ├── SymbolError            a C name that cannot be used; also a KeyError
     │   └── LinkError              a serial link or output file
     ├── ExpectationError           an expectation was not met   (exit code 1)
     ├── FirmwareError              the firmware itself failed   (exit code 3)
@@ -21,7 +21,7 @@
         ├── I2CBusError            misplaced start or stop (BERR)
         └── I2CStuckError          a line is held low
 
-An error of the guest is recorded in the trace; I2C errors are raised only when Python is the bus master,
+Bus errors of the firmware are recorded in the trace. I2C errors are raised only if Python code is the bus master,
 through ``board.i2c2``. An error outside this tree is a bug of this package.
 """
 
@@ -43,10 +43,10 @@ def _kind_of(error: type[FcuError]) -> str:
 
 
 class FcuError(Exception):
-    """Base of everything this package raises on purpose; the text is one line without control characters.
+    """Base class of all errors that this package raises on purpose.
 
-    ``has_lines``: whether the message may have several lines. ``kind`` names the problem in one stable word
-    ("unknown_key"), by default that of the class ("scenario").
+    The text is one line without control characters; with ``has_lines`` it may have several lines. ``kind`` is a stable
+    identifier of the problem ("unknown_key"), by default derived from the name of the class ("scenario").
     """
 
     has_lines = False
@@ -60,7 +60,7 @@ class FcuError(Exception):
 
 
 def failure_text(error: Exception) -> str:
-    """Return the user's message when ``error`` ended one command and the program continues."""
+    """Return the message to the user if ``error`` ended one command but not the program."""
     if isinstance(error, FcuError):
         return str(error)
     if isinstance(error, MemoryError):
@@ -141,7 +141,7 @@ class ExpectationError(FcuError):
 
 
 class FirmwareError(FcuError):
-    """The firmware under test failed; ``__cause__`` is its own exception."""
+    """The firmware under test failed; ``__cause__`` is the exception of the firmware."""
 
     has_lines = True
 
@@ -159,15 +159,15 @@ class CallError(FirmwareError):
 
 
 class NotJudgedError(FcuError):
-    """The run gives no verdict, because of an outside failure or an early end."""
+    """The run has no verdict, because of a failure outside the firmware or an early end."""
 
 
 class OutputError(NotJudgedError):
-    """Output was lost: a full disk, a reader that has gone, a file that has become too large."""
+    """Output was lost: the disk is full, the reader has closed its end, or the file is too large."""
 
 
 class I2CError(FcuError):
-    """A transfer failed; ``address`` is the 7-bit address it was for."""
+    """A transfer failed; ``address`` is its 7-bit target address."""
 
     def __init__(self, address: int, problem: str) -> None:
         self.address = address
@@ -184,7 +184,7 @@ class I2CNackError(I2CError):
 
 
 class I2CBusError(I2CError):
-    """A misplaced start or stop was seen (the BERR flag of the STM32's I2C)."""
+    """A start or stop condition was misplaced (the BERR flag of the STM32's I2C)."""
 
 
 class I2CStuckError(I2CError):

@@ -1,4 +1,4 @@
-"""Names of the previous release work for one release, with a warning (``docs/renamed.md``)."""
+"""Support for the names of the previous release, for one release and with a warning (``docs/renamed.md``)."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ def current_name(name: Any, renamed: Mapping[str, str]) -> Any:
 
 
 def warn_renamed(old: str, new: str, stacklevel: int = 2) -> None:
-    """Warn, at the place of the caller's caller, that a name has changed."""
+    """Warn that a name has changed. The warning shows the line of the caller's caller."""
     problem = f"{old} is now called {new}; use that name"
     warnings.warn(problem, DeprecationWarning, stacklevel=stacklevel + 1)
 
 
 class OldName:
-    """An attribute by its previous name: ``arm = OldName("chip")``."""
+    """Alias for the previous name of an attribute, with a warning: ``arm = OldName("chip")``."""
 
     def __init__(self, new: str) -> None:
         self._new = new

@@ -12,8 +12,8 @@ _KEPT = frozenset("\n\t")
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\uff1d", "\uff0b", "\uff0d", "\uff20")
 """First characters of a cell that a spreadsheet evaluates as a formula (OWASP, CSV injection)."""
 _AFTER_SEMICOLON = re.compile(rf"""(;[\s"']*)(?=[{re.escape("".join(_FORMULA))}])""")
-"""The beginning of a cell for a spreadsheet that separates by semicolons, as set in the system."""
-_SHOWN = 40  # maximum length of a bad value repeated in a message
+"""The beginning of a cell, in a spreadsheet program whose system settings separate cells by semicolons."""
+_SHOWN = 40  # maximum length of an invalid value in a message
 
 
 def visible(text: str, *, lines: bool = False) -> str:
@@ -36,7 +36,7 @@ def one_line(text: str, longest: int = 200) -> str:
 
 
 def shown(value: object) -> str:
-    """Return a value for messages: its beginning if it is long."""
+    """Return the text of a value for messages, shortened if it is long."""
     try:
         text = repr(value)
     except ValueError:  # an integer of more digits than Python prints
@@ -45,7 +45,7 @@ def shown(value: object) -> str:
 
 
 def csv_text(rows: Iterable[Sequence[str | float]]) -> str:
-    """Return rows as CSV, each text on one line; a spreadsheet shows them without evaluating formulas."""
+    """Return rows as CSV. Each text is on one line, and a spreadsheet does not evaluate it as a formula."""
     import csv
     import io
 

@@ -1,8 +1,8 @@
-"""Trace of a run: append-only, typed events, to memory, to JSON-lines files and to subscribers.
+"""Trace of a run: an append-only sequence of typed events for memory, JSON-lines files and subscribers.
 
-Rare events (faults, late and lost ticks, GPIO edges, notes) are always kept. Frequent ones (bus transfers,
-register writes, terminal bytes) are built only on request. A JSON line has time, kind, and the event's
-fields: times in seconds as exact decimal strings, bytes in hexadecimal.
+Rare events (faults, late and lost ticks, GPIO edges, notes) are always kept. Frequent events (bus transfers,
+register writes, terminal bytes) are built only on request. A JSON line has the time, the kind, and the fields
+of the event. Times are exact decimal strings in seconds, bytes are hexadecimal.
 """
 
 from __future__ import annotations
@@ -72,10 +72,10 @@ class RegisterWrite(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class DeviceNote(TraceEvent):
-    """An access that a sensor or peripheral refuses, forbids or does not model; ``what`` tells which.
+    """An access that a sensor or peripheral refuses, forbids or does not model; ``what`` is this reason.
 
-    ``problem`` names the case, such as "scl-too-fast": it stays the same when ``text`` is reworded. ``data`` holds the
-    values of the text by name.
+    ``problem`` is an identifier such as "scl-too-fast", which does not depend on the wording of ``text``. ``data``
+    holds the values in the text by name.
     """
 
     kind: ClassVar[str] = "note"
@@ -111,7 +111,7 @@ class TickLate(TraceEvent):
 
 @dataclass(frozen=True, slots=True)
 class TickLost(TraceEvent):
-    """Lost ticks, detected in the handler because the flag was still set."""
+    """Lost ticks: the flag of the previous tick was still set."""
 
     kind: ClassVar[str] = "tick_lost"
     timer: str
@@ -217,18 +217,18 @@ _NAMES = {
 _KEPT = 200_000  # rare events in memory; older ones are dropped and counted
 _KEPT_IN_DETAIL = 4_000_000  # after record_all(), several minutes of the lab's firmware
 LARGEST_FILE = 4 << 30
-"""Default maximum of a file in bytes: some two hours of the lab's firmware."""
+"""Default maximum size of a file in bytes: about two hours of the lab's firmware."""
 
 EventT = TypeVar("EventT", bound=TraceEvent)
 Subscriber: TypeAlias = Callable[[TraceEvent], None]
-"""Called with each event, in order; it must not run the board."""
+"""A function that is called with each event, in order. It must not run the board."""
 
 
 class Trace:
-    """A run's events; iterate over it, or call :meth:`of` for one type.
+    """The events of a run: iterate over the trace, or call :meth:`of` for one type.
 
-    ``detailed``: whether frequent events are requested. ``observed``: whether events are written or passed
-    on.
+    ``detailed``: whether frequent events are requested. ``observed``: whether any events are requested by a file or
+    subscriber.
     """
 
     def __init__(self) -> None:
@@ -261,11 +261,11 @@ class Trace:
         self._look_who_listens()
 
     def draw_from(self, source: Callable[[], None]) -> None:
-        """Call ``source()`` before the trace is read or changed; it calls :meth:`add_kept`."""
+        """Call ``source()`` before the trace is read or changed. It adds its events by :meth:`add_kept`."""
         self._sources.append(source)
 
     def add_kept(self, events: Sequence[TraceEvent], dropped: int) -> None:
-        """Add rare events kept by a source, and the number that it has dropped."""
+        """Add rare events of a source, and the number of events that the source has dropped."""
         most = self.kept_at_most
         dropped += max(0, len(events) - most)
         events = events[-most:]
@@ -285,7 +285,7 @@ class Trace:
             source()
 
     def subscribe(self, subscriber: Subscriber, *, detail: bool = True) -> Callable[[], None]:
-        """Call ``subscriber(event)`` for each event from now on, the frequent ones only with ``detail``.
+        """Call ``subscriber(event)`` for each event from now on, for frequent events only with ``detail``.
 
         Returns a function that ends the subscription.
         """
@@ -304,7 +304,7 @@ class Trace:
     def write_to(self, path: str | Path, most_bytes: int = LARGEST_FILE) -> None:
         """Write every event from now on to a JSON-lines file. Raises LinkError if it cannot be opened.
 
-        A later write error, or more than ``most_bytes``, raises OutputError from the run.
+        A later write error, or a file of more than ``most_bytes``, raises OutputError during the run.
         """
         self._draw()
         self._files.append(BoundedFile(path, f"trace file {path}", most_bytes))
@@ -317,7 +317,7 @@ class Trace:
         self._hand_on(event, detail=False)
 
     def add_detail(self, event: TraceEvent) -> None:
-        """Record a frequent event; build and pass one only when ``detailed`` is set."""
+        """Record a frequent event. The caller builds one only if ``detailed`` is set."""
         if self._keep_detail:
             self._keep(event)
         self._hand_on(event, detail=True)
@@ -334,7 +334,7 @@ class Trace:
         read: bytes,
         result: str,
     ) -> None:
-        """Record a transfer by its fields; files need no event object."""
+        """Record a transfer, given by its fields, because files do not need an event object."""
         fields = t_ps, end_ps, bus, address, device, register, written, read, result
         if result != "ok":
             self.add(BusTransfer(*fields))

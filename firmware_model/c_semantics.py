@@ -1,6 +1,7 @@
 """C semantics that differ from Python: float32, integer division, division by zero, pow(), printf.
 
-A Python float is C's double, rounded at each store to a float32. Products and quotients of two float32 are then exact.
+A Python float is C's double, and each store to a float32 rounds it. Products and quotients of two float32 are then the
+same as in single precision.
 
 ``sprintf`` supports ``%d %i %u %x %X %c %s %f %F %e %E %g %G %%``, flags, width, precision and hh, h, l, ll, for int
 and long of 32 bits (C11 7.21.6.1).
@@ -25,10 +26,10 @@ _FLOAT = struct.Struct("<f")
 
 
 def f32(value: float) -> float:
-    """Return the nearest single; too large values become an infinity, as on the FPU."""
+    """Return the nearest float32. Values that are too large become an infinity, as on the FPU."""
     try:
         (single,) = _FLOAT.unpack(_FLOAT.pack(value))
-    except OverflowError:  # struct refuses values that the FPU turns into an infinity
+    except OverflowError:  # struct refuses values that become an infinity on the FPU
         return math.copysign(math.inf, value)
     return float(single)
 
@@ -49,7 +50,7 @@ def float_divide(dividend: float, divisor: float) -> float:
 
 
 def c_pow(base: float, exponent: float) -> float:
-    """Return math.h's ``pow``: a NaN for a negative base with a fractional exponent."""
+    """Return ``pow`` as in math.h: a NaN for a negative base with a fractional exponent."""
     try:
         return math.pow(base, exponent)
     except ValueError:
@@ -67,7 +68,7 @@ _DEFAULT_FLOAT_PRECISION = 6
 
 
 class _Spec(NamedTuple):
-    text: str  # the original specification, for messages
+    text: str  # the specification as it was written, for messages
     flags: str
     width: int
     precision: int | None
@@ -76,7 +77,7 @@ class _Spec(NamedTuple):
 
 
 def sprintf(fmt: str, *args: CArgument) -> bytes:
-    """Format ``args`` as C's ``sprintf`` would.
+    """Format ``args`` as C's ``sprintf`` does.
 
     ``%s`` takes str (sent as UTF-8) or bytes, ``%c`` an integer or one character. Raises ValueError for an unsupported
     specification, or a missing or wrong argument.
@@ -192,7 +193,7 @@ def _characters(spec: _Spec, argument: CArgument) -> str:
 
 
 def _padded(spec: _Spec, prefix: str, body: str, zero_fill: bool) -> str:
-    """Fill to the field width: right of the text for "-", between prefix and digits for "0", else left."""
+    """Fill to the field width: right of the text for "-", between prefix and digits for "0", otherwise left."""
     if "-" in spec.flags:
         return (prefix + body).ljust(spec.width)
     if "0" in spec.flags and zero_fill:

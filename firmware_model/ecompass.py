@@ -1,6 +1,7 @@
-"""The slides' mathematics: hard-iron calibration, eCompass, and the hypsometric altitude.
+"""The formulas of the slides: hard-iron calibration, eCompass, and the hypsometric altitude.
 
-Values are computed in double and stored as float32; stores share a struct call, the slowest operation.
+Values are computed in double and stored as float32. Several values share one struct call, which is the slowest
+operation.
 
 Decision: the slides' roll, atan2(Gy, sqrt(mu*Gx^2 + Gz^2)), is kept although it is an approximation. The exact
 atan2(Gy, Gz) would not match the lab.
@@ -23,7 +24,7 @@ MAG_MAX_START = -10000
 
 
 def MagCalibration(mag: AxesRaw_TypeDef, mag_min: AxesRaw_TypeDef, mag_max: AxesRaw_TypeDef) -> None:
-    """Widen the extremes by this sample (mgauss), then subtract their centre."""
+    """Widen the extremes by this sample in mgauss, then subtract their centre from it."""
     x, min_x, max_x = mag.AXIS_X, mag_min.AXIS_X, mag_max.AXIS_X
     y, min_y, max_y = mag.AXIS_Y, mag_min.AXIS_Y, mag_max.AXIS_Y
     z, min_z, max_z = mag.AXIS_Z, mag_min.AXIS_Z, mag_max.AXIS_Z
@@ -41,7 +42,7 @@ def MagCalibration(mag: AxesRaw_TypeDef, mag_min: AxesRaw_TypeDef, mag_max: Axes
     if z > max_z:
         mag_max.AXIS_Z = max_z = z
 
-    # int(sum / 2) truncates toward zero like C's division, where // would round down
+    # int(sum / 2) truncates toward zero as C's division does; // rounds down
     mag.AXIS_X = x - int((max_x + min_x) / 2)
     mag.AXIS_Y = y - int((max_y + min_y) / 2)
     mag.AXIS_Z = z - int((max_z + min_z) / 2)
@@ -63,8 +64,8 @@ _EXPONENT = 1 / 5.257
 def eCompass(acc: AxesRaw_TypeDef, mag: AxesRaw_TypeDef, mu: float) -> tuple[float, float, float]:
     """Return pitch, roll and yaw in degrees (float32) from acceleration in mg and field in mgauss.
 
-    X right, Y forward, Z up, +1000 mg on the axis that points up. Yaw is 0 when X points to magnetic north, and grows
-    counter-clockwise from above.
+    The axes are X right, Y forward, Z up, with +1000 mg on an axis that points up. The yaw is 0 if X points to magnetic
+    north, and increases counter-clockwise, seen from above.
     """
     return _angles(acc.AXIS_X, acc.AXIS_Y, acc.AXIS_Z, mag.AXIS_X, mag.AXIS_Y, mag.AXIS_Z, mu)
 
@@ -73,7 +74,7 @@ def eCompass(acc: AxesRaw_TypeDef, mag: AxesRaw_TypeDef, mu: float) -> tuple[flo
 def _angles(
     acc_x: int, acc_y: int, acc_z: int, mag_x: int, mag_y: int, mag_z: int, mu: float
 ) -> tuple[float, float, float]:
-    # The integer is negated: a flat board must give +0.0, and -(0.0) does not.
+    # The integer is negated, not the float: a flat board must give +0.0, but -(0.0) is -0.0.
     minus_gx, gy, gz = float(-acc_x), float(acc_y), float(acc_z)
     gx2, gz2 = minus_gx * minus_gx, gz * gz
     bx, by, bz = float(mag_x), float(mag_y), float(mag_z)
@@ -89,9 +90,9 @@ def _angles(
 
 
 def getAltitude(press: float, temperature: float, press_zero_level: float) -> float:
-    """Return the height in m (float32) above ``press_zero_level``, from hPa and degC.
+    """Return the height in m (float32) above the place with ``press_zero_level``, from hPa and degC.
 
-    As in C, a pressure of 0 gives an infinity, a negative one a NaN.
+    As in C, a pressure of 0 gives an infinity, and a negative pressure a NaN.
     """
     ratio = float_divide(press_zero_level, press)
     return f32((c_pow(ratio, _EXPONENT) - 1) * (temperature + _KELVIN) / _LAPSE_RATE)

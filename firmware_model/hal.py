@@ -1,6 +1,6 @@
-"""Hardware interface of the firmware: STM32Cube HAL calls, as protocols, and PRINTF.
+"""Hardware interface of the firmware: STM32Cube HAL calls as protocols, and PRINTF.
 
-**Only HAL calls cost virtual time**, unlike in a compiled firmware.
+**Only HAL calls take virtual time**; in a compiled firmware, all instructions do.
 
 Decision: HAL calls use Python types instead of C pointers: a read returns ``(status, data)``. Device addresses have 8
 bits, as in C: 0xD6, 0x3C, 0xBA.
@@ -25,28 +25,28 @@ GPIO_PIN_SET = 1
 
 
 class Hal(Protocol):
-    """The lab's HAL calls. A status is one of HAL_OK, HAL_ERROR, HAL_BUSY, HAL_TIMEOUT."""
+    """The HAL calls of the lab. A status is HAL_OK, HAL_ERROR, HAL_BUSY or HAL_TIMEOUT."""
 
     def HAL_Delay(self, delay_ms: int) -> None:
-        """Wait at least ``delay_ms``; interrupts run meanwhile."""
+        """Wait for ``delay_ms`` ticks, and run interrupts during this time."""
 
     def HAL_GetTick(self) -> int:
         """Return the milliseconds since reset."""
 
     def HAL_I2C_Mem_Read(self, dev_address: int, mem_address: int, size: int) -> tuple[int, bytes]:
-        """Read ``size`` bytes from ``mem_address`` on; no data unless HAL_OK."""
+        """Read ``size`` bytes, starting at ``mem_address``. There is no data unless the status is HAL_OK."""
 
     def HAL_I2C_Mem_Write(self, dev_address: int, mem_address: int, data: bytes) -> int:
-        """Write ``data`` from ``mem_address`` on; return the status."""
+        """Write ``data``, starting at ``mem_address``, and return the status."""
 
     def HAL_UART_Transmit(self, data: bytes, timeout_ms: int) -> int:
-        """Send on USART1, wait for the last bit, return the status; interrupts run meanwhile."""
+        """Send on USART1, wait until the last bit is sent, and return the status. Interrupts run during this time."""
 
     def HAL_UART_Receive(self, size: int, timeout_ms: int) -> tuple[int, bytes]:
         """Return the bytes that USART1 receives before the timeout."""
 
     def HAL_GPIO_Init(self, port: str, pin: int) -> None:
-        """Make a pin a push-pull output; ``port``: a letter, ``pin``: 0..15."""
+        """Make a pin a push-pull output. ``port`` is a letter, ``pin`` 0..15."""
 
     def HAL_GPIO_WritePin(self, port: str, pin: int, state: int) -> None:
         """Drive a pin to GPIO_PIN_RESET or GPIO_PIN_SET."""
@@ -68,7 +68,7 @@ class Application(Protocol):
         """Run the program; never returns."""
 
     def HAL_TIM_PeriodElapsedCallback(self) -> None:
-        """Handle TIM9's interrupt, which preempts ``main`` in waiting HAL calls."""
+        """Handle TIM9's interrupt, which preempts ``main`` while a HAL call waits."""
 
 
 PRINTF_LIMIT = 254  # a 255-byte buffer without the terminating zero
@@ -76,5 +76,5 @@ PRINTF_TIMEOUT_MS = 1000
 
 
 def PRINTF(hal: Hal, fmt: str, *args: CArgument) -> None:
-    """Format as C does and transmit; a busy UART loses the text."""
+    """Format the arguments as C does, and transmit the text. If the UART is busy, the text is lost."""
     hal.HAL_UART_Transmit(sprintf(fmt, *args)[:PRINTF_LIMIT], PRINTF_TIMEOUT_MS)

@@ -1,6 +1,6 @@
-"""The lab's programs: the common base, the template, and the solution.
+"""The lab's programs: their base class, the template, and the solution.
 
-Decision: each program of the lab is one class derived from ``LabFirmware``, which fixes the order of ``main``.
+Decision: each program of the lab is a class derived from ``LabFirmware``, which determines the order in ``main``.
 
 Decision: the angles are computed in the 800 Hz callback, because the LEDs must follow the tilt at once, and
 MagCalibration and eCompass need every sample.
@@ -41,16 +41,16 @@ TIMER_REGISTER_MAX = 0xFFFF  # TIM9's prescaler and auto-reload registers have 1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """Settings of a firmware. Raises ValueError, naming the setting and its range."""
+    """Settings of a firmware. Raises ValueError, which names the setting and its range."""
 
     mu: float = 1.0
     """Weight of Gx in the slides' roll, 0.01..1."""
     led1_axis: Literal["pitch", "roll"] = "pitch"
-    """The angle shown by LED1 ("the x axis"); LED2 shows the other."""
+    """The angle that LED1 shows ("the x axis"). LED2 shows the other angle."""
     led_threshold_deg: float = 80.0
-    """An LED is on while the absolute angle is above this."""
+    """An LED is on while the absolute value of its angle is above this threshold."""
     banner: Literal["FH", "FW"] = "FH"
-    """FH as on the slides, FW as in ST's source."""
+    """Spelling in the first line: FH as on the slides, or FW as in ST's source."""
     timer_prescaler: int = 83
     """TIM9's PSC; with the period, 84 MHz / 84 / 1250 = 800 Hz."""
     timer_period: int = 1249
@@ -78,7 +78,7 @@ LED2_PIN = 4
 
 
 class LabLed:
-    """One LED, a push-pull output, created dark."""
+    """An LED on a push-pull output, which is dark at first."""
 
     def __init__(self, hal: Hal, pin: int) -> None:
         self._hal = hal
@@ -88,7 +88,7 @@ class LabLed:
         hal.HAL_GPIO_WritePin(LED_PORT, pin, GPIO_PIN_SET)
 
     def switch(self, on: bool) -> None:
-        """Switch the LED; the pin is written only on a change."""
+        """Switch the LED, and write its pin only on a change."""
         if on is not self.on:
             self.on = on
             self._hal.HAL_GPIO_WritePin(LED_PORT, self._pin, GPIO_PIN_RESET if on else GPIO_PIN_SET)
@@ -105,7 +105,7 @@ LOOP_DELAY_MS = 1000
 
 
 class LabFirmware(ABC):
-    """The lab's program on a HAL, with C names.
+    """Base class of the lab's programs on a HAL, with the names of the C program.
 
     ``acc`` is in mg, ``gyro`` in mdps, ``mag`` in mgauss (X right, Y forward, Z up), pressures in hPa, ``temperature``
     in degC, angles in degrees, ``alt`` in m.
@@ -135,14 +135,14 @@ class LabFirmware(ABC):
 
     @abstractmethod
     def loop(self) -> None:
-        """Do one pass of ``while (1)`` in main.c."""
+        """Execute the body of ``while (1)`` in main.c once."""
 
     @abstractmethod
     def HAL_TIM_PeriodElapsedCallback(self) -> None:
         """Handle TIM9's interrupt, 800 times per second."""
 
     def ReadSensorRawData(self) -> None:
-        """Refresh the values that can be read."""
+        """Update all values whose sensors can be read."""
         self.press = self._sensors.ReadSensorRawData(self.acc, self.gyro, self.mag, self.press)
 
     def print_template_block(self) -> None:
@@ -168,7 +168,7 @@ class LabFirmware(ABC):
         hal.HAL_TIM_Base_Start_IT()
 
     def _set_zero_level(self) -> None:
-        """Set 0 m to the floor's pressure, before the timer shares the bus."""
+        """Read the floor's pressure as that of 0 m, before the timer's callback uses the bus, too."""
         LPS22HB_WaitForData(self.hal)
         self.press = self.press_zero_level = LPS22HB_Get_Press(self.hal, self.press)
         self.temperature = LPS22HB_Get_Temp(self.hal, self.temperature)
@@ -178,13 +178,13 @@ class LabFirmware(ABC):
 
 
 class Template(LabFirmware):
-    """The template, unchanged."""
+    """The template without any changes."""
 
     def HAL_TIM_PeriodElapsedCallback(self) -> None:
         self.ReadSensorRawData()
 
     def loop(self) -> None:
-        """Print the values, wait a second, toggle both LEDs."""
+        """Print the values, wait for a second, and toggle both LEDs."""
         self.print_template_block()
         self.hal.HAL_Delay(LOOP_DELAY_MS)
         self.led1.toggle()

@@ -1,11 +1,11 @@
-"""The sensors of the lab's main.c: started, read, scaled, turned into the board's axes.
+"""The sensors of the lab's main.c: start-up, reading, scaling, and conversion to the board's axes.
 
-Frame of all vectors: X right, Y forward, Z up out of the component side; out.X = -raw.Y, out.Y = raw.X, out.Z = raw.Z.
+All vectors have X right, Y forward, Z up out of the component side: out.X = -raw.Y, out.Y = raw.X, out.Z = raw.Z.
 
 Decision: sensors are read in bursts of 6, 6, 6 and 3 bytes. The 24 one-byte transactions of ST's firmware would not fit
 into 1.25 ms.
 
-Decision: scaling is a look-up in a table of all 65536 raw values, which takes 12 ns instead of 290 ns.
+Decision: a table of all 65536 raw values replaces the multiplication. A look-up takes 12 ns instead of 290 ns.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ GYRO_MDPS_PER_LSB = 70.0  # 2000 dps
 MAG_MGAUSS_PER_LSB = 1.5
 
 unpack_axes = struct.Struct("<HHH").unpack
-"""Convert six output bytes to raw X, Y, Z, as indices of a scale table."""
+"""Convert six output bytes to raw X, Y, Z, which are indices of a scale table."""
 
 
 @dataclass(slots=True)
@@ -58,7 +58,7 @@ class AxesRaw:
     AXIS_Z: int = 0
 
 
-AxesRaw_TypeDef = AxesRaw  # the C name, there also a typedef of the structure
+AxesRaw_TypeDef = AxesRaw  # the name of the structure in C
 
 
 @cache
@@ -66,7 +66,7 @@ def scale_table(sensitivity: float) -> tuple[int, ...]:
     """Return ``(int32_t)(raw * sensitivity)`` in single precision for every int16, indexed as uint16."""
     factor = f32(sensitivity)
     raw_values = itertools.chain(range(0x8000), range(-0x8000, 0))
-    products = array("f", (raw * factor for raw in raw_values))  # stored, hence rounded, as float32
+    products = array("f", (raw * factor for raw in raw_values))  # the array rounds to float32
     return tuple(map(int, products))  # int() truncates toward zero, as C's cast does
 
 
@@ -77,9 +77,9 @@ _SPIN_MS = 1000
 
 
 def initializeAllSensors(hal: Hal) -> None:
-    """Initialise the sensors; **never returns** if one is missing or wrong.
+    """Initialise the sensors; **never returns** if one is missing or has another identity.
 
-    ST's code then hangs in ``while(1);``, here with delays, because only HAL calls let virtual time pass.
+    ST's code then stays in ``while(1);``. Here this loop has delays, because only HAL calls let virtual time pass.
     """
     for init in (LSM6DSL_X_Init, LSM6DSL_G_Init, LIS2MDL_Init, LPS22HB_Init):
         if init(hal) != COMPONENT_OK:
@@ -114,7 +114,7 @@ _REMEMBERED = 4096  # samples of a sensor
 
 
 class AxesReader:
-    """A three-axis sensor in the board's axes; the conversion of earlier samples is cached."""
+    """A three-axis sensor in the board's axes. Conversions of earlier samples are cached."""
 
     def __init__(self, hal: Hal, device: int, register: int, sensitivity: float) -> None:
         self._hal = hal
@@ -124,7 +124,7 @@ class AxesReader:
         self._seen: dict[bytes, tuple[int, int, int]] = {}
 
     def read(self, axes: AxesRaw_TypeDef) -> None:
-        """Refresh ``axes``; a failed read keeps the old values."""
+        """Update ``axes``. If the read fails, the values do not change."""
         status, data = self._hal.HAL_I2C_Mem_Read(self._device, self._register, 6)
         if status == HAL_OK:
             axes.AXIS_X, axes.AXIS_Y, axes.AXIS_Z = self._seen.get(data) or self._convert(data)
@@ -139,7 +139,7 @@ class AxesReader:
 
 
 class SensorReader:
-    """The sensors on one HAL."""
+    """The lab's sensors, read with the calls of one HAL."""
 
     def __init__(self, hal: Hal) -> None:
         self._hal = hal
@@ -150,8 +150,9 @@ class SensorReader:
     def ReadSensorRawData(
         self, acc: AxesRaw_TypeDef, gyro: AxesRaw_TypeDef, mag: AxesRaw_TypeDef, press: float
     ) -> float:
-        """Refresh ``acc`` (mg), ``gyro`` (mdps) and ``mag`` (mgauss); return the pressure in hPa, ``press`` after a
-        failed read.
+        """Update ``acc`` (mg), ``gyro`` (mdps) and ``mag`` (mgauss), and return the pressure in hPa.
+
+        A value whose read fails does not change; ``press`` is the pressure so far.
         """
         self._acc.read(acc)
         self._gyro.read(gyro)

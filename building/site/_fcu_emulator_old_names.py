@@ -1,13 +1,13 @@
 """Find the packages by their former names, for one release. PYTEST_DONT_REWRITE
 
-Python loads this file at every start, and :mod:`fcu_emulator._old_names` when needed.
+Python loads this file at every start, and :mod:`fcu_emulator._old_names` only when it is needed.
 """
 
 import sys
 
 
 class OldNames:
-    """The last finder in sys.meta_path."""
+    """The last finder in sys.meta_path, for former names."""
 
     @staticmethod
     def find_spec(name, *_):  # type: ignore[no-untyped-def]

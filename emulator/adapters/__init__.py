@@ -1,6 +1,6 @@
-"""Third-party Python drivers on the virtual board, unmodified.
+"""Adapters that run unmodified third-party Python drivers on the virtual board.
 
-Adapters forward transfers to ``board.i2c2``: :class:`BusioI2C` (CircuitPython), :class:`SMBus` (smbus2),
+They forward transfers to ``board.i2c2``: :class:`BusioI2C` (CircuitPython), :class:`SMBus` (smbus2),
 :class:`MachineI2C` (MicroPython) and :class:`SensirionI2C` (sensirion-i2c-driver). :func:`virtual_time` makes
 drivers wait on the board's clock.
 

@@ -1,11 +1,10 @@
-"""The bus objects that four families of I2C drivers expect, as documented, on an I2C bus of the virtual
-board.
+"""Bus objects for four families of I2C drivers, on an I2C bus of the virtual board.
 
 Decisions
-    ``BusioI2C`` must be locked before use, as on a microcontroller, so that a driver that forgets it fails.
+    ``BusioI2C`` must be locked before use, as on a microcontroller, so that a driver without the lock fails.
 
-    ``stop=False`` of ``MachineI2C`` also ends in a stop, and ``i2c_rdwr`` of ``SMBus`` combines only a
-    write and the next read. The sensors keep the sub-address over a stop, so the bytes are the same.
+    ``MachineI2C`` sends a stop even with ``stop=False``, and ``i2c_rdwr`` of ``SMBus`` combines only a write
+    and the next read. The sensors keep the sub-address over a stop, so the bytes are the same.
 """
 
 from __future__ import annotations
@@ -25,16 +24,17 @@ if TYPE_CHECKING:
 # -- common functions ---------------------------------------------------------------------------------------
 
 
-# Errors of an address without acknowledge: CircuitPython's and MicroPython's, and Linux' (i2c-bcm2835,
-# Raspberry Pi) as a number, since Python knows its name on Linux only.
+# errno of an address without acknowledge: ENODEV in CircuitPython and MicroPython, EREMOTEIO in Linux (i2c-bcm2835,
+# Raspberry Pi). EREMOTEIO is a number here, because Python defines the name only on Linux.
 ENODEV: Final = errno.ENODEV
 EREMOTEIO: Final = 121
 
 
 @contextmanager
 def os_errors(not_acknowledged: int) -> Iterator[None]:
-    """Convert an I2CError to an OSError with ``not_acknowledged`` (an errno), ETIMEDOUT for a stuck bus, or
-    EIO.
+    """Convert an I2CError to an OSError.
+
+    The errno is ``not_acknowledged`` if there was no acknowledge, ETIMEDOUT for a stuck bus, and EIO otherwise.
     """
     try:
         yield
@@ -94,7 +94,7 @@ class BusioI2C:
             return scan(self._master)
 
     def writeto(self, address: int, buffer: Buffer, *, start: int = 0, end: int | None = None) -> None:
-        """Write a slice of ``buffer``; an empty one checks that the device is present."""
+        """Write a slice of ``buffer``. An empty slice checks that the device is present."""
         with self._transfer():
             self._master.write(address, bytes(memoryview(buffer)[start:end]))
 
@@ -182,7 +182,7 @@ _READ = 0x0001  # I2C_M_RD
 
 
 class I2CMessage(Protocol):
-    """``smbus2.i2c_msg``: ``buf`` points to ``len`` bytes, which iterating gives."""
+    """Interface of ``smbus2.i2c_msg``: ``buf`` points to ``len`` bytes, and iteration yields them."""
 
     addr: int
     flags: int
@@ -259,7 +259,7 @@ class SMBus:
         self._write(i2c_addr, bytes((register, *data)))
 
     def i2c_rdwr(self, *i2c_msgs: I2CMessage) -> None:
-        """Transfer messages, and fill those that read. Raises InputError for flags other than I2C_M_RD."""
+        """Transfer messages, and fill the buffers of reads. Raises InputError for flags other than I2C_M_RD."""
         for message in i2c_msgs:
             if message.flags & ~_READ:
                 raise InputError(
@@ -300,8 +300,8 @@ Answer: TypeAlias = tuple[int, Exception | None, bytes]
 class SensirionI2C:
     """Give ``I2cConnection(SensirionI2C(board.i2c2, board.run_for))`` to a Sensirion driver's channel.
 
-    ``sleep(seconds)`` lets virtual time pass. A failed transfer returns a status, from which the driver
-    raises its error.
+    ``sleep(seconds)`` lets virtual time pass. A failed transfer returns a status, which the driver turns into
+    its own exception.
     """
 
     API_VERSION: ClassVar[int] = 1
@@ -324,10 +324,10 @@ class SensirionI2C:
         read_delay: float,
         timeout: float,
     ) -> Answer:
-        """Write ``tx_data`` unless None, wait, read ``rx_length`` bytes unless None; return status, error,
-        bytes.
+        """Write ``tx_data``, wait, and read ``rx_length`` bytes; return status, error and bytes.
 
-        ``timeout`` is ignored: the sensors do not stretch the clock.
+        ``tx_data=None`` omits the write, ``rx_length=None`` the wait and the read. ``timeout`` is ignored, because the
+        sensors do not stretch the clock.
         """
         del timeout
         try:

@@ -1,7 +1,6 @@
-"""Virtual time for drivers: their waits pass on the board's clock.
+"""Virtual time for drivers: they wait on the board's clock.
 
-Decision: only named modules get virtual time, because pytest, other threads and serial links need the real
-one.
+Decision: only named modules get virtual time, because pytest, other threads and serial links need real time.
 """
 
 from __future__ import annotations
@@ -26,9 +25,9 @@ _in_use: set[str] = set()  # modules that now run on a board's time
 def virtual_time(board: Board, *modules: ModuleType) -> Iterator[None]:
     """Make ``modules`` and their imported submodules wait and measure time on the board's clock.
 
-    Until the block ends, globals that are ``time`` or its functions are replaced: ``sleep``, and the clocks
-    ``monotonic``, ``perf_counter`` and ``time`` with their ``_ns`` variants, which count from power-on.
-    Raises InputError if a module already runs on a board's time.
+    Until the block ends, the modules' references to ``time`` or its functions are replaced. These functions are
+    ``sleep`` and the clocks ``monotonic``, ``perf_counter`` and ``time`` with their ``_ns`` variants. The clocks
+    count from power-on. Raises InputError if a module already runs on a board's time.
     """
     found = _with_submodules(modules)
     taken = _in_use.intersection(found)
@@ -62,7 +61,7 @@ def _with_submodules(modules: tuple[ModuleType, ...]) -> dict[str, ModuleType]:
 
 
 def _replacements(board: Board) -> dict[int, object]:
-    """Return replacements by id(), because globals need not be hashable."""
+    """Return the replacements by id(), because the values of globals may not be hashable."""
     clock = board.clock
 
     def sleep(seconds: float) -> None:

@@ -7,7 +7,7 @@ Decision: comparisons use the pace, not the time since power-on, because compile
 Decision: entries are compared by position, not by an alignment as ``diff`` computes it, because the first
 mistake causes all later ones.
 
-Decision: the end of a run cuts both sequences at a time, not at an entry.
+Decision: both sequences end at the same time, not at the same entry.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ _NUMBER = re.compile(r"-?(?:\d+(?:\.\d+)?|inf|nan)\b")
 class Rules:
     """Rules of equality.
 
-    ``timing_ps``: tolerance of the time between entries. ``tolerance``: of numbers by field ("ACC.x", "Yaw"),
-    in the units printed. ``ignore``: sequences that are not compared, or "numbers".
+    ``timing_ps``: tolerance of the time between entries. ``tolerance``: tolerance of numbers by field ("ACC.x",
+    "Yaw"), in the printed units. ``ignore``: properties that are not compared.
     """
 
     timing_ps: int = TIMING_PS
@@ -61,7 +61,11 @@ class Rules:
 
 @dataclass(frozen=True)
 class Difference:
-    """A difference at entry ``index`` of a sequence, None in a run without it, after equal pairs ``before``."""
+    """A difference at entry ``index`` of a sequence.
+
+    ``first`` and ``second`` are the entries of both runs; one is None if its run has no such entry. ``before`` holds
+    the equal pairs before the difference.
+    """
 
     sequence: str
     index: int
@@ -112,7 +116,7 @@ def compared(first: Observation, second: Observation, rules: Rules) -> list[str]
 
 
 def tolerances(given: Iterable[tuple[str, float]]) -> dict[str, float]:
-    """Return tolerances by field; a name may mean several ("ACC"). Raises InputError for an unknown one."""
+    """Return tolerances by field; a name such as "ACC" selects several. Raises InputError for an unknown name."""
     chosen: dict[str, float] = {}
     for name, value in given:
         fields = [one for one in FIELDS if name in (one, one.split(".")[0])]
@@ -125,7 +129,7 @@ def tolerances(given: Iterable[tuple[str, float]]) -> dict[str, float]:
 
 
 def largest_deviations(first: Observation, second: Observation) -> dict[str, float]:
-    """Return the largest difference of the lab's numbers, by printed field, in the units printed."""
+    """Return the largest difference of the lab's numbers by printed field, in the printed units."""
     largest: dict[str, float] = {}
     for one, other in zip(first.sequences[TERMINAL], second.sequences[TERMINAL], strict=False):
         if one.cut or other.cut or _without_numbers(one.text) != _without_numbers(other.text):
@@ -170,7 +174,7 @@ def _inserted(
 
 
 def _runs_on(first: Sequence[ObservedItem], second: Sequence[ObservedItem], rules: Rules) -> bool:
-    """Return whether both continue with equal entries, for long enough to exclude chance."""
+    """Return whether both sequences continue with equal entries, long enough to exclude chance."""
     pairs = list(zip(first[:_SAME_AFTER], second[:_SAME_AFTER], strict=False))
     texts = {one.text.strip() for one, _ in pairs}
     return len(pairs) >= 2 and len(texts) >= 2 and all(_same_text(one, other, rules) for one, other in pairs)

@@ -50,7 +50,7 @@ def chip_table() -> str:
 
 
 def board_table() -> str:
-    """Return the table of a board's draws from its seed."""
+    """Return the table of the values that a board draws from its seed, as Markdown."""
     lines = ["| figure | in a real board | unit | source |", "|---|---|---|---|"]
     for name, figure in BoardErrors.figures().items():
         lines.append(f"| `{name}`: {figure.doc} | {figure.size} | {figure.unit} | {figure.source} |")
@@ -79,7 +79,7 @@ def _drawn(figure: Figure) -> str:
 
 
 def without_behaviour(part: type[Sensor]) -> list[str]:
-    """Return every accessible register and field of a sensor that does nothing."""
+    """Return the names of a sensor's accessible registers and fields that have no effect in the model."""
     return [name for bank in part.maps().values() for name in bank.without_behaviour()]
 
 

@@ -1,5 +1,4 @@
-"""Comparison of MAG with the truth: only of its changes, since raw and calibrated values differ by a
-constant.
+"""Comparison of the changes of MAG with those of the truth, because raw and calibrated values differ by a constant.
 
 Decision: a board that has not been turned far enough gets no hint about MAG, because its calibration still
 changes.
@@ -18,12 +17,12 @@ from fcu_emulator.emulator.analysis.numbers import AXES, Group, Hint, axes_in_wo
 from fcu_emulator.emulator.analysis.recorder import LabLine
 
 MAG = Group("MAG[x,y,z]", tuple(f"MAG.{axis}" for axis in AXES), 50.0, "mgauss", 1.5)
-_FEWEST = 5  # lines, and
+_FEWEST = 5  # minimum number of lines
 _SHARE = 0.9  # share of the lines that must fit
-_TURNED = 400.0  # mgauss by which two axes must change: a good part of a turn
+_TURNED = 400.0  # mgauss by which two axes must change: a large part of a turn
 _SLACK = 60.0  # mgauss beyond the first half's extremes
 _RIGHT_FACTOR = 1.15
-_HIGH_BYTES = 6  # largest values of the earth's field, and of a board's hard iron in steps of 256
+_HIGH_BYTES = 6  # range of the true high byte in steps of 384 mgauss: earth's field and hard iron
 
 Numbers = NDArray[np.float64]
 
@@ -41,8 +40,9 @@ class _Rows(NamedTuple):
         return (self.low + self.high) / 2
 
     def residual(self, mapped_low: Numbers, mapped_high: Numbers, values: Numbers | None = None) -> float:
-        """Return the largest error of nearly all rows in mgauss, after a constant has been subtracted on each
-        axis.
+        """Return the error in mgauss that nearly all rows stay below.
+
+        A constant is subtracted on each axis first.
         """
         printed = self.values if values is None else values
         offset = np.median(printed - (mapped_low + mapped_high) / 2, axis=0)
@@ -52,7 +52,7 @@ class _Rows(NamedTuple):
 
 
 def field_hint(lines: Sequence[LabLine]) -> Hint | None:
-    """Return the simple change of the magnetic field that fits, if it is wrong."""
+    """Return the simple mistake that explains a wrong magnetic field, or None."""
     rows = _judgeable([line for line in lines if line.label == MAG.label and line.values is not None])
     if rows is None or rows.residual(rows.low, rows.high) <= MAG.far:
         return None
@@ -60,9 +60,9 @@ def field_hint(lines: Sequence[LabLine]) -> Hint | None:
 
 
 def changes(lines: Sequence[LabLine]) -> tuple[Numbers, float, LabLine] | None:
-    """Return the constant error of MAG, the field's length, and a line.
+    """Return the constant error of MAG by axis and the length of the field, both in mgauss, and the last line.
 
-    None if not turned far enough, or if the changes are wrong.
+    Return None if the board was not turned far enough, or if the changes of MAG are wrong.
     """
     rows = _judgeable([line for line in lines if line.label == MAG.label and line.values is not None])
     if rows is None or rows.residual(rows.low, rows.high) > MAG.far:
@@ -99,7 +99,7 @@ def _of_axes(rows: _Rows) -> Hint | None:
 
 
 def _of_factor(rows: _Rows) -> Hint | None:
-    """Return one factor for all axes, from the least squares of the changes."""
+    """Return a hint with one factor for all axes, which least squares of the changes give."""
     truth = rows.middle - rows.middle.mean(axis=0)
     printed = rows.values - rows.values.mean(axis=0)
     factor = float((truth * printed).sum() / (truth * truth).sum())
@@ -126,9 +126,9 @@ def _of_bytes(rows: _Rows) -> Hint | None:
 
 
 def _few_low_bytes(steps: Numbers) -> bool:
-    """Return whether the values lie closely together without multiples of 128.
+    """Return whether the values are close together modulo 128.
 
-    Half of 256, because the calibration subtracts half of two such values.
+    The modulus is half of 256, because the calibration subtracts half of the sum of two such values.
     """
     moved = steps - median(steps)
     return bool(min(np.ptp((moved + 64) % 128), np.ptp(moved % 128)) <= _HIGH_BYTES)

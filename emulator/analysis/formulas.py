@@ -1,7 +1,7 @@
 """Wrong formulas that explain a program's output: angles and altitude from the numbers of the same block.
 
-Decision: candidates are a list of whole formulas, each as a student would write it, because one found by a
-search also fits noise.
+Decision: candidates are a list of whole formulas, each as a student would write it, because a formula found by
+a search also fits noise.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from fcu_emulator.emulator.analysis.recorder import LabLine
 
 _FEWEST = 5  # blocks
 _SHARE = 0.85  # share of the blocks that a formula must explain
-_DIFFERENT = 2  # number of blocks that the right formula must not explain,
-_BETTER = 3  # and factor by which another formula must be nearer
+_DIFFERENT = 2  # minimum number of blocks that the right formula does not explain
+_BETTER = 3  # factor by which a wrong formula must be nearer than the right one
 _NEAR_DEG = 4.0  # a block takes some 30 ms, and the board may be turning
 _NEAR_SHARE, _NEAR_M = 0.04, 0.3
 _MOVING_SHARE, _MOST_MOVING = 0.3, 15.0  # share of the change of the truth in the last 0.15 s
-_LONGEST_S = 0.5  # seconds between the lines of a block
+_LONGEST_S = 0.5  # maximum time between the lines of a block
 _LABELS = {"ACC[x,y,z]": "acc", "MAG[x,y,z]": "mag", "Pre:": "pre"}
 
 
@@ -49,7 +49,7 @@ class Formula(NamedTuple):
     scale: float = 1.0
     """Growth of noise and offsets relative to the right formula."""
     period_deg: float = 360.0
-    """Size of a jump of a yaw."""
+    """Period of the yaw, which is the size of its jumps."""
 
 
 _NOTHING = (math.nan,) * 3
@@ -147,7 +147,7 @@ _ROLL = "roll = atan2(Gy, sqrt(mu * Gx * Gx + Gz * Gz)) * 180 / pi"
 
 
 def _tilt(field: str) -> tuple[Formula, list[Formula], str]:
-    """Return the right formula of pitch or roll, formulas with mistakes, and its text."""
+    """Return the right formula of pitch or roll, formulas with mistakes, and the text of the right formula."""
     own, other, sign, name = (0, 1, -1, "Gx") if field == "Pitch" else (1, 0, 1, "Gy")
     text = _PITCH if field == "Pitch" else _ROLL
 
@@ -362,7 +362,7 @@ def altitude_hint(lines: Sequence[LabLine], temperature_degc: float) -> Hint | N
     truths = [(row.line.truth["Altitude"], (row.line.values or {})["Altitude"]) for row in rows]
     off = sum(truth.distance(value) > _OFF_M for truth, value in truths)
     if off < _DIFFERENT:
-        return None  # effect of noise, and of a single reading at the floor, on a correct program
+        return None  # correct programs also deviate, because of noise and of a single reading at the floor
     named = explained("Altitude", rows, right, list(_wrong_altitudes(ratio, kelvin)), _metres)
     return named or explained("Altitude", rows, right, list(_times(rows, right)), _metres)
 

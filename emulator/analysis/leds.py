@@ -20,7 +20,7 @@ _STEADY = 4  # consecutive polls of the LEDs: 0.2 s
 
 
 class _LedCondition(NamedTuple):
-    """State of a LED, and the angle that it should show."""
+    """The state of a LED, and the angle that the LED should show."""
 
     at_s: float
     angle: float

@@ -1,4 +1,4 @@
-"""All mistakes shown by a run: the chip's findings, then those of sensors and bus, then hints from numbers."""
+"""All mistakes shown by a run: first findings of the chip, then of sensors and bus, then hints from numbers."""
 
 from __future__ import annotations
 
@@ -39,7 +39,10 @@ _SHOWN = 90
 
 
 def explain(board: Board, recorder: TruthRecorder, after_failure: bool = False) -> list[Diagnosis]:
-    """Return the problems of the firmware shown by this run; ``after_failure`` adds the sensors' set-up."""
+    """Return the problems of the firmware shown by this run.
+
+    ``after_failure`` adds problems of the sensors' set-up to a fatal problem.
+    """
     found = board.chip.findings() if board.chip is not None else []
     lines = list(recorder.lines)
     if found and found[0].fatal:
@@ -64,7 +67,7 @@ class _Where:
         self._arm = arm
 
     def printed(self, line: LabLine) -> str:
-        """Return ``main(), main.c:93: ``, or nothing."""
+        """Return the place such as ``main(), main.c:93: ``, or an empty string."""
         if self._arm is None:
             return ""
         places = Places(self._arm.image)
@@ -81,7 +84,7 @@ def _shown(line: LabLine) -> str:
 
 
 def _exclusive_or(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]:
-    """Yield a ^ in functions whose numbers are wrong."""
+    """Yield a diagnosis of an operator ^, if the angles or the altitude are wrong."""
     if board.chip is None or not any(is_far_off(lines, group) for group in (TILT, ALTITUDE)):
         return
     place = exclusive_or(Places(board.chip.image), board.chip.core.memory)
@@ -98,7 +101,7 @@ def _exclusive_or(board: Board, lines: Sequence[LabLine]) -> Iterator[Diagnosis]
 
 
 def _numbers(board: Board, lines: Sequence[LabLine], where: _Where) -> Iterator[Diagnosis]:
-    """Yield hints about numbers; about angles of ACC, only if ACC is right."""
+    """Yield hints about wrong numbers. Skip a group that is computed from a wrong group."""
     wrong: set[str] = set()
     for group in _GROUPS:
         if _rests_on(group) & wrong:
@@ -219,7 +222,7 @@ def _not_a_number(board: Board, lines: Sequence[LabLine], where: _Where) -> Iter
 
 
 def _misprinted_ints(lines: Sequence[LabLine], where: _Where) -> Iterator[Diagnosis]:
-    """Yield wrong vectors printed with a point: an int formatted as a double."""
+    """Yield a diagnosis of wrong vectors with a decimal point: an int was printed as a double."""
     for group in (ACC, GYR):
         printed = [line for line in lines if line.label == group.label and line.values is None]
         wrong = []
@@ -271,7 +274,7 @@ def _misread(board: Board) -> Iterator[Diagnosis]:
 
 
 def _same_twice(reads: Sequence[BusTransfer]) -> Iterator[Diagnosis]:
-    """Yield a firmware that reads one sensor twice a tick and the other never."""
+    """Yield a diagnosis if one sensor is read twice a tick and the other is not read."""
     bursts = [one.written[0] for one in reads if one.device == LSM6DSL.NAME and len(one.read) == 6]
     for twice, never, what in ((0x22, 0x28, "accelerometer"), (0x28, 0x22, "gyroscope")):
         if bursts.count(twice) >= 3 and never not in bursts and len(bursts) == len(reads) - _others(reads):

@@ -1,7 +1,7 @@
 """Wrong numbers in the output, and their simple causes: a factor, a sign, axes, radians, a wrap.
 
-Decision: printed numbers are compared with the world, not with the sensors' registers, because a student sees
-the board in the hand.
+Decision: printed numbers are compared with the world, not with the sensors' registers, because students see
+the movement of the board and not its registers.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from fcu_emulator.emulator.analysis.recorder import LabLine, ValueRange
 
 _FEWEST = 2  # minimum number of wrong lines
 _SHARE = 0.9  # minimum share of the lines that a change must fit
-_NARROW = 3  # the small distance distinguishes a wrap from random numbers
+_NARROW = 3  # divides the permitted distance, so that random numbers do not count as a wrap
 AXES = ("x", "y", "z")
 
 
@@ -26,14 +26,14 @@ class Hint(NamedTuple):
     sentences: tuple[str, ...]
     line: LabLine
     factor: float = 0.0
-    """Ratio of print to truth, if that is the only mistake."""
+    """Ratio of the printed value to the truth, if a factor is the only mistake."""
 
 
 Distance: TypeAlias = Callable[[Sequence[float], Sequence[ValueRange]], float]
 
 
 class Change(NamedTuple):
-    """A possible change of the truth, with the distance of printed values from it."""
+    """A mistake that changes the truth; ``distance`` compares printed values with the changed truth."""
 
     distance: Distance
     summary: str
@@ -60,7 +60,7 @@ ALTITUDE = Group("Altitude:", ("Altitude",), 1.5, "m")
 
 
 def hint(lines: Sequence[LabLine], group: Group) -> Hint | None:
-    """Return the simple change that explains a group, if it is wrong."""
+    """Return the simple mistake that explains the wrong numbers of a group, or None."""
     rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
     rows = [row for row in rows if all(map(math.isfinite, row.values))]
     if not rows or (group is YAW and not _turns(rows)):
@@ -77,7 +77,7 @@ def hint(lines: Sequence[LabLine], group: Group) -> Hint | None:
 
 
 def is_far_off(lines: Sequence[LabLine], group: Group) -> bool:
-    """Return whether several lines of a group are far from the truth, or not numbers."""
+    """Return whether several lines of a group are far from the truth or hold nan."""
     rows = [_Row(seen, group) for seen in lines if seen.label == group.label and seen.values is not None]
     return sum(not _plain(row.values, row.truth) <= group.far for row in rows) >= _FEWEST
 
@@ -93,7 +93,7 @@ def _shows_factor(row: _Row, group: Group) -> bool:
 
 
 def shows_another(lines: Sequence[LabLine], group: Group, others: Sequence[Group]) -> Hint | None:
-    """Return a hint if a vector is near another sensor's truth."""
+    """Return a hint if the numbers of one vector are those of another sensor."""
     for other in others:
         pairs = list(_pairs(lines, group, other))
         wrong = [one for one, _ in pairs if _plain(one.values, one.truth) > min(group.far, other.far)]
@@ -282,7 +282,7 @@ def _scaled(factor: float) -> Distance:
 
 
 def _factor(rows: Sequence[_Row], far: float) -> float | None:
-    """Return the ratio of print to truth, if nearly the same in all rows and not 1."""
+    """Return the median ratio of printed value to truth; None if it is near 1 or negative."""
     ratios = sorted(
         value / one.middle
         for row in rows
@@ -301,7 +301,7 @@ def _swapped(raw: int) -> int:
 
 
 def _around(value: float, group: Group) -> range:
-    """Return the possible raw values of a printed one, which was truncated."""
+    """Return the raw values that are printed as ``value`` after truncation."""
     slack = math.ceil(1 / group.per_lsb) if group.per_lsb < 1 else 0
     raw = round(value / group.per_lsb)
     return range(raw - slack, raw + slack + 1)

@@ -1,4 +1,4 @@
-"""The behaviour of a run as sequences: terminal lines, each sensor's register writes, LED edges, timer, and end."""
+"""The behaviour of a run as sequences: terminal lines, register writes of each sensor, LED edges, timer, and end."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from fcu_emulator.emulator.trace import EventT, GpioEdge, RegisterWrite, Termina
 
 TERMINAL, TIMER, END = "terminal", "timer", "end of the run"
 REGISTERS = " registers"
-"""Suffix of a sensor's sequence, after the sensor's name."""
+"""Suffix that follows the sensor's name in the name of its sequence."""
 MOST_EVENTS = 1_000_000
-"""Compared events of a run, some 100 MB; an hour of the lab's firmware has 400,000."""
+"""Maximum number of compared events of a run, about 100 MB. An hour of the lab's firmware has 400,000."""
 _COMPARED = (GpioEdge, RegisterWrite, TerminalBytes)
 
 
 @dataclass(frozen=True)
 class ObservedItem:
-    """An entry at ``at_ps``; ``cut``: the end of the run cut its text short."""
+    """An entry at ``at_ps``. ``cut``: the text is incomplete, because the run ended."""
 
     at_ps: int
     text: str
@@ -44,10 +44,10 @@ def observe(
     *,
     transfers: bool = False,
 ) -> Observation:
-    """Run a board from power-on to ``end_ps`` and record its behaviour; ``transfers`` keeps all in the trace.
+    """Run a board from power-on to ``end_ps`` and record its behaviour.
 
-    A firmware's failure or exceeded limit is its end. Raises NotJudgedError if the run has too many events,
-    or takes too long.
+    ``transfers`` keeps all events in the trace, including bus transfers. A failure of the firmware or an exceeded
+    limit is recorded as the end of the run. Raises NotJudgedError if the run has too many events, or takes too long.
     """
     kept = _ComparedEvents(board.trace, transfers)
     runner = Runner(board, [], end_ps, None, lambda wall_s: kept.exceeded() or exceeded(wall_s))
@@ -97,12 +97,12 @@ def is_led(name: str) -> bool:
 
 
 def led_pins(board: Board) -> dict[str, str]:
-    """Return the names of the LEDs' sequences, and their pins."""
+    """Return the pin of each LED by the name of its sequence."""
     return {name: led.pin for name, led in board.leds.items()}
 
 
 class _ComparedEvents:
-    """The compared events of a run, without bus transfers, which only a replay needs."""
+    """The compared events of a run. Bus transfers are not included, because only a replay needs them."""
 
     def __init__(self, trace: Trace, transfers: bool) -> None:
         self._trace = trace
@@ -114,7 +114,7 @@ class _ComparedEvents:
         self.close = trace.subscribe(self._take)
 
     def exceeded(self) -> str:
-        """Return why no more events can be kept; empty while they can."""
+        """Return the limit that has been reached, or an empty string if there is room for more events."""
         full = self._full or (self._transfers and self._trace.dropped)
         return f"{MOST_EVENTS} events" if full else ""
 
@@ -130,7 +130,7 @@ class _ComparedEvents:
 
 
 def bytes_sent(events: Iterable[TerminalBytes], uart: Uart) -> Iterator[tuple[int, int]]:
-    """Yield when each byte of text began on the line, and the byte."""
+    """Yield the start time on the serial line and the value of each byte of text."""
     for event in events:
         if event.direction == "tx":
             for number, byte in enumerate(event.data):
@@ -138,7 +138,7 @@ def bytes_sent(events: Iterable[TerminalBytes], uart: Uart) -> Iterator[tuple[in
 
 
 def lines_of(text: Iterable[tuple[int, int]]) -> list[ObservedItem]:
-    """Convert bytes with times to lines, each at its first byte after the last line's CR."""
+    """Convert bytes with times to lines. The time of a line is that of its first byte other than CR."""
     lines: list[ObservedItem] = []
     line, began_ps = bytearray(), NEVER_PS
     for at_ps, byte in text:

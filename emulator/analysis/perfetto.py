@@ -1,6 +1,6 @@
 """``--perfetto FILE``: a run on a time line, for https://ui.perfetto.dev and ``chrome://tracing``.
 
-The stack is sampled every ``LOOK_PS``, so shorter functions may be missing.
+The stack is sampled every ``LOOK_PS``, so shorter calls may be missing.
 
 Decision: the Perfetto file is JSON in the "Trace Event Format" (Google, 2016), which both viewers and any
 program can read.

@@ -1,4 +1,4 @@
-"""The record of a run as a picture: points for printed values, bars for true ones just before, and the LEDs."""
+"""Plot of a run: points for printed values, bars for the truth just before each print, and the LEDs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ _AXES = {  # by the label up to its first bracket or colon
 def draw(record: Mapping[str, Any], picture: Path) -> None:
     """Draw ``record``, the JSON of ``fcu run --json``, into ``picture``, whose suffix selects the format.
 
-    Raises InputError if there is nothing to draw or no matplotlib, LinkError for the file.
+    Raises InputError if the record has nothing to draw or matplotlib is not installed, and LinkError if the file
+    cannot be written.
     """
     if picture.suffix.lower() not in KINDS:
         raise InputError(f"{picture}: the name must end in {', '.join(KINDS)}", kind="picture_type")

@@ -1,4 +1,6 @@
-"""Printed lines and LEDs of a run, with the truth at the same times: a range, because printed values are old.
+"""Printed lines and LEDs of a run, with the range of the true values in the time before.
+
+The truth is a range, because a printed value is older than its line.
 
 Decision: the recorder samples the callback every 4.87 ms of virtual time and the LEDs every 48.7 ms. It reads the
 terminal and computes the truth for about 100 samples at once, because a call for each sample would take as long as
@@ -51,7 +53,7 @@ class ValueRange:
 
 @dataclass(frozen=True)
 class LabLine:
-    """A line of the lab: its numbers, None for another format, and the truth of its fields."""
+    """A line of the lab, its numbers (None if the format is different), and the truth of its fields."""
 
     label: str
     text: str
@@ -92,7 +94,7 @@ class TruthRecorder:
         self._looks = 0
         self._closed = False
         self.looks_at_callback = 0
-        """Number of polls of built firmware while the timer ticked and no fault was handled."""
+        """Number of polls of compiled firmware while the timer ticked and no fault was handled."""
         self.callback_seen = 0
         """Number of these polls during the timer's interrupt."""
         self._watching = Periodic(board.clock, board.clock.now_ps, _LOOK_PS, self._look)
@@ -157,7 +159,7 @@ class TruthRecorder:
         return float(self._start_ps - -late_ps // _LOOK_PS * _LOOK_PS) / PS_PER_S
 
     def _look_at_callback(self, handled: Sequence[str], timer: str) -> None:
-        """Count a poll of the callback, except during faults, below which its interrupt stays active."""
+        """Count a poll of the callback, except during a fault, when an interrupted callback stays active."""
         if _FAULTS.isdisjoint(handled):
             self.looks_at_callback += 1
             self.callback_seen += any(timer in name for name in handled)

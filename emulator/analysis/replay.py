@@ -1,4 +1,4 @@
-"""Python firmware on another firmware's samples, so that only arithmetic and text may differ.
+"""Replay of Python firmware on the samples of another firmware, so that only arithmetic and text may differ.
 
 The main loop reads a line's values when the last bit of the previous text has left (TC, RM0368 19.3.2). A
 callback begins with the first transfer after those of the previous one. A loop that reads its variables right
@@ -66,7 +66,7 @@ class _EndOfRecordingError(Exception):
 
 @dataclass(frozen=True)
 class _Read:
-    """Bytes of ``device`` from ``register`` on, read at ``t_ps``."""
+    """Bytes read from ``device`` at ``t_ps``, starting at ``register``."""
 
     t_ps: int
     device: str
@@ -89,7 +89,10 @@ class _Recording:
         self.left_ps = [at_ps + frame_ps for at_ps in self.sent_ps]
 
     def position(self, text: bytearray) -> int:
-        """Return the position in the recorded text after printing ``text``, counted from each line's start."""
+        """Return the position in the recorded text that corresponds to the end of ``text``.
+
+        It has the same number of complete lines before it, and the same number of bytes in its line.
+        """
         lines = text.count(_LF)
         if not lines:
             return len(text)
@@ -98,7 +101,7 @@ class _Recording:
         return self._line_ends[lines - 1] + len(text) - text.rindex(_LF) - 1
 
     def times_ps(self, text: bytes | bytearray) -> Iterator[int]:
-        """Yield the time of each byte of another text, line for line at the times of this one."""
+        """Yield a time for each byte of ``text``, line by line from the times of the recorded text."""
         begin = 0
         for line, sent in enumerate(_lines(text)):
             if line < len(self._line_ends):
@@ -147,7 +150,7 @@ class _ReplayHal(HalGpio):
         self._timer_runs = False
 
     def printed(self) -> Iterator[tuple[int, int]]:
-        """Yield the recorded text with its times."""
+        """Yield the time and the value of each printed byte."""
         return zip(self._recording.times_ps(self._text), self._text, strict=False)
 
     # -- time -------------------------------------------------------------------------------------------
@@ -156,7 +159,7 @@ class _ReplayHal(HalGpio):
         return self._clock.now_ps // PS_PER_MS
 
     def HAL_Delay(self, delay_ms: int) -> None:
-        """Return after this delay since the latest text and delays."""
+        """Continue at the end of the latest text plus all delays since then."""
         self._delayed_ps += delay_ms * PS_PER_MS
         self._clock.now_ps = self._spoken_ps + self._delayed_ps
         if self._clock.now_ps > self._recording.end_ps:
@@ -177,7 +180,7 @@ class _ReplayHal(HalGpio):
     # -- the sensors ------------------------------------------------------------------------------------
 
     def HAL_I2C_Mem_Read(self, dev_address: int, mem_address: int, size: int) -> tuple[int, bytes]:
-        """Return the bytes read next from these registers, in one transfer or in several."""
+        """Return the next recorded bytes of these registers, from one transfer or several."""
         device, data = self._recording.devices[dev_address], b""
         while len(data) < size:
             data += self._read(device, mem_address + len(data))
@@ -205,7 +208,7 @@ class _ReplayHal(HalGpio):
     # -- text, LEDs, timer ------------------------------------------------------------------------------
 
     def HAL_UART_Transmit(self, data: bytes, timeout_ms: int) -> int:
-        """Return when the recorded text has reached this position, and the callbacks until then have run."""
+        """Continue when the recorded text has reached this position, after all callbacks until then."""
         del timeout_ms
         self._text += data
         left_ps = self._recording.left_ps
@@ -224,8 +227,8 @@ class _ReplayHal(HalGpio):
         return HAL_TIMEOUT, b""
 
     def HAL_TIM_Base_Init(self, prescaler: int, period: int) -> None:
-        """Ignore the rate: the recording has its own."""
+        """Ignore the rate, because the recording determines the times of the callbacks."""
 
     def HAL_TIM_Base_Start_IT(self) -> None:
-        """Treat all later reads as those of callbacks."""
+        """Treat all later reads as reads of callbacks."""
         self._timer_runs = True

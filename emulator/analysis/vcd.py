@@ -2,8 +2,8 @@
 
 Decision: all wires in the VCD file have one bit, because the reader of sigrok stops at a vector.
 
-The writer, pyvcd of the extra ``views``, requires increasing times, so edges wait for ``HELD_PS``. A longer
-transfer is left out and counted.
+The writer, pyvcd of the extra ``views``, requires increasing times, so edges wait for ``HELD_PS``. Longer
+transfers are omitted and counted.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class VcdFile:
         self._written_ps = board.clock.now_ps
         self._callback = f"{board.timer.name}_callback"
         self.left_out = 0
-        """Messages that were broken or took too long."""
+        """Number of omitted messages, which were incomplete or took too long."""
         self._declare()
         self._unsubscribe = board.trace.subscribe(self._handle)
         self._looking = Periodic(board.clock, board.clock.now_ps, Fraction(LOOK_PS), self._look)

@@ -15,7 +15,7 @@ A board without firmware is a bus with sensors, for tests of drivers::
     board = Board()
     board.i2c2.write_read(0x6B, b"\\x0f", 1)   # b"\\x6a", the LSM6DSL's WHO_AM_I
 
-Boards share nothing. A board belongs to the thread that first runs it.
+Boards are independent of each other. A board belongs to the thread that first runs it.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ if TYPE_CHECKING:
 LONGEST_RUN_S = 1_000_000  # eleven days
 _TRIAL_STEP_S, _LONGEST_TRIAL_S = 0.02, 2.0
 _MOST_TRIAL_ACCESSES, _MOST_TRIAL_FAULTS = 100_000, 1_000
-"""Number of slow operations after which a trial ends; wall time would depend on the machine."""
+"""Number of slow operations after which a trial ends. A limit in wall time would depend on the machine."""
 
 
 class Board:
@@ -78,19 +78,19 @@ class Board:
 
     ``firmware``: a name (``"lab3"`` and ``"template"`` in Python, ``"solution"`` and ``"template-arm"`` in
     C), an ELF, HEX or BIN file, a callable that takes the HAL, or None.
-    ``scenario``: a name, a path or a loaded scenario; it brings its firmware unless another is given.
-    ``wiring``: ``"lab3"`` (all sensors on I2C2), ``"fcu001v1"`` (SPI2, as on the real board), or None:
-    selected for the firmware, from its file or by a trial.
+    ``scenario``: a name, a path or a loaded scenario. Its firmware is used unless ``firmware`` is given.
+    ``wiring``: ``"lab3"`` (all sensors on I2C2), ``"fcu001v1"`` (SPI2, as on the real board), or None to
+    select it from the firmware's file or by a trial.
     ``seed``: selects the board's offsets and noise; None: the scenario's seed, else 0.
     ``ideal``: sensors without any error, on a board without iron.
-    ``cold_start``: False: sensors powered long before. True: supply switched on at t = 0, so that at first
-    LSM6DSL (15 ms) and LIS2MDL (20 ms) do not answer (no acknowledge on I2C, 0xFF on SPI), and the board
-    warms up.
+    ``cold_start``: False: the sensors have been powered for a long time. True: the supply is switched on at
+    t = 0. The LSM6DSL does not answer for the first 15 ms and the LIS2MDL for 20 ms (no acknowledge on I2C,
+    0xFF on SPI), and the board warms up.
     ``crystal_hz``: frequency of the chip's crystal, 4 to 26 MHz, for programs made for another board; None: the
     scenario's, else 16 MHz.
 
     Times are virtual seconds since power-on. Close a board with ``close()`` or a ``with`` block. Raises
-    InputError (ScenarioError) when a name, a file or a value cannot be used.
+    InputError (for scenarios ScenarioError) if a name, a file or a value cannot be used.
     """
 
     arm = OldName("chip")
@@ -149,7 +149,7 @@ class Board:
         """Signals connected to the chip's pins."""
         self._caller: Caller | None = None
         self.chip: ArmFirmware | None = None
-        """The chip that executes built firmware; None for firmware in Python."""
+        """The chip that executes compiled firmware; None for firmware in Python."""
         self._run = run = _RunState(self._boot(choice))
         self.timer = run.backend.timer
         """Timer of the firmware's periodic callback."""
@@ -182,7 +182,7 @@ class Board:
         self.close()
 
     def close(self) -> None:
-        """End the firmware and close the trace's files; the board cannot run any more."""
+        """End the firmware and close the files of the trace. The board cannot run again."""
         self._run.closed = True
         self._end_firmware()
         self.trace.close()
@@ -198,7 +198,7 @@ class Board:
         return self._run.running
 
     def run_for(self, seconds: float) -> None:
-        """Run for exactly this much virtual time. Raises FirmwareError when the firmware itself fails."""
+        """Run for exactly this much virtual time. Raises FirmwareError if the firmware fails."""
         if not isinstance(seconds, int | float) or not 0 <= seconds <= LONGEST_RUN_S:
             raise InputError(
                 f"cannot run for {seconds!r} s: the duration must be from 0 to {LONGEST_RUN_S}",
@@ -233,13 +233,16 @@ class Board:
         return _named(self._spi, name, "SPI bus")
 
     def recent_transfers(self) -> list[BusTransfer]:
-        """Return the chip's few latest transfers on each bus; Python firmware's bursts are not kept."""
+        """Return the chip's latest transfers on each bus; bursts of Python firmware are not kept."""
         latest = [one for bus in self.signals.i2c.values() for one in bus.recent_transfers()]
         latest += [one for bus in self.signals.spi.values() for one in bus.recent_transfers()]
         return sorted(latest, key=lambda transfer: transfer.t_ps)
 
     def snapshot(self) -> Snapshot:
-        """Return the state of the board for :meth:`restore`, between runs. Raises InputError with Python firmware."""
+        """Return the state of the board for :meth:`restore`. Raises InputError with Python firmware.
+
+        Call it between runs.
+        """
         return Snapshot(self)
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -259,7 +262,7 @@ class Board:
         return tuple(output.duty if output else 0.0 for output in outputs)
 
     def other_uarts(self) -> dict[str, bytes]:
-        """Return the first 64 KiB sent on each USART without a terminal, by name ("USART2"); {} with Python firmware."""
+        """Return the first 64 KiB sent on each USART without a terminal, by name; {} with Python firmware."""
         return {} if self.chip is None else self.chip.chip.usarts.unconnected_output()
 
     def supply_current_ua(self) -> dict[str, float]:
@@ -271,7 +274,7 @@ class Board:
         return self._run.backend.variable(name)
 
     def set_variable(self, name: str, value: Any) -> None:
-        """Set a global variable of built firmware to a number, a sequence, or a mapping of members.
+        """Set a global variable of compiled firmware to a number, a sequence, or a mapping of members.
 
         Raises KeyError, or InputError for a value that does not fit the C type.
         """
@@ -285,14 +288,15 @@ class Board:
         max_instructions: int = 10_000_000,
         timeout_s: float = 1.0,
     ) -> Any:
-        """Call a function of built firmware by its C name, and return its result.
+        """Call a function of compiled firmware by its C name, and return its result.
 
         Numbers are passed by value. A pointer takes an address, a string, bytes, a structure's members
-        (mapping, object or sequence), or a sequence of target values. Writes are copied back to lists,
-        dictionaries, objects and byte arrays. Afterwards the chip's state is restored, unless ``keep``.
+        (mapping, object or sequence), or a sequence of target values. Values that the function writes through
+        a pointer are copied back to lists, dictionaries, objects and byte arrays. After the call the state of
+        the chip is restored, unless ``keep`` is set.
 
-        ``max_instructions`` limits a function that computes, ``timeout_s`` (virtual) one that waits. Raises
-        InputError if the function cannot be called (missing, inlined, ambiguous, other arguments), and
+        ``max_instructions`` limits functions that compute, ``timeout_s`` (virtual time) functions that wait.
+        Raises InputError if the function cannot be called (missing, inlined, ambiguous, other arguments), and
         CallError if it fails or does not return.
         """
         return self._calls("call").call(name, arguments, keep, max_instructions, timeout_s)
@@ -357,7 +361,7 @@ class Board:
 
 
 class _NoFirmware:
-    """A processor held in reset: time passes, and the sensors measure."""
+    """A processor held in reset: only time passes, and the sensors measure."""
 
     def __init__(self, clock: Clock, timer: TickCounts) -> None:
         self._clock = clock
@@ -375,7 +379,7 @@ class _NoFirmware:
 
 
 class _RunState:
-    """The only object that advances a board's time, until the board is closed."""
+    """The state of runs: only this object advances the time of a board, until the board is closed."""
 
     def __init__(self, backend: Backend) -> None:
         self.backend = backend

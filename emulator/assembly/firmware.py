@@ -1,7 +1,7 @@
 """Selection of a board's firmware and its wiring, and its execution.
 
-The wiring follows from symbols: CubeMX names a peripheral's handle after it (``hspi2``, ``hi2c2``), and a
-linker drops unused ones.
+The symbols of the firmware select the wiring: CubeMX names the handle of a peripheral after it (``hspi2``,
+``hi2c2``), and a linker drops unused handles.
 
 Decision: a firmware with handles of both buses, or without symbols, is tried on each wiring, the usual one
 first. It gets the first wiring on which a sensor answers.
@@ -34,13 +34,13 @@ _SETTINGS_IGNORED = "the scenario's [firmware_settings] are ignored: they are fo
 
 @dataclass(frozen=True)
 class Choice:
-    """Either ``factory`` (Python) or ``image`` (ARM), or neither: the processor is held in reset."""
+    """The chosen firmware: ``factory`` (Python), ``image`` (ARM), or neither for a processor held in reset."""
 
     wiring: Wiring
     name: str = ""
     """The firmware's name for the user."""
     reason: str = ""
-    """Reason for this wiring, if it is unusual and not the user's."""
+    """Reason for this wiring, if it is neither the usual one nor the user's choice."""
     notes: tuple[str, ...] = ()
     """Notes for the user, one line each."""
     factory: FirmwareFactory | None = None
@@ -56,8 +56,8 @@ def choose(
 ) -> Choice:
     """Return the firmware and its wiring. Raises InputError.
 
-    ``name``: the wiring's, or None to select it. ``reaches_sensors`` tries a wiring. ``settings`` are for
-    Python firmware only.
+    ``name``: name of the wiring, or None to select one. ``reaches_sensors`` tries a wiring and returns whether
+    a sensor answers. ``settings`` are for Python firmware only.
     """
     wiring = board.wiring(name)
     if firmware is None:

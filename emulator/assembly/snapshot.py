@@ -1,4 +1,4 @@
-"""A board's whole state: taken once, restored any number of times, thousands of times per second.
+"""Snapshots of a board's whole state, which can be restored thousands of times per second.
 
 Decision: a snapshot walks the board's objects and records their contents, so that it cannot miss a new
 attribute. Rules of the walk:
@@ -6,12 +6,12 @@ attribute. Rules of the walk:
 * objects of this package, of ``sensors``, and of subclasses: their attributes;
 * lists, dictionaries, sets, deques and byte arrays: their contents, restored in place because they are
   shared;
-* functions of these packages: their closures, whose variables are never rebound;
-* objects with ``snapshot()`` and ``restore(state)``: also state outside Python. The trace is not walked;
-* numpy arrays: values that are never changed in place;
-* everything else: unchanged.
+* functions of these packages: their closures, whose variables must never be rebound;
+* objects with ``snapshot()`` and ``restore(state)``: also their state outside Python. The trace is not walked;
+* numpy arrays: only the reference, because their contents are never changed in place;
+* all other objects: only the reference.
 
-The stack of firmware in Python cannot be copied, so such a board has no snapshots.
+The stack of firmware in Python cannot be copied, so a board with Python firmware has no snapshots.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Snapshotted(Protocol):
     """An object with state outside Python."""
 
     def snapshot(self) -> Any:
-        """Return that state. Raises InputError if it is not available."""
+        """Return the state outside Python. Raises InputError if it is not available."""
         ...
 
     def restore(self, state: Any) -> None: ...
@@ -65,7 +65,7 @@ class Snapshot:
         # method to empty it, method to fill it, contents
         self._others: list[tuple[Any, Any, Any]] = []
         self._asked: list[tuple[Snapshotted, Any]] = []
-        self._seen: dict[int, object] = {}  # also keeps everything alive
+        self._seen: dict[int, object] = {}  # also keeps the objects alive, so that their ids stay unique
         self._walk(root)
 
     def restore(self, root: object) -> None:

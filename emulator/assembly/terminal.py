@@ -1,4 +1,4 @@
-"""The terminal at the other end of the serial line, for Python, in virtual time."""
+"""The terminal at the other end of the serial line: its Python interface, in virtual time."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ def _bytes_of(data: bytes, characters: int) -> int:
 
 
 class Terminal:
-    """The board's output, which is UTF-8, and a keyboard; a byte that is not UTF-8 is read as Latin-1."""
+    """The board's output and a keyboard. Output is decoded as UTF-8, and invalid bytes as Latin-1."""
 
     def __init__(self, uart: Uart, clock: Clock, run_until_ps: Callable[[int], None]) -> None:
         self.uart = uart
         """The serial line, with the time of every frame."""
         self._clock = clock
         self._run_until = run_until_ps
-        self._read = 0  # bytes handed out by read(), counted from power-on
+        self._read = 0  # number of bytes since power-on that read() has returned
         self._matched = -1, 0  # end of the match of expect(), with its time
         self.diagnosis: Callable[[], str] = lambda: ""
         """Function that returns the firmware's problems, for error messages."""
 
     @property
     def text(self) -> str:
-        """All text since power-on (of very long runs, the last 8 MiB at least)."""
+        """All text since power-on; in very long runs at least the last 8 MiB."""
         return decoded(self.uart.received())
 
     def read(self) -> bytes:
@@ -55,7 +55,7 @@ class Terminal:
         return bytes(received[start:]), self.uart.dropped + len(received)
 
     def write(self, data: bytes | str) -> None:
-        """Type on the keyboard; the bytes arrive at the line's speed. Raises InputError for other than Latin-1."""
+        """Type on the keyboard; the bytes arrive at the line's speed. Raises InputError if not Latin-1."""
         try:
             self.uart.type(data.encode("latin-1") if isinstance(data, str) else bytes(data))
         except UnicodeEncodeError as error:
@@ -66,7 +66,7 @@ class Terminal:
 
     @property
     def typing_left(self) -> int:
-        """Number of typed bytes still on their way."""
+        """Number of typed bytes that have not arrived yet."""
         return self.uart.typing_left
 
     @property
@@ -79,9 +79,9 @@ class Terminal:
     ) -> re.Match[str]:
         """Run the board until ``pattern`` (a regular expression) is printed, and return the match.
 
-        The search starts with the text after this call, right after another ``expect`` at the end of its
-        match, or at ``since`` (0: power-on). Raises ExpectationError, with the last lines and the diagnosis,
-        after ``timeout_s`` of virtual time.
+        The search starts at the byte position ``since`` (0: power-on). By default it starts at the end of the
+        output so far, or at the end of the previous match if no time has passed since that match. Raises
+        ExpectationError, with the last lines and the diagnosis, after ``timeout_s`` of virtual time.
         """
         try:
             compiled = re.compile(pattern)

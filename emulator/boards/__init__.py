@@ -1,1 +1,1 @@
-"""Boards as data: soldered components, and the firmware supplied for them. No behaviour."""
+"""Boards as data: their components, and the firmware supplied for them. They have no behaviour."""

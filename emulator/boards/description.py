@@ -41,10 +41,9 @@ CRYSTAL_RANGE_HZ = range(4_000_000, 26_000_001)  # STM32F401xB/C datasheet, HSE
 
 @dataclass(frozen=True)
 class MountedSensor:
-    """A sensor that measures matrix @ a vector in the board's axes.
+    """A sensor on the board, which measures matrix @ vector for a vector in the board's axes.
 
-    ``mountings``: matrices by name, the usual one first. ``mounting_key``: name of the choice in a scenario
-    file.
+    ``mountings``: the matrices by name, the usual one first. ``mounting_key``: the scenario key that selects one.
     """
 
     part: type[Sensor]
@@ -82,7 +81,10 @@ class SerialLine:
 
 @dataclass(frozen=True)
 class CallbackTimer:
-    """The timer whose interrupt calls ``HAL_TIM_PeriodElapsedCallback``; clock and priority are for Python firmware."""
+    """The timer whose interrupt calls ``HAL_TIM_PeriodElapsedCallback``.
+
+    Clock and priority are for Python firmware.
+    """
 
     peripheral: str
     input_hz: int
@@ -91,7 +93,7 @@ class CallbackTimer:
 
 @dataclass(frozen=True)
 class AbsentPart:
-    """A real part without a model; selecting it leaves a note in the trace. ``held``: levels of its outputs."""
+    """A real part without a model; selecting it adds a note to the trace. ``held``: levels of its outputs."""
 
     name: str
     spi: str
@@ -105,9 +107,10 @@ class AbsentPart:
 
 @dataclass(frozen=True)
 class Wiring:
-    """One way to connect the sensors, all to ``bus``.
+    """One way to connect all sensors to ``bus``.
 
-    ``places``: 7-bit address or chip select ("PA8"). ``symbols``: names that only firmware for this wiring has.
+    ``places``: 7-bit address or chip select ("PA8") of each sensor. ``symbols``: names that only firmware for this
+    wiring has.
     """
 
     name: str
@@ -129,8 +132,9 @@ class Wiring:
 class BoardDescription:
     """One kind of board.
 
-    ``leds``: lit while the pin is low. ``motors``: timer and channel of each PWM. ``wirings``: the usual one
-    first. ``built_firmware``: descriptions and program names in :mod:`fcu_emulator.firmware_model.arm`.
+    ``leds``: pins of the LEDs, which are lit while the pin is low. ``motors``: timer and channel of each PWM.
+    ``wirings``: the usual wiring first. ``built_firmware``: programs in :mod:`fcu_emulator.firmware_model.arm`
+    with descriptions.
     """
 
     name: str
@@ -179,7 +183,7 @@ class BoardDescription:
 
     @cached_property
     def firmware(self) -> dict[str, str]:
-        """All supplied firmware, names with descriptions."""
+        """Description of each supplied firmware by its name."""
         built = {name: text for name, (_, text) in self.built_firmware.items()}
         return {**self.python_firmware, **built}
 
@@ -199,7 +203,7 @@ class BoardDescription:
 class SensorSettings:
     """Deviation of the sensors from ideal ones.
 
-    ``figures`` replaces numbers of the ``quality``: ``{"lps22hb": {"pressure_bias_hpa": 0.5}}``.
+    ``figures`` replaces single numbers of the ``quality``: ``{"lps22hb": {"pressure_bias_hpa": 0.5}}``.
     """
 
     quality: Quality = "typical"
@@ -215,14 +219,14 @@ _CALIBRATIONS = "published calibrations of other boards"
 
 @dataclass(frozen=True)
 class BoardErrors(PartErrors):
-    """Explicit numbers in the board's axes; the default is an ideal board.
+    """The errors of one board in the board's axes; the default is an ideal board.
 
-    Steel adds a constant field (hard iron) and distorts the Earth's field (soft iron), both drawn from the
+    Steel adds a constant field (hard iron) and distorts the Earth's field (soft iron); both are drawn from the
     seed. Sources: published calibrations of eight other boards, such as Adafruit_AHRS,
     examples/ahrs_fusion_usb, and an ArduPilot autopilot (diydrones.com, "compass calibration always above
-    150"). Half of their offsets exceed 115 mgauss; soft iron is 6 % along an axis and 2.4 % between two. The
-    sensor's own errors are drawn separately, so the figures are smaller. The quartz is exact unless
-    ``hse_ppm`` is set: 30 ppm are not visible in a lab.
+    150"). Half of their offsets exceed 115 mgauss. Their soft iron is 6 % along an axis and 2.4 % between two
+    axes. The figures here are smaller, because the sensor's own errors are drawn separately. The quartz is exact
+    unless ``hse_ppm`` is set, because its 30 ppm are not visible in a lab.
     """
 
     PART: ClassVar[str] = "board"
@@ -254,7 +258,7 @@ class BoardErrors(PartErrors):
     )
 
     def soft_iron(self) -> Matrix:
-        """Matrix (3, 3) applied to the outer field, symmetric as of steel without hysteresis."""
+        """Matrix (3, 3) that is applied to the outer field. It is symmetric, as for steel without hysteresis."""
         matrix = np.eye(3) + np.diag(self.soft_iron_percent) / 100.0
         for (row, column), percent in zip(
             ((0, 1), (0, 2), (1, 2)), self.soft_iron_across_percent, strict=True
@@ -268,7 +272,7 @@ class BoardErrors(PartErrors):
 
 @dataclass(frozen=True)
 class BoardSignals:
-    """Signals connected to the chip's pins, as listed in ``board``; ``number``: for the chip's unique id."""
+    """Signals connected to the chip's pins according to ``board``. ``number`` determines the chip's unique id."""
 
     board: BoardDescription
     wiring: Wiring
@@ -288,7 +292,7 @@ class BoardSignals:
 
 
 def __getattr__(name: str) -> type[MountedSensor]:
-    """Return :class:`MountedSensor` by its name of the previous release."""
+    """Return :class:`MountedSensor` for its name in the previous release."""
     if name != "MountedPart":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     warn_renamed(name, "MountedSensor")

@@ -1,7 +1,7 @@
 """The STEVAL-FCU001V1: an STM32F401CC with LSM6DSL, LIS2MDL and LPS22HB, according to its schematic.
 
-Raw values are MOUNTING @ board, since the lab's ``ReadSensorRawData`` has out.X = -raw.Y, out.Y = raw.X,
-out.Z = raw.Z. The real sensors are on SPI2; the lab's slides draw them on I2C2, wiring ``lab3``.
+Raw values are MOUNTING @ board, because the lab's ``ReadSensorRawData`` has out.X = -raw.Y, out.Y = raw.X,
+out.Z = raw.Z. The real sensors are on SPI2. The lab's slides show them on I2C2, which is the wiring ``lab3``.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from fcu_emulator.sensors import LIS2MDL, LPS22HB, LSM6DSL
 
 _MOUNTING = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
-# The LIS2MDL's own drawing (datasheet figure 2) is left handed: seen from +Z, Y lies clockwise of X. With
-# that mounting the lab's formula is wrong under tilt.
+# The axes in the LIS2MDL datasheet (figure 2) are left handed: seen from +Z, Y lies clockwise of X. With
+# this mounting the lab's formula is wrong under tilt.
 _LEFT_HANDED = np.diag([1.0, -1.0, 1.0]) @ _MOUNTING
 
 FCU001V1 = BoardDescription(

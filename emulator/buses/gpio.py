@@ -1,9 +1,10 @@
 """The board's pins (RM0368 section 8).
 
-If several outputs drive a pin, a low one wins; without outputs the pull resistor sets the level. A floating input reads
-0; on the board it reads noise. The trace shows edges of the chip's output stage; a released pin is shown as 1.
+If several outputs drive a pin and one of them is low, the pin is low. Without outputs, the pull resistor sets the
+level. A floating input reads 0; on the real board it reads noise. The trace shows edges of the chip's output stage, and
+a released pin as 1.
 
-Decision: two conflicting outputs on a pin are not an error but resolve to 0. No exercise can short outputs on this
+Decision: two conflicting outputs on a pin are not an error but give 0, because no exercise can short outputs on this
 board.
 """
 
@@ -16,7 +17,7 @@ from fcu_emulator.emulator.clock import Clock
 from fcu_emulator.emulator.trace import GpioEdge, Trace
 
 LevelCallback: TypeAlias = Callable[[int], None]
-"""``changed(level)``: called with the chip's new input level, 0 or 1."""
+"""``changed(level)`` is called with the chip's new input level, 0 or 1."""
 
 _PORTS = "ABCDEH"  # the STM32F401 has no port F and G (RM0368 section 2.3)
 
@@ -40,7 +41,7 @@ class ChipPins(Protocol):
 
 
 class _Pin:
-    """One pin, with plain attributes for speed."""
+    """The state of one pin, in plain attributes for speed."""
 
     __slots__ = ("alternate", "frequent", "listeners", "name", "output", "outside", "pull", "reads", "shown")
 
@@ -111,11 +112,11 @@ class Gpio:
     # -- the chip's side --------------------------------------------------------------------------------
 
     def init_output(self, port: str, pin: int) -> None:
-        """Make a pin a push-pull output; its latch resets to 0."""
+        """Make a pin a push-pull output, which is 0 unless it was an output before."""
         self.write(port, pin, self._pins[port, pin].output or 0)
 
     def write(self, port: str, pin: int, level: int, *, open_drain: bool = False) -> None:
-        """Drive a pin; open drain at 1 releases it."""
+        """Drive a pin. Level 1 with ``open_drain`` releases the pin."""
         one = self._pins[port, pin]
         one.output = None if open_drain and level else level
         self._show(one, level)
@@ -150,7 +151,7 @@ class Gpio:
         return self._pin(port, pin).output
 
     def driven(self, port: str, pin: int) -> int | None:
-        """Return the level without pull resistors, whose current cannot light a LED."""
+        """Return the level without pull resistors, because their current cannot light a LED."""
         return self._pin(port, pin).driven()
 
     def reads(self, port: str, pin: int) -> int:
@@ -179,7 +180,7 @@ class Gpio:
             self._chip.watch(port, pin)
 
     def frequent(self, port: str, pin: int) -> None:
-        """Record edges only in a detailed trace, because they are numerous."""
+        """Record the edges of this pin only in a detailed trace, because they are frequent."""
         self._pins[port, pin].frequent = True
         if self._chip is not None:
             self._chip.frequent(port, pin)

@@ -1,7 +1,7 @@
 """I2C bus: whole transfers, their duration on the wire, and injected faults.
 
-A byte takes nine clock periods; start, repeated start and stop take one each (NXP UM10204 3.1). A burst returns the
-sensor's state at the start of the burst.
+A byte takes nine clock periods; start, repeated start and stop take one period each (NXP UM10204 3.1). A burst returns
+the sensor's state at the start of the burst.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ SCANNED_ADDRESSES = 8
 
 
 def is_scan(counts: Iterable[int]) -> bool:
-    """Return whether failed transfers, counted by address, are a search of the bus.
+    """Return whether the numbers of failed transfers, one for each address, come from a search of the bus.
 
-    A search asks many addresses equally often; one that fails more often is also used by the firmware.
+    A search tries many addresses equally often. If one address fails more often, the firmware also uses it.
     """
     most = sorted(counts, reverse=True)
     return len(most) >= SCANNED_ADDRESSES and most[0] <= 2 * most[SCANNED_ADDRESSES - 1]
@@ -83,7 +83,7 @@ class I2CFault:
     ``absent``: no device answers at ``address``;
     ``nack``: byte ``byte_index`` of a write is not acknowledged (0 is the address itself);
     ``stuck``: a line is held low;
-    ``bus_error``: a misplaced start or stop is seen;
+    ``bus_error``: a start or stop is misplaced;
     ``arbitration``: another master wins while the address is sent.
 
     ``address`` None means every address.
@@ -150,7 +150,7 @@ class _CachedRead:
 
 
 class I2CBus:
-    """One bus; ``end_ps`` is the end of the latest transfer, until which the master must let time pass."""
+    """One bus. ``end_ps`` is the end of the latest transfer; the master must wait until then."""
 
     def __init__(self, name: str, clock: Clock, trace: Trace, speed_hz: int = FAST_MODE_HZ) -> None:
         self.name = name
@@ -165,11 +165,11 @@ class I2CBus:
         self._faults: list[I2CFault] = []
         self.has_faults = False
         self.when_changed: list[Callable[[], None]] = []
-        """Called after a fault has been injected or a device attached."""
+        """Functions that are called after a fault has been injected or a device attached."""
         self.elsewhere: list[Callable[[], Iterable[Message]]] = []
-        """Other sources of latest messages, for messages that only the master has recorded."""
+        """Functions that return further latest messages, which only the master has recorded."""
         self.shortest_ps = PS_PER_S // speed_hz if speed_hz < FAST_MODE_HZ else 0
-        """Shortest period of SCL: if the bus is built slow, firmware cannot make it faster."""
+        """Shortest period of SCL, or 0 for no limit. Firmware cannot make a bus faster that was created slow."""
         self.set_speed(speed_hz)
 
     def set_speed(self, speed_hz: int) -> None:
@@ -193,7 +193,7 @@ class I2CBus:
             changed()
 
     def inject(self, fault: I2CFault) -> None:
-        """Break transfers according to the rule."""
+        """Add a fault, whose rule breaks transfers from now on."""
         self._faults.append(fault)
         self.has_faults = True
         self._kept.clear()
@@ -225,7 +225,10 @@ class I2CBus:
     # -- transfers --------------------------------------------------------------------------------------
 
     def read_from(self, address: int, subaddress: int, count: int) -> bytes:
-        """Write a sub-address, repeated start, read bytes; unchanged ones come from a cache. Raises I2CError."""
+        """Write a sub-address, then read bytes after a repeated start. Unchanged bytes come from a cache.
+
+        Raises I2CError.
+        """
         kept = self._kept.get((address, subaddress, count)) or self._keep(address, subaddress, count)
         if kept is None:
             return self.transfer(address, bytes((subaddress,)), count)
@@ -267,7 +270,7 @@ class I2CBus:
         return kept
 
     def transfer(self, address: int, data: bytes, count: int = 0) -> bytes:
-        """Write ``data``, read ``count`` bytes; both may be empty. Raises I2CError."""
+        """Write ``data``, then read ``count`` bytes; either may be empty. Raises I2CError."""
         start_ps = self._clock.now_ps
         try:
             received = self._run(address, data, count)
@@ -362,7 +365,7 @@ class I2CBus:
 
 
 class I2CMaster:
-    """A bus master in Python. Transfers take their time on the wire; firmware runs meanwhile.
+    """A bus master in Python. The firmware runs while a transfer takes its time on the wire.
 
     Addresses have 7 bits. Raises I2CNackError, I2CBusError, I2CStuckError, and InputError for invalid arguments.
     """
@@ -389,7 +392,7 @@ class I2CMaster:
         return self._transfer(address, checked_data(data), checked_count(n, 1))
 
     def inject(self, fault: I2CFault) -> None:
-        """Break transfers, including those of firmware."""
+        """Add a fault, whose rule breaks transfers, including those of firmware."""
         self.bus.inject(fault)
 
     def _transfer(self, address: int, data: bytes, count: int) -> bytes:
@@ -405,7 +408,7 @@ class I2CMaster:
 
 
 def checked_data(data: object) -> bytes:
-    """Return the bytes to send; refuse an int, because ``bytes`` would give zeros."""
+    """Return the bytes to send; refuse an int, because ``bytes(n)`` gives n zeros."""
     if isinstance(data, bytes | bytearray | memoryview):
         return bytes(data)
     if isinstance(data, list | tuple) and all(isinstance(byte, int) and 0 <= byte <= 0xFF for byte in data):

@@ -31,7 +31,7 @@ class SpiBus:
         self.name = name
         self.speed_hz = speed_hz
         self.is_enabled = True
-        """False from the connection to a chip until its firmware enables the SPI peripheral."""
+        """Whether the SPI peripheral is enabled: False from the connection to a chip until firmware enables it."""
         self.mode: Mode = 3
         self.wires: Wires = 3
         self.end_ps = 0
@@ -40,7 +40,7 @@ class SpiBus:
         self.unaddressed: deque[tuple[int, int | None]] = deque(maxlen=_RECENT)
         """Bytes transferred while no device was selected: (time in ps, byte sent, or None for a byte read)."""
         self.take_messages: Callable[[], None] = lambda: None
-        """Called before the lists are read, so that a master which records messages itself can add them."""
+        """Function that is called before the lists are read, so that a master can add messages that it has recorded."""
         self._clock = clock
         self._trace = trace
         self._targets: dict[str, tuple[Sensor, SpiTarget]] = {}
@@ -58,7 +58,7 @@ class SpiBus:
         return self._targets[chip_select][1]
 
     def transfer(self, chip_select: str, data: bytes, count: int = 0) -> bytes:
-        """Select, write ``data``, read ``count`` bytes, deselect."""
+        """Select the device, write ``data``, read ``count`` bytes, and deselect the device."""
         target = self.target(chip_select)
         start_ps = self._clock.now_ps
         target.select()
@@ -103,7 +103,7 @@ class SpiMaster:
         return self.bus.speed_hz if self.bus.is_enabled else 0
 
     def configure(self, mode: Mode, wires: Wires) -> None:
-        """Set the mode (0 to 3) and the wires (3 or 4)."""
+        """Set the mode (0 to 3) and the number of wires (3 or 4)."""
         if mode not in (0, 1, 2, 3) or wires not in (3, 4):
             raise InputError(
                 f"SPI must have mode 0 to 3 and 3 or 4 wires, not mode {mode} with {wires} wires"
@@ -111,11 +111,11 @@ class SpiMaster:
         self.bus.mode, self.bus.wires = mode, wires
 
     def write(self, chip_select: str, data: bytes) -> None:
-        """Select, send ``data``, deselect the device."""
+        """Select the device, send ``data``, and deselect the device."""
         self.write_read(chip_select, data, 0)
 
     def write_read(self, chip_select: str, data: bytes, n: int) -> bytes:
-        """Select, send ``data``, read ``n`` bytes, deselect; 0x80 in the first byte is the read flag."""
+        """Select the device, send ``data``, read ``n`` bytes, deselect it. 0x80 in the first byte is the read flag."""
         if chip_select not in self.bus.chip_selects:
             known = ", ".join(self.bus.chip_selects) or "none with this wiring"
             raise InputError(

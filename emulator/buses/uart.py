@@ -1,10 +1,10 @@
 """A USART's serial line (RM0368 section 19).
 
-Firmware may write a byte when the previous byte is in the shift register (TXE). A received byte is lost if the previous
-byte was not read (ORE).
+Firmware may write a byte when the previous byte is in the shift register (TXE). A received byte is lost if firmware has
+not read the previous byte (ORE).
 
-Decision: the terminal follows the chip's bit rate, so text sent at a wrong rate stays readable here, although a real
-terminal at 115200 baud shows garbage. The trace records the wrong rate.
+Decision: the terminal follows the chip's bit rate, so text sent at a wrong rate stays readable here. A real terminal at
+115200 baud shows garbage. The trace records the wrong rate.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def decoded(data: bytes | bytearray) -> str:
 
 
 class _ByteRun:
-    """Frames on the wire without a gap; their times are computed from the first frame's time."""
+    """Frames on the wire without a gap. Their times are computed from the time of the first frame."""
 
     __slots__ = ("connected", "done", "frame_ps", "start_ps", "waiting")
 
@@ -83,7 +83,7 @@ class ArrivalTimes:
             self._runs.append((first, run.start_ps, run.frame_ps))
 
     def ps(self, number: int) -> int:
-        """Return when a byte had arrived; 0 for a byte that had arrived when the recording began."""
+        """Return the time at which a byte had arrived; 0 if it had arrived when the recording began."""
         index = bisect_right(self._runs, number, key=lambda run: run[0]) - 1
         if index < 0:
             return 0
@@ -96,14 +96,14 @@ class ArrivalTimes:
 
 
 class Transceiver(Protocol):
-    """The USART of a chip; it calls ``open_run`` and ``carry``."""
+    """Interface of a chip's USART, which calls ``open_run`` and ``carry`` of :class:`Uart`."""
 
     def flush(self) -> None:
-        """Carry bytes that are not on the line yet."""
+        """Put the bytes on the line that are not on the line yet."""
         ...
 
     def frame_ps(self) -> Fraction | None:
-        """Return a frame's length; None without bit clock."""
+        """Return the duration of a frame; None without a bit clock."""
         ...
 
     def frame_bits(self) -> Fraction: ...
@@ -113,13 +113,13 @@ class Transceiver(Protocol):
         ...
 
     def line_idle(self) -> None:
-        """Handle a frame's time without a byte."""
+        """Handle an idle line: no byte has arrived for the duration of a frame."""
         ...
 
 
 @dataclass
 class _Typed:
-    """Consecutive bytes of the terminal from ``start_ps``."""
+    """Consecutive typed bytes, which begin at ``start_ps``."""
 
     start_ps: int
     frame_ps: Fraction
@@ -127,7 +127,7 @@ class _Typed:
     arrived: int = 0  # number of bytes before ``data``
 
     def arrives_ps(self, number: int) -> int:
-        """Return when byte ``number``, from 1, has been received."""
+        """Return the time at which byte ``number``, counted from 1, has been received."""
         count = self.arrived + number
         return self.start_ps + count * self.frame_ps.numerator // self.frame_ps.denominator
 
@@ -155,13 +155,13 @@ class Uart:
         self._transceiver: Transceiver | None = None
 
     def frames_ps(self, count: int) -> int:
-        """Return the time of frames; by default at the terminal's rate."""
+        """Return the duration of ``count`` frames, at the terminal's rate if the chip has no bit clock."""
         frame_ps = self._present_frame_ps()
         return count * frame_ps.numerator // frame_ps.denominator
 
     @property
     def bit_rate(self) -> float:
-        """Bits per second, by default the terminal's."""
+        """Bits per second, which is the terminal's rate if the chip has no bit clock."""
         chip = self._transceiver
         frame_ps = chip.frame_ps() if chip is not None else None
         if chip is None or frame_ps is None:
@@ -175,7 +175,10 @@ class Uart:
     # -- sending ----------------------------------------------------------------------------------------
 
     def send(self, data: bytes, until_ps: int) -> int:
-        """Write bytes when the data register is empty, but none after ``until_ps``. Returns the number, at least one."""
+        """Write bytes, each when the data register is empty, until ``until_ps``.
+
+        Return the number of written bytes, at least one.
+        """
         run = self._open_run()
         start_ps = self.idle_ps if run.count() else run.start_ps
         room = max(until_ps - start_ps, 0)
@@ -207,7 +210,7 @@ class Uart:
         return self._text
 
     def arrival_times(self) -> ArrivalTimes:
-        """Return the times of bytes from now on; its user forgets old ones."""
+        """Return the times of bytes from now on. The caller must forget old times."""
         self.received()
         self._times.append(ArrivalTimes())
         return self._times[-1]
@@ -217,7 +220,7 @@ class Uart:
         self._times.remove(times)
 
     def received_count(self) -> int:
-        """Return the number, including bytes no longer kept."""
+        """Return the number of received bytes, including dropped ones."""
         kept = len(self.received())  # may drop some
         return self.dropped + kept
 
@@ -250,7 +253,7 @@ class Uart:
             self._trace.add_detail(TerminalBytes(run.time_ps(first), "tx", data))
 
     def replace_last(self, value: int) -> None:
-        """Replace the latest byte, overwritten in the data register."""
+        """Replace the latest byte, because firmware has overwritten it in the data register."""
         self._run.waiting[-1] = value
 
     # -- receiving --------------------------------------------------------------------------------------
@@ -283,7 +286,7 @@ class Uart:
         return self._rx_data is not None
 
     def read_data(self) -> int | None:
-        """Read the data register; None without RXNE."""
+        """Read the data register; return None if RXNE is not set."""
         value, self._rx_data = self._rx_data, None
         return value
 

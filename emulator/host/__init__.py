@@ -1,1 +1,1 @@
-"""The emulator's machine: files, worker processes, ports, install hints."""
+"""Services of the machine that runs the emulator: files, worker processes, ports, install hints."""

@@ -1,4 +1,4 @@
-"""Files written completely or not at all, and files with a size limit."""
+"""Files that are written completely or not at all, and files with a size limit."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _OF_A_NAME = frozenset(
 
 
 def is_about_the_name(error: OSError) -> bool:
-    """Return whether a file's name or kind, which a submission's author chooses, causes ``error``."""
+    """Return whether the name or kind of a file causes ``error``. The author of a submission chooses both."""
     return error.errno in _OF_A_NAME
 
 
 def write_atomically(path: Path, data: bytes | str, *, private: bool = False) -> None:
-    """Write ``data`` in one step, with missing folders. Raises OutputError.
+    """Write ``data`` in one step, and create missing folders. Raises OutputError.
 
-    ``private``: only this user may read it. A device such as ``/dev/null`` is written, not replaced.
+    ``private``: only this user may read the file. A device such as ``/dev/null`` is written to and not replaced.
     """
     contents = data.encode("utf-8") if isinstance(data, str) else data
     try:
@@ -62,7 +62,10 @@ def _remove(path: Path) -> None:
 
 
 def secret(path: Path) -> bytes:
-    """Return a file's secret, created with 32 random bytes. Raises InputError if it cannot be a secret, OutputError."""
+    """Return the secret in a file. A missing file is created with 32 random bytes.
+
+    Raises InputError if the file cannot be a secret, and OutputError if it cannot be created.
+    """
     try:
         if path.exists() and not path.is_file():
             raise InputError(f"{path}: a secret must be a regular file")
@@ -80,7 +83,7 @@ def secret(path: Path) -> bytes:
 
 
 def _is_device(path: Path) -> bool:
-    """Return whether this is a device. Raises OutputError if it is not a file either."""
+    """Return whether the path is a device. Raises OutputError if it is neither a device nor a file."""
     try:
         mode = path.stat().st_mode
     except OSError:  # the following write reports the error
@@ -93,7 +96,10 @@ def _is_device(path: Path) -> bool:
 
 
 class BoundedFile:
-    """An ASCII file of at most ``most_bytes``, emptied at the start; ``what`` names it in messages. Raises LinkError."""
+    """An ASCII file of at most ``most_bytes``, emptied at the start. Raises LinkError.
+
+    ``what`` is the name of the file in messages.
+    """
 
     def __init__(self, path: str | Path, what: str, most_bytes: int) -> None:
         self._what = what
@@ -105,7 +111,7 @@ class BoundedFile:
             raise LinkError(f"{what}: {problem}; give a writable path") from error
 
     def write(self, text: str) -> int:
-        """Append all of the text or nothing. Raises OutputError."""
+        """Append the whole text or nothing. Raises OutputError."""
         self._left -= len(text)
         if self._left < 0:
             self.close()

@@ -1,15 +1,15 @@
 """A worker process for untrusted firmware.
 
-If the worker was killed, crashed, or exceeded memory or time, its exit is not a verdict on the firmware.
+If the worker was killed, crashed, or exceeded its memory or time, the exit code is not a verdict on the firmware.
 
-Decision: the worker process adds a constant to its exit code. Otherwise exit code 1 of a library without memory would
-be the verdict "wrong".
+Decision: the worker process adds a constant to its exit code. Otherwise exit code 1 of a library that has run out of
+memory would be the verdict "wrong".
 
 Decision: the worker process stays in the process group of its parent, so that Ctrl-C reaches both and typed text
 reaches the board. A pipe ends the worker if the parent is killed.
 
-Decision: the worker process sets its own limits, before it loads anything. A function between fork and exec is unsafe
-with threads.
+Decision: the worker process sets its own limits before it loads other modules. The parent cannot set them between fork
+and exec, because a function there is unsafe with threads.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from fcu_emulator.emulator.text import shown
 
 _LEAST_MEMORY = 256 << 20
 _MOST = 1 << 60
-"""Largest limit: systems store signed 64-bit numbers, and processor time already used is added."""
+"""Largest limit. Systems store signed 64-bit numbers, and the used processor time is added to the limit."""
 _ON_MACOS = ("memory_bytes",)
 """Limits without effect: macOS ignores the limit of the address space."""
 
@@ -45,11 +45,11 @@ class WorkerLimits:
     """Limits of a process. Raises InputError if no program could run."""
 
     memory_bytes: int = 1 << 30
-    """The address space; Python, numpy and a board need a third of the default."""
+    """Size of the address space. Python, numpy and a board need a third of the default."""
     cpu_s: int = 3600
-    """Processor time from :meth:`apply` on."""
+    """Processor time after the call of :meth:`apply`."""
     file_bytes: int = 4 << 30
-    """Size of each written file: as much as a trace may have."""
+    """Size of each written file. The default is the maximum size of a trace."""
     open_files: int = 128
     """Number of files open at the same time, including pipes and sockets."""
 
@@ -65,10 +65,9 @@ class WorkerLimits:
             raise InputError(f"limit memory_bytes {problem}")
 
     def apply(self) -> tuple[str, ...]:
-        """Apply the limits, and return those not enforced; lower limits remain. Processor time counts from the latest
-        call.
+        """Apply the limits, and return the names of those that this system does not enforce.
 
-        Call it before loading large modules.
+        Lower existing limits remain. Processor time counts from the latest call. Call it before loading large modules.
         """
         if sys.platform != "win32":
             import resource
@@ -90,7 +89,10 @@ def not_limited() -> tuple[str, ...]:
 
 
 def parse_limits(settings: Sequence[str]) -> tuple[WorkerLimits | None, tuple[str, ...]]:
-    """Return limits from settings ``name=number``, None without any, and the other settings. Raises InputError."""
+    """Return the limits in settings ``name=number``, or None if there are none, and the other settings.
+
+    Raises InputError.
+    """
     known = {field.name for field in fields(WorkerLimits)}
     chosen: dict[str, int] = {}
     others = []
@@ -135,11 +137,11 @@ class WorkerExit:
     code: int | None
     cause: str
     interrupted: bool
-    """The user or the system has requested the end."""
+    """Whether the user or the system has requested the end."""
 
 
 def run_isolated(module: str, arguments: Sequence[str], limits: WorkerLimits) -> WorkerExit:
-    """Run ``module`` like ``python -m`` in a worker process with this process's standard streams.
+    """Run ``module`` in a worker process as ``python -m`` does, with the standard streams of this process.
 
     Call it in the main thread. Raises OSError if no process can be started.
     """
@@ -152,7 +154,7 @@ def run_isolated(module: str, arguments: Sequence[str], limits: WorkerLimits) ->
         with _passed_on(asked) as to:
             process = subprocess.Popen(command, pass_fds=() if read is None else (read,))
             to.append(process)
-            if asked and sys.platform != "win32":  # the signal came before the worker was started
+            if asked and sys.platform != "win32":  # the signal arrived before the worker was started
                 process.terminate()
             process.wait()
     finally:
@@ -179,7 +181,7 @@ def _cause(status: int, limits: WorkerLimits) -> str:
 
 
 def _lifeline() -> tuple[int | None, int | None]:
-    """Create the pipe that ends the worker; its file numbers are never those of standard streams."""
+    """Create the pipe that ends the worker. Its file descriptors are 3 or more, above the standard streams."""
     read: int | None = None
     write: int | None = None
     if sys.platform != "win32":
@@ -194,8 +196,9 @@ def _lifeline() -> tuple[int | None, int | None]:
 
 @contextmanager
 def _passed_on(asked: list[int]) -> Iterator[list[subprocess.Popen[bytes]]]:
-    """Forward termination signals to the process in the list; a second signal kills the process. On Windows the
-    worker receives Ctrl-C directly.
+    """Forward termination signals to the process that the caller adds to the list; a second signal kills it.
+
+    On Windows the worker receives Ctrl-C directly.
     """
     to: list[subprocess.Popen[bytes]] = []
 
@@ -251,4 +254,4 @@ def _end_with_parent(lifeline: int | None, parent: int) -> None:
     else:
         assert lifeline is not None
         os.read(lifeline, 1)  # no data is ever written
-    os._exit(_ENDED - 1)  # the parent has ended, so that a summary would not be read
+    os._exit(_ENDED - 1)  # the parent has ended and would not read a summary

@@ -16,12 +16,12 @@ LARGEST_PORT = 65_535
 
 
 def listen(port: int, option: str) -> socket.socket:
-    """Return a socket on ``port``, 0 for a free one. Raises LinkError, which names the user's ``option``."""
+    """Return a socket on ``port`` (0: any free port). Raises LinkError, which names the command line ``option``."""
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
-        if sys.platform == "win32":  # on Windows SO_REUSEADDR shares ports in use
+        if sys.platform == "win32":  # on Windows, SO_REUSEADDR lets two programs share a port
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
-        else:  # a port can be reused at once
+        else:  # a port can be reused as soon as a program has closed it
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind((HOST, port))
         listener.listen()

@@ -20,10 +20,10 @@ def open_link(
     firmware_baud: Callable[[], float] = lambda: 115_200.0,
     say: Callable[[str], None] = lambda _line: None,
 ) -> ByteLink:
-    """Open the link that ``spec`` names: one of ``CHOICES``; ``port`` is pty, or tcp on systems without one.
+    """Open the link that ``spec`` names: one of ``CHOICES``.
 
-    ``firmware_baud()`` returns the USART's present rate; ``say(line)`` gets messages. Raises LinkError if
-    ``spec`` is unknown or not supported here.
+    ``port`` means pty, or tcp on systems without pseudo-terminals. ``firmware_baud()`` returns the USART's present
+    rate; ``say(line)`` receives messages. Raises LinkError if ``spec`` is unknown or not supported on this system.
     """
     kind, colon, name = spec.partition(":")
     if spec == "stdout":

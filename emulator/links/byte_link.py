@@ -1,7 +1,7 @@
-"""The interface of all byte links, and their common parts: the other end of the virtual UART.
+"""The interface of all byte links, which are the other end of the virtual UART, and their common parts.
 
-Decision: a link is a pair of calls that never block, polled every 10 to 20 ms of wall time, so that a run
-does not depend on the scheduling of threads.
+Decision: a link has a call to send and a call to receive, which never block. They are polled every 10 to 20 ms of
+wall time, so that a run does not depend on the scheduling of threads.
 
 Decision: the full queue of a link drops its oldest bytes, not the newest, because a returning user wants the
 current output.
@@ -16,23 +16,23 @@ from typing import Protocol, runtime_checkable
 
 
 class ByteLink(Protocol):
-    """The other end of the virtual UART, used from one thread; after ``close`` it passes no bytes."""
+    """The other end of the virtual UART. It is used from one thread, and passes no bytes after ``close``."""
 
     def send(self, data: bytes) -> None:
-        """Take all of ``data`` (board to reader) without blocking; bytes that do not fit are counted."""
+        """Take all of ``data`` (board to reader) without blocking. Bytes that do not fit are lost and counted."""
 
     def receive(self, most: int) -> bytes:
-        """Return up to ``most`` bytes that have arrived for the board, without blocking; the rest waits."""
+        """Return up to ``most`` bytes that have arrived for the board, without blocking; other bytes wait."""
         ...
 
     def flush(self, timeout_s: float) -> None:
-        """Give an attached reader up to ``timeout_s`` of wall time, less if it reads nothing for two seconds."""
+        """Wait up to ``timeout_s`` of wall time for an attached reader, less if it reads nothing for two seconds."""
 
     def close(self) -> None:
-        """Close the link and remove everything it created; a second call does nothing."""
+        """Close the link and remove the files that it created; a second call does nothing."""
 
     def announce(self) -> list[str]:
-        """Return the lines that tell the user how to reach this link."""
+        """Return the lines that tell the user how to connect to this link."""
         ...
 
     def report(self) -> list[str]:
@@ -40,17 +40,17 @@ class ByteLink(Protocol):
         ...
 
     def undelivered(self) -> int:
-        """Return how many bytes an attached reader or a file should have received and did not."""
+        """Return the number of bytes that an attached reader or a file should have received but has not."""
         ...
 
 
 @runtime_checkable
 class Addressed(Protocol):
-    """A link that a terminal program opens."""
+    """A link that a terminal program opens by its address."""
 
     @property
     def address(self) -> str:
-        """A device's path, or for example ``tcp:4001``."""
+        """The path of a device, or a port such as ``tcp:4001``."""
         ...
 
 
@@ -58,7 +58,7 @@ class Addressed(Protocol):
 
 
 class MemoryLink:
-    """The link of tests: ``sent`` contains the board's bytes, ``feed`` adds bytes for the board."""
+    """A link for tests: ``sent`` contains the board's bytes, and ``feed`` adds bytes for the board."""
 
     def __init__(self) -> None:
         self.sent = bytearray()
@@ -136,7 +136,7 @@ STALL_S = 2.0
 
 
 class Patience:
-    """The time limit for a reader: it ends after ``timeout_s`` seconds, or ``STALL_S`` seconds after the last byte read."""
+    """The time limit for a reader: ``timeout_s`` seconds, or ``STALL_S`` seconds after it has read its last byte."""
 
     def __init__(self, timeout_s: float) -> None:
         now_s = time.monotonic()
@@ -145,7 +145,7 @@ class Patience:
         self._left: int | None = None
 
     def wait_s(self, left: int) -> float:
-        """Return how long to wait for ``left`` unread bytes."""
+        """Return the seconds to wait for the ``left`` unread bytes."""
         now_s = time.monotonic()
         if left != self._left:
             self._left = left
@@ -154,7 +154,7 @@ class Patience:
 
 
 def losses(name: object, *counts: tuple[int, str]) -> list[str]:
-    """Return the line of :meth:`ByteLink.report` for ``counts`` of lost bytes with reasons."""
+    """Return the line of :meth:`ByteLink.report`; each of ``counts`` is a number of lost bytes and its reason."""
     reasons = [f"{count} {why}" for count, why in counts if count]
     lost = sum(count for count, _ in counts)
     return [f"serial: {lost} bytes lost on {name}: {', '.join(reasons)}"] if lost else []

@@ -1,6 +1,7 @@
-"""Control of running boards: how another ``fcu`` of the same user finds a board and sends it messages.
+"""Control of running boards: another ``fcu`` of the same user finds a board and sends it messages.
 
-Port and token are in a file in the user's runtime folder. After the token, each line is a JSON object.
+A file in the user's runtime folder has the port and the token. A client sends the token first; each further line is a
+JSON object.
 
 Decision: the control server uses TCP and a token on every system, because Windows needs TCP anyway.
 
@@ -31,7 +32,7 @@ from fcu_emulator.emulator.links.tcp import Coding, Reader
 LONGEST_MESSAGE = 64 * 1024
 MOST_CALLERS = 8
 PATIENCE_S = 10.0
-"""Time limit for an answer, wall seconds; slices of slow firmware take long."""
+"""Time limit for an answer, in seconds of wall time. It is long, because slow firmware takes long slices."""
 _LARGEST_FILE = 64 * 1024
 _PATTERN = "board-*.json"
 Message = Mapping[str, Any]
@@ -48,7 +49,7 @@ class RunningBoard:
     serial: tuple[str, ...] = ()
 
     def ask(self, *messages: Message) -> list[dict[str, Any]]:
-        """Send messages and return the answer to each. Raises LinkError when the board has gone."""
+        """Send messages and return the answer to each. Raises LinkError if the board has ended."""
         with closing(ControlClient(self)) as conversation:
             return [conversation.ask(message) for message in messages]
 
@@ -90,7 +91,7 @@ class ControlClient:
 
 
 class ControlServer:
-    """Lets other programs of this user send messages to a running board; ``answer(message)`` answers each.
+    """Server for messages of the user's other programs to a running board. ``answer(message)`` returns the answer.
 
     Raises LinkError if no port or folder is available.
     """
@@ -148,7 +149,7 @@ class ControlServer:
 
 
 class _Client:
-    """A connection of a client, which must send the token first."""
+    """The connection of a client, which must send the token first."""
 
     def __init__(self, connection: socket.socket) -> None:
         self.reader = Reader(connection, Coding())
@@ -192,7 +193,10 @@ class _Client:
 
 
 def running_boards() -> list[RunningBoard]:
-    """Return this user's boards whose control server answers, the oldest first. Raises LinkError without a folder."""
+    """Return this user's boards whose control server answers, the oldest first.
+
+    Raises LinkError if there is no runtime folder.
+    """
     found = []
     for file in sorted(_folder().glob(_PATTERN), key=_age):
         try:
@@ -207,7 +211,7 @@ def running_boards() -> list[RunningBoard]:
 
 
 def the_running_board(wanted: str | None = None) -> RunningBoard:
-    """Return the only running board, or that of process ``wanted``. Raises InputError otherwise."""
+    """Return the only running board, or the board of process ``wanted``. Raises InputError if there is none."""
     boards = running_boards()
     if wanted is not None:
         boards = [one for one in boards if str(one.process) == wanted]

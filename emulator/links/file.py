@@ -1,4 +1,4 @@
-"""Output of the board in a file; the board receives no input."""
+"""A link that writes the board's output to a file. The board receives no input."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from fcu_emulator.emulator.links.writer import BackgroundWriter
 
 
 class FileLink:
-    """A link to the file ``path``, created or emptied. Raises LinkError if it cannot be opened or could block."""
+    """A link to the file ``path``, which is created or emptied.
+
+    Raises LinkError if the file cannot be opened, or if a write could block.
+    """
 
     def __init__(self, path: Path) -> None:
         self._path = path

@@ -1,4 +1,4 @@
-"""Messages about connections, escaped and limited in rate, so that no client can fill or control the terminal."""
+"""Messages about connections: escaped and limited in rate, so that a client cannot fill or control the terminal."""
 
 from __future__ import annotations
 
@@ -8,12 +8,15 @@ from collections.abc import Callable
 from fcu_emulator.emulator.text import one_line
 
 BURST = 5
-"""Lines that are passed on at once; then one per :data:`EVERY_S`."""
+"""Number of lines that are passed on at once; further lines pass at a rate of one per :data:`EVERY_S`."""
 EVERY_S = 10.0
 
 
 class LimitedLines:
-    """Passes lines to ``say``, escaped and limited in rate, with the number of omitted lines; not thread-safe."""
+    """A filter that passes lines to ``say``, escaped and limited in rate; it is not thread-safe.
+
+    A line after omitted lines has their number.
+    """
 
     def __init__(self, say: Callable[[str], None], clock_s: Callable[[], float] = time.monotonic) -> None:
         self._say = say

@@ -1,7 +1,7 @@
 """The stable name of a pseudo-terminal: a symbolic link whose path is the same in every run (POSIX only).
 
-Decision: the process of a running board holds an flock on a file beside its link, because terminal numbers
-and process ids are reused.
+Decision: the process of a running board holds an flock on a file beside its symbolic link, because terminal
+numbers and process ids are reused.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class PortName:
         lock = _lock_path(self.path)
         if _is_same_file(
             self._lock_fd, lock
-        ):  # removed while it is locked, because later it could be another board's
+        ):  # the file is removed while it is locked: after that, it may belong to another board
             with contextlib.suppress(OSError):
                 self._new_link.unlink(missing_ok=True)
                 lock.unlink()
@@ -65,7 +65,7 @@ class PortName:
 
 
 def claim_port(path: Path | None = None) -> PortName:
-    """Claim ``path``, or else the first free one of ttyFCU0, ttyFCU1, ... in the user's runtime folder.
+    """Claim ``path``; by default the first free name of ttyFCU0, ttyFCU1, ... in the user's runtime folder.
 
     Raises LinkError if ``path`` is in use or cannot be created.
     """
@@ -85,7 +85,7 @@ def claim_port(path: Path | None = None) -> PortName:
 
 
 def _claim(path: Path) -> PortName | None:
-    """Return the claimed name, or None if a running board has it."""
+    """Return the claimed name, or None if a running board has claimed it."""
     try:
         lock_fd = _lock(_lock_path(path))
     except OSError as error:

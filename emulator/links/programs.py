@@ -1,4 +1,4 @@
-"""Commands that open a link with this system's terminal programs, quoted for its shell."""
+"""Commands that open a link with the terminal programs of this system, quoted for its shell."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from fcu_emulator.emulator.host.loopback import HOST
 
 
 def miniterm() -> str:
-    """Return the command of pyserial's terminal; PowerShell cannot run a quoted path."""
+    """Return the command of pyserial's terminal.
+
+    On Windows it has ``python`` in place of a path that needs quotes, because PowerShell cannot run a quoted path.
+    """
     python = quoted(sys.executable)
     if sys.platform == "win32" and python != sys.executable:
         python = "python"

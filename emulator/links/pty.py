@@ -1,9 +1,10 @@
 """The board's serial port as a pseudo-terminal, which terminal programs open like a USB serial adapter.
 
-Decision: the pseudo-terminal keeps text until the first reader comes, because a virtual board has no reset button.
+Decision: the pseudo-terminal keeps text until the first reader opens it, because a virtual board has no reset
+button.
 
 Decision: the pseudo-terminal holds data back until a new reader has flushed its input, as pyserial does after
-opening, or for ``HOLD_S``. Shorter openings (``stty``, a modem prober) do not count.
+opening, or for ``HOLD_S``. A program that opens it for a shorter time (``stty``, a modem prober) is not a reader.
 
 Decision: after a reader of the pseudo-terminal has left, text is lost as on a real wire.
 
@@ -42,9 +43,9 @@ FIRST_LIMIT = 1024 * 1024
 BACKLOG_LIMIT = 16 * 1024 * 1024
 """Bytes stored while a reader does not read."""
 INBOX_LIMIT = 64 * 1024
-"""Bytes taken from a reader in advance; the rest waits in the kernel."""
+"""Maximum number of a reader's bytes that wait here; further bytes wait in the kernel."""
 WRITE_BUDGET = 256 * 1024
-"""Approximate bytes per call, so that a fast reader does not delay the board."""
+"""Approximate number of bytes written per call, so that a fast reader does not delay the board."""
 HOLD_S = 0.4
 SETTLE_S = 0.05
 POLL_S = 0.005
@@ -66,7 +67,7 @@ class PtyLink:
         self._inbox = Backlog(INBOX_LIMIT)
         self._present = False  # a process has the port open
         self._hold_until_s = 0.0  # the reader gets no data before this time
-        self._serving = False  # the reader is present, and that time is over
+        self._serving = False  # a reader is present, and that time is over
         self._had_reader = False  # a reader is or was present
         self._lost_absent = 0
         self._lost_slow = 0
@@ -179,7 +180,7 @@ class PtyLink:
 
     def _renew_device(self) -> None:
         """Create a new device for ``link_path``, because the old device is permanently locked."""
-        self._read()  # the reader's last bytes may have arrived after the check that did not find it any more
+        self._read()  # the reader may have sent bytes between the last read and the check that found it gone
         with contextlib.suppress(LinkError):  # the port stays locked, but the board continues
             fresh = _open_device(self._name)
             self._device.close()
@@ -274,9 +275,9 @@ class PtyDevice:
         return int(struct.unpack("i", answer)[0])
 
     def recycle(self) -> int | None:
-        """Discard a former reader's settings and unread bytes, and return their number.
+        """Discard the settings and the unread bytes of a former reader, and return the number of bytes.
 
-        None if ``screen`` has set TIOCEXCL, which on Linux stays set.
+        Return None if the device cannot be opened, because ``screen`` has set TIOCEXCL, which stays set on Linux.
         """
         try:
             with self._slave() as slave:

@@ -1,9 +1,9 @@
 """The board's serial port as a TCP port that uses Telnet with RFC 2217: a remote serial port, by pyserial.
 
-Decision: a client's rate other than the firmware's is accepted, as a real adapter accepts it, and reported.
+Decision: a client may set another rate than the firmware's, as with a real adapter. The mismatch is reported.
 
-Decision: the RFC 2217 port holds text back while a new client negotiates, because clients then discard their
-input.
+Decision: the RFC 2217 port holds text back while a new client negotiates, because clients discard their input
+during the negotiation.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ FIRST_PORT = 2217
 HOLD_S = 0.4
 SETTLE_S = 0.05
 _MOST_MISMATCHES = 16
-"""Limit of reported mismatches."""
+"""Maximum number of reported mismatches."""
 LONGEST_OPTION = 64
-"""Bytes of one Telnet subnegotiation; those of RFC 2217 have up to 6, a signature may be longer."""
+"""Maximum bytes of a Telnet subnegotiation. Those of RFC 2217 have up to 6 bytes; a signature may be longer."""
 TOLERANCE = 0.0333
 """Largest difference of the rates: the receiver's tolerance for 8 bits (RM0368 section 19.3.5)."""
 
 
 class _Line:
-    """The serial port that ``PortManager`` manages: settings, and lines that are ready."""
+    """The serial port that ``PortManager`` manages: its settings, and input lines that are always active."""
 
     cts = dsr = cd = True
     ri = False
@@ -51,11 +51,11 @@ class _Line:
         self._on_purge()
 
     def reset_output_buffer(self) -> None:
-        """Do nothing: the input is already on the wire."""
+        """Do nothing, because the bytes are already on the wire."""
 
 
 class Negotiated(Coding):
-    """The Telnet protocol of one client; ``say`` gets each mismatch with ``firmware_baud()``."""
+    """The Telnet protocol of one client. ``say`` receives each mismatch of its rate with ``firmware_baud()``."""
 
     def __init__(self, firmware_baud: Callable[[], float], say: Callable[[str], None]) -> None:
         self._firmware_baud = firmware_baud
@@ -112,7 +112,7 @@ class Negotiated(Coding):
 class Rfc2217Link(TcpLink):
     """A link on ``port`` of 127.0.0.1; None for the default port, 0 for any free one. Raises LinkError.
 
-    ``say(line)`` gets each mismatch of the rates.
+    ``say(line)`` receives each mismatch of the rates.
     """
 
     kind = "rfc2217"

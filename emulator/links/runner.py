@@ -1,4 +1,4 @@
-"""The run loop of the command line: the board in slices, paced by the wall clock, with its links served in between."""
+"""The run loop of the command line: it runs the board in slices, follows the wall clock, and serves the links."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fcu_emulator.emulator.links import ByteLink
 # -- Virtual time against wall time -------------------------------------------------------------------------
 
 
-_SLICE_WALL_S = 0.01  # how often links are served while pacing
+_SLICE_WALL_S = 0.01  # wall time between two services of the links in a paced run
 _SLICE_FREE_S = 0.25  # virtual time between two polls in an unpaced run
 _SHORTEST_SLICE_S = 1e-5
 _PATIENCE_S = 0.1  # wall time that a slice may take before the next one is shortened
@@ -21,9 +21,9 @@ _LAG_FORGIVEN_S = 0.5
 
 
 class Pacer:
-    """Sleeps so that virtual time runs ``speed`` times as fast as the wall clock; None does not sleep.
+    """Pacing of a run: sleep, so that virtual time is ``speed`` times as fast as the wall clock.
 
-    ``slice_s``: virtual time until the next ``wait``.
+    ``speed`` None: never sleep. ``slice_s``: virtual time of the next slice.
     """
 
     def __init__(self, speed: float | None) -> None:
@@ -54,13 +54,13 @@ class Pacer:
 # -- The run ------------------------------------------------------------------------------------------------
 
 
-_TYPED_AHEAD = 4096  # bytes on the way to the board; the rest waits in its link
-_FLUSH_S = 5.0  # wall time for a slow reader at the end
+_TYPED_AHEAD = 4096  # maximum bytes on the way to the board; further bytes wait in their link
+_FLUSH_S = 5.0  # maximum wall time for a slow reader at the end
 
 
 @dataclass(frozen=True)
 class Progress:
-    """Virtual seconds done and to do (None: no end), and wall seconds spent."""
+    """Progress of a run: virtual seconds so far, virtual seconds in total (None: no end), and wall seconds."""
 
     virtual_s: float
     total_s: float | None
@@ -68,7 +68,7 @@ class Progress:
 
 
 class SerialEnd(Protocol):
-    """The board's end of the serial line."""
+    """Interface of the board's end of the serial line."""
 
     def since(self, position: int) -> tuple[bytes, int]: ...
 
@@ -79,7 +79,7 @@ class SerialEnd(Protocol):
 
 
 class RunnableBoard(Protocol):
-    """A board for the runner, such as :class:`fcu_emulator.emulator.assembly.board.Board`."""
+    """Interface of a board, such as :class:`fcu_emulator.emulator.assembly.board.Board`."""
 
     clock: Clock
 
@@ -90,7 +90,7 @@ class RunnableBoard(Protocol):
 
 
 class Debugger(Protocol):
-    """A debugger between runner and board, which may halt the board or end the run."""
+    """Interface of a debugger between runner and board, which may halt the board or end the run."""
 
     @property
     def halted(self) -> bool: ...
@@ -99,15 +99,15 @@ class Debugger(Protocol):
     def killed(self) -> bool: ...
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run the board, or wait a little while it is halted."""
+        """Run the board, or wait for a short time if the board is halted."""
         ...
 
 
 class Runner:
-    """Runs a board until ``end_ps`` of virtual time (None: until stopped) and serves its links.
+    """A run of a board until ``end_ps`` of virtual time (None: until stopped), with its links.
 
-    ``speed``: virtual over wall time, None for as fast as possible. ``exceeded(wall_s)``: a non-empty result
-    ends the run and is kept in ``limit``.
+    ``speed``: ratio of virtual to wall time, None for as fast as possible. If ``exceeded(wall_s)`` returns a text,
+    the run ends and ``limit`` is this text.
     """
 
     def __init__(
@@ -137,7 +137,7 @@ class Runner:
         self.stopped = True
 
     def run(self, on_progress: Callable[[Progress], None] = lambda _progress: None) -> None:
-        """Run to the end. Raises FirmwareError, after the links have received their bytes."""
+        """Run to the end. Raises FirmwareError after the links have received all bytes."""
         started = self._wall_clock_s()
         end_ps = NEVER_PS if self._end_ps is None else self._end_ps
         total_s = None if self._end_ps is None else self._end_ps / PS_PER_S

@@ -16,7 +16,7 @@ _NEITHER_WAIT_NOR_FOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOC
 
 
 def runtime_folder(option: str, instead: str) -> Path:
-    """Return the folder, created if needed. Raises LinkError naming ``option``, and the alternative ``instead``."""
+    """Return the folder, and create it if needed. Raises LinkError, which names ``option`` and suggests ``instead``."""
     try:
         if sys.platform == "win32":
             folder = _windows_folder()
@@ -29,7 +29,7 @@ def runtime_folder(option: str, instead: str) -> Path:
 
 
 def read_own_file(path: Path, most_bytes: int) -> bytes:
-    """Return the contents of this user's regular file, without blocking. Raises OSError for any other."""
+    """Return the contents of a regular file of this user, without blocking. Raises OSError for any other file."""
     descriptor = os.open(path, os.O_RDONLY | _NEITHER_WAIT_NOR_FOLLOW)
     with os.fdopen(descriptor, "rb") as file:
         status = os.fstat(descriptor)
@@ -53,7 +53,7 @@ def _posix_folder(user: int, option: str, instead: str) -> Path:
     runtime = os.environ.get("XDG_RUNTIME_DIR")
     if runtime and _belongs_to(
         user, Path(runtime)
-    ):  # after "su" the variable may still name the other user's folder
+    ):  # after "su" the variable may still name the folder of the other user
         folder = Path(runtime) / NAME
     else:
         folder = Path(tempfile.gettempdir()) / f"{NAME}-{user}"

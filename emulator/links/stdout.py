@@ -8,8 +8,8 @@ buffer would abort an exit while the thread is blocked.
 Decision: after a failed write (reader gone, disk full) standard output is redirected to the null device, so
 that the flush at exit does not fail (Python's ``signal``, "Note on SIGPIPE").
 
-Decision: standard input is read only if it is a terminal and this process is in its foreground process group;
-else SIGTTIN may stop the process.
+Decision: standard input is read only if it is a terminal and this process is in its foreground process group.
+Otherwise SIGTTIN may stop the process.
 
 Decision: the terminal stays in line mode, so that Ctrl-C still ends the run.
 """
@@ -34,7 +34,7 @@ if sys.platform == "win32":
 
 
 class StdoutLink:
-    """Sends to standard output; receives lines typed on a foreground terminal."""
+    """A link that writes to standard output, and receives lines that are typed on a foreground terminal."""
 
     def __init__(self) -> None:
         self._file = _raw_stdout()
@@ -105,20 +105,20 @@ RETRY_S = 0.25
 
 
 def has_keyboard(fd: int = 0) -> bool:
-    """Return whether ``fd`` is a terminal whose input belongs to this process."""
+    """Return whether ``fd`` is a terminal with this process in its foreground."""
     if not os.isatty(fd):
         return False
     if sys.platform != "win32":
         try:
             return os.tcgetpgrp(fd) == os.getpgrp()
-        except OSError:  # a terminal, but not this process's controlling one
+        except OSError:  # a terminal, but not the controlling terminal of this process
             return False
     else:
         return True
 
 
 class Keyboard:
-    """Reads terminal ``fd`` in a daemon thread until end of file (Ctrl-D) or ``close``."""
+    """Input of terminal ``fd``, read in a daemon thread until end of file (Ctrl-D) or ``close``."""
 
     def __init__(self, fd: int = 0) -> None:
         self._fd = fd
@@ -144,7 +144,7 @@ class Keyboard:
         while not self._closed.is_set():
             try:
                 data = os.read(self._fd, CHUNK)
-            except OSError:  # in the background now, perhaps in the foreground again later
+            except OSError:  # in the background now; it may be in the foreground again later
                 self._closed.wait(RETRY_S)
                 continue
             if not data:

@@ -1,17 +1,18 @@
-"""The board's serial port as a raw TCP port of 127.0.0.1, without a password, which terminal programs cannot
-send.
+"""The board's serial port as a raw TCP port of 127.0.0.1.
+
+The port has no password, because terminal programs cannot send one.
 
 Decision: several readers may connect to the TCP port at a time, for example a projector and a recorder.
 
 Decision: the TCP port keeps output for the first reader, like the pseudo-terminal.
 
-Decision: a TCP reader that closes the connection, or its sending half, counts as gone, because the two cannot
-be told apart without losing bytes.
+Decision: a TCP reader that closes the connection, or only its sending half, counts as gone, because the two cases
+cannot be distinguished without losing bytes.
 
 Decision: bytes queued for a TCP reader that has left are lost, and text without any reader is lost as on a
 real wire.
 
-Decision: the sockets of the TCP port never block and are polled, without threads.
+Decision: the sockets of the TCP port never block and are polled, so that no threads are needed.
 """
 
 from __future__ import annotations
@@ -31,16 +32,16 @@ FIRST_LIMIT = 1024 * 1024
 BACKLOG_LIMIT = 16 * 1024 * 1024
 """Bytes kept for each reader that does not read."""
 INBOX_LIMIT = 64 * 1024
-"""Bytes taken from readers in advance; the rest waits in the system."""
+"""Maximum number of readers' bytes that wait here; further bytes wait in the system."""
 MOST_READERS = 8
 CHUNK = 4096
 WRITE_BUDGET = 256 * 1024
-"""Approximate bytes per reader and call, so that a fast one does not delay the board."""
+"""Approximate number of bytes written per reader and call, so that a fast reader does not delay the board."""
 SYSTEM_BUFFER = 128 * 1024
 """Requested size of the system's buffer for one reader."""
 POLL_S = 0.005
 FIRST_PORT = 4001
-"""Default port, or the next free one of ``PORTS_TRIED``: the first of serial device servers."""
+"""Default port, the usual first port of serial device servers; ``PORTS_TRIED`` ports from this one are tried."""
 PORTS_TRIED = 16
 
 
@@ -48,13 +49,13 @@ PORTS_TRIED = 16
 
 
 class Coding:
-    """The encoding of one reader's connection: bytes unchanged."""
+    """The encoding of one reader's connection; this one does not change the bytes."""
 
     def encode(self, data: bytes) -> bytes:
         return data
 
     def decode(self, data: bytes) -> tuple[bytes, bytes]:
-        """Return the input for the board, and the answer for the other end. Raises ValueError for wrong data."""
+        """Return the input for the board, and the answer to the reader. Raises ValueError for invalid data."""
         return data, b""
 
     def ready(self) -> bool:
@@ -66,7 +67,7 @@ class Coding:
 
 
 class Reader:
-    """A connection that never blocks; ``backlog`` contains the board's output for it."""
+    """The connection of a reader, which never blocks. ``backlog`` contains the board's output for the reader."""
 
     def __init__(self, connection: socket.socket, coding: Coding) -> None:
         connection.setblocking(False)
@@ -119,7 +120,7 @@ class Reader:
             budget -= count
 
     def close(self) -> None:
-        """End the connection, after reading pending input, which would cause a reset."""
+        """Read pending input, which would cause a reset, and end the connection."""
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_WR)
             for _ in range(INBOX_LIMIT // CHUNK):

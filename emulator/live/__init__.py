@@ -1,1 +1,1 @@
-"""Live boards: a board runs in real time while users move it, type to it and watch it."""
+"""Live boards: a board runs in real time while users move it, send text to it and watch it."""

@@ -1,4 +1,4 @@
-"""Address of a session with a page: its port and token, stored so that an open page finds a restarted server."""
+"""Address of a session's page: port and token. They are stored, so that an open page finds a restarted server."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fcu_emulator.emulator.links.runtime_folder import read_own_file, runtime_fo
 from fcu_emulator.emulator.live.listening import LOCAL
 
 PROTOCOL = "fcu"
-"""Subprotocol that the server selects."""
+"""The subprotocol that the server selects."""
 TOKEN_PREFIX = "fcu.token."
 """Prefix of the second offered subprotocol, which contains the token."""
 _TOKEN_LENGTH = 32
@@ -25,7 +25,7 @@ _LARGEST_FILE = 4096
 
 @dataclass(frozen=True)
 class Address:
-    """Address ``http://HOST:PORT/#token=TOKEN`` of a session."""
+    """The address ``http://HOST:PORT/#token=TOKEN`` of a session."""
 
     port: int
     token: str
@@ -46,7 +46,7 @@ class Address:
 
 
 def address_for(port: int, host: str = LOCAL) -> Address:
-    """Return the address on ``port``, with the token of an earlier server if stored."""
+    """Return the address on ``port``, with the stored token of an earlier server if there is one."""
     folder = _folder()
     token = ""
     if folder is not None:
@@ -62,7 +62,7 @@ def fresh(port: int, host: str = LOCAL) -> Address:
 
 
 def publish(address: Address) -> None:
-    """Store the address for the next server on this port, if there is a private folder."""
+    """Store the address for the next server on this port, if the user has a private folder."""
     folder = _folder()
     if folder is not None:
         with suppress(OutputError):
@@ -70,7 +70,7 @@ def publish(address: Address) -> None:
 
 
 def withdraw(address: Address) -> None:
-    """Delete the stored address of a port."""
+    """Delete the stored address of its port."""
     folder = _folder()
     if folder is not None:
         with suppress(OSError):

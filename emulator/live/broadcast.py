@@ -1,4 +1,4 @@
-"""Events for the clients of a live board, and their timing; sending changes nothing on the board."""
+"""Events for the clients of a live board, and their timing. Sending them does not change the board."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Publish = Callable[[SessionEvent, object | None], None]
 # Wall time, s:
 _FRAME_S = 0.02  # time between two frames (a State and the text before it) while something changes
 _ANSWER_S = 0.005  # time from a frame to the frame that shows the effect of a command
-_HEARTBEAT_S = 0.5  # time in addition to _FRAME_S while nothing changes
+_HEARTBEAT_S = 0.5  # added to _FRAME_S while nothing changes
 _SLOWLY_S = 0.1  # time between two updates of registers and bus
 _FINDINGS_S, _VERDICTS_S = 2.0, 0.5  # time between two updates of findings, and of verdicts
 _FAILURE_S = 0.5  # time between two checks for stuck firmware
@@ -28,12 +28,12 @@ _PACE_S = 1.0  # time over which the pace is measured
 # Virtual time, s:
 _TRUTH_S = 0.5  # maximum age of the truth; the pressure wanders by 0.002 hPa in this time
 
-_HISTORY = 64 << 10  # bytes of the terminal for a new client
+_HISTORY = 64 << 10  # bytes of terminal output that a new client receives
 _LONGEST_LINE = 4096  # bytes of an incomplete line
 
 
 class Broadcast:
-    """Events of the ``run_number``-th board of a session; ``clients``: the watched items of each client."""
+    """Events of one board, the ``run_number``-th of its session. ``clients``: the watched items of each client."""
 
     def __init__(
         self,
@@ -51,7 +51,7 @@ class Broadcast:
         self._transfers = transfers.Transfers(board)
         self._load = view.Load(board, self._recorder)
         self.changed = True
-        """Whether a frame would show a change."""
+        """Whether the next frame would show a change."""
         self._done = 0
         self._position = 0
         self._line_rest = b""
@@ -89,7 +89,7 @@ class Broadcast:
         self._next_slow_s = 0.0
 
     def answer(self, number: int) -> None:
-        """Confirm the command of this number in the next frame, soon."""
+        """Confirm the command of this number in the next frame, and send that frame soon."""
         self._done = number
         self._next_frame_s = min(self._next_frame_s, self._last_frame_s + _ANSWER_S)
 
@@ -107,7 +107,7 @@ class Broadcast:
     # -- due events -----------------------------------------------------------------------------------------
 
     def show(self, wall_s: float, running: bool) -> None:
-        """Send the due events; only a ``running`` board has a pace."""
+        """Send the events that are due. Only a ``running`` board has a pace."""
         if not self._clients:
             self._keep_unseen(wall_s, running)
             return
@@ -161,7 +161,7 @@ class Broadcast:
             self.measure_pace(wall_s)
         is_old = board.now_s - self._truth_s > _TRUTH_S
         if not self._truth or is_old or not board.world.rests(self._truth_s, board.now_s):
-            self._truth = view.truth(board)  # to evaluate an unchanged truth again is expensive
+            self._truth = view.truth(board)  # kept, because evaluating an unchanged truth again is expensive
             self._truth_s = board.now_s
         names = dict.fromkeys(name for watch in self._clients.values() for name in watch.variables)
         values: dict[str, float] = {}

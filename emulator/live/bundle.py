@@ -16,14 +16,14 @@ _FILES = {
 
 @dataclass(frozen=True)
 class PageFile:
-    """Headers and body of the response with a file."""
+    """Headers and body of the HTTP response for a file."""
 
     headers: tuple[tuple[str, str], ...]
     body: bytes
 
 
 class Bundle:
-    """The page's files. Raises OSError if they cannot be read."""
+    """All files of the page. Raises OSError if they cannot be read."""
 
     def __init__(self) -> None:
         page = files("fcu_emulator.emulator.live").joinpath("page")

@@ -1,7 +1,7 @@
-"""Control server of a running board: requests of other programs, and the answers.
+"""Requests of other programs to the control server of a running board, and the answers.
 
-Decision: a board that plays a scenario in ``fcu run`` cannot be moved by hand, because a correct program
-could then fail.
+Decision: a board that plays a scenario in ``fcu run`` cannot be moved by hand, because a correct program could fail
+if the board is moved.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _MOST_TEXT = 8192  # bytes of one answer
 
 
 class ControlRequests:
-    """Answers messages for ``board``; call it only between slices."""
+    """Handler of the messages to ``board``; call it only between slices."""
 
     def __init__(self, board: Board) -> None:
         self._board = board

@@ -1,4 +1,4 @@
-"""Interface to the judge of a lab's exercises, which ``fcu web`` passes to a session."""
+"""Interface of an object that judges a lab's exercises; ``fcu web`` passes the object to a session."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from fcu_emulator.emulator.live.messages import Checked
 
 
 class Exercises(Protocol):
-    """The exercises of a lab, judged in parallel to the session."""
+    """The exercises of a lab, which are judged in parallel to the session."""
 
     def offered(self) -> list[dict[str, Any]]:
         """Return ``id``, ``title``, ``question`` and ``next`` of each exercise."""

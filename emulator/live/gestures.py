@@ -11,10 +11,10 @@ Entries = Callable[[float, str | None, str | None], list[dict[str, Any]]]
 
 @dataclass(frozen=True)
 class Gesture:
-    """Function from (amount, time, axis) to timeline entries; None selects a default."""
+    """A gesture: ``entries`` maps (amount, time, axis) to timeline entries; None selects a default."""
 
     usual: float | None
-    """Default amount; None: the gesture takes no amount."""
+    """Default amount; None if the gesture does not take an amount."""
     entries: Entries
     takes_time: bool = True
     takes_axis: bool = False

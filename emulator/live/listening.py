@@ -1,4 +1,4 @@
-"""Network address on which the page is served: this machine only, or one address that the user names.
+"""Network address on which the page is served: the loopback address, or one address that the user names.
 
 Decision: the page is served on one address of this machine, so that a request's Host header can be checked
 against DNS rebinding.
@@ -35,7 +35,7 @@ def checked(listen: str) -> str:
 
 
 def host(listen: str) -> str:
-    """Return an address as in a URL: IPv6 in brackets."""
+    """Return an address in the form of a URL, with IPv6 in brackets."""
     return f"[{listen}]" if ":" in listen else listen
 
 
@@ -46,7 +46,7 @@ def hosts(listen: str, port: int) -> tuple[str, ...]:
 
 
 def warning(listen: str) -> str:
-    """Return the warning if other machines can reach the page."""
+    """Return a warning if other machines can reach the page, or an empty string."""
     if ipaddress.ip_address(listen).is_loopback:
         return ""
     return (

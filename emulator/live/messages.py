@@ -1,7 +1,8 @@
 """Messages between a page and a session: commands and events as data, independent of the transport.
 
-Each message is a JSON object with ``type``, the class's name in snake case without Command or Event, and the
-class's fields. Times are virtual seconds, terminal bytes Latin-1, angles degrees.
+Each message is a JSON object. Its ``type`` is the name of the class in snake case without Command or Event, and
+its other members are the fields of the class. Times are virtual seconds, terminal bytes are Latin-1, angles are
+degrees.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ _LONGEST_NAME = 200
 
 
 class MessageError(InputError):
-    """Error in a message from a page."""
+    """A message from a page is invalid."""
 
 
 # -- To the session -----------------------------------------------------------------------------------------
@@ -43,7 +44,7 @@ class PageCommand:
 
 @dataclass(frozen=True)
 class Do(PageCommand):
-    """Perform a timeline entry without ``at``; ``State.done`` returns ``id``."""
+    """Perform a timeline entry without ``at``. ``State.done`` confirms it by its ``id``."""
 
     entry: dict[str, Any]
     id: int = 0
@@ -61,14 +62,14 @@ class Pause(PageCommand):
 
 @dataclass(frozen=True)
 class StepCommand(PageCommand):
-    """Run to the next tick of the callback's timer, the next line of text, or for a second; then pause."""
+    """Run to the next tick of the callback's timer, to the next line of text, or for a second, and pause."""
 
     of: Literal["tick", "line", "second"]
 
 
 @dataclass(frozen=True)
 class Speed(PageCommand):
-    """Set the ratio of virtual to wall time, 0.01 to 10; null: as fast as possible."""
+    """Set the ratio of virtual to wall time, 0.01 to 10; null means as fast as possible."""
 
     factor: float | None
 
@@ -79,7 +80,7 @@ class Speed(PageCommand):
 
 @dataclass(frozen=True)
 class Reset(PageCommand):
-    """Restart at power-on; without a scenario the board keeps its position."""
+    """Restart from power-on. Without a scenario the board keeps its position."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,7 @@ class FirmwareCommand(PageCommand):
 
 @dataclass(frozen=True)
 class Upload(PageCommand):
-    """Restart with a firmware file: its name (with the type's suffix) and its bytes in base64."""
+    """Restart with a firmware file: its name, whose suffix is the type, and its bytes in base64."""
 
     name: str
     data: str
@@ -113,14 +114,14 @@ class Upload(PageCommand):
 
 @dataclass(frozen=True)
 class Play(PageCommand):
-    """Restart with a shipped scenario; null: without one."""
+    """Restart with a shipped scenario, or without one if null."""
 
     scenario: str | None
 
 
 @dataclass(frozen=True)
 class Watch(PageCommand):
-    """Watch global variables (``pitch``, ``acc.AXIS_X``), registers of a sensor or peripheral, bus, and pins."""
+    """Watch global variables (``pitch``, ``acc.AXIS_X``), registers of a sensor or peripheral, the bus, and pins."""
 
     variables: list[str] = field(default_factory=list)
     registers: str | None = None
@@ -154,7 +155,7 @@ class SessionEvent:
 
 @dataclass(frozen=True)
 class Hello(SessionEvent):
-    """First message, with constant data; see :func:`fcu_emulator.emulator.live.transfers.outputs`."""
+    """The first message, with constant data; see :func:`fcu_emulator.emulator.live.transfers.outputs`."""
 
     board: str
     version: str
@@ -164,7 +165,7 @@ class Hello(SessionEvent):
     parts: list[str]
     outputs: list[dict[str, Any]]
     ways: list[str]
-    """Commands with which other programs open the serial port and the debugger."""
+    """Commands that open the serial port and the debugger from other programs."""
     gestures: list[dict[str, Any]]
     """See :func:`fcu_emulator.emulator.live.gestures.buttons`."""
     exercises: list[dict[str, Any]]
@@ -216,7 +217,7 @@ class State(SessionEvent):
 
 @dataclass(frozen=True)
 class Text(SessionEvent):
-    """Bytes of the terminal from ``position`` on."""
+    """Bytes of terminal output, starting at ``position``."""
 
     run: int
     position: int
@@ -225,7 +226,7 @@ class Text(SessionEvent):
 
 @dataclass(frozen=True)
 class PrintedEvent(SessionEvent):
-    """Numbers of a printed line, with the truth at that moment."""
+    """Numbers of a printed line, with the truth at the same time."""
 
     t_s: float
     values: dict[str, float]
@@ -234,7 +235,7 @@ class PrintedEvent(SessionEvent):
 
 @dataclass(frozen=True)
 class PastEvent(SessionEvent):
-    """Plotted states and numbers of the run so far, for a new client."""
+    """States and numbers of the run so far, which a new client plots."""
 
     run: int
     states: list[dict[str, Any]]
@@ -243,7 +244,7 @@ class PastEvent(SessionEvent):
 
 @dataclass(frozen=True)
 class Unknown(SessionEvent):
-    """Names of a :class:`Watch` that are unknown or have no numbers."""
+    """Names in a :class:`Watch` that are unknown or have no numbers."""
 
     variables: list[str]
 
@@ -253,8 +254,8 @@ class Checked(SessionEvent):
     """Result of judging an exercise.
 
     ``state``: ``checking``, ``done``, ``begun``, ``not yet``, ``unjudged`` or ``error``. ``checks`` have
-    title, outcome, expected, seen, hint; ``causes`` summary, details, fatal. ``outdated``: another firmware
-    was loaded since.
+    title, outcome, expected, seen, hint; ``causes`` have summary, details, fatal. ``outdated``: another firmware
+    has been loaded since then.
     """
 
     exercise: str
@@ -269,7 +270,7 @@ class Checked(SessionEvent):
 
 @dataclass(frozen=True)
 class Declared(SessionEvent):
-    """Declaration of registers, see ``registers.declaration``."""
+    """Declaration of registers, as ``registers.declaration`` returns it."""
 
     part: dict[str, Any]
 
@@ -285,7 +286,7 @@ class RegistersEvent(SessionEvent):
 
 @dataclass(frozen=True)
 class Pins(SessionEvent):
-    """See :func:`fcu_emulator.emulator.live.pins.pins`."""
+    """Levels of the pins, as :func:`fcu_emulator.emulator.live.pins.pins` returns them."""
 
     pins: list[dict[str, Any]]
 
@@ -299,7 +300,7 @@ class BusEvent(SessionEvent):
 
 @dataclass(frozen=True)
 class Verdicts(SessionEvent):
-    """Current state of a scenario's expectations."""
+    """The current state of a scenario's expectations."""
 
     verdicts: list[dict[str, str]]
     over: bool
@@ -392,7 +393,7 @@ def _own(kind: type[PageCommand]) -> list[str]:
 
 
 def _snake(kind: type[object]) -> str:
-    """Return the type of a message: StepCommand is "step", BusEvent "bus"."""
+    """Return the type of a message: "step" for StepCommand, "bus" for BusEvent."""
     name = re.sub(r"(Command|Event|Message)$", "", kind.__name__)
     return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
 

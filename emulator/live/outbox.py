@@ -1,15 +1,15 @@
-"""Queue of messages for one page, bounded: a slow or sleeping page gets the latest ones."""
+"""Bounded queue of messages for one page. A slow or sleeping page receives the latest messages."""
 
 from __future__ import annotations
 
 import asyncio
 
 TEXT_KEPT = 256 << 10  # characters of the terminal in the queue of one page
-MOST_KEPT = 2000  # limit of all further messages in the queue
+MOST_KEPT = 2000  # maximum number of messages in the queue
 
 
 class Outbox:
-    """Messages for one page; used in the server's thread only."""
+    """Messages for one page. Only the server's thread may use it."""
 
     def __init__(self) -> None:
         self.filled = asyncio.Event()
@@ -18,7 +18,7 @@ class Outbox:
         self._text = 0
 
     def put(self, key: str, message: str) -> None:
-        """Add a message, which replaces a waiting one with the same ``key``, except "" and "text"."""
+        """Add a message. Except for "" and "text", it replaces a waiting message with the same ``key``."""
         if key and key != "text":
             self._waiting.pop(key, None)
         else:

@@ -1,4 +1,4 @@
-"""States and printed numbers of a run for a page that connects later, bounded: ten a second for five minutes."""
+"""States and printed numbers of a run for a page that connects later: ten per second, for at most five minutes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Levels of the board's pins, which are polled: ``fcu run --vcd`` records all edges."""
+"""Levels of the board's pins, which are only polled; ``fcu run --vcd`` records all edges."""
 
 from __future__ import annotations
 

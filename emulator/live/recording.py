@@ -18,7 +18,7 @@ _TABLES = ("firmware_settings", "bus", "world", "sensors")
 class SessionRecording:
     """Recording of the actions on a board.
 
-    ``source``: its origin, for a comment. ``cold``: whether the sensors got their supply at 0.
+    ``source``: origin of the recording, for a comment. ``cold``: whether the sensors' supply was switched on at 0 s.
     """
 
     def __init__(

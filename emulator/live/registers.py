@@ -54,7 +54,7 @@ def declaration(board: Board, name: str) -> dict[str, Any]:
 
 
 def values(board: Board, name: str) -> dict[str, str]:
-    """Return a known sensor's or peripheral's registers by name, in hexadecimal."""
+    """Return the register values of a known sensor or peripheral by name, in hexadecimal."""
     part = _part(board, name)
     if part is not None:
         memory = part.registers.mem
@@ -71,7 +71,7 @@ def values(board: Board, name: str) -> dict[str, str]:
 
 
 def note(board: Board, name: str) -> str:
-    """Return a remark on the current state of a peripheral, or ""."""
+    """Return a remark about the current state of a peripheral, or an empty string."""
     peripheral = _peripheral(board, name) if _part(board, name) is None else None
     if peripheral is None or peripheral.clocked:
         return ""

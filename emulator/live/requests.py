@@ -1,7 +1,7 @@
-"""Answers to HTTP requests: the page's files for every browser, a socket for clients with the token.
+"""Answers to HTTP requests: the page's files for every browser, and a socket for clients with the token.
 
-Decision: the token is a subprotocol and never a cookie, because browsers send a host's cookies to every port,
-also of another user's server.
+Decision: the token is a subprotocol and never a cookie, because browsers send the cookies of a host to all its
+ports, including the server of another user.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Headers(Protocol):
 
 @dataclass(frozen=True)
 class Answer:
-    """An HTTP response; ``because``: why a socket was refused."""
+    """An HTTP response. ``because``: reason for refusing a socket."""
 
     status: HTTPStatus
     headers: Sequence[tuple[str, str]]
@@ -36,13 +36,13 @@ class Answer:
 
 
 class Requests:
-    """Answers requests to the server at ``address``. Raises OSError if the page's files cannot be read."""
+    """Handler of requests to the server at ``address``. Raises OSError if the page's files cannot be read."""
 
     def __init__(self, address: Address, hosts: Sequence[str]) -> None:
         self._offer = f"{TOKEN_PREFIX}{address.token}".encode()
         self._hosts = tuple(hosts)
         self._origins = tuple(f"http://{host}" for host in self._hosts)
-        self._bundle = Bundle()  # read once: a request needs no file descriptor
+        self._bundle = Bundle()  # read once, so that a request does not need a file descriptor
 
     def answer(self, method: str, target: str, headers: Headers, has_room: bool) -> Answer | None:
         """Return the answer to a request, or None to open a socket if the server ``has_room``."""

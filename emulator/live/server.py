@@ -1,7 +1,7 @@
-"""Server of the page and its WebSocket, on 127.0.0.1 or on the user's address, in a thread beside the
-session.
+"""Server of the page and its WebSocket, on 127.0.0.1 or on the user's address.
 
-A slow page gets fewer messages and never slows the board; a page that sends too fast waits.
+It runs in a separate thread. A slow page receives fewer messages and never slows the board; a page that sends too
+fast must wait.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from websockets.asyncio.server import Server, ServerConnection
     from websockets.http11 import Request, Response
 
-_REQUEST_S = 5.0  # wall time for a complete request
+_REQUEST_S = 5.0  # maximum wall time for receiving a complete request
 _MOST_CALLERS = 64  # connections without a socket; a browser opens six for a page
 _MESSAGES_AHEAD = 4  # messages of one page that are read ahead; each may be an upload
 _PER_SECOND = 250  # messages per second from one page
@@ -45,7 +45,7 @@ _LATEST = {
 
 
 class Controls(Protocol):
-    """Receiver of the pages' commands, such as :class:`fcu_emulator.emulator.live.session.LiveSession`."""
+    """Interface of the receiver of commands, :class:`fcu_emulator.emulator.live.session.LiveSession`."""
 
     def post(self, client: object, command: PageCommand) -> bool:
         """Queue a command; return False if the queue is full."""
@@ -57,17 +57,17 @@ class Controls(Protocol):
 
 
 def websockets_missing() -> InputError:
-    """Return the error for a missing library."""
+    """Return the error for the missing library websockets."""
     return InputError(
         "fcu web needs the package websockets; install it with: pip install websockets", kind="not_installed"
     )
 
 
 class PageServer:
-    """Serves the page and its sockets until :meth:`close`; set ``controls`` before the first page connects.
+    """Server of the page and its sockets until :meth:`close`. Set ``controls`` before the first page connects.
 
-    ``port`` 0: any free one. ``say(line)`` gets lines about failures. Raises InputError if the library is
-    missing or ``listen`` is not an address, LinkError for an address or port that is not available.
+    ``port`` 0: any free port. ``say(line)`` receives lines about failures. Raises InputError if the library is
+    missing or ``listen`` is not an address, LinkError if the address or port is not available.
     """
 
     def __init__(
@@ -107,7 +107,7 @@ class PageServer:
         return self.address.page
 
     def publish(self, event: SessionEvent, client: object | None = None) -> None:
-        """Send an event to one page, or to all; thread-safe and without waiting."""
+        """Send an event to one page or to all pages. The call is thread-safe and does not wait."""
         if not self._outboxes:
             return
         key = _LATEST.get(type(event), "")
@@ -133,7 +133,7 @@ class PageServer:
 
     def _serve(self, port: int) -> None:
         try:
-            with asyncio.Runner(loop_factory=lambda: self._loop) as runner:  # also ends tasks of late callers
+            with asyncio.Runner(loop_factory=lambda: self._loop) as runner:  # also ends tasks of late clients
                 runner.run(self._run(port))
         except OSError as error:
             self._problems.append(error)
@@ -265,7 +265,7 @@ def _response(answer: Answer) -> Response:
 
 
 def _counted(callers: dict[ServerConnection, None]) -> type[ServerConnection]:
-    """Return a connection class that keeps connections in ``callers`` until they have a socket, or end."""
+    """Return a connection class. Its connections are in ``callers`` until they have a socket, or end."""
     from websockets.asyncio.server import ServerConnection
 
     class Connection(ServerConnection):
@@ -285,7 +285,7 @@ def _counted(callers: dict[ServerConnection, None]) -> type[ServerConnection]:
 
 
 class _OneLine(logging.Handler):
-    """Formats a log record in one line, without a traceback."""
+    """Formatter that writes a log record in one line, without a traceback."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
         super().__init__(logging.WARNING)

@@ -1,9 +1,10 @@
 """Session of a board that runs in real time, and execution of all commands on it.
 
-One thread runs the session and owns the board. It calls ``publish``, which must not wait.
+One thread runs the session and owns the board. It calls ``publish``, which must not block.
 
-Decision: a command that changes the board becomes an event of the virtual clock, one picosecond after the
-stop of the board, and is recorded with that time. So the slicing of the run has no effect.
+Decision: a command that changes the board becomes an event of the virtual clock, one picosecond after the time
+at which the board stopped, and is recorded with that time. A replay of the recording thus does not depend on the
+slices of the run.
 """
 
 from __future__ import annotations
@@ -43,21 +44,22 @@ if TYPE_CHECKING:
 _SLICE_S = 0.02  # wall time of a slice of the run; a command shortens it
 _STANDING_S = 0.1  # longest wait of a paused board
 _WATCH_S = 0.2  # time between two checks of the firmware's file
-_LAG_FORGIVEN_S = 0.25  # a board that is late by more than this does not catch up
+_LAG_FORGIVEN_S = 0.25  # a board that is later than this does not try to catch up
 _STEP_WALL_S = 5.0  # maximum of one step
-# Virtual time: maximum of one step, and the run between two checks for its end
+# Virtual time: maximum of one step, and the time between two checks for its end
 _STEP_PS = {"second": PS_PER_S, "line": 10 * PS_PER_S, "tick": PS_PER_S}
 _STEP_SLICE_PS = {"second": 10 * PS_PER_MS, "line": PS_PER_MS, "tick": PS_PER_MS // 20}
 
-_TYPED_AHEAD = 2048  # maximum bytes of a link that wait for the board
+_TYPED_AHEAD = 2048  # maximum number of a link's bytes that wait for the board
 _MOST_WAITING = 1000  # commands
 _MOST_UPLOADS = 2  # each with up to 11 MiB
 
 
 class LiveSession:
-    """A board with its pace and its commands. Raises FcuError if the first board cannot be created.
+    """A session: one board after another, each with a pace and commands.
 
-    ``record``: file for the session as a scenario, written at its end and at each power-on.
+    Raises FcuError if the first board cannot be created.
+    ``record``: file for the session as a scenario, written at the end and at each power-on.
     """
 
     setup: Setup
@@ -80,7 +82,7 @@ class LiveSession:
     ) -> None:
         self._publish = publish
         self.control: ControlServer | None = None
-        """Control server for other programs; its creator closes it."""
+        """Control server for other programs. The caller that sets it must close it."""
         self._debugger: GdbServer | None = None
         self._halted = False
         self._record = record
@@ -126,7 +128,7 @@ class LiveSession:
         self._wake.set()
 
     def stop(self) -> None:
-        """End the run soon; safe in a signal handler."""
+        """End the run soon. This call is safe in a signal handler."""
         self.stopped = True
         self._wake.set()
 
@@ -155,14 +157,14 @@ class LiveSession:
                 self._wait()
 
     def _guard(self, action: Callable[[], object], client: object | None = None) -> None:
-        """Run one action; report an error to ``client``, or to all."""
+        """Run one action, and report an error to ``client``, or to all clients if it is None."""
         try:
             action()
         except FirmwareError as error:
             self._fail(str(error))
         except Exception as error:
             notice = messages.failure(error)
-            if client is not None or notice.text != self._told:  # not again in each cycle of the loop
+            if client is not None or notice.text != self._told:  # do not repeat it in each cycle of the loop
                 self._publish(notice, client)
             self._told = notice.text if client is None else self._told
 
@@ -223,7 +225,7 @@ class LiveSession:
         return self._origin_wall_s + (virtual_s - self._origin_s) / self.speed
 
     def _advance(self) -> None:
-        """Run the board up to the wall clock; a slow machine does not try to catch up."""
+        """Run the board up to the time of the wall clock. A slow machine does not try to catch up."""
         if self.state != "running":
             if self._debugger is not None:
                 self._guard(partial(self._run_debugged, self._debugger, self.board.clock.now_ps))
@@ -273,7 +275,7 @@ class LiveSession:
     # -- power-on ---------------------------------------------------------------------------------------
 
     def _begin(self, setup: Setup, hold: bool = False) -> None:
-        """Power on; ``hold`` keeps the world. Raises FcuError."""
+        """Power on a new board. ``hold`` keeps the position of the previous one. Raises FcuError."""
         if self._debugger is not None and setup.gdb is not None:
             setup = replace(setup, gdb=self._debugger.port, halt=False)
         board = setup.power_on()
@@ -291,7 +293,7 @@ class LiveSession:
         if is_first:
             self._debug(board)
         elif board.chip is not None:
-            self._guard(lambda: self._debug(board))  # another program may have taken its port
+            self._guard(lambda: self._debug(board))  # another program may be using its port now
         self.recording = SessionRecording(board, setup.ideal)
         self.run_number += 1
         self._set_origin()
@@ -313,7 +315,7 @@ class LiveSession:
         self._halted = self._debugger is not None and self._debugger.halted
 
     def _again(self, setup: Setup, why: str, hold: bool = True, loaded: bool = False) -> None:
-        """Power on with another firmware or scenario; if this fails, report it and change nothing."""
+        """Power on with another firmware or scenario. If this fails, report it and keep the present board."""
         try:
             self._begin(setup, hold)
         except Exception as error:
@@ -427,7 +429,7 @@ class LiveSession:
         clock = board.clock
         at_ps = max(clock.now_ps + 1, self._last_ps)
         while at_ps != self._last_ps and at_ps in (clock.next_ps, clock.deferred_ps):
-            at_ps += 1  # a recording would not have the same order of events at that time
+            at_ps += 1  # a replay may execute events of the same time in another order
         self._last_ps = at_ps
         refused: list[FcuError] = []
 

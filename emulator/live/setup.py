@@ -1,4 +1,4 @@
-"""Setup of a session: firmware, scenario, power-on, and the place of the previous board."""
+"""Setup of a session: firmware, scenario, power-on, and the position of the previous board."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Setup:
-    """The kind of board, and its arguments."""
+    """The class of the board, and its arguments."""
 
     firmware: str | Path | FirmwareFactory | None = None
     scenario: str | None = None
@@ -27,7 +27,7 @@ class Setup:
     ideal: bool = False
     kind: type[Board] = Board
     gdb: int | None = None
-    """Port for a debugger, 0 for any; None: off."""
+    """Port for a debugger; 0: any free port; None: no debugger."""
     halt: bool = False
     """Whether the firmware waits for the debugger at the first power-on."""
 

@@ -1,4 +1,4 @@
-"""Visible state of a running board: world, variables, and load, viewed without side effects."""
+"""Visible state of a running board: world, variables, and load. Reading it has no side effects."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from fcu_emulator.emulator.text import shown
 from fcu_emulator.emulator.world.attitude import matrix_to_euler
 from fcu_emulator.emulator.world.track import Array
 
-_MOST_LEAVES = 16  # maximum count of numbers that are shown of one variable
-_LOOKS_OF_LOAD = 400  # samples of two seconds of virtual time
+_MOST_LEAVES = 16  # maximum number of values that are shown for one variable
+_LOOKS_OF_LOAD = 400  # number of samples in two seconds of virtual time
 
 
 def hello(board: Board, ways: list[str], exercises: list[dict[str, Any]]) -> messages.Hello:
-    """Return the constant data of a session; ``ways``: connections to its serial line."""
+    """Return the constant data of a session. ``ways``: commands that open its serial line."""
     from importlib.metadata import version
 
     return messages.Hello(
@@ -47,8 +47,8 @@ def hello(board: Board, ways: list[str], exercises: list[dict[str, Any]]) -> mes
 def truth(board: Board) -> dict[str, Any]:
     """Return the current state of the world, in board axes.
 
-    ``rotation``: board to world, nine numbers by rows. ``magnet_m``: north, west and up of the board; null
-    for none.
+    ``rotation``: matrix from board to world, nine numbers by rows. ``magnet_m``: position of the magnet north,
+    west and up of the board, or null.
     """
     world, now = board.world, instant(board)
     rotation = world.rotation(now)
@@ -159,7 +159,7 @@ def _leaves(name: str, value: Any, depth: int = 3) -> Iterator[tuple[str, float]
 
 
 class Load:
-    """Load of callback, chip and serial line in the latest two seconds of virtual time."""
+    """Load of callback and serial line in the latest two seconds of virtual time."""
 
     def __init__(self, board: Board, recorder: TruthRecorder) -> None:
         self._board = board
@@ -170,7 +170,7 @@ class Load:
         self._line = 0.0
 
     def figures(self) -> dict[str, float]:
-        """Return the timer's numbers, the callback's time in ms, and the busy share of the line."""
+        """Return the timer's counts, the callback's duration in ms, and the share of time that the line is busy."""
         board, timer = self._board, self._board.timer
         looks, seen = self._recorder.looks_at_callback, self._recorder.callback_seen
         if looks - self._before[0] >= _LOOKS_OF_LOAD:

@@ -1,7 +1,7 @@
-"""The processor for Python firmware. Virtual time passes only while firmware waits.
+"""The processor for Python firmware. Virtual time passes only while the firmware waits.
 
 Decision: Python firmware runs in a greenlet, not in a thread or a generator. Threads need locks and switch ten times
-slower; generators need ``yield from`` before every HAL call.
+more slowly; generators need ``yield from`` before every HAL call.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Interrupt:
 
 
 class PythonCpu:
-    """Runs ``main`` and its interrupt handlers on the board's clock."""
+    """A processor that runs ``main`` and the interrupt handlers on the board's clock."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -52,7 +52,7 @@ class PythonCpu:
         self._main = main
 
     def run_until_ps(self, at_ps: int) -> None:
-        """Run up to and including ``at_ps``, always in one thread. Raises InputError in another, and FirmwareError."""
+        """Run up to and including ``at_ps``. Raises FirmwareError, and InputError in another thread than before."""
         if self._context is None:
             self._context = greenlet(self._run_main)
         if self._context.dead:
@@ -75,12 +75,12 @@ class PythonCpu:
         self._clock.advance_to(at_ps)  # the firmware has returned
 
     def close(self) -> None:
-        """End the greenlet and unwind its stack, because the garbage collector does not visit it."""
+        """End the greenlet and unwind its stack, which the garbage collector does not visit."""
         if self._context and not self._context.dead:
             with suppress(greenlet_error):  # the greenlet belongs to a thread that has ended
                 self._context.parent = (
                     getcurrent()
-                )  # the stack returns to here, which may be inside another firmware
+                )  # the end of the stack continues here, which may be inside another firmware
                 self._context.throw()
 
     def snapshot(self) -> None:
@@ -93,7 +93,7 @@ class PythonCpu:
             )
 
     def restore(self, state: None) -> None:
-        """Do nothing, as there is nothing to restore."""
+        """Do nothing, because there is no state to restore."""
 
     def _pause(self) -> None:
         assert self._caller is not None
@@ -127,7 +127,7 @@ class PythonCpu:
                 self._active = preempted
 
     def wait_until(self, at_ps: int) -> None:
-        """Let time pass until ``at_ps``, or until later handlers return."""
+        """Let time pass until ``at_ps``, or longer if handlers return later."""
         clock, pending = self._clock, self.pending
         while clock.next_ps <= at_ps:
             clock.fire_next()
@@ -141,7 +141,7 @@ class PythonCpu:
             self.wait_until(min(clock.next_ps, until_ps))
 
     def elapse(self, duration_ps: int) -> None:
-        """Execute for a duration, not counting the time of preempting handlers."""
+        """Let a duration pass, without counting the time of handlers that preempt it."""
         clock = self._clock
         end_ps = clock.now_ps + duration_ps
         while clock.next_ps <= end_ps:

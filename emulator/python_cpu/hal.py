@@ -1,6 +1,6 @@
-"""The HAL calls of Python firmware, as in ST's STM32F4 HAL V1.6.0, with the same virtual time.
+"""The HAL calls of Python firmware. They take the same virtual time as ST's STM32F4 HAL V1.6.0.
 
-Later versions add one tick to ``HAL_Delay``.
+Later versions of ST's HAL add one tick to ``HAL_Delay``.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class HostedApplication(Protocol):
 
 
 class HalGpio:
-    """The calls for pins."""
+    """The HAL calls for pins."""
 
     def __init__(self, gpio: Gpio) -> None:
         self._gpio = gpio
@@ -82,13 +82,13 @@ class VirtualHal(HalGpio):
         return self._clock.now_ps // PS_PER_MS
 
     def HAL_Delay(self, delay_ms: int) -> None:
-        """Wait for ``delay_ms`` ticks, up to one tick less than that time."""
+        """Wait until ``delay_ms`` ticks have passed, which may take up to one tick less than this time."""
         self._cpu.wait_until((self.HAL_GetTick() + delay_ms) * PS_PER_MS)
 
     # -- I2C --------------------------------------------------------------------------------------------
 
     def HAL_I2C_Mem_Read(self, dev_address: int, mem_address: int, size: int) -> tuple[int, bytes]:
-        """Return (status, data); HAL_BUSY from an interrupt during a transfer of main()."""
+        """Return (status, data). The status is HAL_BUSY in an interrupt during a transfer of main()."""
         if self._transferring:
             return HAL_BUSY, b""
         bus, clock = self._i2c, self._clock
@@ -127,7 +127,7 @@ class VirtualHal(HalGpio):
     # -- serial line -----------------------------------------------------------------------------------------
 
     def HAL_UART_Transmit(self, data: bytes, timeout_ms: int) -> int:
-        """Return after the last byte; HAL_BUSY during another transmission."""
+        """Send the bytes and return after the last one; return HAL_BUSY during another transmission."""
         if self._sending:
             return HAL_BUSY
         deadline_ps = (self.HAL_GetTick() + timeout_ms + 1) * PS_PER_MS
@@ -144,7 +144,7 @@ class VirtualHal(HalGpio):
         return HAL_OK
 
     def HAL_UART_Receive(self, size: int, timeout_ms: int) -> tuple[int, bytes]:
-        """Return HAL_TIMEOUT and fewer bytes if late."""
+        """Return (status, bytes); HAL_TIMEOUT and fewer bytes if they do not arrive in time."""
         deadline_ps = (self.HAL_GetTick() + timeout_ms + 1) * PS_PER_MS
         received = bytearray()
         while len(received) < size:
@@ -161,7 +161,10 @@ class VirtualHal(HalGpio):
         self.timer.configure(prescaler, period)
 
     def HAL_TIM_Base_Start_IT(self) -> None:
-        """Enable the timer's interrupt, then its counter; the flag of ``HAL_TIM_Base_Init`` calls the callback at once."""
+        """Enable the timer's interrupt, then its counter.
+
+        The callback is called at once, because ``HAL_TIM_Base_Init`` has set the update flag.
+        """
         self.timer.enable_interrupt()
         self._cpu.take_interrupts()
         self.timer.start()

@@ -51,7 +51,7 @@ class IntervalTimer:
         self._due_ps = self._clock.now_ps
 
     def enable_interrupt(self) -> None:
-        """Set DIER.UIE; a flag left by ``configure`` interrupts at once."""
+        """Set DIER.UIE. If ``configure`` has set the flag, the interrupt follows at once."""
         if self._flag:
             self.ticks += 1
             self._due_ps = self._clock.now_ps
@@ -62,7 +62,7 @@ class IntervalTimer:
         return self._longest_wait_ps / PS_PER_S
 
     def start(self) -> None:
-        """Set CR1.CEN: count from zero."""
+        """Set CR1.CEN, and count from zero."""
         if self._event is not None:
             self._event.cancel()
             self._event = None

@@ -1,7 +1,7 @@
 """A recording of a test's actions on its board, as a scenario for ``fcu run``.
 
-Decision: a test's actions are recorded by subclasses of the board's objects. Hooks in world, terminal and
-buses were rejected: every board would run them, although only failing tests need them.
+Decision: the actions of a test are recorded by subclasses of the board's objects. Hooks in world, terminal and
+buses were rejected, because every board would run them, although only failing tests need them.
 """
 
 from __future__ import annotations
@@ -53,11 +53,11 @@ _AT_POWER_ON: Mapping[str, Callable[[Mapping[str, Any]], dict[str, object]]] = {
     },
     "set_gravity": lambda given: {"gravity": float(given["m_s2"])},
 }
-"""Methods that correspond to a key of [world] and can only be used at power-on."""
+"""Methods that correspond to a key of [world] and can be recorded only at power-on."""
 
 
 class BoardRecording:
-    """Recorder of ``board`` from power-on; ``cold``: its sensors start then, too."""
+    """Recorder of the actions on ``board`` from power-on. ``cold``: the sensors are also switched on then."""
 
     def __init__(self, board: Board, cold: bool = False) -> None:
         self._board = board
@@ -90,7 +90,7 @@ class BoardRecording:
 
     @property
     def needed(self) -> bool:
-        """Whether ``fcu run`` needs a scenario: an action was recorded, or it was cold."""
+        """Whether ``fcu run`` needs a scenario, because of a recorded action or a cold start."""
         return self._done or self._cold
 
     def text(self) -> str:
@@ -167,7 +167,7 @@ class BoardRecording:
     def _watch(
         self, owner: object, names: Iterable[str], note: Callable[[str, int, dict[str, Any]], None]
     ) -> None:
-        """Call ``note`` at each call of these methods."""
+        """Call ``note`` after each call of these methods."""
         kind: Any = type(owner)
         methods = {name: self._noting(getattr(kind, name), name, note) for name in names}
         owner.__class__ = type(kind.__name__, (kind,), {"__module__": kind.__module__, **methods})
@@ -194,7 +194,7 @@ class BoardRecording:
         return called
 
     def _time_ps(self, name: str) -> int | None:
-        """Return the time of the test's call, which follows all events already due; None for other calls."""
+        """Return the time of a call by the test, after all events that are due; None for a call by other code."""
         now_ps = self._board.clock.now_ps
         if self._inside:
             return None
@@ -205,9 +205,9 @@ class BoardRecording:
 
 
 def by_hand(board: Board, recording: BoardRecording | None, save: Callable[[str], str]) -> Iterator[str]:
-    """Yield the command that runs this board, and the differences from the test.
+    """Yield the command that runs this board, and the differences of this run from the test.
 
-    ``save``: writes a scenario and returns its path.
+    ``save(text)`` writes a scenario and returns its path.
     """
     if not board.booted.name:
         yield "no command: this firmware has neither a name nor a file for fcu run"

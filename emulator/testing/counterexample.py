@@ -1,8 +1,8 @@
-"""One law of the lab's arithmetic, checked on a compiled firmware by a grader, outside pytest.
+"""Check of one law of the lab's arithmetic on a compiled firmware, by a grader and without pytest.
 
-All students get the same examples, in a clone as with an installed wheel.
+All students get the same examples, both in a clone and with an installed wheel.
 
-Decision: only the first counter-example is reported, because several come as an exception group.
+Decision: only the first counter-example is reported, because Hypothesis raises several as an exception group.
 """
 
 from __future__ import annotations
@@ -25,14 +25,17 @@ from fcu_emulator.emulator.testing.lab3 import Compiled, lab3_properties
 def counterexample(firmware: str, law: str, examples: int) -> str | None:
     """Return the violation of the property ``test_<law>`` in one line; None if it holds.
 
-    Raises NotJudgedError without the function, CallError if the call fails.
+    Raises NotJudgedError if the firmware does not have the function, and CallError if the call fails.
     """
     error = _failure(_laws(firmware, examples), law)
     return None if error is None else _in_a_line(error)
 
 
 def counterexample_scenario(firmware: str, law: str, examples: int) -> str:
-    """Return the counter-example as a scenario that fails on ``firmware``, or "". Raises the same errors."""
+    """Return the counter-example as a scenario that fails on ``firmware``, or "".
+
+    Raises the same errors as :func:`counterexample`.
+    """
     laws = _laws(firmware, examples)
     if _failure(laws, law) is None:
         return ""
@@ -46,13 +49,13 @@ def _laws(firmware: str, examples: int) -> Any:
     laws = lab3_properties(
         _compiled(firmware, digest), max_examples=examples, derandomize=True, database=None
     )()
-    laws.on_board = False  # only a requested scenario runs boards
+    laws.on_board = False  # boards are run only for a requested scenario
     return laws
 
 
 @lru_cache(maxsize=1)
 def _compiled(firmware: str, digest: bytes) -> Compiled:
-    """Return a started firmware, the same for all laws; ``digest``: of the file's contents."""
+    """Return a started firmware, the same for all laws. ``digest`` is that of the file's contents."""
     del digest
     return Compiled(firmware)
 
@@ -75,7 +78,7 @@ def _failure(laws: Any, law: str) -> Exception | None:
 
 @contextmanager
 def _nothing_stored() -> Iterator[None]:
-    """Keep Hypothesis' folder, created even without a database, out of the student's project."""
+    """Keep the folder of Hypothesis, which is created even without a database, out of the student's project."""
     before = vars(configuration).get("__hypothesis_home_directory")
     with TemporaryDirectory(prefix="fcu-hypothesis-") as folder:
         configuration.set_hypothesis_home_dir(folder)
@@ -87,13 +90,13 @@ def _nothing_stored() -> Iterator[None]:
 
 @contextmanager
 def _no_constants_of_sources() -> Iterator[None]:
-    """Keep Hypothesis from trying constants of local modules: it finds them in a clone, but not in a wheel."""
+    """Prevent Hypothesis from trying constants of local modules, which it finds in a clone but not in a wheel."""
     try:
         from hypothesis.internal.conjecture import providers
         from hypothesis.internal.constants_ast import Constants
 
         collect = vars(providers)["_get_local_constants"]
-    except (ImportError, KeyError):  # a version without this
+    except (ImportError, KeyError):  # a version of Hypothesis without this function
         yield
         return
     vars(providers)["_get_local_constants"] = Constants

@@ -11,7 +11,7 @@ are computed from vectors, not by the slides' formulas:
 
 * pitch and roll are the inclinations of the X and the Y axis (mu = 1);
 * yaw is the angle between the horizontal directions of the X axis and the field. If neither pitch nor roll is 0,
-  the slides' roll is an approximation, and only yaw's range is checked.
+  the slides' roll is an approximation, and only the range of the yaw is checked.
 """
 
 from __future__ import annotations
@@ -63,13 +63,13 @@ from fcu_emulator.firmware_model.sensor_data import AxesRaw_TypeDef
 _Method = TypeVar("_Method", bound=Callable[..., None])
 
 ANGLE_TOLERANCE_DEG = 0.01
-"""Tolerance for an angle: the difference between single and double precision."""
+"""Tolerance of an angle, for the difference between single and double precision."""
 _LEAST_HORIZONTAL_MGAUSS = 50.0
 _STARTED_S = 0.1
 
 
 class Angles(NamedTuple):
-    """Angles in degrees."""
+    """The lab's three angles in degrees."""
 
     pitch: float
     roll: float
@@ -77,11 +77,11 @@ class Angles(NamedTuple):
 
 
 class Subject(Protocol):
-    """An implementation of the lab's arithmetic."""
+    """Interface of an implementation of the lab's arithmetic."""
 
     @property
     def name(self) -> str:
-        """The name in the replay command."""
+        """The name for the command that repeats a failure."""
         ...
 
     def missing(self, what: str) -> str:
@@ -129,8 +129,8 @@ class PythonModel:
 class Compiled:
     """Functions of a compiled firmware, called on the emulated processor.
 
-    ``firmware``: an ELF file, or a name. ``names``: names that differ, as in ``{"yaw": "heading"}``.
-    Functions without parameters use globals such as ``acc`` and ``pitch``.
+    ``firmware``: an ELF file, or a name. ``names``: names that differ from the lab's, as in
+    ``{"yaw": "heading"}``. Functions without parameters use globals such as ``acc`` and ``pitch``.
     """
 
     USUAL: Mapping[str, str] = {
@@ -159,7 +159,7 @@ class Compiled:
         return self._board
 
     def missing(self, what: str) -> str:
-        """Return the missing function or variable, or ""."""
+        """Return the name of the missing function or variable, or ""."""
         if what not in self._missing:
             self._missing[what] = self._find_missing(what)
         return self._missing[what]
@@ -262,7 +262,7 @@ class _Properties:
 
     @property
     def counterexample(self) -> str:
-        """The latest example as a scenario; after a failure, the failing one."""
+        """The latest example as a scenario; after a failure, the failing example."""
         return self._example()
 
     def board_scenario(self, test: Callable[[_Properties], None]) -> str:
@@ -287,13 +287,13 @@ class _Properties:
 
     @_of(samples())
     def test_roll_is_the_inclination_of_the_y_axis(self, sample: MotionSample) -> None:
-        """The slides' formula with mu = 1; another mu is compared at pitch 0."""
+        """The slides' formula with mu = 1. The roll is compared only at pitch 0, where mu has no effect."""
         level = sample.acc[0] == 0
         self._compare("roll", sample, _inclination(sample.acc, 1) if level else None)
 
     @_of(samples(attitudes(max_roll_deg=89.0, max_pitch_deg=89.0, one_axis=True)))
     def test_yaw_is_the_direction_of_the_x_axis_against_magnetic_north(self, sample: MotionSample) -> None:
-        """With pitch or roll 0; yaw increases counter-clockwise, seen from above."""
+        """The yaw with pitch or roll 0. It increases counter-clockwise, seen from above."""
         expected = _heading(sample)
         assume(expected is not None)
         self._compare("yaw", sample, expected)
@@ -371,7 +371,7 @@ class _Properties:
         st.floats(-20.0, 40.0, width=32),
     )
     def test_less_pressure_is_more_altitude(self, press_hpa: float, less: float, temperature: float) -> None:
-        """By the hypsometric formula (ISO 2533, lapse rate 6.5 K/km)."""
+        """The hypsometric formula (ISO 2533, lapse rate 6.5 K/km)."""
         self._require("altitude")
         zero = np.float32(press_hpa + less)
         found = self.subject.altitude(press_hpa, temperature, float(zero))
@@ -393,7 +393,7 @@ class _Properties:
     def _require(self, what: str) -> None:
         missing = self.subject.missing(what)
         if missing:
-            raise SkipTest(missing)  # a grader can catch it without pytest
+            raise SkipTest(missing)  # a grader without pytest can catch this error
 
     def _angles(self, sample: MotionSample) -> Angles:
         self._require("angles")
@@ -453,7 +453,7 @@ def _heading(sample: MotionSample) -> float | None:
 
 
 def _apart(one_deg: float, other_deg: float) -> float:
-    """Return the angle between directions, 0 to 180."""
+    """Return the angle between two directions, 0 to 180 degrees."""
     return abs((one_deg - other_deg + 180.0) % 360.0 - 180.0)
 
 

@@ -1,7 +1,7 @@
 """Counter-examples of the lab's laws as scenarios: the actions that make a board show them.
 
-Decision: the scenario of a counter-example is shown only after a run of it, on the student's firmware and on
-the lab's, because sensors with finite resolution may hide an error.
+Decision: the scenario of a counter-example is shown only after it has been run on the student's firmware and on
+the lab's, because the finite resolution of the sensors may hide an error.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ Table: TypeAlias = dict[str, Any]
 
 RANGES_DEG = {"Pitch": 90.0, "Roll": 90.0, "Yaw": 180.0}
 LEAST_DEG = {"Pitch": 0.2, "Roll": 0.2, "Yaw": 1.0}
-"""Smallest errors that ideal sensors resolve: raw values are integers."""
+"""Smallest errors in degrees that ideal sensors resolve, because raw values are integers."""
 _MOST_DEG = 2.0
 LEAST_MGAUSS = 5.0
-_LEAST_AT_ZERO_M = 0.01  # difference of equal readings
+_LEAST_AT_ZERO_M = 0.01  # tolerance of the height at the floor, where both readings are equal
 _LEAST_HPA = 0.02  # pressures are truncated to 0.01 hPa, twice
 _LEAST_OF_HEIGHT = 5e-4  # temperatures are truncated to 0.1 K
 _MOST_GRAVITY = 3.5  # full scale is 4 g
@@ -47,7 +47,7 @@ def pose_scenario(
 ) -> str:
     """Return a scenario that moves the board to the pose, with a calibrated compass.
 
-    ``expected_deg``: value and tolerance by field. ``gravity`` and ``field``: multiples of the usual ones.
+    ``expected_deg``: value and tolerance by field. ``gravity`` and ``field``: multiples of the usual values.
     """
     expectations = [
         {"kind": "field", "name": name, "value": round(value, 3) + 0.0, "tolerance": tolerance, "from": "19s"}
@@ -57,7 +57,7 @@ def pose_scenario(
 
 
 def pose_against_truth(pose: Pose, names: Sequence[str]) -> str:
-    """Return such a scenario that compares fields with the truth."""
+    """Return a scenario that moves the board to the pose and compares fields with the truth."""
     expectations = [
         {"kind": "field", "name": name, "truth": True, "tolerance": _MOST_DEG, "from": "19s"}
         for name in names
@@ -93,9 +93,9 @@ def _pose_table(pose: Pose, expectations: list[Table], gravity: float, field: fl
 
 
 def calibration_scenario(offset: Vector, field_mgauss: int, order: Sequence[int], end: Vector) -> str:
-    """Return a scenario: turn each axis both ways along a horizontal field, then expect MAG at ``end``.
+    """Return a scenario that turns each axis both ways along a horizontal field, then expects MAG at ``end``.
 
-    ``order``: of X, -X, Y, -Y, Z and -Z.
+    ``order``: the order of X, -X, Y, -Y, Z and -Z.
     """
     turns = [*(_ALONG[index] for index in order), _ALONG[_direction(end)]]
     steps = [
@@ -127,7 +127,7 @@ def calibration_scenario(offset: Vector, field_mgauss: int, order: Sequence[int]
 def altitude_scenario(
     zero_hpa: float, press_hpa: float, temperature_degc: float, altitude_m: float, error_m: float
 ) -> str:
-    """Return a scenario with two pressures, the first at the floor."""
+    """Return a scenario with two pressures, of which the first is that of the floor."""
     tolerance = least_m(zero_hpa, press_hpa, temperature_degc, altitude_m)
     if math.isfinite(error_m):
         tolerance = max(error_m / 2, tolerance)

@@ -8,8 +8,8 @@
         dut.expect(r"Pitch: (29|30)[.]")
         dut.not_matching(r"nan", timeout=3)
 
-A failed test shows terminal, transfers, diagnosis, and the command that repeats it. The JUnit file has them
-with ``junit_logging = "system-out"``, too.
+A failed test shows terminal, transfers, diagnosis, and the command that repeats it. With
+``junit_logging = "system-out"``, the JUnit file has them, too.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Dut:
         self._position = 0
 
     def write(self, data: bytes | str) -> None:
-        """Type on the terminal."""
+        """Type text or bytes on the terminal."""
         self.board.terminal.write(data)
 
     def expect(
@@ -62,8 +62,8 @@ class Dut:
     ) -> Any:
         """Run until a pattern is printed, and return its match.
 
-        ``expect_all``: until all are printed; return their matches. ``not_matching`` must not be printed
-        before. Fails after ``timeout`` virtual seconds.
+        With ``expect_all``, run until all patterns are printed, and return their matches. Fails if ``not_matching``
+        is printed before, or after ``timeout`` virtual seconds.
         """
         __tracebackhide__ = True
         many = [pattern] if isinstance(pattern, str | re.Pattern) else list(pattern)
@@ -78,13 +78,13 @@ class Dut:
         return self.expect([re.escape(one) for one in many], timeout)
 
     def expect_all(self, patterns: Sequence[Pattern], timeout: float = TIMEOUT_S) -> list[re.Match[str]]:
-        """Run until all patterns are printed; return their matches."""
+        """Run until all patterns are printed, and return their matches."""
         __tracebackhide__ = True
         matches: list[re.Match[str]] = self.expect(patterns, timeout, expect_all=True)
         return matches
 
     def not_matching(self, pattern: Pattern, timeout: float = TIMEOUT_S) -> None:
-        """Run for ``timeout`` virtual seconds; the pattern must not be printed."""
+        """Run for ``timeout`` virtual seconds, and fail if the pattern is printed."""
         __tracebackhide__ = True
         end_s = self.board.now_s + timeout
         while True:
@@ -132,7 +132,7 @@ class Dut:
 
 @pytest.fixture
 def firmware(request: pytest.FixtureRequest) -> str | Path | None:
-    """The firmware of the board: ``--firmware``, the marker's, or ``lab3``."""
+    """The firmware of the board: that of ``--firmware``, of the marker, or ``lab3``."""
     given: str | None = request.config.getoption("--firmware")
     if given is not None:
         return given
@@ -169,7 +169,7 @@ def board(
     try:
         made = Board(firmware, **asked)
     except InputError as error:
-        pytest.fail(str(error), pytrace=False)  # frames of this package are not helpful
+        pytest.fail(str(error), pytrace=False)  # frames of this package do not help the user
     from fcu_emulator.emulator.testing.board_recording import BoardRecording
 
     request.node.stash[_RECORDING] = BoardRecording(made, cold=bool(asked.get("cold_start")))
@@ -222,7 +222,10 @@ def _by_hand(item: pytest.Item, board: Board) -> str:
 
 
 def evidence(board: Board, by_hand: str = "") -> Iterator[tuple[str, str]]:
-    """Return the evidence for a failure, by title; ``by_hand``: the command that runs the same board."""
+    """Yield title and text of each piece of evidence for a failure.
+
+    ``by_hand``: the command that runs the same board.
+    """
     lines = board.terminal.text.replace("\r", "").splitlines() or ["(no output)"]
     dropped = [f"... {len(lines) - _TERMINAL_LINES} earlier lines"] if len(lines) > _TERMINAL_LINES else []
     shown = [*dropped, *(visible(line) for line in lines[-_TERMINAL_LINES:])]

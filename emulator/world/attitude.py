@@ -1,4 +1,4 @@
-"""Rotations, Euler angles, and the pieces of the attitude's track.
+"""Rotations, Euler angles, and the pieces that form the track of the attitude.
 
 Matrices R (N, 3, 3) map board to world vectors. Euler angles (N, 3) are roll, pitch, yaw in degrees with R =
 Rz(yaw) Ry(pitch) Rx(roll). Source: Diebel, "Representing Attitude" (2006), sections 5.4, 6.2 and 8.
@@ -7,11 +7,11 @@ Decision: a piece's angular rate is the analytic derivative of its rotation, bec
 would appear as noise.
 
 Decision: the figure-of-eight that calibrates a compass is planned along the magnetic field at its start.
-Three twists move the field's tip along Viviani's curve to both ends of all board axes, so that the lab's
-MagCalibration finds the hard iron.
+In board axes, three twists move the tip of the field vector along Viviani's curve to both ends of all axes. So
+the lab's MagCalibration finds the hard iron.
 
-Decision: a second figure-of-eight is drawn as by a hand, without knowledge of the field. After two turns,
-some 20 mgauss remain.
+Decision: a second figure-of-eight is drawn as by a hand, without knowledge of the field. After two turns, an error
+of about 20 mgauss remains.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from fcu_emulator.emulator.world.track import Array, MinimumJerk, MotionProfile
 # -- Rotations ----------------------------------------------------------------------------------------------
 
 
-GIMBAL_LOCK_COSINE = 1e-9  # cosine of the pitch; below it roll and yaw turn about the same axis
+GIMBAL_LOCK_COSINE = 1e-9  # cosine of the pitch; below this, roll and yaw turn about the same axis
 
 
 def euler_to_matrix(euler_deg: Array) -> Array:
@@ -79,7 +79,7 @@ def about(axis: Array, angle_rad: Array) -> Array:
 
 
 def axis_and_angle(matrix: Array) -> tuple[Array, Array]:
-    """Return unit axis (N, 3) and angle (N,) in 0..pi, by Shepperd's method: exact also at half a turn."""
+    """Return unit axis (N, 3) and angle (N,) in 0..pi by Shepperd's method, which is exact even at half a turn."""
     products = np.empty((len(matrix), 4, 4))
     diagonal = np.einsum("nii->ni", matrix)
     trace = diagonal.sum(axis=1)
@@ -127,11 +127,11 @@ def euler_rates(euler: Array, euler_dot: Array, euler_ddot: Array) -> tuple[Arra
 
 
 class Attitude(Protocol):
-    """A piece of the attitude. Results have N rows, or 1 if the board does not move."""
+    """Interface of a piece of the attitude. Results have N rows, or 1 if the board does not move."""
 
     @property
     def pace_s(self) -> float:
-        """Seconds from one rest to another, or for a quarter turn; 0 if it jumps."""
+        """Seconds from one rest to another, or for a quarter turn; 0 if the attitude jumps."""
         ...
 
     def rotation(self, t_s: Array, /) -> Array: ...
@@ -141,12 +141,12 @@ class Attitude(Protocol):
     def acceleration_dps2(self, t_s: Array, /) -> Array: ...
 
     def euler_deg(self, t_s: Array, /) -> Array:
-        """Return roll, pitch, yaw (N, 3), beyond +-180 if commanded so."""
+        """Return roll, pitch, yaw (N, 3), which may be beyond +-180 if the command was."""
         ...
 
 
 class Held:
-    """Rest at ``euler_deg`` (3,), from which a later sweep starts."""
+    """Rest at ``euler_deg`` (3,), which are the start values of a following sweep."""
 
     pace_s = math.inf
 
@@ -201,7 +201,7 @@ class Turn:
 
 @dataclass(frozen=True, eq=False)
 class Twist:
-    """A full turn about two board axes at once: R = start Rot(first, a) Rot(second, a)."""
+    """A full turn about two board axes at the same time: R = start Rot(first, a) Rot(second, a)."""
 
     start: Array
     first: Array
@@ -273,11 +273,11 @@ class SweepSegment:
 
 @dataclass(frozen=True, eq=False)
 class RecordedAttitude:
-    """Rows of a recording, joined by shortest arcs at constant rate."""
+    """Rows of a recording, which are joined by the shortest arcs at constant rates."""
 
     row_s: Array  # (M,), strictly increasing
     row_deg: Array  # (M, 3)
-    start_s: float  # time 0 of the recording
+    start_s: float  # virtual time of the recording's time 0
     pace_s = 0.0
 
     def rotation(self, t_s: Array) -> Array:
@@ -318,7 +318,7 @@ APPROACH = 0.1  # share of the time to reach the field's direction, and again to
 
 @dataclass(frozen=True, eq=False)
 class WavedEight:
-    """Figures-of-eight drawn by a hand from rotation ``start`` (3, 3) and back."""
+    """Figures-of-eight that a hand draws from rotation ``start`` (3, 3) and back to it."""
 
     start: Array
     turns: int
@@ -359,7 +359,7 @@ WAVED_PACES = np.array((1.0, 2.0, 0.5))
 def figure_eights(
     start_s: float, duration_s: float, turns: int, start: Array, field: Array
 ) -> list[tuple[float, Attitude]]:
-    """Return the pieces (start in s, piece) from ``start`` (3, 3) and back, in the NWU ``field`` (3,)."""
+    """Return the pieces (start in s, piece) from rotation ``start`` (3, 3) and back, in the NWU ``field`` (3,)."""
     aligned = _align(start, field)
     approach_s = APPROACH * duration_s
     eight_s = (duration_s - 2.0 * approach_s) / (turns * len(EIGHTS))

@@ -1,4 +1,4 @@
-"""Changes of the world: start time, discarding of planned motions, and callbacks to observers."""
+"""Changes of the world: their start times, planned motions that they discard, and callbacks to observers."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from fcu_emulator.emulator.world.position import Coordinate
 from fcu_emulator.emulator.world.track import Array, Constant, Track
 from fcu_emulator.emulator.world.truth import Disturbance, Truth
 
-NOW_TOLERANCE_S = 1e-9  # rounding: the present comes from integer picoseconds
+NOW_TOLERANCE_S = 1e-9  # tolerance for rounding, because the present is an integer number of picoseconds
 ZURICH_ALTITUDE_M = 408.0
 TURNED_SIGNALS = ("acc", "gyro", "mag")  # signals that change when the board turns
 
 
 class Changes(Truth):
-    """The truth, and planned motions from the present time of ``clock`` on."""
+    """The truth, with motions that are planned from the present time of ``clock``."""
 
     def __init__(self, clock: Clock | None = None, floor_altitude_m: float = ZURICH_ALTITUDE_M) -> None:
         super().__init__(floor_altitude_m)
@@ -32,7 +32,7 @@ class Changes(Truth):
         self._listeners: list[Callable[[float], None]] = []
 
     def on_change(self, callback: Callable[[float], None]) -> None:
-        """Call ``callback(from_s)`` after each change; signals before ``from_s`` are unchanged."""
+        """Call ``callback(from_s)`` after each change, which does not affect signals before ``from_s``."""
         self._listeners.append(callback)
 
     def _set(
@@ -85,7 +85,7 @@ class Changes(Truth):
         return pieces[-1][0]
 
     def _agitate(self, pieces: Sequence[tuple[float, Attitude | Coordinate]], signals: Iterable[str]) -> None:
-        """Mark signals as moving during the pieces. Only pieces that follow a hand begin without a jump."""
+        """Mark signals as moving during the pieces. All pieces begin with a jump, except those that follow a hand."""
         for signal in signals:
             agitation = self._agitation[signal]
             for (start_s, piece), (end_s, _) in pairwise(pieces):

@@ -1,12 +1,12 @@
-"""Pieces of attitude and altitude that follow a target which changes often, as by a mouse.
+"""Pieces of attitude and altitude that follow a target which changes often, for example with a mouse.
 
-A board follows a steady hand with a delay of 3 / w. With w = 4 / time constant, a quarter of the time
-constant remains for the time between commands. For an attitude, the deviation x is the rotation vector from
-target to board; its derivatives use the right Jacobian of SO(3) (Chirikjian, "Stochastic Models, Information
-Theory, and Lie Groups" 2, 2012, section 10.3).
+A board follows a steady hand with a delay of 3 / w. With w = 4 / time constant, this delay is three quarters of the
+time constant, and a quarter remains for the time between commands. For an attitude, the deviation x is the rotation
+vector from target to board. Its derivatives use the right Jacobian of SO(3) (Chirikjian, "Stochastic Models,
+Information Theory, and Lie Groups" 2, 2012, section 10.3).
 
-Decision: a followed board approaches its target with three equal poles, so that its acceleration is
-continuous over all commands.
+Decision: a board approaches a target that it follows with three equal poles, so that its acceleration is continuous
+over all commands.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SETTLED = 10.0  # time constants after which exp(-w t) is negligible, 4e-18
 
 @dataclass(frozen=True, eq=False)
 class Approach:
-    """The deviation from a target: (a + b t + c t^2) exp(-w t), each (3,) or (1,), from ``start_s`` on."""
+    """The deviation from a target, (a + b t + c t^2) exp(-w t), from ``start_s``; a, b, c are (3,) or (1,)."""
 
     start_s: float
     w: float
@@ -58,7 +58,7 @@ class Approach:
 
 @dataclass(frozen=True, eq=False)
 class FollowedHeight:
-    """An altitude that approaches ``target_m``."""
+    """An altitude that approaches the height ``target_m``."""
 
     target_m: float
     approach: Approach
@@ -93,7 +93,7 @@ class FollowedHeight:
 
 @dataclass(frozen=True, eq=False)
 class FollowedAttitude:
-    """An attitude that approaches ``target`` (3, 3)."""
+    """An attitude that approaches the rotation ``target`` (3, 3)."""
 
     target: Array
     approach: Approach

@@ -1,11 +1,11 @@
-"""A hand that holds the board: the wrist about which it turns, and its tremor.
+"""A hand that holds the board: its wrist, about which the board turns, and its tremor.
 
-The tremor is a sum of four sinusoids, which swells and fades as measured ones do. Its strength is the peak of
-one sinusoid with the same mean square, in mg at the back of the hand. Sources: Wade, Gresty and Findley,
+The tremor is a sum of four sinusoids, whose strength rises and falls as in measured tremors. Its value in mg is the
+peak of one sinusoid with the same mean square, at the back of the hand. Sources: Wade, Gresty and Findley,
 Arch. Neurol. 39, 1982 (10 mg, 2.5 Hz); Lakie et al., J. Physiol. 593, 2015 (6 to 12 Hz).
 
-Decisions: the tremor bends the wrist, and turns the hand half as far about the two other axes, an assumption.
-Its phases are constant, because the seed selects the board, not the hand.
+Decisions: the tremor bends the wrist, and turns the hand half as far about the two other axes, which is an
+assumption. Its phases are constant, because the seed selects the board, not the hand.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from fcu_emulator.emulator.world.follow import jacobian, turned_on
 from fcu_emulator.emulator.world.track import Array, MinimumJerk
 
 WRIST_M = (0.0, -0.1, 0.0)
-"""Wrist position, board axes (de Leva, J. Biomech. 29, 1996, table 4)."""
+"""Position of the wrist in board axes (de Leva, J. Biomech. 29, 1996, table 4)."""
 TREMOR_MG = 10.0
-"""Peak acceleration at the back of the hand, thousandths of standard gravity."""
+"""Peak acceleration at the back of the hand, in thousandths of standard gravity."""
 TREMOR_HZ = 8.0
 
 _KNUCKLES_M = 0.086  # distance from the wrist at which a tremor's acceleration is measured
 _SINUSOIDS = 4
-_SPREAD_HZ = 2.5  # range of their frequencies
+_SPREAD_HZ = 2.5  # range of the sinusoids' frequencies
 _OTHER_AXES = 0.5  # angle of the tremor about each of these axes, relative to the angle of the wrist
 _FADE_IN_S = 0.5  # duration of a tremor's start, to avoid a jolt
-_GOLDEN = 0.6180339887498949  # multiples of this angle are never close together
+_GOLDEN = 0.6180339887498949  # multiples of this share of a turn are never close together
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class Tremor:
         w_rad_s = 2.0 * np.pi * (frequency_hz + _SPREAD_HZ * spread)[:, np.newaxis]
         peak_rad_s2 = (
             peak_m_s2 / _KNUCKLES_M / np.sqrt(_SINUSOIDS)
-        )  # amplitude of each sinusoid; together they have the same mean square
+        )  # amplitude of each sinusoid; their sum has the mean square of one sinusoid
         across = np.cross((0.0, 0.0, 1.0), wrist_m)  # the axis about which the wrist bends
         length = np.linalg.norm(across)
         bending = across / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
@@ -82,8 +82,9 @@ class Tremor:
 
 @dataclass(frozen=True, eq=False)
 class Grip:
-    """A hand that holds the board. ``taken_m`` (3,): position of the board from the wrist when the hand took
-    it, NWU.
+    """A hand that holds the board.
+
+    ``taken_m`` (3,): position of the board relative to the wrist when the hand took the board, NWU.
     """
 
     wrist_m: Array
@@ -103,10 +104,10 @@ class Grip:
         return to_board(_matrix(x), steady_dps) + np.degrees(_rate_rad_s(x, x_dot))
 
     def carried_m_s2(self, steady_dps: Array, steady_dps2: Array, t_s: Array) -> Array:
-        """Return the acceleration by turning about the wrist, board axes, (N, 3) or (1, 3)."""
+        """Return the acceleration that turning about the wrist causes, in board axes, (N, 3) or (1, 3)."""
         rate, acceleration = np.radians(steady_dps), np.radians(steady_dps2)
         if self.tremor is not None:
-            # ``own``: rate at which the trembling axes turn in the steady ones.
+            # ``own``: rate of the trembling axes relative to the steady axes.
             x, x_dot, x_ddot = self.tremor.derivatives(t_s)
             matrix, own = _matrix(x), _rate_rad_s(x, x_dot)
             rate, acceleration = to_board(matrix, rate), to_board(matrix, acceleration)
@@ -119,12 +120,12 @@ class Grip:
         return carried
 
     def shift_m(self, rotation: Array) -> Array:
-        """Return how far turning about the wrist has moved the board, NWU, (N, 3)."""
+        """Return the distance by which turning about the wrist has moved the board, NWU, (N, 3)."""
         return from_wrist_m(rotation, self.wrist_m) - self.taken_m
 
 
 def from_wrist_m(rotation: Array, wrist_m: Array) -> Array:
-    """Return the position of the board from the wrist, NWU, (N, 3)."""
+    """Return the position of the board relative to the wrist, NWU, (N, 3)."""
     place: Array = -(rotation @ wrist_m)
     return place
 

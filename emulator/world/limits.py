@@ -1,4 +1,4 @@
-"""Limits of the world for user input: wide ranges that keep the physics defined and catch a wrong unit."""
+"""Limits for user input: wide ranges within which the physics is defined, and which detect a wrong unit."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fcu_emulator.emulator.errors import InputError
 
 @dataclass(frozen=True)
 class Range:
-    """A closed interval in ``unit``."""
+    """A closed interval of values in ``unit``."""
 
     low: float
     high: float
@@ -74,7 +74,7 @@ MODEL_ALTITUDE = Range(-1_000, 850_000, "m")  # range of the World Magnetic Mode
 
 
 def vector(name: str, values: npt.ArrayLike, allowed: Range) -> npt.NDArray[np.float64]:
-    """Return three numbers, checked, as (3,)."""
+    """Return three checked numbers as (3,)."""
     given = np.asarray(values, dtype=object)
     if given.shape != (3,):
         raise InputError(f"{name} must be three numbers, not {values!r}", kind="shape")
@@ -82,6 +82,6 @@ def vector(name: str, values: npt.ArrayLike, allowed: Range) -> npt.NDArray[np.f
 
 
 def attitude(roll_deg: float, pitch_deg: float, yaw_deg: float) -> npt.NDArray[np.float64]:
-    """Return roll, pitch and yaw, checked, as (3,)."""
+    """Return checked roll, pitch and yaw as (3,)."""
     named = (("roll_deg", roll_deg), ("pitch_deg", pitch_deg), ("yaw_deg", yaw_deg))
     return np.array([ANGLE.check(name, angle) for name, angle in named])

@@ -1,9 +1,9 @@
 """Earth's field, magnets and steel near the board.
 
-Users give NED microtesla; inside, fields are NWU mgauss (1 uT = 10 mgauss).
+Users give fields in NED microtesla. Inside the program, fields are in NWU mgauss (1 uT = 10 mgauss).
 
-Decision: a desk or a radiator is a sphere of soft steel, which bends a uniform field as a dipole with the moment R^3 B
-(Jackson, "Classical Electrodynamics", 5.11, for a large permeability), and may be magnetised besides.
+Decision: a desk or a radiator is a sphere of soft steel. It bends a uniform field as a dipole with the moment R^3 B
+does (Jackson, "Classical Electrodynamics", 5.11, for a large permeability). It may also have a permanent moment.
 """
 
 from __future__ import annotations
@@ -76,8 +76,9 @@ def _decimal_year(date: dt.date) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Magnet:
-    """A dipole that moves to the north on a line east of the board. It points west, so that it turns the
-    compass.
+    """A dipole that moves to the north on a line east of the board.
+
+    It points west, so that it deflects the compass.
     """
 
     closest_s: float
@@ -104,7 +105,7 @@ class Magnet:
 
 @dataclass(frozen=True, eq=False)
 class HeldMagnet:
-    """A dipole that points west and moves to ``place_m`` (3,), NWU from the magnetometer."""
+    """A dipole that points west and moves to ``place_m`` (3,), NWU relative to the magnetometer."""
 
     moment_am2: float
     place_m: Array
@@ -123,22 +124,25 @@ class HeldMagnet:
 
 @dataclass(frozen=True, eq=False)
 class Steel:
-    """A sphere of steel at ``place_m`` (3,), NWU from the start; ``moment_am2`` (3,): its permanent moment, NWU."""
+    """A sphere of steel at ``place_m`` (3,), NWU from the board's start.
+
+    ``moment_am2`` (3,): its permanent moment, NWU.
+    """
 
     place_m: Array
     radius_m: float
     moment_am2: Array
 
     def value(self, position_m: Array, outer_mgauss: Array) -> Array:
-        """Return its field at positions (N, 3), NWU from the start, in an outer field (N, 3) or (1, 3)."""
+        """Return the field of the steel at positions (N, 3), NWU from the start, in an outer field (N or 1, 3)."""
         moment = self.moment_am2 + self.radius_m**3 / MU0_4PI * outer_mgauss
         return dipole_mgauss(moment, position_m - self.place_m, self.radius_m)
 
 
 def dipole_mgauss(moment_am2: Array, from_magnet_m: Array, radius_m: float = limits.DISTANCE.low) -> Array:
-    """Return the field of a dipole (N, 3) or (1, 3) at (N, 3) m from it, NWU: (3 (m.r) r / r^2 - m) / r^3.
+    """Return the field of dipoles (N, 3) or (1, 3) at points (N, 3), in m from the dipole, NWU.
 
-    Inside ``radius_m``, it is the field at that distance.
+    It is (3 (m.r) r / r^2 - m) / r^3. Inside ``radius_m``, it is the field at that distance.
     """
     distance = np.sqrt((from_magnet_m**2).sum(axis=1))[:, np.newaxis]
     direction = from_magnet_m / np.where(distance == 0.0, 1.0, distance)

@@ -3,8 +3,8 @@
 Sources at full throttle: ArduPilot's page "Measuring Vibration" (15 m/s2 RMS, the upper end of normal), and
 an autopilot's COMPASS_MOT_X to Z (diydrones.com, "compass calibration always above 150").
 
-Decisions: full speed of the motors is 400 revolutions per second, an assumption for small coreless motors.
-Speed follows the throttle at once, and the board does not turn.
+Decisions: the full speed of the motors is 400 revolutions per second, an assumption for small coreless motors.
+The speed follows the throttle at once, and the motors do not turn the board.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _BLADES = 2
 
 @dataclass(frozen=True, eq=False)
 class Motors:
-    """Motors at ``throttle`` (4,), 0 to 1 each, from ``start_s`` on."""
+    """The motors at ``throttle`` (4,), 0 to 1 each, from ``start_s``."""
 
     start_s: float
     throttle: Array

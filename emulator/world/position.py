@@ -1,4 +1,4 @@
-"""Motion along each coordinate, and shaking; positions and accelerations are exact derivatives within each piece."""
+"""Motion along each coordinate, and shaking. Within a piece, the acceleration is the exact derivative of the motion."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from fcu_emulator.emulator.world.track import Array, MinimumJerk
 
 
 class Coordinate(Protocol):
-    """A piece of motion north, west or up; results have length N, or 1 if it does not move."""
+    """Interface of a piece of motion north, west or up. Results have length N, or 1 if the piece does not move."""
 
     @property
     def pace_s(self) -> float:
-        """Seconds from one rest to another; 0 if it jumps."""
+        """Seconds from one rest to another; 0 if the position jumps."""
         ...
 
     def position_m(self, t_s: Array, /) -> Array: ...
@@ -28,7 +28,7 @@ class Coordinate(Protocol):
 
 
 class RestSegment:
-    """Rest at ``position_m``."""
+    """Rest at the coordinate ``position_m``."""
 
     pace_s = math.inf
 
@@ -48,7 +48,7 @@ class RestSegment:
 
 @dataclass(frozen=True)
 class LiftSegment:
-    """A hand's move from ``from_m`` by ``metres``."""
+    """A motion by a hand from ``from_m`` by ``metres``."""
 
     from_m: float
     metres: float
@@ -91,7 +91,7 @@ class Parabola:
 
 @dataclass(frozen=True, eq=False)
 class RecordedCoordinate:
-    """Rows (M,) of a recording as one smooth motion; ``row_m_s2``: their :func:`accelerations`."""
+    """Rows (M,) of a recording as one smooth motion. ``row_m_s2``: :func:`accelerations` at the rows."""
 
     row_s: Array
     row_m: Array
@@ -131,7 +131,7 @@ class RecordedCoordinate:
         return between
 
     def _place(self, t_s: Array) -> tuple[npt.NDArray[np.intp], Array, Array]:
-        """Return the row before each time, the step to the next one, and the completed share of it."""
+        """Return the row before each time, the time step to the next row, and the completed share of this step."""
         t_s = t_s - self.start_s
         row = np.clip(np.searchsorted(self.row_s, t_s, side="right") - 1, 0, self.row_s.size - 2)
         step_s = self.row_s[row + 1] - self.row_s[row]
@@ -144,7 +144,7 @@ _SWEEPS = 60
 def accelerations(row_s: Array, row_m: Array) -> Array:
     """Return the accelerations (M,) in m/s2 at the rows (M,) of a motion at rest before and after them.
 
-    Decision: a recorded position is the cubic spline through the rows, because corners would be infinite
+    Decision: a recorded position is the cubic spline through the rows, because corners would have infinite
     accelerations. Each sweep of Jacobi's method halves the error.
     """
     if row_s.size == 1:
@@ -163,7 +163,7 @@ def accelerations(row_s: Array, row_m: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class ShakeSegment:
-    """Acceleration amplitude cos(w t) along ``direction`` (3,), world frame, from ``start_s``."""
+    """Acceleration by amplitude * cos(w t) along ``direction`` (3,) in the world frame, from ``start_s``."""
 
     start_s: float
     direction: Array

@@ -5,10 +5,10 @@ Columns may have any order; each group may be omitted::
     t_s, ax_g,ay_g,az_g, gx_dps,gy_dps,gz_dps, mx_uT,my_uT,mz_uT, p_hPa, temp_C
     t_s, roll_deg,pitch_deg,yaw_deg, north_m,east_m, alt_m
 
-Time strictly increases. Values between rows are linear (attitude: shortest arc; position: smooth); the first
-and last rows hold outside.
+The time must increase from row to row. Values between rows are linear (attitude: shortest arc; position: smooth).
+Before the first row and after the last row, their values apply.
 
-Decision: recordings have a separate, strict reader, so that errors name the file and line.
+Decision: recordings have a separate, strict reader, so that errors name the file and the line.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from fcu_emulator.emulator.world.track import Array
 
 MAX_BYTES = 64 * 1024 * 1024
 MAX_ROWS = 2_000_000
-MAX_NUMBERS = 10_000_000  # 80 MB of doubles, and at most twice that again while they are sorted
+MAX_NUMBERS = 10_000_000  # 80 MB of doubles, and up to 160 MB more while they are sorted
 MAX_LINE_BYTES = 4096
 
 MEASURED: dict[str, tuple[tuple[str, ...], Range]] = {
@@ -60,7 +60,7 @@ class Recording:
 
     @cached_property
     def coordinates(self) -> dict[str, tuple[Array, Array]]:
-        """Position and acceleration at the rows, each (M,), by direction. Raises `RecordingError` if too fast."""
+        """Position and acceleration at the rows, each (M,), by direction. Raises `RecordingError` for fast motion."""
         rows_m: dict[str, tuple[Array, str]] = {}
         if "place" in self.groups:
             north, east = self.groups["place"].T
@@ -86,7 +86,7 @@ class Recording:
 
 @dataclass(frozen=True, eq=False)
 class Interpolation:
-    """A group's rows as a signal, linear in between; replays share the arrays."""
+    """The rows of a group as a signal, which is linear between rows. Replays share the arrays."""
 
     row_s: Array  # (M,), strictly increasing
     values: Array  # (M,) or (M, 3)

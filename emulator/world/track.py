@@ -1,4 +1,4 @@
-"""One quantity over time: the pieces of a track, overlays on it, and the pace of a motion.
+"""One quantity over time: the pieces of its track, overlays that are added, and the pace of a motion.
 
 A constant result has one row, so that a world at rest is cheap. A hand's motion has minimum jerk (Flash and
 Hogan, J. Neurosci. 5, 1985).
@@ -27,7 +27,7 @@ P = TypeVar("P")
 
 
 def not_kept(t_s: float, oldest_s: float) -> InputError:
-    """Return the error for a time whose part of the history was dropped."""
+    """Return the error for a time whose history was dropped."""
     return InputError(
         f"the state of the world at {t_s:g} s is not kept any more: the oldest time kept is {oldest_s:g} s",
         kind="not_kept",
@@ -46,7 +46,7 @@ class Track(Generic[P]):
 
     @property
     def middle_s(self) -> float:
-        """The time before which half of the pieces started."""
+        """Time before which half of the pieces started."""
         return self._starts[len(self._starts) // 2]
 
     def at(self, t_s: float) -> P:
@@ -70,13 +70,13 @@ class Track(Generic[P]):
         self._pieces.append(piece)
 
     def forget(self, before_s: float) -> None:
-        """Drop the pieces that ended before ``before_s``: times before the oldest piece kept raise an error."""
+        """Drop the pieces that ended before ``before_s``. Times before the oldest remaining piece raise an error."""
         old = bisect_right(self._starts, before_s) - 1
         if old > 0:
             del self._starts[:old], self._pieces[:old]
 
     def evaluate(self, t_s: Array, function: Callable[[P, Array], Array]) -> Array:
-        """Return ``function(piece, t_s)`` of the active pieces at ``t_s`` (N,): first axis N, or 1 if constant.
+        """Return ``function(piece, t_s)`` of the active pieces at ``t_s`` (N,). The first axis is N, or 1 if constant.
 
         Raises InputError for a time whose piece was dropped.
         """
@@ -98,7 +98,7 @@ class Track(Generic[P]):
 
 
 class Constant:
-    """A constant value of shape S as a piece, (1, *S)."""
+    """A piece with a constant value of shape S; results have the shape (1, *S)."""
 
     pace_s = math.inf
 
@@ -122,11 +122,13 @@ class Span(NamedTuple, Generic[P]):
 
 
 class Spans(Generic[P]):
-    """Events with a start and an end, found by time among any number of past ones."""
+    """Events with a start and an end, which are found by time among any number of past events."""
 
     def __init__(self) -> None:
         self._recent: list[Span[P]] = []
-        self._past: list[Span[P]] = []  # in order of their ends, all before those of the recent ones
+        self._past: list[
+            Span[P]
+        ] = []  # in the order of their ends, which are all before the ends of recent events
         self._count = 0
         self._oldest_s = -math.inf
 
@@ -135,7 +137,7 @@ class Spans(Generic[P]):
 
     @property
     def middle_s(self) -> float:
-        """The time before which half of the past events ended."""
+        """Time before which half of the past events ended."""
         return self._past[len(self._past) // 2].end_s if self._past else -math.inf
 
     def add(self, start_s: float, end_s: float, event: P) -> None:
@@ -144,14 +146,14 @@ class Spans(Generic[P]):
         self._recent.append(Span(end_s, self._count, start_s, event))
 
     def settle(self, before_s: float) -> None:
-        """Move the events that ended before ``before_s`` to the past; later calls give a later time."""
+        """Move the events that ended before ``before_s`` to the past. ``before_s`` must not decrease between calls."""
         ended = [span for span in self._recent if span.end_s < before_s]
         if ended:
             self._past += sorted(ended, key=_order)
             self._recent = [span for span in self._recent if span.end_s >= before_s]
 
     def forget(self, before_s: float) -> None:
-        """Drop the past events that ended before ``before_s``: earlier times raise an error from now on."""
+        """Drop the past events that ended before ``before_s``. Earlier times raise an error from now on."""
         old = bisect_left(self._past, before_s, key=_end)
         if old:
             self._oldest_s = before_s
@@ -184,7 +186,7 @@ def _order(span: Span[P]) -> tuple[float, int]:
 
 
 class Overlays(Spans[P]):
-    """Events whose vectors (N, 3), or of another width, are summed."""
+    """Events whose vectors (N, ``width``) are added."""
 
     def __init__(self, width: int = 3) -> None:
         super().__init__()
@@ -205,17 +207,17 @@ class Overlays(Spans[P]):
 class Agitation(Spans[float]):
     """Intervals in which a quantity jumps or moves fast, so that sensors must sample densely.
 
-    Each event is the pace of a motion, the seconds from one rest to another; a jump takes no time.
+    Each event is the pace of a motion: the seconds from one rest to another, or 0 for a jump.
     """
 
     def add(self, start_s: float, end_s: float, event: float = 0.0) -> None:
-        """Add a motion of this pace from ``start_s`` to ``end_s``; by default one with jumps.
+        """Add a motion with the pace ``event`` from ``start_s`` to ``end_s``; the default pace is that of jumps.
 
-        A jump at the beginning of the world is ignored: the state is older.
+        A jump at the beginning of the world is ignored, because the state existed before it.
         """
         if end_s <= 0.0:
             return
-        if self._recent:  # 50 commands of a hand per second are one motion
+        if self._recent:  # a hand's commands, 50 per second, are joined to one motion
             last = self._recent[-1]
             if last.event == event and last.start_s <= start_s <= last.end_s:
                 self._recent[-1] = last._replace(end_s=max(last.end_s, end_s))
@@ -232,7 +234,7 @@ class Agitation(Spans[float]):
         ]
 
     def rests(self, from_s: float, to_s: float) -> bool:
-        """Return whether nothing moves between these times, at any pace."""
+        """Return whether there is no motion of any pace between these times."""
         return not self.between(from_s, to_s)
 
     def faster(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
@@ -258,7 +260,7 @@ class MotionProfile(Protocol):
 
 @dataclass(frozen=True)
 class Linear:
-    """Constant speed: it starts and stops with a jump."""
+    """A motion at constant speed, which starts and stops with a jump of the speed."""
 
     start_s: float
     duration_s: float
@@ -275,7 +277,7 @@ class Linear:
 
 @dataclass(frozen=True)
 class MinimumJerk:
-    """10 u^3 - 15 u^4 + 6 u^5 of u = (t - start) / duration."""
+    """A motion by 10 u^3 - 15 u^4 + 6 u^5 with u = (t - start) / duration."""
 
     start_s: float
     duration_s: float

@@ -1,10 +1,10 @@
 """The true values of all sensor signals, as functions of time from one state.
 
-Decision: each signal has a separate track, whose usual piece is the world's law. A recording replaces the law
-until the next motion or setter.
+Decision: each signal has a separate track, whose usual piece is the physical law of the signal. A recording
+replaces the law until the next motion or setter.
 
-Decision: air pressure is P = P_floor (1 - L h / T)^(g M / (R L)) with T the temperature of the air, because
-288.15 K is wrong for a room. Source: U.S. Standard Atmosphere 1976, equation 33a, table 2.
+Decision: air pressure is P = P_floor (1 - L h / T)^(g M / (R L)). T is the temperature of the air, because the
+standard 288.15 K is wrong for a room. Source: U.S. Standard Atmosphere 1976, equation 33a, table 2.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ EXPONENT = 9.80665 * 0.0289644 / (8.31432 * LAPSE_K_M)  # g M / (R L) = 5.25588;
 
 
 def isa_pressure_hpa(altitude_m: float) -> float:
-    """Return the standard atmosphere's pressure at this altitude above the sea."""
+    """Return the pressure of the standard atmosphere at this altitude above the sea."""
     return float(SEA_LEVEL_HPA * (1.0 - LAPSE_K_M * altitude_m / SEA_LEVEL_K) ** EXPONENT)
 
 
 def pressure_ratio(height_m: Array, temperature_degc: Array) -> Array:
-    """Return the pressure at ``height_m`` (N,) relative to the floor."""
+    """Return the ratio of the pressure at ``height_m`` (N,) above the floor to that at the floor."""
     return (1.0 - LAPSE_K_M * height_m / (temperature_degc + ZERO_CELSIUS_K)) ** EXPONENT
 
 
@@ -59,7 +59,7 @@ HISTORY_CHANGES = (
     65_536  # changes of one quantity, 1.2 kB each: 20 minutes of a hand with 50 commands per second
 )
 KEPT_S = 60.0  # seconds that are always kept, because the filters of the sensors need them
-RECENT_S = 5.0  # seconds whose changes are searched one by one
+RECENT_S = 5.0  # changes of this time are searched one by one
 UP = np.array([0.0, 0.0, 1.0])
 NOTHING = np.zeros((1, 3))
 HALF_TURN_DEG = 180.0
@@ -121,13 +121,13 @@ class Truth:
         return _sampled(self._rotation, t_s)
 
     def attitude_deg(self, t_s: npt.ArrayLike) -> Array:
-        """Return roll, pitch, yaw (N, 3): pitch within +-90, roll and yaw within +-180; roll 0 if pitch is +-90."""
+        """Return roll, pitch, yaw (N, 3): pitch within +-90, roll and yaw within +-180. Roll is 0 at pitch +-90."""
         return matrix_to_euler(self.rotation(t_s))
 
     def compass_deg(self, t_s: npt.ArrayLike) -> Array:
-        """Return roll, pitch, and yaw from magnetic north, (N, 3), as `attitude_deg`.
+        """Return roll, pitch and yaw (N, 3) like `attitude_deg`, but with the yaw from magnetic north.
 
-        Magnetic north ignores disturbances; for a vertical field it is the frame's north.
+        Disturbances do not change magnetic north. For a vertical field it is the north of the world frame.
         """
         compass = self.attitude_deg(t_s)
         earth = _sampled(lambda t: self._earth.evaluate(t, Constant.value), t_s)
@@ -136,19 +136,22 @@ class Truth:
         return compass
 
     def specific_force_g(self, t_s: npt.ArrayLike) -> Array:
-        """Return an ideal accelerometer's signal in g of 9.80665 m/s2."""
+        """Return the signal of an ideal accelerometer in g of 9.80665 m/s2."""
         return self._signal("acc", t_s)
 
     def linear_acceleration_g(self, t_s: npt.ArrayLike) -> Array:
-        """Return the board's acceleration without gravity, (N,) in g; for a recording, the difference of the moduli."""
+        """Return the modulus of the board's acceleration without gravity, (N,) in g.
+
+        For a recording, it is the difference between the moduli of specific force and gravity.
+        """
         return _sampled(lambda t: self._signals["acc"].evaluate(t, self._linear_g), t_s)
 
     def angular_rate_dps(self, t_s: npt.ArrayLike) -> Array:
-        """Return an ideal gyroscope's signal."""
+        """Return the signal of an ideal gyroscope."""
         return self._signal("gyro", t_s)
 
     def magnetic_field_mgauss(self, t_s: npt.ArrayLike) -> Array:
-        """Return an ideal magnetometer's signal: soft iron @ R^T field + own fields."""
+        """Return the signal of an ideal magnetometer: soft iron @ R^T field + the board's own fields."""
         return self._signal("mag", t_s)
 
     def pressure_hpa(self, t_s: npt.ArrayLike) -> Array:
@@ -160,7 +163,7 @@ class Truth:
         return self._signal("temperature", t_s)
 
     def board_temperature_degc(self, t_s: npt.ArrayLike) -> Array:
-        """Return an ideal thermometer's signal on the board."""
+        """Return the signal of an ideal thermometer on the board."""
         return self._signal("warmth", t_s)
 
     def relative_humidity_percent(self, t_s: npt.ArrayLike) -> Array:
@@ -169,8 +172,8 @@ class Truth:
     def sensed(self, quantity: str, *, one_row: bool = False, heating: float = 0.0) -> Sensed:
         """Return a sensor's input, a quantity in :data:`QUANTITIES`, in board axes.
 
-        ``one_row``: return a single row, not to be changed, if all are equal. ``heating``: share of the
-        board's heating. Raises InputError for an unknown quantity.
+        ``one_row``: if all rows are equal, return a single row, which the caller must not change. ``heating``:
+        share of the board's heating at the sensor. Raises InputError for an unknown quantity.
         """
         if quantity not in QUANTITIES:
             raise InputError(f"unknown quantity {quantity!r}; known: {', '.join(QUANTITIES)}")
@@ -183,12 +186,12 @@ class Truth:
         return _sampled(self._altitude_m, t_s)
 
     def position_m(self, t_s: npt.ArrayLike) -> Array:
-        """Return metres north and east of the start and above the room's floor, (N, 3)."""
+        """Return the position in metres north and east of the start and above the room's floor, (N, 3)."""
         north, west, up = _sampled(self._position_m, t_s).T
         return np.stack((north, 0.0 - west, up), axis=1)
 
     def magnet(self, t_s: float) -> tuple[float, float, float, float] | None:
-        """Return the hand-held magnet, if any: moment in A m2; metres north, west, up of the board."""
+        """Return the hand-held magnet, or None: moment in A m2, and metres north, west and up of the board."""
         magnet = self._magnet.at(t_s)
         if magnet is None:
             return None
@@ -198,7 +201,7 @@ class Truth:
     def rests(self, from_s: float, to_s: float) -> bool:
         """Return whether the signals are constant between these times, except for a wandering pressure.
 
-        False if the history of that time has been dropped.
+        Return False if the history of that time has been dropped.
         """
         return (
             from_s >= self._forgotten_s
@@ -278,7 +281,7 @@ class Truth:
         return total
 
     def _along(self, t_s: Array, function: Callable[[Coordinate, Array], Array]) -> Array:
-        """Return a quantity of the motion north, west and up, (N, 3), or (1, 3) if constant."""
+        """Return a quantity of the motion to the north, west and up, (N, 3), or (1, 3) if constant."""
         columns = [track.evaluate(t_s, function) for track in (self._north, self._west, self._height)]
         return np.stack(np.broadcast_arrays(*columns), axis=1)
 
@@ -318,7 +321,7 @@ class Truth:
         return distorted + own
 
     def _bent_in(self, steel: tuple[Steel, ...], t_s: Array) -> Array:
-        """Return the Earth's field, bent by steel in the room."""
+        """Return the Earth's field as steel in the room bends it."""
         earth = self._earth.evaluate(t_s, Constant.value)
         if not steel:
             return earth
@@ -365,7 +368,7 @@ def _of_signal(signal: Signal, t_s: Array) -> Array:
 
 
 class Sensed:
-    """One quantity at a sensor's input; before power-on it has its state at power-on."""
+    """One quantity at the input of a sensor. Before power-on, it has its value at power-on."""
 
     def __init__(
         self,
@@ -379,7 +382,7 @@ class Sensed:
         self._value_of, self._turned = value_of, turned
 
     def turned(self, mounting: npt.ArrayLike) -> Sensed:
-        """Return the vector in a sensor's axes; ``mounting`` is (3, 3)."""
+        """Return this quantity in a sensor's axes; ``mounting`` is (3, 3)."""
         turned = np.asarray(mounting, dtype=np.float64).T
         return Sensed(self._track, self._agitation, self._one_row, self._value_of, turned)
 
@@ -390,7 +393,7 @@ class Sensed:
         return values if self._turned is None else values @ self._turned
 
     def agitated(self, from_s: float, to_s: float, pace_s: float) -> list[tuple[float, float]]:
-        """Return the intervals in which it jumps, or moves from rest to rest in less than ``pace_s``."""
+        """Return the intervals in which the quantity jumps, or moves from rest to rest in less than ``pace_s``."""
         return self._agitation.faster(from_s, to_s, pace_s)
 
 

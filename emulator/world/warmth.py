@@ -1,13 +1,13 @@
-"""Temperature of the board: air + heating by its power + lag behind changes of the air.
+"""Temperature of the board: the air, plus heating by its power, plus the lag behind changes of the air.
 
-Decision: the figures of the board's heating are estimates for a board of 3 cm by 3 cm, because none are
-published. The first two may be wrong by half, the third by a factor of two.
+Decision: the figures of the board's heating are estimates for a board of 3 cm by 3 cm, because no figures are
+published. The first two may be wrong by 50 %, the third by a factor of two.
 
 * Heating: 0.125 W over 0.018 W per degree (18 cm2 at 10 W/m2) are 7 degrees in still air; 5 are assumed.
 * Time constant: 4 J per degree over 0.018 W are 220 s; 200 s are assumed.
 * Differences on the board: conduction in two half-etched copper layers of 35 um gives a standard deviation of
   8 %.
-* A sensor's own 2 mW at 200 K/W add 0.4 degrees, and are omitted.
+* Heating of a sensor by its own power: 2 mW at 200 K/W add 0.4 degrees, which are omitted.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _SETTLED_AFTER = 25.0  # number of time constants after which 1e-11 of a differe
 
 @dataclass(frozen=True)
 class Warmth:
-    """A temperature difference that decays to ``end_degc`` from ``excess_degc`` above it."""
+    """A temperature difference that decays from ``end_degc`` + ``excess_degc`` to ``end_degc``."""
 
     end_degc: float = 0.0
     excess_degc: float = 0.0
@@ -42,7 +42,7 @@ class Warmth:
         return difference
 
     def after(self, change_degc: float, now_s: float) -> Warmth:
-        """Return this lag after a change of the air's temperature."""
+        """Return the temperature difference after a change of the air's temperature."""
         if not self.time_constant_s:
             return self
         excess_degc = self.excess_degc * math.exp(-(now_s - self.start_s) / self.time_constant_s)

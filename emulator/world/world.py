@@ -1,7 +1,7 @@
-"""The world for scenarios, the web page and tests: truth, motions, and live setters.
+"""The world for scenarios, the web page and tests: truth, motions, and setters.
 
-A motion starts at ``start_s`` of virtual time (None: now) and discards later motions of the same quantity.
-It returns its end time. Shakes and magnetic disturbances add up.
+A motion starts at ``start_s`` of virtual time (None: now) and discards later motions of the same quantity. Its
+method returns the end time. Shakes and magnetic disturbances are added.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ SHAKE_DIRECTIONS = {"north": (1.0, 0.0, 0.0), "west": (0.0, 1.0, 0.0), "up": (0.
 
 
 class World(Changes):
-    """True state for all sensors; the present is the time of ``clock``, or power-on without a clock.
+    """The true state for all sensors. The present is the time of ``clock``, or power-on without a clock.
 
     At power-on the board lies flat and still on the floor, X to the north, in the air and field of Zurich.
     A setter changes the value at once. Invalid values raise `InputError`.
@@ -107,7 +107,7 @@ class World(Changes):
         self._set(self._humidity, limits.HUMIDITY.check("percent", percent), "humidity")
 
     def set_magnetic_field(self, north_ut: float, east_ut: float, down_ut: float) -> None:
-        """Set the Earth's field, NED; disturbances are still added."""
+        """Set the Earth's field, NED. Disturbances are still added to it."""
         self._set(self._earth, ned_to_nwu_mgauss(north_ut, east_ut, down_ut), "mag")
 
     def put_steel(
@@ -118,9 +118,9 @@ class World(Changes):
         radius_m: float,
         moment_am2: npt.ArrayLike = (0.0, 0.0, 0.0),
     ) -> None:
-        """Put steel into the room, as a sphere at this place from the start of the board and above the floor.
+        """Put a sphere of steel into the room, north and east of the board's start and above the floor.
 
-        ``moment_am2``: its permanent moment, north, east and down; zeros for soft steel.
+        ``moment_am2``: its permanent moment north, east and down; zeros for soft steel.
         """
         named = (("north_m", north_m), ("east_m", east_m), ("up_m", up_m))
         north, east, up = (limits.PLACE.check(name, value) for name, value in named)
@@ -140,13 +140,13 @@ class World(Changes):
         self._changed(now, ("mag",))
 
     def set_hard_iron(self, x_mgauss: float, y_mgauss: float, z_mgauss: float) -> None:
-        """Set the board's own magnetic field, board axes."""
+        """Set the board's own magnetic field in board axes."""
         named = (("x_mgauss", x_mgauss), ("y_mgauss", y_mgauss), ("z_mgauss", z_mgauss))
         self._set(self._hard_iron, [limits.IRON.check(name, value) for name, value in named], "mag")
 
     def set_soft_iron(self, matrix: npt.ArrayLike) -> None:
-        """Set the 3 x 3 matrix that distorts the outer field, board axes."""
-        # Unconverted, so that the check can name an entry that is not a number.
+        """Set the 3 x 3 matrix that distorts the outer field, in board axes."""
+        # Without conversion, so that the check can name an entry that is not a number.
         rows = np.asarray(matrix, dtype=object)
         if rows.shape != (3, 3):
             raise InputError(
@@ -161,7 +161,7 @@ class World(Changes):
         self.set_soft_iron(soft)
 
     def set_gravity(self, m_s2: float) -> None:
-        """Set gravity; a running free fall keeps its value."""
+        """Set gravity. A free fall in progress keeps the value of its start."""
         self._set(self._gravity, limits.GRAVITY.check("m_s2", m_s2), "acc")
 
     # -- following a hand -----------------------------------------------------------------------------------
@@ -191,7 +191,7 @@ class World(Changes):
     def follow_altitude(
         self, metres: float, time_constant_s: float = TIME_CONSTANT_S, start_s: float | None = None
     ) -> float:
-        """Rise or sink towards ``metres`` above the floor, as `follow_attitude`."""
+        """Rise or sink towards ``metres`` above the floor, as `follow_attitude` turns."""
         target_m = limits.ALTITUDE.check("metres", metres)
         time_constant = limits.TIME_CONSTANT.check("time_constant_s", time_constant_s)
         start = self._start(start_s)
@@ -210,7 +210,7 @@ class World(Changes):
         time_constant_s: float = TIME_CONSTANT_S,
         start_s: float | None = None,
     ) -> float:
-        """Move a hand-held magnet, which points west, to a position relative to the board, as `follow_attitude`."""
+        """Move a hand-held magnet, which points west, to a place relative to the board, as `follow_attitude` turns."""
         named = (("north_m", north_m), ("west_m", west_m), ("up_m", up_m))
         place = np.array([limits.PLACE.check(name, value) for name, value in named])
         limits.DISTANCE.check("distance of the magnet from the board", float(np.linalg.norm(place)))
@@ -248,10 +248,10 @@ class World(Changes):
         tremor_hz: float = TREMOR_HZ,
         start_s: float | None = None,
     ) -> float:
-        """Hold the board in a hand: all turning is about its wrist, with a tremor.
+        """Hold the board in a hand: from now on, it turns about the wrist, with a tremor.
 
-        ``wrist_m`` (3,): position of the wrist or elbow, board axes. ``tremor_mg``: peak at the back of the
-        hand, 0 for none.
+        ``wrist_m`` (3,): position of the wrist or elbow in board axes. ``tremor_mg``: peak at the back of the
+        hand; 0 for no tremor.
         """
         wrist = limits.vector("wrist_m", wrist_m, limits.ARM)
         peak = limits.TREMOR.check("tremor_mg", tremor_mg) / 1000.0 * STANDARD_GRAVITY
@@ -262,7 +262,7 @@ class World(Changes):
         taken = from_wrist_m(self._rotation_at(start)[np.newaxis], wrist)[0]
         self._grip.plan(start, Grip(wrist, tremor, taken))
         if tremor is not None:
-            for signal in TURNED_SIGNALS:  # no barometer measures the height of a tremor
+            for signal in TURNED_SIGNALS:  # a tremor changes the height too little for a barometer
                 self._agitation[signal].add(start, math.inf, tremor.pace_s)
         self._changed(start, (*TURNED_SIGNALS, "pressure"))
         return start
@@ -293,12 +293,12 @@ class World(Changes):
 
     @property
     def throttle(self) -> tuple[float, ...]:
-        """Present fraction of the full voltage of each motor."""
+        """Present fraction of the full voltage at each motor."""
         running = self._motors.at(self._clock.now_s)
         return (0.0,) * MOTORS if running is None else tuple(running.throttle.tolist())
 
     def run_motors(self, throttle: float | Sequence[float], start_s: float | None = None) -> float:
-        """Run the motors at a fraction 0 to 1 of the full voltage: one value, or four; 0 stops them."""
+        """Run the motors at a fraction 0 to 1 of the full voltage: one value for all, or four. 0 stops them."""
         each = [throttle] * MOTORS if isinstance(throttle, int | float) else list(throttle)
         if len(each) != MOTORS:
             raise InputError(f"throttle must be one number from 0 to 1, or {MOTORS}, not {throttle!r}")
@@ -327,7 +327,7 @@ class World(Changes):
         duration_s: float,
         start_s: float | None = None,
     ) -> float:
-        """Turn by the shortest arc, as a hand does (minimum jerk)."""
+        """Turn to an attitude by the shortest arc, as a hand does (minimum jerk)."""
         end_deg = limits.attitude(roll_deg, pitch_deg, yaw_deg)
         start, end = self._span(start_s, duration_s)
         target = euler_to_matrix(end_deg[np.newaxis])[0]
@@ -363,9 +363,9 @@ class World(Changes):
         start_s: float | None = None,
         by: Literal["field", "hand"] = "field",
     ) -> float:
-        """Turn the board in the calibration's figure of eight ``turns`` times, back to the start.
+        """Turn the board ``turns`` times in the figure of eight for the calibration, and back to the start.
 
-        With "field" the calibration is exact; with "hand" it is nearly exact after two turns.
+        ``by`` "field" makes the calibration exact; "hand" makes it nearly exact after two turns.
         """
         if limits.TURNS.check("turns", turns) % 1.0:
             raise InputError(f"turns must be a whole number, not {turns!r}", kind="not_whole")
@@ -380,7 +380,7 @@ class World(Changes):
         return self._plan_attitude(*figure_eights(start, end - start, int(turns), first, field), last)
 
     def turn_over(self, duration_s: float, start_s: float | None = None) -> float:
-        """Turn by half a turn about the board's X axis (minimum jerk)."""
+        """Turn the board by 180 degrees about its X axis (minimum jerk)."""
         start, end = self._span(start_s, duration_s)
         turn = Turn(self._rotation_at(start), X, np.pi, MinimumJerk(start, end - start))
         end_deg = matrix_to_euler(turn.rotation(np.array([end])))[0]
@@ -401,7 +401,7 @@ class World(Changes):
         duration_s: float = 1.0,
         start_s: float | None = None,
     ) -> float:
-        """Push the board in a straight line, from rest to rest; with ``up_m`` 0 the height does not change."""
+        """Push the board in a straight line, from rest to rest. With ``up_m`` 0 the height does not change."""
         north = limits.WAY.check("north_m", north_m)
         east = limits.WAY.check("east_m", east_m)
         start, end = self._span(start_s, duration_s)
@@ -418,8 +418,9 @@ class World(Changes):
         return self._plan_position(track, (start_s, lift), (end_s, RestSegment(from_m + way_m)))
 
     def free_fall(self, duration_s: float, catch_s: float = 0.05, start_s: float | None = None) -> float:
-        """Drop the board from rest for ``duration_s``, then stop it within ``catch_s``. It may end below the
-        floor.
+        """Drop the board from rest for ``duration_s``, then stop it within ``catch_s``.
+
+        The board may end below the floor.
         """
         start, caught = self._span(start_s, duration_s)
         catch = limits.DURATION.check("catch_s", catch_s)
@@ -439,7 +440,10 @@ class World(Changes):
         duration_s: float,
         start_s: float | None = None,
     ) -> float:
-        """Accelerate by ``amplitude_g`` cos(2 pi f t) along a world axis, for the whole periods in ``duration_s``."""
+        """Accelerate by ``amplitude_g`` cos(2 pi f t) along a world axis.
+
+        It ends after the last complete period within ``duration_s``.
+        """
         if axis not in SHAKE_DIRECTIONS:
             raise InputError(
                 f"axis must be one of {', '.join(SHAKE_DIRECTIONS)}, not {axis!r}", kind="choice"
@@ -457,7 +461,7 @@ class World(Changes):
         end = start + periods / frequency
         self._shakes.add(start, end, ShakeSegment(start, direction, amplitude, angular))
         signals = ("acc", "pressure") if axis == "up" else ("acc",)
-        for signal in (*signals, "mag"):  # near steel the field varies with position
+        for signal in (*signals, "mag"):  # near steel, the field depends on the position
             self._agitation[signal].add(start, end)
         self._changed(start, (*signals, "mag"))
         return end
@@ -476,7 +480,7 @@ class World(Changes):
     def disturb_field(
         self, north_ut: float, east_ut: float, down_ut: float, duration_s: float, start_s: float | None = None
     ) -> float:
-        """Add a constant field (NED) to the Earth's."""
+        """Add a constant field (NED) to the Earth's field for ``duration_s``."""
         disturbance = Constant(ned_to_nwu_mgauss(north_ut, east_ut, down_ut))
         start, end = self._span(start_s, duration_s)
         return self._disturb(start, end, disturbance)
@@ -484,7 +488,7 @@ class World(Changes):
     def pass_magnet(
         self, moment_am2: float, distance_m: float, speed_m_s: float, start_s: float | None = None
     ) -> float:
-        """Move a magnet past the board on a straight level line, ``distance_m`` to its east."""
+        """Move a magnet past the board on a straight horizontal line, ``distance_m`` east of the board."""
         moment = limits.MOMENT.check("moment_am2", moment_am2)
         distance = limits.DISTANCE.check("distance_m", distance_m)
         speed = limits.SPEED.check("speed_m_s", speed_m_s)
@@ -493,9 +497,9 @@ class World(Changes):
         return self._disturb(start, 2.0 * magnet.closest_s - start, magnet)
 
     def replay(self, recording: Recording, start_s: float | None = None) -> float:
-        """Replay a recording's signals, or follow its attitude, with its time 0 at ``start_s``.
+        """Replay the signals of a recording, or follow its attitude. ``start_s`` is its time 0.
 
-        The last row is valid until the next motion or setter of the same signal.
+        The last row applies until the next motion or setter of the same signal.
         """
         start = self._start(start_s)
         row_s = recording.t_s
@@ -518,7 +522,7 @@ class World(Changes):
     # -- the air --------------------------------------------------------------------------------------------
 
     def change_pressure(self, change_hpa: float, duration_s: float, start_s: float | None = None) -> float:
-        """Change the pressure at the floor smoothly (negative: fall)."""
+        """Change the pressure at the floor smoothly by ``change_hpa``."""
         change = limits.PRESSURE_CHANGE.check("change_hpa", change_hpa)
         start, end = self._span(start_s, duration_s)
         from_hpa = float(self._floor_pressure.at(start).value(np.array([start]))[0])
@@ -531,20 +535,18 @@ class World(Changes):
         return end
 
     def blow_wind(self, speed_m_s: float, duration_s: float, start_s: float | None = None) -> float:
-        """Let a gusty wind press on the windows."""
+        """Add the pressure of a gusty wind on the windows."""
         speed = limits.WIND.check("speed_m_s", speed_m_s)
         start, end = self._span(start_s, duration_s)
         return self._disturb_pressure(start, end, Wind(start, end, speed))
 
     def slam_door(self, push_hpa: float = DOOR_HPA, start_s: float | None = None) -> float:
-        """Push air into the room for about a second; negative: a door is torn open."""
+        """Slam a door, which pushes air into the room for about a second; negative: pull it open."""
         start, push = self._start(start_s), limits.PUSH.check("push_hpa", push_hpa)
         return self._disturb_pressure(start, start + DOOR_LASTS_S, SlammedDoor(start, push))
 
     def let_pressure_wander(self, rms_hpa: float, seed: int = 0) -> None:
-        """Let the room's pressure wander from now on, or stop it with 0
-        (:mod:`fcu_emulator.emulator.world.air`).
-        """
+        """Let the pressure of the room wander from now on; 0 stops it (:mod:`fcu_emulator.emulator.world.air`)."""
         now = self._clock.now_s
         self._wander.plan(now, Wander(limits.WANDER.check("rms_hpa", rms_hpa), seed))
         self._agitation["pressure"].add(now, now)

@@ -1,4 +1,4 @@
 """Drivers of the three sensors.
 
-Register constants are transcribed again, because tests could not detect a wrong address shared with the models.
+They define the register constants again. If drivers and models shared them, tests could not detect a wrong address.
 """

@@ -14,7 +14,7 @@ COMPONENT_OK = 0
 COMPONENT_ERROR = 1
 
 Step = tuple[int, int, int]
-"""Register, mask of the field, value of the field (in place)."""
+"""Register, mask of the field, and value of the field shifted to its position."""
 
 
 def update_register(hal: Hal, device: int, step: Step) -> int:
@@ -27,7 +27,7 @@ def update_register(hal: Hal, device: int, step: Step) -> int:
 
 
 def update_registers(hal: Hal, device: int, steps: Iterable[Step]) -> int:
-    """Apply the steps up to the first that fails."""
+    """Apply the steps until one fails, and return its status."""
     for step in steps:
         if update_register(hal, device, step) != COMPONENT_OK:
             return COMPONENT_ERROR
@@ -41,6 +41,6 @@ def write_register(hal: Hal, device: int, register: int, value: int) -> int:
 
 
 def check_who_am_i(hal: Hal, device: int, register: int, expected: int) -> int:
-    """Read the identity; COMPONENT_ERROR for a bus error or another sensor."""
+    """Read the identity. Return COMPONENT_ERROR after a bus error or for another sensor."""
     status, data = hal.HAL_I2C_Mem_Read(device, register, 1)
     return COMPONENT_OK if status == HAL_OK and data[0] == expected else COMPONENT_ERROR

@@ -1,9 +1,12 @@
-"""LPS22HB barometer: set-up over I2C, in the order of ST's STSW-FCU001 without the steps for SPI, and readings.
+"""LPS22HB barometer: set-up over I2C, and readings.
 
-Decision: the driver of the LPS22HB sets IF_ADD_INC in the transaction in which ST's driver clears it, for bursts.
+The steps have the order of ST's STSW-FCU001; the steps for SPI are omitted.
+
+Decision: the driver of the LPS22HB sets IF_ADD_INC in the transaction in which ST's driver clears it, because bursts
+need this bit.
 
 Decision: ``LPS22HB_WaitForData`` is an addition. ST's main.c may read its reference pressure before the first
-conversion (758.4 hPa was seen).
+conversion, which was observed to give 758.4 hPa.
 """
 
 from __future__ import annotations
@@ -57,7 +60,10 @@ _INIT: tuple[Step, ...] = (
 
 
 def LPS22HB_Init(hal: Hal) -> int:
-    """Reset, wait 1 s, identify and set up, powered down; COMPONENT_ERROR if absent."""
+    """Reset the sensor, wait 1 s, identify it and set it up; it stays powered down.
+
+    Return COMPONENT_ERROR if it is absent.
+    """
     if update_register(hal, LPS22HB_ADDRESS, (CTRL_REG2, BOOT_SWRESET, BOOT_SWRESET)) != COMPONENT_OK:
         return COMPONENT_ERROR
     hal.HAL_Delay(RESET_TIME_MS)
@@ -67,7 +73,7 @@ def LPS22HB_Init(hal: Hal) -> int:
 
 
 def LPS22HB_Enable(hal: Hal) -> int:
-    """Start 25 Hz and read the setting back, as ST does."""
+    """Start the sensor at 25 Hz and read the setting back, as ST's driver does."""
     if update_register(hal, LPS22HB_ADDRESS, (CTRL_REG1, ODR, ODR_25_HZ)) != COMPONENT_OK:
         return COMPONENT_ERROR
     status, _ = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, CTRL_REG1, 1)
@@ -75,7 +81,7 @@ def LPS22HB_Enable(hal: Hal) -> int:
 
 
 def LPS22HB_WaitForData(hal: Hal) -> int:
-    """Wait for the first sample; COMPONENT_ERROR after 100 ms or on a bus error."""
+    """Wait for the first sample. Return COMPONENT_ERROR after 100 ms or after a bus error."""
     for _ in range(FIRST_SAMPLE_TIMEOUT_MS):
         status, data = hal.HAL_I2C_Mem_Read(LPS22HB_ADDRESS, STATUS, 1)
         if status != HAL_OK:
@@ -87,12 +93,12 @@ def LPS22HB_WaitForData(hal: Hal) -> int:
 
 
 def pressure_hpa(raw: int) -> float:
-    """Return a 24-bit output in hPa (float32): ``(float)((raw * 100) / 4096) / 100.0f``."""
+    """Convert a 24-bit output to hPa (float32): ``(float)((raw * 100) / 4096) / 100.0f``."""
     return f32(int_divide(raw * 100, 4096) / 100.0)
 
 
 def temperature_degc(raw: int) -> float:
-    """Return a 16-bit output in degC (float32): ``(float)((raw * 10) / 100) / 10.0f``."""
+    """Convert a 16-bit output to degC (float32): ``(float)((raw * 10) / 100) / 10.0f``."""
     return f32(int_divide(raw * 10, 100) / 10.0)
 
 

@@ -1,4 +1,7 @@
-"""LSM6DSL accelerometer and gyroscope: set-up over I2C, in the order of ST's STSW-FCU001 without the steps for SPI."""
+"""LSM6DSL accelerometer and gyroscope: set-up over I2C.
+
+The steps have the order of ST's STSW-FCU001; the steps for SPI are omitted.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,7 @@ OUTX_L_XL = 0x28
 WHO_AM_I_VALUE = 0x6A
 
 FIFO_MODE = 0x07
-ODR = 0xF0  # the same place and codes in ODR_XL and ODR_G
+ODR = 0xF0  # ODR_XL and ODR_G have the same bits and codes
 FS = 0x0C
 BW0_XL = 0x01
 BDU = 0x40
@@ -64,7 +67,7 @@ _G_INIT: tuple[Step, ...] = (
 _FLIGHT_SETUP: tuple[Step, ...] = (
     (CTRL1_XL, ODR, ODR_6660_HZ),
     (CTRL1_XL, FS, FS_XL_4_G),
-    (CTRL8_XL, INPUT_COMPOSITE, 0),  # ODR/2; ST's header wrongly has bit 7 here, which writes the same 00
+    (CTRL8_XL, INPUT_COMPOSITE, 0),  # ODR/2; ST's header has the wrong bit 7 here, which also gives 00
     (CTRL8_XL, LPF2_XL_EN, LPF2_XL_EN),
     (CTRL8_XL, HPCF_XL, HPCF_XL_ODR_400),
     (CTRL1_XL, BW0_XL, 0),  # analog bandwidth 1.5 kHz
@@ -73,14 +76,14 @@ _FLIGHT_SETUP: tuple[Step, ...] = (
 
 
 def LSM6DSL_X_Init(hal: Hal) -> int:
-    """Identify and set up the accelerometer, powered down; COMPONENT_ERROR if absent."""
+    """Identify and set up the accelerometer, which stays powered down. Return COMPONENT_ERROR if it is absent."""
     if check_who_am_i(hal, LSM6DSL_ADDRESS, WHO_AM_I, WHO_AM_I_VALUE) != COMPONENT_OK:
         return COMPONENT_ERROR
     return update_registers(hal, LSM6DSL_ADDRESS, _X_INIT)
 
 
 def LSM6DSL_G_Init(hal: Hal) -> int:
-    """Identify again, as ST's driver does, and set up the gyroscope, powered down."""
+    """Identify the sensor again, as ST's driver does, and set up the gyroscope, which stays powered down."""
     if check_who_am_i(hal, LSM6DSL_ADDRESS, WHO_AM_I, WHO_AM_I_VALUE) != COMPONENT_OK:
         return COMPONENT_ERROR
     return update_registers(hal, LSM6DSL_ADDRESS, _G_INIT)
@@ -97,7 +100,7 @@ def LSM6DSL_G_Enable(hal: Hal) -> int:
 
 
 def LSM6DSL_FlightSetup(hal: Hal) -> None:
-    """Set 6.66 kHz, 4 g, LPF2 at ODR/400; 416 Hz, 2000 dps."""
+    """Set the accelerometer to 6.66 kHz, 4 g, LPF2 at ODR/400, and the gyroscope to 416 Hz, 2000 dps."""
     for step in _FLIGHT_SETUP:
         update_register(hal, LSM6DSL_ADDRESS, step)
     write_register(hal, LSM6DSL_ADDRESS, CTRL2_G, CTRL2_G_416_HZ_2000_DPS)

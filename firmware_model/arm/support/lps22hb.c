@@ -1,12 +1,12 @@
-/* LPS22HB: set-up and readings. Registers: LPS22HB datasheet, section 9. The order of the steps
- * is ST's driver's.
+/* LPS22HB: set-up and readings. Registers: LPS22HB datasheet, section 9. The steps have the order
+ * of ST's driver.
  *
- * Decisions Over I2C the output registers are read in one burst, so IF_ADD_INC is set, where
- * ST's driver clears it in the same transaction; over SPI they are read one by one and it is
- * cleared. Over SPI the sensor's I2C interface is switched off by its bit: CTRL_REG2 = 08. ST's
- * driver computes F8 there, a mistake that also sets BOOT, FIFO_EN and STOP_ON_FTH; it has no
- * effect and is not repeated. LPS22HB_WaitForData is an addition: the pressure is the floor's
- * only after the first conversion.
+ * Decisions: over I2C the output registers are read in one burst. This needs IF_ADD_INC, which
+ * ST's driver clears in the same transaction. Over SPI they are read one by one with IF_ADD_INC
+ * cleared, and I2C is switched off: CTRL_REG2 = 08. ST's driver computes F8 there, a mistake
+ * without effect, which also sets BOOT, FIFO_EN and STOP_ON_FTH; it is not repeated.
+ * LPS22HB_WaitForData is an addition, because the pressure is that of the floor only after the
+ * first conversion.
  */
 #include "lps22hb.h"
 

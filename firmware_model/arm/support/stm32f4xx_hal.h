@@ -17,7 +17,7 @@
 #include "stm32f4xx_hal_tim.h"
 #include "stm32f4xx_hal_uart.h"
 
-/* Caches on, four bits of pre-emption priority, SysTick at 1 kHz. Call it first. */
+/* Enables the caches, four bits of pre-emption priority, and SysTick at 1 kHz. Call it first. */
 HAL_StatusTypeDef HAL_Init(void);
 
 /* Starts the 1 kHz SysTick from SystemCoreClock with this priority; HAL_RCC_ClockConfig calls it again. */

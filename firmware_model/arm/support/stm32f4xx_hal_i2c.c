@@ -1,8 +1,8 @@
 /* I2C as a polling master (RM0368 section 18.3.3).
  *
  * Decision: bytes are received in pairs. BTF shows that one byte waits in DR and the next one in the shift register,
- * while the clock is stretched; then both are read. This needs half of the waiting that a check of RXNE for each byte
- * needs. The last three bytes must be read under BTF: only while the clock is stretched, an interrupt cannot change
+ * while the clock is stretched; then both are read. This waits half as often as a check of RXNE for each byte does.
+ * The last three bytes must be read while BTF is set: the clock is stretched then, so that an interrupt cannot change
  * which byte gets the acknowledge bit and the stop.
  *
  * CR1 is always written as a whole. This code sets only START, STOP, ACK and POS, and each of its writes sets all

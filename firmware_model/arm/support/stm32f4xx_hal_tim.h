@@ -19,7 +19,7 @@ typedef struct {
 #define TIM_COUNTERMODE_UP 0U
 #define TIM_CLOCKDIVISION_DIV1 0U
 
-/* Loads the prescaler by an update event, which leaves UIF set, as on the chip: the first interrupt comes at once. */
+/* Loads the prescaler by an update event. As on the chip, UIF then stays set, and the first interrupt comes at once. */
 HAL_StatusTypeDef HAL_TIM_Base_Init(TIM_HandleTypeDef *htim);
 
 HAL_StatusTypeDef HAL_TIM_Base_Start_IT(TIM_HandleTypeDef *htim);

@@ -11,7 +11,7 @@ AxesRaw_TypeDef gyro; /* mdps */
 AxesRaw_TypeDef mag;  /* mgauss as measured, including the hard iron */
 float press;          /* hPa */
 
-/* Read once, before the timer starts: what an altitude needs. */
+/* Values for the altitude, read once before the timer starts. */
 float press_zero_level; /* hPa at the floor of the room, 0 m */
 float temperature;      /* degC */
 
