@@ -19,6 +19,9 @@ VALUES: dict[str, st.SearchStrategy[object]] = {
     "int": st.integers(0, 1 << 62),
     "str": st.text() | st.sampled_from(['"', "\\", "\n\r\t\x00\x7f", "°C", "\u2028", "\U0001f600", "\ud800"]),
     "bytes": st.binary(max_size=40),
+    "Mapping[str, NoteValue]": st.dictionaries(
+        st.text(), st.integers() | st.floats(allow_nan=False) | st.text(), max_size=4
+    ),
 }
 
 
