@@ -116,7 +116,7 @@ class Chain:
 
     @cached_property
     def noise_gain(self) -> float:
-        """Output RMS for white noise of RMS 1."""
+        """RMS of the filter's output if its input is white noise with an RMS of 1."""
         frequency = (np.arange(_GRID) + 0.5) / (2 * _GRID)
         return float(np.sqrt(np.mean(np.abs(response(self.sections, frequency)) ** 2)))
 

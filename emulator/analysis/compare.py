@@ -94,7 +94,7 @@ _POWER_ON = ObservedItem(0, "")
 
 
 def compare(first: Observation, second: Observation, rules: Rules | None = None) -> list[Difference]:
-    """Return the first difference of each common sequence, the earliest first."""
+    """Return the place where each common sequence begins to differ, ordered by time."""
     rules = rules or Rules()
     end_ps = min(first.end_ps, second.end_ps)
     found = (

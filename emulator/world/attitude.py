@@ -343,7 +343,9 @@ class WavedEight:
         return matrix_to_euler(self.rotation(t_s))
 
     def _euler(self, t_s: Array) -> tuple[Array, Array, Array]:
-        """Return Euler angles and two derivatives, (N, 3) in rad."""
+        """Return the Euler angles and their first and second time derivatives, each (N, 3), in rad, rad/s and
+        rad/s2.
+        """
         laws = self.profile.progress, self.profile.speed, self.profile.acceleration
         phase, phase_dot, phase_ddot = (
             2.0 * np.pi * self.turns * law(t_s)[:, np.newaxis] * WAVED_PACES for law in laws

@@ -97,7 +97,7 @@ def test_wutwf_is_set_while_timer_is_off() -> None:
     assert bench.rtc.read(WUTR) == 5
 
 
-def test_flags_are_cleared_without_keys() -> None:
+def test_flags_are_cleared_without_unlock_keys() -> None:
     """RM0368 17.3.5: ISR[13:8] are not protected; a handler clears them so."""
     bench = Bench()
     bench.write((WUTR, 9), (CR, WUTE | WUTIE), (WPR, 0xFF))

@@ -77,7 +77,7 @@ def test_inserted_line_is_one_difference() -> None:
     assert difference.first.text == "line 2\n"
 
 
-def test_replaced_line_is_not_inserted() -> None:
+def test_replaced_line_is_not_reported_as_inserted() -> None:
     (difference,) = compare(run("a\n", "b\n", "c\n", "d\n"), run("a\n", "x\n", "c\n", "d\n"))
 
     assert not difference.inserted

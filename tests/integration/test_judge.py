@@ -228,7 +228,9 @@ expect = [{ kind = "led_follows", led = "led1", when = { quantity = "pitch", bey
         ({"missing": "NONE", "late": "LATE"}, ""),
     ],
 )
-def test_general_hint_applies_to_special_findings(tmp_path: Path, hints: dict[str, str], shown: str) -> None:
+def test_general_hint_applies_to_more_specific_findings(
+    tmp_path: Path, hints: dict[str, str], shown: str
+) -> None:
     table = "".join(f'"{kind}" = "{text}"\n' for kind, text in hints.items())
     text = NEEDY.replace('duration = "3s"', 'duration = "3s"\nworld = { pitch_deg = 60 }') + LIT + table
     led = judged_by(tmp_path, text, "lab3").checks[-1]

@@ -131,7 +131,7 @@ def test_firmware_for_another_board_is_explained(words: Words) -> None:
     assert board.terminal.text == ""  # it prints to USART1, which has no terminal
 
 
-def test_scenario_moves_and_judges_it(tmp_path: Path) -> None:
+def test_scenario_moves_board_and_judges_output(tmp_path: Path) -> None:
     file = scenario(
         tmp_path,
         """

@@ -136,9 +136,10 @@ int32_t fcu_peripheral_count(const Chip *chip);
 uint32_t fcu_peripheral_base(const Chip *chip, int32_t index);
 /* Return -1 for an address without a peripheral in C. */
 int32_t fcu_peripheral_at(const Chip *chip, uint32_t address);
-/* Switch the clock of the peripheral in Python at an address, for RCC. */
+/* Called by RCC: switch on or off the clock of the peripheral at an address, if this peripheral is in
+ * Python. */
 void fcu_gate_python(Chip *chip, uint32_t address, int32_t clocked);
-/* Switch clocks or reset peripherals, for RCC. Bit n is the peripheral with index n. */
+/* Called by RCC: switch clocks, or reset peripherals. Bit n is the peripheral with index n. */
 void fcu_gate(Chip *chip, uint64_t peripherals, uint64_t clocked);
 int32_t fcu_is_clocked(const Chip *chip, int32_t index);
 void fcu_reset_peripherals(Chip *chip, uint64_t peripherals);

@@ -110,7 +110,7 @@ static HAL_StatusTypeDef WaitFor(Transfer *transfer, uint32_t flag)
   }
 }
 
-/* Start or repeated start and the address. On return ADDR is set and holds the clock. */
+/* Sends a start or repeated start condition, then the address. On return ADDR is set and holds the clock. */
 static HAL_StatusTypeDef Address(Transfer *transfer, uint32_t address)
 {
   transfer->regs->CR1 = transfer->enabled | I2C_CR1_ACK | I2C_CR1_START;

@@ -128,7 +128,8 @@ static Operation decode_other(uint16_t first, uint16_t second, Insn *insn) {
 }
 
 bool decode_vfp_data(uint16_t first, uint16_t second, Insn *insn) {
-  static const Operation ARITHMETIC[][2] = { /* by opc1 without D, bit 6 of second (table A6-4) */
+  static const Operation ARITHMETIC[][2] = { /* indices: opc1 without its bit D, and bit 6 of the second
+                                                half-word (table A6-4) */
       [0x0] = {vmla, vmls}, [0x1] = {vnmls, vnmla}, [0x2] = {vmul, vnmul}, [0x3] = {vadd, vsub},
       [0x8] = {vdiv, NULL}, [0x9] = {vfnms, vfnma}, [0xA] = {vfma, vfms}, [0xB] = {NULL, NULL}};
   insn->d = single(second >> 12, first >> 6);

@@ -92,7 +92,7 @@ uint32_t peripheral_read_as_peek(Peripheral *peripheral, uint32_t offset, int64_
 
 typedef void (*Fire)(Peripheral *peripheral);
 
-/* Called at creation. fire() runs at the event's time. */
+/* Call it when the peripheral is created: fire() then runs at the event's time. */
 int event_create(Peripheral *peripheral, Fire fire);
 /* A time in the past means now. */
 void event_schedule(Chip *chip, int event, int64_t at_ps);
@@ -103,7 +103,7 @@ int64_t event_at(const Chip *chip, int event);
 
 /* -- DMA lines; interrupts: peripheral_set_irq() of chip.h -------------------------------------------- */
 
-/* Called at creation. dma_ready() is called when a stream serves the line. */
+/* Call it when the peripheral is created: dma_ready() is then called when a stream serves the line. */
 void dma_connect(Peripheral *peripheral, enum Request line);
 /* Make one transfer at once. Return false if no stream serves the line. */
 bool dma_request(Chip *chip, enum Request line);
@@ -119,7 +119,7 @@ typedef struct {
  * switched. Function 255 ends `pins`. */
 bool pins_connected(const Chip *chip, const PinFunction *pins, char *missing, size_t size);
 
-/* Called at creation. changed() is called at every change of the input level. */
+/* Call it when the peripheral is created: changed() is then called at every change of the input level. */
 typedef void (*PinChanged)(Peripheral *peripheral, int pin, bool level);
 void pin_listen(Peripheral *peripheral, char port, int pin, PinChanged changed);
 /* Return -1 if the pin floats. port is an index. */
