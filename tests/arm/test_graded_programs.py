@@ -108,7 +108,7 @@ def test_constant_output_earns_no_number_points(rubric: Rubric, folder: Path) ->
 
 @pytest.mark.parametrize("run", ["sensors", "stairs", "tilt", "steep_x", "steep_y", "heading", "iron"])
 def test_drawn_motions_are_possible_for_sensors(run: str, rubric: Rubric) -> None:
-    """Within what the sensors measure at the lab's settings, and no tilt sensor is fooled by acceleration."""
+    """The motions are in the range of the sensors at the lab's settings, and acceleration does not distort the tilt."""
     for seed in range(25):
         scenario = rubric.scenario(run, seed)
         world = Board(scenario=scenario, seed=seed).world  # motions are planned ahead
