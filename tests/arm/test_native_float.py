@@ -57,7 +57,7 @@ def floats(random: Random, fields: Fields) -> Values:
 
 
 def to_nearest(random: Random, fields: Fields) -> Values:
-    """Return registers with the default rounding, if the mode must not have an effect."""
+    """Return registers with rounding to nearest, if the rounding mode must not have an effect."""
     values = floats(random, fields)
     return {**values, "fpscr": values["fpscr"] & ~RMODE}
 
@@ -78,7 +78,7 @@ def two_apart(fields: Fields) -> bool:
 
 
 def singles_exist(fields: Fields) -> bool:
-    """Return whether the register exists; the lowest bit of its number is at D."""
+    """Return whether all registers exist. The number of the first has its lowest bit at D."""
     first = (fields["d"] & 15) << 1 | fields["d"] >> 4
     return 0 < fields["i"] <= 32 - first
 

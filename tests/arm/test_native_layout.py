@@ -88,7 +88,7 @@ def fields(structure: type[ctypes.Structure], name: str) -> Iterator[str]:
 
 
 def enumerated(prefix: str, names: Iterable[str]) -> Iterator[str]:
-    """Return the names in the order of their numbers in C, "" for a number without a name."""
+    """Yield rules: the position of each name is its number in C. "" is a number without a name."""
     for number, name in enumerate(names):
         if name:
             yield f"{prefix}{name.upper().replace(' ', '_')} == {number}"

@@ -273,7 +273,7 @@ EXCLUSIVES = pytest.mark.parametrize(
 @EXCLUSIVES
 @pytest.mark.parametrize("between", BETWEEN, ids=["at once", "NOP", "CLREX", "a store"])
 def test_exclusives(pair: EnginePair, load: str, between: str, store: str) -> None:
-    """The test checks whether the store is done (A3.4.1); the address may be another one."""
+    """The comparison includes whether the value is stored (A3.4.1). The store may have another address."""
     pattern = load + between + store
     form = Form(pattern, pattern, {"s": (2, 3, 4)}, instructions=2 + BETWEEN[between])
     pair.check(form, aligned, longest_block=0)

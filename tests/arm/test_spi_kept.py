@@ -55,7 +55,7 @@ def no_call_of_python() -> Iterator[None]:
 
 @contextmanager
 def one_run(spi: StSpi) -> Iterator[None]:
-    """Run a block of accesses as in one run of instructions, during which C does not return."""
+    """Treat the accesses in the block as one run of instructions, during which C does not return."""
     with patch.object(FcuChip, "raise_error", lambda _chip: None):
         yield
     spi.bench.chip.fcu.raise_error()
